@@ -13,7 +13,7 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from ..dataset.stored_bench import gun_bench
+from ..dataset.rows import gun_bench
 from ..ingest.load import ingest_folder
 from ..ingest.report import IngestReport
 from ..schema.benches import Gun

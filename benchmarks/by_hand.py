@@ -24,8 +24,7 @@ from pyroshock.training.gp.marginal_likelihood import (
     KroneckerMarginalLogLikelihood,
     exact_likelihood,
 )
-from pyroshock.training.gp.maximise import exactly
-from pyroshock.training.gp.one_core import one_core
+from pyroshock.training.gp.maximise import exactly, one_core
 
 from . import coregional_peers
 from .apart import busy_seconds_of, in_turn
@@ -107,7 +106,7 @@ def kernels(rows: int = TRAINED) -> dict[str, Callable[[], Floats]]:
     """Derivatives of a sum of covariances by the lengthscales, one for each of 13 predictors."""
     import torch
     from gpytorch.kernels import RBFKernel
-    from pyroshock.training.gp.squared_exponential import SquaredExponential
+    from pyroshock.training.gp.kernel_description import SquaredExponential
 
     x = torch.tensor(pulses(rows)[0])
 

@@ -17,7 +17,7 @@ import numpy as np
 from pyroshock.twin.contact.bodies import Bodies
 from pyroshock.twin.contact.laws import ELASTIC, LOSSY
 from pyroshock.twin.contact.pulse import Law
-from pyroshock.twin.contact.restitution.base import constant
+from pyroshock.twin.contact.restitution_laws import constant
 
 RESTITUTION, IMPACTS, LIMIT_S = 2 / 3, 1_800, 1.0
 LAWS: Mapping[str, Law] = {

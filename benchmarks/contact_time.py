@@ -14,12 +14,10 @@ from typing import Any
 import numpy as np
 from gpytorch.mlls import ExactMarginalLogLikelihood
 from pyroshock.training.estimators.contact_time import THESIS
-from pyroshock.training.estimators.exact_process import PRIOR
-from pyroshock.training.estimators.gp_inputs import View
+from pyroshock.training.estimators.exact_process import PRIOR, View
 from pyroshock.training.gp.basis_process import BasisProcess
 from pyroshock.training.gp.marginal_likelihood import CholeskyMarginalLogLikelihood
-from pyroshock.training.gp.maximise import maximise
-from pyroshock.training.gp.one_core import one_core
+from pyroshock.training.gp.maximise import maximise, one_core
 
 from .apart import busy_seconds_of, in_turn
 from .coregional_ways import Floats, pulses

@@ -20,9 +20,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.training.gp.covariance import NamedCovariance
-from pyroshock.training.gp.kernels import kernel_matrix
-from pyroshock.training.gp.one_core import one_core
+from pyroshock.training.gp.kernels import NamedCovariance, kernel_matrix
+from pyroshock.training.gp.maximise import one_core
 from pyroshock.training.gp.posterior import posterior
 
 from .apart import Answer, answering

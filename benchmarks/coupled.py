@@ -17,13 +17,11 @@ import numpy as np
 from pyroshock.app.twins.benches import OUTLINE_M, THICKNESS_M, PlateDrawing
 from pyroshock.app.twins.building import solved
 from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
-from pyroshock.twin.contact.law_uncertainty import NO_SPREAD
-from pyroshock.twin.contact.stage import LawContact
+from pyroshock.twin.contact.stage import NO_SPREAD, LawContact
 from pyroshock.twin.contact_interface import Strikes
 from pyroshock.twin.coupled_contact import CoupledContact
-from pyroshock.twin.materials import THESIS
-from pyroshock.twin.plates import PlateStage
-from pyroshock.twin.setting import Setting
+from pyroshock.twin.plate.stage import PlateStage
+from pyroshock.twin.setting import THESIS, Setting
 
 from .apart import busy_seconds_of, in_turn
 from .figures import Figure

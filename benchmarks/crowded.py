@@ -9,12 +9,10 @@ from itertools import product
 
 from pyroshock.ingest.settings import EXTRACTION_VERSION
 from pyroshock.ingest.settings import ExtractionSettings as Settings
-from pyroshock.schema.benches import Hammer, Plate
+from pyroshock.schema.benches import Hammer, Plate, material_id
 from pyroshock.schema.campaigns import Campaign, Configuration, ConfigurationLevel, Factor, FactorLevel
 from pyroshock.schema.impacts import ExtractionSettingsRow, Impact, Pulse
-from pyroshock.schema.materials import material_id
-from pyroshock.schema.quality import QualityFinding
-from pyroshock.schema.recordings import RecordedChannel, Recording, SeriesChunk
+from pyroshock.schema.recordings import QualityFinding, RecordedChannel, Recording, SeriesChunk
 from pyroshock.schema.session import Writer, open_store
 from sqlalchemy import Connection
 

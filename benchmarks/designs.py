@@ -23,7 +23,7 @@ from pyroshock.doe.designs.lhs import balanced
 from pyroshock.doe.designs.pydoe import LhsCriterion
 from pyroshock.doe.designs.space_filling import latin_hypercube
 from pyroshock.doe.merit import FIGURES, Quality, quality
-from pyroshock.doe.merit.balance import cell_counts
+from pyroshock.doe.merit.space_filling import cell_counts
 from pyroshock.doe.space import Space, gun_space, hammer_space
 
 from .measuring import ROOT

@@ -27,20 +27,16 @@ from pyroshock.diagnosis.reading import read_folder
 from pyroshock.parallel.executor import Crew
 from pyroshock.twin.effects import catalogue
 from pyroshock.validation import answer_sets
-from pyroshock.validation.baseline_training import trained
-from pyroshock.validation.baselines import BASELINES
-from pyroshock.validation.blind_check import OPTIONS
+from pyroshock.validation.baselines import BASELINES, Forest, GapProblem, features
+from pyroshock.validation.blind_check import OPTIONS, trained
 from pyroshock.validation.case_plan import CaseTask
 from pyroshock.validation.case_results import CaseResult, Said, WithheldTruth
 from pyroshock.validation.cases.case import KINDS, Case
 from pyroshock.validation.cases.draw import draw_case
 from pyroshock.validation.cases.record import label_of, record_case
 from pyroshock.validation.metrics import figures
-from pyroshock.validation.problem import GapProblem
-from pyroshock.validation.random_forest_baseline import Forest, features
-from pyroshock.validation.results_io import pooled
-from pyroshock.validation.tally import FOREST
-from pyroshock.validation.truth import label
+from pyroshock.validation.report import pooled
+from pyroshock.validation.tally import FOREST, label
 
 from .figures import Figure, missing
 from .measuring import ROOT, Spread, ratio

@@ -4,7 +4,7 @@ how far shares are off.
     python -m benchmarks.diagnosis_maps [--jobs 2] [--fit-only]
 
 Writes a row for each campaign to docs/blind-check/development/maps.jsonl, and prints the constants of
-`diagnosis/inference/model_search.py`, `diagnosis/probability_maps.py` and `diagnosis/inference/shares.py`.
+`diagnosis/inference/model_search.py`, `diagnosis/options.py` and `diagnosis/inference/shares.py`.
 Families outside of the catalogue and laws are those of the development split alone; seeds are listed here, and no other
 check draws them.
 """
@@ -154,7 +154,7 @@ def _log_probability(row: dict[str, Any], power: float) -> float:
 
 def unknown_map(rows: Sequence[dict[str, Any]]) -> Floats:
     """The likeliest numbers of the map of unknown."""
-    from pyroshock.diagnosis.probability_maps import unknown_features
+    from pyroshock.diagnosis.options import unknown_features
 
     used = [row for row in rows if row["beyond_noise"] and row["odds"] is not None]
     x = np.array([unknown_features(row["odds"], row["fraction"], row["left"], _none_probability(row)) for row in used])
@@ -192,7 +192,7 @@ def _likeliest_known(causes: Sequence[dict[str, Any]], evidence: float) -> list[
 
 def entry_map(rows: Sequence[dict[str, Any]]) -> Floats:
     """The likeliest numbers of `first_entry_probability`: of campaigns with a gap that the catalogue explains."""
-    from pyroshock.diagnosis.probability_maps import entry_features
+    from pyroshock.diagnosis.options import entry_features
 
     used = [row for row in rows if row["known"] and row["truth"] != ["unknown"] and _one_or_two(row)]
     used = [row for row in used if row["beyond_noise"] or _none_probability(row) < _NO_GAP]

@@ -13,8 +13,8 @@ import numpy as np
 from pyroshock.ingest.pulses import extract_pulses
 from pyroshock.ingest.readers import open_recording
 from pyroshock.signals.channel import Channel, Sensor
+from pyroshock.signals.checks.base import Contact
 from pyroshock.signals.checks.double_hit import check_double_hit
-from pyroshock.signals.contact import Contact
 
 from .figures import Figure
 from .find_peaks_ways import Floats, Found, by_peak_widths, by_threshold, second_hits

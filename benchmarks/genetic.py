@@ -20,8 +20,8 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.training.estimators.mlp import one_thread, outputs_of, train_network
-from pyroshock.training.estimators.standard import Standard
+from pyroshock.training.estimators.base import Standard
+from pyroshock.training.estimators.network import one_thread, outputs_of, train_network
 from pyroshock.training.tuning.folds import grouped_folds
 
 from .measuring import Spread, interleaved, ratio

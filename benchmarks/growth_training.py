@@ -25,12 +25,11 @@ PER_GROUP = 10
 
 def families() -> dict[str, Callable[[], Estimator]]:
     from pyroshock.training.estimators.coregional import Coregional
-    from pyroshock.training.estimators.ensemble import TreeEnsemble
-    from pyroshock.training.estimators.kernel_ridge import KernelRidge
+    from pyroshock.training.estimators.linear import KernelRidge
     from pyroshock.training.estimators.network import Network
     from pyroshock.training.estimators.single_outputs import SingleOutputs
-    from pyroshock.training.estimators.svr import SupportVectors
-    from pyroshock.training.estimators.tree import DecisionTree
+    from pyroshock.training.estimators.support_vectors import SupportVectors
+    from pyroshock.training.estimators.trees import DecisionTree, TreeEnsemble
 
     return {
         "tree": DecisionTree,

@@ -19,12 +19,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from pyroshock.twin.gun.chambers import Chamber, TwoChambers
-from pyroshock.twin.gun.effect import GunEffect
 from pyroshock.twin.gun.effects.back_pressure import BackPressure
 from pyroshock.twin.gun.effects.barrel_loss import BarrelLoss
 from pyroshock.twin.gun.effects.blow_by import BlowBy
 from pyroshock.twin.gun.effects.valve_flow import ValveFlow
-from pyroshock.twin.gun.shot import nominal_shot
+from pyroshock.twin.gun.shot import GunEffect, nominal_shot
 from pyroshock.twin.gun.shots import gun_velocity
 
 from .apart import busy_seconds_of, in_turn

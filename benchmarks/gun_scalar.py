@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 from pyroshock.twin.gun.bench import GunBench
-from pyroshock.twin.gun.effect import GunEffect
+from pyroshock.twin.gun.shot import GunEffect
 
 Floats = NDArray[np.float64]
 #: Of `solve_ivp`.

@@ -16,12 +16,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 from pyroshock.twin.contact.bodies import Bodies
-from pyroshock.twin.contact.dimensionless import Numbers
 from pyroshock.twin.contact.effects.plastic_yield import PlasticYield
 from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
 from pyroshock.twin.contact.effects.viscous_loss import ViscousLoss
 from pyroshock.twin.contact.impact import impact
 from pyroshock.twin.contact.impacts import Impacts
+from pyroshock.twin.contact.integrate_contact import Numbers
 from pyroshock.twin.contact.kernel import Law, rates
 
 from .apart import busy_seconds_of, in_turn

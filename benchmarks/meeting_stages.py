@@ -14,23 +14,19 @@ from dataclasses import replace
 
 import numpy as np
 from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
-from pyroshock.twin.contact.law_uncertainty import NO_SPREAD
-from pyroshock.twin.contact.stage import LawContact
+from pyroshock.twin.contact.stage import NO_SPREAD, LawContact
 from pyroshock.twin.contact_interface import ContactStage, ForcePulses, Strikes
 from pyroshock.twin.coupled_contact import CoupledContact
-from pyroshock.twin.materials import THESIS
-from pyroshock.twin.plate.build import PlateBuild, places
-from pyroshock.twin.plate.damping import ConstantDamping
+from pyroshock.twin.plate.build import ConstantDamping, PlateBuild, places
 from pyroshock.twin.plate.modes import solve_plate
-from pyroshock.twin.plates import PlateStage
-from pyroshock.twin.setting import Setting
+from pyroshock.twin.plate.stage import PlateStage
+from pyroshock.twin.setting import THESIS, Setting
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.impact.build import Impactor, target
+from pyroshock.virtualbench.impact.build import Impactor, contact_material, target
 from pyroshock.virtualbench.impact.echoes import PlateEchoes
-from pyroshock.virtualbench.impact.materials import contact_material
 from pyroshock.virtualbench.impact.strike import ImpactTruth, strike_many
+from pyroshock.virtualbench.plate.build import resonant_plate
 from pyroshock.virtualbench.plate.modes import modes
-from pyroshock.virtualbench.plate.resonant import resonant_plate
 
 #: The bench's plate gives way to a hard tip in steps that grow small with its thickness: those take hours.
 TIPS = {

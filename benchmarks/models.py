@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pyroshock.training.floors import floor_metrics
-from pyroshock.training.model_storage import place_beside
+from pyroshock.training.evaluation.floor import floor_metrics
+from pyroshock.training.registry.model_storage import place_beside
 from pyroshock.training.registry.registry import Registry
 from pyroshock.training.thesis import thesis_figures
 

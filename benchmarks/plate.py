@@ -13,16 +13,14 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 from pyroshock.array_types import Floats
-from pyroshock.twin.materials import THESIS
 from pyroshock.twin.plate.build import PlateBuild, places
-from pyroshock.twin.plate.cache import cached_plate
 from pyroshock.twin.plate.modal import ModalPlate
-from pyroshock.twin.plate.modes import solve_plate
-from pyroshock.twin.plate.respond import respond
-from pyroshock.twin.plate.response import PlateResponse
+from pyroshock.twin.plate.modes import cached_plate, solve_plate
+from pyroshock.twin.plate.response import PlateResponse, respond
+from pyroshock.twin.setting import THESIS
 from pyroshock.virtualbench.effects import Effects
+from pyroshock.virtualbench.plate.build import OUTLINE_M, resonant_plate
 from pyroshock.virtualbench.plate.modes import PlateModes, modes
-from pyroshock.virtualbench.plate.resonant import OUTLINE_M, resonant_plate
 
 from benchmarks.measuring import Spread, interleaved
 

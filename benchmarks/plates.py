@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 from pyroshock.array_types import Floats
 from pyroshock.twin.plate.modal import ModalPlate
-from pyroshock.twin.plate.respond import respond
-from pyroshock.twin.plate.response import PlateResponse
+from pyroshock.twin.plate.response import PlateResponse, respond
 
 from .figures import Figure
 from .limits import copying, multiplying

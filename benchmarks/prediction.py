@@ -14,8 +14,8 @@ import numpy as np
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact.stage import LawContact
 from pyroshock.twin.contact_interface import ContactStage
-from pyroshock.twin.launch import GunStage
-from pyroshock.twin.plates import PlateStage
+from pyroshock.twin.gun.stage import GunStage
+from pyroshock.twin.plate.stage import PlateStage
 from pyroshock.twin.setting import Setting
 
 from .measuring import Spread
@@ -36,10 +36,10 @@ def registered_process() -> ContactStage:
     from datetime import UTC, datetime
 
     from pyroshock.dataset.domain import Domain
-    from pyroshock.training.contact_stage import RegisteredContact
-    from pyroshock.training.model_catalogue import Making, entry_of
+    from pyroshock.training.models.catalogue import Making, entry_of
+    from pyroshock.training.models.contact_stage import RegisteredContact
     from pyroshock.training.models.serialization import pack, unpack
-    from pyroshock.training.records import Cost, DatasetName, RegisteredModel, Version
+    from pyroshock.training.registry.records import Cost, DatasetName, RegisteredModel, Version
 
     table = pulse_table(np.random.default_rng(0), repetitions=PULSES // 60)
     model = entry_of(PROCESS).make(Making()).fit(table, np.random.default_rng(0))

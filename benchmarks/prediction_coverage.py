@@ -25,8 +25,8 @@ from pyroshock.app.cli.common import opened_or_none
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest, twin_of
 from pyroshock.app.twins.learning import calibrated, taught_contact
 from pyroshock.app.twins.measured_shots import read_measured_shots, struck_plate
-from pyroshock.training.metrics.crps import ensemble_crps
-from pyroshock.twin.launch import GunStage
+from pyroshock.training.evaluation.summary import ensemble_crps
+from pyroshock.twin.gun.stage import GunStage
 from pyroshock.twin.measured_shots import MeasuredShots
 from pyroshock.twin.prediction import Prediction
 

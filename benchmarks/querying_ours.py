@@ -12,10 +12,10 @@ from pyroshock.ingest.store import CampaignStore
 from pyroshock.ingest.stored import read_samples
 from pyroshock.schema.conditions import Condition
 from pyroshock.schema.impacts import Impact, Pulse
+from pyroshock.schema.listings import list_pulse_keys
 from pyroshock.schema.recordings import RecordedChannel
 from pyroshock.schema.series import as_floats
 from pyroshock.schema.session import Store, Writer, open_store
-from pyroshock.schema.thinned_listing import list_pulse_keys
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 

@@ -20,8 +20,7 @@ from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.gun.build import GunBuild, Projectile
 from pyroshock.virtualbench.gun.fire import fire
-from pyroshock.virtualbench.impact.build import target
-from pyroshock.virtualbench.impact.impactors import hammer
+from pyroshock.virtualbench.impact.build import hammer, target
 from pyroshock.virtualbench.impact.strike import strike_many
 
 from .measuring import ROOT

@@ -8,13 +8,10 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.virtualbench.campaigns.hammer import PLATE_MATERIAL, RATE_HZ, RATIO, moments
-from pyroshock.virtualbench.campaigns.hammer_sensors import LOAD_CELL
-from pyroshock.virtualbench.campaigns.plates import THICKNESS_M
-from pyroshock.virtualbench.campaigns.windows import add_pulse
+from pyroshock.virtualbench.campaigns.hammer import LOAD_CELL, PLATE_MATERIAL, RATE_HZ, RATIO, moments
+from pyroshock.virtualbench.campaigns.ringing import THICKNESS_M, add_pulse
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.impact.build import target
-from pyroshock.virtualbench.impact.impactors import hammer, hand_speed
+from pyroshock.virtualbench.impact.build import hammer, hand_speed, target
 from pyroshock.virtualbench.impact.strike import ImpactTruth, strike_many
 from pyroshock.virtualbench.sensors import digitised
 

@@ -23,8 +23,7 @@ from typing import Any
 import numpy as np
 from pyroshock.app.tuning.bench_adapter import LEAST_PRESSURE_PA, bench_refusals
 from pyroshock.doe.limits.bench import BenchLimits
-from pyroshock.twin.materials import THESIS
-from pyroshock.twin.setting import Setting
+from pyroshock.twin.setting import THESIS, Setting
 from pyroshock.twin.tune.goal import Goal
 from pyroshock.twin.tune.space import ContinuousRange, TuningSpace
 from pyroshock.twin.tune.tuner import FiredShots

@@ -12,7 +12,7 @@ from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.setting import Setting
 from pyroshock.virtualbench.campaigns.gun import RATE_HZ, VirtualGunBench, set_up
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.sensors.adc import calibrated
+from pyroshock.virtualbench.sensors.chain import calibrated
 
 Floats = NDArray[np.float64]
 

@@ -16,16 +16,16 @@ import numpy as np
 from pyroshock.app.tuning.bench_adapter import AtSensor
 from pyroshock.app.twins.building import TwinRequest, twin_of
 from pyroshock.app.twins.measured_shots import CampaignPlate, read_measured_shots
-from pyroshock.dataset.stored_bench import stored_materials
+from pyroshock.dataset.rows import stored_materials
 from pyroshock.schema.session import Store, Writer, open_store
 from pyroshock.twin.chain import Twin
-from pyroshock.twin.materials import THESIS
 from pyroshock.twin.plate.build import PlateBuild, places
-from pyroshock.twin.plate.cache import cached_plate
-from pyroshock.twin.plates import PlateStage
-from pyroshock.twin.tune.forward import level_db
+from pyroshock.twin.plate.modes import cached_plate
+from pyroshock.twin.plate.stage import PlateStage
+from pyroshock.twin.setting import THESIS
+from pyroshock.twin.tune.goal import level_db
 from pyroshock.twin.tune.tuner import FiredShots
-from pyroshock.virtualbench.plate.resonant import OUTLINE_M
+from pyroshock.virtualbench.plate.build import OUTLINE_M
 
 from .measuring import ROOT
 from .tuning_bench import LINES_HZ, SENSOR

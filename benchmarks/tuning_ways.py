@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pyroshock.array_types import Floats
 from pyroshock.twin.setting import Setting
-from pyroshock.twin.tune.forward import Forward, Refusals, level_db
-from pyroshock.twin.tune.goal import Goal
+from pyroshock.twin.tune.goal import Forward, Goal, Refusals, level_db
 from pyroshock.twin.tune.space import Amount, Mount, TuningSpace, mount_of
 from pyroshock.twin.tune.tuner import FiredShots, tune
 

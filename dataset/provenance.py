@@ -9,8 +9,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign
-from ..schema.datasets import DatasetSnapshot, SnapshotPulse
-from ..schema.impacts import ExtractionSettingsRow, Impact, Pulse
+from ..schema.impacts import DatasetSnapshot, ExtractionSettingsRow, Impact, Pulse, SnapshotPulse
 from ..schema.recordings import Recording
 from .snapshot import Snapshot
 

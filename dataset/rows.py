@@ -1,22 +1,32 @@
-"""What the store holds of impacts and their pulses, in a handful of queries however many there are."""
+"""What the store holds of impacts and their pulses, in a handful of queries however many there are.
+
+Parts of a bench as the store holds them, as the twin takes them.
+"""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import ColumnElement, RowMapping, Select, and_, func, select
 from sqlalchemy.orm import Session
 
-from ..schema.benches import Hammer, Plate
+from ..schema.benches import Hammer, Material, Plate
 from ..schema.campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel
-from ..schema.datasets import SnapshotPulse
-from ..schema.impacts import ExtractionSettingsRow, Impact, Pulse
-from ..schema.materials import Material
+from ..schema.impacts import ExtractionSettingsRow, Impact, Pulse, Shot, SnapshotPulse
 from ..schema.recordings import RecordedChannel, Recording
-from ..schema.shots import Shot
+from ..twin.gun.bench import GunBench
+from ..twin.setting import ElasticMaterial
 from .sources import PROPERTIES, ImpactSource, Materials
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session
+
+    from ..schema import benches as schema
+    from ..schema import benches as stored
+    from ..twin.plate.modal import ModalPlate
+
 
 #: One impact: the labels of `_COLUMNS`.
 Row = RowMapping
@@ -149,3 +159,52 @@ def polygon_area(corners: Sequence[Sequence[float]] | None) -> float | None:
         return None
     pairs = zip(corners, [*corners[1:], corners[0]], strict=True)
     return abs(sum(ax * by - bx * ay for (ax, ay), (bx, by) in pairs)) / 2
+
+
+def gun_bench(row: schema.Gun) -> GunBench:
+    """A stored gun."""
+    return GunBench(
+        tank_volume_m3=row.tank_volume_m3,
+        bore_diameter_m=row.bore_diameter_m,
+        projectile_diameter_m=row.projectile_diameter_m,
+        travel_m=row.travel_m,
+        friction_coefficient=row.friction_coefficient,
+        heat_capacity_ratio=row.heat_capacity_ratio,
+        efficiency=row.efficiency,
+    )
+
+
+def modal_plate(table: schema.ModalTable) -> ModalPlate:
+    """A stored modal table; its impact point is "#1", its sensors are the channels."""
+    from ..twin.plate.table import modal_plate_from_table
+
+    columns: dict[str, list[float]] = {"frequency_hz": [], "damping_ratio": [], "shape_impact": []}
+    for mode in table.modes:
+        columns["frequency_hz"].append(mode.frequency_hz)
+        columns["damping_ratio"].append(mode.damping_ratio)
+        columns["shape_impact"].append(mode.shape_impact_per_sqrt_kg)
+        for shape in mode.shapes:
+            columns.setdefault(f"shape_{shape.channel}", []).append(shape.shape_per_sqrt_kg)
+    return modal_plate_from_table(columns)
+
+
+def stored_materials(session: Session) -> dict[str, ElasticMaterial]:
+    """The store's materials by name and alias in lower case."""
+    from sqlalchemy import select
+    from sqlalchemy.orm import selectinload
+
+    from ..schema import benches as stored
+
+    rows = session.scalars(select(stored.Material).options(selectinload(stored.Material.aliases))).all()
+    aliases = {alias.alias: row.name for row in rows for alias in row.aliases}
+    return by_name([_material(row) for row in rows], aliases)
+
+
+def by_name(materials: Iterable[ElasticMaterial], aliases: Mapping[str, str]) -> dict[str, ElasticMaterial]:
+    """Materials by name and alias in lower case; a name goes before another's alias."""
+    named = {material.name: material for material in materials}
+    return {alias.lower(): named[name] for alias, name in aliases.items()} | {k.lower(): m for k, m in named.items()}
+
+
+def _material(row: stored.Material) -> ElasticMaterial:
+    return ElasticMaterial(row.name, row.youngs_modulus_pa, row.poisson_ratio, row.density_kg_m3, row.yield_strength_pa)

@@ -12,14 +12,12 @@ from sqlalchemy import insert, select
 from sqlalchemy.orm import Session
 
 from ..schema.configurations import known_configurations
-from ..schema.datasets import DatasetSnapshot, SnapshotPulse
 from ..schema.frozen_facts import FACTS, hit_key, kept_facts
+from ..schema.impacts import DatasetSnapshot, SnapshotPulse
 from ..schema.removal.returning import note_whole
 from ..schema.session import Store
-from .build_table import member_of, table_of
-from .catalog import get_snapshot_row, list_snapshots
-from .deleted import source_deleted
-from .identity import content_hash
+from .build_table import content_hash, member_of, table_of
+from .catalog import get_snapshot_row, list_snapshots, source_deleted
 from .predictors import PredictorSet, from_json
 from .rows import Row, levels_of, rows_of_snapshot
 from .selection import FORMAT, DatasetDraft, select_pulses

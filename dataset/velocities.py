@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..schema.impacts import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED, velocity_kind
 from ..schema.known_factors import NONE
-from ..schema.velocity_kinds import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED, velocity_kind
 from .rows import Levels, Row, case_of, rows_of_snapshot
 from .sources import Materials
 

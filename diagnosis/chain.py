@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from .observables.base import Stage
+from .observables.contact.force_histories import sites_of
 from .observables.contact.registered_model import RegisteredContactStage
-from .observables.contact.site import sites_of
 from .observables.contact.stage import ContactObservables
 from .observables.gun.stage import GunObservables
 from .observables.plate.ringdown import PlateRingdownStage

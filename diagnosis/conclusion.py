@@ -15,7 +15,7 @@ from .inference.model_search import fit_sets
 from .inference.posterior import HypothesisPosterior, fitted_effects, fitted_parameters
 from .inference.shares import GapShares
 from .inference.subset_fit import SubsetFit
-from .probability_maps import UnknownMap, first_entry_probability
+from .options import UnknownMap, first_entry_probability
 from .verdict import NONE, UNKNOWN, Cause, EffectShare, PathStep, Unexplained
 
 #: Entries below this probability are not listed; what is listed sums to one.

@@ -1,20 +1,162 @@
-"""The gap as a table: what was measured less what the nominal simulators say, for each configuration and observable."""
+"""The gap as a table: what was measured less what the nominal simulators say, for each configuration and observable.
+
+Means over the runs of a configuration, and what their scatter leaves of them.
+
+What repetitions say of the scatter of one run, drawn towards the sensors' data sheets where they are few.
+"""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..array_types import Floats
-from .means import means, tolerances
-from .noise import Noise
+from ..array_types import Floats, Rows
 from .observables.base import Observable, Stage
 from .record import CampaignRecord
+
+
+def means(residuals: Floats, configuration: Rows, configurations: int) -> tuple[Floats, NDArray[np.intp]]:
+    """Mean over the runs of each configuration (C, D), NaN where there is none, and their number."""
+    finite = np.isfinite(residuals)
+    total = np.zeros((configurations, residuals.shape[1]))
+    count = np.zeros(total.shape, dtype=np.intp)
+    np.add.at(total, configuration, np.where(finite, residuals, 0.0))
+    np.add.at(count, configuration, finite.astype(np.intp))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(count > 0, total / count, np.nan), count
+
+
+@dataclass(frozen=True, eq=False)
+class Means:
+    """C configurations by d observables. `mean` and `variance` of that mean (C, d), NaN where no run has a value."""
+
+    mean: Floats
+    variance: Floats
+
+    @classmethod
+    def of(cls, values: Floats, configuration: Rows, configurations: int, floor: Floats | float = 0.0) -> Self:
+        """From runs (R, d), NaN allowed. The scatter is pooled over configurations; without repetitions: `floor`."""
+        mean, count = means(values, configuration, configurations)
+        deviation = np.where(np.isfinite(values), values - mean[configuration], 0.0)
+        freedom = np.maximum(count - 1, 0).sum(axis=0)
+        scatter = np.where(freedom > 0, np.sqrt((deviation**2).sum(axis=0) / np.maximum(freedom, 1)), floor)
+        return cls(mean, np.where(count > 0, scatter**2 / np.maximum(count, 1), np.nan))
+
+
+def tolerances(observables: Sequence[Observable]) -> Floats:
+    """(d,)"""
+    return np.array([item.tolerance for item in observables], dtype=np.float64)
+
+
+def floors(observables: Sequence[Observable]) -> Floats:
+    """(d,): what the data sheets say of one run."""
+    return np.array([item.floor for item in observables], dtype=np.float64)
+
+
+#: The data sheet weighs as much as so many degrees of freedom. Few: a bench scatters more than its sensors, and a
+#: scatter that is taken too small accuses.
+SHEET_WEIGHT = 3.0
+#: A configuration scatters more than the others where chance would show as much in one campaign of so many, of any of
+#: its configurations; at most so large a share of them does.
+_OUTLYING, _MOST_OUTLYING = 1e-3, 0.25
+#: Correlations are drawn towards what lines of a channel share on average, and that towards none, as if so many runs
+#: for each observable, and for each channel, had shown just that.
+PLAIN_WEIGHT = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """Scatter of one run: covariance (D, D), and the degrees of freedom (D,) that measured it; 0: floor assumed.
+
+    `relative` (C, D) or (1, 1): standard deviation in a configuration over that of the covariance. It is larger than
+    one where the variance is an outlier by Cochran's test (ISO 5725-2:2019, 8.3.3): a shot that hardly leaves the
+    barrel scatters many times as much as others.
+    """
+
+    covariance: Floats
+    freedom: Floats
+    relative: Floats = field(default_factory=lambda: np.ones((1, 1)))
+
+    @property
+    def assumed(self) -> bool:
+        """Whether no repetition measured it."""
+        return not bool((self.freedom > 0).any())
+
+    @classmethod
+    def of(cls, deviations: Floats, configuration: NDArray[np.intp], observables: Sequence[Observable]) -> Self:
+        """From deviations (R, D) of runs from the mean of their configuration, NaN where there is none.
+
+        Variances: (nu s^2 + nu0 f^2) / (nu + nu0) with f of the data sheets. Correlations pooled over observables that
+        a run has both of, times nu / (nu + D), and the rest of the weight to their mean over the lines of a channel
+        (Ledoit and Wolf, J. Portfolio Manag. 30 (2004) 110, with a weight that is fixed since the optimal one is itself
+        uncertain with few runs). Drawn towards none, a shot that is louder as a whole would count once for each line.
+        """
+        measured = np.isfinite(deviations)
+        values = np.where(measured, deviations, 0.0)
+        member = np.eye(configuration.max() + 1)[:, configuration]
+        count = member @ measured
+        freedom = np.maximum(count - 1, 0.0).sum(axis=0)
+        sheet = np.array([item.floor for item in observables]) ** 2
+        relative = _relative_scatter(member @ values**2, np.maximum(count - 1, 0.0), sheet)
+        values = values / relative[configuration]
+        squares = (values**2).sum(axis=0)
+        sigma = np.sqrt((squares + SHEET_WEIGHT * sheet) / (freedom + SHEET_WEIGHT))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            correlation = np.nan_to_num((values.T @ values) / np.sqrt(np.outer(squares, squares)))
+        np.fill_diagonal(correlation, 1.0)
+        typical = float(np.median(freedom))
+        share = typical / (typical + PLAIN_WEIGHT * len(observables))
+        correlation = share * correlation + (1 - share) * _shared(correlation, observables, typical)
+        return cls(correlation * np.outer(sigma, sigma), freedom, relative)
+
+
+def _relative_scatter(squares: Floats, freedom: Floats, sheet: Floats) -> Floats:
+    """(C, D), 1 where the variance is no outlier: sums of squared deviations (C, D), their degrees of freedom (C, D),
+    and the variances of the data sheets (D,)."""
+    from scipy.stats import f as f_distribution
+
+    relative = np.ones(squares.shape)
+    measured = (freedom > 0).sum(axis=0)
+    for d in np.flatnonzero(measured > 1):
+        inside = freedom[:, d] > 0
+        for _ in range(int(_MOST_OUTLYING * measured[d])):
+            variance = np.where(inside, squares[:, d] / np.maximum(freedom[:, d], 1.0), -1.0)
+            largest = int(variance.argmax())
+            rest = inside & (np.arange(len(inside)) != largest)
+            rest_freedom = freedom[rest, d].sum() + SHEET_WEIGHT
+            pooled = (squares[rest, d].sum() + SHEET_WEIGHT * sheet[d]) / rest_freedom
+            chance = f_distribution.sf(variance[largest] / pooled, freedom[largest, d], rest_freedom)
+            if chance * measured[d] > _OUTLYING:
+                break
+            inside = rest
+            drawn = (squares[largest, d] + SHEET_WEIGHT * pooled) / (freedom[largest, d] + SHEET_WEIGHT)
+            relative[largest, d] = max(np.sqrt(drawn / pooled), 1.0)
+    return relative
+
+
+def _shared(correlation: Floats, observables: Sequence[Observable], freedom: float) -> Floats:
+    """(D, D): mean correlation of the lines of each channel, with each other and with all else; one on the diagonal."""
+    # What is no line stands alone.
+    keys = [(o.stage, o.channel, o.unit, i if o.frequency_hz is None else -1) for i, o in enumerate(observables)]
+    names = list(dict.fromkeys(keys))
+    member = np.array([[key == name for name in names] for key in keys], dtype=np.float64)
+    count = member.sum(axis=0)
+    mean = member.T @ (correlation - np.eye(len(keys))) @ member
+    mean /= np.outer(count, count) - np.diag(count) + np.diag(count == 1)
+    mean *= freedom / (freedom + PLAIN_WEIGHT * len(names))
+    mean[np.diag_indices(len(names))] = np.where(count == 1, 1.0, np.maximum(np.diag(mean), 0.0))
+    values, vectors = np.linalg.eigh(mean)
+    mean = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    size = np.sqrt(np.maximum(np.diag(mean), 1.0))
+    shared = member @ (mean / np.outer(size, size)) @ member.T
+    np.fill_diagonal(shared, 1.0)
+    return np.asarray(shared)
+
 
 #: Of one dB.
 _NEPER = float(np.log(10)) / 20

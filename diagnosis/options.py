@@ -1,12 +1,91 @@
-"""What a user may ask of a diagnosis."""
+"""What a user may ask of a diagnosis.
+
+Two probabilities of a report that evidence alone says too surely, learned on campaigns whose cause was known
+(`benchmarks/diagnosis_maps.py`).
+
+That something outside of the catalogue makes most of the gap: a law that is a little wrong is beaten by a free form.
+Hence a logit of the compressed log odds of the evidence, of the fraction of the gap that the effects take away where
+they were not fitted, and of how much is left there, in tolerances. Where it is likely that no effect acts there is
+nothing to predict, and the fraction says nothing.
+
+That the first entry holds the set that acts, where the catalogue does: sets that are not quite it are many, and effects
+that predict well are more often the right ones.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from ..twin.contact_interface import ContactStage
-from .probability_maps import UnknownMap
+
+#: Of the probability that the first entry holds the set that acts (`first_entry_probability`): intercept of the logit,
+#: weight of the logit of the probability by evidence, what several effects at once take off, and the weight of the
+#: fraction held out; and no evidence is surer than the last.
+ENTRY_INTERCEPT, ENTRY_ODDS, ENTRY_SEVERAL, ENTRY_FRACTION, ENTRY_SUREST = 1.08, 0.18, -1.10, 2.33, 0.99
+#: Fraction held out about which the weight turns, and which stands for one that is not known.
+_USUAL_FRACTION = 0.85
+#: Less than this is left by any simulator, and more than that says no more, in tolerances.
+_LEAST_LEFT, _MOST_LEFT = 0.3, 3.0
+
+
+@dataclass(frozen=True)
+class UnknownMap:
+    """logit p = `intercept` + `odds` asinh(log odds / 2) + `fraction` (1 - p_none) (1/2 - held-out fraction) + `left`
+    ln(left)."""
+
+    intercept: float = -0.90
+    odds: float = 0.49
+    fraction: float = 3.27
+    left: float = 1.66
+    source: str = "development campaigns of the virtual bench (docs/blind-check/development/maps.jsonl)"
+
+    def __call__(self, log_odds: float, fraction: float | None, left: float | None, none: float = 0.0) -> float:
+        """`left`: rms of the gap that the effects leave held out, less the noise floor, in tolerances; `none`: the
+        probability of sets within tolerance. Without figures that are held out the odds alone decide."""
+        figures = np.array(unknown_features(log_odds, fraction, left, none))
+        logit = float(figures @ [self.intercept, self.odds, self.fraction, self.left])
+        return float(1 / (1 + np.exp(-logit)))
+
+
+def unknown_features(
+    log_odds: float, fraction: float | None, remaining_gap: float | None, none: float = 0.0
+) -> tuple[float, float, float, float]:
+    """One, and the figures of the logit in the order of `UnknownMap`."""
+    fraction = 0.5 if fraction is None or not np.isfinite(fraction) else fraction
+    remaining_gap = 1.0 if remaining_gap is None or not np.isfinite(remaining_gap) else remaining_gap
+    return (
+        1.0,
+        float(np.arcsinh(log_odds / 2)),
+        (1 - none) * (0.5 - float(np.clip(fraction, -0.5, 1.0))),
+        float(np.log(np.clip(remaining_gap, _LEAST_LEFT, _MOST_LEFT))),
+    )
+
+
+def first_entry_probability(evidence: float, effects: Sequence[str], fraction: float | None) -> float:
+    """The probability that an entry holds the set that acts, given that the catalogue has it: by the `evidence`'s
+    probability of the entry, the `effects` of its likeliest set (none: no effect acts) and the fraction held out."""
+    numbers = [ENTRY_INTERCEPT, ENTRY_ODDS, ENTRY_SEVERAL, ENTRY_FRACTION]
+    logit = float(np.dot(numbers, entry_features(evidence, effects, fraction)))
+    return float(1 / (1 + np.exp(-logit)))
+
+
+def entry_features(
+    evidence: float, effects: Sequence[str], fraction: float | None
+) -> tuple[float, float, float, float]:
+    """One, and the figures of the logit of `first_entry_probability`."""
+    evidence = float(np.clip(evidence, 1 - ENTRY_SUREST, ENTRY_SUREST))
+    if fraction is None or not np.isfinite(fraction) or not effects:
+        fraction = _USUAL_FRACTION
+    return (
+        1.0,
+        float(np.log(evidence / (1 - evidence))),
+        float(len(effects) > 1),
+        float(np.clip(fraction, 0.0, 1.0)) - _USUAL_FRACTION,
+    )
+
 
 #: Of each stage: velocity and peak force as shares, spectra in dB. What the observables' tolerances stand for.
 TOLERANCES = {"gun": 0.01, "contact": 0.03, "plate": 0.5}

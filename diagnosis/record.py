@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from ..array_types import Floats
 from ..twin.gun.bench import GunBench
-from ..twin.materials import ElasticMaterial
 from ..twin.plate.modal import ModalPlate
+from ..twin.setting import ElasticMaterial
 
 Factor = str | float
 

@@ -3,6 +3,8 @@
 Random order spreads drift over all effects (Montgomery, section 1.3), but a plate weighs too much to be changed at
 random (thesis, appendix A). The plan becomes a split plot: the hard factors are the whole plots, and their effects
 are confounded with time as far as `time_confounding` says.
+
+How often the bench is rebuilt when runs follow each other, factor by factor.
 """
 
 from __future__ import annotations
@@ -11,10 +13,25 @@ import itertools
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..array_types import Levels
-from .changeovers import changeovers
 from .space import Axis, Space
+
+
+def factor_levels(axis: Axis) -> NDArray[np.int64]:
+    """(combinations, factors): the level of each factor of an axis."""
+    return np.array(axis.combinations, dtype=np.int64).reshape(axis.size, len(axis.factors))
+
+
+def changeovers(space: Space, treatments: NDArray[np.int64]) -> dict[str, int]:
+    """Factor to the number of times that it differs from the run before, treatments (n, axes) in order of run."""
+    changes_by_factor: dict[str, int] = {}
+    for index, axis in enumerate(space.axes):
+        changed = np.diff(factor_levels(axis)[treatments[:, index]], axis=0) != 0
+        changes_by_factor |= {factor.name: int(changed[:, place].sum()) for place, factor in enumerate(axis.factors)}
+    return {factor.name: changes_by_factor[factor.name] for factor in space.factors}
+
 
 Costs = dict[int, dict[int, int]]
 

@@ -11,14 +11,13 @@ from numpy.typing import NDArray
 from sqlalchemy import case, func, select
 from sqlalchemy.orm import Session
 
-from ..schema.advisory_lock import take_turn
+from ..schema.benches import material_names
+from ..schema.campaigns import STATUSES, Plan, PlannedRun, plan_turn
 from ..schema.configurations import configuration_ids
-from ..schema.factor_levels import LevelError, MaterialNames, RunLevel, level_of
-from ..schema.impacts import Impact
-from ..schema.materials import material_names
-from ..schema.plans import STATUSES, Plan, PlannedRun, plan_turn
+from ..schema.impacts import Impact, Shot
+from ..schema.known_factors import LevelError, MaterialNames, RunLevel, level_of
 from ..schema.session import Store
-from ..schema.shots import Shot
+from ..schema.transactions import take_turn
 from .designs.base import Design
 from .space import Space, space_from_text
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..array_types import Floats, Levels
-from .merit.balance import cell_counts, deviations, worst_deviation
+from .merit.space_filling import cell_counts, deviations, worst_deviation
 from .space import Space
 
 if TYPE_CHECKING:

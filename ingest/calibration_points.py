@@ -11,8 +11,7 @@ from typing import Any
 
 from ..schema.known_factors import parse_number
 from ..signals.calibration import Calibration, fit_line
-from .errors import IngestError
-from .printable import shown, stated_day
+from .errors import IngestError, shown, stated_day
 from .tables import read_table
 
 FILE = "campaign.toml"

@@ -10,9 +10,8 @@ from sqlalchemy.orm import Session
 from ..schema.campaigns import Configuration, ConfigurationLevel, Factor, FactorLevel
 from ..schema.configurations import configuration_fingerprint
 from ..schema.recordings import STORED
-from .errors import IngestError
+from .errors import IngestError, difference
 from .folder import CampaignFile
-from .printable import difference
 from .runs import RunRow
 from .stored_rows import KnownRecording, KnownRow, reported_uncertainty, reported_velocity
 

@@ -11,8 +11,7 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 
 from ..schema.known_factors import BY_COLUMN, BY_NAME, KNOWN_FACTORS
-from .errors import Faults
-from .printable import shown
+from .errors import Faults, shown
 
 RUNS_FILE = "runs.csv"
 KEYS = ("run", "repetition")

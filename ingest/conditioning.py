@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
-from .deconvolution import DEFAULT_REGULARISATION, clean_acceleration, deconvolve, force_from_acceleration
-from .delay import delay_is_plausible, measured_delay_samples, propagation_delay
+from .acceleration import (
+    DEFAULT_REGULARISATION,
+    clean_acceleration,
+    deconvolve,
+    delay_is_plausible,
+    force_from_acceleration,
+    measured_delay_samples,
+    propagation_delay,
+)
 from .transfer_function import (
     TransferFunction,
     TransferFunctionError,

@@ -18,11 +18,11 @@ import numpy as np
 from ..array_types import Floats
 from ..signals.channel import Channel, Sensor
 from ..signals.checks.base import Finding, Severity
-from .deconvolution import DEFAULT_REGULARISATION, deconvolve_together
+from .acceleration import DEFAULT_REGULARISATION, deconvolve_together
 from .errors import IngestError
-from .force_source import ADVICE, FILE, ForceSource
 from .pulses import find_hits
 from .readers import RecordingError, open_recording
+from .recording_options import ADVICE, FILE, ForceSource
 from .settings import ExtractionSettings
 from .transfer_function import TransferFunction, TransferFunctionError, estimate_transfer_function
 

@@ -16,11 +16,9 @@ from ..schema.toml_text import read_toml_text, toml_table
 from ..signals.channel import Sensor
 from ..signals.units import SI_UNITS, UnitError
 from .calibration_points import stated_calibration
-from .errors import Faults, IngestError
-from .force_source import ForceSource, force_source
-from .printable import LONGEST_NAME, shown, stated_day
+from .errors import LONGEST_NAME, Faults, IngestError, shown, stated_day
 from .readers import ReadingOptions
-from .recording_options import reading_options
+from .recording_options import ForceSource, force_source, reading_options
 
 FILE = "campaign.toml"
 KINDS = ("hammer", "gun")

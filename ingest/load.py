@@ -13,27 +13,27 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from ..schema.factor_levels import MaterialNames
-from ..schema.materials import material_names
+from ..schema.benches import material_names
+from ..schema.known_factors import MaterialNames
 from ..schema.rehearsal import RolledBackStore
 from ..schema.session import Store
 from ..signals.channel import on_impactor
-from .bench_rules import Told, check_bench
+from .channel_mistakes import doubt_other_sign
 from .column_names import undeclared
 from .derived_force import TransferFunctions, plate_response
 from .errors import Faults, IngestError
+from .excluded_recordings import Damaged
 from .folder import FILE as CAMPAIGN
 from .folder import CampaignFile, read_campaign_file, stated_kind_and_factors
-from .force_sign import doubt_other_sign
+from .hits import MatchedImpact, expected_hits, match
 from .impact_speed import TargetMotion
-from .matching import MatchedImpact, expected_hits, match
 from .modes import ModalTableFile, read_modal_table
 from .parallel import Isolation, default_jobs, map_ahead
+from .plausibility import Told, check_bench
 from .processing import ProcessedRecording, process_recording
 from .readers import RecordingError
-from .readers.error_translation import one_line
+from .readers.contents import one_line
 from .recording_files import RecordingFiles
-from .rejected_recordings import Damaged
 from .report import IngestReport
 from .runs import RunRow, read_runs
 from .settings import ExtractionSettings

@@ -15,11 +15,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..signals.units import SI_UNITS, UnitError, to_si
-from .errors import IngestError
+from .errors import IngestError, enumerated
 from .folder import FILE as CAMPAIGN
-from .printable import enumerated
 from .readers import AS_IN_FILE, READERS, ReadingOptions, RecordingError, open_recording
-from .readers.error_translation import one_line
+from .readers.contents import one_line
 from .recording_files import recording_path
 from .runs import FILES
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from ..parallel.working_directory import working_directory_closed
-from .readers.watchdog import end_this_process_when_stuck
+from .readers.contents import end_this_process_when_stuck
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

@@ -13,13 +13,11 @@ from dataclasses import dataclass
 from sqlalchemy import func, select, update
 from sqlalchemy.orm import Session
 
-from ..schema.advisory_lock import take_turn
-from ..schema.campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel
-from ..schema.impacts import Impact
+from ..schema.campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel, Plan, PlannedRun, plan_turn
+from ..schema.impacts import Impact, Shot
 from ..schema.known_factors import BY_NAME
-from ..schema.plans import Plan, PlannedRun, plan_turn
 from ..schema.session import Store
-from ..schema.shots import Shot
+from ..schema.transactions import take_turn
 from .errors import IngestError
 
 #: Numbers agree within this share of the planned one.

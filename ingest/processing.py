@@ -19,16 +19,15 @@ from ..signals.checks.base import Finding
 from ..signals.checks.recording import judge_together
 from ..signals.units import UnitError, to_si
 from .channel_figures import ImpactFigures, measure_channels
+from .channel_mistakes import check_force_sign, refuse_no_reading
 from .column_names import resembled_channel
 from .derived_force import TransferFunctions, derived_force
-from .force_sign import check_force_sign
 from .gunshot import ShotMeasurement, measure_shot
-from .hit_findings import hits_without_row, touches_before
+from .hits import hits_without_row, touches_before
 from .impact_speed import ImpactSpeed, impact_speeds
 from .pulses import ExtractedPulse, Hits, find_hits
 from .readers import AS_IN_FILE, OpenRecording, ReadingOptions, RecordingError
 from .recording_files import RecordingFiles
-from .sanity_limits import refuse_no_reading
 from .settings import ExtractionSettings
 
 #: A channel that a recording does without; it has no row, so that the finding's evidence names it.

@@ -11,9 +11,8 @@ from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign
-from ..schema.care.checks.channels import ChannelRow, iter_channels
-from ..schema.care.checks.scope import Scope
-from ..schema.care.checks.series import damages
+from ..schema.integrity.checks.series import ChannelRow, damages, iter_channels
+from ..schema.integrity.findings import Scope
 from ..schema.recordings import RecordedChannel, Recording, SeriesChunk
 from ..schema.series import EncodedSeries, encode_series, write_series
 from ..schema.session import Store

@@ -10,19 +10,19 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign
+from ..schema.provenance import Tombstone
 from ..schema.rehearsal import RolledBackStore
 from ..schema.removal.part import Part, recording_part
 from ..schema.removal.returning import give_back
 from ..schema.session import Store
-from ..schema.tombstones import Tombstone
 from .changed_rows import RowDifferences
 from .errors import IngestError
+from .excluded_recordings import Damaged
 from .folder import FILE as CAMPAIGN
 from .folder import CampaignFile
+from .hits import MatchedImpact
 from .load import PendingRecording, campaign_plate_response, process, read_campaign_tables, work_of
-from .matching import MatchedImpact
 from .processing import ProcessedRecording
-from .rejected_recordings import Damaged
 from .runs import FILE, RunRow
 from .settings import ExtractionSettings
 from .store import CampaignStore

@@ -9,10 +9,8 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign
-from ..schema.impacts import Impact
-from ..schema.quality import QualityFinding
-from ..schema.recordings import STORED, RecordedChannel, Recording
-from ..schema.shots import Shot
+from ..schema.impacts import Impact, Shot
+from ..schema.recordings import STORED, QualityFinding, RecordedChannel, Recording
 
 #: The check of a finding that says that a recording was discarded and is not stored again.
 DISCARDED = "discarded"

@@ -1,4 +1,7 @@
-"""From what was read to rows of the store, within a transaction that the caller holds."""
+"""From what was read to rows of the store, within a transaction that the caller holds.
+
+Velocities, pressures and findings of a hit as rows hold them: the lab's own word before what its record gives.
+"""
 
 from __future__ import annotations
 
@@ -9,24 +12,24 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from ..schema.benches import Gun, Hammer, ModalTable, Mode, ModeShape, Plate
+from ..schema.benches import Gun, Hammer, Material, ModalTable, Mode, ModeShape, Plate, material_id
 from ..schema.campaigns import Campaign
 from ..schema.impacts import ExtractionSettingsRow as SettingsRow
-from ..schema.keys import fingerprint_of, get_or_add
 from ..schema.known_factors import NONE
-from ..schema.materials import Material, material_id
 from ..schema.series import encode
-from .changed_bench import bench_differences
-from .errors import IngestError
+from ..schema.transactions import fingerprint_of, get_or_add
+from ..signals.checks.base import Finding
+from .errors import IngestError, difference
 from .folder import CampaignFile, PlatePart
+from .hits import MatchedImpact
 from .impact_speed import StruckPlate
 from .modes import ModalTableFile
-from .printable import difference
-from .processing import StoredSeries
+from .processing import ProcessedRecording, StoredSeries
 from .pulses import ExtractedPulse
 from .runs import RunRow
 from .settings import EXTRACTION_VERSION, ExtractionSettings
 from .stored import with_calibration
+from .stored_rows import bench_differences, reported_uncertainty
 
 Part = TypeVar("Part", Gun, Hammer)
 
@@ -191,4 +194,67 @@ def pulse_values(pulse: ExtractedPulse, impact_id: int, settings: int) -> dict[s
         "force_points_n": [float(x) for x in pulse.force_points_n],
         "fine_period_s": pulse.fine_period_s,
         "fine_force_n": encode(pulse.fine_force_n),
+    }
+
+
+def impact_values(row: RunRow, hit: MatchedImpact, done: ProcessedRecording | None) -> dict[str, object]:
+    if row.impact_velocity_m_s is not None:
+        return {
+            "impact_velocity_m_s": row.impact_velocity_m_s,
+            "impact_velocity_u_m_s": row.impact_velocity_u_m_s,
+            "velocity_source": "reported",
+        }
+    speed = done.speeds[hit.pulse] if done and hit.pulse is not None and done.speeds else None
+    if speed is None:
+        return {}
+    return {
+        "impact_velocity_m_s": speed.velocity_m_s,
+        "impact_velocity_u_m_s": speed.velocity_u_m_s,
+        "velocity_source": speed.source,
+    }
+
+
+def hit_velocity(row: RunRow, hit: MatchedImpact, done: ProcessedRecording) -> float | None:
+    """The impact velocity by whatever tells it first: the row, the impactor's acceleration, the shot (m/s)."""
+    velocity = impact_values(row, hit, done).get("impact_velocity_m_s")
+    shot = done.shot.velocity_m_s if done.shot else None
+    best = velocity if isinstance(velocity, float) else row.measured_velocity_m_s or shot
+    return None if best is None else float(best)
+
+
+def shot_values(row: RunRow, done: ProcessedRecording | None) -> dict[str, object]:
+    values: dict[str, object] = {
+        "tank_pressure_pa": row.number("tank_pressure"),
+        "bullet_mass_kg": row.number("bullet_mass"),
+        "bullet_length_m": row.bullet_length_m,
+    }
+    shot = done.shot if done else None
+    if shot and shot.tank_pressure_pa is not None:
+        values |= {"recorded_pressure_pa": shot.tank_pressure_pa, "recorded_pressure_u_pa": shot.tank_pressure_u_pa}
+    if row.measured_velocity_m_s is not None:
+        values |= {
+            "measured_velocity_m_s": row.measured_velocity_m_s,
+            "measured_velocity_u_m_s": reported_uncertainty(row),
+            "velocity_source": "reported",
+        }
+    elif shot and shot.velocity_m_s is not None:
+        values |= {
+            "measured_velocity_m_s": shot.velocity_m_s,
+            "measured_velocity_u_m_s": shot.velocity_u_m_s,
+            "velocity_source": "laser",
+        }
+    return values
+
+
+def finding_values(
+    finding: Finding, recording_id: int, channels: dict[str, int], impacts: dict[int, int]
+) -> dict[str, object]:
+    return {
+        "recording_id": recording_id,
+        "channel_id": channels.get(finding.channel),
+        "impact_id": impacts.get(finding.contact) if finding.contact is not None else None,
+        "check": finding.check,
+        "severity": finding.severity,
+        "message": finding.message,
+        "evidence": finding.evidence,
     }

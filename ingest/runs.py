@@ -9,15 +9,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
-from ..schema.factor_levels import LevelError, MaterialNames, RunLevel, level_of
-from ..schema.known_factors import BY_COLUMN, BY_NAME, parse_number
+from ..schema.known_factors import BY_COLUMN, BY_NAME, LevelError, MaterialNames, RunLevel, level_of, parse_number
 from ..signals.valve_profile import ValveProfile
 from .column_names import KEYS, MEASURED, RUNS_FILE, check_columns, suggestion
-from .errors import Faults, IngestError
-from .printable import LONGEST_NAME, shown
+from .errors import LONGEST_NAME, Faults, IngestError, shown
 from .recording_files import recording_path
-from .sheets import SUFFIXES
-from .tables import Line, read_table
+from .tables import SUFFIXES, Line, read_table
 
 FILE = RUNS_FILE
 #: A folder has one of them.

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..array_types import Floats
-from ..signals.contact import Contact
+from ..signals.checks.base import Contact
 
 if TYPE_CHECKING:
     from .settings import ExtractionSettings

@@ -13,30 +13,37 @@ from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign
 from ..schema.configurations import configuration_ids
-from ..schema.impacts import ChannelFigures, Impact, Pulse
-from ..schema.quality import QualityFinding
-from ..schema.recordings import SET_ASIDE, STORED, RecordedChannel, Recording
+from ..schema.impacts import ChannelFigures, Impact, Pulse, Shot
+from ..schema.recordings import SET_ASIDE, STORED, QualityFinding, RecordedChannel, Recording
 from ..schema.removal.part import Part
 from ..schema.series import write_series
 from ..schema.session import Store
-from ..schema.shots import Shot
 from ..signals.checks.base import Finding
-from .additions import Additions, add_facts, row_additions
-from .changed_channels import refuse_changed_channels
+from .additions import Additions, add_facts, refuse_changed_channels, row_additions
 from .changed_rows import RowDifferences, refuse_changed_rows, way_out
 from .channel_figures import figure_rows
-from .discarded import DiscardedRecordings
 from .errors import IngestError
+from .excluded_recordings import Damaged, DiscardedRecordings, forget_aside, keep_aside
 from .folder import CampaignFile
+from .hits import MatchedImpact
 from .impact_speed import TargetMotion
-from .matching import MatchedImpact
 from .modes import ModalTableFile
 from .plausibility import check_impulse, check_same_samples, check_tip
 from .processing import ProcessedRecording
-from .rejected_recordings import Damaged, forget_aside, keep_aside
 from .report import IngestReport
-from .row_values import finding_values, hit_velocity, impact_values, shot_values
-from .rows import bench_additions, campaign_row, channel_values, plate_mass, pulse_values, settings_id, struck_plate
+from .rows import (
+    bench_additions,
+    campaign_row,
+    channel_values,
+    finding_values,
+    hit_velocity,
+    impact_values,
+    plate_mass,
+    pulse_values,
+    settings_id,
+    shot_values,
+    struck_plate,
+)
 from .runs import FILE, RunRow
 from .settings import ExtractionSettings
 from .stored_rows import (

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from .backend import Hands, abandoned_after
+from .executor import Hands, abandoned_after
 from .task import Died, Errand, Outcome, carried_out
 
 if TYPE_CHECKING:

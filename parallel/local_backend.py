@@ -1,21 +1,34 @@
-"""This process, or processes beside it."""
+"""This process, or processes beside it.
+
+No worker outlives whoever started it.
+"""
 
 from __future__ import annotations
 
 import os
+import time
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
+from threading import Thread
 from typing import Any
 
-from .backend import Hands, abandoned_after
-from .exit_with_parent import end_with
-from .shared_data import packed
-from .task import Died, Errand, Outcome, carried_out
-from .threads import one_thread
+from .executor import Hands, abandoned_after
+from .task import Died, Errand, Outcome, carried_out, one_thread, packed
 from .working_directory import working_directory_closed
+
+
+def end_with(parent: int) -> None:
+    """End this process soon after its parent: a killed parent tells nobody, and nobody would take the result."""
+    Thread(target=_watch, args=(parent,), daemon=True).start()
+
+
+def _watch(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(0.5)
+    os._exit(1)
 
 
 @contextmanager

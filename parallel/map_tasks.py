@@ -8,8 +8,7 @@ from contextlib import AbstractContextManager
 from itertools import islice
 from typing import Any, TypeVar
 
-from .backend import Hands
-from .executor import DASK, Crew
+from .executor import DASK, Crew, Hands
 from .task import Died, Errand
 
 Item = TypeVar("Item")

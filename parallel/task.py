@@ -1,17 +1,107 @@
-"""What a worker does: one call of one function, watched."""
+"""What a worker does: one call of one function, watched.
+
+One thread of linear algebra for each worker: the same sums everywhere, and as many workers as there are cores.
+
+What all calls share, sent to each process once.
+"""
 
 from __future__ import annotations
 
 import faulthandler
+import hashlib
 import os
+import pickle
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple, Protocol
 
-from .shared_data import contents
-from .threads import use_one_thread
+
+class Sent(Protocol):
+    """What is shared, on its way to a process."""
+
+    def contents(self) -> tuple[Any, ...]: ...
+
+
+@dataclass(frozen=True)
+class Parcel:
+    """A file of ours by its path and the SHA-256 of its bytes."""
+
+    path: str
+    sha256: str
+
+    def contents(self) -> tuple[Any, ...]:
+        """Read once by each process. Raises `ValueError` where the file is not the one that was packed."""
+        if self not in _latest:
+            content = Path(self.path).read_bytes()
+            if hashlib.sha256(content).hexdigest() != self.sha256:
+                raise ValueError(f"{self.path} is not what was packed for the workers")
+            _latest.clear()  # of one call at a time, for it may be large
+            _latest[self] = pickle.loads(content)
+        return _latest[self]
+
+
+_latest: dict[Parcel, tuple[Any, ...]] = {}
+
+
+def contents(shared: Sent | tuple[Any, ...]) -> tuple[Any, ...]:
+    """As it was given to `mapped`."""
+    return shared if isinstance(shared, tuple) else shared.contents()
+
+
+@contextmanager
+def packed(shared: tuple[Any, ...]) -> Iterator[Parcel | tuple[Any, ...]]:
+    """As a file that is gone afterwards; what is empty needs none."""
+    if not shared:
+        yield ()
+        return
+    content = pickle.dumps(shared, pickle.HIGHEST_PROTOCOL)
+    with TemporaryDirectory(prefix="pyroshock-") as folder:  # no other user may look into it
+        file = Path(folder) / "shared"
+        file.write_bytes(content)
+        yield Parcel(str(file), hashlib.sha256(content).hexdigest())
+
+
+#: What libraries that are loaded later look at.
+_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+@cache
+def use_one_thread() -> None:
+    """From now on, in a process that is a worker and nothing else."""
+    import scipy.linalg  # noqa: F401 - brings a BLAS of its own, which is limited only where it is loaded
+    from threadpoolctl import threadpool_limits
+
+    os.environ.update(dict.fromkeys(_VARIABLES, "1"))
+    threadpool_limits(limits=1)
+    if "torch" in sys.modules:
+        sys.modules["torch"].set_num_threads(1)
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """As long as the block lasts, in a process that has other things to do; what is loaded within it stays at one."""
+    import scipy.linalg  # noqa: F401 - as above
+    from threadpoolctl import threadpool_limits
+
+    torch = sys.modules.get("torch")
+    threads = torch.get_num_threads() if torch else 0
+    variables = {name: os.environ.get(name) for name in _VARIABLES}
+    os.environ.update(dict.fromkeys(_VARIABLES, "1"))
+    with threadpool_limits(limits=1):
+        if torch:
+            torch.set_num_threads(1)
+        try:
+            yield
+        finally:
+            if torch:
+                torch.set_num_threads(threads)
+            for name, value in variables.items():
+                os.environ.pop(name) if value is None else os.environ.update({name: value})
 
 
 class Errand(NamedTuple):

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from .benches import material_id
 from .campaigns import Configuration, ConfigurationLevel, Factor, FactorLevel
-from .factor_levels import RunLevel
-from .keys import fingerprint_of, get_or_add
-from .materials import material_id
+from .known_factors import RunLevel
+from .transactions import fingerprint_of, get_or_add
 
 #: Values of one statement: SQLite takes 32,766 of them.
 _AT_ONCE = 500

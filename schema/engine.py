@@ -13,7 +13,7 @@ from sqlalchemy.exc import DBAPIError, NoSuchModuleError
 
 from .addresses import AddressError, shown, without_secrets
 from .addresses import parsed as parsed_address
-from .retry import Patience, rerun
+from .transactions import Patience, rerun
 
 #: Wait this long for another writer before giving up (SQLite lets one write at a time).
 BUSY_TIMEOUT_S = 60.0

@@ -14,11 +14,9 @@ from typing import Any
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
-from .benches import Hammer, Plate
+from .benches import Hammer, Material, Plate
 from .campaigns import Campaign, Configuration
-from .datasets import DatasetSnapshot, SnapshotPulse
-from .impacts import Impact, Pulse
-from .materials import Material
+from .impacts import DatasetSnapshot, Impact, Pulse, SnapshotPulse
 
 FACTS = "facts"
 

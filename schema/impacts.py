@@ -1,4 +1,15 @@
-"""Impacts, the pulses that were extracted from their records, and the figures of their acceleration channels."""
+"""Impacts, the pulses that were extracted from their records, and the figures of their acceleration channels.
+
+Shots of the gun: what the tank held, and how fast the bullet left.
+
+Frozen selections of pulses: what a model was trained on.
+
+What an impact velocity means, by how it was obtained: the kinds of a velocity, and the kind of each source.
+
+A velocity that was integrated from the impactor's deceleration to the peak of the force (thesis, section 4.1) is
+the one that the impactor lost until then. Where the target gives way, the impactor still moves with the target's
+surface at the peak, and the integral is only 0.3 to 0.8 of the velocity before contact.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +21,7 @@ from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from .base import Base, HasId, Written, not_negative, positive
 from .campaigns import Campaign, Configuration
-from .figures import CHANNEL, IMPACT, PULSE, hashed
+from .figures import CHANNEL, IMPACT, PULSE, SHOT, hashed
 from .recordings import RecordedChannel, Recording
 
 
@@ -146,3 +157,90 @@ class ChannelFigures(HasId, Written, Base):
     figures_sha256: Mapped[str | None] = mapped_column(default=hashed(CHANNEL))
     impact: Mapped[Impact] = relationship()
     channel: Mapped[RecordedChannel] = relationship()
+
+
+class Shot(HasId, Written, Base):
+    """One firing. Pressures are gauge, as the transducer and the thesis give them."""
+
+    __tablename__ = "shots"
+    __table_args__ = (
+        UniqueConstraint("campaign_id", "run", "repetition"),
+        CheckConstraint("run >= 0", "run_not_negative"),
+        CheckConstraint("repetition >= 1", "repetition_positive"),
+        CheckConstraint(positive("tank_pressure_pa"), "tank_pressure_positive"),
+        CheckConstraint(positive("bullet_mass_kg"), "bullet_mass_positive"),
+        CheckConstraint(positive("bullet_length_m"), "bullet_length_positive"),
+        CheckConstraint(not_negative("measured_velocity_m_s"), "velocity_not_negative"),
+        CheckConstraint(not_negative("measured_velocity_u_m_s"), "velocity_u_not_negative"),
+        CheckConstraint("(measured_velocity_m_s IS NULL) = (velocity_source IS NULL)", "velocity_with_source"),
+        Index("ix_shots_campaign_id_id", "campaign_id", "id"),
+        Index("ix_shots_configuration_id_id", "configuration_id", "id"),
+        Index("ix_shots_recording_id", "recording_id"),
+    )
+
+    campaign_id: Mapped[int] = mapped_column(ForeignKey("campaigns.id"))
+    run: Mapped[int]
+    repetition: Mapped[int]
+    configuration_id: Mapped[int] = mapped_column(ForeignKey("configurations.id"))
+    recording_id: Mapped[int | None] = mapped_column(ForeignKey("recordings.id"))
+    planned_run_id: Mapped[int | None] = mapped_column(ForeignKey("planned_runs.id"), index=True)
+    impact_id: Mapped[int | None] = mapped_column(ForeignKey("impacts.id"))
+    tank_pressure_pa: Mapped[float]  # set point, or what the lab wrote down
+    recorded_pressure_pa: Mapped[float | None]  # from the transducer, before the valve opened
+    recorded_pressure_u_pa: Mapped[float | None]
+    bullet_mass_kg: Mapped[float]
+    bullet_length_m: Mapped[float | None]
+    measured_velocity_m_s: Mapped[float | None]
+    measured_velocity_u_m_s: Mapped[float | None]
+    velocity_source: Mapped[str | None]  # "reported", or "laser": before contact
+    figures_sha256: Mapped[str | None] = mapped_column(default=hashed(SHOT))
+    campaign: Mapped[Campaign] = relationship()
+    configuration: Mapped[Configuration] = relationship()
+    recording: Mapped[Recording | None] = relationship()
+    impact: Mapped[Impact | None] = relationship()
+
+
+class DatasetSnapshot(HasId, Written, Base):
+    """A dataset, identified by the hash of its content."""
+
+    __tablename__ = "dataset_snapshots"
+    __table_args__ = (CheckConstraint("length(content_hash) = 64", "content_hash_length"),)
+
+    name: Mapped[str] = mapped_column(unique=True)
+    content_hash: Mapped[str] = mapped_column(unique=True)
+    frozen_at: Mapped[datetime]
+    definition: Mapped[dict[str, Any]]  # campaigns, predictors, targets, quality rule
+
+
+class SnapshotPulse(Written, Base):
+    """A pulse belongs to a snapshot; only a deletion that leaves a tombstone takes it away."""
+
+    __tablename__ = "snapshot_pulses"
+
+    snapshot_id: Mapped[int] = mapped_column(ForeignKey("dataset_snapshots.id"), primary_key=True)
+    pulse_id: Mapped[int] = mapped_column(ForeignKey("pulses.id"), primary_key=True, index=True)
+
+
+#: Measured by a laser, reported by the lab, or predicted: the velocity with which the impactor meets the target.
+BEFORE_CONTACT = "before contact"
+INTEGRATED = "integrated to the peak"
+#: The same with the velocity that the target's surface had at the peak: an estimate of the velocity before contact.
+TARGET_MOTION_ADDED = "integrated, target's motion added"
+KINDS = (BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED)
+
+#: `velocity_source` of an impact or a shot -> kind. What a laboratory reports is taken to be before contact.
+KIND_OF_SOURCE = {
+    "reported": BEFORE_CONTACT,
+    "laser": BEFORE_CONTACT,
+    "integrated": INTEGRATED,
+    "integrated with target motion": TARGET_MOTION_ADDED,
+}
+
+
+def velocity_kind(source: str | None) -> str | None:
+    """The kind of a stored velocity; None where there is no velocity. Raises `LookupError` for an unknown source."""
+    if source is None:
+        return None
+    if source not in KIND_OF_SOURCE:
+        raise LookupError(f"velocity_source is {source!r}; known: {', '.join(KIND_OF_SOURCE)}")
+    return KIND_OF_SOURCE[source]

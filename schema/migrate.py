@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from sqlalchemy import Connection, Engine, inspect, text
 from sqlalchemy.exc import DBAPIError
 
-from .permission_errors import refusal
+from .access.permissions import refusal
 from .tables import metadata
 
 if TYPE_CHECKING:

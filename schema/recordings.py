@@ -2,6 +2,8 @@
 
 The numbers are the file's own, bit for bit; `si_gain` and `si_offset` take them to SI. Chunks lie in a table of
 their own so that no listing touches them, and a slice reads the chunks that it needs.
+
+Verdicts on recorded signals, each with its evidence.
 """
 
 from __future__ import annotations
@@ -87,3 +89,23 @@ class SeriesChunk(Written, Base):
     channel_id: Mapped[int] = mapped_column(ForeignKey("channels.id", ondelete="CASCADE"), primary_key=True)
     number: Mapped[int] = mapped_column(primary_key=True)
     frame: Mapped[bytes] = mapped_column(LargeBinary)
+
+
+SEVERITIES = ("note", "warning", "reject")
+#: What the listing says of an impact that no check has seen, because it has no recording.
+NOT_JUDGED = "not judged"
+
+
+class QualityFinding(HasId, Written, Base):
+    """What a check said about a recording, one of its channels, or one impact in it."""
+
+    __tablename__ = "quality_findings"
+    __table_args__ = (CheckConstraint(one_of("severity", SEVERITIES), "severity_known"),)
+
+    recording_id: Mapped[int] = mapped_column(ForeignKey("recordings.id"), index=True)
+    channel_id: Mapped[int | None] = mapped_column(ForeignKey("channels.id"), index=True)
+    impact_id: Mapped[int | None] = mapped_column(ForeignKey("impacts.id"), index=True)
+    check: Mapped[str] = mapped_column(index=True)
+    severity: Mapped[str]
+    message: Mapped[str]
+    evidence: Mapped[dict[str, Any]]

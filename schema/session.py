@@ -2,16 +2,20 @@
 
 SQLite is the embedded default and PostgreSQL the laboratory's server, through the same code. Nobody else makes
 an engine or touches a session's commit.
+
+Materials that every store starts with.
 """
 
 from __future__ import annotations
 
+import csv
 import getpass
 import socket
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from importlib.resources import files
 from typing import Any, TypeVar
 
 from sqlalchemy import Connection, Engine, event, func, insert, inspect, select
@@ -19,9 +23,10 @@ from sqlalchemy.exc import DBAPIError, IntegrityError
 from sqlalchemy.orm import Session, SessionTransaction
 
 from . import migrate
+from .access.permissions import refusal
 from .addresses import shown
 from .base import Written
-from .db_errors import lost, passes, taken
+from .benches import Material, MaterialAlias
 from .engine import (
     BUSY_TIMEOUT_S,
     NoStoreError,
@@ -32,10 +37,9 @@ from .engine import (
     make_engine_of_existing,
     one_state,
 )
-from .permission_errors import refusal
 from .provenance import Provenance
-from .retry import rerun
 from .tables import metadata
+from .transactions import get_or_add, lost, passes, rerun, taken
 
 Result = TypeVar("Result")
 
@@ -209,8 +213,6 @@ def open_store(url: str, writer: Writer, *, create: bool = False) -> Store:
         _check_revision(engine, url, create)
         store = Store(engine, writer)
         if create:
-            from .seed import seed_materials
-
             seed_materials(store)
         return store
     except DBAPIError as error:
@@ -262,3 +264,35 @@ __all__ = [
     "make_engine",
     "open_store",
 ]
+
+
+def seed_materials(store: Store) -> None:
+    """Add the materials of Table 4.2, and PLA, that the store lacks; a lab's own values stay."""
+    with store.reading() as session:
+        material_names = set(session.scalars(select(Material.name)))
+    rows = [row for row in _rows() if row["name"] not in material_names]
+    if not rows:
+        return
+    store.write(lambda session: _add(session, rows), idempotent=True)
+
+
+def _add(session: Session, rows: list[dict[str, str]]) -> None:
+    for row in rows:
+        # Another process may be making the same store at this moment.
+        get_or_add(session, Material, {"name": row["name"]}, _values(row))
+
+
+def _rows() -> list[dict[str, str]]:
+    text = (files(__package__) / "data" / "materials.csv").read_text(encoding="utf-8")
+    return list(csv.DictReader(text.splitlines()))
+
+
+def _values(row: dict[str, str]) -> dict[str, Any]:
+    return {
+        "youngs_modulus_pa": float(row["youngs_modulus_gpa"]) * 1e9,
+        "poisson_ratio": float(row["poisson_ratio"]),
+        "density_kg_m3": float(row["density_kg_m3"]),
+        "yield_strength_pa": float(row["yield_strength_mpa"]) * 1e6,
+        "source": row["source"],
+        "aliases": [MaterialAlias(alias=alias) for alias in row["aliases"].split(";") if alias],
+    }

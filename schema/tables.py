@@ -2,22 +2,7 @@
 
 from __future__ import annotations
 
-from . import (
-    benches,
-    campaigns,
-    datasets,
-    diagnoses,
-    impacts,
-    jobs,
-    materials,
-    plans,
-    provenance,
-    quality,
-    recordings,
-    shots,
-    tombstones,
-    twins,
-)
+from . import benches, campaigns, diagnoses, impacts, jobs, provenance, recordings
 from .base import Base
 
 metadata = Base.metadata
@@ -25,17 +10,10 @@ metadata = Base.metadata
 __all__ = [
     "benches",
     "campaigns",
-    "datasets",
     "diagnoses",
     "impacts",
     "jobs",
-    "materials",
     "metadata",
-    "plans",
     "provenance",
-    "quality",
     "recordings",
-    "shots",
-    "tombstones",
-    "twins",
 ]

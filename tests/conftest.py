@@ -51,8 +51,8 @@ def played_here() -> Iterator[Callable[[], int]]:
 @pytest.fixture(scope="module")
 def coarse_plates() -> Iterator[None]:
     """The virtual bench with plates of a few modes: solving for all 300 of them takes ten seconds a plate."""
-    from pyroshock.virtualbench.campaigns import plates
+    from pyroshock.virtualbench.campaigns import ringing
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plates, "MAX_FREQUENCY_HZ", 500.0)
+        patch.setattr(ringing, "MAX_FREQUENCY_HZ", 500.0)
         yield

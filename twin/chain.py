@@ -11,18 +11,16 @@ from numpy.typing import NDArray
 from ..array_types import Floats
 from ..signals.srs.grid import octave_grid
 from .contact_interface import AboveAnvil, ContactStage, Extrapolating, Extrapolation, ForcePulses, Strikes
-from .launch import GunStage
+from .gun.stage import GunStage
 from .measured_shots import MeasuredShots
 from .plate.response import PlateResponse
-from .plates import PlateStage
-from .prediction import Prediction, RestsOn, ShotDraws
-from .sampling import MeasuredForce, sampled
+from .plate.stage import PlateStage
+from .prediction import Band, Prediction, Quantity, RestsOn, ShotDraws, stratified_normals
 from .sensors.chain import SensorChain
-from .sensors.measured_pulses import seen_pulses
+from .sensors.measured_pulses import MeasuredForce, sampled, seen_pulses
 from .setting import Setting
 from .spectrum_calibration import SpectrumCalibration, at_velocities, stretched
-from .uncertainty import Band, Quantity, stratified_normals
-from .windows import ringing_spectra
+from .srs.ringing_window import ringing_spectra
 
 #: Strikes that are computed at once: what they take stays below 50 MB for each sensor.
 _CHUNK = 128

@@ -9,15 +9,12 @@ from typing import Protocol
 import numpy as np
 
 from ..array_types import Floats
-from .contact.coupled import coupled_impact
-from .contact.coupled_solver import COUPLED_PHASES, ImpactSolver
-from .contact.coupled_tables import PlatePoint
-from .contact.impacts import Impacts
-from .contact.strikes_to_bodies import impedance
-from .contact.trimming import trimmed
+from .contact.coupled import COUPLED_PHASES, ImpactSolver, PlatePoint, coupled_impact
+from .contact.impact import trimmed
+from .contact.impacts import Impacts, impedance
 from .contact_interface import AboveAnvil, Extrapolating, Extrapolation, ForcePulses, OutOfDomain, Strikes
 from .plate.modal import ModalPlate
-from .plates import PlateStage
+from .plate.stage import PlateStage
 from .setting import Setting
 
 #: Steps of each contact's own time, and cycles in it above which a mode follows at once: errors of 1e-4.

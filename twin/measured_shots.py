@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..array_types import Floats
 from .contact_interface import ForcePulses
-from .sampling import MeasuredForce
+from .sensors.measured_pulses import MeasuredForce
 from .setting import Setting
 
 

@@ -13,8 +13,8 @@ from typing import Any, Self
 import numpy as np
 
 from ..diagnosis.verdict import UNKNOWN
+from .answer_sets import Rate
 from .case_results import CaseResult
-from .wilson import Rate
 
 Rows = Sequence[CaseResult]
 

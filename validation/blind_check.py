@@ -1,4 +1,9 @@
-"""The blind check from end to end: draw, publish hashes, record and answer, and only then open the labels."""
+"""The blind check from end to end: draw, publish hashes, record and answer, and only then open the labels.
+
+Answers as they come, a line of JSON each: a check that is stopped goes on where it was.
+
+Campaigns that the random forest learns from: other seeds, and other effects outside the catalogue.
+"""
 
 from __future__ import annotations
 
@@ -6,24 +11,98 @@ import json
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from ..diagnosis.options import Options
 from ..parallel.executor import Crew
 from ..parallel.map_tasks import mapped
 from ..schema.atomic_write import write_bytes, write_text
 from . import oracle_fit
-from .baseline_training import trained
+from .baselines import Forest
 from .case_plan import BENCHES, TIERS, CaseTask, drawn, tasks
 from .cases.case import Label as Opened
-from .cases.record import label_of
-from .cases.sealing import new_key, open_labels, publish, seal_labels
-from .journal import CaseJournal
-from .report import Report
-from .results_io import SCORED, write_rows
+from .cases.record import label_of, new_key, open_labels, publish, record_case, seal_labels
+from .report import SCORED, Report, write_rows
 from .run_case import PATIENCE_S, CaseJob, answered, lost
 from .tally import rows_of, scored
+
+#: Kept apart from the seeds of cases.
+_SEED, _SPLIT = 20_000_003, "development"
+_PATIENCE_S = 300.0
+_TIERS = ("weak", "middle", "strong", "very strong", "two")
+
+
+def trained(count: int, seed: int, crew: Crew, tell: Callable[[int, int, str], None]) -> Forest | None:
+    """A forest of `count` campaigns. None without scikit-learn."""
+    try:
+        import sklearn  # noqa: F401
+    except ModuleNotFoundError:
+        return None
+    tasks = [CaseTask(f"learn-{i:05d}", _TIERS[i % len(_TIERS)], (_SEED + seed, i), _SPLIT) for i in range(count)]
+    learnt: dict[str, dict[str, Any]] = {}
+    for task, row in mapped(crew, _learnt, tasks, lost=_lost, patience_s=_PATIENCE_S):
+        learnt[task.name] = row
+        tell(len(learnt), count, "campaigns to learn from")
+    rows = [learnt[task.name] for task in tasks if learnt[task.name]]  # in their order: so are the forest's draws
+    return of_rows(rows, seed) if rows else None
+
+
+def of_rows(rows: Sequence[dict[str, Any]], seed: int) -> Forest:
+    x = [np.array(row["features"]) for row in rows]
+    return Forest.trained([row["kind"] for row in rows], x, [row["truth"] for row in rows], seed)
+
+
+def _learnt(task: CaseTask) -> dict[str, Any]:
+    """Features and truth of one campaign; {} where it could not be read."""
+    from threadpoolctl import threadpool_limits
+
+    from ..diagnosis.chain import stages_of
+    from ..diagnosis.gap import GapTable
+    from ..diagnosis.reading import read_folder
+    from .baselines import GapProblem
+    from .run_case import featured
+
+    case, seed = drawn(task)
+    with threadpool_limits(1), tempfile.TemporaryDirectory(prefix="pyroshock-blind-") as place:
+        record_case(case, Path(place) / "campaign", seed)
+        try:
+            record = read_folder(Path(place) / "campaign")
+            gap = GapTable.of(record, stages_of(record, Options())[0])
+        except ValueError:
+            return {}
+    return {"kind": case.kind, "truth": "+".join(case.cause), "features": featured(GapProblem.of(gap))}
+
+
+def _lost(_: CaseTask) -> dict[str, Any]:
+    return {}
+
+
+@dataclass(frozen=True)
+class CaseJournal:
+    """`path` holds one line for each case that was answered. None: nothing is kept."""
+
+    path: Path | None
+
+    def read(self) -> dict[str, dict[str, Any]]:
+        """Answers by case. A last line that was cut off by a kill is no answer; it is cut away."""
+        if self.path is None or not self.path.exists():
+            return {}
+        whole = self.path.read_bytes()
+        ended = whole[: whole.rfind(b"\n") + 1]
+        if ended != whole:
+            self.path.write_bytes(ended)
+        return {row["case"]: row for row in map(json.loads, ended.splitlines())}
+
+    def add(self, answer: Mapping[str, Any]) -> None:
+        if self.path is None:
+            return
+        with self.path.open("ab") as file:
+            file.write(json.dumps(answer, allow_nan=False).encode() + b"\n")
+
 
 #: Called with (done, total, what).
 Progress = Callable[[int, int, str], None]

@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .cases.case import KINDS, Case
-from .cases.draw import draw_case
-from .cases.many import draw_foreign, draw_foreign_bench, draw_realistic
+from .cases.draw import draw_case, draw_foreign, draw_foreign_bench, draw_realistic
 
 
 class Mix(NamedTuple):

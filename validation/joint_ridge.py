@@ -19,7 +19,7 @@ from ..array_types import Floats, Rows
 from ..diagnosis.gap import GapTable
 from ..diagnosis.gap_size import GapMetric
 from ..diagnosis.observables.base import Stage
-from ..training.metrics.reduction import fraction
+from ..training.evaluation.summary import fraction
 from ..twin.effects import Effect, Parameter, catalogue, effect
 
 #: Standard deviation of a parameter about "off", 1 being the end of its likely range.

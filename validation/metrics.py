@@ -1,7 +1,16 @@
-"""The figures of a table: one function from rows to a record. Pure; nothing here has seen a campaign."""
+"""The figures of a table: one function from rows to a record. Pure; nothing here has seen a campaign.
+
+How well a score tells two kinds of cases apart.
+
+What was said of what.
+
+How far the gap shrank, beside what the right effect would have done.
+"""
 
 from __future__ import annotations
 
+import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -10,13 +19,125 @@ import numpy as np
 
 from ..diagnosis.verdict import UNKNOWN
 from . import answer_sets
-from .auroc import auroc, found_above, threshold_at
-from .case_places import mean_region_score, region_scores, stage_hits
+from .answer_sets import (
+    Bin,
+    Rate,
+    brier,
+    calibration_error,
+    curve,
+    label_set,
+    mean_region_score,
+    negative_log,
+    region_scores,
+    stage_hits,
+)
 from .case_results import CaseResult
-from .confusion import confusion, mistaken
-from .gap_reduction_score import Shrunk, shrunk
-from .reliability import Bin, brier, calibration_error, curve, label_set, negative_log
-from .wilson import Rate
+
+
+def auroc(of_these: Sequence[float], of_others: Sequence[float]) -> float:
+    """The chance that one of these has a larger score than one of the others; ties count half. NaN without both."""
+    if not of_these or not of_others:
+        return math.nan
+    from scipy.stats import rankdata
+
+    ranks = rankdata(np.concatenate([of_these, of_others]))
+    n = len(of_these)
+    return float((ranks[:n].sum() - n * (n + 1) / 2) / (n * len(of_others)))
+
+
+def threshold_at(false_share: float, of_others: Sequence[float]) -> float:
+    """The least score above which at most `false_share` of the others lie."""
+    falling = np.sort(np.asarray(of_others, dtype=np.float64))[::-1]
+    allowed = int(false_share * len(falling) + 1e-9)
+    return float(falling[allowed]) if allowed < len(falling) else -math.inf
+
+
+def found_above(of_these: Sequence[float], threshold: float) -> list[bool]:
+    """Which of these have a larger score."""
+    return [score > threshold for score in of_these]
+
+
+#: An answer that never came.
+NO_ANSWER = "no answer"
+
+
+def confusion(rows: Sequence[CaseResult]) -> dict[str, dict[str, int]]:
+    """By truth, how often each label was the first one; both in falling number, then by name."""
+    counts: dict[str, Counter[str]] = {}
+    for row in rows:
+        first = row.said.labels[0] if row.said.labels else NO_ANSWER
+        counts.setdefault(row.label.key, Counter())[first] += 1
+    return {truth: _falling(counts[truth]) for truth in sorted(counts, key=lambda t: (-sum(counts[t].values()), t))}
+
+
+def mistaken(rows: Sequence[CaseResult], most: int = 12) -> list[tuple[str, str, int]]:
+    """The most frequent errors: truth, what was said for it, how often."""
+    wrong = Counter(
+        (row.label.key, row.said.labels[0] if row.said.labels else NO_ANSWER)
+        for row in rows
+        if not row.said.labels or row.said.labels[0] not in row.label.accepted
+    )
+    falling = sorted(wrong.items(), key=lambda item: (-item[1], item[0]))
+    return [(truth, answer, n) for (truth, answer), n in falling[:most]]
+
+
+def _falling(counts: Counter[str]) -> dict[str, int]:
+    return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))
+
+
+#: An oracle that shrinks the gap by less has nothing to be compared with.
+_LEAST = 0.05
+
+
+@dataclass(frozen=True)
+class Shrunk:
+    """`ratio` of the share that was removed to the share that the right effect removes: its median and 10th percentile.
+
+    `covered` counts intervals that hold the true share, where it is known.
+    """
+
+    ratio_median: float
+    ratio_10: float
+    fraction_median: float
+    n: int
+    covered: Rate
+
+    def as_json(self) -> dict[str, Any]:
+        return {**vars(self), "covered": self.covered.as_json()}
+
+
+def shrunk(rows: Sequence[CaseResult]) -> Shrunk:
+    """Over the rows whose oracle found a gap to shrink. A report without a share counts as 0: nothing was removed."""
+    held = [row for row in rows if (_fraction(row.oracle) or 0.0) > _LEAST]
+    reported = np.array([_fraction(row.said.shrinkage) or 0.0 for row in held])
+    best = np.array([_fraction(row.oracle) for row in held], dtype=np.float64)
+    if not held:
+        return Shrunk(math.nan, math.nan, math.nan, 0, covered(rows))
+    ratio = reported / best
+    return Shrunk(
+        float(np.median(ratio)),
+        float(np.percentile(ratio, 10)),
+        float(np.median(reported)),
+        len(held),
+        covered(rows),
+    )
+
+
+def covered(rows: Sequence[CaseResult]) -> Rate:
+    """How often the interval of 90 % holds the oracle's `true_fraction`, where both are given."""
+    return Rate.of(
+        bool(interval[0] <= row.oracle["true_fraction"] <= interval[1])
+        for row in rows
+        if row.oracle and row.oracle.get("true_fraction") is not None
+        for interval in [(row.said.shrinkage or {}).get("ci90")]
+        if interval
+    )
+
+
+def _fraction(entry: object) -> float | None:
+    value = entry.get("fraction") if isinstance(entry, dict) else None
+    return None if value is None else float(value)
+
 
 Rows = Sequence[CaseResult]
 

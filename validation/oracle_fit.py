@@ -21,7 +21,7 @@ from ..diagnosis.inference.problem import InferenceProblem
 from ..diagnosis.observables.base import Stage
 from ..diagnosis.options import Options
 from ..diagnosis.reading import read_folder
-from ..training.metrics.reduction import fraction
+from ..training.evaluation.summary import fraction
 from ..twin.effects import Effect, catalogue, effect_from_json
 from .case_plan import CaseTask, drawn
 from .cases.case import Case

@@ -1,4 +1,7 @@
-"""One case: recorded into a folder that is gone afterwards, and answered from that folder alone."""
+"""One case: recorded into a folder that is gone afterwards, and answered from that folder alone.
+
+The most memory that a piece of work took.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +17,43 @@ from ..diagnosis.options import Options
 from ..twin.effects import catalogue
 from .case_plan import BENCHES, LEFT_OUT, CaseTask, drawn
 from .cases.record import record_case
-from .peak_memory import PeakMemory
 
 if TYPE_CHECKING:
-    from .problem import GapProblem
+    from .baselines import GapProblem
+
+
+_STATUS, _RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
+
+
+class PeakMemory:
+    """Counts from its making on, where the operating system lets a process forget its peak (Linux); otherwise from the
+    start of the process."""
+
+    def __init__(self) -> None:
+        try:
+            _RESET.write_text("5", encoding="ascii")
+        except OSError:  # another system, or not allowed: then the peak is that of the whole process
+            return
+
+    def used_mb(self) -> float:
+        """Resident memory in MB at its highest."""
+        try:
+            rows = dict(line.split(":", 1) for line in _STATUS.read_text(encoding="ascii").splitlines() if ":" in line)
+            return float(rows["VmHWM"].split()[0]) / 1000
+        except (OSError, KeyError):
+            return _of_process_mb()
+
+
+def _of_process_mb() -> float:
+    import sys
+
+    if sys.platform == "win32":
+        return float("nan")
+    import resource
+
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (1e6 if sys.platform == "darwin" else 1e3)
+
 
 #: A case that takes longer has no answer.
 PATIENCE_S = 900.0
@@ -87,8 +123,7 @@ def _simply(folder: Path, options: Options) -> dict[str, Any]:
     from ..diagnosis.gap import GapTable
     from ..diagnosis.inference.problem import InferenceProblem
     from ..diagnosis.reading import read_folder
-    from .baselines import BASELINES
-    from .problem import GapProblem
+    from .baselines import BASELINES, GapProblem
 
     record = read_folder(folder)
     stages, _ = stages_of(record, options)
@@ -115,7 +150,7 @@ def _naive(folder: Path, options: Options) -> dict[str, Any]:
 
 def featured(problem: GapProblem) -> list[float]:
     """What the forest sees of a campaign."""
-    from .random_forest_baseline import features
+    from .baselines import features
 
     return [round(float(value), 3) for value in features(problem)]
 

@@ -1,21 +1,120 @@
-"""From opened labels and kept answers to the tables."""
+"""From opened labels and kept answers to the tables.
+
+The other way round: an effect of the catalogue is taken out of it, and put back.
+
+An opened label in the words of the score.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, TypedDict
 
 import numpy as np
 
-from .baselines import BASELINES
+from ..diagnosis.verdict import UNKNOWN
+from ..doe.factor_rules import holds
+from .answer_sets import Rate, first_entry, stage_hits
+from .baselines import BASELINES, Forest
 from .bench_figures import BenchFigures, bench_tables
 from .case_plan import BENCHES, LEFT_OUT, CaseTask
-from .case_results import CaseResult, Said, WithheldTruth
+from .case_results import CaseResult, Said, WithheldTruth, stages_of
+from .cases.attribution import shares
 from .cases.case import Label as Opened
-from .excluded_cases import LeftOut, left_out
 from .metrics import CaseMetrics, figures
-from .random_forest_baseline import Forest
-from .truth import label, named_regions
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Without the effect: `unknown` was the first answer, `others` when a remaining effect was, and `stage` was named.
+    With it: `found` first, or in the first group; `fraction` of the gap that disappeared (median), of `n` with a gap.
+
+    `instead`: by the effect left out, what was said for it and how often.
+    """
+
+    n: int
+    unknown: Rate
+    others: Rate
+    stage: Rate
+    found: Rate
+    fraction: float
+    instead: Mapping[str, Mapping[str, int]]
+
+    def as_json(self) -> dict[str, Any]:
+        rates = {name: getattr(self, name).as_json() for name in ("unknown", "others", "stage", "found")}
+        fraction = self.fraction if np.isfinite(self.fraction) else None
+        return {"n": self.n, **rates, "fraction": fraction, "instead": {k: dict(v) for k, v in self.instead.items()}}
+
+
+def left_out(labels: Sequence[WithheldTruth], without: Sequence[Said], added: Sequence[Said]) -> LeftOut:
+    """From what was said without and with the effect of each label."""
+    first = [answer.labels[0] if answer.labels else "" for answer in without]
+    shares = [(answer.shrinkage or {}).get("fraction") for answer in added]
+    reported_shares = [share for share in shares if share is not None]
+    instead: dict[str, dict[str, int]] = {}
+    for label, name in sorted(zip(labels, first, strict=True), key=lambda item: item[0].key):
+        counts = instead.setdefault(label.key, {})
+        counts[name or "no answer"] = counts.get(name or "no answer", 0) + 1
+    return LeftOut(
+        n=len(labels),
+        unknown=Rate.of(name == UNKNOWN for name in first),
+        others=Rate.of("." in name for name in first),
+        stage=stage_hits([CaseResult(label, answer) for label, answer in zip(labels, without, strict=True)]),
+        found=Rate.of(first_entry(CaseResult(label, answer)) for label, answer in zip(labels, added, strict=True)),
+        fraction=float(np.median(reported_shares)) if reported_shares else float("nan"),
+        instead=instead,
+    )
+
+
+#: An effect acts where it does more than this part of the most that it does anywhere.
+_ACTS = 0.02
+
+
+def label(task: CaseTask, opened: Opened) -> WithheldTruth:
+    """What was withheld, as it is scored."""
+    effects = tuple(name for name in opened.cause if name not in ("none", "unknown"))
+    present = tuple(opened.gap)
+    shown = [stage for effect in effects for stage in stages_of(effect) if stage in present]
+    return WithheldTruth(
+        case=task.name,
+        tier=task.tier,
+        kind=opened.kind,
+        effects=effects,
+        family=opened.family or "",
+        gap_in_floors=opened.ratio,
+        gap_in_tolerances=max(opened.gap.values(), default=0.0),
+        stages=tuple(dict.fromkeys(shown)) if len(effects) == 1 else tuple(filter(None, [opened.stage])),
+        inside=_inside(opened) if opened.region else None,
+        rough=bool(opened.background.get("rough")),
+        shares=shares(opened.left_out),
+        shapley=shares(opened.shapley),
+        shown=opened.shown,
+    )
+
+
+def named_regions(opened: Opened, factors: Sequence[Mapping[str, Any]]) -> list[list[int]]:
+    """The configurations of each region that a report names, by its rule."""
+    return [
+        [i for i, row in enumerate(opened.configurations) if _holds(str(region["rule"]), row)] for region in factors
+    ]
+
+
+def _inside(opened: Opened) -> tuple[int, ...]:
+    size = np.max([np.abs(np.array(rows)).max(axis=1) / _span(rows) for rows in opened.changes.values()], axis=0)
+    return tuple(int(i) for i in np.flatnonzero(size > _ACTS))
+
+
+def _span(rows: Sequence[Sequence[float]]) -> float:
+    return float(np.abs(np.array(rows)).max()) or 1.0
+
+
+def _holds(rule: str, factors: Mapping[str, Any]) -> bool:
+    try:
+        return holds(rule, factors)
+    except LookupError:  # a factor that is the same all over, or made by the ingest
+        return False
+
 
 FOREST, ALL = "random forest", "all"
 

@@ -1,10 +1,15 @@
-"""A plan played on the virtual bench: a campaign folder as a real bench would leave it, and a sealed envelope."""
+"""A plan played on the virtual bench: a campaign folder as a real bench would leave it, and a sealed envelope.
+
+A simulated campaign has its folder's name when all of it is there: it grows beside its place.
+"""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing
+import re
+import shutil
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,15 +17,68 @@ import numpy as np
 
 from ..parallel.executor import Crew
 from ..parallel.map_tasks import mapped
-from .atomic_folder import whole_folder
 from .campaigns.base import RecordingTask, Row, Truth, VirtualBench
 from .campaigns.gun import VirtualGunBench
 from .campaigns.gun import set_up as set_up_gun
 from .campaigns.hammer import set_up as set_up_hammer
 from .effects import Effects
 from .gun.channels import Trigger
-from .recorder import RECORDING_FORMATS, CampaignCard, write_card, write_recording, write_runs
-from .seal import Seal, folder_hash, seal_path, write_seal
+from .recorder import (
+    RECORDING_FORMATS,
+    CampaignCard,
+    Seal,
+    folder_hash,
+    seal_path,
+    write_card,
+    write_recording,
+    write_runs,
+    write_seal,
+)
+
+
+@contextmanager
+def whole_folder(out: Path) -> Iterator[Path]:
+    """Gives the folder to write to, and its seal beside it; after the block both are at `out`, new or empty before.
+
+    What an error leaves goes at once, so that a repeat may begin; what a kill left goes with the next folder of that
+    name. The campaign takes its place before its seal does: the two cannot in one step.
+    """
+    place = out.resolve()  # of a link, the folder that it stands for
+    place.parent.mkdir(parents=True, exist_ok=True)
+    for abandoned_path in _left_by_the_dead(place):
+        _remove(abandoned_path)
+    partial = place.with_name(f".{place.name}.{os.getpid()}.part")
+    partial.mkdir()
+    try:
+        yield partial
+        partial.replace(place)
+        seal_path(partial).replace(seal_path(out))
+    finally:
+        _remove(partial)
+
+
+def _left_by_the_dead(place: Path) -> Iterator[Path]:
+    form = re.compile(rf"\.{re.escape(place.name)}\.(\d+)\.part")
+    for path in list(place.parent.iterdir()):
+        name_match = form.fullmatch(path.name)
+        if name_match is not None and not _lives(int(name_match[1])):
+            yield path
+
+
+def _lives(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:  # somebody else's
+        return True
+    return True
+
+
+def _remove(partial: Path) -> None:
+    shutil.rmtree(partial, ignore_errors=True)
+    seal_path(partial).unlink(missing_ok=True)
+
 
 #: Called with (done, total, what) after each recording.
 Progress = Callable[[int, int, str], None]

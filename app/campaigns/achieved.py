@@ -10,10 +10,8 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from ...doe.space import Space, space_from_text
-from ...schema.campaigns import ConfigurationLevel, Factor, FactorLevel
-from ...schema.impacts import Impact
-from ...schema.plans import Plan, PlannedRun
-from ...schema.shots import Shot
+from ...schema.campaigns import ConfigurationLevel, Factor, FactorLevel, Plan, PlannedRun
+from ...schema.impacts import Impact, Shot
 
 PRESSURE, TRANSDUCER, MASS, VELOCITY = "tank_pressure_pa", "recorded_pressure_pa", "bullet_mass_kg", "velocity_m_s"
 #: Quantity -> where a shot or an impact says what became of it. `recorded_pressure_pa` is the transducer's word on the

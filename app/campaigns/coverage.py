@@ -7,11 +7,9 @@ from typing import Any
 from sqlalchemy import ColumnElement, case, exists, func, or_, select
 from sqlalchemy.orm import Session, aliased
 
-from ...schema.campaigns import ConfigurationLevel, Factor, FactorLevel
+from ...schema.campaigns import STATUSES, ConfigurationLevel, Factor, FactorLevel, Plan, PlannedRun
 from ...schema.conditions import listing_key
-from ...schema.impacts import Impact
-from ...schema.plans import STATUSES, Plan, PlannedRun
-from ...schema.shots import Shot
+from ...schema.impacts import Impact, Shot
 
 Table = type[Impact] | type[Shot]
 

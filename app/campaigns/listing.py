@@ -8,9 +8,8 @@ from sqlalchemy import ColumnElement, and_, func, or_, select
 from sqlalchemy.orm import Session
 
 from ...schema.campaigns import Campaign
-from ...schema.impacts import Impact
+from ...schema.impacts import Impact, Shot
 from ...schema.listings import list_plan_counts
-from ...schema.shots import Shot
 
 KINDS = ("gun", "hammer")
 

@@ -7,15 +7,13 @@ from typing import Any
 from sqlalchemy import Integer, case, func, select
 from sqlalchemy.orm import Session
 
-from ...ingest.printable import enumerated
+from ...ingest.errors import enumerated
+from ...schema.benches import Material
 from ...schema.campaigns import Campaign
 from ...schema.conditions import get_campaign_id
-from ...schema.impacts import Impact
+from ...schema.impacts import Impact, Shot
 from ...schema.listings import list_impacts_page, list_shots_page
-from ...schema.materials import Material
-from ...schema.quality import SEVERITIES, QualityFinding
-from ...schema.recordings import SET_ASIDE, RecordedChannel, Recording
-from ...schema.shots import Shot
+from ...schema.recordings import SET_ASIDE, SEVERITIES, QualityFinding, RecordedChannel, Recording
 from ..predictions.nominal import with_predictions
 from .achieved import achieved_settings
 from .coverage import level_coverage, plan_coverage

@@ -6,8 +6,8 @@ from typing import Any
 
 from sqlalchemy import select
 
-from ...dataset.missing_facts import missing_in_campaigns, missing_words
 from ...dataset.predictors import shipped
+from ...dataset.selection import missing_in_campaigns, missing_words
 from ...schema.campaigns import Campaign
 from ...schema.session import Store
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ...schema.care.checking import checks, iter_findings
-from ...schema.care.findings import IntegrityFinding
-from ...schema.care.progress import Progress
+from ...schema.integrity.checking import checks, iter_findings
+from ...schema.integrity.findings import IntegrityFinding
 from ...schema.listings import get_campaign_id
+from ...schema.rows import Progress
 from ...schema.session import Store
 from ..models.training import models_extra, registry_of
 from .datasets import damaged_datasets

@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 
 from ...dataset.catalog import list_snapshots
 from ...dataset.snapshot import SourceDeletedError, read_snapshot
-from ...schema.care.findings import IntegrityFinding
+from ...schema.integrity.findings import IntegrityFinding
 
 ADVICE = "build it under another name (pyroshock dataset build), or restore the store from its backup"
 

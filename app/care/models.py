@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from ...schema.care.findings import IntegrityFinding
+from ...schema.integrity.findings import IntegrityFinding
 
 if TYPE_CHECKING:
     from ...training.registry.registry import Registry
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 def damaged_models(registry: Registry) -> Iterator[IntegrityFinding]:
     """Versions whose model or held-out predictions are missing or damaged; a registry that nobody made has none."""
-    from ...training.intact_models import damages
+    from ...training.registry.intact_models import damages
 
     versions = {version.label: version for version in registry.versions()}
     for label, what in damages(registry, versions.values()).items():

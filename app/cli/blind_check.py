@@ -107,8 +107,7 @@ def _pooled(folders: tuple[Path, ...]) -> Pool:
     """Of folders, or of the files with scored rows themselves."""
     from ...validation.bench_figures import bench_tables
     from ...validation.case_plan import BENCHES
-    from ...validation.report import Pool
-    from ...validation.results_io import SCORED, pooled
+    from ...validation.report import SCORED, Pool, pooled
     from ...validation.tally import kinds, tables
 
     checks, rows = pooled([path if path.is_file() else path / SCORED for path in folders])

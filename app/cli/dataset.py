@@ -13,7 +13,7 @@ from .completion import campaign_names, dataset_names
 from .listed import Listing, listing_options
 
 if TYPE_CHECKING:
-    from ...dataset.deleted import Withdrawal
+    from ...dataset.catalog import Withdrawal
 
 _SEED = click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the split's draw.")
 
@@ -44,8 +44,7 @@ def list_(db: str, listing: Listing) -> None:
 
 def _list(db: str, listing: Listing) -> None:
     with opened(db) as store, store.reading() as session:
-        from ...dataset.catalog import list_snapshots
-        from ...dataset.deleted import list_withdrawals
+        from ...dataset.catalog import list_snapshots, list_withdrawals
 
         withdrawals = list_withdrawals(session)
         rows = [{**row, "withdrawn": _lost(withdrawals.get(row["hash"]))} for row in list_snapshots(session)]
@@ -132,8 +131,8 @@ def build(
         pyroshock dataset build true --from spring-hammer --velocity before-contact
     """
     with opened(db) as store:
-        from ...dataset.missing_facts import missing_in_campaigns, missing_words
         from ...dataset.predictors import predictors_named
+        from ...dataset.selection import missing_in_campaigns, missing_words
         from ...dataset.snapshot import build_snapshot
         from ...dataset.splits import check_form
         from ..models.datasets import built_as_json

@@ -15,7 +15,7 @@ from .completion import campaign_names, effect_ids
 
 if TYPE_CHECKING:
     from ...diagnosis.verdict import Verdict
-    from ...schema.twins import TwinVersion
+    from ...schema.diagnoses import TwinVersion
 
 _STAGES = ("gun", "contact", "plate")
 

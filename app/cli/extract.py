@@ -32,7 +32,7 @@ def extract(campaign: str, crew: Crew, db: str, json_to: str | None, **given: An
         pyroshock extract spring --segmentation mask --threshold 0.01
     """
     with opened(db) as store:
-        from ...ingest.reextract import reextract
+        from ...ingest.reextraction import reextract
         from ..progress import progress_bar
 
         settings = settings_from(given)

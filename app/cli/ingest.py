@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from ...ingest.printable import enumerated
+from ...ingest.errors import enumerated
 from .common import STDOUT, db_option, json_option, note, opened, opened_to_try, write_json
 from .completion import plan_names
 from .settings import settings_from, settings_options

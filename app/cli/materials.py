@@ -31,7 +31,7 @@ def materials(ctx: click.Context, db: str, listing: Listing) -> None:
     with opened(db) as store, store.reading() as session:
         from sqlalchemy import select
 
-        from ...schema.materials import Material
+        from ...schema.benches import Material
 
         rows = [
             {
@@ -61,7 +61,7 @@ def add(
 ) -> None:
     """Add a material; a name that is taken is refused."""
     with opened(db) as store:
-        from ...schema.materials import Material, material_names
+        from ...schema.benches import Material, material_names
         from ..library.quantities import parse_quantity
 
         if not -1 < poisson_ratio < 0.5:

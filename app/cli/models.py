@@ -11,8 +11,8 @@ from .completion import dataset_names, model_versions
 from .listed import Listing, listing_options
 
 if TYPE_CHECKING:
-    from ...dataset.deleted import Withdrawal
-    from ...training.records import Version
+    from ...dataset.catalog import Withdrawal
+    from ...training.registry.records import Version
     from ...training.registry.registry import Registry
 
 
@@ -50,8 +50,8 @@ def models(
         pyroshock models --promotions
     """
     with errors_as_one_line():
-        from ...training.intact_models import damages
-        from ...training.listing import chosen, flat_row, newest, of_dataset
+        from ...training.registry.intact_models import damages
+        from ...training.registry.listing import chosen, flat_row, newest, of_dataset
         from ..models.tables import json_row
         from ..models.training import models_extra, registry_of
         from ..models.withdrawn import withdrawals_at, withdrawn_words
@@ -121,7 +121,7 @@ def _grounds(versions: list[Version]) -> list[tuple[str, int]]:
 
 
 def _tell(versions: list[Version], floors: dict[tuple[str, int], dict[str, str]], every: bool) -> None:
-    from ...training.listing import row_of
+    from ...training.registry.listing import row_of
     from ..models.tables import table_of
 
     if not versions:

@@ -29,7 +29,7 @@ def roles(db: str, listing: Listing) -> None:
     with opened(db) as store:
         from dataclasses import asdict
 
-        from ...schema.role_setup import ensure_roles
+        from ...schema.access.roles import ensure_roles
 
         rows = [asdict(role) for role in ensure_roles(store.engine)]
     listing.show(rows, "none", lambda row: {**row, "members": ", ".join(row["members"]) or "-"})
@@ -37,7 +37,7 @@ def roles(db: str, listing: Listing) -> None:
 
 def note_missing_roles(engine: Engine) -> None:
     """Say after `init` and `db upgrade` that a store has no roles yet, and what makes them."""
-    from ...schema.role_setup import without_roles
+    from ...schema.access.roles import without_roles
 
     if (missing := without_roles(engine)) is not None:
         note(missing)

@@ -96,8 +96,8 @@ def _damping_ratio(q: float | None, damping: float | None) -> float:
 
 
 def _target(path: Path | None, tolerance: str | None) -> Target | None:
+    from ...twin.srs.target import parse_tolerance
     from ...twin.srs.target_csv import read_target
-    from ...twin.srs.tolerance import parse_tolerance
 
     if path is None:
         if tolerance is not None:

@@ -49,9 +49,9 @@ def upgrade(db: str) -> None:
         from sqlalchemy.exc import DBAPIError
 
         from ...schema import migrate
+        from ...schema.access.permissions import refusal
         from ...schema.addresses import shown
         from ...schema.engine import StoreError, describe, make_engine_of_existing
-        from ...schema.permission_errors import refusal
 
         engine = make_engine_of_existing(db)
         try:

@@ -12,8 +12,8 @@ from .worker_options import crew_options
 
 if TYPE_CHECKING:
     from ...parallel.executor import Crew
-    from ...training.model_catalogue import Budget
-    from ...training.session import Session
+    from ...training.fitting.session import Session
+    from ...training.models.catalogue import Budget
 
 
 @click.command()
@@ -58,7 +58,7 @@ def train(
         pyroshock train spring --backend dask --scheduler tcp://lab-1:8786
     """
     with opened(db) as store:
-        from ...training.session import Progress
+        from ...training.fitting.session import Progress
         from ..library.training import train_models
         from ..models.training import tell_beside_bar
         from ..progress import progress_bar

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import select
 
-from ...dataset.stored_bench import gun_bench
+from ...dataset.rows import gun_bench
 from ...doe.designs.base import Design
 from ...doe.factors import number_label
 from ...doe.guards import PlannedShot, check_run
@@ -18,13 +18,12 @@ from ...doe.limits.bench import BenchLimits
 from ...doe.limits.contact_force import Elastic, hertz_contact
 from ...doe.plans import StoredPlan, add_plan, read_plan
 from ...doe.space import space_from_text
+from ...schema.benches import Material, material_names
 from ...schema.campaigns import Campaign
 from ...schema.configurations import configuration_factors
-from ...schema.impacts import Impact
+from ...schema.impacts import Impact, Shot
 from ...schema.known_factors import BY_COLUMN, BY_NAME
 from ...schema.listings import get_campaign_id
-from ...schema.materials import Material, material_names
-from ...schema.shots import Shot
 from ...twin.gun.nominal import muzzle_velocity
 
 if TYPE_CHECKING:

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 from sqlalchemy import select
 
 from ...schema.campaigns import Campaign
-from ...schema.diagnoses import Diagnosis
+from ...schema.diagnoses import Diagnosis, TwinVersion
 from ...schema.listings import get_campaign_id
-from ...schema.twins import TwinVersion
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session

@@ -8,12 +8,11 @@ import numpy as np
 
 from ...array_types import Floats, Rows
 from ...diagnosis.gap import GapTable
-from ...diagnosis.observables.base import Observable, Stage
-from ...diagnosis.observables.batching import at_rows
+from ...diagnosis.observables.base import Observable, Stage, at_rows
 from ...diagnosis.observables.contact.residuals import pulse_residuals
 from ...diagnosis.observables.contact.stage import ContactObservables
 from ...diagnosis.observables.plate.stage import PlateObservables
-from ...diagnosis.plot_data import CurvePicture, Pictures, ResidualPicture
+from ...diagnosis.verdict import CurvePicture, Pictures, ResidualPicture
 from ...twin.effects import Effect
 
 #: Spectra are drawn of so many channels.

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ...training.model_storage import place_beside
-from ...training.records import Trained, Version
 from ...training.registry.connection import user_environment
+from ...training.registry.model_storage import place_beside
+from ...training.registry.records import Trained, Version
 from ...training.registry.registry import Registry
 from .work import RunningJob
 

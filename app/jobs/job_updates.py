@@ -10,8 +10,8 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from ...schema.base import to_plain
 from ...schema.jobs import DONE, FAILED, STOPPED, WAITING, Job
-from ...schema.json_floats import to_plain
 from ...schema.session import Store
 from .lease import Lease, LeaseLostError, change
 from .work import Result

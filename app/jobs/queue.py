@@ -11,8 +11,8 @@ from typing import Any
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session, undefer
 
+from ...schema.base import to_plain
 from ...schema.jobs import ENDED, RUNNING, STOPPED, WAITING, Job
-from ...schema.json_floats import to_plain
 from ...schema.session import Store
 from ..finite import finite
 from .kinds.base import Arguments, Kind

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ...schema.addresses import without_secrets
-from ...schema.db_errors import passes
 from ...schema.engine import StoreError
 from ...schema.session import Store
+from ...schema.transactions import passes
 from ..models.training import MissingExtraError
 from ..user_errors import is_for_the_user
 from .claims import Claimed

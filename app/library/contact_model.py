@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from ...array_types import Floats
     from ...dataset.table import Inputs, Predictor
-    from ...training.records import Answer, RegisteredModel
+    from ...training.registry.records import Answer, RegisteredModel
 
 #: Of the bench: physical pulses need them even where they never varied and are no predictor.
 _OF_BENCH = ("impactor_mass_kg", "plate_thickness_m")
@@ -117,7 +117,7 @@ def read_model(url: str, name: str, split: str | None = None) -> StoredModel:
 
     Raises `LookupError` that names what there is, `ValueError` for a damaged model.
     """
-    from ...training.listing import chosen
+    from ...training.registry.listing import chosen
 
     with models_extra():
         registry = registry_of(url)

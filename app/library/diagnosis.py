@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ...diagnosis.verdict import Verdict
+    from ...schema.diagnoses import TwinVersion
     from ...schema.session import Store
-    from ...schema.twins import TwinVersion
     from ..progress import Step
 
 

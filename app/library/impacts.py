@@ -13,9 +13,8 @@ from sqlalchemy import select
 
 from ...schema.campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel
 from ...schema.conditions import CHANNEL_COLUMNS, IMPACT_COLUMNS, IN_USE, LARGEST, listing_key, restricted
-from ...schema.impacts import ChannelFigures, Impact, Pulse
-from ...schema.quality import NOT_JUDGED, SEVERITIES, QualityFinding
-from ...schema.velocity_kinds import velocity_kind
+from ...schema.impacts import ChannelFigures, Impact, Pulse, velocity_kind
+from ...schema.recordings import NOT_JUDGED, SEVERITIES, QualityFinding
 from ..filters import parse_where
 from .frames import with_units
 

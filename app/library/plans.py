@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-    from ...doe.designs.coded import SurfaceWords, TwoLevelWords
+    from ...doe.designs.base import SurfaceWords, TwoLevelWords
     from ...doe.designs.pydoe import Alpha, Exchange, Face, LhsCriterion, OptimalCriterion
     from ...doe.merit.quality import Quality
     from .quantities import Quantity

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...array_types import Floats
-from ...twin.uncertainty import Band, Quantity
+from ...twin.prediction import Band, Quantity
 from ..predictions.predicting import prediction_json
 from ..predictions.warnings import warnings
 from .displays import axes_or_new, titled_table

@@ -217,7 +217,7 @@ class ExperimentStore:
         What is registered already is not trained again. `jobs` processes train at once.
         """
         from ...parallel.executor import Crew
-        from ...training.session import Progress
+        from ...training.fitting.session import Progress
         from .training import train_models, training_runs
 
         if budget not in ("reduced", "full"):
@@ -240,7 +240,7 @@ class ExperimentStore:
     @raises_library_errors
     def models(self, *, dataset: str | None = None, split: str | None = None) -> pd.DataFrame:
         """Every registered version in a row, the newest first, with its errors; `in_use` says for which bench."""
-        from ...training.listing import of_dataset
+        from ...training.registry.listing import of_dataset
         from ..models.training import models_extra, registry_of
         from .training import versions_frame
 

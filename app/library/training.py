@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from ...dataset.snapshot import Snapshot
     from ...parallel.executor import Crew
     from ...schema.session import Store
-    from ...training.model_catalogue import Budget
-    from ...training.records import Decision, Version
-    from ...training.session import Progress, Session
+    from ...training.fitting.session import Progress, Session
+    from ...training.models.catalogue import Budget
+    from ...training.registry.records import Decision, Version
     from ..models.comparing import Comparisons
 
 #: Metric of a registered model -> title of its column.
@@ -136,7 +136,7 @@ class ModelComparison:
 
     def to_frame(self) -> pd.DataFrame:
         """The mean errors of each version in every metric, the best first."""
-        from ...training.metrics.errors import METRICS
+        from ...training.evaluation.metrics import METRICS
 
         return frame_of(self.comparisons.table(METRICS))
 
@@ -221,8 +221,8 @@ def train_models(
     Raises as `model_catalogue.models_of`, `splits_of` and `read_snapshot`.
     """
     from ...parallel.executor import HERE
-    from ...training import session as training_session
-    from ...training.model_catalogue import models_of
+    from ...training.fitting import session as training_session
+    from ...training.models.catalogue import models_of
 
     names = models_of(",".join(models))
     registry = registry_of(url)
@@ -280,7 +280,7 @@ def compare_versions(
 
     Raises as `comparing.versions_named` and `comparing.comparisons_of`.
     """
-    from ...dataset.deleted import list_withdrawals
+    from ...dataset.catalog import list_withdrawals
     from ..models.comparing import comparisons_of, served, versions_named
     from ..models.withdrawn import withdrawn_words
 
@@ -296,8 +296,8 @@ def promote_version(
     store: Store, url: str, model: str, *, on: str | None = None, force: bool = False, reason: str = ""
 ) -> PromotionDecision:
     """Put "hybrid@3" in use, or refuse it. Raises `ValueError` for a model without its version."""
-    from ...training.listing import chosen
-    from ...training.promotion import promote
+    from ...training.registry.listing import chosen
+    from ...training.registry.promotion import promote
 
     name, at, number = model.partition("@")
     if not at or not number.isdecimal():

@@ -9,15 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from ...dataset.table import PulseTable
-from ...training.comparison import Comparison
-from ...training.difference import Difference
-from ...training.evaluation import Judged, on_held_out
-from ...training.fit_report import SettingValue
-from ...training.intact_models import whole
-from ...training.listing import chosen, finite, in_order, newest, of_dataset, row_of
-from ...training.metrics.errors import METRICS
-from ...training.promotion import compared
-from ...training.records import Version
+from ...training.estimators.fit_report import SettingValue
+from ...training.evaluation.comparison import Comparison, Difference
+from ...training.evaluation.evaluate import Judged, on_held_out
+from ...training.evaluation.metrics import METRICS
+from ...training.registry.intact_models import whole
+from ...training.registry.listing import chosen, finite, in_order, newest, of_dataset, row_of
+from ...training.registry.promotion import compared
+from ...training.registry.records import Version
 from ...training.registry.registry import Registry
 
 #: So many pairs are told in sentences, and group by group.
@@ -154,7 +153,7 @@ def _lead(row: Difference) -> str:
 def draw(comparison: Comparison, metric: str, file: Path) -> None:
     """The comparison as a figure."""
     from ...schema.atomic_write import whole_file
-    from ...training.plots.difference import difference_figure
+    from ...training.evaluation.plots import difference_figure
 
     with whole_file(file) as partial:
         difference_figure(comparison, metric).savefig(partial)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...array_types import Floats
-from ...dataset.correlation import correlation
+from ...dataset.predictors import correlation
 from ...dataset.table import Predictor, PulseTable
 from ..plots import MEASURED, new_figure, save
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...dataset.correlation import correlation, ranges
+from ...dataset.predictors import correlation, ranges
 from ...dataset.snapshot import Built, Snapshot
 from ...dataset.splits import Split, expand, split_of
 from ...dataset.table import POINTS, Predictor, PulseTable

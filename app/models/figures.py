@@ -7,19 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...training.floors import SCOPES
-from ...training.intact_models import damages
-from ...training.listing import finite, newest, of_dataset
-from ...training.metrics.errors import METRICS
-from ...training.metrics.reconstruct import figures, reconstruct
+from ...training.evaluation.floor import SCOPES
+from ...training.evaluation.metrics import METRICS, figures, reconstruct
+from ...training.registry.intact_models import damages
+from ...training.registry.listing import finite, newest, of_dataset
 from .comparing import comparisons_of, rows_of
 from .tables import json_row
 
 if TYPE_CHECKING:
     from ...array_types import Floats
     from ...dataset.table import PulseTable
-    from ...training.evaluation import Judged
-    from ...training.records import Version
+    from ...training.evaluation.evaluate import Judged
+    from ...training.registry.records import Version
     from ...training.registry.registry import Registry
 
 #: Of so many versions every pair is compared, which takes a tenth of a second each; of more, the best with all others.
@@ -133,7 +132,7 @@ def held_out_figures(registry: Registry, version: Version, read: Read, most: int
     `level`, and the share of all held-out points of the `force` and of contact `time` that lie within; None without a
     spread. Raises `ValueError` where the predictions or the pulses are gone.
     """
-    from ...training.evaluation import on_held_out
+    from ...training.evaluation.evaluate import on_held_out
 
     judged = on_held_out(registry, [version], read)
     count = len(judged.pulses)
@@ -176,7 +175,7 @@ def _against(measured: Floats, predicted: Floats, spread: Floats | None) -> dict
 
 
 def _coverage(judged: Judged, label: str) -> dict[str, Any]:
-    from ...training.plots.coverage import coverage, standardised
+    from ...training.evaluation.plots import coverage, standardised
 
     shares: dict[str, Any] = {"level": list(LEVELS)}
     for name, words in (("force", "force"), ("time", "contact time")):

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from ...training.floors import SCOPES, floor_metrics
-from ...training.listing import finite, newest, row_of
-from ...training.metrics.errors import METRICS
-from ...training.metrics.summary import Estimate
-from ...training.records import Version
+from ...training.evaluation.floor import SCOPES, floor_metrics
+from ...training.evaluation.metrics import METRICS
+from ...training.evaluation.summary import Estimate
+from ...training.registry.listing import finite, newest, row_of
+from ...training.registry.records import Version
 from ...training.thesis import ThesisFigure, thesis_figures
 
 #: Metric -> heading; the others stand in the JSON.

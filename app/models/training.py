@@ -6,15 +6,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from ...training.model_storage import place_beside
 from ...training.registry.connection import user_environment
+from ...training.registry.model_storage import place_beside
 
 if TYPE_CHECKING:
     from ...dataset.table import PulseTable
     from ...schema.session import Store
-    from ...training.fitting import Ground
-    from ...training.model_catalogue import Budget
-    from ...training.records import Version
+    from ...training.fitting.fitting import Ground
+    from ...training.models.catalogue import Budget
+    from ...training.registry.records import Version
     from ...training.registry.registry import Registry
 
 #: What `pyroshock[models]` brings.
@@ -57,8 +57,8 @@ def ground_of(store: Store, dataset: str, registry: Registry, seed: int, budget:
     """A dataset of the store, to train on."""
     from ...dataset.snapshot import read_snapshot
     from ...dataset.velocities import kind_of_snapshot
-    from ...training.fitting import Ground
-    from ...training.records import DatasetName
+    from ...training.fitting.fitting import Ground
+    from ...training.registry.records import DatasetName
 
     snapshot = read_snapshot(store, dataset)
     with store.reading() as session:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from ...dataset.deleted import Withdrawal, list_withdrawals
+from ...dataset.catalog import Withdrawal, list_withdrawals
 from ...schema.session import StoreError, Writer, open_store
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
-    from ...training.records import Version
+    from ...training.registry.records import Version
 
 
 def withdrawals_at(url: str) -> dict[str, Withdrawal]:

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, cast, get_args
 from ...doe.designs.base import Design
 from ...doe.designs.methods import DesignRequest, get_method
 from ...doe.plans import StoredPlan, add_plan, extend_plan, read_plan
-from ...doe.ranges import with_ranges
 from ...doe.space import Kind, Space, shipped_factors, space_from_text
+from ...doe.toml_space import with_ranges
 from ...schema.session import Store
 from ...twin.gun.nominal import GunBench
 from .settings import gun_bench, numbered, run_settings

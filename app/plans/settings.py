@@ -12,8 +12,8 @@ from ...doe.limits.bench import read_limits
 from ...doe.limits.contact_force import Elastic
 from ...doe.space import Space
 from ...ingest.folder import read_campaign_file
+from ...schema.benches import Material, material_names
 from ...schema.known_factors import BY_COLUMN, parse_number
-from ...schema.materials import Material, material_names
 from ...schema.session import Store
 from ...twin.gun.nominal import GunBench, muzzle_velocity, tank_pressure_for
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from ...dataset.stored_bench import gun_bench
+from ...dataset.rows import gun_bench
 from ...schema.benches import Gun
 from ...twin.gun.nominal import GunBench, muzzle_velocity
 

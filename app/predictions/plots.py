@@ -8,8 +8,7 @@ from textwrap import fill
 from typing import Any
 
 from ...array_types import Floats
-from ...twin.prediction import Prediction
-from ...twin.uncertainty import Band
+from ...twin.prediction import Band, Prediction
 from ..plots import MEASURED, MODEL, new_figure, save
 from .warnings import warnings
 

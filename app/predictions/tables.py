@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from ...twin.prediction import Prediction
-from ...twin.uncertainty import Quantity
+from ...twin.prediction import Prediction, Quantity
 from .warnings import warnings_of_number
 
 #: Field of the prediction: (what it is, unit, how many of them one SI unit is).

@@ -11,12 +11,10 @@ from sqlalchemy.orm import Session
 from ...ingest.processing import VALVE_OPENING
 from ...schema.conditions import CHANNEL_COLUMNS
 from ...schema.figures import CHANNEL
-from ...schema.impacts import ChannelFigures, Impact, Pulse
+from ...schema.impacts import ChannelFigures, Impact, Pulse, velocity_kind
 from ...schema.listings import Condition, iter_impacts
 from ...schema.provenance import Provenance
-from ...schema.quality import QualityFinding
-from ...schema.recordings import RecordedChannel
-from ...schema.velocity_kinds import velocity_kind
+from ...schema.recordings import QualityFinding, RecordedChannel
 
 
 def impact_page(session: Session, key: int) -> dict[str, Any]:

@@ -13,8 +13,8 @@ from ...array_types import Floats
 from ...schema.campaigns import ConfigurationLevel, Factor, FactorLevel
 from ...schema.conditions import Condition, get_factor_id, listing_key
 from ...schema.impacts import Impact, Pulse
+from ...schema.listings import list_pulse_keys
 from ...schema.series import SeriesError, as_floats
-from ...schema.thinned_listing import list_pulse_keys
 
 #: More curves than this on one grid cost seconds and show no more.
 MOST_PULSES = 2000

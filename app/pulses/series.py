@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 
 from ...ingest.stored import list_channels, read_channel
 from ...schema.campaigns import Campaign
-from ...schema.care.checks.series import damages
+from ...schema.integrity.checks.series import damages
 from ...schema.listings import get_campaign_id
 from ...schema.recordings import STORED, RecordedChannel, Recording
 from ...schema.series import SeriesError, iter_chunks

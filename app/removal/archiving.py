@@ -11,17 +11,15 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ...schema.campaigns import Campaign
-from ...schema.care.progress import Progress
-from ...schema.carry.archive import Archive, archive_of, write_archive
-from ...schema.carry.importing import merge
-from ...schema.carry.opened_export import opened_file
-from ...schema.diagnoses import Diagnosis
-from ...schema.removal.content import content_hash
+from ...schema.diagnoses import Diagnosis, TwinVersion
+from ...schema.provenance import CAMPAIGN, Tombstone
 from ...schema.removal.part import Part, campaign_part
+from ...schema.removal.removing import content_hash
 from ...schema.removal.returning import give_back
+from ...schema.rows import Progress
 from ...schema.session import Store
-from ...schema.tombstones import CAMPAIGN, Tombstone
-from ...schema.twins import TwinVersion
+from ...schema.transfer.merging import merge
+from ...schema.transfer.opened_export import Archive, archive_of, opened_file, write_archive
 from .deleting import adopted_elsewhere, checked_reason, taken_out, told
 from .standing import models_of
 

@@ -9,11 +9,10 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ...schema.campaigns import Campaign
+from ...schema.provenance import CAMPAIGN, Tombstone
 from ...schema.removal.part import Part, campaign_part
-from ...schema.removal.removing import remove
-from ...schema.removal.standing import adopted_on
+from ...schema.removal.removing import adopted_on, remove
 from ...schema.session import Store
-from ...schema.tombstones import CAMPAIGN, Tombstone
 from ..twins.adopted_effects import Adopted, adopted_for
 from .standing import models_of, without
 

@@ -9,11 +9,11 @@ from sqlalchemy.orm import Session
 
 from ...ingest.plan_link import PlanLinks, link_within
 from ...ingest.replacing import Replacement
-from ...schema.plans import Plan, PlannedRun
+from ...schema.campaigns import Plan, PlannedRun
+from ...schema.provenance import Tombstone
 from ...schema.removal.part import Part, recording_part
 from ...schema.removal.removing import remove
 from ...schema.session import Store
-from ...schema.tombstones import Tombstone
 from .deleting import checked_reason, told
 from .standing import models_of
 

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ...schema.removal.part import Part, campaign_part, recording_part
-from ...schema.removal.removing import row_counts
-from ...schema.removal.standing import adopted_on, datasets_on, diagnoses_on
+from ...schema.removal.removing import adopted_on, datasets_on, diagnoses_on, row_counts
 from ...schema.session import Store
 from ..models.training import models_extra, registry_of
 

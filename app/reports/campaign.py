@@ -6,10 +6,9 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from ...schema.campaigns import Campaign
-from ...schema.impacts import Impact
+from ...schema.impacts import Impact, Shot
 from ...schema.listings import get_campaign_id
 from ...schema.recordings import Recording
-from ...schema.shots import Shot
 from .campaign_design import coverage_section, plans_of, settings_section, status_counts
 from .campaign_pulses import pulses_section
 from .campaign_quality import quality_section

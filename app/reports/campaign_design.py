@@ -10,8 +10,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ...doe.plans import StoredPlan, read_plan
-from ...schema.campaigns import Campaign
-from ...schema.plans import STATUSES, Plan
+from ...schema.campaigns import STATUSES, Campaign, Plan
 from ..campaigns.coverage import worked_off
 from .campaign_settings import AchievedSetting
 from .curves import Cloud, agreement_chart

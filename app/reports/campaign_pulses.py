@@ -62,7 +62,7 @@ def _table(pulses: PulseGroups) -> Table:
 
 
 def _overlay(pulses: PulseGroups) -> ChartRow:
-    from ...training.metrics.reconstruct import reconstruct
+    from ...training.evaluation.metrics import reconstruct
 
     few = len(pulses.groups) <= SERIES
     factor = None if few else telling_factor(pulses)

@@ -8,8 +8,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ...schema.impacts import Impact
-from ...schema.quality import SEVERITIES, QualityFinding
-from ...schema.recordings import SET_ASIDE, RecordedChannel, Recording
+from ...schema.recordings import SET_ASIDE, SEVERITIES, QualityFinding, RecordedChannel, Recording
 from ..campaigns.overview import count_findings
 from .document import Block, Paragraph, Section, Table
 

@@ -12,11 +12,9 @@ from sqlalchemy.orm import Session
 
 from ...array_types import Floats
 from ...doe.plans import StoredPlan
-from ...schema.campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel
-from ...schema.impacts import Impact
+from ...schema.campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel, Plan, PlannedRun
+from ...schema.impacts import Impact, Shot
 from ...schema.listings import listing_key
-from ...schema.plans import Plan, PlannedRun
-from ...schema.shots import Shot
 
 PRESSURE, VELOCITY = "tank_pressure_pa", "velocity_m_s"
 WRITTEN, TRANSDUCER, MEASURED = "as written down", "transducer", "measured"

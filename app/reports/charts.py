@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...array_types import Floats
-from ...diagnosis.plot_data import CurvePicture, Pictures, ResidualPicture
+from ...diagnosis.verdict import CurvePicture, Pictures, ResidualPicture
 from ..diagnoses.labels import observable_label
 from .svg import band, chart, dots, frame_of, level, line
 

@@ -8,8 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ...diagnosis.plot_data import Pictures
-from ...diagnosis.verdict import NONE, UNKNOWN, Cause, EffectShare, Shrinkage, Verdict
+from ...diagnosis.verdict import NONE, UNKNOWN, Cause, EffectShare, Pictures, Shrinkage, Verdict
 from ...schema.atomic_write import write_text
 from ..diagnoses.labels import effect_subject, single_effects
 from ..diagnoses.recommendations import next_experiment, recommendations

@@ -104,7 +104,7 @@ def _diagnosis(store: Store, _db: str, which: str) -> Document:
 
 
 def _model(store: Store, db: str, label: str) -> Document:
-    from ...training.listing import chosen
+    from ...training.registry.listing import chosen
     from ..models.training import models_extra, reader_of, registry_of
     from .model import model_document
 

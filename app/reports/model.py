@@ -6,12 +6,12 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ...training.floors import SCOPES
-from ...training.listing import newest
-from ...training.metrics.errors import METRICS
-from ...training.metrics.summary import Estimate
-from ...training.plots.style import LABELS
-from ...training.records import Decision, Version
+from ...training.evaluation.floor import SCOPES
+from ...training.evaluation.metrics import METRICS
+from ...training.evaluation.plot_style import LABELS
+from ...training.evaluation.summary import Estimate
+from ...training.registry.listing import newest
+from ...training.registry.records import Decision, Version
 from ..models.tables import json_row
 from .document import Cell, Document, Section, Table
 from .model_figures import pulses_section

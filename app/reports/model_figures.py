@@ -15,13 +15,13 @@ from .labels import force_unit
 if TYPE_CHECKING:
     from ...dataset.table import PulseTable
     from ...training.models.base import ContactPrediction
-    from ...training.records import Version
+    from ...training.registry.records import Version
     from ...training.registry.registry import Registry
 
 
 def pulses_section(registry: Registry, version: Version, read: Callable[[str], PulseTable]) -> Section:
     """The charts; in their place the reason where the store has not the pulses, or the registry not the predictions."""
-    from ...training.evaluation import on_held_out
+    from ...training.evaluation.evaluate import on_held_out
 
     title = "On the pulses held out"
     try:
@@ -42,7 +42,7 @@ def pulses_section(registry: Registry, version: Version, read: Callable[[str], P
 
 def agreement(pulses: PulseTable, prediction: ContactPrediction) -> ChartRow:
     """Predicted against measured peak force and contact time, logarithmic: what counts is relative."""
-    from ...training.metrics.reconstruct import figures, reconstruct
+    from ...training.evaluation.metrics import figures, reconstruct
 
     peak = figures(reconstruct(prediction.force_n), prediction.contact_time_s).peak_force_n
     unit, per_newton = force_unit(float(pulses.peak_force_n.max()))
@@ -79,7 +79,7 @@ def _clouds(pulses: PulseTable, measured: Floats, predicted: Floats) -> list[Clo
 
 def _coverage(pulses: PulseTable, prediction: ContactPrediction) -> list[Block]:
     """How many measurements central intervals hold, beside how many they promise to."""
-    from ...training.plots.coverage import LEVELS, coverage
+    from ...training.evaluation.plots import LEVELS, coverage
 
     pairs = (
         ("force", prediction.force_n - pulses.force_n, prediction.force_spread_n),

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from ...array_types import Floats
+from ...ingest.channel_mistakes import refuse_no_reading
 from ...ingest.parallel import Isolation, map_ahead
 from ...ingest.readers import ChannelInfo, OpenRecording, ReadingOptions, RecordingError, may_crash, open_recording
 from ...ingest.readers.contents import is_unit
-from ...ingest.sanity_limits import refuse_no_reading
 from ...signals.units import UnitError, to_si
 
 #: Of a file that crashes no library and takes no processor time: a network drive that hangs.

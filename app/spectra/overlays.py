@@ -9,12 +9,9 @@ import numpy as np
 from sqlalchemy.orm import Session
 
 from ...array_types import Floats
-from ...signals.srs.record import Spectrum
-from ...signals.srs.spectrum import shock_response_spectrum
+from ...signals.srs.spectrum import Spectrum, shock_response_spectrum
 from ...twin.chain import default_lines
-from ...twin.srs.comparison import SpectrumComparison, compare
-from ...twin.srs.target import Target
-from ...twin.srs.tolerance import within_db
+from ...twin.srs.target import SpectrumComparison, Target, compare, within_db
 from ..pulses.accelerations import ImpactRecord, impact_records
 
 MOST_SPECTRA = 200

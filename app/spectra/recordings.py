@@ -9,10 +9,8 @@ from ...signals.channel import Channel, Sensor
 from ...signals.checks import Finding, run_checks, run_spectrum_checks
 from ...signals.checks.recording import judge_together
 from ...signals.srs.moments import Moments, temporal_moments
-from ...signals.srs.record import Spectrum
-from ...signals.srs.spectrum import shock_response_spectrum
-from ...twin.srs.comparison import SpectrumComparison, compare
-from ...twin.srs.target import Target
+from ...signals.srs.spectrum import Spectrum, shock_response_spectrum
+from ...twin.srs.target import SpectrumComparison, Target, compare
 from .channel import Acceleration
 
 #: Samples per cycle of a line of a resampled record: they hide 0.5 % of a peak at most.

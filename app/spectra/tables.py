@@ -12,7 +12,7 @@ import numpy as np
 
 from ...schema.atomic_write import whole_file
 from ...signals.checks import Finding
-from ...twin.srs.comparison import SpectrumComparison
+from ...twin.srs.target import SpectrumComparison
 from .recordings import MeasuredSpectrum
 
 _CURVES = ("maximax", "positive", "negative", "primary", "residual")

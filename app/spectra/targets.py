@@ -6,8 +6,8 @@ import csv
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
+from ...twin.srs.target import parse_tolerance
 from ...twin.srs.target_csv import target_of_csv
-from ...twin.srs.tolerance import parse_tolerance
 
 if TYPE_CHECKING:
     from ...twin.srs.target import Target

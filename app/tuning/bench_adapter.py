@@ -17,14 +17,12 @@ from ...doe.limits.contact_force import Elastic, hertz_contact
 from ...doe.space import Space
 from ...twin.chain import Twin
 from ...twin.contact_interface import Strikes
-from ...twin.materials import ElasticMaterial
-from ...twin.setting import Setting
+from ...twin.setting import ElasticMaterial, Setting
 from ...twin.srs.target import Target
-from ...twin.tune.forward import Outside, Refusals
-from ...twin.tune.goal import Goal
+from ...twin.tune.goal import Goal, Outside, Refusals
 from ...twin.tune.probability import Proposal
-from ...twin.tune.settings_to_avoid import Avoid
 from ...twin.tune.space import Amount, ContinuousRange, Levels, TuningSpace
+from ...twin.tune.tuner import Avoid
 
 #: The regulator holds no less (gauge).
 LEAST_PRESSURE_PA = 0.2e5

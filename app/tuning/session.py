@@ -13,8 +13,7 @@ from ...schema.session import Store
 from ...twin.measured_shots import MeasuredShots
 from ...twin.srs.target import Target
 from ...twin.tune.attainability import AT_LEAST
-from ...twin.tune.forward import level_db
-from ...twin.tune.goal import Goal
+from ...twin.tune.goal import Goal, level_db
 from ...twin.tune.space import Amount, TuningSpace
 from ...twin.tune.tuner import FiredShots, Tuned, tune
 from ..twins.building import BuiltTwin, TwinRequest, twin_of

@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Any
 from sqlalchemy import func, select
 
 from ...diagnosis.verdict import NONE, Verdict
-from ...schema.advisory_lock import take_turn
 from ...schema.campaigns import Campaign
+from ...schema.diagnoses import TwinVersion
 from ...schema.listings import get_campaign_id
-from ...schema.twins import TwinVersion
+from ...schema.transactions import take_turn
 from ...twin.effects import Effect, catalogue, effect_from_json
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
     from ...schema.session import Store
-    from ...training.records import Version
+    from ...training.registry.records import Version
 
 STAGES = ("gun", "contact", "plate")
 

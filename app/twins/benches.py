@@ -134,7 +134,7 @@ def bench_of_campaign(session: Session, name: str | None) -> Bench:
     if campaign is None:
         return bench
     if campaign.gun is not None:
-        from ...dataset.stored_bench import gun_bench
+        from ...dataset.rows import gun_bench
 
         bench = replace(bench, gun=gun_bench(campaign.gun), gun_source=f"campaign {campaign.name}")
     if campaign.hammer is not None:
@@ -214,9 +214,8 @@ def _campaign(session: Session, name: str | None) -> Campaign | None:
 
 
 def _with_plate(session: Session, bench: Bench, plate: Plate, source: str) -> Bench:
-    from ...dataset.stored_bench import modal_plate
-    from ...schema.benches import ModalTable
-    from ...schema.materials import Material
+    from ...dataset.rows import modal_plate
+    from ...schema.benches import Material, ModalTable
 
     drawing = replace(bench.drawing, thickness_m=plate.thickness_m or bench.drawing.thickness_m)
     if plate.outline_m:

@@ -9,18 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...dataset.stored_bench import by_name, stored_materials
+from ...dataset.rows import by_name, stored_materials
+from ...schema.impacts import BEFORE_CONTACT
 from ...schema.known_factors import BY_COLUMN
-from ...schema.velocity_kinds import BEFORE_CONTACT
-from ...training.model_storage import place_beside
 from ...training.registry.connection import user_environment
+from ...training.registry.model_storage import place_beside
 from ...twin.chain import Twin, default_lines
 from ...twin.effects import Effect, checked_effects
-from ...twin.launch import GunStage
-from ...twin.materials import THESIS, ElasticMaterial
-from ...twin.plates import PlateSpread, PlateStage
+from ...twin.gun.stage import GunStage
+from ...twin.plate.stage import PlateSpread, PlateStage
 from ...twin.sensors.chain import SensorChain
-from ...twin.setting import Setting
+from ...twin.setting import THESIS, ElasticMaterial, Setting
 from ..models.training import registry_of
 from .benches import Bench, PlateDrawing, Point, bench_of_campaign, bench_of_file, shipped_bench, with_modes
 from .learning import MOST_SHOTS, basis, calibrated, taught_contact, taught_gun
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
 
     from ...array_types import Floats
     from ...schema.session import Store
-    from ...training.records import Version
+    from ...training.registry.records import Version
     from ...training.registry.registry import Registry
     from ...twin.contact_interface import ContactStage
     from ...twin.measured_shots import MeasuredShots
@@ -217,7 +216,7 @@ def _gun(
 
     None on a bench without one. Raises `ValueError` for effects of a gun there.
     """
-    from ...twin.gun.effect import GunEffect
+    from ...twin.gun.shot import GunEffect
 
     effects = checked_effects(_of_stage(request, "gun"), GunEffect)
     if not bench.has_gun:
@@ -264,7 +263,7 @@ def _contact(
     if registry is None:
         laws = ", ".join((PRIOR, *LAWS))
         raise LookupError(f"no law of contact {request.contact!r}, and no models; laws: {laws}")
-    from ...training.listing import chosen
+    from ...training.registry.listing import chosen
 
     version = chosen(registry.versions(), request.contact.removeprefix("models:/"))
     return _registered_with(session, registry, version, effects, adopted)
@@ -295,7 +294,7 @@ def _registered_with(
     adopted: tuple[Effect, ...],
 ) -> tuple[ContactStage, str]:
     """A registered model with effects, and what is to be said of it: adopted ones act where it has not learned them."""
-    from ...schema.velocity_kinds import INTEGRATED
+    from ...schema.impacts import INTEGRATED
     from ..models.withdrawn import note_of
     from .adopted_effects import learned_by
     from .model_in_use import velocity_kind_of
@@ -329,7 +328,7 @@ def _learned(effects: tuple[Effect, ...], label: str) -> str:
 def registered_contact(session: Session | None, db: str, name: str, in_use: str | None = None) -> ContactStage:
     """The registered model "NAME@VERSION", or the one in use for a kind of bench, asked with velocities as its
     dataset had them. Raises `LookupError`."""
-    from ...training.listing import chosen
+    from ...training.registry.listing import chosen
     from .model_in_use import model_in_use
 
     registry = _registry(db)
@@ -371,7 +370,7 @@ def _registered(
 ) -> ContactStage:
     from ...dataset.predictors import SHIPPED
     from ...dataset.snapshot import read_snapshot
-    from ...training.contact_stage import RegisteredContact
+    from ...training.models.contact_stage import RegisteredContact
 
     own = None
     if version.dataset.predictor_set not in SHIPPED and session is not None:
@@ -418,9 +417,8 @@ def solved(drawing: PlateDrawing, material: ElasticMaterial, highest_hz: float, 
     import scipy.linalg  # noqa: F401 - its own BLAS must be there to be limited
     from threadpoolctl import threadpool_limits
 
-    from ...twin.plate.build import PlateBuild, places
-    from ...twin.plate.cache import cached_plate
-    from ...twin.plate.damping import ConstantDamping
+    from ...twin.plate.build import ConstantDamping, PlateBuild, places
+    from ...twin.plate.modes import cached_plate
 
     build = PlateBuild(
         outline_m=drawing.outline_m,

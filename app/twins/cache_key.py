@@ -10,13 +10,11 @@ from typing import TYPE_CHECKING
 
 from sqlalchemy import func, select
 
-from ...schema.benches import ModalTable
+from ...schema.benches import Material, ModalTable
 from ...schema.campaigns import Campaign
-from ...schema.impacts import Impact, Pulse
-from ...schema.materials import Material
-from ...schema.shots import Shot
-from ...schema.tombstones import Tombstone
-from ...schema.twins import TwinVersion
+from ...schema.diagnoses import TwinVersion
+from ...schema.impacts import Impact, Pulse, Shot
+from ...schema.provenance import Tombstone
 from ...twin.contact.laws import LAWS
 from ..models.training import registry_of
 from .benches import GUN, bench_of_campaign

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 import numpy as np
 from sqlalchemy import select
 
+from ...schema.impacts import Shot
 from ...schema.listings import get_campaign_id
-from ...schema.shots import Shot
 from ...twin.contact.prior import MOST_PULSES, PriorContact
 from ...twin.coupled_contact import CoupledContact
-from ...twin.gun.limits import beyond_energy
-from ...twin.launch import GunStage
+from ...twin.gun.nominal import beyond_energy
+from ...twin.gun.stage import GunStage
 from ...twin.measured_shots import MeasuredShots
 from ...twin.prediction import RestsOn
 from ...twin.spectrum_calibration import SpectrumCalibration

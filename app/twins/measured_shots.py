@@ -12,27 +12,22 @@ from sqlalchemy import and_, select
 from sqlalchemy.orm import Session
 
 from ...array_types import Floats
-from ...dataset.quality_filter import verdicts
 from ...dataset.rows import rows_of_campaigns
+from ...dataset.selection import verdicts
 from ...ingest.stored import list_channels, read_channel
 from ...schema.benches import Hammer
 from ...schema.campaigns import Campaign
 from ...schema.configurations import configuration_factors
-from ...schema.impacts import Impact, Pulse
+from ...schema.impacts import INTEGRATED, Impact, Pulse, Shot, velocity_kind
 from ...schema.listings import get_campaign_id
-from ...schema.quality import QualityFinding
-from ...schema.recordings import RecordedChannel
+from ...schema.recordings import QualityFinding, RecordedChannel
 from ...schema.series import as_floats
-from ...schema.shots import Shot
-from ...schema.velocity_kinds import INTEGRATED, velocity_kind
 from ...twin.contact.hertz import impactor_of_pulse
-from ...twin.contact.impacts import plate_impedance
-from ...twin.contact.strikes_to_bodies import bodies_of
+from ...twin.contact.impacts import bodies_of, plate_impedance
 from ...twin.contact.target_motion import PulseMoments, TargetMotion, velocity_before_contact
 from ...twin.contact_interface import Strikes
-from ...twin.materials import ElasticMaterial
 from ...twin.measured_shots import MeasuredShots
-from ...twin.setting import Setting
+from ...twin.setting import ElasticMaterial, Setting
 from .benches import Bench
 
 NONE = "none"

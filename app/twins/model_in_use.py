@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
-    from ...schema.datasets import DatasetSnapshot
-    from ...training.records import Version
+    from ...schema.impacts import DatasetSnapshot
+    from ...training.registry.records import Version
     from ...training.registry.registry import Registry
 
 
@@ -37,7 +37,7 @@ def velocity_kind_of(session: Session | None, version: Version) -> str:
     Where the store has the dataset no more, before contact, as a prediction's is.
     """
     from ...dataset.velocities import kind_of_snapshot
-    from ...schema.velocity_kinds import BEFORE_CONTACT
+    from ...schema.impacts import BEFORE_CONTACT
 
     if version.dataset.velocity_kind is not None:
         return version.dataset.velocity_kind
@@ -59,7 +59,7 @@ def _definition(session: Session | None, version: Version) -> dict[str, Any]:
 def _snapshot(session: Session | None, version: Version) -> DatasetSnapshot | None:
     from sqlalchemy import select
 
-    from ...schema.datasets import DatasetSnapshot
+    from ...schema.impacts import DatasetSnapshot
 
     if session is None:
         return None

@@ -128,7 +128,7 @@ def _choice(names: Sequence[str], default: str, known: Callable[[str], bool]) ->
 
 def _known(built: BuiltTwin) -> Known:
     """By source, what the registered model was trained on; nothing for a law, which holds everywhere."""
-    from ...training.contact_stage import RegisteredContact
+    from ...training.models.contact_stage import RegisteredContact
 
     contact = built.twin.contact
     if not isinstance(contact, RegisteredContact):

@@ -12,15 +12,15 @@ import numpy as np
 from ...dataset.build_table import configuration_text
 from ...dataset.rows import levels_of
 from ...dataset.snapshot import SnapshotError, read_snapshot
-from ...training.tasks import rng_of
-from ...training.unseen_configurations import without_configurations
+from ...training.evaluation.unseen_configurations import without_configurations
+from ...training.fitting.fitting import rng_of
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
     from ...dataset.table import PulseTable
     from ...schema.session import Store
-    from ...training.contact_stage import RegisteredContact
+    from ...training.models.contact_stage import RegisteredContact
 
 #: What a prediction's model had seen of the shots that it is compared with.
 NOTHING, REFITTED, SEEN = "nothing", "refitted", "seen"

@@ -9,15 +9,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...training.contact_stage import RegisteredContact
+from ...training.models.contact_stage import RegisteredContact
 from ...training.tuning.folds import grouped_folds
 from ...twin.measured_shots import MeasuredShots
-from ...twin.plates import PlateStage
+from ...twin.plate.stage import PlateStage
 from ...twin.prediction import ShotDraws
 from ...validation.prediction_scores.failure_rules import PredictionFailure
 from ...validation.prediction_scores.quantity_score import QuantityScore
-from ...validation.prediction_scores.shot_comparison import QuantityComparison, compared_shots, line_rows, shot_rows
-from ...validation.prediction_scores.verdict import PredictionVerdict, verdict
+from ...validation.prediction_scores.shot_comparison import (
+    PredictionVerdict,
+    QuantityComparison,
+    compared_shots,
+    line_rows,
+    shot_rows,
+    verdict,
+)
 from ..finite import finite
 from ..twins.building import BuiltTwin, TwinRequest, twin_of
 from ..twins.learning import MOST_SHOTS

@@ -10,7 +10,7 @@ from sqlalchemy import select
 from ...doe.designs.methods import get_method
 from ...doe.plans import PlanExistsError
 from ...doe.space import space_from_form
-from ...schema.plans import Plan
+from ...schema.campaigns import Plan
 from ...schema.session import Store
 from ..jobs.kinds.plan import PLAN, PlanArguments
 from ..jobs.queue import JobView

@@ -9,7 +9,7 @@ from ...schema.session import Store
 from ..models.training import models_extra, pulses_on, reader_of, registry_of
 
 if TYPE_CHECKING:
-    from ...training.records import Decision, Version
+    from ...training.registry.records import Decision, Version
     from ...training.registry.registry import Registry
 
 #: Versions beside each other on one page.
@@ -32,7 +32,7 @@ def needed(db: str) -> Registry:
 
 def chosen_versions(registry: Registry, labels: list[str]) -> list[Version]:
     """Versions by their labels. Raises `LookupError` for unknown ones, `ValueError` for too many."""
-    from ...training.listing import chosen
+    from ...training.registry.listing import chosen
 
     if len(labels) > MOST_COMPARED:
         raise ValueError(f"{len(labels)} versions to compare; expected at most {MOST_COMPARED}")
@@ -44,8 +44,8 @@ def promote(
     store: Store, db: str, model: str, version: int, *, other: str | None, forced: bool, reason: str
 ) -> Decision:
     """Promote or refuse, and keep why. Raises as `training.promotion.promote`."""
-    from ...training.listing import chosen
-    from ...training.promotion import promote as decide
+    from ...training.registry.listing import chosen
+    from ...training.registry.promotion import promote as decide
 
     with models_extra():
         registry = needed(db)

@@ -1,4 +1,9 @@
-"""Gap reduction on held-out configurations: everything is chosen inside the fold, and the noise floor cannot go."""
+"""Gap reduction on held-out configurations: everything is chosen inside the fold, and the noise floor cannot go.
+
+Which configurations are held out together.
+
+The gap of every configuration before and after a correction, in the metric of the report.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +13,162 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...array_types import Floats, Rows
-from ...training.metrics.reduction import fraction, fraction_interval
+from ...doe.factor_rules import short_between
+from ...schema.known_factors import column_of
+from ...training.evaluation.summary import fraction, fraction_interval
+from ..gap import Means, floors, tolerances
 from ..inference.held_out import FoldFit
-from ..observables.base import Stage
+from ..observables.base import Observable, Stage
+from ..record import RunConfiguration
 from ..verdict import CORRECTED, Shrinkage
-from .folds import ConfigurationFolds, by_configuration, corner
-from .gaps import Gaps
-from .pulse_ratings import pulse_ratings
+from .iso18571 import pulse_ratings
+
+#: Folds by configuration; with fewer configurations each is held out alone.
+_FOLDS = 5
+#: The part of the configurations that makes a corner, and the part beyond which it is cut down by another factor.
+_CORNER, _LARGE = 0.25, 0.4
+#: Configurations on either side.
+_LEAST = 3
+
+
+@dataclass(frozen=True, eq=False)
+class ConfigurationFolds:
+    """`folds`: the configurations held out in turn. `name` as the report says it."""
+
+    name: str
+    folds: tuple[Rows, ...]
+
+    @property
+    def held_out(self) -> Rows:
+        return np.concatenate(self.folds)
+
+
+def by_configuration(rows: Rows, rng: np.random.Generator) -> ConfigurationFolds:
+    """These configurations in turn, spread at random over the folds."""
+    parts = np.array_split(rng.permutation(rows), min(_FOLDS, len(rows)))
+    return ConfigurationFolds("configuration", tuple(np.sort(part) for part in parts))
+
+
+def corner(configurations: Sequence[RunConfiguration], rows: Rows, size: Floats) -> ConfigurationFolds | None:
+    """About a quarter of the configurations, at one end of the numeric factor that the gap goes with most.
+
+    `size` (C,) is how large the gap of each configuration is; the end is the one with the larger gap, where an
+    extrapolation has the most to lose. Where that end is far more than a quarter (a factor of two levels) it is taken
+    together with the end of the next factor. None where no number varies, or too few configurations would be left.
+    """
+    names = dict.fromkeys(name for row in rows for name in configurations[row].factors)
+    ends = []
+    for name in names:
+        values = [configurations[row].factors.get(name) for row in rows]
+        if all(isinstance(value, int | float) for value in values) and len(set(values)) > 1:
+            ends.append(_end(name, np.array(values, dtype=np.float64), size[rows]))
+    texts: list[str] = []
+    inside = np.ones(len(rows), dtype=bool)
+    for text, part, _ in sorted(ends, key=lambda end: -end[2]):
+        if not texts or (np.mean(inside) > _LARGE and (inside & part).sum() >= _LEAST):
+            texts.append(text)
+            inside &= part
+    if not _LEAST <= inside.sum() <= min(len(rows) // 2, len(rows) - _LEAST):
+        return None
+    return ConfigurationFolds(f"corner: {' and '.join(texts)}", (rows[inside],))
+
+
+def _end(name: str, values: Floats, size: Floats) -> tuple[str, NDArray[np.bool_], float]:
+    """One end of a factor as a rule, the configurations in it, and how closely the gap goes with the factor."""
+    from scipy.stats import spearmanr
+
+    levels = np.unique(values)
+    correlation = spearmanr(values, size).statistic if np.ptp(size) > 0 else 0.0
+    above = [values > level for level in levels[:-1]]
+    candidates = above if correlation >= 0 else [~part for part in above]
+    nearest = int(np.argmin([abs(np.mean(part) - _CORNER) for part in candidates]))
+    column, unit = column_of(name)
+    edge = short_between(levels[nearest] / unit, levels[nearest + 1] / unit)
+    return f"{column} {'>' if correlation >= 0 else '<='} {edge:g}", candidates[nearest], abs(float(correlation))
+
+
+@dataclass(frozen=True, eq=False)
+class Gaps:
+    """Mean residuals (C, D) of all stages over `scale` (D,), and the variance (C, D) that repetitions leave of them.
+
+    `chance` (C,): standard deviation that the scatter alone gives to a configuration's mean square. `freedom`: the
+    degrees of freedom that measured the scatter.
+    """
+
+    observables: tuple[Observable, ...]
+    scale: Floats
+    mean: Floats
+    variance: Floats
+    chance: Floats
+    freedom: int
+
+    @classmethod
+    def of(cls, stages: Sequence[Stage], scales: Mapping[str, Floats] | None = None) -> Self:
+        """`scales` (d,) by stage, in the units of its observables; tolerances where none is given.
+
+        An infinite scale leaves an observable out.
+        """
+        record = stages[0].record
+        scale = np.concatenate([(scales or {}).get(stage.name, tolerances(stage.observables)) for stage in stages])
+        used = np.isfinite(scale)
+        residuals = np.concatenate([stage.residuals() for stage in stages], axis=1)[:, used] / scale[used]
+        items = [item for stage in stages for item in stage.observables]
+        observables = tuple(items[i] for i in np.flatnonzero(used))
+        floor = floors(observables) / scale[used]
+        means = Means.of(residuals, record.configuration_of, len(record.configurations), floor)
+        chance = _chance(residuals - means.mean[record.configuration_of], means)
+        freedom = int(np.isfinite(residuals).any(axis=1).sum() - np.isfinite(means.mean).any(axis=1).sum())
+        return cls(observables, scale, means.mean, means.variance, chance, freedom)
+
+    @property
+    def rows(self) -> Rows:
+        """Configurations that have a gap at all."""
+        return np.flatnonzero(np.isfinite(self.mean).any(axis=1))
+
+    def over_scale(self, tables: Floats) -> Floats:
+        """(k, C, D): changes (k, C, D') of all observables in their units; zero where there is no answer."""
+        used = np.isfinite(self.scale)
+        return np.asarray(np.nan_to_num(tables[:, :, used] / self.scale[used]))
+
+    def squares(self, correction: Floats | float = 0.0) -> Floats:
+        """(C,): squared gap of each configuration over all of its observables, its scatter included; the mean over the
+        configurations is that over all cells, so that one with few cells counts for no more than they do."""
+        return _over_observables((self.mean - correction) ** 2)
+
+    @property
+    def floor(self) -> Floats:
+        """(C,): what the scatter alone gives to `squares`."""
+        return _over_observables(np.where(np.isfinite(self.mean), self.variance, np.nan))
+
+    @property
+    def floor_error(self) -> float:
+        """Relative standard deviation of `floor`, from the number of repetitions that measured it."""
+        ratio = self.chance[self.rows] / np.maximum(self.floor[self.rows], 1e-300)
+        return float(np.median(ratio) / np.sqrt(self.freedom)) if self.freedom > 0 else 0.0
+
+
+def _over_observables(values: Floats) -> Floats:
+    return np.asarray(np.nansum(values, axis=1) / _mean_count(values))
+
+
+def _mean_count(values: Floats) -> float:
+    """Cells of a configuration with a value, in the mean over the configurations that have any."""
+    count = np.isfinite(values).sum(axis=1)
+    return float(count[count > 0].mean()) if count.any() else 1.0
+
+
+def _chance(deviation: Floats, means: Means) -> Floats:
+    """sqrt(2 tr(S^2)) / d of the mean's covariance S: observables that scatter together average out less."""
+    values = np.nan_to_num(deviation)
+    values = values / np.maximum(np.linalg.norm(values, axis=0), 1e-300)
+    correlation = values.T @ values
+    np.fill_diagonal(correlation, 1.0)
+    variance = np.nan_to_num(means.variance)
+    trace = np.einsum("ci,ij,cj->c", variance, correlation**2, variance)
+    return np.asarray(np.sqrt(2 * trace) / _mean_count(means.mean))
 
 
 def measure_reduction(

@@ -16,10 +16,9 @@ from ..observables.base import Stage
 from ..verdict import Fitted
 from .model_search import ModelLibrary, fit_sets, search
 from .problem import InferenceProblem
-from .run_order_drift import RunOrderDrift
 from .shares import ends
 from .subset_fit import SubsetFit, residual
-from .unexplained_gap import UnexplainedEvidence, unexplained_evidence
+from .unexplained_gap import RunOrderDrift, UnexplainedEvidence, unexplained_evidence
 
 #: An effect with less of the squared gap than this is no major one of a set.
 MAJOR = 0.1

@@ -13,9 +13,8 @@ import numpy as np
 
 from ...array_types import Floats
 from .effect_laws import EffectLaw
-from .joint_simulation import Point
 from .model_error import bank
-from .problem import NO_ANSWER, InferenceProblem, StageBlock
+from .problem import NO_ANSWER, InferenceProblem, Point, StageBlock
 
 #: Amplitudes of laws' discrepancies, as shares of what the effects do, and their prior.
 DISCREPANCIES = np.array([0.0, 0.03, 0.06, 0.12, 0.25, 0.5, 1.0])

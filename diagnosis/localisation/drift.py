@@ -9,7 +9,7 @@ import numpy as np
 
 from ...array_types import Floats, Rows
 from ...schema.known_factors import column_of
-from ..means import means, tolerances
+from ..gap import means, tolerances
 from ..observables.base import Observable
 from ..record import Factor, RunConfiguration
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...array_types import Floats, Rows
 from ...doe.factor_rules import SettingRule, rules
-from ..means import Means, floors, tolerances
+from ..gap import Means, floors, tolerances
 from ..observables.base import Observable
 from ..record import RunConfiguration
 from ..verdict import Region

@@ -11,7 +11,7 @@ from itertools import pairwise, permutations
 import numpy as np
 
 from ...array_types import Floats
-from ..means import Means, floors, tolerances
+from ..gap import Means, floors, tolerances
 from ..observables.base import Observable, Stage, Upstream
 from ..record import CampaignRecord
 from ..verdict import StageShare

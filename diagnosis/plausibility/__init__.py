@@ -6,10 +6,8 @@ from collections.abc import Sequence
 
 from ..observables.base import Stage
 from ..record import CampaignRecord
-from .channels import channel_findings, tensile_force
-from .settings import setting_findings
-from .unit_factors import ImplausibleRecordError, LikelyMistake
-from .units import absolute_pressure, unit_findings
+from .channels import channel_findings, setting_findings, tensile_force
+from .units import ImplausibleRecordError, LikelyMistake, absolute_pressure, unit_findings
 
 __all__ = ["ImplausibleRecordError", "LikelyMistake", "check", "implausible"]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from .campaign import read_campaign
-from .folder import read_folder
+from .campaign import read_campaign, read_folder
 
 __all__ = ["read_campaign", "read_folder"]

@@ -1,26 +1,30 @@
-"""An ingested campaign as a record: configurations, runs in their order, bench, and what was taken for granted."""
+"""An ingested campaign as a record: configurations, runs in their order, bench, and what was taken for granted.
+
+A campaign folder as a record, by an ingest into a store that is gone afterwards.
+"""
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from ...dataset.stored_bench import gun_bench, modal_plate, stored_materials
+from ...dataset.rows import gun_bench, modal_plate, stored_materials
+from ...schema.benches import Material as StoredMaterial
 from ...schema.benches import ModalTable
 from ...schema.campaigns import Campaign
 from ...schema.listings import get_campaign_id
-from ...schema.materials import Material as StoredMaterial
 from ...schema.recordings import SET_ASIDE, Recording
+from ...schema.session import Writer, open_store
 from ..record import CampaignRecord, Run
-from .assumptions import assumptions
 from .impacts import StoredImpact, read_hits
-from .quality_exclusions import read_exclusions
-from .series import read_series
-from .settings import read_settings, travel_m
+from .series import read_exclusions, read_series
+from .settings import assumptions, read_settings, travel_m
 
 #: Where neither the campaign nor its caller says how thick the plate is: the thesis's.
 _THICKNESS_M = 0.010
@@ -102,3 +106,24 @@ def evenly_chosen(groups: Sequence[int | None], most: int) -> list[int]:
         places = np.unique(np.linspace(0, len(members) - 1, min(most, len(members))).round().astype(int))
         chosen += [members[place] for place in places]
     return sorted(chosen)
+
+
+#: Folders above this are ingested into a file of a temporary folder, not into memory.
+IN_MEMORY_BYTES = 256 * 2**20
+
+
+def read_folder(path: Path) -> CampaignRecord:
+    """The campaign in the folder `path`, as `read_campaign` gives it. Leaves nothing behind.
+
+    Raises `IngestError` for a folder that the ingest refuses.
+    """
+    from ...ingest.load import ingest_folder
+
+    path = Path(path)
+    large = sum(file.stat().st_size for file in path.rglob("*") if file.is_file()) > IN_MEMORY_BYTES
+    with tempfile.TemporaryDirectory(prefix="pyroshock-") as scratch:
+        url = f"sqlite:///{scratch}/campaign.db" if large else "sqlite:///:memory:"
+        with open_store(url, Writer("diagnose", "temporary"), create=True) as store:
+            report = ingest_folder(store, path, jobs=None if large else 1)
+            with store.reading() as session:
+                return read_campaign(session, report.campaign)

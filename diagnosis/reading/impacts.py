@@ -9,8 +9,7 @@ from sqlalchemy import and_, case, select
 from sqlalchemy.orm import Session, outerjoin
 
 from ...schema.campaigns import Campaign
-from ...schema.impacts import Impact, Pulse
-from ...schema.shots import Shot
+from ...schema.impacts import Impact, Pulse, Shot
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ import numpy as np
 from pyroshock.diagnosis.observables.gun.stage import GunObservables
 from pyroshock.diagnosis.record import Run, RunConfiguration
 from pyroshock.twin.effects import Effect, effect
-from pyroshock.twin.gun.leakage import corner_leakage
+from pyroshock.twin.gun.measured import corner_leakage
 
 from .gun_causes import Fit, Floats, distances, fit, gap
 from .real_guns import first_shots_record

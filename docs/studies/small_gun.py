@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from pyroshock.diagnosis.observables.gun.stage import GunObservables
-from pyroshock.twin.gun.effect import GunEffect
+from pyroshock.twin.gun.shot import GunEffect
 from pyroshock.twin.gun.shots import gun_velocity
 
 from .gun_causes import Fit, Floats, Gap, fit, gap, left_out, left_out_factor

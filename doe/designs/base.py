@@ -1,13 +1,22 @@
-"""What every way of designing a campaign gives."""
+"""What every way of designing a campaign gives.
+
+Coded designs (-1 low, 0 centre, 1 high) on the axes of a space: which level stands for which code.
+
+Factors with an order take codes by the rank of their levels, continuous ones by value. An axis of one level is left as
+it is. Words without order have no low and high: a design says what it does with them, and names the factor otherwise.
+"""
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..space import Space
+from ...array_types import Floats, Ids
+from ..space import Axis, Space
 
 
 @dataclass(frozen=True)
@@ -30,3 +39,87 @@ class Design:
     def rows(self) -> list[dict[str, str]]:
         """Column to level for each run."""
         return self.space.rows(self.treatments)
+
+
+TwoLevelWords = Literal["refuse", "first-last"]
+SurfaceWords = Literal["refuse", "cross"]
+
+
+def varied_axes(space: Space) -> list[int]:
+    """Axes of more than one level. Raises `ValueError` where there is none."""
+    varied = [index for index, axis in enumerate(space.axes) if axis.size > 1]
+    if not varied:
+        raise ValueError(f"space {space.name!r}: no factor of two or more levels; expected one at least")
+    return varied
+
+
+def from_two_levels(space: Space, coded: Floats, words: TwoLevelWords) -> Ids:
+    """Treatments (n, axes) of a two-level design, (n, varied axes): lowest and highest level, or first and last word.
+
+    Raises `ValueError` naming an axis of more than two levels without order, unless `words` is "first-last".
+    """
+    _check("categorical", words, get_args(TwoLevelWords))
+    varied = varied_axes(space)
+    rows = np.zeros((len(coded), len(space.axes)), dtype=np.int64)
+    for column, index in enumerate(varied):
+        axis = space.axes[index]
+        if not axis.ordered and axis.size > 2 and words == "refuse":
+            raise ValueError(
+                f"{axis.name} has {axis.size} levels without order ({', '.join(axis.labels)}), and the design takes "
+                "two; expected fewer levels, or categorical=first-last"
+            )
+        rows[:, index] = np.where(coded[:, column] > 0, axis.size - 1, 0)
+    return rows
+
+
+def ordered_axes(space: Space, words: SurfaceWords) -> list[int]:
+    """Axes that a response surface is fitted along.
+
+    Raises `ValueError` naming an axis of words, unless `words` is "cross".
+    """
+    _check("categorical", words, get_args(SurfaceWords))
+    varied = varied_axes(space)
+    for index in varied:
+        axis = space.axes[index]
+        if not axis.ordered and words == "refuse":
+            raise ValueError(
+                f"{axis.name} has levels without order ({', '.join(axis.labels)}), along which no surface is fitted; "
+                "expected numbers, or categorical=cross for the whole design at each level"
+            )
+    return [index for index in varied if space.axes[index].ordered]
+
+
+def from_surface(space: Space, coded: Floats, ordered: list[int]) -> Ids:
+    """Treatments of a response-surface design (n, ordered axes), repeated at each combination of the other axes.
+
+    Raises `ValueError` for a code beyond -1 to 1, and for one between the levels of a factor that is not continuous.
+    """
+    others = [index for index in range(len(space.axes)) if index not in ordered]
+    crossed = list(itertools.product(*(range(space.axes[index].size) for index in others)))
+    rows = np.zeros((len(crossed), len(coded), len(space.axes)), dtype=np.int64)
+    rows[:, :, others] = np.array(crossed, dtype=np.int64).reshape(len(crossed), 1, len(others))
+    for column, index in enumerate(ordered):
+        rows[:, :, index] = _places(space.axes[index], coded[:, column])
+    return rows.reshape(-1, len(space.axes))
+
+
+def _places(axis: Axis, coded: Floats) -> Ids:
+    if np.abs(coded).max() > 1 + 1e-9:
+        raise ValueError(
+            f"{axis.name}: a run lies at {np.abs(coded).max():.3g} times its range; expected within the range: a "
+            "smaller cube, or face cci or ccf"
+        )
+    exact = (np.asarray(coded) + 1) / 2 * (axis.size - 1)
+    places = np.rint(exact)
+    if not axis.continuous and np.abs(exact - places).max() > 1e-6:
+        between = coded[np.abs(exact - places) > 1e-6][0]
+        raise ValueError(
+            f"{axis.name} has {axis.size} levels, and a run lies between two of them (at {between:.3g} from -1 to 1); "
+            "expected three levels for face ccf or Box-Behnken, or a continuous factor"
+        )
+    return places.astype(np.int64)
+
+
+def _check(name: str, value: str, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise ValueError(f"{name} is {value!r}; expected one of {', '.join(choices)}")

@@ -4,22 +4,103 @@ The thesis (chapter 3) took MATLAB's `lhsdesign` and rounded it to levels, which
 and pairs out of balance (Table A.1). Here the hypercube is the start: its ranks are cut into exactly balanced levels,
 and swaps of levels between runs, which keep that balance, even out pairs, triples and discrepancy. Continuous factors
 are balanced by the parts of their ranges, and each run has a value of its own within its part (`strata`).
+
+How many runs each level gets, and runs that have exactly that: the start of an exchange, and its repair.
+
+Values of continuous factors within the parts of their ranges that a balanced design gives to its runs.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...array_types import Floats, Ids
-from ..merit.ranks import axis_centres
-from ..space import Space
+from ..merit.space_filling import axis_centres, centres, discrepancy
+from ..space import Axis, Space
 from .base import Design
 from .criterion import Kernel, Weights
 from .exchange import DirectSurface, Landscape, anneal, anneal_tabulated
-from .level_shares import cut_hypercube, level_counts, repaired
-from .strata import valued
+from .pydoe import unit_lhs
+
+
+def level_counts(already: Floats, capacity: Ids, n: int, rng: np.random.Generator) -> Ids:
+    """`n` runs shared out among levels, (levels,), so that with `already` (levels,) they are as even as can be.
+
+    No level gets more than its `capacity` (levels,), which must hold `n` in all. Chance decides who gets the rest.
+    """
+    if capacity.sum() < n:
+        raise ValueError(f"capacity is {capacity.tolist()}, {int(capacity.sum())} in all; expected at least n = {n}")
+    counts, turn = np.zeros(len(already), dtype=np.int64), rng.permutation(len(already)) / (2 * len(already))
+    for _ in range(n):
+        height = np.where(counts < capacity, already + counts + turn, np.inf)
+        counts[height.argmin()] += 1
+    return counts
+
+
+def cut_hypercube(counts: Sequence[Ids], n: int, rng: np.random.Generator) -> Ids:
+    """Runs (n, axes) with `counts` (levels,) of each axis: a Latin hypercube's ranks, cut where the levels end."""
+    unit = unit_lhs(n, len(counts), rng)
+    ranks = unit.argsort(axis=0).argsort(axis=0)
+    columns = [
+        np.repeat(np.arange(len(level_counts)), level_counts)[ranks[:, axis]]
+        for axis, level_counts in enumerate(counts)
+    ]
+    return np.stack(columns, axis=1)
+
+
+def repaired(found: Ids, pool: Ids, levels: Ids, counts: Sequence[Ids]) -> Ids:
+    """Different treatments of the pool, (n,): as found (n,), but for those that are not; `levels` (size, axes).
+
+    In their place come those of the pool whose levels are missing most.
+    """
+    kept = np.intersect1d(found, pool)
+    for _ in range(len(found) - len(kept)):
+        free = np.setdiff1d(pool, kept)
+        missing = [
+            (level_counts - np.bincount(levels[kept, axis], minlength=len(level_counts)))[levels[free, axis]]
+            for axis, level_counts in enumerate(counts)
+        ]
+        kept = np.append(kept, free[np.minimum(missing, 1).sum(axis=0).argmax()])
+    return np.asarray(kept)
+
+
+#: Ways to share out the values that are drawn, of which the most even is kept.
+_DRAWS = 20
+
+
+def valued(space: Space, strata: Ids, recorded: Ids, rng: np.random.Generator) -> Ids:
+    """Treatments (n, axes) of the space from those of `space.stratified`, beside the `recorded` (k, axes) ones.
+
+    The runs in one part of a range have values at equal distances in it, so that the whole column is a Latin hypercube
+    as far as the factor's steps are fine enough. Which run gets which value is the best of several draws: fewest
+    repeated treatments first, then the least centred discrepancy.
+    """
+    drawn = [_drawn(space, strata, rng) for _ in range(_DRAWS)]
+    return min(drawn, key=lambda rows: _unevenness(space, np.vstack([recorded, rows])))
+
+
+def _unevenness(space: Space, rows: Ids) -> tuple[int, float]:
+    return len(rows) - len(np.unique(rows, axis=0)), discrepancy(centres(space, rows), "CD")
+
+
+def _drawn(space: Space, strata: Ids, rng: np.random.Generator) -> Ids:
+    rows = strata.copy()
+    for index, axis in enumerate(space.axes):
+        if axis.continuous:
+            for stratum in range(axis.strata):
+                members = np.flatnonzero(strata[:, index] == stratum)
+                rows[members, index] = rng.permutation(_values(axis, stratum, len(members)))
+    return rows
+
+
+def _values(axis: Axis, stratum: int, count: int) -> Ids:
+    """(count,): indices of values at equal distances in a part of a range."""
+    first, after = (-(-edge * axis.size // axis.strata) for edge in (stratum, stratum + 1))
+    return first + np.floor((np.arange(count) + 0.5) / max(count, 1) * (after - first)).astype(np.int64)
+
 
 #: A table of all treatments by all is kept up to here (32 MB).
 MOST_TABULATED = 2000

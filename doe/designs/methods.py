@@ -12,8 +12,7 @@ from typing import Any, get_args
 import numpy as np
 
 from ..space import Space
-from .base import Design
-from .coded import SurfaceWords, TwoLevelWords
+from .base import Design, SurfaceWords, TwoLevelWords
 from .factorial import factorial, subset
 from .imported import read_table
 from .lhs import balanced

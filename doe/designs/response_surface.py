@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from ..space import Space
 from . import pydoe
-from .base import Design
-from .coded import SurfaceWords, from_surface, ordered_axes
+from .base import Design, SurfaceWords, from_surface, ordered_axes
 
 _MOST_CENTRE_POINTS = 1000
 

@@ -10,8 +10,7 @@ from collections.abc import Iterator
 
 from ..space import Space
 from . import pydoe
-from .base import Design
-from .coded import TwoLevelWords, from_two_levels, varied_axes
+from .base import Design, TwoLevelWords, from_two_levels, varied_axes
 
 _LETTERS = "abcdefghijklmnopqrst"
 #: 65,536 runs.

@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..changeovers import changeovers
+from ..order import changeovers
 from ..space import Space
-from . import balance, space_filling
-from .ranks import centres
+from . import space_filling
+from .space_filling import centres
 
 Sense = Literal["less", "more", "neither"]
 
@@ -57,13 +57,13 @@ def quality(space: Space, treatments: NDArray[np.int64]) -> Quality:
     linear = [index for index, axis in enumerate(space.axes) if axis.continuous]
     return Quality(
         runs=len(rows),
-        distinct=balance.distinct(rows),
+        distinct=space_filling.distinct(rows),
         level_counts=_level_counts(space.stratified, cells),
-        worst_level=balance.worst_deviation(cells, sizes, 1),
-        worst_pair=balance.worst_deviation(cells, sizes, 2),
-        worst_triple=balance.worst_deviation(cells, sizes, 3),
-        rms_triple=balance.rms_deviation(cells, sizes, 3),
-        uneven_triples=balance.beyond_one(cells, sizes, 3),
+        worst_level=space_filling.worst_deviation(cells, sizes, 1),
+        worst_pair=space_filling.worst_deviation(cells, sizes, 2),
+        worst_triple=space_filling.worst_deviation(cells, sizes, 3),
+        rms_triple=space_filling.rms_deviation(cells, sizes, 3),
+        uneven_triples=space_filling.beyond_one(cells, sizes, 3),
         centred_discrepancy=space_filling.discrepancy(points, "CD"),
         wrap_around_discrepancy=space_filling.discrepancy(points, "WD"),
         minimum_distance=space_filling.minimum_distance(points),

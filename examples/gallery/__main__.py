@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from pyroshock.training.model_catalogue import models_of
+from pyroshock.training.models.catalogue import models_of
 
 from .figures import FIGURES, Scene
 from .picture import write

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pyroshock.app.plots import MEASURED, MODEL, QUIET, new_figure
 from pyroshock.ingest.velocity import muzzle_velocity, tank_pressure_before
-from pyroshock.virtualbench.campaigns.gun import BULLET_LENGTH_M, DURATION_S, RATE_HZ
-from pyroshock.virtualbench.campaigns.gun_sensors import LASER, TANK
+from pyroshock.virtualbench.campaigns.gun import BULLET_LENGTH_M, DURATION_S, LASER, RATE_HZ, TANK
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.gun.build import GunBuild, Projectile
 from pyroshock.virtualbench.gun.channels import Trigger, shot_signals

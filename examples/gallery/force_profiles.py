@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pyroshock.app.plots import new_figure
 from pyroshock.twin.contact.bodies import Bodies
-from pyroshock.twin.contact.hunter import hunter
+from pyroshock.twin.contact.laws import hunter, reed, von_hann
 from pyroshock.twin.contact.pulse import Law
-from pyroshock.twin.contact.reed import reed
-from pyroshock.twin.contact.restitution.base import constant
-from pyroshock.twin.contact.von_hann import von_hann
+from pyroshock.twin.contact.restitution_laws import constant
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pyroshock.schema.atomic_write import whole_file
-from pyroshock.training.rendering import png
+from pyroshock.training.evaluation.plot_style import png
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pyroshock.app.plots import MEASURED, MODEL, QUIET, new_figure
-from pyroshock.training.evaluation import Judged
-from pyroshock.training.metrics.errors import BAND
-from pyroshock.training.metrics.reconstruct import reconstruct
+from pyroshock.training.evaluation.evaluate import Judged
+from pyroshock.training.evaluation.metrics import BAND, reconstruct
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

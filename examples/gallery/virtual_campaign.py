@@ -25,7 +25,7 @@ from pyroshock.schema.impacts import Impact, Pulse
 from pyroshock.schema.session import Store, Writer, open_store
 from pyroshock.signals.channel import Channel
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.seal import open_seal, seal_path
+from pyroshock.virtualbench.recorder import open_seal, seal_path
 from pyroshock.virtualbench.simulate import simulate
 from sqlalchemy import select
 

@@ -1,18 +1,33 @@
-"""What a format's own code gives: the arrays of a file, undecided which is time, rate or channel."""
+"""What a format's own code gives: the arrays of a file, undecided which is time, rate or channel.
+
+The one place where a library's exception or warning becomes a `RecordingError`.
+
+An end to calls into a C library that never come back, in a process that may be ended for it.
+
+A wrong byte in an HDF5 file can make libhdf5 walk in circles. No Python code runs meanwhile, so that only the system
+can end it: by a timer of processor time, which a slow disk or network does not use up.
+"""
 
 from __future__ import annotations
 
+import io
 import math
+import os
 import re
-from collections.abc import Callable
+import signal
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...signals.units import SI_UNITS, UnitError, to_si
+from .base import RecordingError
 
 RATE_NAMES = frozenset({"fs", "fs_hz", "sampling_rate", "sampling_rate_hz", "sample_rate", "sample_rate_hz"})
 RATE_UNITS = {"": 1.0, "hz": 1.0, "1/s": 1.0, "s/s": 1.0, "sps": 1.0, "khz": 1e3, "mhz": 1e6}
@@ -129,3 +144,88 @@ def plain(value: Any) -> Any:
     if isinstance(value, np.generic) and value.dtype.kind in "biuf":
         return value.item()
     return value if value is None or isinstance(value, bool | int | float | str) else str(value)
+
+
+#: What a library says about itself, not about the file.
+_ABOUT_THE_LIBRARY = (DeprecationWarning, PendingDeprecationWarning, FutureWarning, ImportWarning, ResourceWarning)
+_LONGEST_REASON = 400
+
+
+def one_line(text: object) -> str:
+    """A message on one line, shortened: a damaged file can put kilobytes into a name.
+
+    What cannot be printed is replaced: no database takes NUL or half a character, and no terminal should take the rest.
+    """
+    line = "".join(sign if sign.isprintable() else "\ufffd" for sign in " ".join(str(text).split()))
+    return line if len(line) <= _LONGEST_REASON else line[:_LONGEST_REASON] + "…"
+
+
+class BoundedFile(io.BufferedReader):
+    """A file of which nobody asks for more than there is: libraries read parts of whatever length these declare."""
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        rest = max(0, os.fstat(self.fileno()).st_size - self.tell())
+        return super().read(rest if size is None or size < 0 else min(size, rest))
+
+
+@contextmanager
+def guarded(path: Path) -> Iterator[None]:
+    """Turn whatever goes wrong inside into a `RecordingError` that names `path`; warnings count as errors.
+
+    Seen on damaged files: OSError, EOFError, ValueError, TypeError, KeyError, IndexError, AttributeError,
+    OverflowError, MemoryError, NotImplementedError, RuntimeError, SyntaxError (numpy's and lvm_read's literals),
+    UnicodeError, struct.error, zlib.error, zipfile.BadZipFile, scipy's MatReadError and MatReadWarning,
+    pandas' ParserError and ParserWarning, pyarrow's ArrowInvalid, and pyuff's bare `Exception`: hence no list below.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            for kind in _ABOUT_THE_LIBRARY:
+                warnings.simplefilter("ignore", kind)
+            yield
+    except RecordingError as error:
+        if one_line(error) == str(error):
+            raise
+        raise RecordingError(one_line(error)) from error
+    except FileNotFoundError as error:
+        raise RecordingError(f"{path.name}: no such file: {path}") from error
+    except Exception as error:
+        reason = one_line(error) or type(error).__name__
+        raise RecordingError(f"{path.name}: damaged, or not what its suffix says: {reason}") from error
+
+
+def refuse_nothing(path: Path) -> None:
+    """Raise `RecordingError` for a folder or an empty file."""
+    if path.is_dir():
+        raise RecordingError(f"{path.name}: is a folder; expected a recording file")
+    if path.stat().st_size == 0:
+        raise RecordingError(f"{path.name}: is empty (0 bytes); expected a recording")
+
+
+#: Processor time of a call: a file of a megabyte is opened and read in hundredths of a second.
+_CALL_S, _FILE_BYTES_PER_S, _SAMPLE_BYTES_PER_S = 3.0, 1e6, 50e6
+_ends_process = False
+
+
+def end_this_process_when_stuck() -> None:
+    """From now on a call that takes too long ends this process, which must hold nothing that matters."""
+    global _ends_process  # it is the process that is so, and no call's argument
+    _ends_process = hasattr(signal, "setitimer")  # not on Windows
+
+
+def seconds_for(file_bytes: int, sample_bytes: int = 0) -> float:
+    """Far above what a call needs that reads `sample_bytes` of samples from a file of `file_bytes`."""
+    return _CALL_S + file_bytes / _FILE_BYTES_PER_S + sample_bytes / _SAMPLE_BYTES_PER_S
+
+
+@contextmanager
+def limited(seconds: float) -> Iterator[None]:
+    """A call that may take so much processor time, where `end_this_process_when_stuck`."""
+    if not _ends_process:
+        yield
+        return
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)

@@ -1,24 +1,75 @@
-"""Text as laboratories and instruments write it: any usual delimiter or blanks, decimal comma, units, rate above."""
+"""Text as laboratories and instruments write it: any usual delimiter or blanks, decimal comma, units, rate above.
+
+CSV of Tektronix oscilloscopes: settings above the columns, or, in the old form, beside them.
+"""
 
 from __future__ import annotations
 
 import re
 from contextlib import ExitStack
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from . import tektronix
 from .base import ReadingOptions, RecordingError, rate_from_step
 from .contents import RATE_NAMES, RATE_UNITS, TIME_UNITS, Contents, held, name_and_unit
-from .csv_layout import BLANKS, Layout, sniff
 from .recording import ArrayReader
-from .text import read_text
+from .text import BLANKS, Layout, read_text, sniff, split
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+_SETTINGS_COLUMNS = 3
+_WHOLE = "0.0% to 100.0%"
+
+
+def beside(lines: list[str]) -> Layout | None:
+    """The old form, of one channel: `Record Length,2500,Points,-0.0005,0.02` and so on; None for any other file.
+
+    Settings stand in the first three columns, time in seconds and the channel in the next two.
+    """
+    rows = [split(line, ",") for line in lines[:40]]
+    if not rows or rows[0][:1] != ["Record Length"] or len(rows[0]) < _SETTINGS_COLUMNS + 2:
+        return None
+    settings = {row[0]: row[1] for row in rows if len(row) > 1 and row[0]}
+    extra = len(rows[0]) - _SETTINGS_COLUMNS - 2
+    names = ["", "", "", "time", settings.get("Source") or "CH1", *[""] * extra]
+    units = [None, None, None, settings.get("Horizontal Units"), settings.get("Vertical Units"), *[None] * extra]
+    return Layout(",", ".", 0, names, units, settings, settings_beside=True)
+
+
+def above(layout: Layout) -> Layout:
+    """The newer form: units and the step of the columns from the lines above them; any other file as it is."""
+    rows = {row[0]: row for row in layout.above if row and row[0]}
+    if "Sample Interval" not in rows or not any(name.upper() == "TIME" for name in layout.names):
+        return layout
+    width = len(layout.names)
+    vertical = [*rows.get("Vertical Units", []), *[""] * width][:width]
+    time_unit = ([*rows.get("Horizontal Units", []), "", ""])[1]
+    units = [
+        own or ((time_unit if name.upper() == "TIME" else unit) or None)
+        for name, own, unit in zip(layout.names, layout.units, vertical, strict=True)
+    ]
+    settings = {key: row[1] for key, row in rows.items() if len(row) > 1 and row[1]}
+    return replace(layout, units=units, statements=layout.statements | settings)
+
+
+def refuse_fewer(path: Path, layout: Layout, samples: int) -> None:
+    """Raise `RecordingError` where a whole record has fewer lines than its `Record Length`: the file is cut."""
+    stated = layout.statements.get("Record Length")
+    if stated is None or layout.statements.get("Gating", _WHOLE) != _WHOLE:
+        return
+    try:
+        length = float(stated)
+    except ValueError:
+        return
+    if samples < length:
+        raise RecordingError(f"{path.name}: states a Record Length of {length:g} and holds {samples} lines; it is cut")
+
 
 _SPOKEN_RATES = frozenset(
     {"sampling_frequency", "sample_frequency", "samplerate", "samplingrate", "sample_rate", "samples_per_second"}
@@ -52,10 +103,10 @@ class CsvReader(ArrayReader):
         whole = text.endswith("\n")
         text = text if whole else text + "\n"
         lines = text[: 1 << 18].split("\n")[:-1]
-        layout = tektronix.beside(lines) or tektronix.above(sniff(path, lines, options))
+        layout = beside(lines) or above(sniff(path, lines, options))
         contents = table_contents(path, text, layout)
         samples = contents.arrays[0].samples if contents.arrays else 0
-        tektronix.refuse_fewer(path, layout, samples)
+        refuse_fewer(path, layout, samples)
         _refuse_other_length(path, layout, samples, whole)
         if not whole:
             contents.header["last_line_without_end"] = True

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .base import ReadingOptions, RecordingError
-from .contents import RATE_NAMES, Array, Contents, held, plain
+from .contents import RATE_NAMES, Array, Contents, held, limited, plain, seconds_for
 from .recording import ArrayReader
-from .watchdog import limited, seconds_for
 
 if TYPE_CHECKING:
     import h5py

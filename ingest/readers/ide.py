@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from .base import MAX_EXPANSION, ReadingOptions, RecordingError, rate_from_times
 from .clock import time_gaps
-from .contents import Array, Contents, loaded_once
-from .error_translation import BoundedFile, one_line
+from .contents import Array, BoundedFile, Contents, loaded_once, one_line
 from .recording import ArrayReader
 
 _EBML = b"\x1a\x45\xdf\xa3"

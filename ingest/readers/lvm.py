@@ -11,12 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .base import ReadingOptions, RecordingError, rate_from_step, rate_from_times
-from .contents import Array, Contents, held
+from .contents import Array, Contents, held, one_line
 from .csv import table_contents
-from .csv_layout import sniff
-from .error_translation import one_line
 from .recording import ArrayReader
-from .text import read_text
+from .text import read_text, sniff
 
 #: LabVIEW prints Delta_X with seven digits.
 _PRINTED_STEP = 5e-7

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from .base import ReadingOptions
 from .contents import Array, Contents, loaded_once
 from .hdf5 import hdf5_contents
-from .mat5_elements import refuse_damaged
-from .mat5_structs import struct_arrays
+from .mat5 import refuse_damaged, struct_arrays
 from .recording import ArrayReader
 
 #: MATLAB class, as scipy names it -> dtype of its numbers in MATLAB.

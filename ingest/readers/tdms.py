@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .base import ReadingOptions, RecordingError, rate_from_step
-from .contents import RATE_NAMES, Array, Contents, plain
-from .error_translation import BoundedFile, one_line
+from .contents import RATE_NAMES, Array, BoundedFile, Contents, one_line, plain
 from .recording import ArrayReader
 
 if TYPE_CHECKING:

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from .base import ReadingOptions, RecordingError
 from .contents import Array, Contents, name_and_unit
-from .matrix import MAX_COLUMNS
-from .recording import ArrayReader
+from .recording import MAX_COLUMNS, ArrayReader
 
 _PCM, _FLOAT, _EXTENSIBLE = 1, 3, 0xFFFE
 #: Of integers, by bits: the zero and the full scale, as scipy hands them on (24 bits as the upper ones of 32).

@@ -7,8 +7,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from alembic import context
+from pyroshock.schema.access.roles import act_as_owner
 from pyroshock.schema.migrate import MIGRATION_LOCK
-from pyroshock.schema.roles import act_as_owner
 from pyroshock.schema.tables import metadata
 from sqlalchemy import Connection, func, select
 

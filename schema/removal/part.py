@@ -9,11 +9,10 @@ from typing import Any
 from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
-from ..impacts import Impact, Pulse
+from ..impacts import Impact, Pulse, Shot
 from ..listings import get_campaign_id
+from ..provenance import CAMPAIGN, RECORDING
 from ..recordings import RecordedChannel, Recording
-from ..shots import Shot
-from ..tombstones import CAMPAIGN, RECORDING
 
 #: Keys of rows, to be used within another question.
 Keys = Select[Any]

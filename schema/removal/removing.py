@@ -1,27 +1,115 @@
-"""Rows of a campaign or recording taken out of the store, in one transaction with the tombstone that tells of them."""
+"""Rows of a campaign or recording taken out of the store, in one transaction with the tombstone that tells of them.
+
+The hash of a campaign's or recording's content: the same files, ingested again, have it again.
+
+What stands on a campaign or recording, within the store: datasets, diagnoses and adopted effects.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import hashlib
+from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
 from sqlalchemy import delete, func, select
 from sqlalchemy.orm import Session
 
-from ..campaigns import Campaign
-from ..datasets import SnapshotPulse
-from ..diagnoses import Diagnosis
-from ..impacts import ChannelFigures, Impact, Pulse
-from ..plans import Plan, PlannedRun
-from ..quality import QualityFinding
-from ..recordings import RecordedChannel, Recording, SeriesChunk
-from ..shots import Shot
-from ..tombstones import CAMPAIGN, Tombstone
-from ..twins import TwinVersion
-from .content import content_hash
+from ..campaigns import Campaign, Configuration, Plan, PlannedRun
+from ..diagnoses import Diagnosis, TwinVersion
+from ..impacts import ChannelFigures, DatasetSnapshot, ExtractionSettingsRow, Impact, Pulse, Shot, SnapshotPulse
+from ..provenance import CAMPAIGN, Tombstone
+from ..recordings import QualityFinding, RecordedChannel, Recording, SeriesChunk
 from .part import Keys, Part
-from .standing import adopted_on, datasets_on, diagnoses_on
+from .returning import pulse_digests
+
+
+def content_hash(session: Session, part: Part) -> str:
+    """SHA-256 of what makes the content, without keys, clocks and writers, so that both engines give the same.
+
+    These are the campaign's facts, the SHA-256 of each file and of each channel's samples, and of impacts, pulses and
+    shots the configuration and the SHA-256 of the figures.
+    """
+    digest = hashlib.sha256()
+    for kind, query in _queries(part):
+        for row in sorted(session.execute(query), key=repr):
+            digest.update(f"{kind} {tuple(map(_text, row))!r}\n".encode())
+    return digest.hexdigest()
+
+
+def _text(value: Any) -> str:
+    return "" if value is None else str(value)
+
+
+def _queries(part: Part) -> Iterator[tuple[str, Any]]:
+    facts = (Campaign.name, Campaign.kind, Campaign.date, Campaign.fingerprint)
+    yield "campaign", select(*facts).where(Campaign.id == part.campaign_id)
+    files = (Recording.path, Recording.sha256, Recording.status)
+    yield "recording", select(*files).where(Recording.id.in_(part.recordings))
+    channels = select(Recording.path, RecordedChannel.name, RecordedChannel.sha256).join(
+        Recording, RecordedChannel.recording_id == Recording.id
+    )
+    yield "channel", channels.where(Recording.id.in_(part.recordings))
+    for kind, table, keys in (("impact", Impact, part.impacts), ("shot", Shot, part.shots)):
+        columns = (table.run, table.repetition, Configuration.fingerprint, table.figures_sha256)
+        hits = select(*columns).join(Configuration, table.configuration_id == Configuration.id)
+        yield kind, hits.where(table.id.in_(keys))
+    pulses = select(Impact.run, Impact.repetition, ExtractionSettingsRow.fingerprint, Pulse.figures_sha256)
+    pulses = pulses.join(Impact, Pulse.impact_id == Impact.id)
+    pulses = pulses.join(ExtractionSettingsRow, Pulse.settings_id == ExtractionSettingsRow.id)
+    yield "pulse", pulses.where(Pulse.id.in_(part.pulses))
+
+
+def datasets_on(session: Session, part: Part) -> list[dict[str, Any]]:
+    """Frozen datasets with pulses of this part: name, hash, how many, how many pulses they have at all, and digests."""
+    every = select(func.count()).where(SnapshotPulse.snapshot_id == DatasetSnapshot.id).correlate(DatasetSnapshot)
+    query = (
+        select(
+            DatasetSnapshot.id,
+            DatasetSnapshot.name,
+            DatasetSnapshot.content_hash,
+            func.count(),
+            every.scalar_subquery(),
+        )
+        .join(SnapshotPulse, SnapshotPulse.snapshot_id == DatasetSnapshot.id)
+        .where(SnapshotPulse.pulse_id.in_(part.pulses))
+        .group_by(DatasetSnapshot.id, DatasetSnapshot.name, DatasetSnapshot.content_hash)
+        .order_by(DatasetSnapshot.id)
+    )
+    keys = ("name", "hash", "pulses", "before")
+    return [
+        {**dict(zip(keys, row, strict=True)), "members": sorted(pulse_digests(session, part, key).values())}
+        for key, *row in session.execute(query).all()
+    ]
+
+
+def diagnoses_on(session: Session, part: Part) -> list[dict[str, Any]]:
+    """Diagnoses of this part's campaign. Those of a campaign that goes are given with their report, which is kept."""
+    rows = session.scalars(select(Diagnosis).where(Diagnosis.campaign_id == part.campaign_id).order_by(Diagnosis.id))
+    return [
+        {
+            "id": row.id,
+            "diagnosed_at": row.diagnosed_at.isoformat(),
+            "simulator": row.simulator,
+            **({"report": row.report} if part.kind == CAMPAIGN else {}),
+        }
+        for row in rows
+    ]
+
+
+def adopted_on(session: Session, part: Part) -> list[dict[str, Any]]:
+    """Versions of the twin's configuration that were adopted from diagnoses of this part's campaign."""
+    query = select(TwinVersion).where(TwinVersion.campaign_id == part.campaign_id).order_by(TwinVersion.version)
+    return [
+        {
+            "version": row.version,
+            "diagnosis": row.diagnosis_id,
+            "reason": row.reason,
+            "adopted_at": row.adopted_at.isoformat(),
+            "configuration": row.configuration,
+        }
+        for row in session.scalars(query)
+    ]
 
 
 def remove(

@@ -11,11 +11,9 @@ from sqlalchemy import and_, select
 from sqlalchemy.orm import Session
 
 from ..campaigns import Campaign, Configuration
-from ..datasets import DatasetSnapshot, SnapshotPulse
-from ..impacts import ExtractionSettingsRow, Impact, Pulse
+from ..impacts import DatasetSnapshot, ExtractionSettingsRow, Impact, Pulse, Shot, SnapshotPulse
+from ..provenance import RECORDING, Tombstone
 from ..recordings import STORED, Recording
-from ..shots import Shot
-from ..tombstones import RECORDING, Tombstone
 from .part import Part
 
 

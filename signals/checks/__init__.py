@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..channel import Channel
-from ..srs.record import Spectrum
+from ..srs.spectrum import Spectrum
 from .balance import check_balance
 from .base import Check, Contact, Finding, SpectrumCheck
 from .clipping import check_clipping

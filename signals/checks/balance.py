@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..channel import Channel
-from ..srs.record import Spectrum
+from ..srs.spectrum import Spectrum
 from .base import Finding
 
 #: A slow oscillator rings freely after a short shock: at Q = 10 its second swing is 1.4 dB below its first.

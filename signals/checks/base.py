@@ -2,6 +2,8 @@
 
 A check is one file in this folder, listed in `checks/__init__.py`. It decides nothing: a finding is stored with its
 evidence, and whoever builds a dataset obeys it or not.
+
+One contact in a record, as segmentation found it.
 """
 
 from __future__ import annotations
@@ -10,8 +12,17 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
 
 from ..channel import Channel
-from ..contact import Contact
-from ..srs.record import Spectrum
+from ..srs.spectrum import Spectrum
+
+
+@dataclass(frozen=True)
+class Contact:
+    """First and last sample of a contact, and the sample of its peak between."""
+
+    first: int
+    peak: int
+    last: int
+
 
 Severity = Literal["note", "warning", "reject"]
 

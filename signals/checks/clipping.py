@@ -6,10 +6,8 @@ import numpy as np
 
 from ..channel import Channel
 from .base import Contact, Finding, Severity
-from .levels import channel_scale, finite_samples
-from .plateaus import Plateaus, find_plateaus
-from .runs import runs_of
-from .short_tops import find_code_limit, find_short_top
+from .flat_tops import Plateaus, find_code_limit, find_plateaus, find_short_top
+from .levels import channel_scale, finite_samples, runs_of
 
 #: Samples within one code of the extreme count as at the rail (an analogue rail toggles between two codes). The rest is
 #: for the rounding of values that went through a float32 or a printed number.

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from ..channel import Channel
 from .base import Contact, Finding, Severity
-from .levels import all_finite, finite_samples, quantisation_step
-from .runs import SampleRuns, runs_of
+from .levels import SampleRuns, all_finite, finite_samples, quantisation_step, runs_of
 
 #: Shorter stands are left alone: so many equal neighbours come up in any slow or coarse record.
 MIN_HELD = 8

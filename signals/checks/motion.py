@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from ..channel import Channel, on_impactor
 from .base import Contact, Severity
-from .levels import finite_samples, shock_span
-from .rest import block_mean, rest_before
+from .levels import block_mean, finite_samples, rest_before, shock_span
 
 #: Standard errors of the level taken off that its drift of the velocity is allowed (`rest.BLOCKS` tells why so many).
 MIN_ERRORS = 5.0

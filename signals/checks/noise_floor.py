@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..channel import Channel
-from ..srs.record import Spectrum
+from ..srs.spectrum import Spectrum
 from .base import Finding
-from .levels import finite_samples, shock_span
-from .rest import rest_before
+from .levels import finite_samples, rest_before, shock_span
 
 #: Noise 6 dB below adds at most 3.5 dB to a line.
 LIMIT_DB = 6.0

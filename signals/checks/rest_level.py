@@ -8,8 +8,7 @@ import numpy as np
 
 from ..channel import Channel, on_impactor
 from .base import Contact, Finding, Severity
-from .levels import baseline, finite_samples, shock_span
-from .rest import block_mean, rest_after, rest_before
+from .levels import baseline, block_mean, finite_samples, rest_after, rest_before, shock_span
 
 #: A constant b is b in every line of a shock spectrum, and two decades below its knee the spectrum of most shocks has
 #: come down to that (see the check of zero shifts): worth a note.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..channel import Channel
-from ..srs.record import Spectrum
+from ..srs.spectrum import Spectrum
 from .base import Finding
 
 #: Ten samples a cycle leave 8 % open, by the spectrum's own measure of it (`Spectrum.sampling_error`).

@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 from ..channel import Channel
 from .base import Contact, Finding
 from .clipping import BAND_STEPS, by_contact
-from .levels import Scale, channel_scale, finite_samples
-from .plateaus import Plateaus, find_plateaus
-from .runs import runs_of
+from .flat_tops import Plateaus, find_plateaus
+from .levels import Scale, channel_scale, finite_samples, runs_of
 
 #: An amplifier's rail sags and carries noise, unlike the converter's one code: this share of it is still "at it".
 BAND_SHARE = 0.01

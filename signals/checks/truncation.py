@@ -6,8 +6,7 @@ import numpy as np
 
 from ..channel import Channel
 from .base import Contact, Finding
-from .levels import finite_samples, shock_span
-from .rest import rest_before
+from .levels import finite_samples, rest_before, shock_span
 
 #: What comes after the end can then change a line of a spectrum that still builds up by about this share.
 LIMIT = 0.1

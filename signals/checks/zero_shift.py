@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from ..channel import Channel, on_impactor
 from .base import Contact, Finding, Severity
-from .levels import ShockSpan, finite_samples, shock_span
-from .rest import block_mean, rest_after, rest_before
+from .levels import ShockSpan, block_mean, finite_samples, rest_after, rest_before, shock_span
 
 #: Standard errors that make a shift (`rest.BLOCKS` tells why so many).
 MIN_ERRORS = 5.0

@@ -10,6 +10,8 @@ a ramp that ends at 1 after one time step:
     H = integral of G / theta = 1 - (S + 2 zeta G) / theta
 
 For small theta G and H are the small rests of large numbers; the series keeps their digits.
+
+An oscillator left to itself: its largest responses from now on, exact and without a series.
 """
 
 from __future__ import annotations
@@ -75,3 +77,22 @@ def _series(theta: Floats, zeta: float) -> Floats:
     powers = np.vander(theta, _TERMS + 1, increasing=True)
     s, g, h = (powers @ (np.array(derivatives) / _FACTORIALS[i : i + _TERMS + 1]) for i in range(3))
     return np.stack([s, theta * g, theta * h])
+
+
+def extremes(start: Floats, slope: Floats, damping_ratio: float) -> tuple[Floats, Floats]:
+    """Largest and least of exp(-zeta tau) (A cos(delta tau) + B sin(delta tau)) over tau >= 0, arrays of one shape.
+
+    `start` is the value at 0, `slope` the derivative there; time tau is counted in radians of the undamped oscillator.
+    With A = R cos(phi), B = R sin(phi) and psi = delta tau - phi the turning points are psi = m pi - asin(zeta): the
+    first two of them and the start hold both extremes, as every later one is smaller.
+    """
+    delta, lag = np.sqrt(1 - damping_ratio**2), np.arcsin(damping_ratio)
+    sine = (slope + damping_ratio * start) / delta
+    radius, phi = np.hypot(start, sine), np.arctan2(sine, start)
+    m = np.ceil((lag - phi) / np.pi)
+    tau = np.maximum(m * np.pi - lag + phi, 0.0) / delta
+    first = radius * np.exp(-damping_ratio * tau) * delta * np.where(m % 2 == 0, 1.0, -1.0)
+    second = -first * np.exp(-damping_ratio * np.pi / delta)
+    largest = np.maximum(start, np.maximum(first, second))
+    least = np.minimum(start, np.minimum(first, second))
+    return np.asarray(largest), np.asarray(least)

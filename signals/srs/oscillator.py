@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...array_types import Floats
-from .checked import checked_damping, checked_lines, checked_rate, checked_records
 from .coefficients import steps
+from .spectrum import checked_damping, checked_lines, checked_rate, checked_records
 
 
 @dataclass(frozen=True, eq=False)

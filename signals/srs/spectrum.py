@@ -1,19 +1,143 @@
-"""Acceleration to shock response spectrum, after ISO 18431-4."""
+"""Acceleration to shock response spectrum, after ISO 18431-4.
+
+What a spectrum is asked of, refused where it makes no sense.
+
+A record at a multiple of its sampling rate, limited to the band that it has.
+
+A shock response spectrum.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...array_types import Floats
-from . import free_decay
-from .checked import checked_damping, checked_lines, checked_rate, checked_records
+from . import coefficients
 from .coefficients import steps
 from .grid import grid_of_record
-from .record import Spectrum
-from .resample import factors, upsampled
+
+DEFAULT_Q = 10.0
+
+
+def checked_records(acceleration: Floats) -> Floats:
+    """Records (..., n) as contiguous numbers.
+
+    Raises `ValueError` for none, for what is no number, and for a constant other than 0: a shot that fails is all 0.
+    """
+    # One kind of array: the compiled loop knows no other.
+    records = np.require(acceleration, np.float64, ["C", "A", "W"])
+    if records.ndim == 0 or records.size == 0:
+        raise ValueError(f"acceleration has shape {records.shape}: expected (n,) or (..., n) with samples in it")
+    highest, lowest = records.max(axis=-1), records.min(axis=-1)  # NaN where a sample is NaN
+    if not (np.isfinite(highest) & np.isfinite(lowest)).all():
+        bad = np.argwhere(~np.isfinite(records))
+        raise ValueError(f"acceleration has {len(bad)} samples that are no numbers, the first at {bad[0, -1]}")
+    stuck = (highest == lowest) & (highest != 0)
+    if records.shape[-1] > 1 and np.any(stuck):
+        raise ValueError(f"acceleration is constant at {highest[stuck].flat[0]:g} m/s2: is the channel connected?")
+    return records
+
+
+def checked_rate(sampling_rate_hz: float) -> float:
+    """Raises `ValueError`."""
+    if not (math.isfinite(sampling_rate_hz) and sampling_rate_hz > 0):
+        raise ValueError(f"sampling_rate_hz = {sampling_rate_hz!r}: expected a positive number")
+    return float(sampling_rate_hz)
+
+
+def checked_damping(q: float | None, damping_ratio: float | None) -> float:
+    """The damping ratio of the oscillators, Q = 10 by default. Raises `ValueError` for both, or none below critical."""
+    if q is not None and damping_ratio is not None:
+        raise ValueError(f"q = {q!r} and damping_ratio = {damping_ratio!r}: expected one of them")
+    if damping_ratio is not None:
+        if not 0 < damping_ratio < 1:
+            raise ValueError(f"damping_ratio = {damping_ratio!r}: expected above 0 and below 1")
+        return float(damping_ratio)
+    quality = DEFAULT_Q if q is None else q
+    if not 0.5 < quality < math.inf:
+        raise ValueError(f"q = {quality!r}: expected above 0.5, finite")
+    return 1 / (2 * quality)
+
+
+def checked_lines(frequency_hz: Floats | Sequence[float], sampling_rate_hz: float) -> Floats:
+    """Lines (f,) in any order. Raises `ValueError` for none, and at half the sampling rate and above."""
+    lines = np.atleast_1d(np.asarray(frequency_hz, dtype=np.float64))
+    if lines.ndim != 1 or lines.size == 0 or not np.all(lines > 0):
+        raise ValueError("frequency_hz: expected (f,) positive numbers, at least one")
+    if not lines.max() < sampling_rate_hz / 2:
+        raise ValueError(
+            f"frequency_hz up to {lines.max():g}: expected below {sampling_rate_hz / 2:g}, half the sampling rate; "
+            "ask for lines below, or record faster: nothing above is in the record"
+        )
+    return lines
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Shock response spectra at `frequency_hz` (f,); arrays are (..., f), absolute acceleration in m/s2, >= 0.
+
+    `positive` and `negative` are the largest responses either way over all time, `primary` the larger of both while the
+    record lasts, `residual` after it; `maximax` is the largest of all. `pseudo_velocity_m_s` is the maximax of the
+    relative displacement times omega. `sampling_error` (f,): how much of a peak may be missed between samples,
+    relative, at most.
+    """
+
+    frequency_hz: Floats
+    damping_ratio: float
+    maximax: Floats
+    positive: Floats
+    negative: Floats
+    primary: Floats
+    residual: Floats
+    pseudo_velocity_m_s: Floats
+    sampling_error: Floats
+
+    @property
+    def q(self) -> float:
+        return 1 / (2 * self.damping_ratio)
+
+
+#: Zeros that keep the end of a record from ringing into its beginning: the transform takes a record for a circle.
+_GUARD = 64
+#: Leaves 8e-6 of an error; more only costs memory.
+MOST_SAMPLES_PER_CYCLE = 1000.0
+
+
+def upsampled(acceleration: Floats, factor: int) -> Floats:
+    """(k, n) to (k, (n - 1) factor + 1), each old sample kept: zeros put between the samples and the images removed.
+
+    Exact for a record without content above half the sampling rate that begins and ends at rest; a jump rings.
+    """
+    if factor == 1:
+        return acceleration
+    from scipy.fft import irfft, next_fast_len, rfft
+
+    n = acceleration.shape[-1]
+    length = next_fast_len(n + _GUARD, real=True)
+    length += length % 2
+    spectrum = rfft(acceleration, length)
+    spectrum[..., -1] *= 0.5  # the line at half the sampling rate stands for two of the finer record's
+    return np.asarray(factor * irfft(spectrum, factor * length)[..., : (n - 1) * factor + 1])
+
+
+def factors(frequency_hz: Floats, sampling_rate_hz: float, samples_per_cycle: float | None) -> NDArray[np.int64]:
+    """The least power of two for each line (f,) that gives it `samples_per_cycle`; 1 for None.
+
+    Raises `ValueError` for a number that is not finite and positive.
+    """
+    if samples_per_cycle is None:
+        return np.ones(frequency_hz.size, dtype=np.int64)
+    if not 0 < samples_per_cycle <= MOST_SAMPLES_PER_CYCLE:
+        raise ValueError(
+            f"resample = {samples_per_cycle!r}: expected samples per cycle, above 0, up to {MOST_SAMPLES_PER_CYCLE:g}"
+        )
+    wanted = np.maximum(samples_per_cycle * frequency_hz / sampling_rate_hz, 1.0)
+    return np.asarray(2 ** np.ceil(np.log2(wanted) - 1e-12).astype(np.int64))
 
 
 def shock_response_spectrum(
@@ -97,6 +221,6 @@ def _largest(records: Floats, theta: Floats, zeta: float, threads: int | None) -
 
     highest, lowest, furthest, p, v = run(records, steps(theta, zeta), threads)
     x = p + 2 * zeta * v
-    up, down = free_decay.extremes(x, v - 2 * zeta * x, zeta)
-    p_up, p_down = free_decay.extremes(p, v, zeta)
+    up, down = coefficients.extremes(x, v - 2 * zeta * x, zeta)
+    p_up, p_down = coefficients.extremes(p, v, zeta)
     return np.stack([highest, -lowest, furthest, np.maximum(up, 0), np.maximum(-down, 0), np.maximum(p_up, -p_down)])

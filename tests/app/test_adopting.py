@@ -19,7 +19,7 @@ from pyroshock.app.twins.adopted_effects import acts_at, adopt, adopted_for, fit
 from pyroshock.app.twins.building import TwinRequest
 from pyroshock.diagnosis.verdict import Verdict
 from pyroshock.schema.session import Store
-from pyroshock.training.records import DatasetName
+from pyroshock.training.registry.records import DatasetName
 from pyroshock.twin.contact.stage import LawContact
 from pyroshock.twin.effects import Effect, catalogue, effect
 from sqlalchemy import func

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from pyroshock.validation import blind_check as blind
 from pyroshock.validation.case_plan import SEEDS
-from pyroshock.validation.results_io import SCORED, write_rows
+from pyroshock.validation.report import SCORED, write_rows
 from support.records.blind_rows import LEAK, label, says
 from support.stores.stores import pyroshock
 

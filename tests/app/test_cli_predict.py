@@ -17,7 +17,7 @@ from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.effect_text import parse_effect
 from pyroshock.dataset.domain import Domain
 from pyroshock.training.models.analytic import Analytic
-from pyroshock.training.records import Cost, DatasetName, RegisteredModel, Version
+from pyroshock.training.registry.records import Cost, DatasetName, RegisteredModel, Version
 from pyroshock.twin.gun.nominal import muzzle_velocity
 from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.records.twin_parts import BENCH, unsolved

@@ -10,7 +10,7 @@ from click.testing import CliRunner, Result
 from pyroshock.app.cli.validate import validate
 from pyroshock.app.demo import ingest_examples
 from pyroshock.app.twins import building as twins
-from pyroshock.validation.prediction_scores.verdict import PredictionVerdict
+from pyroshock.validation.prediction_scores.shot_comparison import PredictionVerdict
 from support.records.twin_parts import unsolved
 from support.stores.hammer_stores import copied, filled_store, full_campaign
 from support.stores.stores import opened

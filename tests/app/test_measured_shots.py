@@ -16,18 +16,17 @@ from pyroshock.app.twins.benches import PlateDrawing, bench_of_campaign
 from pyroshock.app.twins.building import TwinRequest, twin_of
 from pyroshock.app.twins.cache_key import StampReader
 from pyroshock.app.twins.measured_shots import CampaignPlate, read_measured_shots, struck_plate
-from pyroshock.dataset.stored_bench import stored_materials
+from pyroshock.dataset.rows import stored_materials
 from pyroshock.ingest.stored import list_channels, read_channel
 from pyroshock.schema.campaigns import Campaign
-from pyroshock.schema.impacts import Impact, Pulse
-from pyroshock.schema.quality import QualityFinding
-from pyroshock.schema.shots import Shot
+from pyroshock.schema.impacts import Impact, Pulse, Shot
+from pyroshock.schema.recordings import QualityFinding
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.contact.prior import PriorContact
 from pyroshock.twin.contact.stage import LawContact
 from pyroshock.twin.contact_interface import Strikes
-from pyroshock.twin.materials import THESIS
-from pyroshock.virtualbench.campaigns import plates
+from pyroshock.twin.setting import THESIS
+from pyroshock.virtualbench.campaigns import ringing
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.simulate import simulate
 from sqlalchemy import select
@@ -52,7 +51,7 @@ def campaigns(tmp_path_factory):
     folder = tmp_path_factory.mktemp("shots")
     url = f"sqlite:///{folder / 'lab.db'}"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plates, "MAX_FREQUENCY_HZ", 800.0)
+        patch.setattr(ringing, "MAX_FREQUENCY_HZ", 800.0)
         for kind, rows, hits in (("hammer", HAMMER_ROWS, 3), ("gun", GUN_ROWS, 2)):
             simulate(rows, kind, folder / kind, seed=5, effects=Effects.default(), repetitions=hits, jobs=1)
             ingested(url, folder / kind)

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from pyroshock.app.models.figures import LEVELS, held_out_figures, listed_versions, side_by_side, version_row
 from pyroshock.app.models.tables import json_row
-from pyroshock.training.evaluation import Judged
-from pyroshock.training.listing import row_of
-from pyroshock.training.metrics.errors import METRICS
+from pyroshock.training.evaluation.evaluate import Judged
+from pyroshock.training.evaluation.metrics import METRICS
+from pyroshock.training.fitting.session import train
 from pyroshock.training.models.base import ContactPrediction
-from pyroshock.training.promotion import promote
-from pyroshock.training.session import train
+from pyroshock.training.registry.listing import row_of
+from pyroshock.training.registry.promotion import promote
 from support.records.pulse_tables import held_out, pulse_table
 from support.stores.registries import fresh_registry, ground_in, without_figures, without_judging_the_first
 
@@ -137,7 +137,7 @@ def test_coverage_of_known_scatter_is_the_level(monkeypatch):
         np.full(n, 1e-5),
     )
     judged = Judged(pulses, {}, {"law@1": prediction}, {})
-    monkeypatch.setattr("pyroshock.training.evaluation.on_held_out", lambda *_: judged)
+    monkeypatch.setattr("pyroshock.training.evaluation.evaluate.on_held_out", lambda *_: judged)
 
     class Law:
         label = "law@1"

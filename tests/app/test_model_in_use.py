@@ -21,9 +21,9 @@ from pyroshock.app.twins.model_in_use import bench_kind_of, model_in_use, traini
 from pyroshock.app.web.twins import PredictionOptions
 from pyroshock.dataset.domain import Domain
 from pyroshock.dataset.snapshot import build_snapshot
-from pyroshock.schema.velocity_kinds import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED
+from pyroshock.schema.impacts import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED
 from pyroshock.training.models.analytic import Analytic
-from pyroshock.training.records import Cost, DatasetName, RegisteredModel, Version
+from pyroshock.training.registry.records import Cost, DatasetName, RegisteredModel, Version
 from support.records.campaigns import gun_campaign
 from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.records.twin_parts import unsolved

@@ -8,8 +8,8 @@ from pyroshock.app.pulses.overlays import pulse_overlay
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.conditions import UnknownFieldError
 from pyroshock.schema.configurations import configuration_id
-from pyroshock.schema.factor_levels import RunLevel
 from pyroshock.schema.impacts import ExtractionSettingsRow, Impact
+from pyroshock.schema.known_factors import RunLevel
 from pyroshock.schema.listings import Condition
 from pyroshock.schema.series import encode
 from pyroshock.schema.session import Writer, open_store

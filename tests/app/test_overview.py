@@ -6,13 +6,12 @@ import pytest
 from pyroshock.app.campaigns.overview import campaign_overview, count_findings
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.plan_link import link_campaign
+from pyroshock.schema.benches import material_names
+from pyroshock.schema.campaigns import Plan, PlannedRun
 from pyroshock.schema.configurations import configuration_id
-from pyroshock.schema.factor_levels import level_of
+from pyroshock.schema.known_factors import level_of
 from pyroshock.schema.listings import iter_impacts
-from pyroshock.schema.materials import material_names
-from pyroshock.schema.plans import Plan, PlannedRun
-from pyroshock.schema.quality import QualityFinding
-from pyroshock.schema.recordings import Recording
+from pyroshock.schema.recordings import QualityFinding, Recording
 from pyroshock.schema.session import Writer, open_store
 from sqlalchemy import select
 from support.records.campaigns import gun_campaign, hammer_campaign, write_runs
@@ -130,7 +129,7 @@ def test_achieved_settings_stand_beside_the_planned_ones(gun):
 
 
 def test_transducer_s_pressure_is_held_against_the_plan_too(gun):
-    from pyroshock.schema.shots import Shot
+    from pyroshock.schema.impacts import Shot
 
     with gun.writing() as session:
         for shot in session.scalars(select(Shot).where(Shot.run == 1)):

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.schema.impacts import Impact
-from pyroshock.schema.velocity_kinds import INTEGRATED, TARGET_MOTION_ADDED, velocity_kind
+from pyroshock.schema.impacts import INTEGRATED, TARGET_MOTION_ADDED, Impact, velocity_kind
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.simulate import simulate
 from sqlalchemy import select

@@ -16,15 +16,15 @@ from pyroshock.app.twins.benches import shipped_bench
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest, twin_of
 from pyroshock.app.twins.sliders import sliders
 from pyroshock.dataset.domain import Domain
-from pyroshock.dataset.stored_bench import by_name
+from pyroshock.dataset.rows import by_name
 from pyroshock.doe.space import hammer_space, shipped_factors, space_from_text
 from pyroshock.signals.srs.grid import octave_grid
-from pyroshock.training.contact_stage import RegisteredContact
 from pyroshock.training.models.analytic import Analytic
-from pyroshock.training.records import Cost, DatasetName, RegisteredModel, Version
+from pyroshock.training.models.contact_stage import RegisteredContact
+from pyroshock.training.registry.records import Cost, DatasetName, RegisteredModel, Version
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact.stage import LawContact
-from pyroshock.twin.materials import THESIS
+from pyroshock.twin.setting import THESIS
 from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.records.twin_parts import unsolved
 

@@ -11,7 +11,7 @@ from pyroshock.app.predictions.tables import quantity_rows
 from pyroshock.app.predictions.warnings import domain_warnings, extrapolation_text, field_warnings, warnings
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact_interface import Extrapolation, OutOfDomain
-from pyroshock.twin.launch import GunStage
+from pyroshock.twin.gun.stage import GunStage
 from pyroshock.twin.prediction import RestsOn
 from support.records.twin_parts import BENCH, HalfSine, setting
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pyroshock.app.pulses.segmentation import pulse_view
 from pyroshock.ingest.load import ingest_folder
-from pyroshock.ingest.reextract import preview_impacts, reextract_recording
+from pyroshock.ingest.reextraction import preview_impacts, reextract_recording
 from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.schema.impacts import ExtractionSettingsRow as SettingsRow
 from pyroshock.schema.impacts import Impact, Pulse

@@ -9,7 +9,7 @@ import pytest
 from click.testing import Result
 from pyroshock.app.diagnoses.diagnosing import keep
 from pyroshock.app.reports import dispatch as any_module
-from pyroshock.training.session import train
+from pyroshock.training.fitting.session import train
 from support.checks.well_formed import Page, needs_nothing
 from support.records import verdicts
 from support.records.campaigns import gun_campaign

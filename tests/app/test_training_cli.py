@@ -18,8 +18,8 @@ from pyroshock.app.cli.promote import promote
 from pyroshock.app.cli.train import train
 from pyroshock.dataset.predictors import shipped
 from pyroshock.dataset.table import PulseTable
-from pyroshock.training.fit_report import FitReport
-from pyroshock.training.metrics.errors import METRICS
+from pyroshock.training.estimators.fit_report import FitReport
+from pyroshock.training.evaluation.metrics import METRICS
 from pyroshock.training.models.analytic import Analytic
 from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.stores.hammer_stores import filled_store, full_campaign

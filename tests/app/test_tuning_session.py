@@ -11,9 +11,9 @@ from pyroshock.app.tuning.session import Ask, TuningSession, session_of
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.building import TwinRequest
 from pyroshock.doe.limits.bench import BenchLimits
-from pyroshock.doe.ranges import with_ranges
 from pyroshock.doe.space import shipped_factors, space_from_text
-from pyroshock.twin.materials import ElasticMaterial
+from pyroshock.doe.toml_space import with_ranges
+from pyroshock.twin.setting import ElasticMaterial
 from pyroshock.twin.srs.target_csv import read_target
 from pyroshock.twin.tune.space import ContinuousRange
 from support.records.twin_parts import unsolved

@@ -20,8 +20,8 @@ from pyroshock.app.twins import twin_cache as warm_twins
 from pyroshock.app.twins.adopted_effects import adopt
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest, twin_of
 from pyroshock.app.twins.twin_cache import TwinShelf
-from pyroshock.schema.materials import Material
-from pyroshock.training.records import DatasetName
+from pyroshock.schema.benches import Material
+from pyroshock.training.registry.records import DatasetName
 from pyroshock.twin.effects import effect
 from pyroshock.twin.plate.response import PlateResponse
 from support.records import verdicts

@@ -15,15 +15,14 @@ from pyroshock.doe.designs.base import Design
 from pyroshock.doe.plans import PlanExistsError, add_plan, extend_plan, read_plan, tick_run
 from pyroshock.doe.space import gun_space, shipped_factors
 from pyroshock.ingest.plan_link import link_campaign
-from pyroshock.ingest.reextract import reextract
+from pyroshock.ingest.reextraction import reextract
 from pyroshock.ingest.settings import ExtractionSettings
-from pyroshock.schema.campaigns import ConfigurationLevel
+from pyroshock.schema.campaigns import ConfigurationLevel, Plan, PlannedRun
 from pyroshock.schema.configurations import configuration_ids
-from pyroshock.schema.factor_levels import RunLevel
-from pyroshock.schema.plans import Plan, PlannedRun
+from pyroshock.schema.diagnoses import TwinVersion
+from pyroshock.schema.impacts import Shot
+from pyroshock.schema.known_factors import RunLevel
 from pyroshock.schema.session import Store, Writer, open_store
-from pyroshock.schema.shots import Shot
-from pyroshock.schema.twins import TwinVersion
 from sqlalchemy import func, select
 from support.processes.crowd import complaints, together
 from support.records import verdicts

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.training.model_storage import place_beside
+from pyroshock.training.registry.model_storage import place_beside
 from pyroshock.training.registry.registry import Registry
 from sqlalchemy import make_url
 from support.processes.crowd import COMMANDS, MODELS, Command, complaints, together

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 import numpy as np
-from pyroshock.dataset.correlation import correlation, ranges
+from pyroshock.dataset.predictors import correlation, ranges
 from support.records.pulse_tables import pulse_table
 
 TABLE = pulse_table(np.random.default_rng(2))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 
-from pyroshock.dataset.missing_facts import MissingFacts, missing_in_campaigns, missing_words
 from pyroshock.dataset.predictors import shipped
+from pyroshock.dataset.selection import MissingFacts, missing_in_campaigns, missing_words
 from support.records.campaigns import hammer_campaign, hammer_rows, write_runs
 from support.stores.stores import ingested, opened, pyroshock
 

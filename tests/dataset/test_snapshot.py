@@ -8,16 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pyroshock.dataset.build_table import IMPACT_DIGITS
 from pyroshock.dataset.catalog import list_snapshots
-from pyroshock.dataset.identity import IMPACT_DIGITS
 from pyroshock.dataset.predictors import parse, shipped
 from pyroshock.dataset.provenance import raw_files, trace
 from pyroshock.dataset.snapshot import SnapshotError, build_snapshot, read_snapshot
-from pyroshock.schema.datasets import DatasetSnapshot
-from pyroshock.schema.impacts import ExtractionSettingsRow, Impact, Pulse
-from pyroshock.schema.materials import Material
-from pyroshock.schema.quality import QualityFinding
-from pyroshock.schema.recordings import RecordedChannel
+from pyroshock.schema.benches import Material
+from pyroshock.schema.impacts import DatasetSnapshot, ExtractionSettingsRow, Impact, Pulse
+from pyroshock.schema.recordings import QualityFinding, RecordedChannel
 from pyroshock.schema.session import count_rows
 from sqlalchemy import delete, select, update
 from sqlalchemy.exc import IntegrityError

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from pyroshock.dataset.stored_bench import gun_bench, modal_plate, stored_materials
+from pyroshock.dataset.rows import gun_bench, modal_plate, stored_materials
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.benches import Gun, ModalTable
 from pyroshock.twin.gun.bench import GunBench
-from pyroshock.twin.materials import THESIS
+from pyroshock.twin.setting import THESIS
 from sqlalchemy import select
 from support.records.campaigns import gun_campaign
 from support.records.plate_folders import plate_campaign, small_plate

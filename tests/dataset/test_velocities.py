@@ -11,19 +11,19 @@ import pytest
 from pyroshock.dataset.catalog import get_snapshot_row
 from pyroshock.dataset.snapshot import build_snapshot, read_snapshot
 from pyroshock.dataset.velocities import kind_of_snapshot
-from pyroshock.schema.impacts import Impact
-from pyroshock.schema.session import Store
-from pyroshock.schema.velocity_kinds import (
+from pyroshock.schema.impacts import (
     BEFORE_CONTACT,
     INTEGRATED,
     KIND_OF_SOURCE,
     KINDS,
     TARGET_MOTION_ADDED,
+    Impact,
     velocity_kind,
 )
+from pyroshock.schema.session import Store
 from pyroshock.twin.contact.impacts import plate_impedance
 from pyroshock.twin.contact.target_motion import PulseMoments, TargetMotion, velocity_before_contact
-from pyroshock.twin.materials import THESIS
+from pyroshock.twin.setting import THESIS
 from sqlalchemy import update
 from support.stores.hammer_stores import filled_store, full_campaign
 from support.stores.stores import opened

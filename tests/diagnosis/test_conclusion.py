@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pyroshock.diagnosis import conclusion
 from pyroshock.diagnosis.diagnose import Options, diagnose
-from pyroshock.diagnosis.probability_maps import first_entry_probability
+from pyroshock.diagnosis.options import first_entry_probability
 from pyroshock.diagnosis.record import CampaignRecord
 from pyroshock.diagnosis.verdict import NONE, UNKNOWN, Cause, Verdict
 from pyroshock.twin.effects import Effect, effect

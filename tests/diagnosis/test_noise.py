@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pyroshock.diagnosis.noise import Noise
+from pyroshock.diagnosis.gap import Noise
 from pyroshock.diagnosis.observables.base import Observable
 
 LINES = 24

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.diagnosis.options import Options
-from pyroshock.diagnosis.probability_maps import UnknownMap, first_entry_probability
+from pyroshock.diagnosis.options import Options, UnknownMap, first_entry_probability
 
 from benchmarks.diagnosis_maps import likeliest
 

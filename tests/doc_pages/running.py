@@ -19,7 +19,7 @@ from pyroshock.app.cli import serve
 from pyroshock.app.cli.main import main
 from pyroshock.app.jobs.worker import Worker
 from pyroshock.app.twins import building as twins
-from pyroshock.virtualbench.campaigns import plates
+from pyroshock.virtualbench.campaigns import ringing
 from support.stores.registries import without_figures
 
 from .blocks import PYTHON, Block
@@ -81,7 +81,7 @@ def place_in(folder: Path, request: pytest.FixtureRequest) -> Iterator[Place]:
         for name in _OF_THIS_MACHINE:
             patch.delenv(name, raising=False)
         patch.syspath_prepend(ROOT)
-        patch.setattr(plates, "MAX_FREQUENCY_HZ", 500.0)
+        patch.setattr(ringing, "MAX_FREQUENCY_HZ", 500.0)
         patch.setattr(twins, "plates_folder", lambda _db: solved)
         patch.setattr(serve, "_listen", _first_page)
         run = Worker.run

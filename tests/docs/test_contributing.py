@@ -11,8 +11,8 @@ import pytest
 from fuzzing.readers import READERS as FUZZED
 from pyroshock.doe.designs.methods import METHODS
 from pyroshock.ingest.readers import READERS
-from pyroshock.training.model_catalogue import ZOO
-from pyroshock.training.models.model_kinds import KINDS
+from pyroshock.training.models.catalogue import ZOO
+from pyroshock.training.models.serialization import KINDS
 from support.records.recipes import RECIPES
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -13,8 +13,8 @@ from pyroshock.doe.designs.methods import METHODS
 from pyroshock.ingest.readers import READERS
 from pyroshock.schema.tables import metadata
 from pyroshock.signals.checks import CHECKS, SPECTRUM_CHECKS
-from pyroshock.training.model_catalogue import ZOO
-from pyroshock.training.models.model_kinds import KINDS
+from pyroshock.training.models.catalogue import ZOO
+from pyroshock.training.models.serialization import KINDS
 from pyroshock.twin.effects import catalogue
 
 from tools.reference import api, checks, commands, designs, models, readers, tables

@@ -74,7 +74,7 @@ def test_signatures_are_the_sources_own() -> None:
     from pyroshock.signals.checks import run_checks
 
     assert signature_of(run_checks) == (
-        "(channel: pyroshock.signals.channel.Channel, contacts: tuple[pyroshock.signals.contact.Contact, ...])"
+        "(channel: pyroshock.signals.channel.Channel, contacts: tuple[pyroshock.signals.checks.base.Contact, ...])"
         " -> list[pyroshock.signals.checks.base.Finding]"
     )
 

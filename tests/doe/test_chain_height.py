@@ -12,7 +12,7 @@ from pyroshock.doe.limits.bench import BenchLimits, read_limits
 from pyroshock.doe.limits.contact_force import Elastic
 from pyroshock.doe.limits.suspension import MAX_CHAIN_LOAD_N, TABLE_2_1, Swing
 from pyroshock.doe.toml_space import parse
-from pyroshock.schema.factor_levels import LevelError, level_of
+from pyroshock.schema.known_factors import LevelError, level_of
 from scipy.integrate import solve_ivp
 
 BENCH = BenchLimits(pendulum_length_m=0.9)

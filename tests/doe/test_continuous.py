@@ -13,8 +13,8 @@ from pyroshock.doe.merit.quality import quality
 from pyroshock.doe.merit.space_filling import d_efficiency, d_efficiency_limit
 from pyroshock.doe.order import order, time_confounding
 from pyroshock.doe.plots import pair_matrix
-from pyroshock.doe.ranges import with_ranges
 from pyroshock.doe.space import STRATA, gun_space, shipped_factors, space_from_text
+from pyroshock.doe.toml_space import with_ranges
 
 TEXT = """
 name = "own"

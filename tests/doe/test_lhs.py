@@ -13,20 +13,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from pyroshock.doe.designs.augment import augment
 from pyroshock.doe.designs.criterion import Kernel, Weights, least_squares
-from pyroshock.doe.designs.exchange import (
-    DirectSurface,
-    Landscape,
-    anneal,
-    anneal_tabulated,
-    strides_of,
-    swaps_of,
-)
-from pyroshock.doe.designs.level_shares import cut_hypercube, level_counts, repaired
-from pyroshock.doe.designs.lhs import balanced
+from pyroshock.doe.designs.exchange import DirectSurface, Landscape, anneal, anneal_tabulated, strides_of, swaps_of
+from pyroshock.doe.designs.lhs import balanced, cut_hypercube, level_counts, repaired
 from pyroshock.doe.factors import DesignFactor, Requirement
 from pyroshock.doe.merit import quality
-from pyroshock.doe.merit.balance import cell_counts, worst_deviation
-from pyroshock.doe.merit.ranks import axis_centres
+from pyroshock.doe.merit.space_filling import axis_centres, cell_counts, worst_deviation
 from pyroshock.doe.space import Space, gun_space, hammer_space, space_of
 from scipy.stats import qmc
 

@@ -21,8 +21,15 @@ from pyroshock.doe.limits.ballistic import (
     nishiwaki_limit,
     nishiwaki_thickness,
 )
-from pyroshock.doe.limits.bench import BenchLimits, read_limits
-from pyroshock.doe.limits.bolts import M20, LoadCellArray, MetricThread, tensile_resistance, tightening_torque
+from pyroshock.doe.limits.bench import (
+    M20,
+    BenchLimits,
+    LoadCellArray,
+    MetricThread,
+    read_limits,
+    tensile_resistance,
+    tightening_torque,
+)
 from pyroshock.doe.limits.contact_force import (
     HERTZ_TIME,
     Elastic,

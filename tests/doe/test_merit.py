@@ -15,9 +15,10 @@ from hypothesis.extra import numpy as hnp
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from pyroshock.doe.merit import FIGURES, compare, quality
-from pyroshock.doe.merit.balance import beyond_one, cell_counts, rms_deviation, worst_deviation
-from pyroshock.doe.merit.ranks import axis_centres
 from pyroshock.doe.merit.space_filling import (
+    axis_centres,
+    beyond_one,
+    cell_counts,
     d_efficiency,
     d_efficiency_limit,
     discrepancy,
@@ -25,6 +26,8 @@ from pyroshock.doe.merit.space_filling import (
     largest_correlation,
     main_effects,
     minimum_distance,
+    rms_deviation,
+    worst_deviation,
 )
 from pyroshock.doe.plots import draw_quality, pair_matrix
 from pyroshock.doe.space import gun_space, hammer_space

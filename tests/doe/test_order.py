@@ -10,9 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from pyroshock.doe.changeovers import changeovers
 from pyroshock.doe.factors import DesignFactor, Requirement
-from pyroshock.doe.order import order, time_confounding
+from pyroshock.doe.order import changeovers, order, time_confounding
 from pyroshock.doe.space import Space, gun_space, hammer_space, space_of
 
 GUN, HAMMER = gun_space(), hammer_space()

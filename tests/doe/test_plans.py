@@ -17,10 +17,9 @@ from pyroshock.doe.plans import (
     tick_run,
 )
 from pyroshock.doe.space import gun_space, shipped_factors
-from pyroshock.schema.campaigns import Campaign
-from pyroshock.schema.plans import PlannedRun
+from pyroshock.schema.campaigns import Campaign, PlannedRun
+from pyroshock.schema.impacts import Shot
 from pyroshock.schema.session import Store, Writer, count_rows, open_store
-from pyroshock.schema.shots import Shot
 from sqlalchemy import select
 
 FACTORS = shipped_factors("gun")

@@ -12,10 +12,10 @@ from pyroshock.app.diagnoses.kept import list_diagnoses
 from pyroshock.app.models.comparing import versions_named
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.settings import ExtractionSettings
-from pyroshock.training.listing import chosen, in_order, newest
+from pyroshock.training.fitting.session import Progress, train
 from pyroshock.training.models.analytic import Analytic
-from pyroshock.training.promotion import promote
-from pyroshock.training.session import Progress, train
+from pyroshock.training.registry.listing import chosen, in_order, newest
+from pyroshock.training.registry.promotion import promote
 from support.records import verdicts
 from support.records.campaigns import hammer_campaign
 from support.stores.hammer_stores import full_campaign

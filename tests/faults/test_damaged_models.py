@@ -8,12 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from pyroshock.training.intact_models import damages
-from pyroshock.training.model_storage import place_beside
-from pyroshock.training.promotion import promote
-from pyroshock.training.records import DatasetName, Version
+from pyroshock.training.fitting.session import Progress, train
+from pyroshock.training.registry.intact_models import damages
+from pyroshock.training.registry.model_storage import place_beside
+from pyroshock.training.registry.promotion import promote
+from pyroshock.training.registry.records import DatasetName, Version
 from pyroshock.training.registry.registry import Registry
-from pyroshock.training.session import Progress, train
 from support.stores.registries import (
     at_its_place,
     fresh_registry,

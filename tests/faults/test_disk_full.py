@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from click.testing import Result
 from pyroshock.app.user_errors import words_of
-from pyroshock.training.intact_models import damages
+from pyroshock.training.fitting.session import train
 from pyroshock.training.registry.connection import RegistryError
-from pyroshock.training.session import train
+from pyroshock.training.registry.intact_models import damages
 from support.processes.small_disks import SmallDisk, small_disk
 from support.records.campaigns import hammer_campaign
 from support.stores.databases import _execute

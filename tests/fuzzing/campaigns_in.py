@@ -23,10 +23,10 @@ _INGEST = (
     "ingest/load.py",
     "ingest/processing.py",
     "ingest/store.py",
-    "ingest/row_values.py",
-    "ingest/rejected_recordings.py",
     "ingest/rows.py",
-    "ingest/matching.py",
+    "ingest/excluded_recordings.py",
+    "ingest/rows.py",
+    "ingest/hits.py",
     "ingest/parallel.py",
 )
 

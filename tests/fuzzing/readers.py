@@ -13,7 +13,7 @@ from fuzzing.mutations import binary, containers, generated, tables
 from fuzzing.seeds import bare_lvm, mat_structures, oscilloscopes, recordings, wavs
 from fuzzing.target import ACCEPTED, Mutate, Target, Use, stacked
 from pyroshock.ingest.readers import AS_IN_FILE, OpenRecording, ReadingOptions, RecordingError, open_recording
-from pyroshock.schema.json_floats import to_plain
+from pyroshock.schema.base import to_plain
 
 _SHARED = tuple(f"ingest/readers/{part}.py" for part in ("recording", "clock", "contents", "matrix"))
 #: How a file of each suffix is damaged.

@@ -7,9 +7,8 @@ import json
 import pytest
 from pyroshock.dataset.snapshot import read_snapshot
 from pyroshock.schema.campaigns import Campaign
-from pyroshock.schema.impacts import Impact
+from pyroshock.schema.impacts import Impact, Shot
 from pyroshock.schema.provenance import Provenance
-from pyroshock.schema.shots import Shot
 from sqlalchemy import select
 from support.records.campaigns import (
     gun_campaign,

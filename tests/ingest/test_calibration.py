@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from pyroshock.ingest.calibration_points import read_points
 from pyroshock.ingest.stored import list_channels, read_channel
-from pyroshock.ingest.tank_pressure import tank_pressure_before
-from pyroshock.schema.shots import Shot
+from pyroshock.ingest.velocity import tank_pressure_before
+from pyroshock.schema.impacts import Shot
 from pyroshock.signals.calibration import fit_line
-from pyroshock.virtualbench.campaigns.gun_sensors import TANK
+from pyroshock.virtualbench.campaigns.gun import TANK
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.sensors import analog, digitised
-from pyroshock.virtualbench.sensors.faults import gain, offset_si
+from pyroshock.virtualbench.sensors.filters import gain, offset_si
 from sqlalchemy import select
 from support.records.campaigns import gun_rows, replace_in, with_cell, write_recording, write_runs
 from support.stores.stores import ingest, ingested, opened

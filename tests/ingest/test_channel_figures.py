@@ -9,14 +9,13 @@ import pytest
 from click.testing import CliRunner
 from pyroshock.app.cli.main import main
 from pyroshock.ingest.load import ingest_folder
-from pyroshock.ingest.reextract import reextract
+from pyroshock.ingest.reextraction import reextract
 from pyroshock.ingest.settings import ExtractionSettings
-from pyroshock.schema.care.checking import checks, iter_findings
 from pyroshock.schema.conditions import Condition
 from pyroshock.schema.impacts import ChannelFigures, Impact
+from pyroshock.schema.integrity.checking import checks, iter_findings
 from pyroshock.schema.listings import iter_impacts
-from pyroshock.schema.quality import QualityFinding
-from pyroshock.schema.recordings import RecordedChannel
+from pyroshock.schema.recordings import QualityFinding, RecordedChannel
 from pyroshock.schema.session import Writer, open_store
 from sqlalchemy import delete, select
 from support.records.campaigns import hammer_campaign

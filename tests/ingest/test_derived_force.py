@@ -8,8 +8,7 @@ from pyroshock.ingest.errors import IngestError
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.impacts import Impact, Pulse
 from pyroshock.schema.listings import iter_shots
-from pyroshock.schema.quality import QualityFinding
-from pyroshock.schema.recordings import RecordedChannel
+from pyroshock.schema.recordings import QualityFinding, RecordedChannel
 from pyroshock.schema.session import Writer, open_store
 from sqlalchemy import select
 

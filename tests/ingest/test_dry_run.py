@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from pyroshock.schema.plans import Plan
+from pyroshock.schema.campaigns import Plan
 from support.records.campaigns import hammer_campaign, recording_name, replace_in
 from support.stores.stores import content, counts, ingested, opened, pyroshock
 

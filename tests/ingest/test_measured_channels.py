@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.ingest.load import ingest_folder
-from pyroshock.schema.impacts import Impact, Pulse
-from pyroshock.schema.quality import QualityFinding
+from pyroshock.schema.impacts import Impact, Pulse, Shot
+from pyroshock.schema.recordings import QualityFinding
 from pyroshock.schema.session import Writer, open_store
-from pyroshock.schema.shots import Shot
 from sqlalchemy import select
 
 RATE = 51200.0

@@ -6,8 +6,8 @@ import json
 
 import numpy as np
 import pytest
-from pyroshock.dataset.quality_filter import verdicts
 from pyroshock.dataset.rows import rows_of_campaigns
+from pyroshock.dataset.selection import verdicts
 from pyroshock.ingest.column_names import resembled_channel
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.recordings import RecordedChannel, Recording

@@ -6,11 +6,11 @@ import pytest
 from pyroshock.ingest.errors import IngestError
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.plan_link import link_campaign
+from pyroshock.schema.benches import material_names
+from pyroshock.schema.campaigns import Plan, PlannedRun
 from pyroshock.schema.configurations import configuration_id
-from pyroshock.schema.factor_levels import level_of
 from pyroshock.schema.impacts import Impact
-from pyroshock.schema.materials import material_names
-from pyroshock.schema.plans import Plan, PlannedRun
+from pyroshock.schema.known_factors import level_of
 from pyroshock.schema.session import Writer, open_store
 from sqlalchemy import select
 from support.records.campaigns import gun_campaign, hammer_campaign, hammer_rows, with_cell

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pyroshock.ingest.pulses import extract_pulses
+from pyroshock.ingest.pulses import extract_pulses, nrmse, smoothing_spline
 from pyroshock.ingest.settings import ExtractionSettings
-from pyroshock.ingest.spline import nrmse, smoothing_spline
 
 RATE = 51200.0
 

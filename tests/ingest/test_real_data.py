@@ -10,8 +10,7 @@ from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.pulses import extract_pulses
 from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.schema.impacts import ChannelFigures, Impact, Pulse
-from pyroshock.schema.quality import QualityFinding
-from pyroshock.schema.recordings import Recording
+from pyroshock.schema.recordings import QualityFinding, Recording
 from pyroshock.schema.session import Writer, open_store
 from pyroshock.signals.shock_figures import shock_figures
 from sqlalchemy import select

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.ingest.load import ingest_folder
-from pyroshock.ingest.reextract import preview_impacts, reextract, reextract_recording
+from pyroshock.ingest.reextraction import preview_impacts, reextract, reextract_recording
 from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.parallel.executor import Crew
 from pyroshock.schema.impacts import Impact, Pulse

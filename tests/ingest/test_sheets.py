@@ -12,8 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.ingest.errors import IngestError
 from pyroshock.ingest.runs import read_runs
-from pyroshock.ingest.sheets import cell_text
-from pyroshock.ingest.tables import read_table
+from pyroshock.ingest.tables import cell_text, read_table
 from support.records.campaigns import gun_campaign, gun_rows, write_runs
 from support.stores.stores import content, ingested
 

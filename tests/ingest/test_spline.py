@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.ingest.spline import nrmse, smoothing_spline
+from pyroshock.ingest.pulses import nrmse, smoothing_spline
 
 
 @pytest.mark.parametrize("samples", [5, 6, 7, 30, 400])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from pyroshock.ingest.unit_mistakes import mistakes
+from pyroshock.ingest.channel_mistakes import mistakes
 from pyroshock.signals.units import to_si
 
 

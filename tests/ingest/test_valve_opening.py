@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.ingest.tank_pressure import NoDropError
-from pyroshock.ingest.valve_opening import valve_opening
-from pyroshock.virtualbench.campaigns.gun_sensors import TANK
+from pyroshock.ingest.gunshot import valve_opening
+from pyroshock.ingest.velocity import NoDropError
+from pyroshock.virtualbench.campaigns.gun import TANK
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.gun.build import GunBuild, Projectile
 from pyroshock.virtualbench.gun.channels import Trigger, shot_signals

@@ -17,16 +17,14 @@ from pathlib import Path
 
 import numpy as np
 from pyroshock.app.diagnoses.verdict_json import verdict_to_json
-from pyroshock.diagnosis.plot_data import Pictures, ResidualPicture
-from pyroshock.diagnosis.verdict import Cause, GapSize, Verdict, Where
+from pyroshock.diagnosis.verdict import Cause, GapSize, Pictures, ResidualPicture, Verdict, Where
 from pyroshock.ingest.load import ingest_folder
-from pyroshock.schema.diagnoses import Diagnosis
+from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
 from pyroshock.schema.jobs import DONE, Job
 from pyroshock.schema.listings import get_campaign_id
 from pyroshock.schema.migrate import HEAD
+from pyroshock.schema.provenance import Tombstone
 from pyroshock.schema.session import Store, Writer, open_store
-from pyroshock.schema.tombstones import Tombstone
-from pyroshock.schema.twins import TwinVersion
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parents[1] / "examples"

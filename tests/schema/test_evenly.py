@@ -7,11 +7,10 @@ from itertools import pairwise
 import pytest
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.configurations import configuration_id
-from pyroshock.schema.factor_levels import RunLevel
 from pyroshock.schema.impacts import ExtractionSettingsRow, Impact
-from pyroshock.schema.listings import Condition
+from pyroshock.schema.known_factors import RunLevel
+from pyroshock.schema.listings import Condition, list_pulse_keys
 from pyroshock.schema.session import Writer, open_store
-from pyroshock.schema.thinned_listing import list_pulse_keys
 from support.stores.recorded import WHEN, pulse_row
 
 IMPACTS = 97

@@ -7,10 +7,11 @@ from contextlib import contextmanager
 
 import pytest
 from pyroshock.schema import conditions
-from pyroshock.schema.campaigns import Campaign
+from pyroshock.schema.campaigns import Campaign, Plan, PlannedRun
+from pyroshock.schema.conditions import span_of
 from pyroshock.schema.configurations import configuration_id
-from pyroshock.schema.factor_levels import RunLevel
-from pyroshock.schema.impacts import Impact
+from pyroshock.schema.impacts import Impact, Shot
+from pyroshock.schema.known_factors import RunLevel
 from pyroshock.schema.listings import (
     OPERATORS,
     Condition,
@@ -21,12 +22,8 @@ from pyroshock.schema.listings import (
     list_impacts_page,
     list_shots_page,
 )
-from pyroshock.schema.pages import span_of
-from pyroshock.schema.plans import Plan, PlannedRun
-from pyroshock.schema.quality import QualityFinding
-from pyroshock.schema.recordings import Recording
+from pyroshock.schema.recordings import QualityFinding, Recording
 from pyroshock.schema.session import Writer, open_store
-from pyroshock.schema.shots import Shot
 from sqlalchemy import event
 
 TIPS = ("steel", "delrin")

@@ -11,8 +11,8 @@ from pyroshock.app.cli.main import main
 from pyroshock.app.diagnoses.kept import kept_verdict
 from pyroshock.app.reports.diagnosis import page
 from pyroshock.schema import migrate
-from pyroshock.schema.care.checking import checks, iter_findings
 from pyroshock.schema.diagnoses import Diagnosis
+from pyroshock.schema.integrity.checking import checks, iter_findings
 from pyroshock.schema.listings import iter_impacts, iter_shots
 from pyroshock.schema.recordings import RecordedChannel
 from pyroshock.schema.removal.part import recording_part

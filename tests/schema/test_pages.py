@@ -6,8 +6,8 @@ import datetime as dt
 
 import pytest
 from pyroshock.schema.campaigns import Campaign, Configuration
+from pyroshock.schema.conditions import KeySpan, iter_pages, span_of
 from pyroshock.schema.impacts import Impact
-from pyroshock.schema.pages import KeySpan, iter_pages, span_of
 from pyroshock.schema.session import Writer, open_store
 from sqlalchemy import select
 

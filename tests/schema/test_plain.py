@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pyroshock.schema.base import from_plain, to_plain
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.diagnoses import Diagnosis
-from pyroshock.schema.json_floats import from_plain, to_plain
 from pyroshock.schema.session import Writer, open_store
 from sqlalchemy import select
 

@@ -9,8 +9,8 @@ from threading import Barrier
 
 import pytest
 from pyroshock.schema.campaigns import Factor
-from pyroshock.schema.retry import Patience, rerun
 from pyroshock.schema.session import Store, StoreError, Writer, make_engine, open_store
+from pyroshock.schema.transactions import Patience, rerun
 from sqlalchemy import event, func, select, text, update
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session

@@ -5,14 +5,14 @@ from __future__ import annotations
 import datetime as dt
 
 import pytest
+from pyroshock.schema.benches import Material
 from pyroshock.schema.campaigns import Campaign, Factor
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.impacts import Impact
-from pyroshock.schema.keys import get_or_add
-from pyroshock.schema.materials import Material
 from pyroshock.schema.provenance import Provenance
 from pyroshock.schema.recordings import Recording
 from pyroshock.schema.session import Store, StoreError, Writer, count_rows, make_engine, open_store
+from pyroshock.schema.transactions import get_or_add
 from sqlalchemy import select
 from sqlalchemy.exc import IntegrityError, StatementError
 

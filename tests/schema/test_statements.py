@@ -8,10 +8,10 @@ import pytest
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.conditions import Condition
 from pyroshock.schema.configurations import configuration_ids
-from pyroshock.schema.factor_levels import RunLevel
 from pyroshock.schema.impacts import ExtractionSettingsRow, Impact
+from pyroshock.schema.known_factors import RunLevel
+from pyroshock.schema.listings import list_pulse_keys
 from pyroshock.schema.session import Writer, open_store
-from pyroshock.schema.thinned_listing import list_pulse_keys
 from support.stores.counting import statements
 from support.stores.recorded import pulse_row
 

@@ -11,7 +11,7 @@ from pyroshock.app.cli.command_echo import SECRET_OPTIONS, command_line
 from pyroshock.app.cli.main import COMMANDS
 from pyroshock.app.web.settings import Settings, SettingsError
 from pyroshock.schema.addresses import AddressError, parsed, shown, without_secrets
-from pyroshock.training.model_storage import ModelStorage, place_beside
+from pyroshock.training.registry.model_storage import ModelStorage, place_beside
 
 
 @pytest.mark.parametrize(

@@ -16,8 +16,8 @@ import h5py
 import numpy as np
 import pytest
 from pyroshock.ingest.readers import RecordingError, open_recording
-from pyroshock.training.fitting import fitted, task_of
-from pyroshock.training.records import Version
+from pyroshock.training.fitting.fitting import fitted, task_of
+from pyroshock.training.registry.records import Version
 from pyroshock.training.registry.registry import Registry
 from scipy.io import savemat
 from support.stores.registries import fresh_registry, ground_in, without_figures
@@ -106,7 +106,9 @@ def test_what_mlflow_would_run_is_not_asked(registered: tuple[Registry, Version]
     code = description.parent / "code"
     code.mkdir()
     (code / "planted.py").write_text(f"from pathlib import Path\nPath({str(trap)!r}).touch()\n")
-    description.write_text(before.replace("pyroshock.training.loading", "planted").replace("code: null", "code: code"))
+    description.write_text(
+        before.replace("pyroshock.training.registry.loading", "planted").replace("code: null", "code: code")
+    )
     try:
         assert registry.load(version).model is not None
     finally:

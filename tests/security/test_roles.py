@@ -11,11 +11,11 @@ import pytest
 from pyroshock.app.jobs.cleanup import stop
 from pyroshock.app.jobs.kinds.extract import EXTRACT, ExtractArguments
 from pyroshock.app.jobs.queue import ask
-from pyroshock.schema import migrate, roles
+from pyroshock.schema import migrate
+from pyroshock.schema.access import roles
+from pyroshock.schema.access.permissions import ROLES, missing_rights, missing_roles, rights_on, tables_of
+from pyroshock.schema.access.roles import act_as_owner, ensure_roles
 from pyroshock.schema.engine import StoreRoleError, make_engine
-from pyroshock.schema.permissions import ROLES, missing_rights, missing_roles, rights_on, tables_of
-from pyroshock.schema.role_setup import ensure_roles
-from pyroshock.schema.roles import act_as_owner
 from pyroshock.schema.session import StoreError, count_rows
 from pyroshock.schema.tables import metadata
 from sqlalchemy import text

@@ -51,7 +51,7 @@ def test_lines_belong_to_the_package_whose_work_the_file_does() -> None:
         "10\t3\ttraining/gp/kernels.py\n0\t7\ttraining/gp/search.py\n5\t1\tapp/cli/main.py\n-\t-\tapp/a.png\n"
     )
     assert totals["gpytorch"] == (10, 10) and totals[REST] == (5, 1) and totals["torch"] == (0, 0)
-    assert package_of("training/estimators/svr.py") == "scikit-learn"
+    assert package_of("training/estimators/support_vectors.py") == "scikit-learn"
     assert package_of("doe/designs/pydoe.py") == "pyDOE3"
     assert package_of("training/estimators/rotated_outputs.py") == REST
 

@@ -9,9 +9,9 @@ import time
 import numpy as np
 import pytest
 from pyroshock.parallel.executor import HERE, Crew
-from pyroshock.training.fitting import task_of
-from pyroshock.training.run_tasks import outcomes
-from pyroshock.training.session import Progress, train
+from pyroshock.training.fitting.fitting import task_of
+from pyroshock.training.fitting.run_tasks import outcomes
+from pyroshock.training.fitting.session import Progress, train
 from support.processes.dask_clusters import dask_cluster
 from support.records.pulse_tables import pulse_table
 from support.stores.registries import fresh_registry, ground_in, without_figures

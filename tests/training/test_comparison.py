@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.dataset.table import Texts
-from pyroshock.training.comparison import Comparison, compare
-from pyroshock.training.metrics.errors import METRICS, PulseErrors
+from pyroshock.training.evaluation.comparison import Comparison, compare
+from pyroshock.training.evaluation.metrics import METRICS, PulseErrors
 
 CONFIGURATION = np.repeat([f"c{i:02d}" for i in range(40)], 2)
 NOTHING: dict[str, Texts] = {}

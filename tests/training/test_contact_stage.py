@@ -13,26 +13,23 @@ from hypothesis import strategies as st
 from pyroshock.dataset.domain import Domain
 from pyroshock.dataset.predictors import shipped
 from pyroshock.dataset.table import Predictor, PulseTable
-from pyroshock.schema.velocity_kinds import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED
-from pyroshock.training.contact_stage import RegisteredContact
-from pyroshock.training.model_catalogue import Making, entry_of
+from pyroshock.schema.impacts import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED
 from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.models.base import ContactPrediction
 from pyroshock.training.models.calibrated import Calibrated
-from pyroshock.training.models.hybrid import Hybrid
-from pyroshock.training.models.residual import ResidualPulse, log_correlation, measured_outputs, pulses_of
-from pyroshock.training.records import Cost, DatasetName, RegisteredModel, Version
+from pyroshock.training.models.catalogue import Making, entry_of
+from pyroshock.training.models.contact_stage import RegisteredContact
+from pyroshock.training.models.hybrid import Hybrid, ResidualPulse, log_correlation, measured_outputs, pulses_of
+from pyroshock.training.registry.records import Cost, DatasetName, RegisteredModel, Version
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact.stage import LawContact
 from pyroshock.twin.contact.target_motion import PulseMoments, TargetMotion, velocity_before_contact
 from pyroshock.twin.contact_interface import Extrapolation, ForcePulses, Strikes
 from pyroshock.twin.effects import effect
-from pyroshock.twin.materials import THESIS
-from pyroshock.twin.plates import PlateStage
-from pyroshock.twin.setting import Setting
+from pyroshock.twin.plate.stage import PlateStage
+from pyroshock.twin.setting import THESIS, Setting
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.impact.build import target
-from pyroshock.virtualbench.impact.impactors import hammer
+from pyroshock.virtualbench.impact.build import hammer, target
 from pyroshock.virtualbench.impact.strike import strike_many
 from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.records.twin_parts import ringing_plate

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 import pytest
 from pyroshock.dataset.table import PulseTable, concatenate
-from pyroshock.training.floor import repeatability_floor
-from pyroshock.training.metrics.errors import METRICS
+from pyroshock.training.evaluation.floor import repeatability_floor
+from pyroshock.training.evaluation.metrics import METRICS
 from support.records.pulse_tables import held_out, pulse_table
 
 NOISE = 0.02

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.training.fitting import fitted, task_of
+from pyroshock.training.fitting.fitting import fitted, task_of
 from pyroshock.training.models.serialization import unpack
 from support.records.pulse_tables import frame_of_inputs
 from support.stores.registries import fresh_registry, ground_in, without_figures

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.training.groups import comparison_groups, level_names, speed_terciles
+from pyroshock.training.evaluation.comparison import comparison_groups, level_names, speed_terciles
 from support.records.pulse_tables import pulse_table
 
 TABLE = pulse_table(np.random.default_rng(0), repetitions=2)

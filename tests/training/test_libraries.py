@@ -8,9 +8,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from pyroshock.training.code_version import TO_FIT, TO_PREDICT, _libraries, requirements
-from pyroshock.training.model_catalogue import Making, entry_of
-from pyroshock.training.models.model_kinds import KINDS, describe
+from pyroshock.training.models.catalogue import Making, entry_of
+from pyroshock.training.models.serialization import KINDS, describe
+from pyroshock.training.registry.code_version import TO_FIT, TO_PREDICT, _libraries, requirements
 
 #: A process of its own for each model: it trains, says which libraries were imported for it, and hands the model over.
 FIT = """
@@ -20,7 +20,7 @@ import numpy as np
 sys.path.insert(0, sys.argv[1])
 from support.records.pulse_tables import pulse_table
 from pyroshock.training.models.serialization import pack
-from pyroshock.training.model_catalogue import Making, entry_of
+from pyroshock.training.models.catalogue import Making, entry_of
 pulses = pulse_table(np.random.default_rng(1), repetitions=2)
 imported = set(sys.modules)
 model = entry_of(sys.argv[2]).make(Making())

@@ -16,14 +16,14 @@ from pathlib import Path
 import numpy as np
 import pandas
 import pytest
-from pyroshock.training.fit_report import FitReport
-from pyroshock.training.fitting import Ground, fitted, task_of
-from pyroshock.training.loading import ServedModel
-from pyroshock.training.model_storage import place_beside
+from pyroshock.training.estimators.fit_report import FitReport
+from pyroshock.training.fitting.fitting import Ground, fitted, task_of
 from pyroshock.training.models.serialization import ModelFileError, unpack
-from pyroshock.training.promotion import promote
-from pyroshock.training.records import DatasetName, Trained
 from pyroshock.training.registry.connection import RegistryError
+from pyroshock.training.registry.loading import ServedModel
+from pyroshock.training.registry.model_storage import place_beside
+from pyroshock.training.registry.promotion import promote
+from pyroshock.training.registry.records import DatasetName, Trained
 from pyroshock.training.registry.registry import Registry
 from sqlalchemy import make_url
 from support.records.pulse_tables import PREDICTORS, frame_of_inputs, inputs_at, pulse_table

@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 from pyroshock.dataset.splits import split_of
 from pyroshock.parallel.executor import Crew
-from pyroshock.training import run_tasks, tasks, time_search, worker_tasks
 from pyroshock.training.estimators.contact_time import ContactTimeProcess
-from pyroshock.training.fitting import FittingFailure, task_of
-from pyroshock.training.floors import floor_metrics
-from pyroshock.training.locks import locked
-from pyroshock.training.model_catalogue import ZOO, Making, entry_of, models_of
+from pyroshock.training.evaluation.floor import floor_metrics
+from pyroshock.training.fitting import fitting, run_tasks
+from pyroshock.training.fitting.fitting import FittingFailure, task_of
+from pyroshock.training.fitting.run_tasks import TimeSettings
+from pyroshock.training.fitting.session import Progress, train
+from pyroshock.training.models.catalogue import ZOO, Making, entry_of, models_of
+from pyroshock.training.registry.locks import locked
 from pyroshock.training.registry.registry import Registry
-from pyroshock.training.session import Progress, train
-from pyroshock.training.time_search import TimeSettings
 from support.records.pulse_tables import pulse_table
 from support.stores.registries import fresh_registry, ground_in, without_figures
 
@@ -37,7 +37,7 @@ from pathlib import Path
 sys.path.insert(0, sys.argv[1])
 import mlflow
 from pyroshock.training import fitting, session
-from pyroshock.training.model_storage import place_beside
+from pyroshock.training.registry.model_storage import place_beside
 from pyroshock.training.registry.registry import Registry
 from support.stores.registries import ground_in
 fitting._figures = lambda *_: {"pulses.png": b"drawn"}
@@ -108,7 +108,7 @@ def test_what_decides_a_training_makes_it_another(registry, monkeypatch):
     keys.add(task_of("linear", "configurations", ground).key)
     keys.add(task_of("linear", "repetitions", ground_in(registry, name="autumn")).key)
     keys.add(replace(task_of("linear", "repetitions", ground), settings={}).key)
-    monkeypatch.setattr(tasks, "TRAINING_VERSION", tasks.TRAINING_VERSION + 1)
+    monkeypatch.setattr(fitting, "TRAINING_VERSION", fitting.TRAINING_VERSION + 1)
     keys.add(task_of("linear", "repetitions", ground).key)
     assert len(keys) == 6
 
@@ -199,7 +199,7 @@ def _interrupted(*_: object) -> None:
 
 
 def test_lock_of_a_killed_process_is_free(tmp_path):
-    script = "import os, sys; from pathlib import Path; from pyroshock.training.locks import locked\n"
+    script = "import os, sys; from pathlib import Path; from pyroshock.training.registry.locks import locked\n"
     script += "with locked(Path(sys.argv[1])): os.kill(os.getpid(), 9)"
     subprocess.run([sys.executable, "-c", script, str(tmp_path / "a.lock")], timeout=60, check=False)
     with locked(tmp_path / "a.lock", lambda: pytest.fail("it waits for a dead process")):
@@ -218,8 +218,8 @@ def test_contact_time_is_searched_once_for_all(registry, monkeypatch):
         given[task.model] = tuned
         return FittingFailure(task.model, task.split, "not tried")
 
-    monkeypatch.setattr(time_search, "_searched", search)
-    monkeypatch.setattr(worker_tasks, "attempted", attempt)
+    monkeypatch.setattr(run_tasks, "_searched", search)
+    monkeypatch.setattr(run_tasks, "attempted", attempt)
     monkeypatch.setattr(run_tasks, "attempted", attempt)
     models = ["hann", "nn-narrow", "gp", "nn-ga"]
     for _ in range(2):
@@ -235,7 +235,7 @@ def test_history_of_the_shared_search_is_registered_with_every_model_that_shares
     process = ContactTimeProcess(iterations=2, search_rows=40)
     process.fit(pulses.x, pulses.contact_time_s[:, None], pulses.configuration, np.random.default_rng(1))
     searched = TimeSettings(process.tuned_, 1.5, {"search_error": [0.5, 0.25]})
-    time_search.keep_time(searched, "repetitions", ground)
+    run_tasks.keep_time(searched, "repetitions", ground)
     shared, alone = train(registry, ground_in(registry), ["nn-narrow", "linear"], SPLITS[:1]).versions
     assert registry.fit_histories(shared)["time.search_error"] == [(0, 0.5), (1, 0.25)]
     assert registry.fit_settings(shared)["time.search_seconds"] == 1.5
@@ -244,17 +244,17 @@ def test_history_of_the_shared_search_is_registered_with_every_model_that_shares
 
 def test_file_of_a_search_by_older_software_is_read(registry):
     ground = ground_in(registry)
-    time_search.keep_time(TimeSettings({"kernel": "rbf"}, 2.0, {"search_error": [1.0]}), "repetitions", ground)
+    run_tasks.keep_time(TimeSettings({"kernel": "rbf"}, 2.0, {"search_error": [1.0]}), "repetitions", ground)
     (file,) = ground.work.glob("contact-time-*.json")
     file.write_text('{"tuned": {"kernel": "matern"}, "seconds": 3.0}')
-    assert time_search.kept_time("repetitions", ground) == TimeSettings({"kernel": "matern"}, 3.0)
+    assert run_tasks.kept_time("repetitions", ground) == TimeSettings({"kernel": "matern"}, 3.0)
 
 
 def test_contact_time_that_cannot_be_searched_fails_the_models_that_share_it(registry, monkeypatch):
     def search(*_):
         raise ValueError("no two times differ")
 
-    monkeypatch.setattr(time_search, "_searched", search)
+    monkeypatch.setattr(run_tasks, "_searched", search)
     session = train(registry, ground_in(registry), ["nn-narrow", "linear", "nn-ga"], SPLITS[:1])
     assert [version.name for version in session.versions] == ["linear"]
     assert {(each.model, each.reason) for each in session.failures} == {
@@ -282,7 +282,7 @@ def test_unknown_models_are_refused(text, said):
 @pytest.mark.parametrize("name", ZOO)
 def test_every_model_is_made_and_described(name):
     """Its settings are JSON, and make the same model again."""
-    from pyroshock.training.models.model_kinds import build, describe
+    from pyroshock.training.models.serialization import build, describe
 
     model = entry_of(name).make(Making())
     assert build(describe(model)).settings() == model.settings()

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 from pyroshock.schema.session import make_engine
-from pyroshock.training.fitting import fitted, task_of
-from pyroshock.training.locks import turn
-from pyroshock.training.model_storage import ModelStorage, place_beside
-from pyroshock.training.promotion import promote
+from pyroshock.training.fitting.fitting import fitted, task_of
+from pyroshock.training.registry.locks import turn
+from pyroshock.training.registry.model_storage import ModelStorage, place_beside
+from pyroshock.training.registry.promotion import promote
 from pyroshock.training.registry.registry import Registry
 from sqlalchemy import make_url, text
 from support.processes.crowd import MODELS, complaints, together

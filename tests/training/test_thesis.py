@@ -6,7 +6,7 @@ import csv
 from pathlib import Path
 
 import pytest
-from pyroshock.training.metrics.errors import METRICS
+from pyroshock.training.evaluation.metrics import METRICS
 from pyroshock.training.thesis import all_figures, thesis_figures
 
 TIMES = {

@@ -11,15 +11,15 @@ import mlflow
 import numpy as np
 import pytest
 from pyroshock.dataset.table import PulseTable
-from pyroshock.training.fit_report import FitReport
-from pyroshock.training.fitting import fitted, task_of
-from pyroshock.training.intact_models import damages
-from pyroshock.training.model_storage import place_beside
+from pyroshock.training.estimators.fit_report import FitReport
+from pyroshock.training.fitting.fitting import fitted, task_of
+from pyroshock.training.fitting.session import train
 from pyroshock.training.models.serialization import unpack
-from pyroshock.training.promotion import promote
-from pyroshock.training.records import Trained, Version
+from pyroshock.training.registry.intact_models import damages
+from pyroshock.training.registry.model_storage import place_beside
+from pyroshock.training.registry.promotion import promote
+from pyroshock.training.registry.records import Trained, Version
 from pyroshock.training.registry.registry import Registry
-from pyroshock.training.session import train
 from support.processes.tracking_servers import rest, tracking_server
 from support.records.pulse_tables import PREDICTORS, frame_of_inputs, pulse_table
 from support.stores.registries import fresh_registry, ground_in, without_figures

@@ -5,18 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.dataset.table import POINTS, Predictor, PulseTable
-from pyroshock.schema.velocity_kinds import BEFORE_CONTACT, INTEGRATED
-from pyroshock.training.model_catalogue import Making, entry_of
-from pyroshock.training.models.analytic import Analytic
-from pyroshock.training.prior_pulses import (
-    measured_shots,
-    prior_contact,
-    prior_pulses,
-    settings_of,
-    updated_contact,
-    velocity_before,
-)
-from pyroshock.training.unseen_configurations import (
+from pyroshock.schema.impacts import BEFORE_CONTACT, INTEGRATED
+from pyroshock.training.evaluation.unseen_configurations import (
     PulseDraws,
     prior_draws,
     unseen_draws,
@@ -24,9 +14,19 @@ from pyroshock.training.unseen_configurations import (
     updated_law_draws,
     without_configurations,
 )
+from pyroshock.training.models.analytic import Analytic
+from pyroshock.training.models.catalogue import Making, entry_of
+from pyroshock.training.models.prior_pulses import (
+    measured_shots,
+    prior_contact,
+    prior_pulses,
+    settings_of,
+    updated_contact,
+    velocity_before,
+)
 from pyroshock.twin.contact.prior import MOST_PULSES
 from pyroshock.twin.contact_interface import ForcePulses
-from pyroshock.twin.materials import ElasticMaterial
+from pyroshock.twin.setting import ElasticMaterial
 from scipy.stats import norm
 from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.records.virtual_pulses import gun_shots

@@ -8,8 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from pyroshock.training.model_storage import VARIABLE, place_beside
 from pyroshock.training.registry.connection import user_environment
+from pyroshock.training.registry.model_storage import VARIABLE, place_beside
 from support.stores.registries import fresh_registry
 
 

@@ -13,11 +13,11 @@ from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact_interface import ForcePulses, Strikes
 from pyroshock.twin.effects import effect
 from pyroshock.twin.gun.nominal import muzzle_velocity
-from pyroshock.twin.launch import GunStage
-from pyroshock.twin.plates import PlateSpread, PlateStage
-from pyroshock.twin.sampling import MeasuredForce, sampled
+from pyroshock.twin.gun.stage import GunStage
+from pyroshock.twin.plate.stage import PlateSpread, PlateStage
+from pyroshock.twin.prediction import Band, Quantity, stratified_normals
 from pyroshock.twin.sensors.chain import SensorChain
-from pyroshock.twin.uncertainty import Band, Quantity, stratified_normals
+from pyroshock.twin.sensors.measured_pulses import MeasuredForce, sampled
 from support.records.twin_parts import BENCH, HalfSine, rigid_plate, ringing_plate, setting
 
 #: What nobody doubts.

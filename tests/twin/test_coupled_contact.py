@@ -10,14 +10,12 @@ import pytest
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
 from pyroshock.twin.contact.effects.viscous_loss import ViscousLoss
-from pyroshock.twin.contact.law_uncertainty import NO_SPREAD
-from pyroshock.twin.contact.stage import LawContact
+from pyroshock.twin.contact.stage import NO_SPREAD, LawContact
 from pyroshock.twin.contact_interface import Strikes
 from pyroshock.twin.coupled_contact import CoupledContact, point_of_plate
-from pyroshock.twin.materials import THESIS
 from pyroshock.twin.plate.modal import ModalPlate
-from pyroshock.twin.plates import PlateStage
-from pyroshock.twin.setting import Setting
+from pyroshock.twin.plate.stage import PlateStage
+from pyroshock.twin.setting import THESIS, Setting
 
 MASS = 8.0
 BASE = LawContact(spread=NO_SPREAD)

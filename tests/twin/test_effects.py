@@ -11,12 +11,12 @@ import pytest
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact.stage import LawContact
 from pyroshock.twin.effects import Effect, Parameter, catalogue, checked_effects, effect, effect_from_json
-from pyroshock.twin.gun.effect import GunEffect
-from pyroshock.twin.launch import GunStage
-from pyroshock.twin.materials import THESIS
-from pyroshock.twin.plates import PlateSpread, PlateStage
+from pyroshock.twin.gun.shot import GunEffect
+from pyroshock.twin.gun.stage import GunStage
+from pyroshock.twin.plate.stage import PlateSpread, PlateStage
 from pyroshock.twin.sensors.chain import SensorChain
 from pyroshock.twin.sensors.effect import SensorEffect
+from pyroshock.twin.setting import THESIS
 from support.records.twin_parts import BENCH, ringing_plate, setting
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "explanation" / "effects.md"

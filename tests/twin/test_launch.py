@@ -16,8 +16,8 @@ from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact_interface import Extrapolation
 from pyroshock.twin.effects import effect
 from pyroshock.twin.gun.bench import GunBench
-from pyroshock.twin.gun.limits import barrel_work_j, beyond_energy, escape_speed_m_s
-from pyroshock.twin.launch import GunStage, beyond_sentence
+from pyroshock.twin.gun.nominal import barrel_work_j, beyond_energy, escape_speed_m_s
+from pyroshock.twin.gun.stage import GunStage, beyond_sentence
 from pyroshock.twin.sensors.chain import SensorChain
 from support.records.twin_parts import HalfSine, setting
 

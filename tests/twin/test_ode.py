@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 from pyroshock.twin import ode
-from pyroshock.twin.ode import DORMAND_PRINCE, Ends, Method, Rates, StepTolerance, run
-from pyroshock.twin.rosenbrock import RODAS
+from pyroshock.twin.ode import DORMAND_PRINCE, RODAS, Ends, Method, Rates, StepTolerance, run
 
 Floats = NDArray[np.float64]
 METHODS = pytest.mark.parametrize("method", [DORMAND_PRINCE, RODAS], ids=["Dormand and Prince", "Rodas5P"])

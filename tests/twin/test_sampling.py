@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.twin.contact_interface import ForcePulses
-from pyroshock.twin.sampling import MeasuredForce, sampled
+from pyroshock.twin.sensors.measured_pulses import MeasuredForce, sampled
 
 
 def triangle(contact_time_s: float, peak_n: float) -> ForcePulses:

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact_interface import ForcePulses, Strikes
-from pyroshock.twin.materials import THESIS
 from pyroshock.twin.measured_shots import MeasuredShots
-from pyroshock.twin.plates import PlateStage
+from pyroshock.twin.plate.stage import PlateStage
+from pyroshock.twin.setting import THESIS
 from pyroshock.twin.spectrum_calibration import TERMS, SpectrumCalibration, stretched
+from pyroshock.twin.srs.ringing_window import ringing_spectra
 from pyroshock.twin.tune.kernels import Coordinates
 from pyroshock.twin.tune.shot_correction import Discrepancy
-from pyroshock.twin.windows import ringing_spectra
 from support.records.twin_parts import HalfSine, ringing_plate, setting
 
 LINES = 100 * 2.0 ** (np.arange(12) / 2)

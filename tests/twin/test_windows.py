@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from pyroshock.signals.srs.grid import octave_grid
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
-from pyroshock.twin.plate.respond import respond
-from pyroshock.twin.windows import BLOCK, ringing_spectra
+from pyroshock.twin.plate.response import respond
+from pyroshock.twin.srs.ringing_window import BLOCK, ringing_spectra
 from support.records.twin_parts import ringing_plate
 
 RATE_HZ, LINES = 100_000.0, octave_grid(100, 10_000, 6)

@@ -7,9 +7,16 @@ import math
 import numpy as np
 import pytest
 from pyroshock.array_types import Floats
-from pyroshock.validation.baselines import BASELINES, bic, largest_residual, noise_only
-from pyroshock.validation.problem import GapProblem
-from pyroshock.validation.random_forest_baseline import Forest, features, most_frequent
+from pyroshock.validation.baselines import (
+    BASELINES,
+    Forest,
+    GapProblem,
+    bic,
+    features,
+    largest_residual,
+    most_frequent,
+    noise_only,
+)
 
 A, B = "gun.blow_by", "contact.plastic_yield"
 C = 12

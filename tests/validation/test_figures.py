@@ -10,13 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.twin.effects import catalogue
-from pyroshock.validation.auroc import auroc, found_above, threshold_at
-from pyroshock.validation.case_places import f1
-from pyroshock.validation.case_results import CaseResult, Said
-from pyroshock.validation.metrics import figures
-from pyroshock.validation.reliability import brier, calibration_error, label_set, negative_log
-from pyroshock.validation.stage_names import stages_of
-from pyroshock.validation.wilson import Rate, wilson
+from pyroshock.validation.answer_sets import Rate, brier, calibration_error, f1, label_set, negative_log, wilson
+from pyroshock.validation.case_results import CaseResult, Said, stages_of
+from pyroshock.validation.metrics import auroc, figures, found_above, threshold_at
 from support.records.blind_rows import DRAG, LAYER, LEAK, label, says, stranger, verdict
 
 

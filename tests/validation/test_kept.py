@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.validation.case_results import CaseResult, Said, WithheldTruth
-from pyroshock.validation.results_io import SCORED, pooled, read_rows, write_rows
+from pyroshock.validation.report import SCORED, pooled, read_rows, write_rows
 from pyroshock.validation.tally import tables
 from support.records.blind_rows import DRAG, LAYER, LEAK, label, says, stranger, verdict
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.inference.problem import InferenceProblem
-from pyroshock.validation.baselines import BASELINES
-from pyroshock.validation.problem import GapProblem
+from pyroshock.validation.baselines import BASELINES, GapProblem
 from support.records.toy_bench import ToyGun, ToyLayer, ToyLoss, ToyMass, campaign, stages_of
 
 KINDS = (ToyLoss, ToyMass, ToyLayer)

@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 
 import pytest
+from pyroshock.validation.blind_check import CaseJournal
 from pyroshock.validation.case_results import CaseResult, Said
-from pyroshock.validation.journal import CaseJournal
 from pyroshock.validation.metrics import CaseMetrics, figures
 from pyroshock.validation.report import Report, table
 from support.records.blind_rows import DRAG, LEAK, label, says

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from pyroshock.parallel.executor import Crew
 from pyroshock.validation import blind_check, case_plan, run_case
-from pyroshock.validation.cases import sealing
-from pyroshock.virtualbench.seal import SealError
+from pyroshock.validation.cases import record
+from pyroshock.virtualbench.recorder import SealError
 from support.records.blind_rows import LEAK, verdict
 
 CASES = 3
@@ -30,7 +30,7 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         assert [path.name for path in folder.parent.iterdir()] == ["campaign"]
         return {"verdict": verdict(([LEAK], 0.6, None), (["none"], 0.4, None)), "fitted": [], "seconds": 1.0}
 
-    opened = sealing.open_labels
+    opened = record.open_labels
 
     def open_labels(*given: Any) -> Any:
         events.append("labels opened")

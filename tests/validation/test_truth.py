@@ -14,7 +14,7 @@ from pyroshock.validation.cases.case import Label as Opened
 from pyroshock.validation.cases.draw import draw_case
 from pyroshock.validation.cases.record import label_of
 from pyroshock.validation.oracle_fit import OpenedTask, oracle
-from pyroshock.validation.truth import label, named_regions
+from pyroshock.validation.tally import label, named_regions
 
 TASK = CaseTask("strong-0000", "strong", (1,))
 

@@ -13,8 +13,18 @@ from pyroshock.ingest.folder import read_campaign_file
 from pyroshock.ingest.readers import open_recording
 from pyroshock.ingest.tables import read_table
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.recorder import CampaignCard, write_card, write_recording, write_runs
-from pyroshock.virtualbench.seal import Seal, SealError, folder_hash, open_seal, seal_path, write_seal
+from pyroshock.virtualbench.recorder import (
+    CampaignCard,
+    Seal,
+    SealError,
+    folder_hash,
+    open_seal,
+    seal_path,
+    write_card,
+    write_recording,
+    write_runs,
+    write_seal,
+)
 from pyroshock.virtualbench.sensors import SensorBuild
 
 TANK = SensorBuild("tank", "pressure", "bar", 16.0, 1e5, 16, 0.5621, 0.3624)

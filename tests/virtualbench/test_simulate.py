@@ -13,11 +13,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pyroshock.ingest.load import ingest_folder
-from pyroshock.schema.impacts import Impact, Pulse
-from pyroshock.schema.shots import Shot
-from pyroshock.virtualbench.campaigns import plates
+from pyroshock.schema.impacts import Impact, Pulse, Shot
+from pyroshock.virtualbench.campaigns import ringing
 from pyroshock.virtualbench.effects import CATALOGUE, Effects
-from pyroshock.virtualbench.seal import open_seal, seal_path
+from pyroshock.virtualbench.recorder import open_seal, seal_path
 from pyroshock.virtualbench.simulate import simulate
 from sqlalchemy import select
 from support.stores.stores import opened
@@ -66,7 +65,7 @@ HAMMER_CHANNELS = ("force", "acceleration_hammer", "acceleration_1", "accelerati
 def coarse_plates():
     """Modes to 0.8 kHz: a small part of the time, and nothing here looks at the plate's spectrum."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plates, "MAX_FREQUENCY_HZ", 800.0)
+        patch.setattr(ringing, "MAX_FREQUENCY_HZ", 800.0)
         yield
 
 

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import Any
 
-from pyroshock.training.model_catalogue import ZOO, Making
-from pyroshock.training.models.model_kinds import KINDS, describe
+from pyroshock.training.models.catalogue import ZOO, Making
+from pyroshock.training.models.serialization import KINDS, describe
 
 from .markdown import code, escaped, joined, prose, table
 

@@ -11,10 +11,10 @@ from pyroshock.diagnosis.observables.base import Observable
 from pyroshock.diagnosis.observables.contact import features as contact_features
 from pyroshock.diagnosis.observables.contact.features import OBSERVABLES
 from pyroshock.diagnosis.observables.gun.stage import GunObservables
-from pyroshock.diagnosis.observables.plate import columns as plate_columns
-from pyroshock.diagnosis.observables.plate.columns import Columns
+from pyroshock.diagnosis.observables.plate import stage as plate_columns
 from pyroshock.diagnosis.observables.plate.signals import PlateSignals
 from pyroshock.diagnosis.observables.plate.spectra import Spectra
+from pyroshock.diagnosis.observables.plate.stage import Columns
 from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration
 from pyroshock.twin.gun.bench import GunBench
 

@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
-from ..fit_report import FitReport
-from ..gp.one_core import one_core
+from ..gp.maximise import one_core
 from ..tuning.bayesian import Between, OneOf, Space, bayesian_minimum
 from ..tuning.folds import grouped_folds
-from .array_state import LearnedArrays, Shape
-from .base import Arrays, Gaussian
-from .gp_inputs import ProcessSolution, fitted, left_out_error
+from .base import Arrays, Gaussian, LearnedArrays, Shape
+from .exact_process import ProcessSolution, fitted, left_out_error
+from .fit_report import FitReport
 
 #: What is searched. `noise` is where the likelihood starts (a tenth of it is the least), relative to the output's
 #: deviation; `basis` is the mean's; without `standardise` the predictors' own units weigh them. What a model learned

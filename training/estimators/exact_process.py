@@ -4,18 +4,22 @@ The mean is a basis h(x) times coefficients with a wide normal prior, so it is p
 Williams 2006, section 2.7): K = signal^2 k(z, z') + PRIOR h h' + noise^2 I.
 
 Glossary: `z` (n x d) centred predictors, `h` (n x p) basis terms, `y` (n,) the standardised output.
+
+One output seen by an exact process under given settings: fitted, judged on rows left out, solved.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
 from ..gp.kernels import kernel_matrix
+from .base import Gaussian, Standard
 
 #: Prior variance of a coefficient of the basis; the output's own is 1.
 PRIOR = 10.0
@@ -83,3 +87,90 @@ def most_likely(
     search = maximise(CholeskyMarginalLogLikelihood(model.likelihood, model), iterations, change=2.2e-9, gradient=1e-5)
     lengthscales = np.broadcast_to(model.lengthscales, z.shape[1]).copy()
     return Process(start.kernel, lengthscales, model.signal, model.noise), search.losses
+
+
+#: The settings of `contact_time.SPACE`.
+Settings = Mapping[str, Any]
+
+
+class View:
+    """Data as the process sees them: z and h of x, the output standardised, its logarithm where asked."""
+
+    def __init__(self, x: Floats, y: Floats, settings: Settings) -> None:
+        self._columns = Standard.of(x)
+        self._settings = settings
+        self._output = Standard.of(self._transformed(y))
+        self.output = self._output.apply(self._transformed(y))[:, 0]
+
+    def _transformed(self, y: Floats) -> Floats:
+        return np.log(y) if self._settings["log_time"] else y
+
+    def inputs(self, x: Floats) -> tuple[Floats, Floats]:
+        """z (n x d) and h (n x p). The basis takes standardised columns whatever `standardise` says."""
+        columns = self._columns.apply(x)
+        ones = np.ones((len(x), 1))
+        h = {"zero": ones[:, :0], "constant": ones, "linear": np.hstack([ones, columns])}[self._settings["basis"]]
+        return (columns if self._settings["standardise"] else columns * self._columns.width), h
+
+    def start(self) -> Process:
+        """Each column's deviation as its lengthscale, times the root of their number; or their mean for all."""
+        width = np.where(self._columns.width > 0, self._columns.width, 1.0)
+        scales = np.ones_like(width) if self._settings["standardise"] else width
+        scales = scales * np.sqrt(len(scales))
+        if not self._settings["ard"]:
+            scales = np.full_like(scales, scales.mean())
+        return Process(self._settings["kernel"], scales, 1.0, self._settings["noise"])
+
+    def undo(self, mean: Floats, deviation: Floats) -> Gaussian:
+        """Both (n,), of the standardised output."""
+        value = self._output.undo(mean[:, None])
+        spread = deviation[:, None] * self._output.width
+        if not self._settings["log_time"]:
+            return Gaussian(value, spread)
+        time = np.exp(value)
+        return Gaussian(time, time * spread)
+
+
+def _most_likely(view: View, x: Floats, settings: Settings, iterations: int) -> tuple[Process, Floats]:
+    floor = settings["noise"] / 10
+    return most_likely(view.start(), *view.inputs(x), view.output, settings["ard"], floor, iterations)
+
+
+def left_out_error(x: Floats, y: Floats, settings: Settings, folds: Sequence[NDArray[np.bool_]]) -> float:
+    """Eq. 4.7 over folds left out, with kernel parameters from all rows: one inverse serves all folds."""
+    view = View(x, y, settings)
+    process, _ = _most_likely(view, x, settings, 25)
+    inverted = inverse(process.factor(*view.inputs(x)))
+    left_out = leave_folds_out(inverted, view.output, folds)
+    predicted = view.undo(left_out, np.zeros_like(left_out)).mean
+    return float(np.mean(np.abs(predicted - y) / np.abs(y)))
+
+
+def fitted(x: Floats, y: Floats, settings: Settings, iterations: int) -> tuple[dict[str, Any], list[float]]:
+    """Kernel parameters of greatest likelihood, and the losses of the search per row."""
+    process, losses = _most_likely(View(x, y, settings), x, settings, iterations)
+    tuned = {"lengthscales": process.lengthscales.tolist(), "signal": process.signal, "noise_level": process.noise}
+    return tuned, losses.tolist()
+
+
+class ProcessSolution:
+    """Kernel parameters given, what prediction needs: the factor of the covariance and the weights of the rows."""
+
+    def __init__(self, x: Floats, y: Floats, tuned: Mapping[str, Any]) -> None:
+        from scipy.linalg import cho_solve
+
+        self._view = View(x, y, tuned)
+        self._process = Process(tuned["kernel"], np.array(tuned["lengthscales"]), tuned["signal"], tuned["noise_level"])
+        self._rows = self._view.inputs(x)
+        self._lower = self._process.factor(*self._rows)
+        self._weights = cho_solve((self._lower, True), self._view.output)
+
+    def at(self, x: Floats) -> Gaussian:
+        from scipy.linalg import solve_triangular
+
+        z, h = self._view.inputs(x)
+        between = self._process.between(z, h, *self._rows)
+        explained = solve_triangular(self._lower, between.T, lower=True)
+        own = self._process.signal**2 + PRIOR * (h * h).sum(axis=1) + self._process.noise**2
+        variance = np.maximum(own - (explained * explained).sum(axis=0), self._process.noise**2)
+        return self._view.undo(between @ self._weights, np.sqrt(variance))

@@ -13,14 +13,11 @@ from numpy.typing import NDArray
 
 from ...array_types import Floats
 from ...parallel.executor import HERE, Crew
-from ..fit_report import FitReport, SettingValue
 from ..tuning.folds import grouped_folds
-from ..tuning.genetic import CREEP, CROSSED, MUTATED, Genes, GeneticResult, Search, searched
-from ..tuning.journal import SearchJournal
-from .base import Arrays, Estimator, Gaussian, NotFittedError
-from .mlp import OPTIMISER, one_thread, outputs_of, train_network
-from .network import Network
-from .standard import Standard
+from ..tuning.genetic import CREEP, CROSSED, MUTATED, Genes, GeneticResult, Search, SearchJournal, searched
+from .base import Arrays, Estimator, Gaussian, NotFittedError, Standard
+from .fit_report import FitReport, SettingValue
+from .network import OPTIMISER, Network, one_thread, outputs_of, train_network
 
 #: Hidden layers; neurons in each of them; lambda. Neurons and lambda in even steps of their logarithm.
 LAYERS = (1, 2, 3)

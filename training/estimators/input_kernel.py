@@ -8,10 +8,8 @@ from typing import Any
 import numpy as np
 
 from ...array_types import Floats
-from ..gp.covariance import Covariance, NamedCovariance, TorchCovariance
-from ..gp.kernels import kernel_named
-from .array_state import Shape
-from .base import Arrays
+from ..gp.kernels import Covariance, NamedCovariance, TorchCovariance, kernel_named
+from .base import Arrays, Shape
 
 #: Before the names of a handed-in kernel's parameters.
 _PREFIX = "kernel."

@@ -9,14 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
-from ..fit_report import FitReport
-from ..gp.one_core import one_core
+from ..gp.maximise import one_core
 from ..gp.posterior import Posterior, posterior
-from .array_state import LearnedArrays, Shape
-from .base import Arrays, Gaussian
+from .base import Arrays, Gaussian, LearnedArrays, Shape, Standard
 from .coregional import STANDARDS, standard_arrays, standard_of
+from .fit_report import FitReport
 from .input_kernel import InputKernel
-from .standard import Standard
 
 if TYPE_CHECKING:
     from gpytorch.kernels import Kernel

@@ -11,9 +11,9 @@ import torch
 from gpytorch.kernels import LinearKernel, MaternKernel, RQKernel, ScaleKernel
 
 from ...array_types import Floats
+from .kernel_description import SquaredExponential
 from .kernels import kernel_named
 from .priors import LogInterval
-from .squared_exponential import SquaredExponential
 
 #: How far a lengthscale may go from where it starts, as a factor: down, up.
 _REACH = (math.exp(-5.0), math.exp(7.0))

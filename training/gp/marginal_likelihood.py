@@ -16,8 +16,7 @@ from linear_operator.utils.cholesky import psd_safe_cholesky
 from linear_operator.utils.errors import NanError, NotPSDError
 
 from ...array_types import Floats
-from .factor import factorise
-from .kronecker import TOLERANCE, Likelihood, likelihood
+from .kronecker import TOLERANCE, Likelihood, factorise, likelihood
 
 #: Most that the factorisation may change the loss per value of y, by the rigorous bound (rarely a thousandth of it).
 TRUNCATION = 1e-6

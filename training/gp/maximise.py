@@ -1,6 +1,8 @@
 """The parameters of greatest marginal likelihood or posterior density, by L-BFGS-B on GPyTorch's gradient.
 
 scipy's L-BFGS-B keeps bounds; PyTorch's `LBFGS` knows none, and takes as many evaluations (docs/decisions, 23).
+
+Linear algebra on one core: the same sums, and so the same model, whatever else runs.
 """
 
 from __future__ import annotations
@@ -97,3 +99,13 @@ def _bounds(model: Any, name: str, parameter: torch.nn.Parameter) -> list[tuple[
         return [(None, None)] * parameter.numel()
     low, high = (torch.broadcast_to(end, parameter.shape).numpy().ravel().tolist() for end in ends)
     return list(zip(low, high, strict=True))
+
+
+@contextmanager
+def one_core() -> Iterator[None]:
+    """Also faster here: small matrices and a second thread that waits do not go together."""
+    import scipy.linalg  # noqa: F401 - brings a BLAS of its own, which is limited only where it is loaded
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1, user_api="blas"):
+        yield

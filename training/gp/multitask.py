@@ -10,6 +10,7 @@ import torch
 from gpytorch.kernels import Kernel, MaternKernel, MultitaskKernel, RQKernel
 
 from ...array_types import Floats
+from .kernel_description import SquaredExponential
 from .kernels import kernel_named
 from .priors import (
     MOST_LOADING,
@@ -19,7 +20,6 @@ from .priors import (
     log_variance_prior,
     variance_interval,
 )
-from .squared_exponential import SquaredExponential
 
 #: Where a search begins, in standardised columns.
 _LENGTHSCALE, _KAPPA, _NOISE, _LOADING = 3.0, 0.5, 0.3, 0.3

@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...array_types import Floats
-from .covariance import Covariance
-from .factor import factorise
-from .kronecker import TOLERANCE, solve, whiten
+from .kernels import Covariance
+from .kronecker import TOLERANCE, factorise, solve, whiten
 
 #: Rows that are predicted at once: keeps the memory of many below that of training.
 _CHUNK = 4096

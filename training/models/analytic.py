@@ -12,9 +12,7 @@ from ...twin.contact.bodies import Bodies, MissingQuantityError
 from ...twin.contact.laws import contact_law
 from ...twin.contact.pulse import ContactPulse
 from ..estimators.base import Arrays, NotFittedError
-from .base import ContactModel, ContactPrediction
-from .input_checks import check_same_predictors, spelled
-from .parts import taken
+from .base import ContactModel, ContactPrediction, check_same_predictors, spelled, taken
 
 #: Quantity of the bodies: predictor (Table 4.3).
 _COLUMNS = {

@@ -1,17 +1,27 @@
-"""What every contact model promises: inputs in, a pulse with its spread out."""
+"""What every contact model promises: inputs in, a pulse with its spread out.
+
+What every learned model asks of the inputs it is given.
+
+Small sums over pulses of equidistant points.
+
+Models made of parts: copies that learn, and their arrays under names with a prefix.
+
+Spreads of several coupled outputs through a function of them, to first order.
+"""
 
 from __future__ import annotations
 
+import copy
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
 
 from ...array_types import Floats
-from ...dataset.table import Inputs, PulseTable
-from ..estimators.base import Arrays
-from ..fit_report import FitReport
+from ...dataset.table import POINTS, Inputs, Predictor, PulseTable, Texts
+from ..estimators.base import Arrays, Estimator
+from ..estimators.fit_report import FitReport
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,3 +73,139 @@ class ContactModel(ABC):
     @abstractmethod
     def restore(self, arrays: Arrays) -> Self:
         """Learned state from `arrays()`; returns self."""
+
+
+def spelled(predictors: tuple[Predictor, ...]) -> Texts:
+    """Names, units and levels as text (d,), to be stored beside what was learned from them."""
+    return np.array([f"{p.name} [{p.unit}] {'|'.join(p.levels)}".strip() for p in predictors], dtype=np.str_)
+
+
+def check_same_predictors(inputs: Inputs, learned: Texts) -> None:
+    """Raises `ValueError` for other predictors than learned, by name, and for values that are not finite."""
+    given = spelled(inputs.predictors)
+    if not np.array_equal(given, learned):
+        other = sorted(set(given.tolist()) ^ set(learned.tolist())) or ["their order"]
+        raise ValueError(f"the model learned from other predictors; different: {', '.join(other)}")
+    check_finite(inputs)
+
+
+def check_finite(inputs: Inputs) -> None:
+    """Raises `ValueError` with the predictor's name, its value and the row."""
+    rows, columns = np.nonzero(~np.isfinite(inputs.x))
+    if len(rows):
+        name = inputs.predictors[columns[0]].name
+        value = inputs.x[rows[0], columns[0]]
+        raise ValueError(f"predictor {name!r} is {value} in row {rows[0]}: every predictor must be a finite number")
+
+
+def momentum(inputs: Inputs) -> Floats:
+    """The impactor's mass times its velocity (n,), kg m/s; the mass is a predictor (`bullet_mass`) or the bench's.
+
+    Raises `ValueError` where either is unknown or not positive.
+    """
+    names = [predictor.name for predictor in inputs.predictors]
+    mass = inputs.column("bullet_mass") if "bullet_mass" in names else inputs.impactor_mass_kg
+    if not np.all(mass > 0):
+        row = int(np.flatnonzero(~(mass > 0))[0])
+        raise ValueError(
+            f"the impactor's mass is {mass[row]} kg in row {row}: give it in campaign.toml, [bench.hammer] mass_kg"
+        )
+    velocity = inputs.column("impact_velocity")
+    if not np.all(velocity > 0):
+        row = int(np.flatnonzero(~(velocity > 0))[0])
+        raise ValueError(
+            f"predictor 'impact_velocity' is {velocity[row]} m/s in row {row}: an impact needs more than 0"
+        )
+    return np.asarray(mass * velocity)
+
+
+#: Integral over the contact's phase from 0 to 1 by trapezoids, as weights of the points (20,).
+WEIGHTS: Floats = np.full(POINTS, 1.0 / (POINTS - 1))
+WEIGHTS[[0, -1]] /= 2
+
+
+def impulse(force_n: Floats, contact_time_s: Floats) -> Floats:
+    """N s, (n,), of force (n x 20) over contact times (n,)."""
+    return np.asarray(force_n @ WEIGHTS * contact_time_s)
+
+
+def positive_times(time: Floats, shortest: float) -> Floats:
+    """A regression may say zero or less; a contact lasts at least a tenth of the shortest one learned."""
+    return np.maximum(time, 0.1 * shortest)
+
+
+def positive_pulses(force_n: Floats, faintest: float) -> Floats:
+    """Pulses whose mean force is not at least a thousandth of the faintest one learned are cut off at zero, and
+    raised to it at their inner points: they push, if hardly. All others stay as the regression gave them.
+    """
+    least = 1e-3 * faintest
+    raised = np.maximum(force_n, 0.0)
+    raised[:, 1:-1] = np.maximum(raised[:, 1:-1], least)
+    return np.where((force_n @ WEIGHTS < least)[:, None], raised, force_n)
+
+
+def faintest_mean_force(pulses: PulseTable) -> float:
+    """N. Raises `ValueError` for a measured pulse whose mean force is not positive."""
+    mean = pulses.force_n @ WEIGHTS
+    if not np.all(mean > 0):
+        row = int(np.flatnonzero(~(mean > 0))[0])
+        raise ValueError(f"pulse {pulses.key[row]} has a mean force of {mean[row]:g} N: it cannot be learned from")
+    return float(mean.min())
+
+
+_P = TypeVar("_P", Estimator, ContactModel)
+
+
+def own(part: _P) -> _P:
+    """A copy to learn with: what the constructor was given stays as it was given."""
+    return copy.deepcopy(part)
+
+
+def prefixed(prefix: str, arrays: Arrays) -> Arrays:
+    return {f"{prefix}.{name}": array for name, array in arrays.items()}
+
+
+def restored(part: _P, prefix: str, arrays: Arrays) -> _P:
+    """A copy of the part that has learned what stands under the prefix."""
+    begin = f"{prefix}."
+    own_arrays = {name.removeprefix(begin): array for name, array in arrays.items() if name.startswith(begin)}
+    return own(part).restore(own_arrays)
+
+
+def taken(arrays: Arrays, name: str, kind: str) -> Any:
+    """One array. Raises `ValueError` where it is missing."""
+    if name not in arrays:
+        raise ValueError(f"a model of kind {kind!r} is restored from arrays with {name!r}, which is missing")
+    return arrays[name]
+
+
+def residual_correlation(residual: Floats) -> Floats:
+    """Correlation m x m of one measurement's deviations (n x m): regressions give each output's spread alone, yet
+    the deviations of one pulse go together. Outputs that never deviate are correlated with none.
+    """
+    centred = residual - residual.mean(axis=0)
+    width = np.sqrt((centred * centred).mean(axis=0))
+    scaled = centred / np.where(width > 0, width, np.inf)
+    correlation = np.asarray(scaled.T @ scaled / len(residual))
+    np.fill_diagonal(correlation, 1.0)
+    return correlation
+
+
+def propagated(jacobian: Floats, spread: Floats, correlation: Floats) -> Floats:
+    """Standard deviations (n x p) of p functions with derivatives `jacobian` (n x p x m) of m outputs that have the
+    standard deviations `spread` (n x m) and the correlation m x m.
+    """
+    parts = jacobian * spread[:, None, :]
+    variance = np.einsum("npm,npm->np", parts @ correlation, parts)
+    return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+
+
+def correlation_with(jacobian: Floats, spread: Floats, correlation: Floats, output: int) -> Floats:
+    """Correlation (n,) of a function with derivatives `jacobian` (n x m), as in `propagated`, with one of its outputs;
+    0 where either has no spread."""
+    parts = jacobian * spread
+    variance = np.einsum("nm,nm->n", parts @ correlation, parts)
+    together = parts @ correlation[:, output]
+    width = np.sqrt(np.maximum(variance, 0.0))
+    scaled = (width > 0) & (spread[:, output] > 0)
+    return np.asarray(np.clip(np.divide(together, width, out=np.zeros_like(width), where=scaled), -1.0, 1.0))

@@ -10,12 +10,22 @@ import numpy as np
 from ...array_types import Floats
 from ...dataset.table import Inputs, PulseTable
 from ..estimators.base import Arrays, Estimator, Gaussian, NotFittedError
-from ..fit_report import FitReport
-from .base import ContactModel, ContactPrediction
-from .input_checks import check_same_predictors, momentum, spelled
-from .model_kinds import describe
-from .parts import own, prefixed, restored, taken
-from .pulses import faintest_mean_force, positive_pulses, positive_times
+from ..estimators.fit_report import FitReport
+from .base import (
+    ContactModel,
+    ContactPrediction,
+    check_same_predictors,
+    faintest_mean_force,
+    momentum,
+    own,
+    positive_pulses,
+    positive_times,
+    prefixed,
+    restored,
+    spelled,
+    taken,
+)
+from .serialization import describe
 
 #: Force (N) that counts as one (n,), given the inputs and the contact time predicted for them (n,).
 Scaling = Callable[[Inputs, Floats], Floats]

@@ -10,13 +10,23 @@ import numpy as np
 from ...array_types import Floats
 from ...dataset.table import POINTS, Inputs, PulseTable
 from ..estimators.base import Arrays, Estimator, NotFittedError
-from ..fit_report import FitReport
-from .base import ContactModel, ContactPrediction
-from .input_checks import check_same_predictors, momentum, spelled
-from .model_kinds import describe
-from .parts import own, prefixed, restored, taken
-from .propagation import propagated, residual_correlation
-from .pulses import faintest_mean_force, positive_pulses
+from ..estimators.fit_report import FitReport
+from .base import (
+    ContactModel,
+    ContactPrediction,
+    check_same_predictors,
+    faintest_mean_force,
+    momentum,
+    own,
+    positive_pulses,
+    prefixed,
+    propagated,
+    residual_correlation,
+    restored,
+    spelled,
+    taken,
+)
+from .serialization import describe
 
 #: Beyond this a logarithm is no contact time's.
 _MOST = 30.0

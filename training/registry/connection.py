@@ -12,10 +12,9 @@ from functools import wraps
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from ...schema.addresses import without_secrets
-from ...schema.db_errors import passes
-from ...schema.retry import rerun
-from ..locks import turn
-from ..model_storage import VARIABLE, ModelStorage
+from ...schema.transactions import passes, rerun
+from .locks import turn
+from .model_storage import VARIABLE, ModelStorage
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient

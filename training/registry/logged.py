@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...dataset.table import Predictor
-from ..code_version import code_version, requirements
-from ..loading import BENCH_COLUMNS, input_column, output_columns
 from ..models.serialization import write_model
-from ..records import Trained
+from .code_version import code_version, requirements
+from .loading import BENCH_COLUMNS, input_column, output_columns
+from .records import Trained
 from .tags import FIT, about, fit_parameters, flat, sha256_of_keys, write_held_out
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def log_model(trained: Trained, folder: Path) -> tuple[str, str, str]:
     sha256 = write_model(trained.packed, about(trained), folder)
     info = mlflow.pyfunc.log_model(
         name=trained.task.model,
-        loader_module="pyroshock.training.loading",
+        loader_module="pyroshock.training.registry.loading",
         data_path=str(folder),
         signature=_signature(trained.predictors),
         metadata=about(trained) | {"sha256": sha256},

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from ...dataset.domain import Domain
 from ...dataset.table import Predictor
-from ..fit_report import SettingValue
-from ..loading import BENCH_COLUMNS, input_column, output_columns
-from ..metrics.summary import Estimate
+from ..estimators.fit_report import SettingValue
+from ..evaluation.summary import Estimate
 from ..models.base import ContactPrediction
-from ..records import Cost, DatasetName, Decision, HeldOutPredictions, Trained, Version
+from .loading import BENCH_COLUMNS, input_column, output_columns
+from .records import Cost, DatasetName, Decision, HeldOutPredictions, Trained, Version
 
 #: Of every tag of ours.
 PREFIX = "pyroshock."

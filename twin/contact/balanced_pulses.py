@@ -17,13 +17,10 @@ from ...array_types import Floats
 from ..contact_interface import ForcePulses, Strikes
 from .anvil import anvil_pulses
 from .bodies import Bodies
-from .coupled_solver import ImpactSolver
-from .effect import ContactEffect
+from .coupled import ImpactSolver
 from .effects.plate_compliance import PlateCompliance
-from .impact import solve
-from .impacts import Impacts
-from .strikes_to_bodies import bodies_of, impedance, insulated
-from .trimming import trimmed
+from .impact import solve, trimmed
+from .impacts import ContactEffect, Impacts, bodies_of, impedance, insulated
 from .uncertain_parameters import ANVIL_VOLUME, JOINT, drawn_effects, polymeric
 
 #: Equidistant points of a pulse's contact, and steps of its solution: errors of 1e-5.

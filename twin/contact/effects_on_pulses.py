@@ -13,9 +13,8 @@ import numpy as np
 from ...array_types import Floats
 from ..contact_interface import ForcePulses, Strikes
 from ..effects import Effect
-from .impact import impact
-from .strikes_to_bodies import bodies_of, impedance, insulated
-from .trimming import trimmed
+from .impact import impact, trimmed
+from .impacts import bodies_of, impedance, insulated
 
 
 def with_effects(pulses: ForcePulses, strikes: Strikes, effects: Sequence[Effect]) -> ForcePulses:

@@ -1,7 +1,13 @@
-"""What an impact is made of: the quantities through which effects of the contact meet."""
+"""What an impact is made of: the quantities through which effects of the contact meet.
+
+Effects of the contact: each changes the quantities of an impact before it is solved.
+
+Strikes of the bench as bodies of the laws.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -9,6 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
+from ..contact_interface import Strikes
+from ..effects import Effect, Value
+from ..setting import Setting
 from .bodies import Bodies
 
 _LAW = "an impact"
@@ -84,3 +93,60 @@ def _impedance(bodies: Bodies) -> Floats | None:
         return None
     of_target = (bodies.target_youngs_modulus_pa, bodies.target_poisson_ratio, bodies.target_density_kg_m3)
     return plate_impedance(*of_target, bodies.plate_thickness_m)
+
+
+@dataclass(frozen=True)
+class ContactEffect(Effect):
+    """What Hertz' impact leaves out. Several effects act in the order in which they are given.
+
+    Parameters are numbers for all impacts, or arrays (n,).
+    """
+
+    def prepare(self, impacts: Impacts) -> Impacts:
+        """The same impacts with the quantities that this effect changes. Raises `MissingQuantityError` for what these
+        bodies do not tell, `ValueError` for parameters of another number of impacts."""
+        return impacts
+
+    def _each(self, parameter: Value, impacts: Impacts) -> Floats:
+        """A parameter as (n,)."""
+        values, n = np.asarray(parameter, dtype=np.float64), len(impacts.bodies)
+        if values.shape not in ((), (n,)):
+            raise ValueError(f"{self.id}: parameter of shape {values.shape} for {n} impacts; expected () or ({n},)")
+        return np.broadcast_to(values, (n,))
+
+
+def bodies_of(strikes: Strikes) -> Bodies:
+    """Tip, first layer hit, impactor's mass, plate's thickness; yield strengths where all materials tell their own."""
+
+    def each(value: Callable[[Setting], float | None]) -> Floats | None:
+        values = [value(setting) for setting in strikes.settings]
+        return None if None in values else np.array(values, dtype=np.float64)
+
+    return Bodies.of(
+        impactor_radius_m=each(lambda s: s.tip_radius_m),
+        impactor_youngs_modulus_pa=each(lambda s: s.tip.youngs_modulus_pa),
+        impactor_poisson_ratio=each(lambda s: s.tip.poisson_ratio),
+        impactor_density_kg_m3=each(lambda s: s.tip.density_kg_m3),
+        impactor_mass_kg=each(lambda s: s.impactor_mass_kg),
+        impactor_yield_strength_pa=each(lambda s: s.tip.yield_strength_pa),
+        target_youngs_modulus_pa=each(lambda s: s.target.youngs_modulus_pa),
+        target_poisson_ratio=each(lambda s: s.target.poisson_ratio),
+        target_density_kg_m3=each(lambda s: s.target.density_kg_m3),
+        target_yield_strength_pa=each(lambda s: s.target.yield_strength_pa),
+        plate_thickness_m=each(lambda s: s.plate_thickness_m),
+        impact_velocity_m_s=strikes.impact_velocity_m_s,
+    )
+
+
+def insulated(strikes: Strikes) -> NDArray[np.bool_]:
+    """Where an insulating layer lies on the target, (n,)."""
+    return np.array([setting.insulator != "none" for setting in strikes.settings])
+
+
+def impedance(strikes: Strikes) -> Floats:
+    """Point impedance (N s/m, (n,)) of the plate's own material, whatever lies on it."""
+    plates = [
+        (s.plate.youngs_modulus_pa, s.plate.poisson_ratio, s.plate.density_kg_m3, s.plate_thickness_m)
+        for s in strikes.settings
+    ]
+    return plate_impedance(*np.array(plates).reshape(-1, 4).T)

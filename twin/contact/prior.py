@@ -15,8 +15,8 @@ from ..effects import Effect, checked_effects
 from ..measured_shots import MeasuredShots
 from ..setting import Setting
 from .balanced_pulses import PHASES, StruckBodies, balanced_pulses, narrowed_pulses
-from .coupled_solver import COUPLED_PHASES, ImpactSolver
-from .effect import ContactEffect
+from .coupled import COUPLED_PHASES, ImpactSolver
+from .impacts import ContactEffect
 from .shot_update import DISCREPANCIES, LatentPosterior, ShotFeatures, lower_roots, updated_posterior
 from .uncertain_parameters import effect_of, uncertain_columns
 

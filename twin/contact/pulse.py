@@ -9,7 +9,7 @@ import numpy as np
 
 from ...array_types import Floats
 from .bodies import Bodies
-from .restitution.base import Restitution
+from .restitution_laws import Restitution
 
 #: Force over peak at phases (p,) of the contact, as n x p or 1 x p.
 Shape = Callable[[Floats], Floats]

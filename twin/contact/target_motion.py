@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from ...array_types import Floats
 from ..contact_interface import Strikes
-from .strikes_to_bodies import impedance
+from .impacts import impedance
 
 #: Contact time of Hertz' impact times its velocity, over the deepest indentation.
 _HERTZ = 2.943

@@ -10,12 +10,12 @@ import numpy as np
 
 from ...array_types import Floats
 from ..setting import Setting
-from .effect import ContactEffect
 from .effects.effective_mass import EffectiveMass
 from .effects.layer_compliance import LayerCompliance
 from .effects.plastic_yield import PlasticYield
 from .effects.plate_compliance import PlateCompliance
 from .effects.viscous_loss import ViscousLoss
+from .impacts import ContactEffect
 
 #: Below this modulus a material is a polymer: it relaxes, where a metal's loss grows with the rate.
 _POLYMER_PA = 20e9

@@ -15,8 +15,17 @@ from numba import float64 as f8
 from numba import from_dtype, njit, void
 from numba import int64 as i8
 
-from ..ode import AT_TARGET, DORMAND_PRINCE_ERROR, DORMAND_PRINCE_NODES, DORMAND_PRINCE_STAGES
-from ..rosenbrock import GAMMA, RODAS_NODES, RODAS_SIDE, RODAS_STATE, RODAS_TIMES
+from ..ode import (
+    AT_TARGET,
+    DORMAND_PRINCE_ERROR,
+    DORMAND_PRINCE_NODES,
+    DORMAND_PRINCE_STAGES,
+    GAMMA,
+    RODAS_NODES,
+    RODAS_SIDE,
+    RODAS_STATE,
+    RODAS_TIMES,
+)
 
 #: What the rates of one shot depend on, SI; R T stands for temperatures.
 QUANTITIES = np.dtype(

@@ -21,12 +21,11 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from ...signals.valve_profile import ValveProfile
 from ..effects import Parameter, catalogue
+from ..prediction import stratified_normals
 from ..sensors.chain import SensorChain
-from ..uncertainty import stratified_normals
 from .bench import GunBench
-from .effect import GunEffect
-from .limits import barrel_work_j, escape_speed_m_s
-from .shot import ROOM_K
+from .nominal import barrel_work_j, escape_speed_m_s
+from .shot import ROOM_K, GunEffect
 from .shots import gun_velocity
 
 #: Members of a prior.

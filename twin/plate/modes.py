@@ -1,8 +1,20 @@
-"""The modes of a plate from its outline."""
+"""The modes of a plate from its outline.
+
+Thick plates: Mindlin's dispersion in the place of Kirchhoff's.
+
+Glossary: k wavenumber, D rigidity, m mass and J rotary inertia per area, S shear stiffness kappa^2 G h.
+
+Solved plates on disk: a solution takes seconds, a look at it milliseconds.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import math
+import os
+import tempfile
+import zipfile
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +24,58 @@ from .build import PlateBuild
 from .fem import Elements, elements_of
 from .mesh import stretch
 from .modal import ModalPlate
-from .thickness import edge_layer_m, flexural_wavelength_m, kirchhoff_hz, mindlin_hz
+
+#: kappa^2 of Mindlin, J. Appl. Mech. 18 (1951) 31: the first thickness-shear mode comes out exact.
+_SHEAR_COEFFICIENT = math.pi**2 / 12
+
+
+def mindlin_hz(build: PlateBuild, kirchhoff_hz: Floats) -> Floats:
+    """Frequencies (m,) of Mindlin's plate at the wavenumbers of Kirchhoff's frequencies (m,).
+
+    Of Mindlin's two branches the flexural one. Exact for simply supported polygons, where both plates have the shapes
+    of a membrane (Conway, Can. Aeronaut. J. 6, 1960, 263; Wang, J. Vib. Acoust. 116, 1994, 536). An approximation where
+    edges are free or clamped: the near field there is sheared otherwise than the waves are.
+    """
+    m, rotary, shear = _inertia_and_shear(build)
+    squares = (2 * np.pi * kirchhoff_hz) ** 2
+    k2 = np.sqrt(m / build.rigidity_n_m * squares)
+    # (J/S) x^2 - b x + omega_K^2 = 0 for x = omega^2; its smaller root, written so that nothing cancels.
+    b = 1 + (build.rigidity_n_m / shear + rotary / m) * k2
+    return np.sqrt(2 * squares / (b + np.sqrt(b**2 - 4 * rotary / shear * squares))) / (2 * np.pi)
+
+
+def kirchhoff_hz(build: PlateBuild, mindlin_hz: float) -> float:
+    """The inverse of `mindlin_hz`."""
+    m, rotary, shear = _inertia_and_shear(build)
+    d, x = build.rigidity_n_m, (2 * math.pi * mindlin_hz) ** 2
+    half = x * (d * m + rotary * shear) / 2
+    k2 = (half + math.sqrt(half**2 - d * shear * m * x * (rotary * x - shear))) / (d * shear)
+    return float(k2 * math.sqrt(d / m) / (2 * math.pi))
+
+
+def flexural_wavelength_m(build: PlateBuild, kirchhoff_hz: float) -> float:
+    """Of Kirchhoff's plate."""
+    k4 = build.mass_per_area_kg_m2 / build.rigidity_n_m * (2 * math.pi * kirchhoff_hz) ** 2
+    return float(2 * math.pi / k4**0.25)
+
+
+def edge_layer_m(build: PlateBuild) -> float:
+    """How deep the layer along a free edge is that does not resist twisting: h / sqrt(12 kappa^2) = h / pi.
+
+    Kirchhoff's plate lets twisting moments end at a free edge in a jump of shear; Mindlin's lets them fade over h / pi.
+    To first order in h the twisting energy of that layer is missing: a strip of width b twists with a stiffness of
+    G h^3 b / 3 (1 - 2 h / (pi b)), where Saint-Venant has 0.630 for 2 / pi (Timoshenko and Goodier, Theory of
+    Elasticity, on torsion of a rectangular bar).
+    """
+    return build.thickness_m / math.sqrt(12 * _SHEAR_COEFFICIENT)
+
+
+def _inertia_and_shear(build: PlateBuild) -> tuple[float, float, float]:
+    """m, J and S."""
+    material, h = build.material, build.thickness_m
+    modulus = material.youngs_modulus_pa / (2 * (1 + material.poisson_ratio))
+    return build.mass_per_area_kg_m2, material.density_kg_m3 * h**3 / 12, _SHEAR_COEFFICIENT * modulus * h
+
 
 #: Triangles in a wavelength of the highest frequency, at least: the highest ones come out some 0.1 % too high.
 ELEMENTS_PER_WAVELENGTH = 0.9
@@ -100,3 +163,49 @@ def _rigid_modes(build: PlateBuild) -> int:
         rows += [(1.0, *begin), (1.0, *end)]
         rows += [(0.0, *(end - begin)[::-1] * (-1, 1))] if edge.holds_slope else []
     return _RIGID - (int(np.linalg.matrix_rank(np.array(rows))) if rows else 0)
+
+
+#: Grows with every change of the solution, so that what an older one has left is not taken for ours.
+_VERSION = 1
+_ARRAYS = ("frequency_hz", "damping_ratio", "shape_impact", "shapes")
+
+
+def cached_plate(
+    build: PlateBuild, max_frequency_hz: float, folder: Path, *, thickness_correction: bool = True
+) -> ModalPlate:
+    """As `solve_plate`, from `folder` where it has been solved before; a file that cannot be read is solved anew."""
+    path = folder / f"{_key(build, max_frequency_hz, thickness_correction)}.npz"
+    try:
+        return _load(path)
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        plate = solve_plate(build, max_frequency_hz, thickness_correction=thickness_correction)
+    _save(plate, path)
+    return plate
+
+
+def _key(build: PlateBuild, max_frequency_hz: float, thickness_correction: bool) -> str:
+    """A record's `repr` has all of its numbers, to the last digit."""
+    text = repr((_VERSION, build, float(max_frequency_hz), thickness_correction))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _load(path: Path) -> ModalPlate:
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
+        return ModalPlate(
+            **{name: stored[name] for name in _ARRAYS},
+            impact_points=tuple(stored["impact_points"].tolist()),
+            sensors=tuple(stored["sensors"].tolist()),
+        )
+
+
+def _save(plate: ModalPlate, path: Path) -> None:
+    """Whole or not at all: another process may read at any time."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            np.savez(file, allow_pickle=False, **{name: np.asarray(value) for name, value in vars(plate).items()})
+        Path(name).replace(path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise

@@ -10,8 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .target import Target
-from .tolerance import NASA_STD_7003, Tolerance
+from .target import NASA_STD_7003, Target, Tolerance
 
 Row = Mapping[str, str]
 

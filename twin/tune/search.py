@@ -9,8 +9,7 @@ import numpy as np
 
 from ...array_types import Floats
 from ..setting import Setting
-from .forward import Forward, Progress, Refusals, level_db
-from .goal import Goal
+from .goal import Forward, Goal, Progress, Refusals, level_db
 from .shot_correction import ShotCorrection
 from .space import Mount, TuningSpace, mount_of
 

@@ -11,8 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from ...array_types import Floats
-from ..materials import ElasticMaterial
-from ..setting import INSULATORS, Setting
+from ..setting import INSULATORS, ElasticMaterial, Setting
 
 
 class Amount(Protocol):

@@ -1,23 +1,115 @@
-"""From a prescribed spectrum to ranked settings, and those to avoid."""
+"""From a prescribed spectrum to ranked settings, and those to avoid.
+
+Proposals that differ: what the bench cannot set apart, or a sensor cannot tell apart, is one proposal.
+
+Settings that look right and are not: near in level, but refused, outside of the model, or likely to overtest.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ...array_types import Floats
 from ..setting import Setting
 from .attainability import AT_LEAST, Attainability, Evidence, attainability
-from .distinct import distinct
-from .forward import Forward, Outside, Progress, Refusals, level_db, nothing_refused
-from .goal import Goal
+from .goal import Forward, Goal, Outside, Progress, Refusals, level_db, nothing_refused
 from .likelihood import ENOUGH_SHOTS, fitted
 from .probability import DRAWS, Proposal, proposals
-from .search import Effort, Searcher, search
-from .settings_to_avoid import Avoid, avoided
+from .search import Candidate, Effort, Searcher, search
 from .shot_correction import Discrepancy, ShotCorrection
 from .space import TuningSpace
+
+#: What the regulator is set to, what a bullet is weighed to, and what a tip is turned to.
+PRESSURE_STEP_PA, MASS_STEP_KG, RADIUS_STEP_M = 5e3, 0.01, 5e-4
+#: Expected spectra that lie nearer than this at every line are the same: a third of the scatter from shot to shot.
+SAME_SPECTRUM_DB = 0.25
+
+
+def distinct(ranked: Sequence[Proposal]) -> list[Proposal]:
+    """Ranked proposals, in their order; of those that are alike the first, with the others as its `alternatives`."""
+    kept: list[Proposal] = []
+    for proposal in ranked:
+        for place, better in enumerate(kept):
+            if alike(better, proposal):
+                kept[place] = replace(better, alternatives=(*better.alternatives, proposal.setting))
+                break
+        else:
+            kept.append(proposal)
+    return kept
+
+
+def alike(first: Proposal, second: Proposal) -> bool:
+    """Whether two proposals are set alike, or promise the same spectrum; both inside or both outside of the domain."""
+    if bool(first.outside) != bool(second.outside):
+        return False
+    nearest_db = float(np.abs(first.level_db - second.level_db).max())
+    return nearest_db < SAME_SPECTRUM_DB or set_alike(first.setting, second.setting)
+
+
+def set_alike(first: Setting, second: Setting) -> bool:
+    """Whether the same parts are mounted, and pressure, mass and radius differ by a step of the bench at most."""
+    parts = [(s.tip, s.anvil, s.plate, s.insulator, s.impact_position, s.boundary_conditions) for s in (first, second)]
+    numbers = np.array([(s.tank_pressure_pa or 0.0, s.impactor_mass_kg, s.tip_radius_m) for s in (first, second)])
+    steps = np.array([PRESSURE_STEP_PA, MASS_STEP_KG, RADIUS_STEP_M])
+    # Rounding must not set apart what lies one step apart.
+    return parts[0] == parts[1] and bool(np.all(np.abs(numbers[0] - numbers[1]) <= steps * (1 + 1e-9)))
+
+
+#: How near (dB, mean over the lines) a spectrum's level is to the goal's for a setting to look right.
+NEAR_DB = 3.0
+#: From this probability on a setting is said to overtest.
+OVERTEST = 0.9
+#: Of each kind, the nearest.
+_EACH = 5
+
+
+@dataclass(frozen=True)
+class Avoid:
+    """A setting not to fire, and why."""
+
+    setting: Setting
+    reason: str
+    level_error_db: float
+
+
+def avoided(
+    outside: Sequence[Proposal], kept: Sequence[Proposal], refused: Sequence[Candidate], goal: Goal
+) -> list[Avoid]:
+    """The nearest of each kind: `outside` of the model's domain, likely to overtest of those `kept`, `refused`."""
+    kinds = (_refused(refused, goal), _outside(outside, goal), _overtest(kept, goal))
+    return [setting_to_avoid for kind in kinds for setting_to_avoid in _nearest(kind)]
+
+
+def _nearest(found: Iterator[Avoid]) -> list[Avoid]:
+    near = [candidate for candidate in found if abs(candidate.level_error_db) <= NEAR_DB]
+    return sorted(near, key=lambda each: abs(each.level_error_db))[:_EACH]
+
+
+def _refused(candidates: Sequence[Candidate], goal: Goal) -> Iterator[Avoid]:
+    for candidate in candidates:
+        error = float(np.mean(candidate.level_db - goal.level_db))
+        yield Avoid(candidate.setting, f"beyond the bench: {'; '.join(candidate.refused)}", error)
+
+
+def _outside(outside: Sequence[Proposal], goal: Goal) -> Iterator[Avoid]:
+    for proposal in outside:
+        error = float(np.mean(proposal.level_db - goal.level_db))
+        yield Avoid(proposal.setting, f"outside of the model: {'; '.join(proposal.outside)}", error)
+
+
+def _overtest(kept: Sequence[Proposal], goal: Goal) -> Iterator[Avoid]:
+    """All but the first, which is the best there is even where it overtests."""
+    for proposal in kept[1:]:
+        over = proposal.level_db - goal.level_db - goal.upper_db
+        line = int(np.argmax(over))
+        if proposal.probability_overtest >= OVERTEST and over[line] > 0:
+            words = f"{over[line]:.1f} dB above the upper edge at {goal.frequency_hz[line]:.0f} Hz expected"
+            error = float(np.mean(proposal.level_db - goal.level_db))
+            yield Avoid(proposal.setting, f"overtests: {words}", error)
+
 
 #: Draws of the forward model at the settings that are nearest without any shot.
 _SPREAD_DRAWS, _SPREAD_SETTINGS = 32, 4

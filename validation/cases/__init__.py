@@ -8,8 +8,7 @@ The bench of a case is the ideal one, with the drawn effects, a small background
 
 from .case import KINDS, TIERS, TOLERANCES, Case, Label
 from .draw import draw_case
-from .record import label_of, record_case
-from .sealing import new_key, open_labels, publish, seal_labels
+from .record import label_of, new_key, open_labels, publish, record_case, seal_labels
 from .unknowns import FAMILIES, families
 
 __all__ = [

@@ -20,8 +20,7 @@ from math import factorial
 import numpy as np
 
 from ...array_types import Floats
-from .case import STAGES, TOLERANCES
-from .cause import ActingCause
+from .case import STAGES, TOLERANCES, ActingCause
 from .effect_size import changed_stage
 
 Table = dict[str, dict[str, float]]

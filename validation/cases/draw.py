@@ -1,24 +1,28 @@
-"""Draws what a withheld campaign hides: design, cause, strength, background, noise."""
+"""Draws what a withheld campaign hides: design, cause, strength, background, noise.
+
+Draws benches on which many effects act at once, and benches whose effects obey second laws: the tiers `realistic`
+and `foreign` of the blind check.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from .background import draw_background
 from .case import KINDS, STAGES, TIERS, Case
 from .designs import DESIGNS, design
-from .effect_ranges import RANGES, shown_by, signs
-from .scale_cause import FLOORS, inside, ratio_of, sized, with_cause
+from .effect_size import changes, gaps
+from .run_scatter import draw_background
+from .scale_cause import FLOORS, RANGES, inside, largest, ratio_of, shown_by, signs, sized, whole_cause, with_cause
 from .unknowns import FAMILIES, families
 
 #: Share of cases with a nominal figure that is a little off, and by how much at most.
 _DECOYS = 0.33
 _DECOY_SPREAD = {"gun": 0.006, "contact": 0.01, "plate": 0.03}
-_TRIES = 60
+_DRAW_TRIES = 60
 #: Two effects: each of them alone, and both together, in floors.
 _EACH, _BOTH = 1.5, (3.0, 20.0)
 
@@ -43,13 +47,13 @@ def draw_case(
     Raises `ValueError` for unknown words, and for a cause that the kind cannot show.
     """
     _check(kind, tier, cause)
-    for _ in range(_TRIES):
+    for _ in range(_DRAW_TRIES):
         case = base_case(kind, tier, rng, rough=rough, number=number)
         case = replace(case, decoys=_decoys(kind, rng, decoy))
         drawn_case = _CAUSES[cause](case, rng, split) if cause in _CAUSES else with_cause(case, cause, rng)
         if drawn_case:
             return drawn_case
-    raise ValueError(f"no {kind} case found in {_TRIES} draws: cause {cause!r}, tier {tier!r}")
+    raise ValueError(f"no {kind} case found in {_DRAW_TRIES} draws: cause {cause!r}, tier {tier!r}")
 
 
 def _check(kind: str, tier: str, cause: str) -> None:
@@ -130,3 +134,138 @@ def _two(case: Case, rng: np.random.Generator, split: str) -> Case | None:  # no
 
 
 _CAUSES: dict[str, Draw] = {"catalogue": _catalogue, "none": _none, "unknown": _unknown, "two": _two}
+
+
+#: Strength 1 of the virtual bench in the unit of `RANGES`, for the effects whose unit is another one. Sensors: what
+#: their data sheets allow (`campaigns.gun_sensors`, `campaigns.hammer_sensors`); velocity: 1 mm of 85 mm; boundary:
+#: the plate of 9.3 kg on the ropes of `plate.resonant`, 8 kN/m.
+BENCH_DEFAULT: Mapping[str, float] = {
+    "plate.sensor_mass": 0.027,
+    "plate.boundary": 4.7,
+    "sensor.pressure_offset": 0.005,
+    "sensor.pressure_gain": 0.005,
+    "sensor.velocity_gain": 0.012,
+    "sensor.force_gain": 0.01,
+    "sensor.acceleration_gain": 0.01,
+    "sensor.zero_shift": 0.001,
+}
+#: Strengths are drawn between these, evenly in their logarithm, in units of the bench's default.
+WEAKEST, STRONGEST = 0.3, 3.0
+#: How often an effect does not act.
+OFF = 0.3
+#: Every bench stands in an atmosphere.
+ALWAYS = "gun.back_pressure"
+#: Gap over all observables, in tolerances. A realistic bench has one beyond tolerance; otherwise nothing is to explain.
+USUAL_GAP = (1.5, 90.0)
+#: At full scale; spectra of a plate have a wide tolerance, so that a large error is fewer of them.
+FULL_SCALE: Mapping[str, tuple[float, float]] = {
+    "gun": (10.0, 60.0),
+    "hammer": (10.0, 60.0),
+    "plate": (4.0, 60.0),
+    "chain": (10.0, 60.0),
+}
+#: Gap over floor of one effect, and of each of two, by second laws; and of all of them.
+FOREIGN_RATIOS: Mapping[int, tuple[float, float]] = {1: (1.5, 6.0), 2: (1.7, 12.0)}
+FOREIGN_GAPS: Mapping[int, tuple[float, float]] = {1: (1.5, 6.3), 2: (3.0, 20.0)}
+_TRIES = 300
+_STEP = 1.3
+
+
+def draw_realistic(kind: str, rng: np.random.Generator, *, full_scale: bool = False) -> Case:
+    """A case with every effect of its kind at a strength of 0.3 to 3 times the bench's default, each off with
+    probability 0.3, errors that go either way with a random sign, in an atmosphere of 0.9 to 1.04 standard ones.
+
+    At full scale the gap is 10 to 60 tolerances (a plate's 4 to 60); where it is less, all effects but those of the
+    sensors grow together within their physical ranges. Raises `ValueError` where no such case is drawn.
+    """
+    limits = FULL_SCALE[kind] if full_scale else USUAL_GAP
+    for _ in range(_TRIES):
+        case = base_case(kind, "any", rng)
+        case = replace(case, strengths=_strengths(kind, case.design, rng))
+        if full_scale:
+            case = _enlarged(case, limits[0])
+        if limits[0] <= total_gap(case) <= limits[1]:
+            return case
+    raise ValueError(f"no realistic {kind} case found in {_TRIES} draws, full_scale = {full_scale!r}")
+
+
+def draw_foreign(kind: str, rng: np.random.Generator, split: str, *, effects: int) -> Case:
+    """A case of one or two effects that act by second laws of a split, with a gap of 1.5 to 6 floors (two: 3 to 20,
+    each 1.5 or more alone). Raises `ValueError` where no such case is drawn."""
+    for _ in range(_TRIES):
+        case = replace(base_case(kind, "any", rng), laws=split)
+        names = rng.choice(shown_by(kind, case.design), effects, replace=False).tolist()
+        low, high = FOREIGN_RATIOS[effects]
+        strengths: dict[str, float] = {}
+        for name in names:
+            ratio = math.exp(rng.uniform(math.log(low), math.log(high)))
+            single = sized(case, name, int(rng.choice(signs(name, split))), ratio, rng)
+            strengths |= single.strengths
+            # a weak effect is met with less noise, which all of the case then has
+            case = replace(case, floor=min(case.floor, single.floor))
+        if all(ratio_of(replace(case, strengths={n: v})) >= low for n, v in strengths.items()):
+            foreign_case = replace(case, strengths=strengths)
+            if inside(foreign_case, FOREIGN_GAPS[effects]):
+                return foreign_case
+    raise ValueError(f"no {kind} case of {effects} effects by second laws found in {_TRIES} draws")
+
+
+def draw_foreign_bench(kind: str, rng: np.random.Generator, split: str) -> Case:
+    """A case of five to seven effects that act by second laws of a split, at full scale, in an atmosphere; sensors stay
+    within their data sheets. Raises `ValueError` where no such case is drawn."""
+    limits = FULL_SCALE[kind]
+    for _ in range(_TRIES):
+        case = replace(base_case(kind, "any", rng), laws=split)
+        shown = [name for name in shown_by(kind, case.design) if name != ALWAYS]
+        count = min(int(rng.integers(5, 8)), len(shown)) - (kind in ("gun", "chain"))
+        strengths: dict[str, float] = {}
+        for name in rng.choice(shown, count, replace=False).tolist():
+            size = math.exp(rng.uniform(math.log(WEAKEST), math.log(STRONGEST))) * BENCH_DEFAULT.get(name, 1.0)
+            strengths[name] = int(rng.choice(signs(name, split))) * size
+        if kind in ("gun", "chain"):
+            strengths[ALWAYS] = float(rng.uniform(RANGES[ALWAYS].low, RANGES[ALWAYS].high))
+        case = _enlarged(replace(case, strengths=strengths), limits[0])
+        if limits[0] <= total_gap(case) <= limits[1]:
+            return case
+    raise ValueError(f"no {kind} case at full scale by second laws found in {_TRIES} draws")
+
+
+def total_gap(case: Case) -> float:
+    """Root mean square over all configurations and observables of all stages, in tolerances; infinite where a shot
+    does not leave the barrel."""
+    moved = changes(case.kind, case.design, whole_cause(case))
+    widths = {stage: rows.shape[1] for stage, rows in moved.items()}
+    sizes = gaps(moved)
+    if not np.isfinite(sum(sizes.values())):
+        return math.inf
+    return math.sqrt(sum(widths[s] * sizes[s] ** 2 for s in STAGES[case.kind]) / sum(widths.values()))
+
+
+def _strengths(kind: str, number: int, rng: np.random.Generator) -> dict[str, float]:
+    drawn: dict[str, float] = {}
+    for name in shown_by(kind, number):
+        if name == ALWAYS:
+            drawn[name] = float(rng.uniform(RANGES[name].low, RANGES[name].high))
+            continue
+        size = math.exp(rng.uniform(math.log(WEAKEST), math.log(STRONGEST))) * BENCH_DEFAULT.get(name, 1.0)
+        sign = int(rng.choice(signs(name)))
+        if rng.random() >= OFF:
+            drawn[name] = sign * size
+    return drawn
+
+
+def _enlarged(case: Case, least: float) -> Case:
+    """With effects so much stronger, in steps, that the gap is at least so many tolerances, or all at their ends."""
+    while total_gap(case) < least:
+        larger = {name: _grown(name, value, case.laws) for name, value in case.strengths.items()}
+        if larger == case.strengths:
+            break
+        case = replace(case, strengths=larger)
+    return case
+
+
+def _grown(name: str, value: float, laws: str) -> float:
+    if name == ALWAYS or name.startswith("sensor."):
+        return value
+    sign = 1 if value > 0 else -1
+    return sign * min(abs(_STEP * value), abs(largest(name, sign, laws)))

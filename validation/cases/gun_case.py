@@ -11,7 +11,7 @@ import numpy as np
 from ...array_types import Floats
 from ...virtualbench.effects import Effects, EffectSwitch
 from ...virtualbench.gun.build import GunBuild, Projectile
-from ...virtualbench.gun.quick import muzzle_velocity
+from ...virtualbench.gun.integrate import muzzle_velocity
 from ...virtualbench.recorder import Value
 from ...virtualbench.second_laws.gun import muzzle_velocity_m_s
 from ...virtualbench.second_laws.sensors import pressure_bar, velocity_factor

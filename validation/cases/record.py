@@ -1,25 +1,39 @@
-"""Records a case: a campaign folder without a word of what it hides, and the label that tells it."""
+"""Records a case: a campaign folder without a word of what it hides, and the label that tells it.
+
+Labels under seal: their hashes are published before a diagnosis begins, their text is read after it has ended.
+
+The salt of the hashes is the key of the cipher, and is kept apart from both.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import hashlib
+import hmac
+import json
+import secrets
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 
-from ...virtualbench.recorder import CampaignCard, Value, write_card, write_recording, write_runs
-from ...virtualbench.seal import folder_hash
+from ...virtualbench.recorder import (
+    CampaignCard,
+    SealError,
+    Value,
+    folder_hash,
+    write_card,
+    write_recording,
+    write_runs,
+)
 from ...virtualbench.sensors import SensorBuild
 from .attribution import attribution
-from .case import Case, Label, tier_of
-from .cause import ActingCause
+from .case import ActingCause, Case, Label, tier_of
 from .designs import design
-from .effect_ranges import shown_by
 from .effect_size import changes, gaps
 from .gun_case import gun_stage
 from .plates import CHANNELS, CasePlate, plate_of
-from .scale_cause import whole_cause
+from .scale_cause import shown_by, whole_cause
 from .simulate_case import Played, played
 
 _DATE = "2026-01-01"
@@ -119,7 +133,59 @@ def _misstated(table: Mapping[str, Value], decoys: Mapping[str, float]) -> dict[
 
 
 def _modal_table(plate: CasePlate, decoys: Mapping[str, float]) -> str:
-    from ...virtualbench.plate.table import modal_table
+    from ...virtualbench.plate.modes import modal_table
 
     modes = plate.table
     return modal_table(replace(modes, damping=modes.damping * decoys.get("damping_ratio", 1.0)), 0)
+
+
+KEY_BYTES = 32
+
+
+def new_key() -> bytes:
+    """A key, of the operating system's randomness."""
+    return secrets.token_bytes(KEY_BYTES)
+
+
+def publish(labels: Sequence[Label], key: bytes) -> tuple[str, ...]:
+    """Salted SHA-256 of each label: nothing can be learnt from it, and nothing changed after it is known."""
+    return tuple(label.sha256(key) for label in labels)
+
+
+def seal_labels(labels: Sequence[Label], path: Path, key: bytes) -> None:
+    """Write labels that nobody reads without the key. Raises `SealError` where a file exists."""
+    if path.exists():
+        raise SealError(f"{path}: there are sealed labels already; expected a new name")
+    text = json.dumps([label.as_json() for label in labels]).encode()
+    nonce = hashlib.sha256(b"nonce" + key + text).digest()[:16]
+    sealed = _crypt(text, key, nonce)
+    table = {"nonce": nonce.hex(), "tag": _tag(sealed, key, nonce), "sealed": sealed.hex()}
+    path.write_text(json.dumps(table), encoding="utf-8")
+
+
+def open_labels(path: Path, key: bytes, published: Sequence[str] | None = None) -> list[Label]:
+    """Read sealed labels, and compare them with what was published of them.
+
+    Raises `SealError` for a wrong key, a changed file, and labels other than those published.
+    """
+    try:
+        table = json.loads(path.read_text(encoding="utf-8"))
+        nonce, sealed, tag = bytes.fromhex(table["nonce"]), bytes.fromhex(table["sealed"]), str(table["tag"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise SealError(f"{path}: not sealed labels: {error}") from error
+    if not hmac.compare_digest(tag, _tag(sealed, key, nonce)):
+        raise SealError(f"{path}: the key does not fit, or the file was changed")
+    labels = [Label.from_json(row) for row in json.loads(_crypt(sealed, key, nonce))]
+    if published is not None and list(published) != list(publish(labels, key)):
+        raise SealError(f"{path}: other labels than those whose hashes were published")
+    return labels
+
+
+def _crypt(text: bytes, key: bytes, nonce: bytes) -> bytes:
+    """Exclusive or with SHAKE-256 of key and nonce: its own inverse."""
+    stream = hashlib.shake_256(b"labels" + key + nonce).digest(len(text))
+    return (int.from_bytes(text) ^ int.from_bytes(stream)).to_bytes(len(text))
+
+
+def _tag(sealed: bytes, key: bytes, nonce: bytes) -> str:
+    return hmac.new(b"tag" + key, nonce + sealed, "sha256").hexdigest()

@@ -1,18 +1,141 @@
-"""A case with a cause of a given gap over floor."""
+"""A case with a cause of a given gap over floor.
+
+How strong a cause has to be for a gap of a given size.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .case import TIERS, Case
-from .cause import ActingCause
-from .effect_ranges import RANGES, cause_of, largest, shown_by, signs, strength_for
+from ...virtualbench.second_laws import law_of
+from .case import TIERS, ActingCause, Case
+from .designs import design
 from .effect_size import gap
-from .order import places
+from .run_scatter import places
 from .unknowns import FAMILIES
+
+
+@dataclass(frozen=True)
+class StrengthRange:
+    """Physical range of a strength, and its unit. `low` below 0: either sign."""
+
+    low: float
+    high: float
+    unit: str
+
+
+_BENCH = "times the bench's default"
+#: Every effect of the catalogue. Contact and gun: what `impact.assemble` and `gun.setting` make of a strength.
+RANGES: Mapping[str, StrengthRange] = {
+    "gun.back_pressure": StrengthRange(0.9, 1.04, "atmospheres"),
+    "gun.blow_by": StrengthRange(0.0, 6.0, _BENCH),
+    "gun.valve_flow": StrengthRange(0.0, 2.0, _BENCH),
+    "gun.barrel_loss": StrengthRange(0.0, 20.0, _BENCH),
+    "gun.sliding_friction": StrengthRange(0.0, 10.0, _BENCH),
+    "gun.heat_exchange": StrengthRange(0.0, 60.0, _BENCH),
+    "gun.dead_volume": StrengthRange(0.0, 8.0, _BENCH),
+    "contact.viscous_loss": StrengthRange(0.0, 12.0, _BENCH),
+    "contact.plastic_yield": StrengthRange(0.0, 8.0, _BENCH),
+    "contact.layer_compliance": StrengthRange(0.0, 4.0, _BENCH),
+    "contact.plate_compliance": StrengthRange(0.0, 1.5, _BENCH),
+    "contact.effective_mass": StrengthRange(-8.0, 20.0, "5 % of the mass"),
+    "contact.tip_geometry": StrengthRange(-6.0, 10.0, "a fifth more radius at the apex"),
+    "plate.damping": StrengthRange(-6.0, 30.0, "10 % of the ratios"),
+    "plate.stiffness": StrengthRange(-8.0, 8.0, "1 % of the frequencies"),
+    "plate.sensor_mass": StrengthRange(0.0, 0.3, "kg"),
+    "plate.boundary": StrengthRange(0.0, 150.0, "Hz"),
+    "sensor.pressure_offset": StrengthRange(-0.15, 0.15, "bar"),
+    "sensor.pressure_gain": StrengthRange(-0.3, 0.3, "1"),
+    "sensor.velocity_gain": StrengthRange(-0.15, 0.15, "1"),
+    "sensor.force_gain": StrengthRange(-0.3, 0.3, "1"),
+    "sensor.force_bandwidth": StrengthRange(0.0, 25.0, "25 kHz over the corner"),
+    "sensor.acceleration_gain": StrengthRange(-0.3, 0.4, "1"),
+    "sensor.mount_resonance": StrengthRange(0.0, 5.0, "45 kHz over the resonance"),
+    "sensor.zero_shift": StrengthRange(-0.05, 0.05, "1"),
+}
+#: Campaigns that can show an effect, by the beginning of its name.
+_SEEN: Mapping[str, tuple[str, ...]] = {
+    "gun.": ("gun", "chain"),
+    "contact.": ("hammer", "chain"),
+    "plate.": ("plate", "chain"),
+    "sensor.pressure": ("gun", "chain"),
+    "sensor.velocity": ("gun", "hammer", "chain"),
+    "sensor.force": ("hammer", "plate", "chain"),
+    "sensor.acceleration": ("plate", "chain"),
+    "sensor.mount": ("plate", "chain"),
+    "sensor.zero": ("plate", "chain"),
+}
+_CLOSE, _TRIES, _HALVINGS = 0.04, 16, 6
+
+
+def shown_by(kind: str, number: int) -> tuple[str, ...]:
+    """Effects that a plan can show: a layer's compliance only where there is a layer."""
+    layered = any(setting.insulator != "none" for setting in design(kind, number))
+    names = [name for name in RANGES if any(name.startswith(key) and kind in kinds for key, kinds in _SEEN.items())]
+    return tuple(name for name in names if layered or name != "contact.layer_compliance")
+
+
+def cause_of(name: str, strength: float, order: tuple[float, ...] = (), laws: str = "") -> ActingCause:
+    """An effect, or a family outside the catalogue, at a strength; families that drift see the order of runs."""
+    if name in FAMILIES:
+        return ActingCause((), name, strength, order if FAMILIES[name].drift else ())
+    return ActingCause(((name, strength),), laws=laws)
+
+
+def largest(name: str, sign: int, laws: str = "") -> float:
+    """The end of the physical range on one side."""
+    if name in FAMILIES:
+        return FAMILIES[name].high
+    if laws:
+        return law_of(name, laws).high if sign > 0 else law_of(name, laws).low
+    return RANGES[name].high if sign > 0 else RANGES[name].low
+
+
+def signs(name: str, laws: str = "") -> tuple[int, ...]:
+    """Of a strength: errors that go either way have two."""
+    if laws:
+        return (1, -1) if law_of(name, laws).low < 0 else (1,)
+    return (1, -1) if name in RANGES and RANGES[name].low < 0 else (1,)
+
+
+def strength_for(
+    kind: str, number: int, name: str, sign: int, wanted: float, order: tuple[float, ...] = (), laws: str = ""
+) -> float | None:
+    """The strength whose gap is `wanted` (tolerances), within 4 %; None where the physical range does not hold it.
+
+    Doubles the strength until the gap is bracketed, then goes by the secant of the logarithms. The same arguments
+    give the same strength, whatever was asked before.
+    """
+
+    def size(strength: float) -> float:
+        return gap(kind, number, cause_of(name, strength, order, laws))
+
+    end = largest(name, sign, laws)
+    high, at_high = end / 2**_HALVINGS, size(end / 2**_HALVINGS)
+    while at_high < wanted and high != end:
+        high, at_high = 2 * high, size(2 * high)
+    if at_high < wanted:
+        return None
+    low, at_low = high / 2, size(high / 2)
+    for _ in range(_TRIES):
+        if at_low <= wanted:
+            break
+        high, at_high, low, at_low = low, at_low, low / 2, size(low / 2)
+    for _ in range(_TRIES):
+        middle = math.sqrt(high * low) if high > 0 else -math.sqrt(high * low)
+        if math.isfinite(at_high) and 0 < at_low < at_high:
+            share = math.log(wanted / at_low) / math.log(at_high / at_low)
+            middle = low * (high / low) ** min(max(share, 0.05), 0.95)
+        now = size(middle)
+        if abs(now / wanted - 1) < _CLOSE:
+            return middle
+        low, at_low, high, at_high = (middle, now, high, at_high) if now < wanted else (low, at_low, middle, now)
+    return None
+
 
 #: Standard error of a configuration's mean, in tolerances.
 FLOORS = (0.6, 1.3)

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats, Mask
-from ...training.metrics.clusters import clustered
-from ...training.metrics.significance import sign_flip_p
+from ...training.evaluation.summary import clustered, sign_flip_p
 from .quantity_score import Measure
 
 EVERYWHERE = "all shots"

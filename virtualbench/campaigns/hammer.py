@@ -1,4 +1,7 @@
-"""The hammer campaign (thesis, chapter 4): a person strikes a plate ten times in ten seconds, in one recording."""
+"""The hammer campaign (thesis, chapter 4): a person strikes a plate ten times in ten seconds, in one recording.
+
+The instruments of the hammer campaign (thesis, chapter 4), and two accelerometers on the plate.
+"""
 
 from __future__ import annotations
 
@@ -9,17 +12,44 @@ import numpy as np
 
 from ...array_types import Floats
 from ..effects import Effects
-from ..impact.build import Impactor, ImpactTarget, target
-from ..impact.impactors import HAND_SPEEDS_M_S, hammer, hand_speed
+from ..impact.build import HAND_SPEEDS_M_S, Impactor, ImpactTarget, hammer, hand_speed, target
 from ..impact.strike import ImpactTruth, strike_many
 from ..plate.modes import PlateModes
 from ..recorder import Value
 from ..sensors import SensorBuild, digitised
 from .base import RecordingTask, Row, Taken, Truth, cell, cells_of, day_fraction, positive
-from .hammer_sensors import LOAD_CELL, PLATE, REAR, SENSORS
-from .plates import BOUNDARIES, THICKNESS_M, Key, echoes_at, plate_stage, response_at, solved_plates
-from .ringing import felt
-from .windows import add_pulse, blow, settling_s
+from .ringing import (
+    BOUNDARIES,
+    THICKNESS_M,
+    Key,
+    add_pulse,
+    blow,
+    echoes_at,
+    felt,
+    plate_stage,
+    response_at,
+    settling_s,
+    solved_plates,
+)
+
+LOAD_CELL = SensorBuild(  # after the thesis's Dytran 5800B4; its range wide enough for the hardest blow
+    "force", "force", "N", 2e4, noise=0.2, bandwidth_hz=25e3, gain_fault=0.01, gain_drift=0.002, offset_drift=0.5,
+    position="tip",
+)  # fmt: skip
+REAR = SensorBuild(  # after its B&K 8309, with the resonance of the data sheet
+    "acceleration_hammer", "acceleration", "m/s2", 1e5, noise=2.0, mount_resonance_hz=180e3, gain_drift=0.002,
+    offset_drift=1.0, position="hammer",
+)  # fmt: skip
+PLATE = tuple(
+    SensorBuild(
+        f"acceleration_{i}", "acceleration", "g", 1000.0, 9.80665, noise=0.02, mount_resonance_hz=45e3,
+        gain_fault=0.01, zero_shift_fault=0.001, gain_drift=0.002, offset_drift=0.02, position="plate", axis="z",
+    )
+    for i in (1, 2)
+)  # fmt: skip
+
+SENSORS = (LOAD_CELL, REAR, *PLATE)
+
 
 #: Thesis, chapter 4: 51.2 kHz. In a blow 20 times as fine for what the hammer feels, 8 times for the plate.
 RATE_HZ, RATIO, PLATE_RATIO = 51_200.0, 20, 8

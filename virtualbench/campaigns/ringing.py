@@ -3,21 +3,109 @@
 While a blow lasts, the response is made on a fine grid and goes through mounting and anti-alias filter. Then every mode
 rings freely, which has a closed form at the recorder's own rate: lambda = -z w + i w sqrt(1 - z^2), mode r at sensor s
 Im(phi_s phi_impact lambda^2 / w_d Z exp(lambda t)), Z the force's integral with exp(-lambda t). Earlier blows go on.
+
+The plates of a campaign, solved once for all its recordings.
+
+Short pulses put into a long recording: a fine grid around each that lines up with the recorder's samples.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
-from ..plate.modes import PlateModes
+from ..effects import Effects
+from ..impact.build import ImpactTarget
+from ..impact.echoes import PlateEchoes
+from ..plate.build import OUTLINE_M, Boundary, resonant_plate
+from ..plate.modes import PlateModes, modes
+from ..plate.respond import respond
+from ..recorder import Value
 from ..sensors import SensorBuild, analog
-from ..sensors.filters import anti_alias_reach, anti_alias_taps
-from ..sensors.mounting import transmissibility
-from .windows import Blow, add_at
+from ..sensors.chain import corner_hz
+from ..sensors.filters import anti_alias_reach, anti_alias_taps, low_pass_decay_1_s, resonance_hz, transmissibility
+
+#: A force below this share of its peak, behind it, is over.
+_OVER = 1e-5
+
+
+def window(start_s: float, stop_s: float, rate_hz: float, ratio: int) -> tuple[int, Floats]:
+    """The recorder's first sample and times (n * ratio,) from it on, `ratio` to a sample, around `start_s` to `stop_s`.
+
+    On either side there is room for what the anti-alias filter makes of the pulse.
+    """
+    room = anti_alias_reach() + 2
+    first = int(np.floor(start_s * rate_hz)) - room
+    samples = int(np.ceil(stop_s * rate_hz)) + room - first
+    return first, (first + np.arange(samples * ratio) / ratio) / rate_hz
+
+
+def placed(grid_s: Floats, start_s: float, time_s: Floats, signal: Floats) -> Floats:
+    """A pulse (m,), its times from its own start, on the recording's grid (n,); zero outside."""
+    return np.interp(grid_s - start_s, time_s, signal, left=0.0, right=0.0)
+
+
+def add_pulse(
+    out: Floats,
+    start_s: float,
+    time_s: Floats,
+    signal: Floats,
+    sensor: SensorBuild,
+    rate_hz: float,
+    ratio: int,
+    effects: Mapping[str, float],
+) -> None:
+    """Add what `sensor` makes of a pulse (m,) that begins at `start_s` and ends at zero to a recording `out`, SI."""
+    first, grid = window(start_s, start_s + float(time_s[-1]) + settling_s((sensor,), effects), rate_hz, ratio)
+    add_at(out, first, analog(grid, placed(grid, start_s, time_s, signal), sensor, rate_hz, effects))
+
+
+def add_at(out: Floats, first: int, values: Floats) -> None:
+    """Add `values` to `out` from sample `first` on, as far as it reaches."""
+    low, high = max(first, 0), min(first + values.size, out.size)
+    if low < high:
+        out[low:high] += values[low - first : high - first]
+
+
+def settling_s(sensors: Sequence[SensorBuild], effects: Mapping[str, float]) -> float:
+    """How long (s) mountings and electronics outlast a pulse: until exp(-10)."""
+    rates = [np.inf]
+    for sensor in sensors:
+        resonance, corner = resonance_hz(sensor, effects), corner_hz(sensor, effects)
+        rates += [2 * np.pi * sensor.mount_damping * resonance] if resonance else []
+        rates += [low_pass_decay_1_s(corner)] if corner else []
+    return float(10 / min(rates))
+
+
+@dataclass(frozen=True)
+class Blow:
+    """A force (n,) on even fine times (n,) of the recording's clock, `ratio` of them to a sample, zero at both ends.
+
+    `first` is the recorder's sample at the first time; `over` the fine index from which the force is zero.
+    """
+
+    first: int
+    ratio: int
+    time_s: Floats
+    force_n: Floats
+    over: int
+
+
+def blow(start_s: float, time_s: Floats, force_n: Floats, rate_hz: float, ratio: int, settle_s: float) -> Blow:
+    """A pulse (n,), its times from its own start, put at `start_s` into a recording, with `settle_s` after it."""
+    size = np.abs(force_n)
+    loud = np.flatnonzero(size > _OVER * size.max())
+    length = int(loud[-1]) + 2 if loud.size else 2
+    time_s, force_n = time_s[:length], force_n[:length]
+    end = start_s + float(time_s[-1])
+    first, grid = window(start_s, end + settle_s + anti_alias_reach() / rate_hz, rate_hz, ratio)
+    over = min(grid.size - 1, int(np.searchsorted(grid, end)) + 1)
+    return Blow(first, ratio, grid, placed(grid, start_s, time_s, force_n), over)
+
 
 Complex = NDArray[np.complex128]
 
@@ -123,3 +211,56 @@ def _ring(
         part = out[:, start : min(stop, start + _BLOCKS * _BLOCK)]
         part += wave.reshape(len(weights), -1)[:, : part.shape[1]]
     return np.asarray(state * np.exp(roots * (max(0, stop - first) / rate_hz)))
+
+
+Key = tuple[str, Boundary]
+
+#: The bench's plates are 10 mm thick.
+THICKNESS_M = 0.010
+#: The pass band of 51.2 kHz; at 100 kHz the modes beyond are missing, and with them what short pulses excite there.
+MAX_FREQUENCY_HZ = 20e3
+BOUNDARIES: Mapping[str, Boundary] = {"free": "free", "fixed": "fixed"}
+_LIBRARY: tuple[Key, ...] = (("aluminum", "free"), ("aluminum", "fixed"), ("steel", "free"), ("steel", "fixed"))
+
+
+def solved_plates(
+    keys: Iterable[Key], effects: Effects, rng: np.random.Generator, heights_m: Sequence[float] = (0.0,)
+) -> Mapping[Key, PlateModes]:
+    """Modes of the plates asked for, with the impact points of each height at which a plate hangs one after the other:
+    a plate that hangs higher is struck lower. Each plate's damping has its own place in `rng`, whichever are asked for.
+
+    Raises `ValueError` for a plate that the bench has not got.
+    """
+    wanted = set(keys)
+    if unknown := wanted.difference(_LIBRARY):
+        library_materials = ", ".join(sorted({material for material, _ in _LIBRARY}))
+        raise ValueError(f"plan: plate_material is {min(unknown)[0]!r}; expected one of {library_materials}")
+    generators = dict(zip(_LIBRARY, rng.spawn(len(_LIBRARY)), strict=True))
+    plates = {key: resonant_plate(*key, generators[key]) for key in _LIBRARY if key in wanted}
+    for key, plate in plates.items():
+        points = tuple((x, y - height) for height in heights_m for x, y in plate.impact_points_m)
+        plates[key] = replace(plate, impact_points_m=points)
+    return {key: modes(plate, effects, max_frequency_hz=MAX_FREQUENCY_HZ) for key, plate in plates.items()}
+
+
+def response_at(plate: PlateModes, point: int) -> Callable[[Floats, Floats], Floats]:
+    """The plate's accelerations (sensors, n) under a force (n,) at one of its impact points, from rest."""
+
+    def response(time_s: Floats, force_n: Floats) -> Floats:
+        acting = np.flatnonzero(force_n)
+        if not acting.size:
+            return np.zeros((plate.shapes.shape[0], time_s.size))
+        stretch = slice(max(0, int(acting[0]) - 1), int(acting[-1]) + 2)
+        return respond(plate, time_s[stretch], force_n[stretch], time_s, point=point)
+
+    return response
+
+
+def echoes_at(plate: PlateModes, point: int, target: ImpactTarget) -> PlateEchoes:
+    """What a plate sends back to one of its impact points while it is struck there."""
+    return PlateEchoes(plate.frequencies_hz, plate.damping, plate.shape_impact[point], target.plate_impedance_n_s_m)
+
+
+def plate_stage(material: str) -> dict[str, Value]:
+    """`[bench.plate]`: what the lab's drawing says."""
+    return {"material": material, "thickness_m": THICKNESS_M, "outline_m": [list(corner) for corner in OUTLINE_M]}

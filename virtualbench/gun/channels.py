@@ -9,8 +9,7 @@ import numpy as np
 
 from ...array_types import Floats
 from .build import Projectile
-from .curve import position_at
-from .truth import ShotTruth
+from .fire import ShotTruth, position_at
 
 __all__ = ["LASER_REST_M", "Trigger", "shot_signals", "trigger_time_s"]
 

@@ -9,11 +9,21 @@ import numpy as np
 from numba import njit
 
 from ...array_types import Floats
-from .friction import AIR_VISCOSITY_PA_S, CREEP_M_S
-from .gas import CHOKED, COLDEST_K, CP, CRITICAL_RATIO, CV, GAMMA, GAS_CONSTANT, HOTTEST_K, LAMINAR_SHARE
-from .motion import STANDARD_DENSITY_KG_M3
-from .setting import GunSetting
-from .valve import DEAD_SHARE, RANGEABILITY
+from .build import GunSetting
+from .gas import (
+    CHOKED,
+    COLDEST_K,
+    CP,
+    CRITICAL_RATIO,
+    CV,
+    DEAD_SHARE,
+    GAMMA,
+    GAS_CONSTANT,
+    HOTTEST_K,
+    LAMINAR_SHARE,
+    RANGEABILITY,
+)
+from .motion import AIR_VISCOSITY_PA_S, CREEP_M_S, STANDARD_DENSITY_KG_M3
 
 Flow = tuple[float, float]
 

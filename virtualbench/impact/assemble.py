@@ -10,8 +10,7 @@ import numpy as np
 from ...array_types import Floats
 from ..effects import Effects
 from .build import Impactor, ImpactTarget, Layer
-from .chain import Chain
-from .contact import ContactLaw
+from .chain import Chain, ContactLaw
 
 __all__ = ["POINT_PER_STRENGTH", "WEAR_PER_STRENGTH", "assemble", "hertz_time"]
 

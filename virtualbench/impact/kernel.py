@@ -1,15 +1,22 @@
-"""`Chain.motion` and the Runge-Kutta steps of `integrate`, compiled, for one impact at a time."""
+"""`Chain.motion` and the Runge-Kutta steps of `integrate`, compiled, for one impact at a time.
+
+The contact forces of many impacts alone: those of `strike_many`, as the compiled solver has them.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
 
 from ...array_types import Floats
-from .chain import Chain
-from .contact import FULLY_PLASTIC, ONSET_SHARE, TIP_REFERENCE
+from ..effects import Effects
+from .assemble import assemble
+from .build import Impactor, ImpactTarget
+from .chain import FULLY_PLASTIC, ONSET_SHARE, TIP_REFERENCE, Chain
+from .integrate import CREEPING, LOOK, longest_s, steps_for
 
 _SMALLEST_M = 1e-12
 # fmt: off
@@ -149,3 +156,31 @@ def run(f: Floats, speed: float, step: float, limit: int, look: int, creeping: f
         for i in range(9):
             state[i] += step / 6 * (k1[i] + 2 * (k2[i] + k3[i]) + k4[i])
     return 0, state, history[:, :count]
+
+
+__all__ = ["contact_forces"]
+
+
+def contact_forces(
+    impactors: Sequence[Impactor],
+    targets: Sequence[ImpactTarget],
+    effects: Effects,
+    velocities_m_s: Floats,
+    rng: np.random.Generator,
+    *,
+    steps_per_contact: int = 250,
+) -> list[tuple[float, Floats]]:
+    """Of each impact the step (s) and the force (n,) in N between tip and target, from first contact until it lets go.
+
+    Raises `RuntimeError` as `strike_many` does.
+    """
+    chain = assemble(impactors, targets, effects, rng)
+    steps = steps_for(chain, velocities_m_s, steps_per_contact)
+    limits = (longest_s(chain, velocities_m_s) / steps).astype(np.int64)
+    forces = []
+    for figures, speed, step, limit in zip(figures_of(chain), velocities_m_s, steps, limits, strict=True):
+        count, _, history = run(figures, float(speed), float(step), int(limit) + LOOK, LOOK, CREEPING)
+        if not count:
+            raise RuntimeError(f"an impact at {speed!r} m/s has not ended after {limit} steps")
+        forces.append((float(step), history[0]))
+    return forces

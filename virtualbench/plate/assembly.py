@@ -10,8 +10,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from .build import PlateMaterial, Point
-from .elements import UNKNOWNS, basis, mass_matrices, stiffness_matrices
-from .mesh import Mesh, bilinear
+from .mesh import UNKNOWNS, Mesh, basis, bilinear, mass_matrices, stiffness_matrices
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array

@@ -6,13 +6,20 @@ frequency: the loss of an attachment that is described by a fractional derivativ
 plate: frequencies are 1 % higher, of a mode that bends more at one end by more, and of its opposite by less (Rayleigh,
 Theory of Sound I, section 88). Of `plate.sensor_mass` and `plate.boundary` it is the sensors and supports as they were
 built.
+
+The lowest modes of a sparse pair of stiffness and mass, by inverse iteration about a shift below zero.
+
+The modal table that a laboratory would hand over with its plate: `plate_modes.csv` of a campaign folder.
 """
 
 from __future__ import annotations
 
+import csv
+import io
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +27,58 @@ from numpy.typing import NDArray
 from ..effects import Effects
 from .assembly import assemble, at_points, clamped_unknowns, deflection_rows
 from .build import BenchPlate
-from .eigen import modes_below
-from .elements import SHEAR_CORRECTION
-from .mesh import Mesh
+from .mesh import SHEAR_CORRECTION, Mesh
 
-__all__ = ["PlateModes", "flexural_wavenumber", "modes"]
+if TYPE_CHECKING:
+    from .assembly import Matrix
+
+
+_eigen__all__ = ["lowest_modes", "modes_below"]
+
+#: By how much more modes are asked for when the last guess fell short of the limit.
+_MORE = 1.25
+
+
+def lowest_modes(
+    stiffness: Matrix, mass: Matrix, count: int, *, shift_hz: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Frequencies (count,) in Hz, rising, and mass-normalised shapes (size, count).
+
+    `shift_hz` is a frequency of the order of the lowest elastic mode. By rounding, a mode without stiffness comes out
+    within some 1e-3 of it, or at 0.
+    """
+    from scipy.sparse.linalg import LinearOperator, eigsh, splu
+
+    shift = (2 * np.pi * shift_hz) ** 2
+    # Positive definite: no pivoting, and an ordering that keeps the symmetry, solve some times faster.
+    factors = splu(
+        (stiffness + shift * mass).tocsc(),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    inverse = LinearOperator(stiffness.shape, matvec=factors.solve, dtype=np.float64)
+    # A fixed start keeps the modes the same from call to call, and from process to process.
+    start = np.sin(1.0 + np.arange(stiffness.shape[0]))
+    squares, shapes = eigsh(stiffness, count, mass, sigma=-shift, OPinv=inverse, v0=start)
+    order = np.argsort(squares)
+    return np.sqrt(np.maximum(squares[order], 0.0)) / (2 * np.pi), np.asarray(shapes[:, order])
+
+
+def modes_below(
+    stiffness: Matrix, mass: Matrix, limit_hz: float, *, expected: int, shift_hz: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """All modes up to `limit_hz`, of which about `expected` are thought to be there."""
+    count = min(expected, stiffness.shape[0] // 2)
+    frequencies, shapes = lowest_modes(stiffness, mass, count, shift_hz=shift_hz)
+    while frequencies[-1] <= limit_hz and count < stiffness.shape[0] // 2:
+        count = min(int(_MORE * count) + 1, stiffness.shape[0] // 2)
+        frequencies, shapes = lowest_modes(stiffness, mass, count, shift_hz=shift_hz)
+    inside = frequencies <= limit_hz
+    return frequencies[inside], shapes[:, inside]
+
+
+_modes__all__ = ["PlateModes", "flexural_wavenumber", "modes"]
 
 DAMPING_STEP = 0.10
 FREQUENCY_STEP = 0.01
@@ -153,3 +207,24 @@ def _checked(effects: Effects, stretch: float, max_hz: float) -> None:
         raise ValueError(f"plate.stiffness at {effects['plate.stiffness']!r}: expected above {least:.3g}")
     if effects["plate.boundary"] < 0:
         raise ValueError(f"plate.boundary at {effects['plate.boundary']!r}: expected 0 or more, a support cannot push")
+
+
+__all__ = ["modal_table"]
+
+
+def modal_table(modes: PlateModes, point: int) -> str:
+    """CSV text: mode, frequency_hz, damping_ratio, shape_impact and shape_SENSOR in 1/sqrt(kg), a row for each mode.
+
+    For a plate that the bench then treats otherwise, give the modes without effects: the table is what the laboratory
+    believes. Raises `ValueError` for an impact point the modes do not have.
+    """
+    if point not in range(modes.shape_impact.shape[0]):
+        raise ValueError(f"point = {point!r}: expected 0 to {modes.shape_impact.shape[0] - 1}")
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    shapes = [f"shape_{name}" for name in modes.sensor_names]
+    writer.writerow(["mode", "frequency_hz", "damping_ratio", "shape_impact", *shapes])
+    columns = [modes.frequencies_hz, modes.damping, modes.shape_impact[point], *modes.shapes]
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    writer.writerows([number, *row] for number, row in enumerate(rows, start=1))
+    return text.getvalue()

@@ -25,11 +25,10 @@ from numba import njit
 
 from ...array_types import Floats
 from ..effects import Effects
-from ..gun.build import GunBuild, Projectile
-from ..gun.curve import crossings, velocity_at
-from ..gun.friction import AIR_VISCOSITY_PA_S, CREEP_M_S
+from ..gun.build import SMALLEST_BREECH_M3, VACUUM_PA, WEAKEST_VALVE, GunBuild, Projectile, setting_of
+from ..gun.fire import crossings, velocity_at
 from ..gun.gas import CHOKED, COLDEST_K, CP, CRITICAL_RATIO, CV, GAMMA, GAS_CONSTANT, HOTTEST_K
-from ..gun.setting import SMALLEST_BREECH_M3, VACUUM_PA, WEAKEST_VALVE, setting_of
+from ..gun.motion import AIR_VISCOSITY_PA_S, CREEP_M_S
 from .owners import bullet_factor
 
 __all__ = ["muzzle_velocity_m_s"]

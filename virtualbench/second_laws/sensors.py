@@ -127,7 +127,7 @@ def accelerations_read(
 
 
 def _mounted(acceleration: Floats, rate_hz: float, resonance_hz: float, damping: float) -> Floats:
-    from ..sensors.mounting import mounted
+    from ..sensors.filters import mounted
 
     return np.array([mounted(row, 1 / rate_hz, resonance_hz, damping) for row in acceleration])
 

@@ -25,7 +25,7 @@ def export(campaign: str, db: str, out: Path) -> None:
         pyroshock db export spring --out spring.pyroshock
     """
     with opened(db) as store:
-        from ....schema.carry.export import export_campaign
+        from ....schema.transfer.export import export_campaign
         from ...progress import progress_bar
 
         with progress_bar("Exporting", "rows") as step:
@@ -48,7 +48,7 @@ def import_(file: Path, db: str, json_to: str | None) -> None:
         pyroshock db import spring.pyroshock --db sqlite:///lab.db
     """
     with opened(db, create=True) as store:
-        from ....schema.carry.importing import import_file
+        from ....schema.transfer.merging import import_file
         from ...progress import progress_bar
 
         with progress_bar("Importing", "samples") as step:

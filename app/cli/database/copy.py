@@ -23,8 +23,8 @@ def copy(source: str, target: str, json_to: str | None) -> None:
         pyroshock db copy sqlite:///lab.db postgresql+psycopg://lab@server/lab
     """
     with opened(source) as store:
-        from ....schema.care.copying import copy_store
         from ....schema.engine import describe, make_engine
+        from ....schema.transfer.copying import copy_store
         from ...progress import progress_bar
 
         engine = make_engine(target)
@@ -43,8 +43,8 @@ def copy(source: str, target: str, json_to: str | None) -> None:
 
 def _say_where_models_are(source: str) -> None:
     """Models are MLflow's, and stay where they are."""
-    from ....training.model_storage import place_beside
     from ....training.registry.connection import user_environment
+    from ....training.registry.model_storage import place_beside
 
     place = place_beside(source, user_environment())
     if place.database is not None and place.database.is_file():

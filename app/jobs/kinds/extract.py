@@ -20,7 +20,7 @@ class ExtractArguments:
 
 
 def _do(work: RunningJob, asked: ExtractArguments) -> Ending:
-    from ....ingest.reextract import reextract
+    from ....ingest.reextraction import reextract
     from ....ingest.settings import ExtractionSettings
 
     report = reextract(work.store, asked.campaign, ExtractionSettings(**asked.settings), work.step)

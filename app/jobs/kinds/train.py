@@ -10,8 +10,8 @@ from ..work import Ending, Result, RunningJob
 from .base import Kind, told
 
 if TYPE_CHECKING:
-    from ....training.model_catalogue import Budget
-    from ....training.session import Session
+    from ....training.fitting.session import Session
+    from ....training.models.catalogue import Budget
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ def _do(work: RunningJob, asked: TrainArguments) -> Ending:
 
 
 def _trained(work: RunningJob, asked: TrainArguments) -> Session:
-    from ....training.session import Progress, train
+    from ....training.fitting.session import Progress, train
     from ...models.training import ground_of, splits_of
     from ..fenced_registry import fenced_registry_of
 

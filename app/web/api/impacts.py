@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Query
 from pydantic import BaseModel, Field
 
-from ....ingest.reextract import preview_impacts, reextract_recording
+from ....ingest.reextraction import preview_impacts, reextract_recording
 from ....ingest.settings import ExtractionSettings
 from ....schema.listings import list_impacts_page, list_shots_page
 from ...filters import parse_where

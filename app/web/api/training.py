@@ -26,7 +26,7 @@ class TrainingOptions(BaseModel):
 
     def asked(self) -> TrainArguments:
         """Raises `ValueError` for a model that there is not."""
-        from ....training.model_catalogue import models_of
+        from ....training.models.catalogue import models_of
 
         return TrainArguments(self.dataset, list(models_of(self.models)), self.split, self.seed, self.budget)
 

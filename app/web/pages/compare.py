@@ -14,7 +14,7 @@ from starlette.responses import Response
 
 from ....schema.campaigns import Campaign, Factor
 from ....schema.impacts import Pulse
-from ....schema.thinned_listing import list_pulse_keys
+from ....schema.listings import list_pulse_keys
 from ...filters import parse_where
 from ...pulses.overlays import PulseOverlay, pulse_overlay
 from ...spectra.overlays import spectrum_overlay

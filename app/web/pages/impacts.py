@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
-from ....ingest.reextract import preview_impacts, reextract_recording
+from ....ingest.reextraction import preview_impacts, reextract_recording
 from ....ingest.settings import ExtractionSettings
 from ....schema.listings import list_impacts_page, list_shots_page
 from ....schema.series import SeriesError

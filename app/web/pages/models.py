@@ -8,7 +8,7 @@ from fastapi import APIRouter, Form, Query
 from starlette.requests import Request
 from starlette.responses import Response
 
-from ....dataset.deleted import list_withdrawals
+from ....dataset.catalog import list_withdrawals
 from ...models.figures import held_out_figures, listed_versions, side_by_side, version_rows
 from ...models.training import models_extra, reader_of
 from ...models.withdrawn import withdrawn_words

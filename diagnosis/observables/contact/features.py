@@ -1,16 +1,87 @@
-"""Numbers that a force pulse is compared by: one function for measured and for simulated pulses."""
+"""Numbers that a force pulse is compared by: one function for measured and for simulated pulses.
+
+Sampled pulses brought into a frame of their own, where pulses of any duration and sampling rate compare.
+
+The compiled search for the instants at which pulses cross a level.
+"""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 import numpy as np
+from numba import njit
 from numpy.polynomial.legendre import legvander
 
 from ....array_types import Floats
 from ...record import Series
 from ..base import Observable
-from .time_frame import PLACES, framed, interpolated, level_crossings
+
+#: Places of the frame, in widths at half the peak from the middle of that width.
+PLACES = np.linspace(-1.6, 3.4, 501)
+#: The frame is smoothed by a Gauss window of this deviation, in the same widths: less noise, whatever the rate.
+_SMOOTH = 0.03
+#: Points to a width at half the peak: samples are refined by a spline up to it, and averaged down to it.
+_POINTS, _MOST = 150, 96
+
+
+def framed(force_n: Floats, step_s: float, width_s: float | None = None) -> tuple[Floats, Floats]:
+    """Pulses (n, m) in steps of `step_s`, of similar width, at `PLACES` (n, p), and their widths at half the peak (n,).
+
+    Beyond their ends there is no force. The pulse is what surrounds the greatest force: of several contacts the
+    strongest. Rows without any force above 0 are NaN. Expects the zero line to be removed. `width_s`, some width at
+    half the peak that tells how finely to look, is the narrowest pulse's unless given.
+    """
+    from scipy.ndimage import gaussian_filter1d
+
+    if width_s is None:
+        width_s = max(int((force_n > 0.5 * force_n.max(axis=1, keepdims=True)).sum(axis=1).min()), 1) * step_s
+    if (count := int(width_s / step_s / _MOST)) >= 2:  # many more samples than the frame can use
+        whole = force_n.shape[1] // count * count
+        force_n, step_s = force_n[:, :whole].reshape(len(force_n), -1, count).mean(axis=2), step_s * count
+    fine, step_s = _refined(force_n, step_s, width_s)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        first, last = level_crossings(fine, 0.5)
+        middle, width = (first + last) / 2, last - first
+        frame = interpolated(fine, middle[:, None] + width[:, None] * PLACES)
+        values = gaussian_filter1d(frame, _SMOOTH / (PLACES[1] - PLACES[0]), axis=1, mode="constant")
+    values[~(fine.max(axis=1) > 0)] = np.nan
+    return values, width * step_s
+
+
+def level_crossings(force_n: Floats, level: float) -> tuple[Floats, Floats]:
+    """Steps (n,): where pulses (n, m) last rise above `level` of their peak before it, and fall below behind it.
+
+    The ends of the series where they do not.
+    """
+
+    steps = np.empty((2, len(force_n)))
+    crossings(np.ascontiguousarray(force_n), np.argmax(force_n, axis=1), level, steps)
+    return steps[0], steps[1]
+
+
+def interpolated(values: Floats, place: Floats) -> Floats:
+    """(n, k) of series (n, m) at places (n, k) in steps: straight between the points, 0 outside of them."""
+    last = values.shape[1] - 1
+    inside = (place >= 0) & (place <= last)
+    place = np.where(inside, place, 0.0)
+    step = np.minimum(place.astype(np.intp), last - 1)
+    rows = np.arange(len(values))[:, None]
+    before, after = values[rows, step], values[rows, step + 1]
+    return np.where(inside, before + (place - step) * (after - before), 0.0)
+
+
+def _refined(force: Floats, step: float, width_s: float) -> tuple[Floats, float]:
+    """By a spline of the fifth degree through the samples, with nothing before and after them."""
+    from scipy.interpolate import make_interp_spline
+
+    finer = int(np.ceil(_POINTS * step / width_s))
+    if finer == 1:
+        return force, step
+    index = np.arange(force.shape[1])
+    spline = make_interp_spline(index, force, k=min(5, force.shape[1] - 1), axis=1)
+    return np.asarray(spline(np.arange((len(index) - 1) * finer + 1) / finer)), step / finer
+
 
 #: Level of the peak between which a pulse's shape is taken; the tails below it are mostly noise.
 _LEVEL = 0.1
@@ -119,3 +190,24 @@ def _impulse(force: Floats, low: Floats, high: Floats) -> Floats:
 def _clipped(values: Floats, place: Floats) -> Floats:
     """As `interpolated`, with the first and the last value outside of the points."""
     return interpolated(values, np.clip(place, 0.0, values.shape[1] - 1))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def crossings(force, top, level, steps):  # type: ignore[no-untyped-def]
+    """Into `steps` (2, n): where pulses (n, m) cross `level` of their peak at `top` (n,), before and behind it."""
+    for i in range(len(force)):
+        row, threshold, last = force[i], level * force[i, top[i]], force.shape[1] - 1
+        before, after = top[i] - 1, top[i] + 1
+        while before >= 0 and not row[before] < threshold:
+            before -= 1
+        while after <= last and not row[after] < threshold:
+            after += 1
+        steps[0, i] = 0.0 if before < 0 else _crossing(row, before, threshold)
+        steps[1, i] = last if after > last else _crossing(row, after - 1, threshold)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _crossing(row, left, threshold):  # type: ignore[no-untyped-def]
+    """Straight between two points; the first of them where both are alike."""
+    here, there = row[left], row[left + 1]
+    return left + (threshold - here) / (there - here) if there != here else float(left)

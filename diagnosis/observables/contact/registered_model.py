@@ -13,12 +13,11 @@ import numpy as np
 
 from ....array_types import Floats, Rows
 from ....twin import contact_interface
-from ....twin.contact.effect import ContactEffect
 from ....twin.contact.effects_on_pulses import changed_force
+from ....twin.contact.impacts import ContactEffect
 from ....twin.setting import Setting
 from ...record import CampaignRecord, Run
-from .force_histories import PLACES, ForceHistories, law_histories
-from .site import impactor_mass_kg, layers
+from .force_histories import PLACES, ForceHistories, impactor_mass_kg, law_histories, layers
 from .stage import ContactObservables
 
 #: A predictor's name; and a mass for models that do not ask for it.

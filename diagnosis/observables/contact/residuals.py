@@ -12,10 +12,9 @@ from ....twin.effects import Effect
 from ....twin.sensors.chain import SensorChain
 from ...record import Series
 from ..base import sensor_chain
-from .features import zeroed
+from .features import level_crossings, zeroed
 from .force_histories import ForceHistories
 from .stage import ContactObservables
-from .time_frame import level_crossings
 
 #: Room before the alignment and behind it, in the longest width at half the peak; and the most samples for it.
 _BEFORE, _AFTER, _MOST = 1.0, 2.0, 2048

@@ -9,16 +9,13 @@ import numpy as np
 
 from ....array_types import Floats, Rows
 from ....twin.contact.bodies import Bodies, MissingQuantityError
-from ....twin.contact.effect import ContactEffect
-from ....twin.contact.impacts import Impacts
+from ....twin.contact.impacts import ContactEffect, Impacts
 from ....twin.effects import Effect, catalogue
 from ....twin.sensors.chain import SensorChain
 from ...record import CampaignRecord, Run, Series
-from ..base import Stage, Upstream, sensor_chain
-from ..batching import at_rows, batched_changes
+from ..base import Stage, Upstream, at_rows, batched_changes, sensor_chain
 from .features import NAMES, OBSERVABLES, series_features
-from .force_histories import ForceHistories, law_histories, measured_features
-from .site import sites_of
+from .force_histories import ForceHistories, law_histories, measured_features, sites_of
 
 #: Where nothing is recorded: as the thesis records its hammer (chapter 4).
 _ASSUMED_RATE_HZ = 51_200.0

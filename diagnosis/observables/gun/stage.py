@@ -12,12 +12,11 @@ from ....array_types import Floats
 from ....signals.valve_profile import ValveProfile
 from ....twin.effects import Effect
 from ....twin.gun.bench import GunBench
-from ....twin.gun.effect import GunEffect
 from ....twin.gun.effects.valve_flow import ValveFlow
+from ....twin.gun.shot import GunEffect
 from ....twin.gun.shots import gun_velocity
 from ...record import CampaignRecord, RunConfiguration
-from ..base import Observable, Stage, Upstream, sensor_chain
-from ..batching import at_rows, batched_changes
+from ..base import Observable, Stage, Upstream, at_rows, batched_changes, sensor_chain
 
 #: 1 % of velocity counts as agreement; the scatter where no run states its uncertainty.
 TOLERANCE, ASSUMED_FLOOR = 0.01, 0.01

@@ -12,17 +12,25 @@ from numpy.typing import NDArray
 
 from ....array_types import Floats, Rows
 from ....twin.effects import Effect
-from ....twin.plate.effect import PlateEffect, with_effects
 from ....twin.plate.effects.sensor_mass import SensorMass
-from ....twin.plate.modal import ModalPlate
-from ....twin.plate.respond import kept_below
-from ....twin.plates import PlateSpread
+from ....twin.plate.modal import ModalPlate, PlateEffect, with_effects
+from ....twin.plate.response import kept_below
+from ....twin.plate.stage import PlateSpread
 from ...record import CampaignRecord, RunConfiguration
 from ..base import Observable, Stage, Upstream
-from .columns import mode_observables
-from .match import ModeLines, candidate_plates
-from .modes import CLEAR_DAMPING, HIGHEST, LEAST_RATIO, LOST, ModeSearch, best_modes, median
+from .modes import (
+    CLEAR_DAMPING,
+    HIGHEST,
+    LEAST_RATIO,
+    LOST,
+    ModeLines,
+    ModeSearch,
+    best_modes,
+    candidate_plates,
+    median,
+)
 from .signals import ringdown_block
+from .stage import mode_observables
 
 _FIXED = "fixed"
 #: A table was measured; a model with handbook elasticity and assumed damping agrees within what the twin takes it for.

@@ -13,7 +13,7 @@ depends_on = None
 def upgrade() -> None:
     connection = op.get_bind()
     if connection.dialect.name == "postgresql":
-        from pyroshock.schema.roles import grant_roles
+        from pyroshock.schema.access.roles import grant_roles
 
         grant_roles(connection)  # without CREATEROLE there are none: `pyroshock db roles` says so, and makes them
 
@@ -21,6 +21,6 @@ def upgrade() -> None:
 def downgrade() -> None:
     connection = op.get_bind()
     if connection.dialect.name == "postgresql":
-        from pyroshock.schema.roles import revoke_roles
+        from pyroshock.schema.access.roles import revoke_roles
 
         revoke_roles(connection)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sqlalchemy as sa
 from alembic import op
-from pyroshock.schema.roles import act_as_owner
+from pyroshock.schema.access.roles import act_as_owner
 
 revision = "0008"
 down_revision = "0007"

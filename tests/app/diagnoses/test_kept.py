@@ -13,14 +13,16 @@ from hypothesis.extra.numpy import arrays
 from pyroshock.app.diagnoses.diagnosing import report_json
 from pyroshock.app.diagnoses.verdict_json import verdict_from_json, verdict_to_json
 from pyroshock.app.reports.diagnosis import page
-from pyroshock.diagnosis.plot_data import CurvePicture, Pictures, ResidualPicture
 from pyroshock.diagnosis.verdict import (
     Cause,
+    CurvePicture,
     EffectShare,
     Fitted,
     GapSize,
     PathStep,
+    Pictures,
     Region,
+    ResidualPicture,
     Shrinkage,
     Unexplained,
     Verdict,

@@ -16,9 +16,9 @@ from pyroshock.app.jobs.kinds.ingest import INGEST, IngestArguments
 from pyroshock.app.jobs.kinds.plan import PLAN, PlanArguments
 from pyroshock.app.jobs.queue import ask, get_job, list_jobs
 from pyroshock.ingest.settings import ExtractionSettings
+from pyroshock.schema.campaigns import Plan
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.jobs import DONE, RUNNING, WAITING
-from pyroshock.schema.plans import Plan
 from pyroshock.schema.recordings import Recording
 from pyroshock.schema.session import Store
 from sqlalchemy import func, select

@@ -22,10 +22,10 @@ from pyroshock.app.jobs.liveness import Watch
 from pyroshock.app.jobs.queue import ask, get_job
 from pyroshock.app.jobs.run_job import WorkerContext, attempt
 from pyroshock.app.jobs.work import Result, RunningJob
+from pyroshock.schema.campaigns import Plan
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.engine import StoreError
 from pyroshock.schema.jobs import DONE, FAILED, RUNNING, STOPPED, WAITING
-from pyroshock.schema.plans import Plan
 from pyroshock.schema.session import Store
 from sqlalchemy import func, select
 from support.processes.odd_jobs import LEASE_S, Odd, claimed, hand, odd, work_off, working

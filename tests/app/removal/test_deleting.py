@@ -7,8 +7,7 @@ import json
 import pytest
 from pyroshock.dataset.snapshot import build_snapshot, read_snapshot
 from pyroshock.schema.campaigns import Campaign
-from pyroshock.schema.diagnoses import Diagnosis
-from pyroshock.schema.twins import TwinVersion
+from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
 from sqlalchemy import select
 from support.records.campaigns import hammer_campaign, replace_in
 from support.stores.care_stores import GUN, HAMMER, OTHER, WHEN, execute

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from pyroshock.app.removal.recordings import discard_recording
 from pyroshock.dataset.snapshot import SnapshotError, read_snapshot
+from pyroshock.schema.campaigns import PlannedRun
 from pyroshock.schema.impacts import Impact
-from pyroshock.schema.plans import PlannedRun
 from pyroshock.schema.recordings import Recording
 from pyroshock.schema.removal.part import recording_part
 from sqlalchemy import func, select

@@ -18,12 +18,10 @@ from pyroshock.app.reports.pdf import pdf_of
 from pyroshock.app.reports.pulse_groups import pulses_of, telling_factor
 from pyroshock.doe.plans import discard_run, read_plan
 from pyroshock.schema.campaigns import Campaign
-from pyroshock.schema.impacts import Impact, Pulse
+from pyroshock.schema.impacts import Impact, Pulse, Shot
 from pyroshock.schema.listings import iter_impacts, iter_shots
-from pyroshock.schema.quality import QualityFinding
-from pyroshock.schema.recordings import Recording
+from pyroshock.schema.recordings import QualityFinding, Recording
 from pyroshock.schema.session import Store
-from pyroshock.schema.shots import Shot
 from sqlalchemy import select
 from support.checks.well_formed import Page, needs_nothing
 from support.records.campaigns import gun_campaign, write_runs

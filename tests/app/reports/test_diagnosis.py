@@ -11,8 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.app.reports.diagnosis import page, waterfall, write_page
-from pyroshock.diagnosis.plot_data import Pictures
-from pyroshock.diagnosis.verdict import GapSize, StageShare, Where
+from pyroshock.diagnosis.verdict import GapSize, Pictures, StageShare, Where
 from support.checks.well_formed import Page
 from support.records import verdicts
 

@@ -12,11 +12,11 @@ from pyroshock.app.reports.model import model_document, of_all_splits
 from pyroshock.app.reports.page import html_of
 from pyroshock.app.reports.pdf import pdf_of
 from pyroshock.dataset.table import PulseTable
-from pyroshock.training.floors import floor_metrics
-from pyroshock.training.listing import chosen
-from pyroshock.training.promotion import promote
+from pyroshock.training.evaluation.floor import floor_metrics
+from pyroshock.training.fitting.session import train
+from pyroshock.training.registry.listing import chosen
+from pyroshock.training.registry.promotion import promote
 from pyroshock.training.registry.registry import Registry
-from pyroshock.training.session import train
 from support.checks.well_formed import Page, needs_nothing
 from support.records.pulse_tables import pulse_table
 from support.stores.registries import fresh_registry, ground_in, without_figures, without_judging_the_first

@@ -13,8 +13,7 @@ from pyroshock.app.reports.document import Bars, ChartRow, Paragraph
 from pyroshock.app.reports.page import html_of
 from pyroshock.app.reports.pdf import pdf_of
 from pyroshock.app.reports.stored_diagnosis import diagnosis_document, verdict_of
-from pyroshock.diagnosis.plot_data import Pictures
-from pyroshock.diagnosis.verdict import Verdict
+from pyroshock.diagnosis.verdict import Pictures, Verdict
 from pyroshock.schema.diagnoses import Diagnosis
 from support.checks.pdf_text import pdf_text
 from support.checks.well_formed import Page, needs_nothing

@@ -16,7 +16,7 @@ from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.measured_shots import MeasuredShots
 from pyroshock.twin.plate.modal import ModalPlate
-from pyroshock.twin.plates import PlateStage
+from pyroshock.twin.plate.stage import PlateStage
 from pyroshock.twin.spectrum_calibration import SpectrumCalibration
 from pyroshock.validation.prediction_scores.shot_comparison import QuantityComparison, compared_shots
 from support.records.twin_parts import HalfSine, setting

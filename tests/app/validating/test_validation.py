@@ -15,12 +15,11 @@ from pyroshock.app.twins.building import TwinRequest, twin_of
 from pyroshock.app.validating.unseen_contact import NOTHING, REFITTED, SEEN, UnseenContact, configuration_names
 from pyroshock.app.validating.validation import ValidationRequest, predicted_folds, validated
 from pyroshock.dataset.snapshot import build_snapshot, read_snapshot
-from pyroshock.training.contact_stage import RegisteredContact
-from pyroshock.training.session import train
+from pyroshock.training.fitting.session import train
+from pyroshock.training.models.contact_stage import RegisteredContact
 from pyroshock.twin.chain import Twin
-from pyroshock.twin.materials import THESIS
 from pyroshock.twin.measured_shots import MeasuredShots
-from pyroshock.twin.setting import Setting
+from pyroshock.twin.setting import THESIS, Setting
 from support.records.twin_parts import HalfSine, unsolved
 from support.stores.hammer_stores import copied, filled_store, full_campaign
 from support.stores.registries import fresh_registry, without_figures

@@ -31,15 +31,15 @@ def demo_store(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """
     chromium()
 
-    from pyroshock.training import fitting
-    from pyroshock.virtualbench.campaigns import plates
+    from pyroshock.training.fitting import fitting
+    from pyroshock.virtualbench.campaigns import ringing
 
     out = tmp_path_factory.mktemp("demo") / "results"
     url = f"sqlite:///{out / DEMO_DB}"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plates, "MAX_FREQUENCY_HZ", 500.0)
+        patch.setattr(ringing, "MAX_FREQUENCY_HZ", 500.0)
         patch.setattr(fitting, "_figures", lambda *_: {})
-        patch.setattr("pyroshock.training.session.summary_figures", lambda *_: {})
+        patch.setattr("pyroshock.training.fitting.session.summary_figures", lambda *_: {})
         patch.delenv("MLFLOW_TRACKING_URI", raising=False)
         _done("demo", "--out", out)
         _done("dataset", "build", "guns", "--from", "rehearsal", "--db", url)

@@ -7,8 +7,7 @@ import re
 import pytest
 from pyroshock.app.diagnoses.kept import kept_report
 from pyroshock.doe.plans import read_plan
-from pyroshock.schema.diagnoses import Diagnosis
-from pyroshock.schema.twins import TwinVersion
+from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
 from sqlalchemy import func, select
 from support.processes.browsers import Lab, asked, at, ended, page_of, screenshot
 

@@ -15,14 +15,12 @@ from pyroshock.app.diagnoses.diagnosing import keep
 from pyroshock.app.plans.planning import make_plan
 from pyroshock.doe.designs.methods import METHODS
 from pyroshock.doe.plans import read_plan
-from pyroshock.doe.ranges import with_ranges
 from pyroshock.doe.space import shipped_factors
+from pyroshock.doe.toml_space import with_ranges
 from pyroshock.ingest.load import ingest_folder
-from pyroshock.schema.campaigns import Campaign, Factor, FactorLevel
+from pyroshock.schema.campaigns import Campaign, Factor, FactorLevel, Plan
 from pyroshock.schema.diagnoses import Diagnosis
-from pyroshock.schema.plans import Plan
-from pyroshock.schema.quality import QualityFinding
-from pyroshock.schema.recordings import RecordedChannel, Recording
+from pyroshock.schema.recordings import QualityFinding, RecordedChannel, Recording
 from sqlalchemy import select, update
 from support.processes.web_client import ended, post, post_json, sqlite, window
 from support.records import verdicts

@@ -13,10 +13,9 @@ from pyroshock.app.diagnoses.diagnosing import keep
 from pyroshock.app.diagnoses.kept import kept_options, kept_report
 from pyroshock.app.diagnoses.summary import summary
 from pyroshock.doe.plans import read_plan
-from pyroshock.schema.diagnoses import Diagnosis
+from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
 from pyroshock.schema.impacts import Pulse
 from pyroshock.schema.provenance import Provenance
-from pyroshock.schema.twins import TwinVersion
 from pyroshock.training.registry.registry import Registry
 from pyroshock.twin.tune.attainability import Attainability
 from sqlalchemy import select

@@ -8,14 +8,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from pyroshock.diagnosis.gap import GapTable
-from pyroshock.diagnosis.gap_reduction.folds import by_configuration, corner
-from pyroshock.diagnosis.gap_reduction.gaps import Gaps
-from pyroshock.diagnosis.gap_reduction.measure import measure_reduction
+from pyroshock.diagnosis.gap_reduction.measure import Gaps, by_configuration, corner, measure_reduction
 from pyroshock.diagnosis.inference.held_out import fit_fold
 from pyroshock.diagnosis.inference.model_search import search
 from pyroshock.diagnosis.inference.problem import InferenceProblem
 from pyroshock.diagnosis.verdict import CORRECTED
-from pyroshock.training.metrics.reduction import fraction
+from pyroshock.training.evaluation.summary import fraction
 from support.records.toy_bench import (
     Design,
     Scatter,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.diagnosis.inference.effect_laws import EffectLaw, LawRanges, laws_of
-from pyroshock.diagnosis.inference.joint_simulation import JointSimulator, negligible_places
+from pyroshock.diagnosis.inference.problem import JointSimulator, negligible_places
 from pyroshock.diagnosis.observables.gun.stage import GunObservables
 from pyroshock.twin.effects import catalogue
 from support.records.gun_campaigns import gun_record

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.inference.run_order_drift import RunOrderDrift
+from pyroshock.diagnosis.inference.unexplained_gap import RunOrderDrift
 from scipy.stats import multivariate_normal
 from support.records.linear_problems import gap_of
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.inference.problem import InferenceProblem, StageBlock
-from pyroshock.diagnosis.inference.run_order_drift import RunOrderDrift
 from pyroshock.diagnosis.inference.subset_fit import no_effects
 from pyroshock.diagnosis.inference.unexplained_gap import (
+    RunOrderDrift,
     UnexplainedEvidence,
     configuration_patterns,
     factor_levels,

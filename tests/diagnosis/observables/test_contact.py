@@ -11,7 +11,7 @@ from pyroshock.diagnosis.observables.contact.features import NAMES, OBSERVABLES
 from pyroshock.diagnosis.observables.contact.stage import ContactObservables
 from pyroshock.diagnosis.record import CampaignRecord, Series
 from pyroshock.twin.effects import Effect, catalogue, effect
-from pyroshock.twin.materials import THESIS
+from pyroshock.twin.setting import THESIS
 from support.records.contact_campaigns import FOUR, MASS_KG, hammer_record, without
 
 EXAMPLE = Path(__file__).parents[4] / "shared" / "examples" / "hammer-effective-mass"
@@ -205,7 +205,7 @@ def test_unknown_material_is_named() -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(not EXAMPLE.is_dir(), reason="needs the shared examples")
 def test_example_has_more_impulse_than_its_mass() -> None:
-    from pyroshock.diagnosis.reading.folder import read_folder
+    from pyroshock.diagnosis.reading.campaign import read_folder
 
     gap = (ContactObservables(read_folder(EXAMPLE)).residuals() / TOLERANCE).mean(axis=0)
     assert column(gap, "ln_impulse") > 5

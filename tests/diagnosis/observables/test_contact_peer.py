@@ -13,8 +13,7 @@ from pyroshock.diagnosis.record import CampaignRecord, Series
 from pyroshock.twin.effects import Effect, effect
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.effects import EffectSwitch as Played
-from pyroshock.virtualbench.impact.build import Impactor, ImpactTarget, target
-from pyroshock.virtualbench.impact.materials import contact_material
+from pyroshock.virtualbench.impact.build import Impactor, ImpactTarget, contact_material, target
 from pyroshock.virtualbench.impact.strike import STEP_S, strike_many
 from support.records.contact_campaigns import MASS_KG, hammer_record
 

@@ -13,8 +13,8 @@ from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration
 from pyroshock.signals.valve_profile import ValveProfile
 from pyroshock.twin.effects import Effect, catalogue, effect
 from pyroshock.twin.gun.bench import GunBench
-from pyroshock.twin.gun.effect import GunEffect
 from pyroshock.twin.gun.nominal import muzzle_velocity
+from pyroshock.twin.gun.shot import GunEffect
 from pyroshock.twin.gun.shots import gun_velocity
 
 BENCH = GunBench(0.0095, 0.049, 0.048, 0.885, 0.2, 1.4, 0.9)

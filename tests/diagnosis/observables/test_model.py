@@ -14,9 +14,9 @@ from pyroshock.diagnosis.observables.contact.features import NAMES, OBSERVABLES
 from pyroshock.diagnosis.observables.contact.registered_model import RegisteredContactStage
 from pyroshock.diagnosis.observables.contact.stage import ContactObservables
 from pyroshock.diagnosis.record import CampaignRecord
-from pyroshock.training.contact_stage import RegisteredContact
 from pyroshock.training.models.analytic import Analytic
-from pyroshock.twin.contact.effect import ContactEffect
+from pyroshock.training.models.contact_stage import RegisteredContact
+from pyroshock.twin.contact.impacts import ContactEffect
 from pyroshock.twin.contact.stage import LawContact
 from pyroshock.twin.contact_interface import ForcePulses, OutOfDomain, Strikes
 from pyroshock.twin.effects import catalogue, effect

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.observables.plate.force import on_clock, true_force
+from pyroshock.diagnosis.observables.plate.signals import on_clock, true_force
 from pyroshock.diagnosis.observables.plate.stage import PlateObservables
 from pyroshock.diagnosis.record import Run, Series
 from pyroshock.twin.effects import Effect, catalogue, effect

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from pyroshock.diagnosis.observables.plate.match import ModeLines, candidate_plates, matched
+from pyroshock.diagnosis.observables.plate.modes import ModeLines, candidate_plates, matched
 from pyroshock.twin.effects import effect
-from pyroshock.twin.plate.effect import PlateEffect
-from pyroshock.twin.plate.modal import ModalPlate
+from pyroshock.twin.plate.modal import ModalPlate, PlateEffect
 from support.records.plate_records import plate
 
 

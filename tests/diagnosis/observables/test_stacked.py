@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.observables.batching import at_rows, batched_changes, stacked
+from pyroshock.diagnosis.observables.base import at_rows, batched_changes, stacked
 from pyroshock.diagnosis.observables.gun.stage import GunObservables
 from pyroshock.twin.effects import effect
 from support.records.gun_campaigns import gun_record

@@ -16,7 +16,7 @@ from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration, Se
 from pyroshock.twin.contact.effects.effective_mass import EffectiveMass
 from pyroshock.twin.effects import Effect, catalogue
 from pyroshock.twin.gun.bench import GunBench
-from pyroshock.twin.plate.effect import PlateEffect
+from pyroshock.twin.plate.modal import PlateEffect
 from pyroshock.twin.sensors.effect import SensorEffect
 from support.records.contact_campaigns import hammer_record
 from support.records.plate_folders import plate_record, small_plate

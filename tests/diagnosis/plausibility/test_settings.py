@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from pyroshock.diagnosis.plausibility.settings import setting_findings
+from pyroshock.diagnosis.plausibility.channels import setting_findings
 from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration
 from pyroshock.twin.gun.bench import GunBench
 from support.records.plate_folders import plate_record, small_plate

@@ -12,13 +12,11 @@ from hypothesis import strategies as st
 from pyroshock.diagnosis.reading import read_campaign
 from pyroshock.diagnosis.reading.campaign import evenly_chosen
 from pyroshock.diagnosis.reading.impacts import StoredImpact
-from pyroshock.diagnosis.reading.quality_exclusions import QualityExclusions
-from pyroshock.diagnosis.reading.series import clear_times
+from pyroshock.diagnosis.reading.series import QualityExclusions, clear_times
 from pyroshock.diagnosis.reading.settings import note_columns
 from pyroshock.ingest.load import ingest_folder
-from pyroshock.schema.impacts import Impact
+from pyroshock.schema.impacts import Impact, Shot
 from pyroshock.schema.session import Store
-from pyroshock.schema.shots import Shot
 from sqlalchemy import select, update
 from support.records.campaigns import gun_campaign, hammer_campaign
 from support.records.plate_folders import plate_campaign

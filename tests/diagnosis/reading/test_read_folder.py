@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.reading import folder as folders
+from pyroshock.diagnosis.reading import campaign as folders
 from pyroshock.diagnosis.reading import read_folder
 from pyroshock.ingest.errors import IngestError
 from support.records.campaigns import (

@@ -6,7 +6,7 @@ import sqlite3
 from contextlib import closing
 
 import pytest
-from pyroshock.schema.care.checking import checks, iter_findings
+from pyroshock.schema.integrity.checking import checks, iter_findings
 from pyroshock.schema.listings import get_campaign_id
 from support.stores.care_stores import GUN, HAMMER, execute, flip
 from support.stores.hammer_stores import url_of

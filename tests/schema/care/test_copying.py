@@ -7,9 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from pyroshock.schema.benches import Material
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.engine import StoreError, make_engine
-from pyroshock.schema.materials import Material
 from pyroshock.schema.tables import metadata
 from sqlalchemy import func, inspect, select, text
 from support.stores.care_stores import copied, execute
@@ -86,8 +86,8 @@ def test_a_copy_that_fails_leaves_no_file(care_copy, tmp_path):
 
 
 def test_a_copy_that_differs_is_not_kept(care_copy, tmp_path, monkeypatch):
-    from pyroshock.schema.care import copying
-    from pyroshock.schema.care.transfer import transfer
+    from pyroshock.schema.transfer import copying
+    from pyroshock.schema.transfer.copying import transfer
 
     load = transfer
 

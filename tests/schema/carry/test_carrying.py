@@ -5,20 +5,18 @@ from __future__ import annotations
 import shutil
 
 import pytest
-from pyroshock.schema.campaigns import Campaign
-from pyroshock.schema.carry.campaign_rows import STAY_BEHIND, WRITERS, members
-from pyroshock.schema.carry.export import export_campaign
-from pyroshock.schema.carry.importing import import_file, merge
-from pyroshock.schema.carry.merge_rules import RULES
-from pyroshock.schema.carry.opened_export import opened_file
+from pyroshock.schema.benches import Material
+from pyroshock.schema.campaigns import Campaign, PlannedRun
 from pyroshock.schema.engine import StoreError
 from pyroshock.schema.impacts import Impact, Pulse
-from pyroshock.schema.materials import Material
-from pyroshock.schema.plans import PlannedRun
 from pyroshock.schema.provenance import Provenance
 from pyroshock.schema.recordings import Recording
 from pyroshock.schema.session import count_rows
 from pyroshock.schema.tables import metadata
+from pyroshock.schema.transfer.export import export_campaign
+from pyroshock.schema.transfer.merge_rules import RULES, STAY_BEHIND, WRITERS, members
+from pyroshock.schema.transfer.merging import import_file, merge
+from pyroshock.schema.transfer.opened_export import opened_file
 from sqlalchemy import func, select, text
 from support.stores.care_stores import GUN, HAMMER, OTHER, care_folder, execute
 from support.stores.hammer_stores import url_of

@@ -7,10 +7,10 @@ import sqlite3
 from contextlib import closing
 
 import pytest
-from pyroshock.schema.carry.export import export_campaign
-from pyroshock.schema.carry.importing import import_file
 from pyroshock.schema.engine import StoreError
 from pyroshock.schema.session import count_rows
+from pyroshock.schema.transfer.export import export_campaign
+from pyroshock.schema.transfer.merging import import_file
 from support.stores.care_stores import HAMMER, execute, flip
 from support.stores.hammer_stores import url_of
 from support.stores.stores import opened

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.signals.srs.free_decay import extremes
+from pyroshock.signals.srs.coefficients import extremes
 
 values = st.floats(-10, 10)
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.signals.srs.resample import factors, upsampled
-from pyroshock.signals.srs.spectrum import shock_response_spectrum
+from pyroshock.signals.srs.spectrum import factors, shock_response_spectrum, upsampled
 
 
 def burst(rate_hz: float, centre_hz: float = 2500.0, duration_s: float = 0.04):

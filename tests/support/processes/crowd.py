@@ -14,7 +14,12 @@ from pathlib import Path
 #: Words of errors that a second try, or a better order, would have cured.
 FORBIDDEN = ("Traceback", "deadlock", "serializ", "locked", "IntegrityError", "UNIQUE", "duplicate key", "Giving up")
 
-COMMANDS = ("pyroshock.app.cli.main", "pyroshock.schema.session", "pyroshock.ingest.load", "pyroshock.ingest.reextract")
+COMMANDS = (
+    "pyroshock.app.cli.main",
+    "pyroshock.schema.session",
+    "pyroshock.ingest.load",
+    "pyroshock.ingest.reextraction",
+)
 #: PyTorch and MLflow are left to those who train: they take seconds.
 MODELS = ("mlflow.pyfunc", "mlflow.store.tracking.sqlalchemy_store", "sklearn.linear_model", "matplotlib.figure")
 

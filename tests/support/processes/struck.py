@@ -35,8 +35,8 @@ OF_MODELS = (
     "mlflow.models",
     "mlflow.pyfunc",
     "pandas",
-    "pyroshock.training.promotion",
-    "pyroshock.training.session",
+    "pyroshock.training.registry.promotion",
+    "pyroshock.training.fitting.session",
     "sklearn.linear_model",
 )
 
@@ -65,7 +65,7 @@ def main() -> None:
 
 def _draw_nothing() -> None:
     """Pictures of a training take longer than all else, and a kill within them strikes nothing."""
-    from pyroshock.training import fitting, session
+    from pyroshock.training.fitting import fitting, session
 
     fitting._figures = lambda *_: {"pulses.png": b"drawn"}
     vars(session)["summary_figures"] = lambda _judged, split: {f"summary_{split}.png": b"drawn"}

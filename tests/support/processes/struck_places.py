@@ -13,8 +13,8 @@ from typing import Any
 
 from pyroshock.schema import migrate
 from pyroshock.schema.session import StoreError, make_engine
-from pyroshock.training.model_storage import VARIABLE, place_beside
 from pyroshock.training.registry.connection import EXPERIMENT
+from pyroshock.training.registry.model_storage import VARIABLE, place_beside
 from pyroshock.training.registry.registry import Registry
 from sqlalchemy import MetaData, Table, func, insert, select
 

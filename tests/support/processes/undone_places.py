@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from pyroshock.app.care.check import Wanted, findings_of
-from pyroshock.schema.tombstones import Tombstone
+from pyroshock.schema.provenance import Tombstone
 from sqlalchemy import select
 
 from support.records.campaigns import blows, force_record, recording_name, write_recording

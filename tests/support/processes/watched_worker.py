@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from pyroshock.training import fitting, worker_tasks
+from pyroshock.training.fitting import fitting, run_tasks
 
 FOLDER = Path(os.environ["WATCHED"])
 _attempted = fitting.attempted
@@ -24,5 +24,5 @@ def watched(task: Any, *others: Any) -> Any:
     return _attempted(task, *others)
 
 
-vars(worker_tasks)["attempted"] = watched
+vars(run_tasks)["attempted"] = watched
 fitting._figures = lambda *_: {"pulses.png": b"drawn"}

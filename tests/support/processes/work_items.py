@@ -10,7 +10,7 @@ import threading
 from pathlib import Path
 from typing import NoReturn
 
-from pyroshock.ingest.readers.watchdog import limited
+from pyroshock.ingest.readers.contents import limited
 
 
 def square(x: int) -> int:

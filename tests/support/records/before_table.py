@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from pyroshock.validation.answer_sets import Rate
 from pyroshock.validation.bench_figures import BenchFigures, Quantile, bench_tables
 from pyroshock.validation.case_plan import BENCHES
-from pyroshock.validation.results_io import pooled
-from pyroshock.validation.wilson import Rate
+from pyroshock.validation.report import pooled
 
 FOLDER = Path(__file__).resolve().parents[3] / "docs" / "blind-check" / "before"
 #: The same of the joint inference.

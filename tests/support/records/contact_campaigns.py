@@ -7,15 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration, Series
-from pyroshock.twin.contact.effect import ContactEffect
 from pyroshock.twin.contact.impact import impact
-from pyroshock.twin.contact.strikes_to_bodies import bodies_of, impedance
+from pyroshock.twin.contact.impacts import ContactEffect, bodies_of, impedance
 from pyroshock.twin.contact_interface import Strikes
 from pyroshock.twin.effects import Effect
-from pyroshock.twin.materials import THESIS
 from pyroshock.twin.sensors.chain import SensorChain
 from pyroshock.twin.sensors.effect import SensorEffect
-from pyroshock.twin.setting import Setting
+from pyroshock.twin.setting import THESIS, Setting
 
 RATE_HZ = 51_200.0
 MASS_KG = 0.32

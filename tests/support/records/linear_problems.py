@@ -8,11 +8,9 @@ from functools import cache
 from typing import cast
 
 import numpy as np
-from pyroshock.diagnosis.gap import GapTable
+from pyroshock.diagnosis.gap import GapTable, Noise
 from pyroshock.diagnosis.inference.effect_laws import EffectLaw, LawRanges, laws_of
-from pyroshock.diagnosis.inference.joint_simulation import Point
-from pyroshock.diagnosis.inference.problem import InferenceProblem, StageBlock
-from pyroshock.diagnosis.noise import Noise
+from pyroshock.diagnosis.inference.problem import InferenceProblem, Point, StageBlock
 from pyroshock.diagnosis.observables.base import Observable, Stage
 from pyroshock.diagnosis.record import CampaignRecord, Factor, Run, RunConfiguration
 from pyroshock.twin.effects import Effect, parameter

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration, Series
 from pyroshock.twin.plate.modal import ModalPlate
-from pyroshock.twin.plate.respond import respond
+from pyroshock.twin.plate.response import respond
 
 from support.records.campaigns import FS_HZ, Blow, Row, blows, force_record, write_recording, write_runs
 

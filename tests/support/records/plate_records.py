@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration, Series
 from pyroshock.twin.effects import Effect
-from pyroshock.twin.plate.effect import PlateEffect, with_effects
-from pyroshock.twin.plate.modal import ModalPlate
-from pyroshock.twin.plate.respond import respond
+from pyroshock.twin.plate.modal import ModalPlate, PlateEffect, with_effects
+from pyroshock.twin.plate.response import respond
 from pyroshock.twin.sensors.chain import SensorChain
 from pyroshock.twin.sensors.effect import SensorEffect
 

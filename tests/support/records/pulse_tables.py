@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas
 from pyroshock.dataset.table import POINTS, Inputs, Predictor, PulseTable
-from pyroshock.training.loading import input_column
+from pyroshock.training.registry.loading import input_column
 
 MASS_KG = 0.32
 THICKNESS_M = 0.01

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+from pyroshock.validation.answer_sets import Rate
 from pyroshock.validation.case_results import CaseResult
 from pyroshock.validation.metrics import CaseMetrics, figures
-from pyroshock.validation.results_io import pooled
+from pyroshock.validation.report import pooled
 from pyroshock.validation.tally import kinds
-from pyroshock.validation.wilson import Rate
 
 FOLDER = Path(__file__).resolve().parents[3] / "docs" / "blind-check"
 #: Checks of one commit: those that the table is of.

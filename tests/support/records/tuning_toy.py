@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from pyroshock.twin.materials import THESIS
+from pyroshock.twin.setting import THESIS
 from pyroshock.twin.tune.space import ContinuousRange, TuningSpace
 
 LINES = 100 * 2.0 ** (np.arange(41) / 6)

@@ -9,9 +9,8 @@ import numpy as np
 from pyroshock.array_types import Floats
 from pyroshock.twin.contact_interface import ForcePulses, OutOfDomain, Strikes
 from pyroshock.twin.gun.bench import GunBench
-from pyroshock.twin.materials import THESIS
 from pyroshock.twin.plate.modal import ModalPlate
-from pyroshock.twin.setting import Setting
+from pyroshock.twin.setting import THESIS, Setting
 
 BENCH = GunBench(
     tank_volume_m3=0.0095,

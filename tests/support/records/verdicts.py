@@ -6,16 +6,18 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from pyroshock.diagnosis.plot_data import CurvePicture, Pictures, ResidualPicture
 from pyroshock.diagnosis.verdict import (
     Cause,
+    CurvePicture,
     EffectShare,
     Fitted,
     FrequencyBand,
     GapSize,
     NextRun,
     PathStep,
+    Pictures,
     Region,
+    ResidualPicture,
     Shrinkage,
     StageShare,
     TimeWindow,

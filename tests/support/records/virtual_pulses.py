@@ -7,15 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 from pyroshock.ingest.pulses import extract_pulses
-from pyroshock.twin.materials import THESIS
 from pyroshock.twin.measured_shots import MeasuredShots
-from pyroshock.twin.setting import Setting
-from pyroshock.virtualbench.campaigns.gun_sensors import ARRAY, ARRAY_SHARES
-from pyroshock.virtualbench.campaigns.hammer_sensors import LOAD_CELL
-from pyroshock.virtualbench.campaigns.windows import add_pulse
+from pyroshock.twin.setting import THESIS, Setting
+from pyroshock.virtualbench.campaigns.gun import ARRAY, ARRAY_SHARES
+from pyroshock.virtualbench.campaigns.hammer import LOAD_CELL
+from pyroshock.virtualbench.campaigns.ringing import add_pulse
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.impact.build import target
-from pyroshock.virtualbench.impact.impactors import hammer, hand_speed, projectile
+from pyroshock.virtualbench.impact.build import hammer, hand_speed, projectile, target
 from pyroshock.virtualbench.impact.strike import ImpactTruth, strike_many
 from pyroshock.virtualbench.sensors import SensorBuild, digitised
 

@@ -11,20 +11,17 @@ from typing import Any
 import numpy as np
 from pyroshock.dataset.snapshot import build_snapshot
 from pyroshock.ingest.plan_link import link_campaign
-from pyroshock.ingest.reextract import reextract_recording
+from pyroshock.ingest.reextraction import reextract_recording
 from pyroshock.ingest.settings import ExtractionSettings
-from pyroshock.schema.campaigns import Campaign
-from pyroshock.schema.care.copying import copy_store
-from pyroshock.schema.diagnoses import Diagnosis
+from pyroshock.schema.campaigns import Campaign, Plan, PlannedRun
+from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
 from pyroshock.schema.engine import make_engine
 from pyroshock.schema.impacts import Impact
 from pyroshock.schema.jobs import Job
-from pyroshock.schema.plans import Plan, PlannedRun
-from pyroshock.schema.quality import QualityFinding
-from pyroshock.schema.recordings import RecordedChannel, Recording
+from pyroshock.schema.provenance import Tombstone
+from pyroshock.schema.recordings import QualityFinding, RecordedChannel, Recording
 from pyroshock.schema.session import Store
-from pyroshock.schema.tombstones import Tombstone
-from pyroshock.schema.twins import TwinVersion
+from pyroshock.schema.transfer.copying import copy_store
 from sqlalchemy import select, text
 
 from support.records.campaigns import (

@@ -14,10 +14,9 @@ from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.benches import Gun
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.diagnoses import Diagnosis
-from pyroshock.schema.impacts import Pulse
+from pyroshock.schema.impacts import Pulse, Shot
 from pyroshock.schema.series import encode
 from pyroshock.schema.session import Store
-from pyroshock.schema.shots import Shot
 from sqlalchemy import insert, select, update
 
 from support.records import verdicts

@@ -11,10 +11,10 @@ from pyroshock.ingest.processing import StoredSeries
 from pyroshock.ingest.rows import channel_values
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.impacts import Pulse
-from pyroshock.schema.keys import get_or_add
 from pyroshock.schema.recordings import RecordedChannel, Recording
 from pyroshock.schema.series import write_series
 from pyroshock.schema.session import Store
+from pyroshock.schema.transactions import get_or_add
 from pyroshock.signals.channel import Channel, Sensor
 
 WHEN = dt.datetime(2026, 1, 1, tzinfo=dt.UTC)

@@ -12,11 +12,12 @@ from pathlib import Path
 
 import numpy as np
 from pyroshock.dataset.table import PulseTable
-from pyroshock.training import fitting, promotion
-from pyroshock.training.fitting import Ground
-from pyroshock.training.model_storage import place_beside
-from pyroshock.training.records import DatasetName
+from pyroshock.training.fitting import fitting
+from pyroshock.training.fitting.fitting import Ground
+from pyroshock.training.registry import promotion
 from pyroshock.training.registry.connection import EXPERIMENT
+from pyroshock.training.registry.model_storage import place_beside
+from pyroshock.training.registry.records import DatasetName
 from pyroshock.training.registry.registry import Registry
 
 from support.records.pulse_tables import pulse_table
@@ -63,7 +64,8 @@ def without_figures(monkeypatch) -> None:  # pytest's fixture
     """A training draws for a second; what it draws is tested with the plots."""
     monkeypatch.setattr(fitting, "_figures", lambda *_: {"pulses.png": b"drawn"})
     monkeypatch.setattr(
-        "pyroshock.training.session.summary_figures", lambda _, split: {f"summary_{split}.png": b"drawn"}
+        "pyroshock.training.fitting.session.summary_figures",
+        lambda _, split: {f"summary_{split}.png": b"drawn"},
     )
 
 

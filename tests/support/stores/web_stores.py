@@ -87,7 +87,7 @@ def filled_lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def _train(store: Store, folder: Path, patch: pytest.MonkeyPatch) -> None:
     from pyroshock.app.models.training import ground_of
     from pyroshock.dataset.snapshot import build_snapshot
-    from pyroshock.training.session import train
+    from pyroshock.training.fitting.session import train
 
     from support.stores.registries import fresh_registry, without_figures
 

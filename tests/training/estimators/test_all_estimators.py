@@ -6,15 +6,11 @@ from collections.abc import Callable
 
 import pytest
 from pyroshock.training.estimators.base import Estimator
-from pyroshock.training.estimators.ensemble import TreeEnsemble
 from pyroshock.training.estimators.genetic_network import GeneticNetwork
-from pyroshock.training.estimators.kernel_ridge import KernelRidge
-from pyroshock.training.estimators.linear import LinearPowers
+from pyroshock.training.estimators.linear import KernelRidge, LinearPowers, PartialLeastSquares
 from pyroshock.training.estimators.network import Network
-from pyroshock.training.estimators.pls import PartialLeastSquares
-from pyroshock.training.estimators.svr import SupportVectors
-from pyroshock.training.estimators.svr_kernel import SupportVectorKernel
-from pyroshock.training.estimators.tree import DecisionTree
+from pyroshock.training.estimators.support_vectors import SupportVectorKernel, SupportVectors
+from pyroshock.training.estimators.trees import DecisionTree, TreeEnsemble
 from support.checks.estimator_checks import CHECKS, check_learns_known_law, check_units_do_not_matter
 
 #: With the NRMSE that each must reach on the known law. Neither powers nor components know that tips multiply speeds.

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from pyroshock.training.estimators.base import Estimator
-from pyroshock.training.estimators.components import principal, unturned
-from pyroshock.training.estimators.coregional import Coregional
+from pyroshock.training.estimators.coregional import Coregional, principal, unturned
 from pyroshock.training.estimators.single_outputs import SingleOutputs
 from support.checks.estimator_checks import CHECKS, check_learns_known_law, fitted, known_law
 
@@ -263,7 +262,7 @@ _OLD = Path(__file__).with_name("older_processes.npz")
 @pytest.mark.parametrize("kind", ["coregional", "single-outputs", "contact-time"])
 def test_models_of_older_software_are_read(kind: str) -> None:
     """Arrays, and what they predicted, by the software that trained without GPyTorch."""
-    from pyroshock.training.models.model_kinds import build
+    from pyroshock.training.models.serialization import build
 
     with np.load(_OLD, allow_pickle=False) as file:
         stored = {name.partition("/")[2]: file[name] for name in file.files if name.startswith(f"{kind}/")}

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.training.estimators.kernel_ridge import KernelRidge
+from pyroshock.training.estimators.linear import KernelRidge
 from pyroshock.training.estimators.scikit_pipeline import PipelineRegression
-from pyroshock.training.estimators.svr import SupportVectors
-from pyroshock.training.estimators.svr_kernel import SupportVectorKernel
+from pyroshock.training.estimators.support_vectors import SupportVectorKernel, SupportVectors
 from pyroshock.training.tuning.folds import grouped_folds
 from scipy.spatial.distance import cdist
 from sklearn.svm import SVR

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.training.estimators.linear import LinearPowers
-from pyroshock.training.estimators.pls import PartialLeastSquares
+from pyroshock.training.estimators.linear import LinearPowers, PartialLeastSquares
 from sklearn.cross_decomposition import PLSRegression
 from support.checks.estimator_checks import fitted, known_law
 

@@ -9,7 +9,8 @@ import warnings
 import numpy as np
 import pytest
 import torch
-from pyroshock.training.estimators.mlp import (
+from pyroshock.training.estimators.network import (
+    Network,
     _layers,
     glorot_module,
     objective,
@@ -17,9 +18,8 @@ from pyroshock.training.estimators.mlp import (
     outputs_of,
     train_network,
 )
-from pyroshock.training.estimators.network import Network
-from pyroshock.training.model_catalogue import Making, entry_of
-from pyroshock.training.models.model_kinds import describe
+from pyroshock.training.models.catalogue import Making, entry_of
+from pyroshock.training.models.serialization import describe
 from sklearn.neural_network import MLPRegressor
 from support.checks.estimator_checks import fitted, known_law
 

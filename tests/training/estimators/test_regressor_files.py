@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 import sklearn
 import skops.io
-from pyroshock.training.estimators.ensemble import TreeEnsemble
-from pyroshock.training.estimators.kernel_ridge import KernelRidge
-from pyroshock.training.estimators.linear import LinearPowers
-from pyroshock.training.estimators.pls import PartialLeastSquares
-from pyroshock.training.estimators.scikit_pipeline import PipelineRegression
-from pyroshock.training.estimators.skops_file import RegressorFileError, regressor_bytes, regressor_from
-from pyroshock.training.estimators.svr import SupportVectors
-from pyroshock.training.estimators.svr_kernel import SupportVectorKernel
-from pyroshock.training.estimators.tree import DecisionTree
+from pyroshock.training.estimators.linear import KernelRidge, LinearPowers, PartialLeastSquares
+from pyroshock.training.estimators.scikit_pipeline import (
+    PipelineRegression,
+    RegressorFileError,
+    regressor_bytes,
+    regressor_from,
+)
+from pyroshock.training.estimators.support_vectors import SupportVectorKernel, SupportVectors
+from pyroshock.training.estimators.trees import DecisionTree, TreeEnsemble
 from sklearn.linear_model import LinearRegression
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer

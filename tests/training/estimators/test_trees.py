@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.training.estimators.ensemble import TreeEnsemble
-from pyroshock.training.estimators.tree import DecisionTree
+from pyroshock.training.estimators.trees import DecisionTree, TreeEnsemble
 from sklearn.ensemble import RandomForestRegressor
 from sklearn.tree import DecisionTreeRegressor
 from support.checks.estimator_checks import fitted, known_law

@@ -12,7 +12,7 @@ from pyroshock.training.estimators.base import Estimator
 from pyroshock.training.estimators.coregional import Coregional
 from pyroshock.training.estimators.linear import LinearPowers
 from pyroshock.training.estimators.rotated_outputs import Turned, repetition_covariance
-from pyroshock.training.models.model_kinds import build, describe
+from pyroshock.training.models.serialization import build, describe
 from support.checks.estimator_checks import CHECKS, check_settings_rebuild, fitted, known_law
 
 NOISE = np.array([[1.0, 0.8, 0.0], [0.8, 1.0, 0.0], [0.0, 0.0, 0.25]])

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from pyroshock.training.gp.factor import factorise
 from pyroshock.training.gp.kernels import KERNELS, kernel_matrix
-from pyroshock.training.gp.kronecker import coregional_likelihood
+from pyroshock.training.gp.kronecker import coregional_likelihood, factorise
 from support.records.pulse_tables import pulse_table
 
 Floats = NDArray[np.float64]

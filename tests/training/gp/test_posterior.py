@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from pyroshock.training.gp.covariance import NamedCovariance, TorchCovariance
-from pyroshock.training.gp.kernels import KERNELS, kernel_matrix
+from pyroshock.training.gp.kernels import KERNELS, NamedCovariance, TorchCovariance, kernel_matrix
 from pyroshock.training.gp.posterior import Posterior, posterior
 
 Floats = NDArray[np.float64]

@@ -7,7 +7,7 @@ import pytest
 torch = pytest.importorskip("torch", reason="the extra [models] is not installed")
 gpytorch = pytest.importorskip("gpytorch", reason="the extra [models] is not installed")
 
-from pyroshock.training.gp.squared_exponential import SquaredExponential  # noqa: E402
+from pyroshock.training.gp.kernel_description import SquaredExponential  # noqa: E402
 
 GENERATOR = torch.Generator().manual_seed(1)
 #: Far from 0, with two equal rows.

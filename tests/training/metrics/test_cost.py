@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from pyroshock.training.metrics.cost import pulse_cost
+from pyroshock.training.evaluation.metrics import pulse_cost
 
 PULSE = np.array([[0.0, 30.0, 40.0, 10.0, 0.0]])
 TIME = np.array([2e-3])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.training.metrics.crps import ensemble_crps
+from pyroshock.training.evaluation.summary import ensemble_crps
 from scipy.stats import norm
 
 

@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.dataset.table import POINTS, PulseTable
-from pyroshock.training.metrics.errors import METRICS, pulse_errors
-from pyroshock.training.metrics.reconstruct import ELEMENTS
+from pyroshock.training.evaluation.metrics import ELEMENTS, METRICS, pulse_errors
 from pyroshock.training.models.base import ContactPrediction
 from support.records.pulse_tables import pulse_table
 

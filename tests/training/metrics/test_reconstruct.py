@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.training.metrics.reconstruct import figures, reconstruct
+from pyroshock.training.evaluation.metrics import figures, reconstruct
 from scipy.interpolate import make_smoothing_spline
 
 PHASE = np.linspace(0.0, 1.0, 20)

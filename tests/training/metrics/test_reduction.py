@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.training.metrics.reduction import fraction, fraction_interval
+from pyroshock.training.evaluation.summary import fraction, fraction_interval
 
 
 def test_fraction_agrees_with_what_is_printed() -> None:

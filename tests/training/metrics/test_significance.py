@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from pyroshock.training.metrics.clusters import Clusters, clustered
-from pyroshock.training.metrics.significance import holm, sign_flip_p
+from pyroshock.training.evaluation.summary import Clusters, clustered, holm, sign_flip_p
 from scipy.stats import permutation_test
 
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.training.metrics.clusters import bootstrap_interval, clustered
-from pyroshock.training.metrics.errors import METRICS, PulseErrors
-from pyroshock.training.metrics.summary import summary
+from pyroshock.training.evaluation.metrics import METRICS, PulseErrors
+from pyroshock.training.evaluation.summary import bootstrap_interval, clustered, summary
 
 
 def errors_of(values: np.ndarray) -> PulseErrors:

@@ -10,12 +10,11 @@ import pytest
 from numpy.typing import NDArray
 from pyroshock.dataset.table import PulseTable
 from pyroshock.training.estimators.linear import LinearPowers
-from pyroshock.training.estimators.tree import DecisionTree
+from pyroshock.training.estimators.trees import DecisionTree
 from pyroshock.training.models.base import ContactModel, ContactPrediction
-from pyroshock.training.models.calibrated import Calibrated
+from pyroshock.training.models.calibrated import Calibrated, Difficulty, most_likely
 from pyroshock.training.models.pair import Pair
 from pyroshock.training.models.single_pass import SinglePass
-from pyroshock.training.models.spread_scaling import Difficulty, most_likely
 from pyroshock.training.tuning.folds import grouped_folds
 from support.records.pulse_tables import pulse_table
 

@@ -9,9 +9,16 @@ import pytest
 from pyroshock.dataset.table import PulseTable
 from pyroshock.training.estimators.linear import LinearPowers
 from pyroshock.training.models.analytic import Analytic
-from pyroshock.training.models.hybrid import MARGIN, Hybrid
-from pyroshock.training.models.pulses import impulse
-from pyroshock.training.models.residual import ResidualPulse, _jacobian, measured_outputs, pulses_of, spreads_of
+from pyroshock.training.models.base import impulse
+from pyroshock.training.models.hybrid import (
+    MARGIN,
+    Hybrid,
+    ResidualPulse,
+    _jacobian,
+    measured_outputs,
+    pulses_of,
+    spreads_of,
+)
 from support.records.pulse_tables import pulse_table
 
 

@@ -15,14 +15,13 @@ from pyroshock.training.estimators.coregional import Coregional
 from pyroshock.training.estimators.linear import LinearPowers
 from pyroshock.training.estimators.rotated_outputs import Turned
 from pyroshock.training.estimators.single_outputs import SingleOutputs
-from pyroshock.training.estimators.tree import DecisionTree
+from pyroshock.training.estimators.trees import DecisionTree
 from pyroshock.training.models.analytic import Analytic
-from pyroshock.training.models.base import ContactModel
+from pyroshock.training.models.base import ContactModel, impulse
 from pyroshock.training.models.calibrated import Calibrated
 from pyroshock.training.models.hybrid import Hybrid
-from pyroshock.training.models.model_kinds import build, describe
 from pyroshock.training.models.pair import Pair
-from pyroshock.training.models.pulses import impulse
+from pyroshock.training.models.serialization import build, describe
 from pyroshock.training.models.single_pass import SinglePass
 from support.checks.estimator_checks import through_a_file
 from support.records.pulse_tables import held_out, inputs_at, pulse_table

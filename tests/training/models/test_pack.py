@@ -11,9 +11,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pyroshock.training.estimators.linear import LinearPowers
-from pyroshock.training.models.model_kinds import KINDS, UnknownKindError, build, describe
 from pyroshock.training.models.pair import Pair
-from pyroshock.training.models.serialization import ModelFileError, pack, read_model, unpack, write_model
+from pyroshock.training.models.serialization import (
+    KINDS,
+    ModelFileError,
+    UnknownKindError,
+    build,
+    describe,
+    pack,
+    read_model,
+    unpack,
+    write_model,
+)
 from support.records.pulse_tables import pulse_table
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.training.estimators.linear import LinearPowers
+from pyroshock.training.models.base import positive_pulses
 from pyroshock.training.models.pair import Pair
-from pyroshock.training.models.pulses import positive_pulses
 from support.records.pulse_tables import held_out, pulse_table
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.training.models.propagation import propagated, residual_correlation
+from pyroshock.training.models.base import propagated, residual_correlation
 
 HALF = np.array([[1.0, 0.5], [0.5, 1.0]])
 

@@ -8,16 +8,19 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from pyroshock.dataset.table import POINTS, PulseTable, concatenate
-from pyroshock.training.comparison import compare
-from pyroshock.training.groups import comparison_groups
-from pyroshock.training.metrics.errors import PulseErrors, pulse_errors
+from pyroshock.training.evaluation.comparison import compare, comparison_groups
+from pyroshock.training.evaluation.metrics import PulseErrors, pulse_errors
+from pyroshock.training.evaluation.plot_style import runs_of
+from pyroshock.training.evaluation.plots import (
+    LEVELS,
+    by_test,
+    coverage,
+    coverage_figure,
+    difference_figure,
+    heat_map,
+    pulse_grid,
+)
 from pyroshock.training.models.base import ContactPrediction
-from pyroshock.training.plots.by_test import by_test
-from pyroshock.training.plots.coverage import LEVELS, coverage, coverage_figure
-from pyroshock.training.plots.difference import difference_figure
-from pyroshock.training.plots.heat_map import heat_map
-from pyroshock.training.plots.pulses import pulse_grid
-from pyroshock.training.plots.style import runs_of
 from support.records.pulse_tables import held_out, pulse_table
 
 

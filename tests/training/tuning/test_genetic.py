@@ -13,8 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.training.tuning.genetic import Genes, GeneticResult, Search, searched
-from pyroshock.training.tuning.journal import SearchJournal
+from pyroshock.training.tuning.genetic import Genes, GeneticResult, Search, SearchJournal, searched
 
 LEVELS = (3, 24, 21)
 SEARCH = Search(LEVELS, population=10, generations=6)
@@ -133,7 +132,7 @@ import signal, sys, time
 from pathlib import Path
 from test_genetic import SEARCH, bowl
 from pyroshock.training.tuning.genetic import searched
-from pyroshock.training.tuning.journal import SearchJournal
+from pyroshock.training.tuning.genetic import SearchJournal
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 from pyroshock.parallel.executor import HERE, Crew
-from pyroshock.training.tuning.genetic import Search, searched
-from pyroshock.training.tuning.journal import SearchJournal
+from pyroshock.training.tuning.genetic import Search, SearchJournal, searched
 from support.processes import chores
 from support.processes.dask_clusters import dask_cluster
 

@@ -5,17 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.twin.contact.bodies import MissingQuantityError
-from pyroshock.twin.contact.damping import restitution_of
-from pyroshock.twin.contact.effect import ContactEffect
 from pyroshock.twin.contact.effects.effective_mass import EffectiveMass
 from pyroshock.twin.contact.effects.layer_compliance import LayerCompliance
 from pyroshock.twin.contact.effects.plastic_yield import PlasticYield
 from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
 from pyroshock.twin.contact.effects.tip_geometry import TipGeometry
 from pyroshock.twin.contact.effects.viscous_loss import ViscousLoss
-from pyroshock.twin.contact.hertz import hertz
+from pyroshock.twin.contact.hertz import hertz, restitution_of, yield_load, yield_velocity
 from pyroshock.twin.contact.impact import impact
-from pyroshock.twin.contact.yielding import yield_load, yield_velocity
+from pyroshock.twin.contact.impacts import ContactEffect
 from pyroshock.twin.effects import catalogue
 from support.records.contact_bodies import impacts
 

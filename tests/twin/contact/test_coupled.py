@@ -10,8 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyroshock.twin.contact.bodies import Bodies
-from pyroshock.twin.contact.coupled import coupled_impact
-from pyroshock.twin.contact.coupled_tables import PlatePoint
+from pyroshock.twin.contact.coupled import PlatePoint, coupled_impact
 from pyroshock.twin.contact.effects.effective_mass import EffectiveMass
 from pyroshock.twin.contact.effects.layer_compliance import LayerCompliance
 from pyroshock.twin.contact.effects.plastic_yield import PlasticYield
@@ -19,7 +18,7 @@ from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
 from pyroshock.twin.contact.effects.viscous_loss import ViscousLoss
 from pyroshock.twin.contact.impact import solve
 from pyroshock.twin.contact.impacts import Impacts
-from pyroshock.twin.materials import THESIS
+from pyroshock.twin.setting import THESIS
 from scipy.integrate import solve_ivp
 
 NONE = np.zeros(0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.twin.contact.force_history import Course, peak_force
+from pyroshock.twin.contact.impact import Course, peak_force
 from pyroshock.twin.contact.integrate_contact import March, Nodes
 from scipy.interpolate import CubicHermiteSpline
 

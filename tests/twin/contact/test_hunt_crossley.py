@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.twin.contact.damping import low_loss_damping, matched_damping, restitution_of
-from pyroshock.twin.contact.hertz import hertz
-from pyroshock.twin.contact.hunt_crossley import hunt_crossley
-from pyroshock.twin.contact.restitution.base import constant
+from pyroshock.twin.contact.hertz import hertz, low_loss_damping, matched_damping, restitution_of
+from pyroshock.twin.contact.laws import hunt_crossley
+from pyroshock.twin.contact.restitution_laws import constant
 from scipy.integrate import cumulative_trapezoid, solve_ivp
 from support.records.contact_bodies import impacts, impulse
 

@@ -10,13 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyroshock.twin.contact import kernel
 from pyroshock.twin.contact.bodies import Bodies
-from pyroshock.twin.contact.damping import matched_damping
-from pyroshock.twin.contact.hertz import hertz
-from pyroshock.twin.contact.hunt_crossley import hunt_crossley
+from pyroshock.twin.contact.hertz import hertz, matched_damping
 from pyroshock.twin.contact.impact import ImpactPulse, impact, solve
 from pyroshock.twin.contact.impacts import Impacts
-from pyroshock.twin.contact.restitution.base import constant
-from pyroshock.twin.contact.restitution.zener import inelasticity, zener
+from pyroshock.twin.contact.laws import hunt_crossley
+from pyroshock.twin.contact.restitution_laws import constant, inelasticity, zener
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 from support.records.contact_bodies import any_impacts, ball, impacts, impulse

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pyroshock.twin.contact.bodies import Bodies
 from pyroshock.twin.contact.laws import LAWS, LOSSY, RESTITUTIONS, contact_law
 from pyroshock.twin.contact.pulse import ContactPulse, Law
-from pyroshock.twin.contact.restitution.base import Restitution
+from pyroshock.twin.contact.restitution_laws import Restitution
 from support.records.contact_bodies import any_impacts, impacts, impulse
 
 ALL = {**LAWS, **{f"{law}, {e}": contact_law(law, e) for law in LOSSY for e in RESTITUTIONS}}

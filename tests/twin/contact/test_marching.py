@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.twin.contact.dimensionless import Numbers
-from pyroshock.twin.contact.integrate_contact import LEAST_FORCE, march
+from pyroshock.twin.contact.integrate_contact import LEAST_FORCE, Numbers, march
 from scipy.integrate import solve_ivp
 
 

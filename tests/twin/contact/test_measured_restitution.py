@@ -11,14 +11,7 @@ from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
 from pyroshock.twin.contact.effects.viscous_loss import ViscousLoss
 from pyroshock.twin.contact.impact import impact
 from pyroshock.twin.contact.impacts import Impacts
-from pyroshock.twin.contact.restitution.measured import (
-    RecordedPulse,
-    newton,
-    poisson,
-    stronge,
-    turn_of,
-    wave_work,
-)
+from pyroshock.twin.contact.measured_restitution import RecordedPulse, newton, poisson, stronge, turn_of, wave_work
 from support.records.contact_bodies import impacts
 
 VELOCITY = np.array([0.5, 1.2, 3.0])

@@ -17,10 +17,9 @@ from pyroshock.twin.contact.prior import PriorContact
 from pyroshock.twin.contact.shot_update import lower_roots
 from pyroshock.twin.contact.uncertain_parameters import ANVIL_VOLUME, COLUMNS, HAND_MASS, UncertainParameter
 from pyroshock.twin.contact_interface import ForcePulses, Strikes
-from pyroshock.twin.materials import THESIS
 from pyroshock.twin.measured_shots import MeasuredShots
-from pyroshock.twin.setting import Setting
-from pyroshock.twin.uncertainty import stratified_normals
+from pyroshock.twin.prediction import stratified_normals
+from pyroshock.twin.setting import THESIS, Setting
 from support.records.twin_parts import setting
 
 SETTING = Setting(1.0, THESIS["steel"], 0.045, THESIS["steel"], 0.01, 23.4, tank_pressure_pa=2.78e5)

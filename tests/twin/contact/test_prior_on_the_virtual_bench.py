@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pyroshock.twin.contact.prior import PriorContact
 from pyroshock.twin.contact_interface import Strikes
 from pyroshock.twin.measured_shots import MeasuredShots
-from pyroshock.twin.uncertainty import HIGH, LOW, stratified_normals
+from pyroshock.twin.prediction import HIGH, LOW, stratified_normals
 from support.records.virtual_pulses import gun_shots, hammer_shots
 
 Floats = NDArray[np.float64]

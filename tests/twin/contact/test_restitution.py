@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.twin.contact.bodies import MissingQuantityError
-from pyroshock.twin.contact.restitution.base import LEAST, Restitution, constant
-from pyroshock.twin.contact.restitution.weir_tallon import weir_tallon
-from pyroshock.twin.contact.restitution.zener import inelasticity, zener
+from pyroshock.twin.contact.restitution_laws import LEAST, Restitution, constant, inelasticity, weir_tallon, zener
 from scipy.integrate import solve_ivp
 from support.records.contact_bodies import ball, impacts
 

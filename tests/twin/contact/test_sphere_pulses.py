@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.twin.contact.hertz import hertz
-from pyroshock.twin.contact.hunter import hunter
-from pyroshock.twin.contact.reed import reed
+from pyroshock.twin.contact.laws import hunter, reed
 from support.records.contact_bodies import ball, impacts, impulse
 
 BALLS = ball(impact_velocity_m_s=np.array([0.3, 1.0, 10.0]), impactor_radius_m=np.array([0.0005, 0.015, 0.03]))

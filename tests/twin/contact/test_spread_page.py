@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from pyroshock.twin.contact.law_uncertainty import SPREADS
+from pyroshock.twin.contact.stage import SPREADS
 
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "explanation" / "contact-effects.md").read_text(encoding="utf-8")
 

@@ -12,15 +12,12 @@ from pyroshock.twin.contact.effects.plastic_yield import PlasticYield
 from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
 from pyroshock.twin.contact.effects.viscous_loss import ViscousLoss
 from pyroshock.twin.contact.hertz import hertz
-from pyroshock.twin.contact.hunt_crossley import hunt_crossley
-from pyroshock.twin.contact.law_uncertainty import NO_SPREAD, SPREADS, Spread
-from pyroshock.twin.contact.laws import LAWS
-from pyroshock.twin.contact.restitution.base import LEAST
-from pyroshock.twin.contact.stage import LawContact
-from pyroshock.twin.contact.strikes_to_bodies import bodies_of, impedance
+from pyroshock.twin.contact.impacts import bodies_of, impedance
+from pyroshock.twin.contact.laws import LAWS, hunt_crossley
+from pyroshock.twin.contact.restitution_laws import LEAST
+from pyroshock.twin.contact.stage import NO_SPREAD, SPREADS, LawContact, Spread
 from pyroshock.twin.contact_interface import ContactStage, Strikes
-from pyroshock.twin.materials import THESIS
-from pyroshock.twin.setting import Setting
+from pyroshock.twin.setting import THESIS, Setting
 
 SETTING = Setting(0.5, THESIS["delrin"], 0.03, THESIS["aluminum"], 0.01, 5.0, impact_velocity_m_s=1.0)
 ANVIL = replace(SETTING, anvil=THESIS["steel"], insulator="polymeric")

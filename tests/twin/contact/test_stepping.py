@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.twin.contact import kernel
-from pyroshock.twin.contact.dimensionless import Numbers
-from pyroshock.twin.contact.integrate_contact import march, own_time, power_of_time
+from pyroshock.twin.contact.integrate_contact import Numbers, march, own_time, power_of_time
 
 HIT = {"exponent": 1.5, "damping": 0.0, "inelasticity": 1e-12, "compliance": 0.0, "stiffening": 0.0}
 

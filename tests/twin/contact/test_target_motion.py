@@ -16,10 +16,9 @@ from pyroshock.twin.contact.target_motion import (
     velocity_before_contact,
 )
 from pyroshock.twin.effects import effect
-from pyroshock.twin.materials import THESIS
+from pyroshock.twin.setting import THESIS
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.impact.build import target
-from pyroshock.virtualbench.impact.impactors import hammer
+from pyroshock.virtualbench.impact.build import hammer, target
 from pyroshock.virtualbench.impact.strike import strike_many
 
 MASS_KG, THICKNESS_M = 0.32, 0.010

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from pyroshock.twin.contact.bodies import MissingQuantityError
 from pyroshock.twin.contact.hertz import hertz
-from pyroshock.twin.contact.restitution.base import constant
-from pyroshock.twin.contact.restitution.zener import zener
-from pyroshock.twin.contact.von_hann import von_hann
+from pyroshock.twin.contact.laws import von_hann
+from pyroshock.twin.contact.restitution_laws import constant, zener
 from support.records.contact_bodies import impacts, impulse
 
 BODIES = impacts(impact_velocity_m_s=[0.4, 1.2, 8.0], impactor_mass_kg=[0.1, 0.32, 1.0])

@@ -9,7 +9,7 @@ from pyroshock.twin.effects import effect
 from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.gun.calibration import VelocityShots
 from pyroshock.twin.gun.shots import gun_velocity
-from pyroshock.twin.launch import GunStage
+from pyroshock.twin.gun.stage import GunStage
 from pyroshock.twin.sensors.chain import SensorChain
 from support.records.twin_parts import setting
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from pyroshock.twin.gun.flow import choked_flow, critical_ratio
+from pyroshock.twin.gun.chambers import choked_flow, critical_ratio
 from pyroshock.twin.gun.motion_kernel import ellipse, mass_flow
 from pyroshock.twin.gun.shot import GAS_CONSTANT
 

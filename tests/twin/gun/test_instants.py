@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from pyroshock.twin import ode
 from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.gun.chambers import Chamber, TwoChambers
-from pyroshock.twin.gun.effect import GunEffect
 from pyroshock.twin.gun.effects.back_pressure import BackPressure
 from pyroshock.twin.gun.effects.barrel_loss import BarrelLoss
 from pyroshock.twin.gun.effects.blow_by import BlowBy
@@ -20,10 +19,16 @@ from pyroshock.twin.gun.effects.dead_volume import DeadVolume
 from pyroshock.twin.gun.effects.heat_exchange import HeatExchange
 from pyroshock.twin.gun.effects.sliding_friction import SlidingFriction
 from pyroshock.twin.gun.effects.valve_flow import ValveFlow
-from pyroshock.twin.gun.expansion import ideal_velocity_m_s, net_work_j, starting_force_n, travel_time_s
 from pyroshock.twin.gun.motion_kernel import open_share
-from pyroshock.twin.gun.shot import GAS_CONSTANT, ShotInputs, nominal_shot
-from pyroshock.twin.gun.shots import Status, gun_velocity
+from pyroshock.twin.gun.shot import GAS_CONSTANT, GunEffect, ShotInputs, nominal_shot
+from pyroshock.twin.gun.shots import (
+    Status,
+    gun_velocity,
+    ideal_velocity_m_s,
+    net_work_j,
+    starting_force_n,
+    travel_time_s,
+)
 
 BENCH = GunBench(
     tank_volume_m3=9.5e-3,

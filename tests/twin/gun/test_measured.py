@@ -9,9 +9,15 @@ import numpy as np
 import pytest
 from pyroshock.twin.effects import effect
 from pyroshock.twin.gun.bench import GunBench
-from pyroshock.twin.gun.flow import choked_flow, critical_ratio
-from pyroshock.twin.gun.leakage import corner_leakage, corner_velocity_ratio
-from pyroshock.twin.gun.measured import percentage_error, thesis_spread, velocity_spread, velocity_uncertainty_m_s
+from pyroshock.twin.gun.chambers import choked_flow, critical_ratio
+from pyroshock.twin.gun.measured import (
+    corner_leakage,
+    corner_velocity_ratio,
+    percentage_error,
+    thesis_spread,
+    velocity_spread,
+    velocity_uncertainty_m_s,
+)
 from pyroshock.twin.gun.motion_kernel import ellipse
 from pyroshock.twin.gun.shots import gun_velocity
 

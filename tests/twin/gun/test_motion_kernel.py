@@ -12,13 +12,12 @@ from pyroshock.twin import ode
 from pyroshock.twin.effects import Parameter, Value, catalogue, parameter
 from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.gun.chambers import TwoChambers
-from pyroshock.twin.gun.effect import GunEffect, Instant
 from pyroshock.twin.gun.effects.back_pressure import BackPressure
 from pyroshock.twin.gun.effects.barrel_loss import BarrelLoss
 from pyroshock.twin.gun.effects.blow_by import BlowBy
 from pyroshock.twin.gun.effects.valve_flow import ValveFlow
 from pyroshock.twin.gun.motion_kernel import all_derivatives
-from pyroshock.twin.gun.shot import GAS_CONSTANT, ShotInputs, nominal_shot
+from pyroshock.twin.gun.shot import GAS_CONSTANT, GunEffect, Instant, ShotInputs, nominal_shot
 from pyroshock.twin.gun.shots import GunShots, Status, gun_velocity
 from scipy.stats import qmc
 

@@ -14,11 +14,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from pyroshock.twin.gun.bench import STANDARD_GRAVITY_M_S2, GunBench
-from pyroshock.twin.gun.nominal import (
-    muzzle_velocity,
-    tank_pressure_for,
-    trajectory,
-)
+from pyroshock.twin.gun.nominal import muzzle_velocity, tank_pressure_for, trajectory
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "first-shots"
 #: Table 5.1, predicted column, in test order.

@@ -11,13 +11,11 @@ import pytest
 from pyroshock.signals.valve_profile import ValveProfile
 from pyroshock.twin.effects import effect
 from pyroshock.twin.gun.bench import GunBench
-from pyroshock.twin.gun.effect import GunEffect, Instant
-from pyroshock.twin.gun.shot import ShotInputs
+from pyroshock.twin.gun.shot import GunEffect, Instant, ShotInputs
 from pyroshock.twin.gun.shots import Status, gun_velocity
-from pyroshock.twin.launch import GunStage
-from pyroshock.twin.materials import ElasticMaterial
+from pyroshock.twin.gun.stage import GunStage
 from pyroshock.twin.sensors.chain import SensorChain
-from pyroshock.twin.setting import Setting
+from pyroshock.twin.setting import ElasticMaterial, Setting
 from scipy.integrate import solve_ivp
 
 BENCH = GunBench(0.0095, 0.049, 0.048, 0.885, 0.2, 1.4, 1.0)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from pyroshock.twin.gun.bench import GunBench
-from pyroshock.twin.launch import GunStage
+from pyroshock.twin.gun.stage import GunStage
+from pyroshock.twin.prediction import stratified_normals
 from pyroshock.twin.sensors.chain import SensorChain
-from pyroshock.twin.uncertainty import stratified_normals
 from pyroshock.virtualbench.campaigns.base import RecordingTask, day_fraction
 from pyroshock.virtualbench.campaigns.gun import BULLET_LENGTH_M, VELOCITY_FAULT
 from pyroshock.virtualbench.campaigns.gun import VirtualGunBench as VirtualBench

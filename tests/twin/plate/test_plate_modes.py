@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.twin.materials import THESIS, ElasticMaterial
-from pyroshock.twin.plate.build import PlateBuild, PointMass, PointSpring, places
-from pyroshock.twin.plate.damping import RayleighDamping
-from pyroshock.twin.plate.edges import Clamped, SimplySupported
+from pyroshock.twin.plate.build import PlateBuild, PointMass, PointSpring, RayleighDamping, places
 from pyroshock.twin.plate.fem import elements_of
 from pyroshock.twin.plate.modes import solve_plate
+from pyroshock.twin.plate.outline import Clamped, SimplySupported
+from pyroshock.twin.setting import THESIS, ElasticMaterial
 
 SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
 ELL = ((0.0, 0.0), (1.0, 0.0), (1.0, 0.4), (0.5, 0.4), (0.5, 0.8), (0.0, 0.8))
@@ -151,7 +150,7 @@ def test_no_edge_and_a_whole_stretch_are_the_limits_of_a_part():
 
 @pytest.mark.slow
 def test_thick_simply_supported_plates_have_mindlins_closed_form():
-    from pyroshock.twin.plate.thickness import kirchhoff_hz, mindlin_hz
+    from pyroshock.twin.plate.modes import kirchhoff_hz, mindlin_hz
 
     # omega a sqrt(rho / G), h/a = 0.1, nu = 0.3: Dawe and Roufaeil, J. Sound Vib. 69 (1980) 345.
     thick = build(thickness_m=0.1, edges=tuple(SimplySupported(side) for side in range(4)))
@@ -199,8 +198,8 @@ def test_outlines_that_are_no_polygon_are_refused(outline, message):
 def test_the_virtual_bench_has_the_same_frequencies():
     """An independent Mindlin model of degree eight, free edges, 10 mm: the worst case of the correction."""
     from pyroshock.virtualbench.effects import Effects
+    from pyroshock.virtualbench.plate.build import OUTLINE_M, resonant_plate
     from pyroshock.virtualbench.plate.modes import modes
-    from pyroshock.virtualbench.plate.resonant import OUTLINE_M, resonant_plate
 
     peer = modes(resonant_plate("aluminum", "free", np.random.default_rng(0)), Effects.none(), max_frequency_hz=10e3)
     ours = build(OUTLINE_M, thickness_m=0.01, material=THESIS["aluminum"])

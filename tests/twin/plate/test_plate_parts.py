@@ -8,18 +8,27 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.twin.materials import ElasticMaterial
-from pyroshock.twin.plate.boundary_conditions import on_stretch
-from pyroshock.twin.plate.build import NamedPoint, PlateBuild, PointMass, PointSpring, places
-from pyroshock.twin.plate.damping import ConstantDamping, RayleighDamping
-from pyroshock.twin.plate.edges import Clamped, Edge, SimplySupported
-from pyroshock.twin.plate.fem import _across_along, elements_of
-from pyroshock.twin.plate.frame import _located
-from pyroshock.twin.plate.mesh import mesh_of, stretch
-from pyroshock.twin.plate.modes import _rigid_modes, solve_plate
-from pyroshock.twin.plate.outline import area, canonical, checked_outline, with_corners
-from pyroshock.twin.plate.thickness import edge_layer_m, flexural_wavelength_m, kirchhoff_hz, mindlin_hz
-from pyroshock.twin.plate.triangles import areas, counter_clockwise
+from pyroshock.twin.plate.build import (
+    ConstantDamping,
+    NamedPoint,
+    PlateBuild,
+    PointMass,
+    PointSpring,
+    RayleighDamping,
+    places,
+)
+from pyroshock.twin.plate.fem import _across_along, _located, elements_of, on_stretch
+from pyroshock.twin.plate.mesh import areas, counter_clockwise, mesh_of, stretch
+from pyroshock.twin.plate.modes import (
+    _rigid_modes,
+    edge_layer_m,
+    flexural_wavelength_m,
+    kirchhoff_hz,
+    mindlin_hz,
+    solve_plate,
+)
+from pyroshock.twin.plate.outline import Clamped, Edge, SimplySupported, area, canonical, checked_outline, with_corners
+from pyroshock.twin.setting import ElasticMaterial
 from scipy.linalg import eigh
 from skfem import MeshTri
 

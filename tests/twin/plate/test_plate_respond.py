@@ -7,9 +7,7 @@ import math
 import numpy as np
 import pytest
 from pyroshock.twin.plate.modal import ModalPlate
-from pyroshock.twin.plate.recursion import Recursion
-from pyroshock.twin.plate.respond import kept_below, respond
-from pyroshock.twin.plate.response import PlateResponse
+from pyroshock.twin.plate.response import PlateResponse, Recursion, kept_below, respond
 
 
 def plate(frequency_hz, damping=0.01, seed=0, sensors=2):

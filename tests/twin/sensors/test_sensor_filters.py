@@ -9,7 +9,7 @@ import pytest
 from pyroshock.array_types import Floats
 from pyroshock.twin.effects import Value, effect
 from pyroshock.twin.sensors.chain import SensorChain
-from pyroshock.twin.sensors.filters import filtered
+from pyroshock.twin.sensors.effect import filtered
 from scipy.signal import TransferFunction, lfilter, lsim
 
 STEP_S = 1e-5

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.twin.srs.target import Target, ramps
+from pyroshock.twin.srs.target import NASA_STD_7003, Target, ramps, within_db
 from pyroshock.twin.srs.target_csv import read_target
-from pyroshock.twin.srs.tolerance import NASA_STD_7003, within_db
 
 G = 9.80665
 #: From 50 to 1500 over a decade, dB per octave.

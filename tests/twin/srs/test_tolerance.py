@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.twin.srs.comparison import compare
-from pyroshock.twin.srs.target import Target
-from pyroshock.twin.srs.tolerance import NASA_STD_7003, parse_tolerance, within_db
+from pyroshock.twin.srs.target import NASA_STD_7003, Target, compare, parse_tolerance, within_db
 
 LINES = np.array([100.0, 200, 400, 800])
 

@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.twin.tune.forward import level_db
-from pyroshock.twin.tune.goal import Goal
+from pyroshock.twin.tune.goal import Goal, level_db
 from pyroshock.twin.tune.search import Effort
 from pyroshock.twin.tune.shot_correction import Discrepancy
 from pyroshock.twin.tune.space import ContinuousRange, Levels

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.twin.tune.distinct import SAME_SPECTRUM_DB, distinct
 from pyroshock.twin.tune.probability import Proposal
+from pyroshock.twin.tune.tuner import SAME_SPECTRUM_DB, distinct
 from support.records.tuning_toy import LINES, SPACE
 
 MOUNTS = list(SPACE.mounts())

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.twin.tune.forward import level_db
-from pyroshock.twin.tune.goal import Goal
+from pyroshock.twin.tune.goal import Goal, level_db
 from pyroshock.twin.tune.kernels import Coordinates, Everywhere, level, white
 from pyroshock.twin.tune.probability import proposals, root
 from pyroshock.twin.tune.search import Candidate, line_scores

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.twin.tune.distinct import SAME_SPECTRUM_DB
-from pyroshock.twin.tune.forward import level_db
-from pyroshock.twin.tune.goal import Goal
+from pyroshock.twin.tune.goal import Goal, level_db
 from pyroshock.twin.tune.search import Effort
 from pyroshock.twin.tune.space import mount_of
-from pyroshock.twin.tune.tuner import FiredShots, tune
+from pyroshock.twin.tune.tuner import SAME_SPECTRUM_DB, FiredShots, tune
 from support.records.tuning_toy import LINES, SPACE, Toy, spectrum
 
 HIDDEN = SPACE.setting(list(SPACE.mounts())[7], 3.3e5, 0.41)

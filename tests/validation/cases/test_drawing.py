@@ -5,13 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.validation.cases import FAMILIES, TIERS, draw_case, families
-from pyroshock.validation.cases.background import background, draw_background
 from pyroshock.validation.cases.case import KINDS, STAGES, tier_of
 from pyroshock.validation.cases.designs import DESIGNS, design
-from pyroshock.validation.cases.effect_ranges import RANGES, shown_by, strength_for
 from pyroshock.validation.cases.record import label_of
+from pyroshock.validation.cases.run_scatter import (
+    DAMPING,
+    FREQUENCY,
+    SHAPE,
+    PlateBackground,
+    background,
+    draw_background,
+)
+from pyroshock.validation.cases.scale_cause import RANGES, shown_by, strength_for
 from pyroshock.validation.cases.unknowns import SPLITS
-from pyroshock.validation.cases.unsteady import DAMPING, FREQUENCY, SHAPE, PlateBackground
 from pyroshock.virtualbench.effects import CATALOGUE
 
 
@@ -79,8 +85,8 @@ def test_back_pressure_stays_an_atmosphere() -> None:
 
 
 def test_strength_has_the_gap_that_was_asked_for() -> None:
-    from pyroshock.validation.cases.effect_ranges import cause_of
     from pyroshock.validation.cases.effect_size import gap
+    from pyroshock.validation.cases.scale_cause import cause_of
 
     for sign in (1, -1):
         strength = strength_for("hammer", 0, "contact.effective_mass", sign, 2.0)

@@ -7,11 +7,11 @@ import pytest
 from pyroshock.validation.cases.case import TOLERANCES
 from pyroshock.validation.cases.contact_case import strikes
 from pyroshock.validation.cases.designs import DESIGNS, CaseSetting, design
+from pyroshock.validation.cases.effect_size import nominal_pulses, speeds_of
 from pyroshock.validation.cases.gun_case import gun_of, gun_stage, ln_velocity
-from pyroshock.validation.cases.nominal import nominal_pulses, speeds_of
 from pyroshock.validation.cases.plates import changed, plate_of
 from pyroshock.validation.cases.ringing import accelerations, levels_db, modal_pulse
-from pyroshock.virtualbench.impact.materials import contact_material
+from pyroshock.virtualbench.impact.build import contact_material
 from scipy.signal import lsim
 
 #: What a difference between ideal bench and nominal simulator may be, in tolerances.

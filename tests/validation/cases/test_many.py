@@ -8,11 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pyroshock.validation.cases.attribution import attribution, shapley_values, shares
-from pyroshock.validation.cases.case import KINDS
-from pyroshock.validation.cases.cause import ActingCause
-from pyroshock.validation.cases.effect_ranges import RANGES, cause_of
-from pyroshock.validation.cases.effect_size import gap
-from pyroshock.validation.cases.many import (
+from pyroshock.validation.cases.case import KINDS, ActingCause
+from pyroshock.validation.cases.draw import (
     ALWAYS,
     BENCH_DEFAULT,
     FOREIGN_GAPS,
@@ -25,8 +22,9 @@ from pyroshock.validation.cases.many import (
     draw_realistic,
     total_gap,
 )
+from pyroshock.validation.cases.effect_size import gap
 from pyroshock.validation.cases.record import record_case
-from pyroshock.validation.cases.scale_cause import ratio_of
+from pyroshock.validation.cases.scale_cause import RANGES, cause_of, ratio_of
 from pyroshock.validation.cases.unknowns import FAMILIES
 
 

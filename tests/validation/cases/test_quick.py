@@ -6,16 +6,14 @@ import numpy as np
 import pytest
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.gun import compiled_balances
-from pyroshock.virtualbench.gun.build import GunBuild, Projectile
+from pyroshock.virtualbench.gun.build import GunBuild, Projectile, setting_of
 from pyroshock.virtualbench.gun.fire import fire
+from pyroshock.virtualbench.gun.integrate import muzzle_velocity
 from pyroshock.virtualbench.gun.motion import Phase, V, X, derivative, initial_state
-from pyroshock.virtualbench.gun.quick import muzzle_velocity
-from pyroshock.virtualbench.gun.setting import setting_of
 from pyroshock.virtualbench.impact.assemble import assemble
-from pyroshock.virtualbench.impact.build import target
-from pyroshock.virtualbench.impact.impactors import hammer
+from pyroshock.virtualbench.impact.build import hammer, target
 from pyroshock.virtualbench.impact.integrate import solve
-from pyroshock.virtualbench.impact.quick import contact_forces
+from pyroshock.virtualbench.impact.kernel import contact_forces
 
 BENCHES = (
     Effects.none(),

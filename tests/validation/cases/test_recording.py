@@ -18,7 +18,7 @@ from pyroshock.validation.cases import (
 )
 from pyroshock.validation.cases.case import KINDS, BackgroundGap, Case, Label
 from pyroshock.validation.cases.designs import design
-from pyroshock.virtualbench.seal import SealError, folder_hash
+from pyroshock.virtualbench.recorder import SealError, folder_hash
 
 QUIET = BackgroundGap(1e-9, 1e-9, 2.0, False, 1)
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.validation.prediction_scores.compared_values import ComparedValues
-from pyroshock.validation.prediction_scores.coverage import Coverage
-from pyroshock.validation.prediction_scores.quantity_score import Measure, QuantityScore
-from pyroshock.validation.prediction_scores.verdict import verdict
+from pyroshock.validation.prediction_scores.quantity_score import ComparedValues, Coverage, Measure, QuantityScore
+from pyroshock.validation.prediction_scores.shot_comparison import verdict
 
 FORCE = Measure("peak_force", "peak force", "ln", "N")
 SPECTRUM = Measure("srs_acceleration_1", "spectrum at acceleration_1", "dB", "m/s2")

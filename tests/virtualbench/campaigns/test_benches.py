@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from pyroshock.virtualbench.campaigns import gun, hammer
 from pyroshock.virtualbench.campaigns.base import cells_of, day_fraction
-from pyroshock.virtualbench.campaigns.gun_sensors import ARRAY_SHARES, LASER, SENSORS, TANK
+from pyroshock.virtualbench.campaigns.gun import ARRAY_SHARES, LASER, SENSORS, TANK
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.sensors.adc import calibrated, written
+from pyroshock.virtualbench.sensors.chain import calibrated, written
 from support.records.bench_shots import shot
 
 pytestmark = pytest.mark.usefixtures("coarse_plates")

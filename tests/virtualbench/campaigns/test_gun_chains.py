@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.virtualbench.campaigns import gun
-from pyroshock.virtualbench.campaigns.gun_rows import POSITIONS
+from pyroshock.virtualbench.campaigns.gun import POSITIONS
 from pyroshock.virtualbench.effects import Effects
 from support.records.bench_shots import GUN_ROW, shot
 

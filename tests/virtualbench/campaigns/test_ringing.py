@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.virtualbench.campaigns.ringing import felt
-from pyroshock.virtualbench.campaigns.windows import blow
+from pyroshock.virtualbench.campaigns.ringing import blow, felt
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.plate.modes import PlateModes
 from pyroshock.virtualbench.sensors import SensorBuild, analog

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.virtualbench.gun.curve import crossings, position_at, velocity_at
+from pyroshock.virtualbench.gun.fire import crossings, position_at, velocity_at
 
 TIME = np.array([0.0, 0.3, 0.45, 1.0, 1.4])
 WAY = TIME, TIME**3 - TIME, 3 * TIME**2 - 1

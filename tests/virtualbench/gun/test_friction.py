@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.gun.build import GunBuild, Projectile
-from pyroshock.virtualbench.gun.friction import column_loss, sliding_friction
+from pyroshock.virtualbench.gun.build import GunBuild, GunSetting, Projectile, setting_of
 from pyroshock.virtualbench.gun.gas import Gas
-from pyroshock.virtualbench.gun.setting import GunSetting, setting_of
+from pyroshock.virtualbench.gun.motion import column_loss, sliding_friction
 
 AIR = Gas(101_325.0, 293.15, 1.204)
 

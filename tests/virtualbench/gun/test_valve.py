@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.virtualbench.gun.valve import DEAD_SHARE, RANGEABILITY, ValveWay, open_share
+from pyroshock.virtualbench.gun.gas import DEAD_SHARE, RANGEABILITY, ValveWay, open_share
 
 
 def test_port_opens_from_nothing_to_all() -> None:

@@ -6,16 +6,15 @@ from functools import cache
 
 import numpy as np
 import pytest
-from pyroshock.virtualbench.campaigns.plates import echoes_at
+from pyroshock.virtualbench.campaigns.ringing import echoes_at
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.impact.assemble import assemble
-from pyroshock.virtualbench.impact.build import Impactor, target
+from pyroshock.virtualbench.impact.build import Impactor, contact_material, target
 from pyroshock.virtualbench.impact.echoes import PlateEchoes
 from pyroshock.virtualbench.impact.integrate import solve
-from pyroshock.virtualbench.impact.materials import contact_material
 from pyroshock.virtualbench.impact.strike import strike_many
+from pyroshock.virtualbench.plate.build import resonant_plate
 from pyroshock.virtualbench.plate.modes import PlateModes, modes
-from pyroshock.virtualbench.plate.resonant import resonant_plate
 
 PLATE = target("aluminum", 0.010)
 ELASTIC = Effects.none().with_strength("contact.plate_compliance", 1.0)

@@ -9,9 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.impact.build import Impactor, target
-from pyroshock.virtualbench.impact.impactors import hammer, projectile
-from pyroshock.virtualbench.impact.materials import MATERIALS, contact_material
+from pyroshock.virtualbench.impact.build import MATERIALS, Impactor, contact_material, hammer, projectile, target
 from pyroshock.virtualbench.impact.strike import ImpactTruth, strike, strike_many
 
 STEEL = contact_material("steel")

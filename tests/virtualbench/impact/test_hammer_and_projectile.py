@@ -7,9 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.impact.build import Anvil, Impactor, ImpactTarget, target
-from pyroshock.virtualbench.impact.impactors import HAND_SPEEDS_M_S, HAND_SPREAD, hammer, hand_speed, projectile
-from pyroshock.virtualbench.impact.materials import contact_material
+from pyroshock.virtualbench.impact.build import (
+    HAND_SPEEDS_M_S,
+    HAND_SPREAD,
+    Anvil,
+    Impactor,
+    ImpactTarget,
+    contact_material,
+    hammer,
+    hand_speed,
+    projectile,
+    target,
+)
 from pyroshock.virtualbench.impact.strike import ImpactTruth, strike, strike_many
 
 TIPS = [("aluminum", 0.03), ("delrin", 0.03), ("polyurethane", 0.015)]

@@ -9,9 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.impact.build import Impactor, ImpactTarget, target
-from pyroshock.virtualbench.impact.impactors import hammer
-from pyroshock.virtualbench.impact.materials import contact_material
+from pyroshock.virtualbench.impact.build import Impactor, ImpactTarget, contact_material, hammer, target
 from pyroshock.virtualbench.impact.strike import ImpactTruth, strike, strike_many
 
 STEEL = contact_material("steel")

@@ -7,10 +7,8 @@ import math
 import numpy as np
 import pytest
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.impact.build import target
-from pyroshock.virtualbench.impact.contact import ContactLaw
-from pyroshock.virtualbench.impact.impactors import projectile
-from pyroshock.virtualbench.impact.materials import contact_material
+from pyroshock.virtualbench.impact.build import contact_material, projectile, target
+from pyroshock.virtualbench.impact.chain import ContactLaw
 from pyroshock.virtualbench.impact.strike import strike_many
 from scipy.integrate import quad
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pyroshock.virtualbench.plate.build import Clamp
+from pyroshock.virtualbench.plate.build import OUTLINE_M, Clamp
 from pyroshock.virtualbench.plate.mesh import Mesh, bilinear
-from pyroshock.virtualbench.plate.resonant import OUTLINE_M
 
 MESH = Mesh.regular(OUTLINE_M, 4, 3, 3)
 

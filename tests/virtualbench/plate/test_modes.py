@@ -10,11 +10,9 @@ import pytest
 from numpy.polynomial import legendre
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.plate.assembly import assemble
-from pyroshock.virtualbench.plate.build import BenchPlate, PlateSensor
-from pyroshock.virtualbench.plate.eigen import lowest_modes
+from pyroshock.virtualbench.plate.build import BenchPlate, PlateSensor, resonant_plate
 from pyroshock.virtualbench.plate.mesh import Mesh, bilinear
-from pyroshock.virtualbench.plate.modes import PlateModes, modes
-from pyroshock.virtualbench.plate.resonant import resonant_plate
+from pyroshock.virtualbench.plate.modes import PlateModes, lowest_modes, modes
 
 LIMIT_HZ = 1500.0
 NONE = Effects.none()

@@ -7,8 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.virtualbench.plate.build import Clamp, PlateMaterial, PlateSensor, Spring
-from pyroshock.virtualbench.plate.resonant import MATERIALS, OUTLINE_M, resonant_plate
+from pyroshock.virtualbench.plate.build import (
+    MATERIALS,
+    OUTLINE_M,
+    Clamp,
+    PlateMaterial,
+    PlateSensor,
+    Spring,
+    resonant_plate,
+)
 
 PLATE = resonant_plate("steel", "free", np.random.default_rng(3))
 

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 from numpy.polynomial import legendre
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.plate.build import PlateSensor
+from pyroshock.virtualbench.plate.build import PlateSensor, resonant_plate
 from pyroshock.virtualbench.plate.mesh import bilinear
 from pyroshock.virtualbench.plate.modes import PlateModes, modes
-from pyroshock.virtualbench.plate.resonant import resonant_plate
 from pyroshock.virtualbench.plate.respond import pulse_bandwidth_hz, respond
 
 

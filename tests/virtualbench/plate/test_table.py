@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from pyroshock.ingest.modes import read_modal_table
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.plate.modes import PlateModes, modes
-from pyroshock.virtualbench.plate.resonant import resonant_plate
-from pyroshock.virtualbench.plate.table import modal_table
+from pyroshock.virtualbench.plate.build import resonant_plate
+from pyroshock.virtualbench.plate.modes import PlateModes, modal_table, modes
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.virtualbench.impact.build import Layer, target
-from pyroshock.virtualbench.impact.impactors import hammer
+from pyroshock.virtualbench.impact.build import Layer, hammer, target
 from pyroshock.virtualbench.second_laws import LAWS, SPLITS
 from pyroshock.virtualbench.second_laws import contact as law
 from pyroshock.virtualbench.second_laws.contact import contact_forces, jackson_green, meyer, rounded_cone, worn_ball

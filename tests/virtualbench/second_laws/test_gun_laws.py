@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.gun.build import GunBuild, Projectile
-from pyroshock.virtualbench.gun.quick import muzzle_velocity
+from pyroshock.virtualbench.gun.integrate import muzzle_velocity
 from pyroshock.virtualbench.second_laws import LAWS, SPLITS
 from pyroshock.virtualbench.second_laws import gun as law
 from pyroshock.virtualbench.second_laws.gun import muzzle_velocity_m_s

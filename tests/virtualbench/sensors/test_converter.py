@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.virtualbench.sensors.adc import calibrated, converted, counts, written
 from pyroshock.virtualbench.sensors.build import SensorBuild
+from pyroshock.virtualbench.sensors.chain import calibrated, converted, counts, written
 
 FORCE = SensorBuild("force", "force", "N", 1000.0, bits=16)
 TANK = SensorBuild("tank", "pressure", "bar", 16.0, 1e5, bits=16, sensitivity=0.5621, offset_v=0.3624)

@@ -11,8 +11,8 @@ from pyroshock.virtualbench.sensors.filters import (
     decimated,
     low_pass_decay_1_s,
     low_passed,
+    mounted,
 )
-from pyroshock.virtualbench.sensors.mounting import mounted
 
 FS_HZ = 51_200.0
 

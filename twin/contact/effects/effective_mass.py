@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from ...effects import Value, parameter
-from ..effect import ContactEffect
-from ..impacts import Impacts
+from ..impacts import ContactEffect, Impacts
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from ...effects import Value, parameter
-from ..effect import ContactEffect
-from ..impacts import Impacts
-from ..yielding import yield_load
+from ..hertz import yield_load
+from ..impacts import ContactEffect, Impacts
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,7 @@ from typing import ClassVar
 
 from ...effects import Value, parameter
 from ..bodies import MissingQuantityError
-from ..effect import ContactEffect
-from ..impacts import Impacts
+from ..impacts import ContactEffect, Impacts
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...effects import Value, parameter
-from ..effect import ContactEffect
-from ..impacts import Impacts
+from ..impacts import ContactEffect, Impacts
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,8 @@ import numpy as np
 
 from ....array_types import Floats
 from ...effects import Value, parameter
-from ..damping import matched_damping, restitution_of
-from ..effect import ContactEffect
-from ..impacts import Impacts
+from ..hertz import matched_damping, restitution_of
+from ..impacts import ContactEffect, Impacts
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ...effects import Value, parameter
-from ..effect import GunEffect
-from ..shot import ShotInputs
+from ..shot import GunEffect, ShotInputs
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...effects import Value, parameter
-from ..effect import GunEffect
-from ..shot import ShotInputs
+from ..shot import GunEffect, ShotInputs
 
 
 @dataclass(frozen=True)

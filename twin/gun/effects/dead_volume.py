@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ...effects import Value, parameter
-from ..effect import GunEffect
-from ..shot import ShotInputs
+from ..shot import GunEffect, ShotInputs
 
 
 @dataclass(frozen=True)

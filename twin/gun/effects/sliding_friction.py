@@ -9,8 +9,7 @@ import numpy as np
 
 from ...effects import Value, parameter
 from ..bench import STANDARD_GRAVITY_M_S2
-from ..effect import GunEffect
-from ..shot import ShotInputs
+from ..shot import GunEffect, ShotInputs
 
 
 @dataclass(frozen=True)

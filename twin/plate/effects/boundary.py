@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...effects import parameter
-from ..effect import PlateEffect
-from ..modal import ModalPlate
+from ..modal import ModalPlate, PlateEffect
 
 
 @dataclass(frozen=True)

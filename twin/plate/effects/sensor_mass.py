@@ -12,8 +12,7 @@ import numpy as np
 
 from ....array_types import Floats
 from ...effects import Value, parameter
-from ..effect import PlateEffect
-from ..modal import ModalPlate
+from ..modal import ModalPlate, PlateEffect
 
 
 @dataclass(frozen=True)

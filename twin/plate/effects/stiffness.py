@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from ...effects import parameter
-from ..effect import PlateEffect
-from ..modal import ModalPlate
+from ..modal import ModalPlate, PlateEffect
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,7 @@ import numpy as np
 
 from ....array_types import Complexes, Floats
 from ...effects import Value, parameter
-from ..effect import SensorEffect
-from ..filters import filtered
+from ..effect import SensorEffect, filtered
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 from pyroshock.twin.effects import catalogue, effect, effect_from_json
-from pyroshock.twin.materials import THESIS
 from pyroshock.twin.plate.build import PlateBuild, PointMass, PointSpring, places
-from pyroshock.twin.plate.effect import PlateEffect, with_effects
-from pyroshock.twin.plate.modal import ModalPlate
+from pyroshock.twin.plate.modal import ModalPlate, PlateEffect, with_effects
 from pyroshock.twin.plate.modes import solve_plate
+from pyroshock.twin.setting import THESIS
 
 PLATE_EFFECTS = ["plate.boundary", "plate.damping", "plate.sensor_mass", "plate.stiffness"]
 OUTLINE = ((0.0, 0.1), (0.62, 0.0), (1.0, 0.38), (0.3, 0.6))

@@ -1,1 +1,0 @@
-"""Keeping stores: moved between engines, checked, carried to another laboratory."""

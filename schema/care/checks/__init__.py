@@ -1,1 +1,0 @@
-"""What can be wrong in a store: one question a file, each (connection, scope) -> findings."""

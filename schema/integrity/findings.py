@@ -1,0 +1,52 @@
+"""What a check has found wrong in a store, and what to do about it.
+
+How much of a store is looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..rows import ProgressBar
+
+#: In this order a place is told; other keys follow.
+_PLACE = ("campaign", "recording", "channel", "chunk", "table", "row")
+
+
+@dataclass(frozen=True)
+class IntegrityFinding:
+    """`place` names what is concerned: campaign, recording, channel, chunk, table, row, or what else there is."""
+
+    check: str
+    message: str
+    advice: str
+    place: Mapping[str, Any] = field(default_factory=dict)
+
+    def as_json(self) -> dict[str, Any]:
+        return {"check": self.check, **self.place, "message": self.message, "advice": self.advice}
+
+    def __str__(self) -> str:
+        keys = [key for key in _PLACE if key in self.place] + [key for key in self.place if key not in _PLACE]
+        where = ", ".join(f"{key} {self.place[key]}" for key in keys)
+        return f"{self.check}: {where}{': ' if where else ''}{self.message}; {self.advice}"
+
+
+#: A select of any columns, whose types SQLAlchemy's versions write differently.
+Query = Any
+
+#: Restoring is right whatever was damaged, and often all that is left.
+RESTORE = "restore the store from its backup (docs/reference/store.md)"
+
+
+@dataclass(frozen=True)
+class Scope:
+    """One campaign by its key, or the whole store (None); `bar` is told of what takes time."""
+
+    campaign: int | None = None
+    bar: ProgressBar = field(default_factory=lambda: ProgressBar(None, 0))
+
+    def within(self, query: Query, campaign: Any) -> Query:
+        """The query's rows of this scope, by its column that holds the campaign's key."""
+        return query if self.campaign is None else query.where(campaign == self.campaign)

@@ -1,0 +1,251 @@
+"""An error by test for several models: Fig. 5.4 (cost) and Fig. 5.5 (impulse) of the thesis.
+
+Errors of many models over all tests: Fig. 4.10 of the thesis.
+
+Whether intervals hold what they promise.
+
+Measured pulses and the predicted ones on top, with their 90 % band.
+
+Two models' differences: by metric, and where.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...array_types import Floats
+from ...dataset.table import PulseTable
+from ..models.base import ContactPrediction
+from .comparison import Comparison, Difference
+from .metrics import BAND, PulseErrors, pulse_errors, reconstruct
+from .plot_style import (
+    COLOURS,
+    LABELS,
+    MARKERS,
+    QUIET,
+    PulseRuns,
+    new_figure,
+    number_tests,
+    runs_of,
+    tip_colours,
+    tip_strip,
+    wide_range,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def by_test(pulses: PulseTable, errors: Mapping[str, PulseErrors], metric: str = "cost") -> Figure:
+    """A panel a model, best first, on one scale; a point a test, the mean of its held-out pulses; a line at the mean.
+
+    `errors` by name of model, of the held-out `pulses` row by row. 180 tests of five models in one panel, as the thesis
+    draws them, hide each other; the tips' colours show what its zigzag lines were to show.
+    """
+    values = {name: getattr(model, metric) for name, model in errors.items()}
+    names = sorted(values, key=lambda name: float(values[name].mean()))
+    runs = runs_of(pulses)
+    figure = new_figure(10, 1.3 + 1.35 * len(names))
+    panels = figure.subplots(len(names), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
+    for axes, name in zip(panels, names, strict=True):
+        _by_test_panel(axes, runs, runs.mean(values[name]), name, float(values[name].mean()))
+    if wide_range(np.concatenate([runs.mean(model) for model in values.values()])):
+        panels[0].set_yscale("log")
+    else:
+        panels[0].set_ylim(bottom=0)
+    number_tests(panels[-1], runs)
+    figure.supylabel(LABELS[metric], fontsize=10)
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False, markerscale=2)
+    return figure
+
+
+def _by_test_panel(axes: Axes, runs: PulseRuns, values: Floats, name: str, mean: float) -> None:
+    places = np.arange(len(runs))
+    for tip, colour in tip_colours(runs.tip).items():
+        here = runs.tip == tip
+        axes.plot(places[here], values[here], "o", color=colour, ms=2.6, label=tip)
+    axes.axhline(mean, color="black", lw=0.8)
+    axes.set_title(f"{name}: {mean:.3g}", fontsize=9, loc="left", pad=3)
+    axes.grid(axis="y", lw=0.4, alpha=0.5)
+
+
+def heat_map(pulses: PulseTable, errors: Mapping[str, PulseErrors], metric: str = "force_nrmse") -> Figure:
+    """Models down, tests across in run order, best model first; the colour is logarithmic, as errors spread so wide.
+
+    `errors` by name of model, of the held-out `pulses` row by row. Figures at the right are means over pulses.
+    """
+    from matplotlib.colors import LogNorm
+
+    values = {name: getattr(model, metric) for name, model in errors.items()}
+    names = sorted(values, key=lambda name: float(values[name].mean()))
+    runs = runs_of(pulses)
+    table = np.stack([runs.mean(values[name]) for name in names])
+    shown = table[table > 0]
+    low, high = np.quantile(shown, [0.01, 0.99]) if shown.size else (0.1, 1.0)
+    figure = new_figure(11, 2.3 + 0.28 * len(names))
+    upper, strip = figure.subplots(2, 1, sharex=True, height_ratios=[len(names), 0.7])
+    image = upper.imshow(
+        np.maximum(table, low),
+        aspect="auto",
+        cmap="viridis",
+        norm=LogNorm(low, max(high, low * 1.01)),
+        interpolation="nearest",
+        extent=(-0.5, len(runs) - 0.5, len(names) - 0.5, -0.5),
+    )
+    upper.set_yticks(range(len(names)), names)
+    upper.tick_params(axis="x", length=0, labelbottom=False)
+    means = upper.secondary_yaxis("right")
+    means.set_yticks(range(len(names)), [f"{values[name].mean():.3g}" for name in names])
+    means.tick_params(length=0)
+    figure.colorbar(image, ax=upper, label=LABELS[metric], pad=0.02, extend="both")
+    tip_strip(figure, strip, runs)
+    return figure
+
+
+LEVELS = np.concatenate([np.arange(0.1, 0.9, 0.1), [0.9, 0.95, 0.99]])
+
+#: What the 90 % band should cover on held-out configurations.
+WANTED = (0.87, 0.93)
+
+
+def coverage_figure(pulses: PulseTable, predictions: Mapping[str, ContactPrediction]) -> Figure:
+    """Promised against found coverage of central normal intervals, force points and contact time; one line a model.
+
+    Models without spread are left out. `predictions` are of the held-out `pulses` row by row.
+    """
+    figure = new_figure(10, 4.8)
+    for axes, name in zip(figure.subplots(1, 2), ("force", "contact time"), strict=True):
+        _frame(axes, name)
+        drawn = 0
+        for model, prediction in predictions.items():
+            score = standardised(pulses, prediction, name)
+            if score is not None:
+                style = {"color": COLOURS[drawn % len(COLOURS)], "marker": MARKERS[drawn % len(MARKERS)]}
+                shares = coverage(score)
+                axes.plot(LEVELS, shares, lw=1, ms=4, label=f"{model} ({shares[LEVELS == 0.9][0]:.3f})", **style)
+                drawn += 1
+        if drawn:
+            axes.legend(frameon=False, loc="upper left", title="at 0.90")
+    return figure
+
+
+def coverage(scores: Floats, levels: Floats = LEVELS) -> Floats:
+    """Share of standardised errors within the central normal interval of each of `levels`."""
+    from scipy.special import ndtri
+
+    shares: Floats = np.mean(np.abs(scores.ravel()) <= ndtri((1 + levels) / 2)[:, None], axis=1)
+    return shares
+
+
+def standardised(pulses: PulseTable, prediction: ContactPrediction, name: str) -> Floats | None:
+    """Errors of "force" (n, 20) or "contact time" (n,) in spreads; None for a model without."""
+    spread = prediction.force_spread_n if name == "force" else prediction.contact_time_spread_s
+    if spread is None:
+        return None
+    force = name == "force"
+    off = prediction.force_n - pulses.force_n if force else prediction.contact_time_s - pulses.contact_time_s
+    # Where a law is certain (the ends of a hybrid's pulse) any error is beyond all of its intervals.
+    return np.divide(off, spread, out=np.where(off == 0, 0.0, np.inf), where=spread > 0)
+
+
+def _frame(axes: Axes, name: str) -> None:
+    axes.plot([0, 1], [0, 1], color="black", lw=0.8)
+    axes.plot([0.9, 0.9], WANTED, color="black", lw=5, alpha=0.3, solid_capstyle="butt")
+    axes.set_title(name, fontsize=10)
+    axes.set_xlabel("promised coverage")
+    axes.set_ylabel("found coverage")
+    axes.set_xlim(0, 1)
+    axes.set_ylim(0, 1)
+    axes.set_aspect("equal")
+    axes.grid(lw=0.4, alpha=0.5)
+
+
+#: Of the pulses of a tip, by their NRMSE: the best, two in between and the worst, so that no picture flatters.
+SHARES = (0.0, 0.5, 0.9, 1.0)
+_NAMES = ("best", "median", "90th percentile", "worst")
+
+
+def pulse_grid(pulses: PulseTable, prediction: ContactPrediction) -> Figure:
+    """A row a tip material, a column a rank by NRMSE. `prediction` is of the held-out `pulses` row by row."""
+    nrmse = pulse_errors(pulses, prediction).force_nrmse
+    tips = np.unique(pulses.tip_material)
+    figure = new_figure(12, 2.6 * len(tips) + 0.6)
+    grid = figure.subplots(len(tips), len(SHARES), squeeze=False)
+    for i, tip in enumerate(tips):
+        rows = np.flatnonzero(pulses.tip_material == tip)
+        for j, row in enumerate(_ranked(rows, nrmse)):
+            _draw(grid[i, j], pulses, prediction, int(row))
+            which = f"{tip}, run {pulses.run[row]}, repetition {pulses.repetition[row]}"
+            grid[i, j].set_title(f"{which}\nNRMSE {nrmse[row]:.3f} ({_NAMES[j]})", fontsize=8)
+        grid[i, 0].set_ylabel("force (N)")
+    for axes in grid[-1]:
+        axes.set_xlabel("time (ms)")
+    handles, labels = grid[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False)
+    return figure
+
+
+def _ranked(rows: NDArray[np.intp], nrmse: Floats) -> NDArray[np.intp]:
+    order = rows[np.argsort(nrmse[rows], kind="stable")]
+    return order[np.round(np.array(SHARES) * (len(order) - 1)).astype(np.intp)]
+
+
+def _draw(axes: Axes, pulses: PulseTable, prediction: ContactPrediction, row: int) -> None:
+    """One pulse: dots measured, line predicted, shades the band of the force and of the end of contact."""
+    points, duration = pulses.force_n[row], pulses.contact_time_s[row] * 1e3
+    fine = reconstruct(prediction.force_n[row : row + 1], 200)[0]
+    end = prediction.contact_time_s[row] * 1e3
+    axes.plot(np.linspace(0, duration, points.size), points, "o", color="black", ms=2.5, label="measured", zorder=3)
+    axes.plot(np.linspace(0, end, fine.size), fine, color=COLOURS[0], lw=1.3, label="predicted")
+    if prediction.force_spread_n is not None:
+        wide = BAND * prediction.force_spread_n[row]
+        mean, at = prediction.force_n[row], np.linspace(0, end, points.size)
+        axes.fill_between(at, mean - wide, mean + wide, color=COLOURS[0], alpha=0.2, lw=0, label="90 % band of force")
+    if prediction.contact_time_spread_s is not None:
+        late = BAND * float(prediction.contact_time_spread_s[row]) * 1e3
+        axes.axvspan(end - late, end + late, color=COLOURS[1], alpha=0.2, lw=0, label="90 % band of contact time")
+    axes.axhline(0, color="black", lw=0.4)
+
+
+def difference_figure(comparison: Comparison, metric: str = "force_nrmse") -> Figure:
+    """Left, all metrics over all pulses; right, `metric` by group. In per cent of b's mean error, 90 % intervals.
+
+    Filled points are beyond chance (p < 0.05, on the right corrected for the number of groups).
+    """
+    groups = [row for row in comparison.by_group if row.metric == metric]
+    rows = max(len(comparison.overall), len(groups))
+    figure = new_figure(12 if groups else 7, 1.6 + 0.3 * rows)
+    panels = figure.subplots(1, 2 if groups else 1, squeeze=False)[0]
+    names = [LABELS[row.metric].split(" (")[0] for row in comparison.overall]
+    _panel(panels[0], comparison.overall, names)
+    panels[0].set_title("all held-out pulses", fontsize=10, pad=18)
+    if groups:
+        _panel(panels[1], groups, [f"{row.group[0]}: {row.group[1]}".replace("_", " ") for row in groups if row.group])
+        panels[1].set_title(f"{LABELS[metric].split(' (')[0]}, by group", fontsize=10, pad=18)
+    figure.supxlabel(f"error of {comparison.a} minus that of {comparison.b}, % of the latter", fontsize=10)
+    return figure
+
+
+def _panel(axes: Axes, rows: Sequence[Difference], names: Sequence[str]) -> None:
+    for place, row in enumerate(rows):
+        scale = 100 / row.mean_b if row.mean_b > 0 else np.nan
+        colour = QUIET if not row.beyond_chance else COLOURS[2] if row.difference < 0 else COLOURS[1]
+        axes.plot([row.low * scale, row.high * scale], [place, place], color=colour, lw=2)
+        face = colour if row.beyond_chance else "white"
+        axes.plot(row.difference * scale, place, "o", ms=6, color=colour, markerfacecolor=face)
+    axes.axvline(0, color="black", lw=0.8)
+    axes.set_yticks(range(len(rows)), list(names))
+    axes.set_ylim(len(rows) - 0.4, -0.6)
+    axes.grid(axis="x", lw=0.4, alpha=0.5)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    if rows:
+        corner: dict[str, Any] = {"xycoords": "axes fraction", "fontsize": 8, "va": "bottom"}
+        axes.annotate(f"← {rows[0].a} better", (0.0, 1.0), ha="left", **corner)
+        axes.annotate(f"{rows[0].b} better →", (1.0, 1.0), ha="right", **corner)

@@ -1,0 +1,202 @@
+"""Mean errors over held-out pulses with their bootstrap intervals.
+
+Means over pulses whose repetitions belong together: what the bootstrap and the permutation test share.
+
+Whether a mean difference is beyond chance.
+
+The continuous ranked probability score: how far a predicted distribution lies from the value that was measured.
+
+The share of an error above its noise that disappears, and how sure it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...array_types import Floats
+from .metrics import PulseErrors
+
+#: Of the intervals that are told.
+COVERAGE = 0.90
+
+
+@dataclass(frozen=True, eq=False)
+class Clusters:
+    """Pulses summed by cluster: `sums` (k x m) of m quantities, `sizes` (k,) in pulses."""
+
+    sums: Floats
+    sizes: Floats
+
+    def __len__(self) -> int:
+        return len(self.sizes)
+
+    @property
+    def mean(self) -> Floats:
+        """Mean over all pulses, (m,)."""
+        mean: Floats = self.sums.sum(axis=0) / self.sizes.sum()
+        return mean
+
+
+def clustered(values: Floats, labels: NDArray[Any]) -> Clusters:
+    """Values (n x m) by labels (n,). Raises `ValueError` where their lengths differ or nothing is given."""
+    if len(values) != len(labels) or len(labels) == 0:
+        raise ValueError(f"{len(values)} values and {len(labels)} labels: give one label a pulse, and at least one")
+    names, member = np.unique(labels, return_inverse=True)
+    sums = np.zeros((len(names), values.shape[1]))
+    np.add.at(sums, member, values)
+    return Clusters(sums, np.bincount(member).astype(np.float64))
+
+
+def bootstrap_interval(clusters: Clusters, rng: np.random.Generator, resamples: int) -> tuple[Floats, Floats]:
+    """Low and high (m,) of the 90 % interval of the mean, from whole clusters drawn with replacement.
+
+    Percentiles (Davison and Hinkley, Bootstrap Methods and their Application, 1997, chapter 5), widened about the mean
+    by sqrt(k / (k - 1)): the variance of k drawn clusters is (k - 1) / k of what it should be. NaN for one cluster.
+    """
+    k, mean = len(clusters), clusters.mean
+    if k < 2:
+        return np.full_like(mean, np.nan), np.full_like(mean, np.nan)
+    drawn = rng.multinomial(k, np.full(k, 1.0 / k), size=resamples).astype(np.float64)
+    means = (drawn @ clusters.sums) / (drawn @ clusters.sizes)[:, None]
+    tail = (1 - COVERAGE) / 2
+    low, high = np.quantile(means, [tail, 1 - tail], axis=0)
+    wider = np.sqrt(k / (k - 1))
+    return mean + wider * (low - mean), mean + wider * (high - mean)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A mean and its 90 % interval; NaN ends where a single configuration tells nothing of another."""
+
+    mean: float
+    low: float
+    high: float
+
+
+def summary(
+    errors: PulseErrors,
+    configuration: NDArray[Any],
+    rng: np.random.Generator,
+    resamples: int = 2000,
+) -> dict[str, Estimate]:
+    """Mean over pulses of every metric there is, coverage included.
+
+    The interval draws configurations (n,), not pulses: repetitions of a configuration err alike. It is that of the
+    mean over configurations like these with the model as it is; another training set is not drawn.
+    """
+    arrays = errors.arrays()
+    clusters = clustered(np.stack(list(arrays.values()), axis=1), configuration)
+    low, high = bootstrap_interval(clusters, rng, resamples)
+    rows = zip(arrays, clusters.mean, low, high, strict=True)
+    return {name: Estimate(float(mean), float(least), float(most)) for name, mean, least, most in rows}
+
+
+#: Up to this many clusters every combination of signs is tried.
+_EXACT = 12
+
+
+def sign_flip_p(clusters: Clusters, rng: np.random.Generator, draws: int = 4999) -> Floats:
+    """Two-sided p-values (m,) of the hypothesis that each cluster's sum might as well have the other sign."""
+    k = len(clusters)
+    observed = np.abs(clusters.sums.sum(axis=0)) * (1 - 1e-12)  # sums in another order are no other sums
+    if k <= _EXACT:
+        signs = 1.0 - 2.0 * ((np.arange(2**k)[:, None] >> np.arange(k)) & 1)
+        exact: Floats = np.mean(np.abs(signs @ clusters.sums) >= observed, axis=0)
+        return exact
+    signs = rng.choice([-1.0, 1.0], size=(draws, k))
+    hits = np.count_nonzero(np.abs(signs @ clusters.sums) >= observed, axis=0)
+    p_values: Floats = (1.0 + hits) / (1.0 + draws)
+    return p_values
+
+
+def holm(p_values: Floats) -> Floats:
+    """The same p-values (q,) for somebody who asked q questions (Holm, Scand. J. Statist. 6, 1979, 65)."""
+    order = np.argsort(p_values)
+    corrected = np.empty_like(p_values)
+    corrected[order] = np.maximum.accumulate(np.minimum(1.0, np.arange(len(p_values), 0, -1) * p_values[order]))
+    return corrected
+
+
+def ensemble_crps(draws: Floats, measured: Floats) -> Floats:
+    """Scores (n,) of predictions given as draws (d, n), in the unit of the values; the smaller, the better.
+
+    E|X - y| - E|X - X'| / 2 (Gneiting and Raftery, J. Am. Stat. Assoc. 102 (2007) 359, eq. 21). The second mean is
+    taken over pairs of different draws, so that its expectation does not depend on their number (Ferro, Q. J. R.
+    Meteorol. Soc. 140 (2014) 1917). A single draw is scored by its absolute error. Raises `ValueError` for arrays of
+    other shapes.
+    """
+    if draws.ndim != 2 or draws.shape[1:] != measured.shape:
+        raise ValueError(f"draws are {draws.shape} and measured values {measured.shape}: expected (d, n) and (n,)")
+    count = draws.shape[0]
+    distance = np.abs(draws - measured).mean(axis=0)
+    if count == 1:
+        return np.asarray(distance)
+    # The sum of |x_i - x_j| over all pairs of sorted draws is that of 2 (2 i - d - 1) x_i.
+    weights = (2 * np.arange(1, count + 1) - count - 1) / (count * (count - 1))
+    return np.asarray(distance - weights @ np.sort(draws, axis=0))
+
+
+_RESAMPLES = 2000
+
+
+def fraction(before: Floats | float, after: Floats | float, floor: Floats | float) -> Floats:
+    """Of mean squares before, after and by chance (...): (b - a) / (b - f) of their roots, NaN where b <= f.
+
+    The roots are what the report prints, so that its numbers agree with each other.
+    """
+    b, a, f = np.sqrt(before), np.sqrt(after), np.sqrt(floor)
+    return np.asarray((b - a) / np.where(b > f, b - f, np.nan))
+
+
+def fraction_interval(
+    before: Floats,
+    after: Floats,
+    floor: Floats,
+    rng: np.random.Generator,
+    floor_error: float = 0.0,
+    training_error: float = 0.0,
+) -> tuple[float, float] | None:
+    """90 % interval from squares (C,) of held-out configurations, whole configurations drawn with replacement.
+
+    Bias-corrected and accelerated (Efron, JASA 82 (1987) 171), widened about the estimate by sqrt(C / (C - 1)) and by
+    Student's t over the normal quantile, since C drawn configurations scatter too little, and by what resampling does
+    not see; not beyond 1. `floor_error`: relative standard deviation of the scatter's mean square, which few
+    repetitions measured. `training_error`: standard deviation of the fraction, because other training configurations
+    would have given other parameters to all that are held out. None with fewer than three configurations.
+    """
+    from scipy.stats import norm, t
+
+    cells, tail = len(before), (1 - COVERAGE) / 2
+    table = np.stack([before, after, floor])
+    estimate = float(fraction(*table.mean(axis=1)))
+    if cells < 3 or not np.isfinite(estimate):
+        return None
+    means = table @ (rng.multinomial(cells, np.full(cells, 1 / cells), size=_RESAMPLES).T / cells)
+    means[2] *= np.maximum(0.0, 1.0 + floor_error * rng.standard_normal(_RESAMPLES))
+    values = fraction(*means)
+    values = values[np.isfinite(values)]
+    if len(values) < _RESAMPLES // 2:
+        return None
+    jackknife = fraction(*((table.sum(axis=1, keepdims=True) - table) / (cells - 1)))
+    low, high = np.quantile(values, _quantiles(values, estimate, jackknife[np.isfinite(jackknife)], tail))
+    wider = np.sqrt(cells / (cells - 1)) * t.ppf(1 - tail, cells - 1) / norm.ppf(1 - tail)
+    if values.std() > 0:
+        wider *= np.sqrt(1 + (training_error / max(float(values.std()), 1e-12)) ** 2)
+    lower, upper = (float(estimate + wider * (end - estimate)) for end in (min(low, estimate), max(high, estimate)))
+    return lower, min(upper, max(1.0, estimate))
+
+
+def _quantiles(values: Floats, estimate: float, jackknife: Floats, tail: float) -> Floats:
+    """(2,): which quantiles of the drawn values are the interval; `jackknife` (n,) leave a configuration out each."""
+    from scipy.stats import norm
+
+    share = np.clip(np.mean(values < estimate), 1 / len(values), 1 - 1 / len(values))
+    shift = norm.ppf(share)
+    deviation = jackknife.mean() - jackknife if len(jackknife) else np.zeros(1)
+    acceleration = (deviation**3).sum() / np.maximum(6 * (deviation**2).sum() ** 1.5, 1e-300)
+    z = shift + norm.ppf([tail, 1 - tail])
+    return np.asarray(norm.cdf(shift + z / np.maximum(1 - acceleration * z, 0.05)))

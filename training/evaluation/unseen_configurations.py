@@ -1,0 +1,165 @@
+"""Models on configurations that they have not learned from: what decides which one the twin uses.
+
+The configurations of a dataset are dealt into folds. Each fold's pulses are predicted by models that learned from none
+of its configurations, and scored by the continuous ranked probability score of what the twin predicts of a contact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...array_types import Floats
+from ...dataset.table import PulseTable, concatenate
+from ...twin.contact_interface import ForcePulses
+from ...twin.prediction import stratified_normals
+from ..models.base import ContactModel, momentum
+from ..models.contact_stage import random_pulses
+from ..models.prior_pulses import prior_contact, prior_pulses, updated_contact, velocity_before
+from ..tuning.folds import grouped_folds
+from .summary import clustered, ensemble_crps, sign_flip_p
+
+QUANTITIES = ("peak force", "contact time", "impulse")
+FOLDS, DRAWS = 5, 64
+#: So many pulses are scored, the same number of each configuration: more hardly change a mean over configurations.
+_MOST_PULSES = 400
+#: A factor of a thousand: an error beyond it counts as this one, so that a single pulse without force is no verdict.
+_FARTHEST = float(np.log(1000.0))
+
+#: Random pulses of all rows for each draw; the rows are of configurations that nothing was learned from.
+PulseDraws = Callable[[PulseTable, int, np.random.Generator], list[ForcePulses]]
+
+
+@dataclass(frozen=True, eq=False)
+class UnseenScores:
+    """CRPS of n pulses, (n, 3) for `QUANTITIES` as natural logarithms, of predictions by name.
+
+    The first is the candidate, the second the reference that it is judged against; a third, the contact of which
+    nothing was learned, is further information.
+    """
+
+    names: tuple[str, ...]
+    crps: tuple[Floats, ...]
+    configuration: NDArray[np.str_]
+    folds: int
+
+    @property
+    def means(self) -> tuple[float, float]:
+        """Over pulses and quantities."""
+        return float(self.crps[0].mean()), float(self.crps[1].mean())
+
+    @property
+    def first_is_better(self) -> bool:
+        return self.means[0] < self.means[1]
+
+    @property
+    def configurations(self) -> int:
+        return len(np.unique(self.configuration))
+
+    def p_value(self, rng: np.random.Generator) -> float:
+        """Of the hypothesis that the difference of each configuration might as well have the other sign."""
+        difference = (self.crps[0] - self.crps[1]).mean(axis=1, keepdims=True)
+        return float(sign_flip_p(clustered(difference, self.configuration), rng)[0])
+
+    def figures(self) -> dict[str, float]:
+        """By metric names that MLflow takes: "crps.candidate", "crps.reference.peak_force", "crps.prior"."""
+        figures = {}
+        for name, scores in zip(("candidate", "reference", "prior"), self.crps, strict=False):
+            figures[f"crps.{name}"] = float(scores.mean())
+            for quantity, mean in zip(QUANTITIES, scores.mean(axis=0).tolist(), strict=True):
+                figures[f"crps.{name}.{quantity.replace(' ', '_')}"] = mean
+        return figures
+
+
+def unseen_scores(pulses: PulseTable, predictions: Mapping[str, PulseDraws], rng: np.random.Generator) -> UnseenScores:
+    """Score predictions by name on the same pulses; each fold of configurations is predicted at once.
+
+    Raises `ValueError` where the pulses are of a single configuration or a prediction is not finite, and what the
+    predictions raise.
+    """
+    folds = grouped_folds(pulses.configuration, FOLDS, rng)
+    chosen = _some_repetitions(pulses.configuration, rng)
+    rows: list[NDArray[np.intp]] = []
+    crps: dict[str, list[Floats]] = {name: [] for name in predictions}
+    for fold in folds:
+        part = np.flatnonzero(fold & chosen)
+        rows.append(part)
+        unseen = pulses.take(part)
+        measured = np.log(np.stack([unseen.peak_force_n, unseen.contact_time_s, unseen.impulse_n_s], axis=1))
+        for name, draws in predictions.items():
+            crps[name].append(_crps(draws(unseen, DRAWS, rng), measured))
+            if not np.isfinite(crps[name][-1]).all():
+                raise ValueError(f"{name} predicts no finite pulse of some configurations that it has not seen")
+    order = np.concatenate(rows)
+    scores = tuple(np.concatenate(parts) for parts in crps.values())
+    return UnseenScores(tuple(predictions), scores, pulses.configuration[order], len(folds))
+
+
+def unseen_draws(model: ContactModel, learned: PulseTable, velocity_kind: str | None = None) -> PulseDraws:
+    """Of a model that learned from `learned`, with velocities of this kind (`schema.velocity_kinds`): refitted without
+    the configurations that it is asked for."""
+
+    def draws(unseen: PulseTable, count: int, rng: np.random.Generator) -> list[ForcePulses]:
+        fitted = without_configurations(model, learned, unseen.configuration.tolist(), rng)
+        prediction = fitted.predict(unseen.inputs)
+        z = np.stack([stratified_normals(count, 2, rng) for _ in range(len(unseen))], axis=1)
+        before = momentum(unseen) * velocity_before(unseen, velocity_kind)[0] / unseen.column("impact_velocity")
+        return [random_pulses(prediction, z[draw], before) for draw in range(count)]
+
+    return draws
+
+
+def without_configurations(
+    model: ContactModel, learned: PulseTable, configurations: Sequence[str], rng: np.random.Generator
+) -> ContactModel:
+    """The model as it is where it learned from none of these configurations, else refitted to its other pulses with
+    what it tuned (length scales, widths of bands) kept. Raises `ValueError` where nothing is left to learn from."""
+    left_out = np.isin(learned.configuration, list(configurations))
+    if not left_out.any():
+        return model
+    if left_out.all():
+        raise ValueError("a model cannot be refitted without all configurations that it has learned from")
+    return model.refit(learned.take(~left_out), rng)
+
+
+def updated_law_draws(learned: PulseTable, plates: PulseTable, velocity_kind: str | None = None) -> PulseDraws:
+    """Of what answers without a model: the contact law updated by `learned`, but for the pulses of the configurations
+    that it is asked for; velocities are of this kind. All judged pulses are `plates`: they tell what lies below anvils
+    (`prior_pulses.settings_of`), beside those of `learned`."""
+    bare = concatenate([plates, learned])
+
+    def draws(unseen: PulseTable, count: int, rng: np.random.Generator) -> list[ForcePulses]:
+        others = learned.take(~np.isin(learned.configuration, unseen.configuration))
+        contact = updated_contact(others, velocity_kind, bare)
+        return prior_pulses(contact, unseen, count, rng, velocity_kind, bare)
+
+    return draws
+
+
+def prior_draws(plates: PulseTable, velocity_kind: str | None = None) -> PulseDraws:
+    """Of the contact before anything was learned; `plates` as in `updated_law_draws`."""
+    return lambda unseen, count, rng: prior_pulses(prior_contact(unseen), unseen, count, rng, velocity_kind, plates)
+
+
+def _crps(draws: Sequence[ForcePulses], measured: Floats) -> Floats:
+    """(n, 3) of random pulses, in natural logarithms."""
+    values = [np.stack([pulses.peak_force_n, pulses.contact_time_s, pulses.impulse_n_s], axis=1) for pulses in draws]
+    logarithms = np.log(np.maximum(np.stack(values), np.finfo(np.float64).tiny))
+    logarithms = np.clip(logarithms, measured - _FARTHEST, measured + _FARTHEST)
+    return np.stack([ensemble_crps(logarithms[..., i], measured[:, i]) for i in range(measured.shape[1])], axis=1)
+
+
+def _some_repetitions(configuration: NDArray[np.str_], rng: np.random.Generator) -> NDArray[np.bool_]:
+    """At most `_MOST_PULSES` pulses, as many of each configuration; all where there are no more."""
+    _, group, sizes = np.unique(configuration, return_inverse=True, return_counts=True)
+    most = max(1, _MOST_PULSES // len(sizes))
+    order = rng.permutation(len(configuration))
+    place = np.empty(len(configuration), dtype=np.intp)
+    counts = np.zeros(len(sizes), dtype=np.intp)
+    for row in order:
+        place[row] = counts[group[row]]
+        counts[group[row]] += 1
+    return np.asarray(place < most)

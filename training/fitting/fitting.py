@@ -1,0 +1,196 @@
+"""One training: fit on one side of a split, judge on the other.
+
+Seconds and memory of a piece of work.
+
+One model on one split of one dataset: what makes it this training and no other.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...dataset.domain import Domain
+from ...dataset.splits import split_of
+from ...dataset.table import PulseTable
+from ...parallel.executor import HERE, Crew
+from ..evaluation.metrics import PulseErrors, pulse_errors
+from ..evaluation.summary import summary
+from ..models.base import ContactPrediction
+from ..models.catalogue import Budget, Making, entry_of
+from ..models.serialization import pack, unpack
+from ..registry.records import Cost, DatasetName, HeldOutPredictions, Trained
+
+_STATUS, _RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
+
+
+@dataclass
+class Meter:
+    """Filled when the work is done."""
+
+    seconds: float = 0.0
+    peak_memory_mb: float = 0.0
+
+
+@contextmanager
+def metered() -> Iterator[Meter]:
+    """Times the block, and notes the greatest memory that the process held within it.
+
+    Elsewhere than on Linux the greatest since the process began: the system counts no other there.
+    """
+    meter = Meter()
+    with suppress(OSError):
+        _RESET.write_text("5")  # proc(5): sets the high-water mark of the resident set to what is resident
+    begun = time.perf_counter()
+    try:
+        yield meter
+    finally:
+        meter.seconds = time.perf_counter() - begun
+        meter.peak_memory_mb = _peak_mb()
+
+
+def _peak_mb() -> float:
+    with suppress(OSError):
+        for line in _STATUS.read_text().splitlines():
+            if line.startswith("VmHWM:"):
+                return float(line.split()[1]) / 1024
+    with suppress(ImportError):
+        import resource
+        import sys
+
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        return peak / 2**20 if sys.platform == "darwin" else peak / 1024
+    return float("nan")
+
+
+#: Raised by hand when training gives other numbers than before: what was trained earlier is then trained anew.
+TRAINING_VERSION = 2
+
+
+@dataclass(frozen=True)
+class TrainingTask:
+    """`settings` are those of the unfitted model, as JSON holds them; `split` its text."""
+
+    model: str
+    settings: dict[str, Any]
+    dataset_hash: str
+    split: str
+    seed: int
+
+    @property
+    def key(self) -> str:
+        """The same for the same training, whenever and wherever it is done."""
+        parts = [TRAINING_VERSION, self.model, self.settings, self.dataset_hash, self.split, self.seed]
+        return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+
+    @property
+    def rng(self) -> np.random.Generator:
+        """Fresh at each call; independent of the other models, so that each comes out alike alone and among all."""
+        return rng_of(self.model, self.dataset_hash, self.split, self.seed)
+
+
+def rng_of(what: str, dataset_hash: str, split: str, seed: int) -> np.random.Generator:
+    """Random numbers of their own for everything that draws some."""
+    digest = hashlib.sha256(f"{what}\n{dataset_hash}\n{split}".encode()).digest()
+    return np.random.default_rng([seed, *np.frombuffer(digest, dtype="<u4").tolist()])
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """What all trainings of one call share. `work` holds what is in progress."""
+
+    dataset: DatasetName
+    table: PulseTable
+    seed: int
+    budget: Budget
+    work: Path
+
+
+@dataclass(frozen=True)
+class FittingFailure:
+    """A model that could not learn from the dataset, and why."""
+
+    model: str
+    split: str
+    reason: str
+
+
+def task_of(model: str, split: str, ground: Ground) -> TrainingTask:
+    """The training that this would be."""
+    settings = entry_of(model).make(Making(budget=ground.budget)).settings()
+    return TrainingTask(model, settings, ground.dataset.hash, split, ground.seed)
+
+
+def fitted(
+    task: TrainingTask,
+    ground: Ground,
+    tuned: Mapping[str, Any] | None = None,
+    tell: Callable[[str], None] | None = None,
+    crew: Crew = HERE,
+) -> Trained:
+    """Train and judge. What was fitted is packed and unpacked before it is judged: the figures are of what is stored.
+
+    `tuned` are the contact-time process's settings where they were found already; `crew` does what a model's own
+    search tries, and `tell` hears of it. Raises `ValueError` where the model cannot learn from this dataset.
+    """
+    split = split_of(ground.table, task.split, task.seed)
+    training, held_out = ground.table.take(split.train), ground.table.take(split.test)
+    model = entry_of(task.model).make(Making(ground.budget, tuned, journal_of(task, ground), tell, crew))
+    with metered() as meter:
+        model.fit(training, task.rng)
+    packed = pack(model)
+    prediction = unpack(*packed).predict(held_out.inputs)
+    errors = pulse_errors(held_out, prediction)
+    rng = rng_of("bootstrap", task.dataset_hash, task.split, task.seed)
+    return Trained(
+        task=task,
+        dataset=ground.dataset,
+        packed=packed,
+        predictors=training.predictors,
+        domain=Domain.of(training),
+        held_out=HeldOutPredictions(held_out.key, prediction, training.key),
+        metrics=summary(errors, held_out.configuration, rng),
+        cost=Cost(meter.seconds, meter.peak_memory_mb),
+        figures=_figures(task.model, held_out, prediction, errors),
+        fit_report=model.fit_report(),
+    )
+
+
+def attempted(
+    task: TrainingTask,
+    ground: Ground,
+    tuned: Mapping[str, Any] | None = None,
+    tell: Callable[[str], None] | None = None,
+    crew: Crew = HERE,
+) -> Trained | FittingFailure:
+    """`fitted`, where a model that cannot learn from this dataset is no reason to stop."""
+    try:
+        return fitted(task, ground, tuned, tell, crew)
+    except ValueError as error:
+        return FittingFailure(task.model, task.split, str(error))
+
+
+def journal_of(task: TrainingTask, ground: Ground) -> Path:
+    """Where a search of this task keeps what it has done; gone once the model is registered."""
+    return ground.work / f"{task.key}.journal"
+
+
+def _figures(model: str, held_out: PulseTable, prediction: ContactPrediction, errors: PulseErrors) -> dict[str, bytes]:
+    from ..evaluation.plot_style import png
+    from ..evaluation.plots import by_test, heat_map, pulse_grid
+
+    named = {model: errors}
+    return {
+        "pulses.png": png(pulse_grid(held_out, prediction)),
+        "nrmse_by_test.png": png(heat_map(held_out, named)),
+        "cost_by_test.png": png(by_test(held_out, named, "cost")),
+        "impulse_error_by_test.png": png(by_test(held_out, named, "impulse_error")),
+    }

@@ -1,0 +1,224 @@
+"""What comes of trainings: here, in processes of their own, or on a cluster.
+
+What a training's workers are asked to do.
+
+The Bayesian optimisation of the contact-time process: once for all models of a split.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...dataset.splits import split_of
+from ...dataset.table import PulseTable
+from ...parallel.executor import Crew
+from ...parallel.map_tasks import mapped
+from ...parallel.task import one_thread
+from ..estimators.fit_report import FitReport
+from ..models.catalogue import entry_of
+from ..registry.records import Trained
+from .fitting import TRAINING_VERSION, FittingFailure, Ground, TrainingTask, attempted, rng_of
+
+
+@dataclass(frozen=True)
+class TimeSettings:
+    """What was found for the contact time of a split's training pulses, how long it took, and how the search went.
+
+    `histories` are those of `FitReport`: by name a value for each step. A file of older software has none.
+    """
+
+    tuned: Mapping[str, Any]
+    seconds: float
+    histories: Mapping[str, Sequence[float]] = field(default_factory=dict)
+
+    @property
+    def report(self) -> FitReport:
+        """What a model that shares the search says of it beside its own training."""
+        return FitReport({"search_seconds": self.seconds}, histories=self.histories).under("time")
+
+
+def searched_time(split: str, ground: Ground) -> TimeSettings:
+    """Raises `ValueError` where nothing can be learned from the split."""
+    training = ground.table.take(split_of(ground.table, split, ground.seed).train)
+    return _searched(training, rng_of("contact-time", ground.dataset.hash, split, ground.seed))
+
+
+def kept_time(split: str, ground: Ground) -> TimeSettings | None:
+    """What was found earlier."""
+    try:
+        return TimeSettings(**json.loads(_file(split, ground).read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError):
+        return None  # not there, or not what we write
+
+
+def keep_time(found: TimeSettings, split: str, ground: Ground) -> None:
+    """For the next training on this split."""
+    replace_text(_file(split, ground), json.dumps(asdict(found)))
+
+
+def _file(split: str, ground: Ground) -> Path:
+    of = f"{ground.dataset.hash[:16]}-{split.replace('/', '_')}-{ground.seed}-v{TRAINING_VERSION}"
+    return ground.work / f"contact-time-{of}.json"
+
+
+def _searched(pulses: PulseTable, rng: np.random.Generator) -> TimeSettings:
+    from ..estimators.contact_time import ContactTimeProcess
+
+    begun = time.perf_counter()
+    process = ContactTimeProcess()
+    process.fit(pulses.x, pulses.contact_time_s[:, np.newaxis], pulses.configuration, rng)
+    assert process.tuned_ is not None
+    return TimeSettings(process.tuned_, time.perf_counter() - begun, process.fit_report().histories)
+
+
+def replace_text(file: Path, text: str) -> None:
+    """Write so that a reader, or whoever comes after a kill, sees the old file or the whole new one."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    beside = file.with_name(f"{file.name}.{os.getpid()}")
+    beside.write_text(text, encoding="utf-8")
+    beside.replace(file)
+
+
+Outcome = Trained | FittingFailure
+
+
+@dataclass(frozen=True)
+class TaskWithContactTime:
+    """A task, and what was found for the contact time of its split."""
+
+    task: TrainingTask
+    tuned: Mapping[str, Any] | None = None
+
+    def done(self, ground: Ground) -> Outcome:
+        return attempted(self.task, ground, self.tuned)
+
+    def failed(self, reason: str) -> FittingFailure:
+        return FittingFailure(self.task.model, self.task.split, reason)
+
+
+@dataclass(frozen=True)
+class TimeSearch:
+    """Of what the models of a split share."""
+
+    split: str
+
+    def done(self, ground: Ground) -> TimeSettings | FittingFailure:
+        try:
+            return searched_time(self.split, ground)
+        except ValueError as error:
+            return self.failed(str(error))
+
+    def failed(self, reason: str) -> FittingFailure:
+        return FittingFailure("contact time", self.split, reason)
+
+
+Errand = TaskWithContactTime | TimeSearch
+
+
+def done(errand: Errand, ground: Ground) -> Outcome | TimeSettings:
+    """By a worker, which knows it by this name."""
+    return errand.done(ground)
+
+
+def lost(errand: Errand) -> FittingFailure:
+    """In the place of what a worker that died would have given."""
+    return errand.failed("its process died twice, for memory perhaps; repeat with fewer jobs")
+
+
+Step = Callable[[int, int, str], None]
+Tell = Callable[[str], None]
+#: Of each split: what its models share, or why there is none.
+Times = dict[str, TimeSettings | FittingFailure]
+
+
+def outcomes(
+    tasks: Sequence[TrainingTask], ground: Ground, crew: Crew, step: Step, tell: Tell
+) -> Iterator[tuple[TrainingTask, Outcome]]:
+    """Each task with what came of it, as it is finished. What a training comes to does not depend on the crew."""
+    remaining = {task.key: task for task in tasks}
+
+    def show() -> None:
+        under_way = ", ".join(f"{task.model} ({task.split})" for task in list(remaining.values())[: crew.jobs])
+        step(len(tasks) - len(remaining), len(tasks), under_way)
+
+    show()
+    for task, outcome in _outcomes(tasks, ground, crew, tell):
+        del remaining[task.key]
+        yield task, outcome
+        show()
+
+
+def _outcomes(
+    tasks: Sequence[TrainingTask], ground: Ground, crew: Crew, tell: Tell
+) -> Iterator[tuple[TrainingTask, Outcome]]:
+    """First what stands alone, and the searches that others wait for; then the others.
+
+    Models that search are last and are fitted in this process, which keeps their journals: the crew tries their
+    candidates.
+    """
+    sharing = [task for task in tasks if entry_of(task.model).shares_time]
+    alone = [TaskWithContactTime(task) for task in tasks if task not in sharing]
+    times: Times = {}
+    yield from _first(alone, dict.fromkeys(task.split for task in sharing), times, ground, crew)
+    ready = list[TaskWithContactTime]()
+    for task in sharing:
+        contact_time = times[task.split]
+        if isinstance(contact_time, FittingFailure):
+            yield task, FittingFailure(task.model, task.split, contact_time.reason)
+        else:
+            ready.append(TaskWithContactTime(task, contact_time.tuned))
+    searching = [training for training in ready if entry_of(training.task.model).searches]
+    for task, outcome in _sent([training for training in ready if training not in searching], ground, crew):
+        yield task, _with_search(outcome, times)
+    for training in searching:
+        with one_thread():
+            outcome = attempted(training.task, ground, training.tuned, tell, crew)
+        yield training.task, _with_search(outcome, times)
+
+
+def _with_search(outcome: Outcome, times: Times) -> Outcome:
+    """A training that shares a search reports how that went, as if it had searched itself."""
+    if isinstance(outcome, FittingFailure):
+        return outcome
+    time = times[outcome.task.split]
+    assert isinstance(time, TimeSettings)
+    return replace(outcome, fit_report=time.report.joined(outcome.fit_report))
+
+
+def _first(
+    alone: Sequence[TaskWithContactTime], splits: Iterable[str], times: Times, ground: Ground, crew: Crew
+) -> Iterator[tuple[TrainingTask, Outcome]]:
+    """Trainings that need nothing; on the way `times` of the splits, where they were not found earlier."""
+    searches = list[TimeSearch]()
+    for split in splits:
+        if (kept := kept_time(split, ground)) is None:
+            searches.append(TimeSearch(split))
+        else:
+            times[split] = kept
+    # The dear ones first where there are others to work meanwhile, and last where the first results would wait.
+    errands: list[Errand] = [*alone, *searches] if crew.is_here else [*searches, *alone]
+    for errand, result in mapped(crew, done, errands, shared=(ground,), lost=lost):
+        if isinstance(errand, TaskWithContactTime):
+            assert not isinstance(result, TimeSettings)
+            yield errand.task, result
+        else:
+            assert isinstance(result, TimeSettings | FittingFailure)
+            times[errand.split] = result
+            if isinstance(result, TimeSettings):
+                keep_time(result, errand.split, ground)
+
+
+def _sent(
+    trainings: Sequence[TaskWithContactTime], ground: Ground, crew: Crew
+) -> Iterator[tuple[TrainingTask, Outcome]]:
+    for training, outcome in mapped(crew, done, trainings, shared=(ground,), lost=lost):
+        assert not isinstance(outcome, TimeSettings)
+        yield training.task, outcome

@@ -1,0 +1,136 @@
+"""Training models on splits of a dataset: one after the other, or some at once; what is done is not done again.
+
+Figures over all models of a split: the thesis's Fig. 4.10, 5.4 and 5.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from ...parallel.executor import HERE, Crew
+from ..evaluation.evaluate import Judged, on_held_out
+from ..evaluation.floor import floor_text
+from ..evaluation.plot_style import png
+from ..registry.intact_models import whole
+from ..registry.listing import newest
+from ..registry.locks import turn
+from ..registry.records import Trained, Version
+from ..registry.registry import Registry
+from .fitting import FittingFailure, Ground, journal_of, task_of
+from .run_tasks import outcomes
+
+#: Figures by test become illegible beyond these: the best ones, beside the thesis's analytic pulses.
+_BEST = 3
+_ANALYTIC = ("hann", "reed", "hunter")
+
+
+def summary_figures(judged: Judged, split: str) -> dict[str, bytes]:
+    """PNG files by name."""
+    from ..evaluation.plots import by_test, coverage_figure, heat_map
+
+    errors = {label.partition("@")[0]: model_errors for label, model_errors in judged.errors.items()}
+    predictions = {label.partition("@")[0]: prediction for label, prediction in judged.predictions.items()}
+    ranked = sorted(errors, key=lambda name: float(errors[name].cost.mean()))
+    shown = list(dict.fromkeys([*ranked[:_BEST], *(name for name in _ANALYTIC if name in errors)]))
+    some = {name: errors[name] for name in shown}
+    with_spread = {name: predictions[name] for name in shown if predictions[name].force_spread_n is not None}
+    end = f"{split.replace('/', '_')}.png"
+    figures = {
+        f"nrmse_{end}": png(heat_map(judged.pulses, errors)),
+        f"cost_by_test_{end}": png(by_test(judged.pulses, some, "cost")),
+        f"impulse_error_by_test_{end}": png(by_test(judged.pulses, some, "impulse_error")),
+    }
+    if with_spread:
+        figures[f"coverage_{end}"] = png(coverage_figure(judged.pulses, with_spread))
+    return figures
+
+
+@dataclass
+class Session:
+    """What a session came to: versions in the order asked for, whether just trained or found."""
+
+    versions: list[Version] = field(default_factory=list)
+    failures: list[FittingFailure] = field(default_factory=list)
+    trained: int = 0
+
+
+def _silent(*_: object) -> None:
+    pass
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Whom to tell: `step(done, total, what)` as work proceeds, `tell(text)` what is worth a line."""
+
+    step: Callable[[int, int, str], None] = _silent
+    tell: Callable[[str], None] = _silent
+
+
+def train(
+    registry: Registry,
+    ground: Ground,
+    models: Sequence[str],
+    splits: Sequence[str],
+    *,
+    retrain: bool = False,
+    crew: Crew = HERE,
+    progress: Progress = Progress(),
+) -> Session:
+    """Train every model on every split, and register each as soon as it is finished.
+
+    A training whose result is registered (same dataset, split, seed, settings and `TRAINING_VERSION`) is not done
+    again, unless `retrain`; so what was interrupted goes on by being started again. Another process that trains on the
+    same dataset is waited for. The `crew` trains; this process registers, alone.
+    """
+    tasks = [task_of(model, split, ground) for split in splits for model in models]
+    what = f"training {ground.dataset.hash[:16]}"
+    with turn(registry.place, what, lambda: progress.tell("another process trains on this dataset; waiting for it")):
+        trained_before = {} if retrain else _found(registry, {task.key for task in tasks}, progress.tell)
+        registry.close_runs(trained_before.values())
+        to_do = [task for task in tasks if task.key not in trained_before]
+        session = Session()
+        summed_up = registry.floors(ground.dataset.hash, ground.seed).keys() >= set(splits)
+        run = None if summed_up and not to_do else registry.open_session(ground.dataset, ground.seed)
+        for task, outcome in outcomes(to_do, ground, crew, progress.step, progress.tell):
+            if isinstance(outcome, FittingFailure):
+                session.failures.append(outcome)
+                progress.tell(f"{task.model} not trained on {task.split}: {outcome.reason}")
+                continue
+            trained_before[task.key] = registry.record(outcome, run)
+            session.trained += 1
+            journal_of(task, ground).unlink(missing_ok=True)
+            progress.tell(_told(outcome))
+        session.versions = [trained_before[task.key] for task in tasks if task.key in trained_before]
+        if run is not None:
+            _sum_up(registry, ground, run, splits)
+    return session
+
+
+def _found(registry: Registry, keys: set[str], tell: Callable[[str], None]) -> dict[str, Version]:
+    """The newest version of each of these trainings; one whose files are damaged is trained anew."""
+    wanted = [version for version in reversed(registry.versions()) if version.task_key in keys]
+    return {version.task_key: version for version in whole(registry, wanted, tell)}
+
+
+def _told(trained: Trained) -> str:
+    nrmse = trained.metrics["force_nrmse"].mean
+    return f"{trained.task.model}, {trained.task.split}: force NRMSE {nrmse:.4f} in {trained.cost.seconds:.1f} s"
+
+
+def _sum_up(registry: Registry, ground: Ground, run: str, splits: Sequence[str]) -> None:
+    """What stands over all models, earlier ones too: each split's floor and figures, in the run over all trainings."""
+    figures: dict[str, bytes] = {}
+    floors = {split: floor_text(ground.table, ground.dataset.hash, split, ground.seed) for split in splits}
+    versions = newest(
+        version
+        for version in registry.versions()
+        if (version.dataset.hash, version.seed) == (ground.dataset.hash, ground.seed)
+    )
+    versions = whole(registry, versions)
+    for split in splits:
+        of_split = {version.name: version for version in reversed(versions) if version.split == split}
+        if of_split:
+            judged = on_held_out(registry, list(of_split.values()), lambda _hash: ground.table)
+            figures |= summary_figures(judged, split)
+    registry.close_session(run, figures, floors)

@@ -1,1 +1,0 @@
-"""Pictures of how models do; matplotlib is loaded when one is drawn."""

@@ -1,0 +1,105 @@
+"""Versions chosen by name, and as rows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from ..evaluation.metrics import METRICS
+from .records import Version
+
+#: The share of measurements inside of the 90 % band; models without spread have none.
+COVERED = ("force_covered", "time_covered")
+
+
+def newest(versions: Iterable[Version]) -> list[Version]:
+    """The newest of each model, dataset, split and seed, in the order given; champions stay."""
+    every = list(versions)
+    newest_by_name: dict[tuple[str, str, str, int], Version] = {}
+    for version in sorted(every, key=lambda version: version.version):  # numbers rise, clocks may go back
+        newest_by_name[version.name, version.dataset.hash, version.split, version.seed] = version
+    labels = {version.label for version in newest_by_name.values()}
+    return [version for version in every if version.label in labels or version.champion_of is not None]
+
+
+def of_dataset(versions: Iterable[Version], dataset: str) -> list[Version]:
+    """Those of the dataset of this name or hash (or the start of one). Raises `LookupError` naming those there are."""
+    every = list(versions)
+    of_it = [
+        v for v in every if v.dataset.name == dataset or (len(dataset) >= 8 and v.dataset.hash.startswith(dataset))
+    ]
+    if not of_it:
+        dataset_names = (
+            ", ".join(dict.fromkeys(version.dataset.name for version in every)) or "none yet (pyroshock train)"
+        )
+        raise LookupError(f"no model of a dataset {dataset!r}; there are models of: {dataset_names}")
+    return of_it
+
+
+def chosen(versions: Sequence[Version], text: str, split: str | None = None) -> Version:
+    """The version that "hybrid@3", "hybrid@champion" or "hybrid" (the newest of `split`) names.
+
+    Raises `LookupError` that names what there is.
+    """
+    name, _, which = text.partition("@")
+    named = [version for version in versions if version.name == name]
+    if not named:
+        model_names = ", ".join(dict.fromkeys(version.name for version in versions)) or "none yet (pyroshock train)"
+        raise LookupError(f"no registered model {name!r}; there are: {model_names}")
+    if which == "champion":
+        matches = [version for version in named if version.champion_of is not None]
+    elif which:
+        matches = [version for version in named if str(version.version) == which]
+    else:
+        matches = [version for version in named if split is None or version.split == split]
+    if not matches:
+        version_names = ", ".join(f"{version.version} ({version.split})" for version in named[:12])
+        raise LookupError(
+            f"no {text!r}{f' of split {split!r}' if split and not which else ''}; versions: {version_names}"
+        )
+    return max(matches, key=lambda version: version.version)
+
+
+def in_order(versions: Iterable[Version]) -> list[Version]:
+    """Of all models, the one that was registered last first. A clock that was set back changes nothing."""
+    return sorted(versions, key=lambda v: (v.order, v.registered_at, v.version), reverse=True)
+
+
+def row_of(version: Version) -> dict[str, Any]:
+    """A version as commands print it in JSON; a number that there is none of is None."""
+    metrics = version.metrics
+    row: dict[str, Any] = {
+        "model": version.name,
+        "version": version.version,
+        "split": version.split,
+        "metrics": {name: finite(metrics[name].mean) for name in METRICS},
+        "seconds": version.cost.seconds,
+        "ci90": {name: _interval(metrics[name].low, metrics[name].high) for name in METRICS},
+        "coverage90": {name: finite(metrics[name].mean) for name in COVERED if name in metrics} or None,
+        "dataset": version.dataset.name,
+        "dataset_hash": version.dataset.hash,
+        "velocity_kind": version.dataset.velocity_kind,
+        "seed": version.seed,
+        "peak_memory_mb": finite(version.cost.peak_memory_mb),
+        "registered_at": version.registered_at.isoformat(timespec="seconds"),
+    }
+    return row | ({"champion_of": version.champion_of} if version.champion_of else {})
+
+
+def flat_row(version: Version) -> dict[str, Any]:
+    """The same as one level of columns: the metrics' means and the coverages beside the names."""
+    row = row_of(version)
+    names = ("model", "version", "split", "dataset", "seed")
+    means: dict[str, Any] = row["metrics"] | {name: (row["coverage90"] or {}).get(name) for name in COVERED}
+    others = {name: row[name] for name in ("seconds", "registered_at")}
+    return {name: row[name] for name in names} | means | others | {"champion_of": version.champion_of}
+
+
+def finite(value: float) -> float | None:
+    """JSON has no NaN."""
+    return value if math.isfinite(value) else None
+
+
+def _interval(low: float, high: float) -> list[float] | None:
+    return [low, high] if math.isfinite(low) and math.isfinite(high) else None

@@ -1,0 +1,121 @@
+"""Where models live: MLflow's store, the files of the models, the folder of work in progress."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+from ...schema.addresses import AddressError, parsed, shown
+
+#: By which MLflow, and we with it, are told of another place.
+VARIABLE = "MLFLOW_TRACKING_URI"
+#: By which we are told where models' files go: a folder, or an address that MLflow knows (s3://..).
+FILES = "PYROSHOCK_MODELS"
+
+
+@dataclass(frozen=True)
+class ModelStorage:
+    """`tracking_uri` of MLflow's store; `folder` for models' files and, in `work`, for what is in progress.
+
+    Models' files go to `files` where it is given. A tracking server keeps them itself: `artifact_uri` is None then.
+    """
+
+    tracking_uri: str = field(repr=False)
+    folder: Path
+    files: str | None = None
+
+    @property
+    def artifact_uri(self) -> str | None:
+        """Absolute: MLflow would take a relative one from whatever folder it is called in."""
+        return None if self.is_server else self.files or self.folder.absolute().as_uri()
+
+    @property
+    def is_server(self) -> bool:
+        return self.tracking_uri.startswith(("http://", "https://"))
+
+    @property
+    def is_postgresql(self) -> bool:
+        """A store that several machines may share, without a tracking server before it."""
+        return self.tracking_uri.startswith("postgresql")
+
+    @property
+    def shown(self) -> str:
+        """The address for a message: without its password."""
+        return shown(self.tracking_uri)
+
+    @property
+    def work(self) -> Path:
+        return self.folder / "work"
+
+    @property
+    def lock(self) -> Path:
+        """Of this store, so that another store's work does not wait for it."""
+        return self.work / f"{hashlib.sha256(self.tracking_uri.encode()).hexdigest()[:16]}.lock"
+
+    @property
+    def database(self) -> Path | None:
+        """The file of an SQLite store."""
+        if not self.tracking_uri.startswith("sqlite"):
+            return None
+        return Path(parsed(self.tracking_uri).database or "")
+
+
+def place_beside(store_url: str, environment: Mapping[str, str]) -> ModelStorage:
+    """Where the models of the store at `store_url` live.
+
+    `MLFLOW_TRACKING_URI` decides where it is set. Else `lab.db` has `lab-models.db` and `lab-models/` beside it, and a
+    server's store has `pyroshock-models.db` and `pyroshock-models/` in the current folder. `PYROSHOCK_MODELS` decides
+    where models' files go. Raises `ValueError` for a folder as tracking URI, which MLflow no longer takes, and for a
+    URI that is none.
+    """
+    return _with_files(_place(store_url, environment.get(VARIABLE)), environment.get(FILES))
+
+
+def _with_files(place: ModelStorage, given: str | None) -> ModelStorage:
+    if not given:
+        return place
+    if "://" in given and not given.startswith("file://"):
+        return replace(place, files=given)
+    folder = Path(unquote(urlsplit(given).path)) if given.startswith("file://") else Path(given)
+    return replace(place, folder=folder.absolute())
+
+
+def _place(store_url: str, given: str | None) -> ModelStorage:
+    if given:
+        if given == store_url:
+            raise ValueError(f"{VARIABLE} is the store's own database; MLflow's tables need one of their own")
+        return _given(given)
+    database = _database(store_url)
+    stem = database.with_name(f"{database.stem}-models") if database else Path.cwd() / "pyroshock-models"
+    return ModelStorage(f"sqlite:///{stem.with_name(stem.name + '.db')}", stem)
+
+
+def _given(uri: str) -> ModelStorage:
+    if uri.startswith(("http://", "https://")):
+        return ModelStorage(uri, Path.cwd() / "pyroshock-models")
+    try:
+        scheme = parsed(uri).drivername
+    except AddressError:
+        if "://" in uri:
+            raise
+        scheme = "file"
+    if scheme == "file":
+        raise ValueError(
+            f"{VARIABLE}={shown(uri)}: MLflow keeps no models in plain folders any more; "
+            "give sqlite:///FILE, postgresql+psycopg://USER@HOST/NAME or a server's address"
+        )
+    database = _database(uri)
+    if database is None:
+        return ModelStorage(uri, Path.cwd() / "pyroshock-models")
+    return ModelStorage(f"sqlite:///{database}", database.with_suffix(""))
+
+
+def _database(url: str) -> Path | None:
+    """The file of an SQLite address, absolute; None for a server's, and for one in memory."""
+    address = parsed(url)
+    if address.get_backend_name() != "sqlite" or address.database in (None, "", ":memory:"):
+        return None
+    return Path(str(address.database)).absolute()

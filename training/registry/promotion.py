@@ -1,0 +1,226 @@
+"""Which model is in use, and why: the gate of every change of champion."""
+
+from __future__ import annotations
+
+import getpass
+import socket
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import UTC, datetime
+
+import numpy as np
+
+from ...dataset.table import PulseTable
+from ..evaluation.comparison import Comparison, compare
+from ..evaluation.evaluate import Judged, on_held_out, on_other
+from ..evaluation.metrics import METRICS
+from ..evaluation.unseen_configurations import (
+    QUANTITIES,
+    PulseDraws,
+    UnseenScores,
+    prior_draws,
+    unseen_draws,
+    unseen_scores,
+    updated_law_draws,
+)
+from ..fitting.fitting import rng_of
+from ..models.prior_pulses import UPDATED_LAW
+from .listing import chosen
+from .records import Decision, Version
+from .registry import Registry
+
+Read = Callable[[str], PulseTable]
+
+
+def promote(
+    registry: Registry,
+    name: str,
+    version: int,
+    read: Read,
+    *,
+    other: tuple[str, PulseTable] | None = None,
+    forced: bool = False,
+    reason: str = "",
+) -> Decision:
+    """Make a version the champion of its predictor set where it predicts unseen configurations better than the present
+    champion, or refuse to. A first champion must predict them better than what answers without a model: the contact law
+    updated by the pulses that the candidate learned from.
+
+    They are judged on the candidate's dataset, or on the `other` (name, pulses) of a campaign, by the mean CRPS of peak
+    force, contact time and impulse (`unseen_configurations`): models and law learn anew, without the configurations
+    that they predict. Either way the decision is kept, with its figures. `forced` promotes the worse one too, for the
+    `reason` given. Raises `LookupError` for a version there is not, `ValueError` for one whose files are damaged, where
+    there is nothing to judge on, or where `forced` has no reason.
+    """
+    if forced and not reason.strip():
+        raise ValueError("a forced promotion needs its reason: --reason TEXT")
+    with registry.promoting():
+        registry.settle()
+        candidate = chosen(registry.versions(), f"{name}@{version}")
+        _refuse_damaged(registry, candidate)
+        champion = registry.champion(candidate.dataset.predictor_set)
+        if champion is not None and champion.label == candidate.label:
+            why = _joined(reason, "it was in use already")
+            decision = _decision(candidate, champion, True, forced, why)
+        else:
+            decision = _judged(registry, candidate, champion, read, other, forced, reason)
+        registry.decide(decision, candidate)
+    return decision
+
+
+def _judged(
+    registry: Registry,
+    candidate: Version,
+    champion: Version | None,
+    read: Read,
+    other: tuple[str, PulseTable] | None,
+    forced: bool,
+    reason: str,
+) -> Decision:
+    try:
+        pulses = other[1] if other else read(candidate.dataset.hash)
+        scores = _scores(registry, candidate, champion, read, pulses)
+    except (ValueError, LookupError) as error:
+        if not forced:
+            raise ValueError(f"{candidate.label} cannot be judged on unseen configurations: {error}") from error
+        why = _joined(reason, f"it could not be judged on unseen configurations ({error})")
+        return _decision(candidate, champion, True, forced, why)
+    where = f"unseen configurations of {other[0] if other else candidate.dataset.name}"
+    rng = rng_of("promote", candidate.dataset.hash, candidate.label, candidate.seed)
+    figures = {**scores.figures(), "crps.p_value": scores.p_value(rng)}
+    better = scores.first_is_better
+    why = _reason(_words(scores, figures["crps.p_value"]), better, forced, reason)
+    figures |= _pulse_errors(registry, candidate, champion, read, other)
+    decision = _decision(candidate, champion, forced or better, forced, why)
+    pulses_judged = len(scores.configuration)
+    return replace(decision, judged_on=where, judged_against=scores.names[1], pulses=pulses_judged, figures=figures)
+
+
+def _reason(words: str, better: bool, forced: bool, given: str) -> str:
+    """The judgement in `words` and the reason that was `given`, of which the one that decided comes first."""
+    if better:
+        return _joined(given, words)
+    if forced:
+        return _joined(given, f"promoted by force although {words}")
+    return _joined(words, f"the reason given was: {given.strip()}" if given.strip() else "")
+
+
+def _scores(
+    registry: Registry, candidate: Version, champion: Version | None, read: Read, pulses: PulseTable
+) -> UnseenScores:
+    predictions = {candidate.label: _draws(registry, candidate, read)}
+    if champion is None:
+        kind = candidate.dataset.velocity_kind
+        law = updated_law_draws(_learned(registry, candidate, read), pulses, kind)
+        predictions |= {UPDATED_LAW: law, "the contact law before any shot": prior_draws(pulses, kind)}
+    else:
+        predictions |= {champion.label: _draws(registry, champion, read)}
+    return unseen_scores(pulses, predictions, rng_of("folds", candidate.dataset.hash, "configurations", candidate.seed))
+
+
+def _draws(registry: Registry, version: Version, read: Read) -> PulseDraws:
+    """Of a registered model, refitted."""
+    learned = _learned(registry, version, read)
+    return unseen_draws(registry.load(version).model, learned, version.dataset.velocity_kind)
+
+
+def _learned(registry: Registry, version: Version, read: Read) -> PulseTable:
+    """The pulses that a registered model was trained on."""
+    table = read(version.dataset.hash)
+    return table.take(np.isin(table.key, registry.held_out(version).trained_on))
+
+
+def _words(scores: UnseenScores, p_value: float) -> str:
+    """Which predicts better, by how much, and how sure that is."""
+    places = (0, 1) if scores.first_is_better else (1, 0)
+    better, worse = (scores.names[place] for place in places)
+    means = [scores.means[place] for place in places]
+    parts = [
+        f"{quantity} {scores.crps[places[0]][:, i].mean():.3f} against {scores.crps[places[1]][:, i].mean():.3f}"
+        for i, quantity in enumerate(QUANTITIES)
+    ]
+    sure = "" if p_value <= 0.05 else ", which may be chance"
+    without = "without a model " if better == UPDATED_LAW else ""
+    return (
+        f"{without}{better} predicts unseen configurations better than {worse}: "
+        f"mean CRPS {means[0]:.3f} against {means[1]:.3f} "
+        f"({', '.join(parts)}; p = {p_value:.2g} over {scores.configurations} configurations{sure})"
+    )
+
+
+def _pulse_errors(
+    registry: Registry, candidate: Version, champion: Version | None, read: Read, other: tuple[str, PulseTable] | None
+) -> dict[str, float]:
+    """Further information: mean errors of the models as they are registered, on pulses that neither was trained on.
+
+    Empty without a champion, and where there are no such pulses.
+    """
+    if champion is None:
+        return {}
+    both = [candidate, champion]
+    kinds = [version.dataset.velocity_kind for version in both]
+    if other and None not in kinds and kinds[0] != kinds[1]:
+        taken = " and ".join(f"{version.label} velocities {version.dataset.velocity_kind}" for version in both)
+        raise ValueError(
+            f"{taken}: one of them would be asked with the other's; judge them on held-out pulses, without --on"
+        )
+    try:
+        judged = on_other(registry, both, other[1]) if other else on_held_out(registry, both, read)
+    except ValueError:
+        return {}
+    comparison = compared(judged, candidate.label, champion.label)
+    cost = comparison.of("cost")
+    figures = {f"{metric}.difference": comparison.of(metric).difference for metric in METRICS}
+    return figures | {"cost.candidate": cost.mean_a, "cost.champion": cost.mean_b, "cost.p_value": cost.p_value}
+
+
+def _refuse_damaged(registry: Registry, candidate: Version) -> None:
+    wrong = registry.damage(candidate)
+    if wrong is not None:
+        raise ValueError(f"{candidate.label} cannot be promoted, predictions would fail: {wrong}")
+
+
+def compared(judged: Judged, a: str, b: str, groups: bool = False) -> Comparison:
+    """Two of the judged models beside each other; the draws depend on who is compared, so the same is said again."""
+    from ..evaluation.comparison import comparison_groups
+
+    pulses = judged.pulses
+    named = comparison_groups(pulses) if groups else {}
+    rng = rng_of("compare", pulses.key[0], "-".join(sorted((a, b))), len(pulses))
+    return compare(judged.errors[a], judged.errors[b], pulses.configuration, named, rng, names=(a, b))
+
+
+def _decision(
+    candidate: Version,
+    champion: Version | None,
+    promoted: bool,
+    forced: bool,
+    reason: str,
+) -> Decision:
+    """One that nothing was judged for."""
+    return Decision(
+        candidate=candidate.label,
+        champion=champion.label if champion else None,
+        predictor_set=candidate.dataset.predictor_set,
+        promoted=promoted,
+        forced=forced,
+        reason=reason,
+        judged_on="nothing",
+        judged_against="nothing",
+        pulses=0,
+        figures={},
+        who=_who(),
+        when=datetime.now(UTC),
+    )
+
+
+def _joined(*parts: str) -> str:
+    return "; ".join(part.strip() for part in parts if part.strip())
+
+
+def _who() -> str:
+    try:
+        user = getpass.getuser()
+    except (KeyError, OSError):  # a container's user without a name
+        user = "unknown"
+    return f"{user}@{socket.gethostname()}"

@@ -1,1 +1,0 @@
-"""Nominal laws of restitution: bodies to the ratio of the velocities after and before."""
