@@ -15,26 +15,26 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .app.library.errors import InvalidValueError, NotFoundError, PyroshockError, StorageError
-    from .app.library.plans import PlannedDesign
-    from .app.library.spectra import srs
-    from .app.library.store import ExperimentStore
-    from .app.library.store import open_experiment_store as open
-    from .app.library.twin import shipped_twin
+    from .app.common.errors import InvalidValueError, NotFoundError, PyroshockError, StorageError
+    from .app.experiment_store import ExperimentStore
+    from .app.experiment_store import open_experiment_store as open
+    from .app.impacts.spectra_service import srs
+    from .app.plan.service import PlannedDesign
+    from .app.predict.twin import shipped_twin
 
 __version__ = "0.1.0"
 
 #: Public name -> (module, name there).
 _PUBLIC = {
-    "ExperimentStore": (".app.library.store", "ExperimentStore"),
-    "InvalidValueError": (".app.library.errors", "InvalidValueError"),
-    "NotFoundError": (".app.library.errors", "NotFoundError"),
-    "PlannedDesign": (".app.library.plans", "PlannedDesign"),
-    "PyroshockError": (".app.library.errors", "PyroshockError"),
-    "StorageError": (".app.library.errors", "StorageError"),
-    "open": (".app.library.store", "open_experiment_store"),
-    "shipped_twin": (".app.library.twin", "shipped_twin"),
-    "srs": (".app.library.spectra", "srs"),
+    "ExperimentStore": (".app.experiment_store", "ExperimentStore"),
+    "InvalidValueError": (".app.common.errors", "InvalidValueError"),
+    "NotFoundError": (".app.common.errors", "NotFoundError"),
+    "PlannedDesign": (".app.plan.service", "PlannedDesign"),
+    "PyroshockError": (".app.common.errors", "PyroshockError"),
+    "StorageError": (".app.common.errors", "StorageError"),
+    "open": (".app.experiment_store", "open_experiment_store"),
+    "shipped_twin": (".app.predict.twin", "shipped_twin"),
+    "srs": (".app.impacts.spectra_service", "srs"),
 }
 
 __all__ = [

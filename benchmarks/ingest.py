@@ -20,7 +20,7 @@ THEME = "Ingest of {} recordings (10 s, two channels at 51.2 kHz, ten impacts ea
 QUESTION = "a campaign into the store"
 MEMORY_THEME = "Peak memory of the ingest, all its processes together"
 #: Imports what the command does, and stays long enough for its memory to be seen.
-_LIBRARIES = "import pyroshock.app.cli.ingest, pyroshock.ingest.load, time; time.sleep(0.2)"
+_LIBRARIES = "import pyroshock.app.ingest.cli, pyroshock.ingest.load, time; time.sleep(0.2)"
 _COMMAND = ("-c", "from pyroshock.app.cli.main import main; main()")
 _FORMATS = {".mat": "MATLAB 5, uncompressed", ".npz": "NumPy .npz"}
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pyroshock as ps
-from pyroshock.app.library.store import ExperimentStore
+from pyroshock.app.experiment_store import ExperimentStore
 
 from .figures import Figure
 from .limits import starting

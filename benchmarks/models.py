@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pyroshock.app.train.tables import thesis_figures
 from pyroshock.training.evaluation.floor import floor_metrics
 from pyroshock.training.registry.model_storage import place_beside
 from pyroshock.training.registry.registry import Registry
-from pyroshock.training.thesis import thesis_figures
 
 from .measuring import ROOT
 from .themes import work_folder

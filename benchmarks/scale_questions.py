@@ -7,12 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from pyroshock.app.campaigns.listing import list_campaigns_page
-from pyroshock.app.campaigns.overview import campaign_overview
-from pyroshock.app.export import export_table
-from pyroshock.app.pulses.impact import impact_page
-from pyroshock.app.pulses.overlays import pulse_overlay
-from pyroshock.app.pulses.signals import channel_window
+from pyroshock.app.impacts.cli import export_table
+from pyroshock.app.impacts.impact import impact_page
+from pyroshock.app.impacts.overlays import pulse_overlay
+from pyroshock.app.impacts.signals import channel_window
+from pyroshock.app.ingest.campaign_overview import campaign_overview, list_campaigns_page
 from pyroshock.dataset.selection import select_pulses
 from pyroshock.schema.listings import Condition, iter_impacts, list_campaigns, list_impacts_page
 from pyroshock.schema.recordings import RecordedChannel

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from pyroshock.app.tuning.bench_adapter import AtSensor
+from pyroshock.app.tune.bench_adapter import AtSensor
 from pyroshock.app.twins.building import TwinRequest, twin_of
 from pyroshock.app.twins.measured_shots import CampaignPlate, read_measured_shots
 from pyroshock.dataset.rows import stored_materials

@@ -1,20 +1,29 @@
-"""What every command shares: the store's address, how errors end, how tables are printed."""
+"""What every command shares: the store's address, how errors end, how tables are printed.
+
+The command as typed, without the secrets in it: it is stored with every row that the command writes.
+
+`--jobs`, `--backend` and `--scheduler`: who does the work of a command.
+"""
 
 from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from ..default_store import DEFAULT_DB
+from ...parallel.executor import BACKENDS, LOCAL, Crew
+from ...schema.addresses import HIDDEN, shown, without_secrets
+from ..common.user_errors import DEFAULT_DB
 
 if TYPE_CHECKING:
     from ...schema.session import Store
+
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -75,7 +84,7 @@ def errors_as_one_line() -> Iterator[None]:
     except (KeyboardInterrupt, BrokenPipeError):
         raise
     except Exception as error:
-        from ..user_errors import is_for_the_user, words_of
+        from ..common.user_errors import is_for_the_user, words_of
 
         if not is_for_the_user(error):
             raise
@@ -99,7 +108,6 @@ def opened(db: str, *, create: bool = False) -> Iterator[Store]:
     """The store at `db`; errors become one line. Nothing below sees a database error."""
     with errors_as_one_line():
         from ...schema.session import Writer, open_store
-        from .command_echo import command_line
 
         with open_store(db, Writer(command_line(sys.argv), _version()), create=create) as store:
             yield store
@@ -111,7 +119,6 @@ def opened_to_try(db: str) -> Iterator[Store]:
     with errors_as_one_line():
         from ...schema.rehearsal import opened_to_rehearse
         from ...schema.session import Writer
-        from .command_echo import command_line
 
         with opened_to_rehearse(db, Writer(command_line(sys.argv), _version())) as store:
             yield store
@@ -186,3 +193,58 @@ def format_cell(value: Any) -> str:
 def note(message: str) -> None:
     """A remark on standard error, out of the way of what is piped."""
     click.echo(message, err=True)
+
+
+#: Options whose value is a secret whatever it looks like (a test finds those that are missing here).
+SECRET_OPTIONS = frozenset({"--token"})
+#: Options whose value is an address.
+_ADDRESSES = frozenset({"--db", "--mlflow", "--scheduler"})
+
+
+def command_line(arguments: Sequence[str]) -> str:
+    """`arguments` as of `sys.argv`, in one line."""
+    program = Path(arguments[0]).name
+    before, words = "", ["pyroshock" if program == "__main__.py" else program]  # as `python -m pyroshock` calls it
+    for word in arguments[1:]:
+        words.append(_shown(word, before))
+        before = word
+    return " ".join(words)
+
+
+def _shown(word: str, before: str) -> str:
+    option, equals, value = word.partition("=")
+    if before in SECRET_OPTIONS:
+        return HIDDEN
+    if equals and option in SECRET_OPTIONS:
+        return f"{option}={HIDDEN}"
+    if equals and option in _ADDRESSES:
+        return f"{option}={shown(value)}"
+    return shown(word) if before in _ADDRESSES or "://" in word else without_secrets(word)
+
+
+Command = Callable[..., Any]
+
+
+def crew_options(jobs_help: str, jobs: int = 1) -> Callable[[Command], Command]:
+    """The command gets one argument `crew`, of a cluster that answers; `jobs` are the processes by default."""
+
+    def decorated(command: Command) -> Command:
+        @click.option("--jobs", type=click.IntRange(1), default=jobs, show_default=True, help=jobs_help)
+        @click.option(
+            "--backend",
+            type=click.Choice(BACKENDS),
+            default=LOCAL,
+            show_default=True,
+            help="This machine, or a cluster: the same results.",
+        )
+        @click.option("--scheduler", default=None, metavar="ADDRESS", help="Of the cluster: tcp://HOST:8786.")
+        @wraps(command)
+        def with_crew(*args: Any, jobs: int, backend: str, scheduler: str | None, **others: Any) -> Any:
+            with errors_as_one_line():
+                crew = Crew(backend, jobs, scheduler)
+                crew.check()
+            return command(*args, crew=crew, **others)
+
+        return with_crew
+
+    return decorated

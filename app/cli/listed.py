@@ -38,7 +38,7 @@ class Listing:
         `shortened` makes a row of the table for people; cells of chosen columns that it does not have are the row's
         own. Raises `LookupError` for a column that no row has.
         """
-        from ..table_files import check_columns
+        from ..common.table_files import check_columns
 
         listed = list(rows)
         if listed:
@@ -112,7 +112,7 @@ def _for_table(row: Row, short: Row, columns: str | None) -> Row:
 
 
 def _print_csv(rows: list[Row], columns: list[str]) -> None:
-    from ..table_files import write_stream
+    from ..common.table_files import write_stream
 
     batch = {name: [_csv_cell(row.get(name)) for row in rows] for name in columns}
     write_stream(sys.stdout, ".csv", [batch] if batch else [])

@@ -12,43 +12,51 @@ from click.shell_completion import CompletionItem
 
 from ...parallel.working_directory import close_working_directory
 
-#: Command -> (module in this folder, its object, what `--help` says). The table keeps help from importing them.
+#: Command -> (module of the package, its object, what `--help` says). The table keeps help from importing them.
 COMMANDS: dict[str, tuple[str, str, str]] = {
-    "init": ("store", "init", "Make an empty store."),
+    "init": (".app.store.cli", "init", "Make an empty store."),
     "calibrate": (
-        "calibrate",
+        ".app.ingest.cli",
         "calibrate",
         "Sensitivity and offset of a transducer from static points.",
     ),
-    "ingest": ("ingest", "ingest", "Read campaign folders into the store."),
-    "plan": ("plan", "plan", "Plan a campaign: designs, run sheets, what is to do."),
-    "simulate": ("simulate", "simulate", "Play a plan on the virtual bench, into a campaign folder."),
-    "campaigns": ("campaigns", "campaigns", "List the campaigns; delete, archive, restore one."),
-    "runs": ("runs", "runs", "List a campaign's recordings; discard or replace one."),
-    "impacts": ("listing", "impacts", "List impacts with their factors and pulse figures."),
-    "shots": ("listing", "shots", "List shots of the gun beside the model's velocity."),
-    "query": ("query", "query", "Ask the store a question in SQL; nothing can be changed."),
-    "show": ("show", "show", "Show one impact: figures, findings, versions of its pulse, a plot."),
-    "extract": ("extract", "extract", "Cut pulses anew with other settings; old versions stay."),
-    "dataset": ("dataset", "dataset", "Freeze pulses for training; splits, ranges, traces."),
-    "train": ("train", "train", "Train models on a dataset and register them."),
-    "models": ("models", "models", "List the registered models, ranked, beside floor and thesis."),
-    "compare": ("compare", "compare", "Compare models on the same held-out pulses."),
-    "promote": ("promote", "promote", "Make a model's version the one in use, or refuse it."),
-    "predict": ("predict", "predict", "Predict a shot: velocity, force, acceleration, spectrum, with bands."),
-    "validate": ("validate", "validate", "Measured shots beside predictions that had not seen them."),
-    "srs": ("srs", "srs", "Shock response spectrum of any recording alone, with checks."),
-    "tune": ("tune", "tune", "Settings of the bench that give a prescribed spectrum."),
-    "diagnose": ("diagnose", "diagnose", "Where twin and bench disagree, which effect causes it, how far it shrinks."),
-    "blind-check": ("blind_check", "blind_check", "Score the diagnosis on campaigns whose cause is withheld."),
-    "report": ("report", "report", "A campaign, a diagnosis or a model as one page or PDF."),
-    "serve": ("serve", "serve", "The lab's window: pages of all of this, and a JSON API."),
-    "work": ("work", "work", "Do the long work that was asked for; on any machine of the store."),
-    "jobs": ("work", "jobs", "List long work, or stop some of it."),
-    "export": ("export", "export", "Write impacts, shots, pulses or series to CSV, Parquet or JSON."),
-    "materials": ("materials", "materials", "List the known materials, or add one."),
-    "db": ("store", "db", "Keep the store: check, copy, upgrade it; carry a campaign."),
-    "demo": ("demo", "demo", "Ingest the shipped measurements and show what comes of them."),
+    "ingest": (".app.ingest.cli", "ingest", "Read campaign folders into the store."),
+    "plan": (".app.plan.cli", "plan", "Plan a campaign: designs, run sheets, what is to do."),
+    "simulate": (".app.plan.cli", "simulate", "Play a plan on the virtual bench, into a campaign folder."),
+    "campaigns": (".app.ingest.campaigns_cli", "campaigns", "List the campaigns; delete, archive, restore one."),
+    "runs": (".app.ingest.runs_cli", "runs", "List a campaign's recordings; discard or replace one."),
+    "impacts": (".app.impacts.cli", "impacts", "List impacts with their factors and pulse figures."),
+    "shots": (".app.impacts.cli", "shots", "List shots of the gun beside the model's velocity."),
+    "query": (".app.store.query_cli", "query", "Ask the store a question in SQL; nothing can be changed."),
+    "show": (".app.impacts.cli", "show", "Show one impact: figures, findings, versions of its pulse, a plot."),
+    "extract": (".app.ingest.cli", "extract", "Cut pulses anew with other settings; old versions stay."),
+    "dataset": (".app.train.dataset_cli", "dataset", "Freeze pulses for training; splits, ranges, traces."),
+    "train": (".app.train.cli", "train", "Train models on a dataset and register them."),
+    "models": (".app.train.cli", "models", "List the registered models, ranked, beside floor and thesis."),
+    "compare": (".app.train.cli", "compare", "Compare models on the same held-out pulses."),
+    "promote": (".app.train.cli", "promote", "Make a model's version the one in use, or refuse it."),
+    "predict": (".app.predict.cli", "predict", "Predict a shot: velocity, force, acceleration, spectrum, with bands."),
+    "validate": (".app.validate.cli", "validate", "Measured shots beside predictions that had not seen them."),
+    "srs": (".app.impacts.spectra_cli", "srs", "Shock response spectrum of any recording alone, with checks."),
+    "tune": (".app.tune.cli", "tune", "Settings of the bench that give a prescribed spectrum."),
+    "diagnose": (
+        ".app.diagnose.cli",
+        "diagnose",
+        "Where twin and bench disagree, which effect causes it, how far it shrinks.",
+    ),
+    "blind-check": (
+        ".app.diagnose.blind_check_cli",
+        "blind_check",
+        "Score the diagnosis on campaigns whose cause is withheld.",
+    ),
+    "report": (".app.report.cli", "report", "A campaign, a diagnosis or a model as one page or PDF."),
+    "serve": (".app.server.cli", "serve", "The lab's window: pages of all of this, and a JSON API."),
+    "work": (".app.jobs.cli", "work", "Do the long work that was asked for; on any machine of the store."),
+    "jobs": (".app.jobs.cli", "jobs", "List long work, or stop some of it."),
+    "export": (".app.impacts.cli", "export", "Write impacts, shots, pulses or series to CSV, Parquet or JSON."),
+    "materials": (".app.store.materials_cli", "materials", "List the known materials, or add one."),
+    "db": (".app.store.cli", "db", "Keep the store: check, copy, upgrade it; carry a campaign."),
+    "demo": (".app.demo.cli", "demo", "Ingest the shipped measurements and show what comes of them."),
 }
 
 
@@ -62,7 +70,7 @@ class LazyGroup(click.Group):
         if cmd_name not in COMMANDS:
             return None
         module, name, _ = COMMANDS[cmd_name]
-        command = getattr(importlib.import_module(f".{module}", __package__), name)
+        command = getattr(importlib.import_module(module, __package__.partition(".")[0]), name)
         assert isinstance(command, click.Command)
         return command
 

@@ -14,8 +14,8 @@ from sqlalchemy.orm import Session, undefer
 from ...schema.base import to_plain
 from ...schema.jobs import ENDED, RUNNING, STOPPED, WAITING, Job
 from ...schema.session import Store
-from ..finite import finite
-from .kinds.base import Arguments, Kind
+from ..common.number_format import finite
+from .kind import Arguments, Kind
 
 #: The name of this machine where the system's is of no use: a container's changes with every start.
 HOST_VARIABLE = "PYROSHOCK_HOST"

@@ -13,16 +13,13 @@ from ...schema.addresses import without_secrets
 from ...schema.engine import StoreError
 from ...schema.session import Store
 from ...schema.transactions import passes
-from ..models.training import MissingExtraError
-from ..user_errors import is_for_the_user
-from .claims import Claimed
-from .cleanup import after
-from .fenced_store import FencedStore
-from .heartbeat import Heart
-from .job_updates import fail, finish, give_back, stopped
-from .kinds.known import KINDS
-from .lease import LeaseLostError
-from .work import InterruptedWorkError, NotHereError, RunningJob, StoppedError
+from ..common.user_errors import is_for_the_user
+from ..train.training import MissingExtraError
+from .claims import Claimed, after
+from .heartbeat import Heart, fail, finish, give_back, stopped
+from .kind import InterruptedWorkError, NotHereError, RunningJob, StoppedError
+from .known_kinds import KINDS
+from .lease import FencedStore, LeaseLostError
 
 _log = logging.getLogger("pyroshock.jobs")
 

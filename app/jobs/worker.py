@@ -1,27 +1,62 @@
-"""A worker: takes the oldest job that it can do, does it, takes the next; and picks up what a dead one has left."""
+"""A worker: takes the oldest job that it can do, does it, takes the next; and picks up what a dead one has left.
+
+Which workers have fallen silent, by this process's own stopwatch.
+
+A job is given up for dead when it was seen unmoved for the whole of its lease. No time of day enters, neither of this
+machine nor of another: clocks that differ, or are set back, change nothing.
+"""
 
 from __future__ import annotations
 
 import logging
 import os
 import threading
+import time
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from sqlalchemy.exc import SQLAlchemyError
 
 from ...schema.engine import StoreError, StoreRoleError
 from ...schema.session import Store
-from .claims import MOST_DEATHS, Claimed, Hand, Sighting, bury, claim_waiting, running, take_over
-from .cleanup import tidy_up
-from .job_updates import give_back
-from .kinds.known import KINDS
+from .claims import MOST_DEATHS, Claimed, Hand, Sighting, bury, claim_waiting, running, take_over, tidy_up
+from .heartbeat import give_back
+from .known_kinds import KINDS
 from .lease import LeaseLostError
-from .liveness import Watch
 from .queue import this_host
 from .run_job import WorkerContext, attempt
+
+
+@dataclass
+class Watch:
+    """Remembers since when each running job has not moved."""
+
+    clock: Callable[[], float] = time.monotonic
+    _since: dict[Sighting, float] = field(default_factory=dict)
+    _alive: set[int] = field(default_factory=set)
+
+    def silent(self, seen: Iterable[Sighting]) -> list[Sighting]:
+        """Of all jobs that run now, those whose lease has passed under this watch's eyes."""
+        now, before = self.clock(), self._since
+        earlier_jobs = {attempt.job for attempt in before}
+        self._since = {attempt: before.get(attempt, now) for attempt in seen}
+        running = {attempt.job for attempt in self._since}
+        moved = {attempt.job for attempt in self._since if attempt.job in earlier_jobs and attempt not in before}
+        self._alive = (self._alive & running) | moved
+        return [attempt for attempt, since in self._since.items() if now - since >= attempt.lease_s]
+
+    def forget(self) -> None:
+        """Begin anew: while the store was out of reach nobody could be seen moving."""
+        self._since.clear()
+
+    @property
+    def undecided(self) -> bool:
+        """Whether a job runs that has neither moved yet nor been silent for long enough."""
+        return any(attempt.job not in self._alive for attempt in self._since)
+
 
 _log = logging.getLogger("pyroshock.jobs")
 

@@ -205,7 +205,7 @@ def _same_part(stage: str, a: Campaign, b: Campaign) -> bool:
 def learned_by(session: Session | None, version: Version, adopted: Sequence[Effect]) -> tuple[Effect, ...]:
     """Of adopted effects of the contact, those that a model's measured pulses hold already: all where it learned from
     campaigns with the same gun or hammer as a diagnosed one, or where nobody knows any more what it learned from."""
-    from .model_in_use import training_campaigns
+    from .learning import training_campaigns
 
     names = training_campaigns(session, version)
     if session is None or not names:

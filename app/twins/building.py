@@ -20,7 +20,7 @@ from ...twin.gun.stage import GunStage
 from ...twin.plate.stage import PlateSpread, PlateStage
 from ...twin.sensors.chain import SensorChain
 from ...twin.setting import THESIS, ElasticMaterial, Setting
-from ..models.training import registry_of
+from ..train.training import registry_of
 from .benches import Bench, PlateDrawing, Point, bench_of_campaign, bench_of_file, shipped_bench, with_modes
 from .learning import MOST_SHOTS, basis, calibrated, taught_contact, taught_gun
 from .measured_shots import no_shots, read_measured_shots, struck_plate
@@ -241,7 +241,7 @@ def _contact(
     Effects act on all of them.
     """
     from ...twin.contact.laws import LAWS
-    from .model_in_use import model_in_use
+    from .learning import model_in_use
 
     effects = _of_stage(request, "contact")
     if request.coupled and request.contact is None:  # a model has learned pulses, and knows no plate to solve against
@@ -295,9 +295,9 @@ def _registered_with(
 ) -> tuple[ContactStage, str]:
     """A registered model with effects, and what is to be said of it: adopted ones act where it has not learned them."""
     from ...schema.impacts import INTEGRATED
-    from ..models.withdrawn import note_of
+    from ..train.training import note_of
     from .adopted_effects import learned_by
-    from .model_in_use import velocity_kind_of
+    from .learning import velocity_kind_of
 
     learned = learned_by(session, version, adopted)
     acting = (*effects, *(effect for effect in adopted if effect not in learned))
@@ -329,7 +329,7 @@ def registered_contact(session: Session | None, db: str, name: str, in_use: str 
     """The registered model "NAME@VERSION", or the one in use for a kind of bench, asked with velocities as its
     dataset had them. Raises `LookupError`."""
     from ...training.registry.listing import chosen
-    from .model_in_use import model_in_use
+    from .learning import model_in_use
 
     registry = _registry(db)
     if registry is None:

@@ -7,8 +7,8 @@ import threading
 
 from ...schema.engine import StoreRoleError
 from ...schema.session import Store
-from ..jobs.cleanup import stop
-from ..jobs.kinds.base import Arguments, Kind
+from ..jobs.claims import stop
+from ..jobs.kind import Arguments, Kind
 from ..jobs.queue import JobView, ask, get_job, list_jobs
 from ..jobs.worker import Worker
 

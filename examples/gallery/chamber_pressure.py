@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pyroshock.app.plots import MEASURED, MODEL, QUIET, new_figure
+from pyroshock.app.common.plots import MEASURED, MODEL, QUIET, new_figure
 from pyroshock.ingest.velocity import muzzle_velocity, tank_pressure_before
 from pyroshock.virtualbench.campaigns.gun import BULLET_LENGTH_M, DURATION_S, LASER, RATE_HZ, TANK
 from pyroshock.virtualbench.effects import Effects

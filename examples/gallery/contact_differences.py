@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.app.plots import QUIET, new_figure
+from pyroshock.app.common.plots import QUIET, new_figure
 from pyroshock.training.evaluation.plot_style import COLOURS
 
 from .resampling_error import by_hit

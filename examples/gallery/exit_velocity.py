@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pyroshock.app.plots import QUIET, new_figure
+from pyroshock.app.common.plots import QUIET, new_figure
 from pyroshock.twin.gun.nominal import muzzle_velocity
 
 from .shipped_shots import gun

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.app.plots import MEASURED, MODEL, new_figure
+from pyroshock.app.common.plots import MEASURED, MODEL, new_figure
 from pyroshock.ingest.conditioning import deconvolve, estimate_transfer_function
 from pyroshock.ingest.pulses import extract_pulses
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pyroshock.app.plots import MEASURED, MODEL, new_figure
+from pyroshock.app.common.plots import MEASURED, MODEL, new_figure
 from pyroshock.twin.gun.nominal import muzzle_velocity
 
 from .shipped_shots import gun, shots

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pyroshock.app.models.dataset_plots import draw_correlation
-from pyroshock.app.plots import new_figure
+from pyroshock.app.common.plots import new_figure
+from pyroshock.app.train.datasets import draw_correlation
 
 from .virtual_campaign import HammerCampaign
 

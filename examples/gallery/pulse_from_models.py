@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pyroshock.app.plots import MEASURED, MODEL, QUIET, new_figure
+from pyroshock.app.common.plots import MEASURED, MODEL, QUIET, new_figure
 from pyroshock.training.evaluation.evaluate import Judged
 from pyroshock.training.evaluation.metrics import BAND, reconstruct
 

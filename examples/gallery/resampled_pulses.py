@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pyroshock.app.plots import MEASURED, MODEL, new_figure
+from pyroshock.app.common.plots import MEASURED, MODEL, new_figure
 
 from .extraction_methods import extracted
 from .virtual_campaign import HammerCampaign

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pyroshock.app.plots import MODEL, QUIET, new_figure
+from pyroshock.app.common.plots import MODEL, QUIET, new_figure
 from pyroshock.doe.limits.ballistic import (
     bulk_modulus,
     forrestal_limit,

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pyroshock.app.plots import MEASURED, MODEL, QUIET, new_figure
+from pyroshock.app.common.plots import MEASURED, MODEL, QUIET, new_figure
 from pyroshock.array_types import Floats
 from pyroshock.ingest.folder import read_campaign_file
 from pyroshock.ingest.processing import read_channels

@@ -11,9 +11,9 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from pyroshock.app.diagnoses import diagnosing
-from pyroshock.app.tuning import session as tuning_session
-from pyroshock.app.twins import adopted_effects, model_in_use
+from pyroshock.app.diagnose import diagnosing
+from pyroshock.app.tune import session as tuning_session
+from pyroshock.app.twins import adopted_effects, learning
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.adopted_effects import acts_at, adopt, adopted_for, fitted, taken_up
 from pyroshock.app.twins.building import TwinRequest
@@ -296,7 +296,7 @@ def test_model_of_another_bench_has_not_learned_it(lab: str, monkeypatch: pytest
         monkeypatch.setattr(twins, "_registry", lambda _: SimpleNamespace(versions=lambda: [version]))
         monkeypatch.setattr(twins, "_registered", lambda *given: LawContact("hertz", effects=given[-1]))
         for taught, expected in (("other", (given, layer)), ("summer", (given,)), ("spring", (given,))):
-            monkeypatch.setattr(model_in_use, "training_campaigns", lambda *_, name=taught: (name,))
+            monkeypatch.setattr(learning, "training_campaigns", lambda *_, name=taught: (name,))
             built = twins.twin_of(store, lab, TwinRequest(campaign="spring", effects=(given,)))
             assert getattr(built.twin.contact, "effects") == expected  # noqa: B009
 

@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner
 from pyroshock import __version__
 from pyroshock.app.cli.main import COMMANDS, main
-from pyroshock.app.filters import parse_where
+from pyroshock.app.common.filters import parse_where
 from pyroshock.schema.listings import Condition
 from support.records.campaigns import blows, force_record, hammer_campaign, recording_name, write_recording
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 from click.testing import Result
-from pyroshock.app.diagnoses import diagnosing
-from pyroshock.app.diagnoses.diagnosing import DiagnosisRequest, record_of
+from pyroshock.app.diagnose import diagnosing
+from pyroshock.app.diagnose.diagnosing import DiagnosisRequest, record_of
 from pyroshock.app.twins import building as twins
 from pyroshock.diagnosis.verdict import Cause, Verdict
 from support.records import verdicts

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from pyroshock.app.cli.predict import predict
-from pyroshock.app.demo import ingest_examples
+from pyroshock.app.demo.demo import ingest_examples
+from pyroshock.app.predict.cli import predict
+from pyroshock.app.predict.twin import parse_effect
 from pyroshock.app.twins import building as twins
-from pyroshock.app.twins.effect_text import parse_effect
 from pyroshock.dataset.domain import Domain
 from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.registry.records import Cost, DatasetName, RegisteredModel, Version

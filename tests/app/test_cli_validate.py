@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
-from pyroshock.app.cli.validate import validate
-from pyroshock.app.demo import ingest_examples
+from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.twins import building as twins
+from pyroshock.app.validate.cli import validate
 from pyroshock.validation.prediction_scores.shot_comparison import PredictionVerdict
 from support.records.twin_parts import unsolved
 from support.stores.hammer_stores import copied, filled_store, full_campaign
@@ -67,7 +67,7 @@ def test_text_says_verdict_first(lab) -> None:
 
 def test_not_calibrated_is_exit_code_1(lab, monkeypatch: pytest.MonkeyPatch) -> None:
     overconfident = PredictionVerdict("Not calibrated: the 90 % bands hold only 40 %.", calibrated=False)
-    monkeypatch.setattr("pyroshock.app.validating.validation.verdict", lambda _: overconfident)
+    monkeypatch.setattr("pyroshock.app.validate.validation.verdict", lambda _: overconfident)
     result = lab("first-shots")
     assert result.exit_code == 1
     assert "Not calibrated" in result.stdout

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 from click.testing import Result
-from pyroshock.app.diagnoses import diagnosing
-from pyroshock.app.diagnoses.diagnosing import keep
-from pyroshock.app.diagnoses.discriminating_plan import factors_toml
+from pyroshock.app.diagnose import diagnosing
+from pyroshock.app.diagnose.diagnosing import keep
+from pyroshock.app.diagnose.discriminating_plan import factors_toml
 from pyroshock.diagnosis.verdict import NextRun
 from pyroshock.doe.space import space_from_text
 from support.records import verdicts

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from pyroshock.app.pulses.envelope import FEWEST_POINTS, bucket_length, envelope
+from pyroshock.app.impacts.signals import FEWEST_POINTS, bucket_length, envelope
 
 NUMBERS = st.one_of(
     arrays(np.float64, st.integers(1, 400), elements=st.floats(-1e6, 1e6)),

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import pytest
-from pyroshock.app.demo import ingest_examples
-from pyroshock.app.diagnoses.diagnosing import DiagnosisRequest, keep, last_report, past_diagnoses, report_json
-from pyroshock.app.diagnoses.kept import kept_options, kept_report, kept_verdict, list_diagnoses
-from pyroshock.app.diagnoses.restriction import restriction_sentences
-from pyroshock.app.reports.diagnosis import page
+from pyroshock.app.demo.demo import ingest_examples
+from pyroshock.app.diagnose.diagnosing import (
+    DiagnosisRequest,
+    keep,
+    last_report,
+    past_diagnoses,
+    report_json,
+    restriction_sentences,
+)
+from pyroshock.app.diagnose.stored import kept_options, kept_report, kept_verdict, list_diagnoses
+from pyroshock.app.report.diagnosis import page
 from pyroshock.app.twins.adopted_effects import adopt
 from pyroshock.schema.diagnoses import Diagnosis
 from sqlalchemy import event

@@ -10,12 +10,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from pyroshock.app.tuning.session import _levels, _without_double_counting
+from pyroshock.app.tune.session import _levels, _without_double_counting
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.benches import PlateDrawing, bench_of_campaign
 from pyroshock.app.twins.building import TwinRequest, twin_of
-from pyroshock.app.twins.cache_key import StampReader
 from pyroshock.app.twins.measured_shots import CampaignPlate, read_measured_shots, struck_plate
+from pyroshock.app.twins.twin_cache import StampReader
 from pyroshock.dataset.rows import stored_materials
 from pyroshock.ingest.stored import list_channels, read_channel
 from pyroshock.schema.campaigns import Campaign

@@ -6,8 +6,8 @@ import json
 
 import numpy as np
 import pytest
-from pyroshock.app.models.figures import LEVELS, held_out_figures, listed_versions, side_by_side, version_row
-from pyroshock.app.models.tables import json_row
+from pyroshock.app.train.figures import LEVELS, held_out_figures, listed_versions, side_by_side, version_row
+from pyroshock.app.train.tables import json_row
 from pyroshock.training.evaluation.evaluate import Judged
 from pyroshock.training.evaluation.metrics import METRICS
 from pyroshock.training.fitting.session import train

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from pyroshock.app.cli.predict import predict
-from pyroshock.app.cli.tune import tune
+from pyroshock.app.predict.cli import predict
+from pyroshock.app.predict.shots import PredictionOptions
+from pyroshock.app.tune.cli import tune
 from pyroshock.app.twins import building as twins
-from pyroshock.app.twins.model_in_use import bench_kind_of, model_in_use, training_campaigns, velocity_kind_of
-from pyroshock.app.web.twins import PredictionOptions
+from pyroshock.app.twins.learning import bench_kind_of, model_in_use, training_campaigns, velocity_kind_of
 from pyroshock.dataset.domain import Domain
 from pyroshock.dataset.snapshot import build_snapshot
 from pyroshock.schema.impacts import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.app.pulses.overlays import pulse_overlay
+from pyroshock.app.impacts.overlays import pulse_overlay
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.conditions import UnknownFieldError
 from pyroshock.schema.configurations import configuration_id

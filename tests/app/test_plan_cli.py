@@ -61,7 +61,7 @@ def test_imported_table_goes_out_as_it_came(url, tmp_path):
 def test_velocity_levels_become_pressures_for_each_mass(url, tmp_path):
     runs = as_json("import", "p", table(tmp_path / "in.csv"), "--db", url)["runs"]
     pressures = {run["bullet_mass_kg"]: run["tank_pressure_pa"] for run in runs}
-    from pyroshock.app.plans.settings import gun_bench
+    from pyroshock.app.plan.planning import gun_bench
     from pyroshock.twin.gun.nominal import muzzle_velocity
 
     fired = {mass: float(muzzle_velocity(gun_bench(None), p, mass)) for mass, p in pressures.items()}

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 
 import pytest
-from pyroshock.app.plans.planning import make_plan
-from pyroshock.app.plans.quality import plan_page
+from pyroshock.app.plan.planning import make_plan
+from pyroshock.app.plan.quality import plan_page
 from pyroshock.doe.designs.methods import METHODS
 from pyroshock.doe.plans import PlanExistsError, add_plan, discard_run, read_plan, tick_run
 from pyroshock.doe.space import gun_space, shipped_factors

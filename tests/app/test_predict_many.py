@@ -9,8 +9,8 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 from pyroshock.app.cli.main import main
-from pyroshock.app.cli.predict import predict
-from pyroshock.app.predictions.rows import assumed, rows_of_file
+from pyroshock.app.predict.batch import assumed, rows_of_file
+from pyroshock.app.predict.cli import predict
 from pyroshock.app.twins import building as twins
 from support.records.twin_parts import unsolved
 

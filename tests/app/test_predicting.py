@@ -9,12 +9,12 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.predict import predict
-from pyroshock.app.predictions.predicting import ShotRequest, predicted_json
+from pyroshock.app.predict.cli import predict
+from pyroshock.app.predict.predicting import ShotRequest, predicted_json
+from pyroshock.app.predict.sliders import sliders
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.benches import shipped_bench
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest, twin_of
-from pyroshock.app.twins.sliders import sliders
 from pyroshock.dataset.domain import Domain
 from pyroshock.dataset.rows import by_name
 from pyroshock.doe.space import hammer_space, shipped_factors, space_from_text

@@ -6,9 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.app.predictions.plots import plot_prediction
-from pyroshock.app.predictions.tables import quantity_rows
-from pyroshock.app.predictions.warnings import domain_warnings, extrapolation_text, field_warnings, warnings
+from pyroshock.app.predict.predicting import domain_warnings, extrapolation_text, field_warnings, warnings
+from pyroshock.app.predict.tables import plot_prediction, quantity_rows
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact_interface import Extrapolation, OutOfDomain
 from pyroshock.twin.gun.stage import GunStage

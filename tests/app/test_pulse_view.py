@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.app.pulses.segmentation import pulse_view
+from pyroshock.app.impacts.curves import pulse_view
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.reextraction import preview_impacts, reextract_recording
 from pyroshock.ingest.settings import ExtractionSettings

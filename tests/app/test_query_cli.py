@@ -12,8 +12,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 from pyroshock.app.cli.main import main
-from pyroshock.app.query.statement import QueryError, Statement
-from pyroshock.app.query.tables import list_columns, unit_of
+from pyroshock.app.store.query import QueryError, Statement, list_columns, unit_of
 from pyroshock.schema.session import Writer, count_rows, open_store
 from support.records.campaigns import hammer_campaign
 
@@ -241,8 +240,8 @@ def test_a_large_answer_does_not_fill_memory(tmp_path):
     """Ten times the rows to CSV take no more memory."""
     import tracemalloc
 
-    from pyroshock.app.query.readonly import asked
-    from pyroshock.app.table_files import write_batches
+    from pyroshock.app.common.table_files import write_batches
+    from pyroshock.app.store.query import asked
     from pyroshock.schema.engine import make_engine
 
     url = f"sqlite:///{tmp_path / 'numbers.db'}"

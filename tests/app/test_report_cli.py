@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 from click.testing import Result
-from pyroshock.app.diagnoses.diagnosing import keep
-from pyroshock.app.reports import dispatch as any_module
+from pyroshock.app.diagnose.diagnosing import keep
+from pyroshock.app.report import dispatch as any_module
 from pyroshock.training.fitting.session import train
 from support.checks.well_formed import Page, needs_nothing
 from support.records import verdicts

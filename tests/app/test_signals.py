@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.app.pulses.signals import channel_window, list_signals
+from pyroshock.app.impacts.signals import channel_window, list_signals
 from pyroshock.ingest import stored
 from pyroshock.schema.series import read_slice
 from pyroshock.schema.session import Writer, open_store

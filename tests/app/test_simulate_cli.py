@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from pyroshock.app.plans.simulation import trigger_of
+from pyroshock.app.plan.rehearsal import trigger_of
 from pyroshock.virtualbench.gun.channels import Trigger
 from support.stores.stores import pyroshock
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.app.spectra.overlays import MOST_SPECTRA, spectrum_overlay
+from pyroshock.app.impacts.overlays import MOST_SPECTRA, spectrum_overlay
 from pyroshock.schema.campaigns import Configuration
 from pyroshock.schema.impacts import ExtractionSettingsRow, Impact
 from pyroshock.schema.session import Writer, open_store

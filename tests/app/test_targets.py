@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pyroshock.app.spectra.targets import MOST_BYTES, MOST_POINTS, source_name, target_from_upload
+from pyroshock.app.impacts.spectra import MOST_BYTES, MOST_POINTS, source_name, target_from_upload
 from pyroshock.twin.srs.target_csv import read_target
 
 SPEC = "frequency_hz,level_g,tolerance_db\n100,5,6\n1000,50,6\n10000,50,9\n"

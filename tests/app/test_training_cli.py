@@ -11,11 +11,8 @@ import numpy as np
 import pytest
 from click import Command
 from click.testing import CliRunner, Result
-from pyroshock.app.cli.compare import compare
-from pyroshock.app.cli.dataset import dataset
-from pyroshock.app.cli.models import models
-from pyroshock.app.cli.promote import promote
-from pyroshock.app.cli.train import train
+from pyroshock.app.train.cli import compare, models, promote, train
+from pyroshock.app.train.dataset_cli import dataset
 from pyroshock.dataset.predictors import shipped
 from pyroshock.dataset.table import PulseTable
 from pyroshock.training.estimators.fit_report import FitReport

@@ -6,8 +6,8 @@ import threading
 from functools import partial
 
 import pytest
-from pyroshock.app.tuning.bench_adapter import setting_json, tuning_space
-from pyroshock.app.tuning.session import Ask, TuningSession, session_of
+from pyroshock.app.tune.bench_adapter import setting_json, tuning_space
+from pyroshock.app.tune.session import Ask, TuningSession, session_of
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.building import TwinRequest
 from pyroshock.doe.limits.bench import BenchLimits

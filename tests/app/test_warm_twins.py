@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.app.demo import ingest_examples
-from pyroshock.app.predictions.predicting import ShotRequest, predicted_json
+from pyroshock.app.demo.demo import ingest_examples
+from pyroshock.app.predict.predicting import ShotRequest, predicted_json
 from pyroshock.app.twins import building as twins
-from pyroshock.app.twins import cache_key as twin_stamps
+from pyroshock.app.twins import twin_cache as twin_stamps
 from pyroshock.app.twins import twin_cache as warm_twins
 from pyroshock.app.twins.adopted_effects import adopt
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest, twin_of

@@ -49,15 +49,15 @@ def virtual(place: Place, name: str, runs: str) -> None:
     place.pyroshock("ingest", name, "--jobs", "1")
 
 
-def fired(place: Place, plan: str, runs: str) -> None:
+def fired(place: Place, cli: str, runs: str) -> None:
     """A folder of the first runs of a plan, each once, with velocities that somebody wrote down."""
     from pyroshock.doe.plans import read_plan
 
     with opened(_address(place, "pyroshock.db")) as store, store.reading() as session:
-        planned = read_plan(session, plan).runs[: int(runs)]
-    folder(place, "gun", plan)
+        planned = read_plan(session, cli).runs[: int(runs)]
+    folder(place, "gun", cli)
     once = {"repetition": 1, "measured_velocity_m_s": 20.0}
-    write_runs(place.folder / plan, [{"run": run.run, **run.row, **run.settings, **once} for run in planned])
+    write_runs(place.folder / cli, [{"run": run.run, **run.row, **run.settings, **once} for run in planned])
 
 
 def afresh(place: Place) -> None:
@@ -168,9 +168,9 @@ def cluster(place: Place, address: str) -> None:
 
 def one_repetition(place: Place) -> None:
     """A plan's runs are repeated once where the page does not say how often: the virtual bench takes seconds a run."""
-    from pyroshock.app.cli import plan
+    from pyroshock.app.plan import cli
 
-    for command in plan.plan.commands.values():
+    for command in cli.plan.commands.values():
         for option in command.params:
             if option.name == "repetitions":
                 place.patch.setattr(option, "default", 1)
@@ -178,7 +178,7 @@ def one_repetition(place: Place) -> None:
 
 def few_models(place: Place, names: str) -> None:
     """What `train` makes where the page does not say which: all 22 take minutes, and registry.md has them all."""
-    from pyroshock.app.cli.train import train
+    from pyroshock.app.train.cli import train
 
     (option,) = (each for each in train.params if each.name == "models")
     place.patch.setattr(option, "default", names)

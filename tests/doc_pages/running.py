@@ -15,9 +15,9 @@ from typing import Any
 
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli import serve
 from pyroshock.app.cli.main import main
 from pyroshock.app.jobs.worker import Worker
+from pyroshock.app.server import cli
 from pyroshock.app.twins import building as twins
 from pyroshock.virtualbench.campaigns import ringing
 from support.stores.registries import without_figures
@@ -83,7 +83,7 @@ def place_in(folder: Path, request: pytest.FixtureRequest) -> Iterator[Place]:
         patch.syspath_prepend(ROOT)
         patch.setattr(ringing, "MAX_FREQUENCY_HZ", 500.0)
         patch.setattr(twins, "plates_folder", lambda _db: solved)
-        patch.setattr(serve, "_listen", _first_page)
+        patch.setattr(cli, "_listen", _first_page)
         run = Worker.run
         patch.setattr(Worker, "run", lambda self, once=False: run(self, once=True))
         without_figures(patch)

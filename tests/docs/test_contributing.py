@@ -100,7 +100,7 @@ def test_every_estimator_is_held_to_the_promises_of_all() -> None:
 
 def test_every_design_has_a_row_and_a_command() -> None:
     from click import Context
-    from pyroshock.app.cli.plan import plan
+    from pyroshock.app.plan.cli import plan
 
     ways = source("docs/explanation/plans.md").split("## Ways to make one")[1].split("\n## ")[0]
     for method in METHODS:

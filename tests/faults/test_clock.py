@@ -6,10 +6,10 @@ import json
 from datetime import UTC, datetime, timedelta
 
 import pytest
-from pyroshock.app.demo import ingest_examples
-from pyroshock.app.diagnoses.diagnosing import keep
-from pyroshock.app.diagnoses.kept import list_diagnoses
-from pyroshock.app.models.comparing import versions_named
+from pyroshock.app.demo.demo import ingest_examples
+from pyroshock.app.diagnose.diagnosing import keep
+from pyroshock.app.diagnose.stored import list_diagnoses
+from pyroshock.app.train.comparing import versions_named
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.training.fitting.session import Progress, train

@@ -17,7 +17,7 @@ from fuzzing.mutations import binary, containers, folders
 from fuzzing.readers import FORMATS
 from fuzzing.target import ACCEPTED, SET_ASIDE, Target, stacked
 from pyroshock.app.cli.main import main
-from pyroshock.app.web.uploads import UploadError, unpacked
+from pyroshock.app.ingest.uploads import UploadError, unpacked
 
 _INGEST = (
     "ingest/load.py",
@@ -162,7 +162,7 @@ WHOLE = (
         _damaged_recording,
         (Refused,),
         "pyroshock: ",
-        ("app/spectra/channel.py", "app/spectra/recordings.py", "app/spectra/tables.py"),
+        ("app/impacts/spectra.py", "app/impacts/spectra.py", "app/impacts/spectrum_tables.py"),
         weight=0.6,
     ),
     Target(
@@ -172,6 +172,6 @@ WHOLE = (
         stacked({containers.inside_zip: 3, binary.damaged: 3}, most=2),
         (UploadError,),
         "",
-        ("app/web/uploads.py",),
+        ("app/ingest/uploads.py",),
     ),
 )

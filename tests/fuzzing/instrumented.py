@@ -9,12 +9,12 @@ PACKAGES = (
     *(
         "pyroshock.twin.srs.target_csv",
         "pyroshock.twin.srs.target",
-        "pyroshock.app.spectra.targets",
+        "pyroshock.app.impacts.spectra",
         "pyroshock.app.twins.benches",
     ),
     *(
-        "pyroshock.app.spectra.channel",
-        "pyroshock.app.web.uploads",
+        "pyroshock.app.impacts.spectra",
+        "pyroshock.app.ingest.uploads",
         "nptdms",
         "pyuff",
         "lvm_read",

@@ -83,7 +83,7 @@ def _predictors(data: bytes, folder: Path) -> str:
 
 
 def _target(data: bytes, folder: Path) -> str:
-    from pyroshock.app.spectra.targets import target_from_upload
+    from pyroshock.app.impacts.spectra import target_from_upload
 
     target = target_from_upload(data, "target.csv")
     assert target.lines().size
@@ -134,5 +134,5 @@ TABLES = (
     _table("predictors.toml", _predictors, lambda: seeds.shipped("dataset/data/gun.toml"), "dataset/predictors.py",
            toml.damaged),
     _table("target.csv", _target, _of(*seeds.TARGETS),
-           "app/spectra/targets.py twin/srs/target_csv.py twin/srs/target.py"),
+           "app/impacts/spectra.py twin/srs/target_csv.py twin/srs/target.py"),
 )  # fmt: skip

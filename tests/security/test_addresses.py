@@ -7,7 +7,7 @@ import re
 
 import click
 import pytest
-from pyroshock.app.cli.command_echo import SECRET_OPTIONS, command_line
+from pyroshock.app.cli.common import SECRET_OPTIONS, command_line
 from pyroshock.app.cli.main import COMMANDS
 from pyroshock.app.web.settings import Settings, SettingsError
 from pyroshock.schema.addresses import AddressError, parsed, shown, without_secrets

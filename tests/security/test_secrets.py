@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
-from pyroshock.app.cli import serve
 from pyroshock.app.cli.main import main
+from pyroshock.app.server import cli
 from pyroshock.schema.engine import make_engine
 from pyroshock.schema.tables import metadata
 from sqlalchemy import MetaData, create_engine, make_url, select
@@ -184,7 +184,7 @@ def test_a_registry_that_fails_is_told_without_it(run: Any, monkeypatch: pytest.
 
 def test_the_token_of_a_server_is_not_kept(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """The command that made the store is stored with its first rows."""
-    monkeypatch.setattr(serve, "_listen", lambda *_: None)
+    monkeypatch.setattr(cli, "_listen", lambda *_: None)
     token = f"{SECRET}-and-more-of-it"
     assert run("serve", "--db", "sqlite:///lab.db", "--token", token).exit_code == 0
     assert "serve --db sqlite:///lab.db --token ***" in texts_of("sqlite:///lab.db")

@@ -6,8 +6,8 @@ import csv
 from pathlib import Path
 
 import pytest
+from pyroshock.app.train.tables import all_figures, thesis_figures
 from pyroshock.training.evaluation.metrics import METRICS
-from pyroshock.training.thesis import all_figures, thesis_figures
 
 TIMES = {
     "decision tree (min leaf 36)": "tree",

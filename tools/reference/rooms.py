@@ -6,9 +6,10 @@ The rest is how these do it. Rows of the store are not here: the page of tables 
 from __future__ import annotations
 
 ROOMS: dict[str, tuple[str, ...]] = {
-    "app.library": (
-        "store", "errors", "ingestion", "recordings", "spectra", "plans", "training", "contact_model", "twin",
-        "prediction", "tuning", "validation", "diagnosis",
+    "app": (
+        "experiment_store", "common.errors", "ingest.service", "impacts.service", "impacts.spectra_service",
+        "plan.service", "train.service", "train.contact_model", "predict.twin", "predict.service",
+        "tune.service", "validate.service", "diagnose.service",
     ),
     "schema": (
         "session", "engine", "addresses", "listings", "conditions", "series", "known_factors",
@@ -41,7 +42,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "models.catalogue", "fitting.session", "estimators.base", "models.base", "models.serialization",
         "evaluation.metrics", "evaluation.summary", "evaluation.floor", "evaluation.comparison",
         "evaluation.evaluate", "registry.promotion", "registry.records", "registry.model_storage",
-        "registry.registry", "registry.listing", "models.contact_stage", "thesis", "gp.multitask",
+        "registry.registry", "registry.listing", "models.contact_stage", "gp.multitask",
         "gp.marginal_likelihood", "gp.maximise", "gp.kernels", "gp.kronecker", "gp.posterior",
     ),
     "twin": (

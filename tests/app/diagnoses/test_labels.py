@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from pyroshock.app.diagnoses.labels import (
+from pyroshock.app.diagnose.wording import (
     EFFECT_CHECKS,
     EFFECT_SUBJECTS,
     effect_check,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from pyroshock.app.diagnoses.labels import effect_check
-from pyroshock.app.diagnoses.recommendations import limit_of, next_experiment, recommendations, rest_sentence
+from pyroshock.app.diagnose.recommendations import limit_of, next_experiment, recommendations, rest_sentence
+from pyroshock.app.diagnose.wording import effect_check
 from pyroshock.diagnosis.verdict import Cause, Fitted, NextRun, StageShare, Unexplained, Verdict, Where
 from support.records import verdicts
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from pyroshock.app.diagnoses.summary import held_out_fraction, named_groups, nearest_effects, summary
+from pyroshock.app.diagnose.summary import held_out_fraction, named_groups, nearest_effects, summary
 from pyroshock.diagnosis.verdict import Cause, EffectShare, GapSize, StageShare, Unexplained, Verdict, Where
 from support.records import verdicts
 

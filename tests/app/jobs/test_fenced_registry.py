@@ -8,10 +8,9 @@ from typing import Any
 
 import pytest
 from pyroshock.app.jobs.claims import running, take_over
-from pyroshock.app.jobs.fenced_registry import FencedRegistry
-from pyroshock.app.jobs.fenced_store import FencedStore
-from pyroshock.app.jobs.lease import Lease, LeaseLostError
-from pyroshock.app.jobs.work import RunningJob
+from pyroshock.app.jobs.kind import RunningJob
+from pyroshock.app.jobs.lease import FencedStore, Lease, LeaseLostError
+from pyroshock.app.train.job import FencedRegistry
 from pyroshock.schema.session import Store
 from pyroshock.training.registry.registry import Registry
 from support.processes.odd_jobs import Odd, claimed, hand, odd

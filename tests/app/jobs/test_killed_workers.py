@@ -10,11 +10,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from pyroshock.app.jobs.kinds.diagnose import DIAGNOSE, DiagnoseArguments
-from pyroshock.app.jobs.kinds.extract import EXTRACT, ExtractArguments
-from pyroshock.app.jobs.kinds.ingest import INGEST, IngestArguments
-from pyroshock.app.jobs.kinds.plan import PLAN, PlanArguments
+from pyroshock.app.diagnose.job import DIAGNOSE, DiagnoseArguments
+from pyroshock.app.ingest.job import EXTRACT, INGEST, ExtractArguments, IngestArguments
 from pyroshock.app.jobs.queue import ask, get_job, list_jobs
+from pyroshock.app.plan.job import PLAN, PlanArguments
 from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.schema.campaigns import Plan
 from pyroshock.schema.diagnoses import Diagnosis

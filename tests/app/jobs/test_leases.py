@@ -10,18 +10,16 @@ from datetime import datetime, timedelta, tzinfo
 from pathlib import Path
 
 import pytest
-from pyroshock.app.jobs import claims, heartbeat, job_updates, queue, run_job
-from pyroshock.app.jobs.claims import Claimed, Sighting, running, take_over
-from pyroshock.app.jobs.cleanup import stop
-from pyroshock.app.jobs.fenced_store import FencedStore
-from pyroshock.app.jobs.job_updates import beat, fail, give_back, look, stopped
-from pyroshock.app.jobs.kinds.diagnose import DIAGNOSE, DiagnoseArguments
-from pyroshock.app.jobs.kinds.plan import PLAN, PlanArguments
-from pyroshock.app.jobs.lease import Lease, LeaseLostError
-from pyroshock.app.jobs.liveness import Watch
+from pyroshock.app.diagnose.job import DIAGNOSE, DiagnoseArguments
+from pyroshock.app.jobs import claims, heartbeat, queue, run_job
+from pyroshock.app.jobs.claims import Claimed, Sighting, running, stop, take_over
+from pyroshock.app.jobs.heartbeat import beat, fail, give_back, look, stopped
+from pyroshock.app.jobs.kind import Result, RunningJob
+from pyroshock.app.jobs.lease import FencedStore, Lease, LeaseLostError
 from pyroshock.app.jobs.queue import ask, get_job
 from pyroshock.app.jobs.run_job import WorkerContext, attempt
-from pyroshock.app.jobs.work import Result, RunningJob
+from pyroshock.app.jobs.worker import Watch
+from pyroshock.app.plan.job import PLAN, PlanArguments
 from pyroshock.schema.campaigns import Plan
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.engine import StoreError
@@ -89,11 +87,11 @@ def _try_everything(store: Store, key: int, late: Lease) -> None:
     with pytest.raises(LeaseLostError):
         fenced.write(lambda session: session.add(Plan(name="late", kind="gun", factors="", method="lhs")))
     with pytest.raises(LeaseLostError):
-        fenced.end(lambda session: job_updates.finish(session, late, Result("/late"), job_updates.JobProgress()))
+        fenced.end(lambda session: heartbeat.finish(session, late, Result("/late"), heartbeat.JobProgress()))
     for late_end in (lambda: fail(store, late, "late"), lambda: stopped(store, late), lambda: give_back(store, late)):
         with pytest.raises(LeaseLostError):
             late_end()
-    assert not beat(store, late, job_updates.JobProgress(9, 9, "late")).held
+    assert not beat(store, late, heartbeat.JobProgress(9, 9, "late")).held
     assert not look(store, late).held
     assert get_job(store, key) == before
 
@@ -181,7 +179,7 @@ class Backwards(datetime):
 def test_a_clock_that_goes_backwards_changes_nothing(
     file_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for module in (claims, queue, job_updates):
+    for module in (claims, queue, heartbeat):
         monkeypatch.setattr(module, "datetime", Backwards)
     monkeypatch.setattr(time, "time", lambda: 1e9 - Backwards.looks)
     test_a_living_worker_keeps_its_job(file_store, odd)
@@ -282,7 +280,7 @@ def test_a_diagnosis_and_a_plan_are_kept_once(store: Store, tmp_path: Path, monk
     """Two workers die: one when the work is done and before it is stored, one as its row is written, not committed."""
     url = store.engine.url.render_as_string(False)
     ingested(url, hammer_campaign(tmp_path / "spring", 1, 1, "spring"))
-    monkeypatch.setattr("pyroshock.app.diagnoses.diagnosing.diagnosed", lambda *_: verdict(campaign="spring"))
+    monkeypatch.setattr("pyroshock.app.diagnose.diagnosing.diagnosed", lambda *_: verdict(campaign="spring"))
     before = rows(store, Diagnosis), rows(store, Plan)
     asked = [
         ask(store, DIAGNOSE, "Diagnosis of spring", DiagnoseArguments("spring")).key,
@@ -312,7 +310,7 @@ def test_a_diagnosis_and_a_plan_are_kept_once(store: Store, tmp_path: Path, monk
 def _killed(moment: str):
     def finish(session, lease, result, progress):
         if moment == "within the end":
-            job_updates.finish(session, lease, result, progress)
+            heartbeat.finish(session, lease, result, progress)
             session.flush()
         raise KeyboardInterrupt
 

@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from pyroshock.app.jobs.cleanup import stop
+from pyroshock.app.jobs.claims import stop
+from pyroshock.app.jobs.kind import NotHereError, Result, RunningJob
 from pyroshock.app.jobs.queue import JobView, UnknownJobError, get_job, list_jobs
-from pyroshock.app.jobs.work import NotHereError, Result, RunningJob
-from pyroshock.app.models.training import MissingExtraError
+from pyroshock.app.train.training import MissingExtraError
 from pyroshock.schema.jobs import DONE, FAILED, RUNNING, STOPPED, WAITING
 from pyroshock.schema.session import Store
 from support.processes.odd_jobs import Odd, odd, work_off, working
@@ -162,7 +162,7 @@ def test_what_one_worker_lacks_another_does(store: Store, odd: Odd, lacking: typ
 
 
 def test_a_job_of_another_version_says_so(store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch) -> None:
-    from pyroshock.app.jobs.kinds.base import Kind
+    from pyroshock.app.jobs.kind import Kind
 
     newer: dict[str, Any] = {"word": "a", "depth": 3}
     monkeypatch.setattr(Kind, "plain", lambda *_: newer)

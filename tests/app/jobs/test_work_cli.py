@@ -7,8 +7,7 @@ import zlib
 from pathlib import Path
 
 import pytest
-from pyroshock.app.jobs.kinds.extract import EXTRACT, ExtractArguments
-from pyroshock.app.jobs.kinds.ingest import INGEST, IngestArguments
+from pyroshock.app.ingest.job import EXTRACT, INGEST, ExtractArguments, IngestArguments
 from pyroshock.app.jobs.queue import ask, get_job, list_jobs
 from support.records.campaigns import gun_campaign
 from support.stores.stores import opened, pyroshock

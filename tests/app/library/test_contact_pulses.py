@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import pytest
-from pyroshock.app.library.contact_model import ContactPulses
+from pyroshock.app.train.contact_model import ContactPulses
 from scipy.stats import norm
 
 

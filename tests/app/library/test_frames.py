@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pyroshock as ps
 import pytest
-from pyroshock.app.library.frames import unit_of
+from pyroshock.app.common.frames import unit_of
 from pyroshock.benchmarks.crowded import fill
 from pyroshock.benchmarks.library import frame_figure
 from pyroshock.schema.listings import iter_impacts

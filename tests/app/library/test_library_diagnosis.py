@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pyroshock as ps
 import pytest
-from pyroshock.app.diagnoses import diagnosing
-from pyroshock.app.library.diagnosis import GapDiagnosis
+from pyroshock.app.diagnose import diagnosing
+from pyroshock.app.diagnose.service import GapDiagnosis
 from pyroshock.app.twins import building as twins
 from pyroshock.diagnosis.verdict import Cause, EffectShare, PathStep, Unexplained, Verdict
 from support.records import verdicts

@@ -9,9 +9,9 @@ from pathlib import Path
 import pint
 import pyroshock as ps
 import pytest
-from pyroshock.app.library.tuning import TunedSettings, masses_of, target_of
-from pyroshock.app.tuning.bench_adapter import proposal_json
-from pyroshock.app.tuning.session import Ask, session_of
+from pyroshock.app.tune.bench_adapter import proposal_json
+from pyroshock.app.tune.service import TunedSettings, masses_of, target_of
+from pyroshock.app.tune.session import Ask, session_of
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.building import TwinRequest
 from pyroshock.doe.space import read_space, shipped_factors

@@ -12,11 +12,11 @@ import pandas as pd
 import pyroshock as ps
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.predict import predict
-from pyroshock.app.demo import ingest_examples
-from pyroshock.app.library.errors import argument_names
-from pyroshock.app.library.prediction import ShotPrediction
-from pyroshock.app.library.twin import LaboratoryTwin
+from pyroshock.app.common.errors import argument_names
+from pyroshock.app.demo.demo import ingest_examples
+from pyroshock.app.predict.cli import predict
+from pyroshock.app.predict.service import ShotPrediction
+from pyroshock.app.predict.twin import LaboratoryTwin
 from pyroshock.app.twins import building as twins
 from support.records.twin_parts import unsolved
 from support.stores.stores import opened

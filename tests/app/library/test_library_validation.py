@@ -10,9 +10,9 @@ import pandas as pd
 import pyroshock as ps
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.validate import validate
-from pyroshock.app.demo import ingest_examples
+from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.twins import building as twins
+from pyroshock.app.validate.cli import validate
 from support.records.twin_parts import unsolved
 from support.stores.stores import opened
 

@@ -8,7 +8,7 @@ import pint
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.app.library.quantities import si
+from pyroshock.app.common.frames import si
 
 
 @pytest.mark.parametrize("value", [5e5, "5bar", "5 bar", "0,5 MPa", pint.UnitRegistry().Quantity(5, "bar")])

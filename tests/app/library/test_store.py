@@ -10,7 +10,7 @@ import pandas as pd
 import pyroshock as ps
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.listing import impacts, shots
+from pyroshock.app.impacts.cli import impacts, shots
 from pyroshock.schema import series
 from support.stores.hammer_stores import HITS, full_campaign
 

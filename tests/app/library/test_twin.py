@@ -13,11 +13,11 @@ import pint
 import pyroshock as ps
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.diagnose import diagnose
-from pyroshock.app.cli.predict import predict
-from pyroshock.app.cli.validate import validate
-from pyroshock.app.library.tuning import target_of
+from pyroshock.app.diagnose.cli import diagnose
+from pyroshock.app.predict.cli import predict
+from pyroshock.app.tune.service import target_of
 from pyroshock.app.twins import building
+from pyroshock.app.validate.cli import validate
 from support.records.twin_parts import unsolved
 
 mpl.use("Agg")

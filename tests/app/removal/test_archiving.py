@@ -149,7 +149,7 @@ def test_nothing_is_deleted_where_the_campaign_changes_meanwhile(care_copy, tmp_
         assert pyroshock("extract", HAMMER, "--threshold", "0.2", "--db", care_copy).exit_code == 0
         return archive
 
-    monkeypatch.setattr("pyroshock.app.removal.archiving.write_archive", and_then)
+    monkeypatch.setattr("pyroshock.app.ingest.archiving.write_archive", and_then)
     said = run(care_copy, "archive", HAMMER, "--out", tmp_path / "file", "--reason", REASON, code=2).stderr
     assert "changed while it was written" in said
     assert counts(care_copy)["recordings"] == 3

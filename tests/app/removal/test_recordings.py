@@ -8,7 +8,7 @@ import threading
 
 import numpy as np
 import pytest
-from pyroshock.app.removal.recordings import discard_recording
+from pyroshock.app.ingest.removal import discard_recording
 from pyroshock.dataset.snapshot import SnapshotError, read_snapshot
 from pyroshock.schema.campaigns import PlannedRun
 from pyroshock.schema.impacts import Impact

@@ -7,15 +7,25 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.app.plans.planning import make_plan
-from pyroshock.app.predictions.nominal import with_predictions
-from pyroshock.app.reports.campaign import campaign_document
-from pyroshock.app.reports.campaign_design import level_counts, plans_of, settings_section, status_counts
-from pyroshock.app.reports.campaign_settings import MEASURED, PRESSURE, TRANSDUCER, VELOCITY, WRITTEN, achieved_settings
-from pyroshock.app.reports.document import Document, Paragraph, Table
-from pyroshock.app.reports.page import html_of
-from pyroshock.app.reports.pdf import pdf_of
-from pyroshock.app.reports.pulse_groups import pulses_of, telling_factor
+from pyroshock.app.plan.planning import make_plan
+from pyroshock.app.predict.nominal import with_predictions
+from pyroshock.app.report.campaign import (
+    MEASURED,
+    PRESSURE,
+    TRANSDUCER,
+    VELOCITY,
+    WRITTEN,
+    achieved_settings,
+    campaign_document,
+    level_counts,
+    plans_of,
+    settings_section,
+    status_counts,
+)
+from pyroshock.app.report.campaign_pulses import pulses_of, telling_factor
+from pyroshock.app.report.document import Document, Paragraph, Table
+from pyroshock.app.report.page import html_of
+from pyroshock.app.report.pdf import pdf_of
 from pyroshock.doe.plans import discard_run, read_plan
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.impacts import Impact, Pulse, Shot

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from pyroshock.app.number_format import join_words, number, percent, percent_range, times
-from pyroshock.app.reports.wording import effect_title, shrinkage_line, where_lines
+from pyroshock.app.common.number_format import join_words, number, percent, percent_range, times
+from pyroshock.app.diagnose.wording import effect_title, shrinkage_line, where_lines
 from pyroshock.twin.effects import catalogue
 from support.records import verdicts
 

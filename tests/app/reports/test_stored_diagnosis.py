@@ -6,13 +6,12 @@ import json
 from dataclasses import replace
 
 import pytest
-from pyroshock.app.diagnoses.diagnosing import keep, report_json
-from pyroshock.app.diagnoses.summary import summary
-from pyroshock.app.reports.diagnosis import document_of
-from pyroshock.app.reports.document import Bars, ChartRow, Paragraph
-from pyroshock.app.reports.page import html_of
-from pyroshock.app.reports.pdf import pdf_of
-from pyroshock.app.reports.stored_diagnosis import diagnosis_document, verdict_of
+from pyroshock.app.diagnose.diagnosing import keep, report_json
+from pyroshock.app.diagnose.summary import summary
+from pyroshock.app.report.diagnosis import diagnosis_document, document_of, verdict_of
+from pyroshock.app.report.document import Bars, ChartRow, Paragraph
+from pyroshock.app.report.page import html_of
+from pyroshock.app.report.pdf import pdf_of
 from pyroshock.diagnosis.verdict import Pictures, Verdict
 from pyroshock.schema.diagnoses import Diagnosis
 from support.checks.pdf_text import pdf_text

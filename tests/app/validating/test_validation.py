@@ -9,11 +9,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.app.models.training import ground_of, registry_of
+from pyroshock.app.train.training import ground_of, registry_of
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.building import TwinRequest, twin_of
-from pyroshock.app.validating.unseen_contact import NOTHING, REFITTED, SEEN, UnseenContact, configuration_names
-from pyroshock.app.validating.validation import ValidationRequest, predicted_folds, validated
+from pyroshock.app.validate.validation import (
+    NOTHING,
+    REFITTED,
+    SEEN,
+    UnseenContact,
+    ValidationRequest,
+    configuration_names,
+    predicted_folds,
+    validated,
+)
 from pyroshock.dataset.snapshot import build_snapshot, read_snapshot
 from pyroshock.training.fitting.session import train
 from pyroshock.training.models.contact_stage import RegisteredContact
@@ -160,7 +168,7 @@ def test_unknown_campaign_is_named(db: str) -> None:
 def test_campaign_without_a_shot_to_predict_says_why(db: str, monkeypatch: pytest.MonkeyPatch) -> None:
     reasons = tuple(f"run {run}, repetition 1: no mass of the impactor" for run in (1, 2))
     monkeypatch.setattr(
-        "pyroshock.app.validating.validation.campaign_shots", lambda *_: (shots_of([1]).take([]), reasons)
+        "pyroshock.app.validate.validation.campaign_shots", lambda *_: (shots_of([1]).take([]), reasons)
     )
     with opened(db) as store, pytest.raises(ValueError, match=r"to compare with: no mass of the impactor \(2\)"):
         validated(store, db, ValidationRequest("spring"))
@@ -217,7 +225,7 @@ def test_model_without_its_pulses_is_called_seen(with_model: str, monkeypatch: p
 
     with opened(with_model) as store:
         contact = contact_of(store, with_model)
-        monkeypatch.setattr("pyroshock.app.validating.unseen_contact.read_snapshot", gone)
+        monkeypatch.setattr("pyroshock.app.validate.validation.read_snapshot", gone)
         assert UnseenContact(store, with_model, contact).without([1]) == (contact, SEEN)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from pyroshock.app.diagnoses.diagnosing import keep
+from pyroshock.app.diagnose.diagnosing import keep
 from support.processes.browsers import Lab, browser, chromium, served
 from support.records.verdicts import verdict
 from support.stores.stores import opened, pyroshock

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from pyroshock.app.diagnoses.kept import kept_report
+from pyroshock.app.diagnose.stored import kept_report
 from pyroshock.doe.plans import read_plan
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
 from sqlalchemy import func, select

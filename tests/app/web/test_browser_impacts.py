@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.app.demo import HIT
+from pyroshock.app.demo.demo import HIT
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.impacts import Impact, Pulse
 from pyroshock.schema.recordings import RecordedChannel
@@ -65,7 +65,7 @@ def test_zooming_fetches_every_sample_as_it_is_stored(browser, lab):
     np.testing.assert_allclose(trace["x"], time_s[inside] * 1e3, rtol=0, atol=1e-9)
     with lab.reading() as session:
         row = session.get_one(RecordedChannel, key)
-        from pyroshock.app.pulses.signals import channel_window
+        from pyroshock.app.impacts.signals import channel_window
 
         exact = channel_window(session, row.id, points=200_000).values
     np.testing.assert_array_equal(trace["y"], exact[inside])

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from pyroshock.app.demo import HIT
+from pyroshock.app.demo.demo import HIT
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.impacts import Impact
 from sqlalchemy import select

@@ -11,8 +11,8 @@ from typing import Any
 from urllib.parse import quote
 
 import pytest
-from pyroshock.app.diagnoses.diagnosing import keep
-from pyroshock.app.plans.planning import make_plan
+from pyroshock.app.diagnose.diagnosing import keep
+from pyroshock.app.plan.planning import make_plan
 from pyroshock.doe.designs.methods import METHODS
 from pyroshock.doe.plans import read_plan
 from pyroshock.doe.space import shipped_factors

@@ -9,9 +9,9 @@ from typing import Any
 from urllib.parse import quote
 
 import pytest
-from pyroshock.app.diagnoses.diagnosing import keep
-from pyroshock.app.diagnoses.kept import kept_options, kept_report
-from pyroshock.app.diagnoses.summary import summary
+from pyroshock.app.diagnose.diagnosing import keep
+from pyroshock.app.diagnose.stored import kept_options, kept_report
+from pyroshock.app.diagnose.summary import summary
 from pyroshock.doe.plans import read_plan
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
 from pyroshock.schema.impacts import Pulse
@@ -456,8 +456,8 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
 
         return SimpleNamespace(goal=goal, notes=("a note",), run=search)
 
-    monkeypatch.setattr("pyroshock.app.tuning.session.session_of", session_of)
-    monkeypatch.setattr("pyroshock.app.tuning.bench_adapter.proposal_json", lambda each, rank: {"rank": rank, **each})
+    monkeypatch.setattr("pyroshock.app.tune.session.session_of", session_of)
+    monkeypatch.setattr("pyroshock.app.tune.bench_adapter.proposal_json", lambda each, rank: {"rank": rank, **each})
     before = filled.rows()
     sent = {"specification": ("spec.csv", SPECIFICATION.encode(), "text/csv")}
     fields = {"tolerance": "3dB", "contact": "hertz", "at_least": "0.6", "share": "0.95"}

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pyroshock.app.predict.sliders import VELOCITY_M_S
 from pyroshock.app.twins import building
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest
-from pyroshock.app.twins.sliders import VELOCITY_M_S
 from pyroshock.app.twins.twin_cache import TwinShelf
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact_interface import Extrapolation

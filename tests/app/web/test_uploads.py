@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.app.web.folders import PathError, campaigns_below, confined
-from pyroshock.app.web.uploads import UploadError, safe_path, unpacked
+from pyroshock.app.ingest.uploads import PathError, UploadError, campaigns_below, confined, safe_path, unpacked
 
 TOML = b'[campaign]\nname = "spring"\nkind = "gun"\ndate = 2026-01-01\n'
 

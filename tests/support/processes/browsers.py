@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyroshock.app.web.application import application
+from pyroshock.app.server.application import application
 from pyroshock.app.web.settings import Settings
 from pyroshock.schema.session import Store, Writer, open_store
 

@@ -9,11 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import pytest
+from pyroshock.app.jobs import known_kinds
 from pyroshock.app.jobs.claims import Claimed, Hand, claim_waiting
-from pyroshock.app.jobs.kinds import known
-from pyroshock.app.jobs.kinds.base import Kind
+from pyroshock.app.jobs.kind import Ending, Kind, Result, RunningJob
 from pyroshock.app.jobs.queue import JobView, ask, this_host
-from pyroshock.app.jobs.work import Ending, Result, RunningJob
 from pyroshock.app.jobs.worker import Worker
 from pyroshock.schema.session import Store
 
@@ -49,12 +48,12 @@ class Odd:
 def odd(monkeypatch: pytest.MonkeyPatch) -> Odd:
     """The kind `odd` beside the others, for as long as the test runs."""
     found = Odd()
-    monkeypatch.setitem(known.KINDS, "odd", found.kind())  # a dict, declared as a mapping
+    monkeypatch.setitem(known_kinds.KINDS, "odd", found.kind())  # a dict, declared as a mapping
     return found
 
 
 def hand(name: str = "a", lease_s: float = LEASE_S, host: str | None = None) -> Hand:
-    return Hand(name, host or this_host(), tuple(known.KINDS), lease_s)
+    return Hand(name, host or this_host(), tuple(known_kinds.KINDS), lease_s)
 
 
 def claimed(store: Store, name: str = "dead", lease_s: float = LEASE_S) -> Claimed:

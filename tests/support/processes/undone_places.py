@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from pyroshock.app.care.check import Wanted, findings_of
+from pyroshock.app.store.check import Wanted, findings_of
 from pyroshock.schema.provenance import Tombstone
 from sqlalchemy import select
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from pyroshock.app.web.application import application
+from pyroshock.app.server.application import application
 from pyroshock.app.web.settings import Settings
 from pyroshock.schema.session import Store, Writer, open_store
 from starlette.testclient import TestClient

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pyroshock.app.diagnoses.verdict_json import verdict_to_json
-from pyroshock.app.plans.planning import make_plan
+from pyroshock.app.diagnose.stored import verdict_to_json
+from pyroshock.app.plan.planning import make_plan
 from pyroshock.benchmarks.crowded import campaign_name, fill
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.benches import Gun

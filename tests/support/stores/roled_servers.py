@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from pyroshock.app.demo import ingest_examples
-from pyroshock.app.plans.planning import make_plan
+from pyroshock.app.demo.demo import ingest_examples
+from pyroshock.app.plan.planning import make_plan
 from sqlalchemy import make_url
 
 from support.records.campaigns import hammer_campaign

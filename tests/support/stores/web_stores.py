@@ -68,7 +68,7 @@ class Lab:
 @pytest.fixture(scope="session")
 def filled_lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a filled store, lab.db, and of the registry beside it."""
-    from pyroshock.app.demo import ingest_examples
+    from pyroshock.app.demo.demo import ingest_examples
     from pyroshock.ingest.load import ingest_folder
 
     from support.stores.hammer_stores import full_campaign
@@ -85,7 +85,7 @@ def filled_lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _train(store: Store, folder: Path, patch: pytest.MonkeyPatch) -> None:
-    from pyroshock.app.models.training import ground_of
+    from pyroshock.app.train.training import ground_of
     from pyroshock.dataset.snapshot import build_snapshot
     from pyroshock.training.fitting.session import train
 
@@ -99,8 +99,8 @@ def _train(store: Store, folder: Path, patch: pytest.MonkeyPatch) -> None:
 
 
 def _plan_and_diagnose(store: Store) -> None:
-    from pyroshock.app.diagnoses.diagnosing import keep
-    from pyroshock.app.plans.planning import make_plan
+    from pyroshock.app.diagnose.diagnosing import keep
+    from pyroshock.app.plan.planning import make_plan
 
     from support.records import verdicts
 

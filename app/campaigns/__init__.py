@@ -1,1 +1,0 @@
-"""A campaign as its pages and tables show it."""

@@ -1,1 +1,0 @@
-"""Checks of a store that need more than its tables: datasets and models."""

@@ -1,1 +1,0 @@
-"""`pyroshock db`: keeping a store, a command a file."""

@@ -1,0 +1,86 @@
+"""The kinds of error that the library raises, each with the words that the command line prints.
+
+Whatever a user can mend is a `PyroshockError`. Each is also the built-in error that a Python user expects, so that
+`except ValueError` works as well. Anything else that comes out of the library is a fault of the software.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import wraps
+from typing import ParamSpec, TypeVar
+
+Parameters = ParamSpec("Parameters")
+Result = TypeVar("Result")
+
+
+class PyroshockError(Exception):
+    """Something that the user can mend; the message names the thing, its value and the next step."""
+
+
+class InvalidValueError(PyroshockError, ValueError):
+    """A value, a unit, a file or a combination of arguments that cannot be used."""
+
+
+class NotFoundError(PyroshockError, LookupError):
+    """A campaign, an impact, a plan, a dataset, a model or a column that does not exist."""
+
+    def __str__(self) -> str:
+        return str(self.args[0]) if self.args else ""  # a LookupError may quote its message
+
+
+class StorageError(PyroshockError, OSError):
+    """The store, a file or a server cannot be read or written."""
+
+
+#: An option of the command line, or a whole command, whose options stay as they are.
+_OPTION = re.compile(r"pyroshock [a-z][^;)]*|(?<![\w-])--([a-z]+(?:-[a-z]+)*)")
+#: Options whose argument has another name.
+_ARGUMENTS = {
+    "effect": "effects",
+    "impact-at": "impact_points",
+    "no-adopted": "adopted=False",
+    "sensor-at": "sensors",
+    "with": "with_effects",
+    "without": "without_effects",
+}
+
+
+def argument_names(text: str) -> str:
+    """A message with options of the command line called as arguments: `--tank-pressure` is `tank_pressure`."""
+
+    def argument(match: re.Match[str]) -> str:
+        option = match[1]
+        return match[0] if option is None else _ARGUMENTS.get(option, option.replace("-", "_"))
+
+    return _OPTION.sub(argument, text)
+
+
+@contextmanager
+def library_errors() -> Iterator[None]:
+    """Raise what a user can mend as one of the kinds above; other errors pass unchanged."""
+    try:
+        yield
+    except PyroshockError:
+        raise
+    except Exception as error:
+        from .user_errors import is_for_the_user, words_of
+
+        if not is_for_the_user(error):
+            raise
+        kinds = ((LookupError, NotFoundError), (ValueError, InvalidValueError))
+        kind = next((ours for builtin, ours in kinds if isinstance(error, builtin)), StorageError)
+        raise kind(argument_names(words_of(error))) from error
+
+
+def raises_library_errors(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
+    """A function of the public interface, whose errors are of the kinds above."""
+
+    @wraps(function)
+    def wrapped(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Result:
+        with library_errors():
+            return function(*args, **kwargs)
+
+    return wrapped

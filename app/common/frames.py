@@ -1,0 +1,183 @@
+"""DataFrames of rows from the store: columns bear their units, and `.attrs["units"]` lists them.
+
+How results look in a notebook: axes that are given or made, and tables as HTML.
+
+Quantities as notebooks give them: numbers in SI, text with a unit, or pint's quantities.
+
+Progress bars of the library's long work.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+from .progress import Step, notebook_bar
+
+if TYPE_CHECKING:
+    import pint
+
+    #: What every argument takes that has a unit.
+    Quantity = float | str | pint.Quantity[Any]
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+
+#: End of a column's name -> unit, the longer ends first: "_m_s2" also ends with "_s2".
+_UNITS = {
+    "_m_s2": "m/s2",
+    "_kg_m3": "kg/m3",
+    "_kg_s": "kg/s",
+    "_m_s": "m/s",
+    "_n_s": "N s",
+    "_n_m": "N/m",
+    "_mb": "MB",
+    "_hz": "Hz",
+    "_pa": "Pa",
+    "_kg": "kg",
+    "_m3": "m3",
+    "_m2": "m2",
+    "_mm": "mm",
+    "_nm": "N m",
+    "_db": "dB",
+    "_n": "N",
+    "_j": "J",
+    "_k": "K",
+    "_v": "V",
+    "_m": "m",
+    "_s": "s",
+}
+
+
+def unit_of(column: str) -> str:
+    """The unit that the end of a column's name says; "" where it says none."""
+    name = column.removesuffix("_mean").removesuffix("_lower").removesuffix("_upper")
+    return next((unit for end, unit in _UNITS.items() if name.endswith(end) and name != end[1:]), "")
+
+
+def with_units(frame: pd.DataFrame) -> pd.DataFrame:
+    """The same frame, with `.attrs["units"]`: column -> unit, of the columns that have one."""
+    named = {str(column): unit_of(str(column)) for column in frame.columns}
+    frame.attrs["units"] = {column: unit for column, unit in named.items() if unit}
+    return frame
+
+
+def frame_of(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] = ()) -> pd.DataFrame:
+    """A frame of rows by column; `columns` are those of a frame without rows."""
+    import pandas as pd
+
+    listed = list(rows)
+    return with_units(pd.DataFrame(listed) if listed else pd.DataFrame(columns=list(columns)))
+
+
+def chosen_columns(frame: pd.DataFrame, columns: Sequence[str] | None) -> pd.DataFrame:
+    """The frame with these columns alone, in this order. Raises `LookupError` that lists those there are."""
+    if columns is None:
+        return frame
+    missing = [column for column in columns if column not in frame.columns]
+    if missing:
+        there = ", ".join(map(str, frame.columns))
+        raise LookupError(f"no column {', '.join(map(repr, missing))}; there are: {there}")
+    return with_units(frame[list(columns)])
+
+
+def sorted_by(frame: pd.DataFrame, sort: str | None) -> pd.DataFrame:
+    """Rows by rising values of the column `sort`, by falling ones of "-column"; rows without a value last.
+
+    Raises `LookupError` that lists the columns there are.
+    """
+    if sort is None:
+        return frame
+    column = sort.removeprefix("-")
+    chosen_columns(frame, [column])
+    rising = not sort.startswith("-")
+    return frame.sort_values(column, ascending=rising, kind="stable", na_position="last", ignore_index=True)
+
+
+def axes_or_new(ax: Axes | None, width: float = 7.0, height: float = 4.0) -> Axes:
+    """The axes that were given, or those of a new figure that a notebook shows."""
+    if ax is not None:
+        return ax
+    import matplotlib.pyplot as plt
+
+    return plt.subplots(figsize=(width, height), layout="constrained")[1]
+
+
+def titled_table(title: str, frame: pd.DataFrame, rows: int = 12) -> str:
+    """HTML of a heading and of the first rows of a frame."""
+    shown = frame.head(rows).to_html(border=0, max_cols=16)
+    more = f"<p>{len(frame) - rows} further rows: use .to_frame()</p>" if len(frame) > rows else ""
+    return f"<p><b>{escape(title)}</b></p>{shown}{more}"
+
+
+def facts_table(title: str, facts: dict[str, Any]) -> str:
+    """HTML of a heading and of names with their values."""
+    cells = "".join(f"<tr><th>{escape(name)}</th><td>{escape(str(value))}</td></tr>" for name, value in facts.items())
+    return f"<p><b>{escape(title)}</b></p><table>{cells}</table>"
+
+
+_NUMBER = re.compile(r"\s*[-+]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?\s*")
+
+
+def parse_quantity(text: str, si_unit: str, name: str) -> float:
+    """`text` ("5bar", "0,5 kg") in `si_unit`.
+
+    Raises `ValueError` that says `name` for a bare number, an unknown unit or a unit of another dimension.
+    """
+    from pint.errors import PintError
+
+    from ...signals.units import registry, spelled
+
+    number = _NUMBER.match(text)
+    unit = text[number.end() :].strip() if number else ""
+    if number is None or not unit:
+        raise ValueError(f"{name} is {text!r}; expected a number with a unit, such as 1{si_unit}")
+    try:
+        scale: Any = registry().Quantity(spelled(unit))
+        value = (float(number.group().replace(",", ".")) * scale).to(si_unit).magnitude
+    except (PintError, AttributeError, TypeError, ValueError) as error:
+        raise ValueError(f"{name} is {text!r}; expected a unit such as {si_unit!r}") from error
+    if not math.isfinite(value):
+        raise ValueError(f"{name} is {text!r}; expected a finite number")
+    return float(value)
+
+
+def si(value: Quantity, si_unit: str, name: str) -> float:
+    """`value` in `si_unit`: a number is taken as it is, text as `parse_quantity` takes it, a pint quantity converted.
+
+    The unit of a pint quantity is read by its name, so quantities of any unit registry will do; its "gram" stays a
+    gram. Raises `ValueError` that says `name`, and `TypeError` for what is none of the three.
+    """
+    if isinstance(value, str):
+        return parse_quantity(value, si_unit, name)
+    to_unit = getattr(value, "to", None)
+    if to_unit is not None:
+        from pint.errors import PintError
+
+        try:
+            number = float(to_unit(si_unit).magnitude)
+        except (PintError, AttributeError, TypeError, ValueError) as error:
+            raise ValueError(f"{name} is {value}; expected a unit such as {si_unit!r}") from error
+    else:
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            kinds = f"a number in {si_unit}, text with a unit or a pint quantity"
+            raise TypeError(f"{name} is {value!r}; expected {kinds}") from None
+    if not math.isfinite(number):
+        raise ValueError(f"{name} is {value!r}; expected a finite number")
+    return number
+
+
+@contextmanager
+def step_bar(label: str, unit: str, shown: bool) -> Iterator[Step]:
+    """A bar that notebooks show, too; where it is not `shown`, nothing is counted."""
+    if not shown:
+        yield lambda _done, _total, _what: None
+        return
+    with notebook_bar(label, unit) as step:
+        yield step

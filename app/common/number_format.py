@@ -1,0 +1,74 @@
+"""Numbers in the sentences of a report: three digits, whole per cent, lists in words.
+
+Numbers that JSON has not.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+NOTHING = "–"
+
+
+def number(value: float) -> str:
+    """Three digits; a dash for what is no number."""
+    if math.isnan(value):
+        return NOTHING
+    text = f"{value:.3g}"
+    return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e6 else text
+
+
+def percent(share: float) -> str:
+    """`93 %`; never 100 or 0 for what is only near it, a dash for what is no number."""
+    if not math.isfinite(share):
+        return NOTHING
+    if 0.995 <= share < 1:
+        return "> 99 %"
+    if 0 < share < 0.005:
+        return "< 1 %"
+    return f"{100 * share:.0f} %"
+
+
+def percent_range(low: float, high: float) -> str:
+    """`52 to 68 %`."""
+    if not math.isfinite(low + high):
+        return "interval not known"
+    return f"{100 * low:.0f} to {100 * high:.0f} %"
+
+
+def percent_with_range(share: float, interval: tuple[float, float]) -> str:
+    """`61 % (52 to 68 %)`."""
+    return f"{percent(share)} ({percent_range(*interval)})"
+
+
+def times(ratio: float) -> str:
+    """How many times: `42`, `0.8`; two digits."""
+    return f"{ratio:.0f}" if ratio >= 10 else f"{ratio:.2g}"
+
+
+def join_words(words: Sequence[str], last: str = "and") -> str:
+    """`a, b and c`."""
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} {last} {words[-1]}"
+
+
+def number_beside(value: float, width: float) -> str:
+    """A number with the digits that the width of its interval calls for, three at least."""
+    if not (math.isfinite(value) and width > 0 and abs(value) > width):
+        return number(value)
+    digits = min(2 + math.ceil(math.log10(abs(value) / width)), 9)
+    return number(value) if digits <= 3 else f"{value:.{digits}g}"
+
+
+def finite(value: Any) -> Any:
+    """Plain data with null for NaN and infinities, lists for tuples."""
+    if isinstance(value, float):  # first: most of what is asked is numbers
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, list | tuple):
+        return [finite(element) for element in value]
+    if isinstance(value, Mapping):
+        return {key: finite(element) for key, element in value.items()}
+    return value

@@ -1,0 +1,125 @@
+"""`blind-check`: the diagnosis scored on campaigns whose cause is withheld from it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from ..cli.common import crew_options, errors_as_one_line, json_option, write_json
+
+if TYPE_CHECKING:
+    from ...parallel.executor import Crew
+    from ...validation.report import Pool, Report
+
+
+@click.command("blind-check")
+@click.option("--cases", type=click.IntRange(1), help="Campaigns of each tier.")
+@click.option("--seed", type=click.IntRange(0), help="Of the cases. [the split's own]")
+@click.option("--tier", "tiers", multiple=True, metavar="NAME", help="Only this tier: repeat. [all]")
+@click.option("--kind", "kinds", multiple=True, metavar="NAME", help="Only this kind where kinds take turns: repeat.")
+@click.option(
+    "--split",
+    type=click.Choice(["development", "calibration", "sealed"]),
+    default="sealed",
+    show_default=True,
+    help="Which families, laws and seeds may be drawn.",
+)
+@click.option("--time-limit", type=click.FloatRange(1), default=900.0, show_default=True, help="Seconds of a case.")
+@crew_options("Processes.", jobs=2)
+@click.option("--folder", type=click.Path(file_okay=False, path_type=Path), help="Keep answers here, and go on.")
+@click.option(
+    "--pool",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="FOLDER",
+    help="No new check: one table over those kept here, of several nights or machines. Repeat.",
+)
+@click.option("--no-baselines", is_flag=True, help="Without the simpler ways of answering beside it.")
+@click.option("--no-shrinkage", is_flag=True, help="Only where and why, in two thirds of the time.")
+@json_option
+def blind_check(
+    cases: int | None,
+    seed: int | None,
+    tiers: tuple[str, ...],
+    kinds: tuple[str, ...],
+    split: str,
+    time_limit: float,
+    crew: Crew,
+    folder: Path | None,
+    pool: tuple[Path, ...],
+    no_baselines: bool,
+    no_shrinkage: bool,
+    json_to: str | None,
+) -> None:
+    """Record campaigns on the virtual bench whose effect is drawn and sealed, diagnose their folders, then score.
+
+    Salted hashes of the labels are published before the first diagnosis (in FOLDER, and in the JSON); the labels are
+    opened after the last.
+
+    \b
+    Example:
+        pyroshock blind-check --cases 20 --seed 7 --tier strong
+        pyroshock blind-check --cases 8 --tier realistic --split development
+        pyroshock blind-check --pool monday --pool tuesday
+    """
+    with errors_as_one_line():
+        if pool:
+            _tell(_pooled(pool), json_to)
+            return
+        if cases is None:
+            raise ValueError("--cases is missing; give it, or --pool FOLDER for checks that are finished")
+        from ...validation.blind_check import OPTIONS, run
+        from ...validation.case_plan import SEEDS
+        from ..common.progress import progress_bar
+
+        with progress_bar("blind check", "cases") as step:
+            report = run(
+                cases,
+                SEEDS[split] if seed is None else seed,
+                _known(tiers),
+                crew=crew,
+                folder=folder,
+                progress=step,
+                options=replace(OPTIONS, shrink=not no_shrinkage),
+                baselines=not no_baselines,
+                oracle=not no_shrinkage,
+                split=split,
+                kinds=kinds,
+                patience_s=time_limit,
+            )
+        _tell(report, json_to)
+
+
+def _tell(report: Report | Pool, json_to: str | None) -> None:
+    from ..common.number_format import finite
+
+    if json_to is not None:
+        write_json(finite(report.as_json()), json_to)
+    else:
+        click.echo(report.text())
+
+
+def _pooled(folders: tuple[Path, ...]) -> Pool:
+    """Of folders, or of the files with scored rows themselves."""
+    from ...validation.bench_figures import bench_tables
+    from ...validation.case_plan import BENCHES
+    from ...validation.report import SCORED, Pool, pooled
+    from ...validation.tally import kinds, tables
+
+    checks, rows = pooled([path if path.is_file() else path / SCORED for path in folders])
+    return Pool(tuple(checks), tables(rows), kinds(rows), bench_tables(rows, tuple(BENCHES)))
+
+
+def _known(tiers: tuple[str, ...]) -> tuple[str, ...]:
+    """Tiers by name, or by the name of several, every one where none is named. Raises `ValueError` for another one."""
+    from ...validation.case_plan import GROUPS, TIERS
+
+    named: list[str] = []
+    for tier in tiers:
+        if tier not in TIERS and tier not in GROUPS:
+            raise ValueError(f"--tier is {tier!r}; expected one of {', '.join([*TIERS, *GROUPS])}")
+        named += GROUPS.get(tier, (tier,))
+    return tuple(named) or tuple(TIERS)

@@ -1,0 +1,210 @@
+"""`diagnose`: where the gap between twin and bench lies, what causes it, how far it shrinks."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..cli.common import db_option, json_option, note, opened, opened_or_none, print_table, write_json
+from ..cli.completion import campaign_names, effect_ids
+
+if TYPE_CHECKING:
+    from ...diagnosis.verdict import Verdict
+    from ...schema.diagnoses import TwinVersion
+
+_STAGES = ("gun", "contact", "plate")
+
+
+@click.command()
+@click.argument("target", metavar="CAMPAIGN_OR_FOLDER", shell_complete=campaign_names)
+@click.option("--simulator", metavar="nominal|models:/NAME@VERSION", default=None, help="Of the contact. [nominal]")
+@click.option("--html", type=click.Path(dir_okay=False, path_type=Path), default=None, help="Write a page to FILE.")
+@click.option(
+    "--with",
+    "with_effects",
+    multiple=True,
+    metavar="EFFECT",
+    help="Consider these alone: repeat, or a,b.",
+    shell_complete=effect_ids,
+)
+@click.option(
+    "--without",
+    "without_effects",
+    multiple=True,
+    metavar="EFFECT",
+    help="Leave these out: repeat, or a,b.",
+    shell_complete=effect_ids,
+)
+@click.option(
+    "--adopt",
+    metavar="EFFECT|none",
+    default=None,
+    help="Predictions use it from now on; none: no longer.",
+    shell_complete=effect_ids,
+)
+@click.option("--tolerance", "tolerances", multiple=True, metavar="STAGE=SIZE", help="gun=1%, contact=3%, plate=0.5dB.")
+@click.option(
+    "--uncertain", multiple=True, metavar="NUMBER=SD", help="bullet_mass_kg=0.001, in SI; contact: shares. Repeat it."
+)
+@click.option("--modes", type=click.Path(path_type=Path), default=None, help="Modal table of the plate, CSV.")
+@click.option("--bench", type=click.Path(path_type=Path), default=None, help="The plate as a TOML file with [plate].")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed, the same answer.")
+@click.option("--list", "listed", is_flag=True, help="Diagnoses of the campaign that the store has.")
+@db_option
+@json_option
+def diagnose(
+    target: str, html: Path | None, adopt: str | None, listed: bool, db: str, json_to: str | None, **given: Any
+) -> None:
+    """Where the gap between measurement and twin lies, which effect causes it, and how far it shrinks with it.
+
+    A campaign of the store keeps its diagnosis. A folder is read into nothing that stays.
+
+    \b
+    Example:
+        pyroshock diagnose examples/first-shots --html gap.html
+        pyroshock diagnose spring --with gun.valve_flow,gun.blow_by
+        pyroshock diagnose spring --adopt gun.valve_flow
+    """
+    if listed:
+        _tell_past(target, db, json_to)
+        return
+    with opened_or_none(db, silent=True) as store:
+        from ..common.progress import progress_bar
+        from .service import diagnose_campaign
+
+        with progress_bar("diagnose", "steps") as step:
+            diagnosis = diagnose_campaign(store, db, target, step, adopt=adopt, **_read(given))
+        if html is not None:
+            from ..report.diagnosis import write_page
+
+            write_page(diagnosis.verdict, html)
+            note(f"written: {html}")
+        if diagnosis.version is not None and adopt is not None:
+            _tell_adopted(diagnosis.verdict, diagnosis.version, adopt)
+    if json_to is not None:
+        write_json(diagnosis.to_json(), json_to)
+    else:
+        _tell(diagnosis.verdict)
+
+
+def _tell_adopted(verdict: Verdict, row: TwinVersion, wanted: str) -> None:
+    if not row.configuration["effects"]:
+        stages = ", ".join(row.configuration["stages"])
+        note(f"nothing is adopted from version {row.version} on: predict and tune use the nominal {stages}")
+        return
+    if set(wanted.split("+")) not in [set(name.split("+")) for name in verdict.first.effects]:
+        note(f"{wanted} is not what the diagnosis says first: {' or '.join(verdict.first.effects)}")
+    note(f"adopted as version {row.version}: {row.reason}; predict and tune use it (--no-adopted: without)")
+
+
+def _tell_past(campaign: str, db: str, json_to: str | None) -> None:
+    from .diagnosing import past_diagnoses
+
+    with opened(db) as store, store.reading() as session:
+        rows = list(past_diagnoses(session, campaign))
+    if json_to is not None:
+        write_json(rows, json_to)
+    else:
+        print_table(rows, f"no diagnoses of {campaign}; make one: pyroshock diagnose {campaign}")
+
+
+def _tell(verdict: Verdict) -> None:
+    """The first sentences and what to do next, then effects, path and the rest of the report."""
+    from ..common.number_format import percent
+    from .diagnosing import restrictions_among
+    from .recommendations import next_experiment, recommendations
+    from .summary import summary
+    from .wording import cause_name, fitted_words, shrinkage_line, where_lines
+
+    click.echo(f"{verdict.campaign}: {' '.join((*restrictions_among(verdict.assumptions), summary(verdict)))}")
+    _tell_lines("What to do next", recommendations(verdict))
+    _tell_effects(verdict)
+    _tell_path(verdict)
+    click.echo("\nCauses")
+    for cause in verdict.causes:
+        numbers = ", ".join(fitted_words(parameter) for parameter in cause.parameters)
+        click.echo(f"  {percent(cause.probability):>7}  {cause_name(cause)}{': ' + numbers if numbers else ''}")
+    _tell_lines("Where the error lies", tuple(where_lines(verdict.where)))
+    _tell_lines("On configurations that the fit has not seen", tuple(map(shrinkage_line, verdict.shrinkage)))
+    _tell_lines("The next experiment", next_experiment(verdict))
+    _tell_lines("Assumptions", verdict.assumptions)
+
+
+def _tell_lines(title: str, lines: Sequence[str]) -> None:
+    if lines:
+        click.echo(f"\n{title}")
+        for line in lines:
+            click.echo(f"  {line}")
+
+
+def _tell_effects(verdict: Verdict) -> None:
+    from ..report.diagnosis import EFFECT_COLUMNS, effect_rows
+
+    if verdict.effects:
+        click.echo("\nEffects (share of the squared error; held out: taken away where it was not fitted)")
+        columns = [column for column in EFFECT_COLUMNS if column != "name"]
+        rows = [dict(zip(EFFECT_COLUMNS, row, strict=True)) for row in effect_rows(verdict)]
+        print_table([{column: row[column] for column in columns} for row in rows], "")
+
+
+def _tell_path(verdict: Verdict) -> None:
+    from ..common.number_format import number, percent
+
+    if not verdict.path:
+        return
+    click.echo("\nPath of the model error on configurations that the fit has not seen")
+    rows = [{"step": "nominal model", "error": number(verdict.gap.before), "gone": ""}]
+    rows += [
+        {"step": f"+ {step.added}", "error": number(step.after), "gone": percent(step.fraction)}
+        for step in verdict.path
+    ]
+    print_table([*rows, {"step": "measurement noise", "error": number(verdict.gap.noise_floor), "gone": ""}], "")
+
+
+def _read(given: dict[str, Any]) -> dict[str, Any]:
+    """The options as `DiagnosisRequest` takes them."""
+    tolerances = dict(_tolerance(text) for text in given.pop("tolerances"))
+    uncertain = dict(_uncertain(text) for text in given.pop("uncertain"))
+    effects = {name: _effect_ids(given.pop(name)) for name in ("with_effects", "without_effects")}
+    return {**given, **effects, "tolerances": tolerances, "uncertain": uncertain}
+
+
+def _effect_ids(words: Sequence[str]) -> tuple[str, ...]:
+    """Each id once, of options that are repeated and of lists with commas ("a+b", as reports name a set, is one)."""
+    return tuple(dict.fromkeys(part for word in words for part in re.split(r"[,+\s]+", word) if part))
+
+
+def _tolerance(text: str) -> tuple[str, float]:
+    stage, _, size = (part.strip() for part in text.partition("="))
+    unit = "dB" if stage == "plate" else "%"
+    try:
+        if stage not in _STAGES or not size.lower().endswith(unit.lower()):
+            raise ValueError
+        value = float(size[: -len(unit)])
+        if not 0 < value < 100:
+            raise ValueError
+    except ValueError as error:
+        raise ValueError(f"--tolerance is {text!r}; expected gun=1%, contact=3% or plate=0.5dB") from error
+    return stage, value if unit == "dB" else value / 100
+
+
+def _uncertain(text: str) -> tuple[str, float]:
+    from .diagnosing import full_name
+
+    name, _, size = (part.strip() for part in text.partition("="))
+    example = "expected NUMBER=SD, such as gun.friction_coefficient=0.05 or bullet_mass_kg=0.001"
+    try:
+        value = float(size)
+    except ValueError as error:
+        raise ValueError(f"--uncertain is {text!r}; {example}") from error
+    if not (0 < value < math.inf):
+        raise ValueError(f"--uncertain is {text!r}; {example}, and SD above 0")
+    try:
+        return full_name(name), value
+    except ValueError as error:
+        raise ValueError(f"--uncertain is {text!r}: {error}") from error

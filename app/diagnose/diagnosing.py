@@ -1,0 +1,339 @@
+"""A diagnosis for the command line: of a campaign in the store, which keeps it, or of a folder, which keeps nothing.
+
+Which effects a diagnosis considers when a user names some: `diagnose --with EFFECT` and `--without EFFECT`.
+
+Numbers of a bench that a user may declare uncertain, by their names.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from datetime import UTC, datetime
+from difflib import get_close_matches
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sqlalchemy import select
+
+from ...diagnosis.observables.contact.stage import UNCERTAIN
+from ...diagnosis.observables.gun.stage import READINGS
+from ...schema.campaigns import Campaign
+from ...schema.diagnoses import Diagnosis
+from ...schema.listings import get_campaign_id
+from ...twin.effects import catalogue
+from ...twin.gun.bench import GunBench
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session
+
+    from ...diagnosis.options import Options
+    from ...diagnosis.record import CampaignRecord
+    from ...diagnosis.verdict import Verdict
+    from ...schema.session import Store
+    from ...twin.contact_interface import ContactStage
+    from ..twins.benches import PlateDrawing
+
+
+Progress = Callable[[int, int, str], None]
+MODELS = "models:/"
+#: The registered model in use, whatever its kind.
+IN_USE = "contact-force"
+#: A plate without places is compared at its lowest modes alone, which lie below this on a bench.
+_DIAGNOSED_HZ = 5_000.0
+
+
+@dataclass(frozen=True)
+class DiagnosisRequest:
+    """What a user asks of a diagnosis. `tolerances` by stage, in the unit of its levels: shares for gun and contact,
+    dB for the plate; `uncertain` are standard deviations of nominal numbers, "gun.friction_coefficient", in SI;
+    `with_effects`: ids of the effects that alone are considered (none: all), `without_effects`: of those that are
+    not."""
+
+    target: str
+    simulator: str | None = None
+    tolerances: Mapping[str, float] = field(default_factory=dict)
+    uncertain: Mapping[str, float] = field(default_factory=dict)
+    modes: Path | None = None
+    bench: Path | None = None
+    seed: int = 0
+    with_effects: Sequence[str] = ()
+    without_effects: Sequence[str] = ()
+
+
+def is_stored(store: Store | None, target: str) -> bool:
+    """Whether `target` names a campaign of the store."""
+    if store is None:
+        return False
+    with store.reading() as session:
+        return session.scalar(select(Campaign.id).where(Campaign.name == target)) is not None
+
+
+def record_of(store: Store | None, db: str, asked: DiagnosisRequest) -> CampaignRecord:
+    """The campaign as it is diagnosed: the store's, else the folder's.
+
+    Raises `LookupError` for what is neither, and as the ingest does for a folder that it refuses.
+    """
+    from ...diagnosis.reading import read_campaign, read_folder
+
+    if store is not None and is_stored(store, asked.target):
+        with store.reading() as session:
+            record = read_campaign(session, asked.target)
+    elif Path(asked.target).is_dir():
+        record = read_folder(Path(asked.target))
+    else:
+        names = ", ".join(_campaigns(store)) or "none"
+        raise LookupError(f"no campaign and no folder {asked.target!r}; campaigns: {names} (pyroshock ingest FOLDER)")
+    if asked.modes is not None or asked.bench is not None:
+        return _with_own_plate(record, db, asked)
+    return _with_solved_plate(record, db)
+
+
+def _campaigns(store: Store | None) -> list[str]:
+    if store is None:
+        return []
+    with store.reading() as session:
+        return list(session.scalars(select(Campaign.name).order_by(Campaign.name)))
+
+
+def _with_own_plate(record: CampaignRecord, db: str, asked: DiagnosisRequest) -> CampaignRecord:
+    """With the modal table, or the solved drawing, that the user brings."""
+    from ..twins.benches import bench_of_file, shipped_bench, with_modes
+
+    bench = shipped_bench() if asked.bench is None else bench_of_file(asked.bench, shipped_bench())
+    bench = bench if asked.modes is None else with_modes(bench, asked.modes)
+    if bench.modes is not None:
+        return replace(record, plate=bench.modes)
+    from ..twins.building import MAX_MODE_HZ, plates_folder, solved
+
+    return replace(
+        record,
+        plate=solved(bench.drawing, record.materials[bench.plate_material.lower()], MAX_MODE_HZ, plates_folder(db)),
+        plate_points_known=_points_given(bench.drawing),
+        plate_model_material=bench.plate_material,
+    )
+
+
+def _points_given(drawing: PlateDrawing) -> bool:
+    """Whether somebody said where the plate is hit and where its sensors stand."""
+    from ..twins.benches import PlateDrawing
+
+    assumed = PlateDrawing.of(drawing.outline_m, drawing.source)
+    return drawing.impact_points != assumed.impact_points and drawing.sensors != assumed.sensors
+
+
+def _with_solved_plate(record: CampaignRecord, db: str) -> CampaignRecord:
+    """With the plate of the campaign's own outline, where it has no modal table and accelerations to compare."""
+    drawn = bool(record.plate_outline_m) and any(run.accelerations for run in record.runs)
+    material = _struck_material(record)
+    if record.plate is not None or not drawn or material is None:
+        return record
+    from ..twins.benches import PlateDrawing
+    from ..twins.building import plates_folder, solved
+
+    drawing = PlateDrawing.of(record.plate_outline_m, f"campaign {record.name}", record.plate_thickness_m)
+    plate = solved(drawing, record.materials[material], _DIAGNOSED_HZ, plates_folder(db))
+    return replace(record, plate=plate, plate_points_known=False, plate_model_material=material)
+
+
+def _struck_material(record: CampaignRecord) -> str | None:
+    """The plate's material in `[bench.plate]` where any run strikes it, else that of most configurations."""
+    struck = [name for item in record.configurations if (name := record.plate_material_of(item)) is not None]
+    if not struck or record.plate_material in struck:
+        return record.plate_material
+    return Counter(struck).most_common(1)[0][0]
+
+
+def simulator_of(store: Store | None, db: str, kind: str, text: str | None) -> ContactStage | None:
+    """The registered model that `--simulator` names, as a contact stage; None for the nominal stages.
+
+    Raises `LookupError`, `ValueError` for what there is not.
+    """
+    if text in (None, "nominal"):
+        return None
+    assert text is not None
+    if not text.startswith(MODELS):
+        raise ValueError(f"--simulator is {text!r}; expected nominal, or {MODELS}NAME@VERSION of a registered model")
+    from ..twins.building import registered_contact
+
+    name = text.removeprefix(MODELS)
+    in_use = kind if name.partition("@")[0] == IN_USE else None
+    if store is None:
+        return registered_contact(None, db, name, in_use)
+    with store.reading() as session:
+        return registered_contact(session, db, name, in_use)
+
+
+def diagnosed(store: Store | None, db: str, asked: DiagnosisRequest, progress: Progress | None = None) -> Verdict:
+    """The diagnosis. Raises `ValueError` and `LookupError` for what cannot be diagnosed, in one line: also for an
+    effect of `with_effects` and `without_effects` that there is not, or that the campaign cannot show."""
+    from ...diagnosis.diagnose import Options, diagnose
+    from .plot_builder import pictures_of
+
+    record = record_of(store, db, asked)
+    options = Options(
+        seed=asked.seed,
+        tolerances=asked.tolerances,
+        uncertain={full_name(name): deviation for name, deviation in asked.uncertain.items()},
+        contact=simulator_of(store, db, record.kind, asked.simulator),
+    )
+    verdict = diagnose(record, options=_restricted(record, options, asked), progress=progress, draw=pictures_of)
+    sentences = restriction_sentences(asked.with_effects, asked.without_effects)
+    return replace(verdict, assumptions=(*sentences, *verdict.assumptions))
+
+
+def _restricted(record: CampaignRecord, options: Options, asked: DiagnosisRequest) -> Options:
+    """The options with the effects that the user names. Whatever method diagnoses sees the effects that are left."""
+    if not (asked.with_effects or asked.without_effects):
+        return options
+    from ...diagnosis.chain import stages_of
+    from ...twin.effects import catalogue
+
+    stages, _ = stages_of(record, options)
+    detectable = [name for name in catalogue() if any(name in stage.shows for stage in stages)]
+    effects = considered_effects(record.name, detectable, asked.with_effects, asked.without_effects)
+    return replace(options, catalogue=effects, without=tuple(asked.without_effects))
+
+
+def keep(store: Store, verdict: Verdict, asked: DiagnosisRequest | None = None) -> int:
+    """Store a diagnosis with its campaign, and what its page draws; its key.
+
+    What was `asked` is kept beside it, so that a what-if diagnosis asks the same; paths of this machine are not.
+    """
+    from .stored import verdict_to_json
+
+    report, details = verdict_to_json(verdict)
+    if asked is not None:
+        details["options"] = _options_json(asked)
+
+    def add(session: Session) -> int:
+        row = Diagnosis(
+            campaign_id=get_campaign_id(session, verdict.campaign),
+            simulator=verdict.simulator,
+            diagnosed_at=datetime.now(UTC),
+            report=report,
+            details=details,
+        )
+        session.add(row)
+        session.flush()
+        return row.id
+
+    return store.write(add)
+
+
+def _options_json(asked: DiagnosisRequest) -> dict[str, Any]:
+    return {
+        "simulator": asked.simulator,
+        "tolerances": dict(asked.tolerances),
+        "uncertain": dict(asked.uncertain),
+        "seed": asked.seed,
+        "with_effects": list(asked.with_effects),
+        "without_effects": list(asked.without_effects),
+    }
+
+
+def report_json(verdict: Verdict) -> dict[str, Any]:
+    """The report as scripts read it; a number that JSON has not (NaN) is null."""
+    from .stored import verdict_to_json
+
+    return verdict_to_json(verdict)[0]
+
+
+def past_diagnoses(session: Session, campaign: str) -> Iterator[dict[str, Any]]:
+    """Those of a campaign, the newest first. Raises `LookupError` for an unknown campaign."""
+    from .stored import list_diagnoses
+
+    left_out = ("campaign", "complete")
+    for row in list_diagnoses(session, campaign, limit=None):
+        yield {key: value for key, value in row.items() if key not in left_out}
+
+
+def last_report(session: Session, campaign: str) -> dict[str, Any] | None:
+    """The newest diagnosis of a campaign that considered all effects; None where there is none.
+
+    A what-if diagnosis (`--with`, `--without`) answers another question. Raises `LookupError` for an unknown campaign.
+    """
+
+    reports = (row.report for row in _rows(session, campaign))
+    return next((report for report in reports if not restrictions_among(report["assumptions"])), None)
+
+
+def _rows(session: Session, campaign: str) -> Iterator[Diagnosis]:
+    key = get_campaign_id(session, campaign)
+    query = select(Diagnosis).where(Diagnosis.campaign_id == key).order_by(Diagnosis.id.desc())
+    yield from session.scalars(query)
+
+
+_ONLY, _WITHOUT = "The diagnosis considers only", "The diagnosis does not consider"
+
+
+def considered_effects(
+    campaign: str, detectable: Sequence[str], only: Sequence[str] = (), without: Sequence[str] = ()
+) -> tuple[str, ...]:
+    """The effects of `detectable` that are left when a diagnosis is restricted to `only` (empty: to none), less those
+    of `without`, in the order of `detectable`: the ids that the campaign's channels can show.
+
+    Raises `LookupError` for an id that is not in the catalogue, `ValueError` for one that the campaign cannot show,
+    and where no effect is left; each names what there is.
+    """
+    check_effects(only, without)
+    for option, names in (("--with", only), ("--without", without)):
+        if hidden := [name for name in names if name not in detectable]:
+            raise ValueError(
+                f"{option} {hidden[0]}: the channels of {campaign} cannot show this effect; they can show "
+                f"{_list(detectable)}"
+            )
+    effects = tuple(name for name in detectable if (not only or name in only) and name not in without)
+    if not effects:
+        raise ValueError(
+            f"--with and --without leave no effect to consider for {campaign}; its channels can show "
+            f"{_list(detectable)}"
+        )
+    return effects
+
+
+def check_effects(only: Sequence[str] = (), without: Sequence[str] = ()) -> None:
+    """Raises `LookupError` for an id that is not in the catalogue, with those that are."""
+    for option, names in (("--with", only), ("--without", without)):
+        if unknown := [name for name in names if name not in catalogue()]:
+            raise LookupError(f"{option} {unknown[0]!r}: the catalogue has no such effect; it has {_list(catalogue())}")
+
+
+def restriction_sentences(only: Sequence[str] = (), without: Sequence[str] = ()) -> tuple[str, ...]:
+    """What a report says under its assumptions of a restriction; nothing where there is none."""
+    sentences = []
+    if only:
+        sentences.append(f"{_ONLY} {_list(dict.fromkeys(only))} (--with), and no other effect.")
+    if without:
+        sentences.append(f"{_WITHOUT} {_list(dict.fromkeys(without))} (--without).")
+    return tuple(sentences)
+
+
+def restrictions_among(assumptions: Sequence[str]) -> tuple[str, ...]:
+    """Those sentences of a report's assumptions that say which effects were not considered."""
+    return tuple(sentence for sentence in assumptions if sentence.startswith((_ONLY, _WITHOUT)))
+
+
+def _list(names: Iterable[str]) -> str:
+    return ", ".join(names) or "no effect"
+
+
+def uncertain_numbers() -> dict[str, tuple[str, ...]]:
+    """By stage: settings of the gun with the readings of a shot, and quantities of the nominal impact."""
+    return {"gun": (*(item.name for item in fields(GunBench)), *READINGS), "contact": UNCERTAIN}
+
+
+def full_name(name: str) -> str:
+    """`gun.bullet_mass_kg` for that, and for `bullet_mass_kg`: no two stages have a number of the same name.
+
+    Raises `ValueError` for a name that no stage has, with the nearest one, or all.
+    """
+    numbers = {number: f"{stage}.{number}" for stage, names in uncertain_numbers().items() for number in names}
+    bare = name.rpartition(".")[2]
+    if bare in numbers and name in (bare, numbers[bare]):
+        return numbers[bare]
+    near = get_close_matches(bare, numbers, 1, 0.5)
+    if near:
+        raise ValueError(f"no number {name!r}; the nearest is {numbers[near[0]]}")
+    raise ValueError(f"no number {name!r}; there are {', '.join(numbers.values())}")

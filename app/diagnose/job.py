@@ -1,0 +1,44 @@
+"""A diagnosis of a campaign of the store: kept in the transaction that ends the job, for it has no natural key."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from ..jobs.kind import Ending, Kind, Result, RunningJob
+
+
+@dataclass(frozen=True)
+class DiagnoseArguments:
+    """As `diagnosing.DiagnosisRequest`, of what any worker can read."""
+
+    target: str
+    simulator: str | None = None
+    tolerances: Mapping[str, float] = field(default_factory=dict)
+    uncertain: Mapping[str, float] = field(default_factory=dict)
+    seed: int = 0
+    with_effects: Sequence[str] = ()
+    without_effects: Sequence[str] = ()
+
+
+def _do(work: RunningJob, asked: DiagnoseArguments) -> Ending:
+    from ..train.training import models_extra
+    from .diagnosing import DiagnosisRequest, diagnosed, is_stored, keep, report_json
+    from .summary import summary
+
+    if not is_stored(work.store, asked.target):  # a folder's path is nobody's to name from afar
+        raise LookupError(f"no campaign {asked.target!r} in the store; ingest it first")
+    with models_extra():
+        question = DiagnosisRequest(**vars(asked))
+        verdict = diagnosed(work.store, work.db, question, work.step)
+
+    def ending() -> Result:
+        key = keep(work.store, verdict, question)
+        return Result(
+            f"/diagnoses/{key}", f"{verdict.campaign}: {summary(verdict)}", {"id": key, **report_json(verdict)}
+        )
+
+    return ending
+
+
+DIAGNOSE = Kind("diagnose", DiagnoseArguments, _do)

@@ -1,0 +1,175 @@
+"""A diagnosis in plain words: how large the model error is, where it arises, what causes it, what remains.
+
+Functions of a verdict alone. A verdict without shares of effects (an older one) is described by its causes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from ...diagnosis.verdict import NONE, UNKNOWN, Cause, EffectShare, Verdict
+from ..common.number_format import join_words, percent, percent_range, percent_with_range, times
+from .wording import STAGE_NAMES, effect_subject, single_effects
+
+#: A stage with this share of the error is where most of it arises; from _WHOLE on, all of it.
+MOST, _WHOLE = 0.5, 0.995
+#: From this probability on a cause is said to be the probable one; below, the likeliest of several.
+_PROBABLE = 0.5
+#: Shares below this are not worth words.
+WORTH_SAYING = 0.005
+#: So many effects are named under `unknown`, and of those that the data cannot tell apart.
+NEAREST = 3
+
+
+def summary(verdict: Verdict) -> str:
+    """The diagnosis in two to four sentences: size and stage of the model error, its causes, what remains."""
+    return " ".join(filter(None, _sentences(verdict)))
+
+
+def is_agreement(verdict: Verdict) -> bool:
+    """Whether the likeliest answer is that model and measurement agree."""
+    return verdict.first.effects == (NONE,)
+
+
+def is_unknown(verdict: Verdict) -> bool:
+    """Whether the likeliest answer is that no effect of the catalogue explains the error."""
+    return verdict.first.effects == (UNKNOWN,)
+
+
+def _sentences(verdict: Verdict) -> Iterator[str]:
+    yield _size_and_stage(verdict)
+    if is_agreement(verdict):
+        yield f"No effect is needed to explain it ({percent(verdict.first.probability)})."
+    elif is_unknown(verdict):
+        yield _unknown(verdict)
+        yield _shares(verdict)
+    else:
+        yield _shares(verdict) or _by_cause(verdict.first)
+        fraction = held_out_fraction(verdict)
+        if fraction is not None:
+            part = percent(fraction) if fraction >= WORTH_SAYING else "none"
+            yield f"On configurations that the fit has not seen, {part} of the error above the noise disappears."
+
+
+def _size_and_stage(verdict: Verdict) -> str:
+    gap = verdict.gap
+    sizes = [
+        f"{times(gap.before / scale)} times the {name}"
+        for scale, name in ((gap.tolerance, "tolerance"), (gap.noise_floor, "measurement noise"))
+        if scale > 0 and math.isfinite(gap.before / scale)
+    ]
+    size = f"the model error is {' and '.join(sizes) or 'of unknown size'}"
+    if is_agreement(verdict):
+        return f"Model and measurement agree: {size}."
+    within = "" if gap.beyond_noise else ", which is within tolerance and noise together"
+    return f"{_capitalise(size)}{within}{_stages(verdict)}."
+
+
+def _capitalise(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}"
+
+
+def _stages(verdict: Verdict) -> str:
+    stages = sorted(verdict.where.stage, key=lambda stage: -stage.share)
+    if not stages:
+        return ""
+    largest = stage_name(stages[0].name)
+    if stages[0].share >= _WHOLE or len(stages) == 1:
+        return f"; it arises in {largest}"
+    if stages[0].share >= MOST:
+        return f"; most of it arises in {largest} ({percent(stages[0].share)})"
+    places = [f"{stage_name(stage.name)} ({percent(stage.share)})" for stage in stages if stage.share >= WORTH_SAYING]
+    return f"; it arises in {join_words(places)}"
+
+
+def stage_name(name: str) -> str:
+    return STAGE_NAMES.get(name, f"the stage {name}")
+
+
+def _shares(verdict: Verdict) -> str:
+    """Which effects cause how much, and what remains; "" where no effect is named."""
+    groups = named_groups(verdict)
+    if not groups:
+        return ""
+    parts: list[str] = []
+    for group in groups:
+        share = percent(sum(effect.share for effect in group))
+        if not parts:
+            share = f"{'causes' if len(group) == 1 else 'together cause'} {share} of it"
+        interval = f" ({percent_range(*group[0].ci90)})" if len(group) == 1 else ""  # those of several do not add
+        parts.append(f"{_group_subject(group)} {share}{interval}")
+    members = {effect.effect for group in groups for effect in group}
+    rest = sum(effect.share for effect in verdict.effects if effect.effect not in members)
+    ends = []
+    if rest >= 2 * WORTH_SAYING:
+        ends.append(f"effects that the data do not establish account for {percent(rest)}")
+    if verdict.unexplained is not None:
+        unexplained = percent_with_range(verdict.unexplained.share, verdict.unexplained.ci90)
+        ends.append(f"{unexplained} remains unexplained")
+    return _capitalise("; ".join(filter(None, (join_words(parts), join_words(ends))))) + "."
+
+
+def named_groups(verdict: Verdict) -> list[tuple[EffectShare, ...]]:
+    """The effects that are called causes, by falling share, each with those of its credible set: of these at least one
+    acts, but the data cannot say which."""
+    groups: list[tuple[EffectShare, ...]] = []
+    for effect in verdict.effects:
+        if effect.named and not any(effect in group for group in groups):
+            number = effect.credible_set
+            others = [item for item in verdict.effects if item.credible_set == number and item != effect]
+            groups.append((effect, *others) if number is not None else (effect,))
+    return sorted(groups, key=lambda group: -sum(effect.share for effect in group))
+
+
+def _group_subject(group: Sequence[EffectShare]) -> str:
+    names = [effect_subject(effect.effect) for effect in group]
+    if len(names) > NEAREST:
+        names = [*names[:NEAREST], f"{len(names) - NEAREST} more"]
+    return names[0] if len(names) == 1 else f"{join_words(names, 'or')} (the data cannot say which)"
+
+
+def _by_cause(cause: Cause) -> str:
+    """Of a verdict without shares."""
+    probability = percent(cause.probability)
+    if len(cause.effects) > 1:
+        subjects = join_words([set_subject(name, "with") for name in cause.effects], "or")
+        start = "Most probably it" if cause.probability >= _PROBABLE else "The likeliest cause"
+        return f"{start} is {subjects}; these runs cannot tell which (together {probability})."
+    subject = set_subject(cause.effects[0])
+    if cause.probability < _PROBABLE:
+        return f"No cause stands out; the likeliest is {subject} ({probability})."
+    verb = "cause it together" if "+" in cause.effects[0] else "causes it"
+    return f"Most probably {subject} {verb} ({probability})."
+
+
+def set_subject(name: str, last: str = "and") -> str:
+    """An effect or a set of effects ("a+b") as a sentence names it."""
+    return join_words([effect_subject(part) for part in name.split("+")], last)
+
+
+def _unknown(verdict: Verdict) -> str:
+    probability = f"(unknown: {percent(verdict.first.probability)})"
+    if named_groups(verdict):
+        return f"The effects of the catalogue explain only a part of it {probability}."
+    rest = ""
+    if verdict.unexplained is not None:
+        unexplained = percent_with_range(verdict.unexplained.share, verdict.unexplained.ci90)
+        rest = f": {unexplained} of it remains unexplained"
+        rest += "".join(f"; {effect_subject(effect.effect)} comes nearest" for effect in nearest_effects(verdict)[:1])
+    return f"No effect of the catalogue explains it {probability}{rest}."
+
+
+def held_out_fraction(verdict: Verdict) -> float | None:
+    """The part of the reducible error that disappears on configurations that the fit has not seen; None: not known."""
+    if verdict.path:
+        return verdict.path[-1].fraction
+    first = set(single_effects(verdict.first.effects))
+    entries = [entry for entry in verdict.shrinkage if first.intersection(single_effects(entry.effects))]
+    return next((entry.fraction for entry in entries if entry.fraction is not None), None)
+
+
+def nearest_effects(verdict: Verdict) -> tuple[EffectShare, ...]:
+    """Up to three effects that take most away on configurations that they were not fitted to, the largest first."""
+    helpful = [effect for effect in verdict.effects if effect.held_out_gain >= WORTH_SAYING]
+    return tuple(sorted(helpful, key=lambda effect: -effect.held_out_gain)[:NEAREST])

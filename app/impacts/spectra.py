@@ -1,0 +1,248 @@
+"""Shock response spectra of any recording alone: from a file to spectrum, moments, findings and comparison.
+
+The acceleration in any recording alone: which channel, and in which unit. Nothing is guessed.
+
+Lines of a spectrum as text.
+
+An uploaded specification as the target of a tune or a spectrum, read as `--target` reads a file.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...array_types import Floats
+from ...ingest.channel_mistakes import refuse_no_reading
+from ...ingest.parallel import Isolation, map_ahead
+from ...ingest.readers import ChannelInfo, OpenRecording, ReadingOptions, RecordingError, may_crash, open_recording
+from ...ingest.readers.contents import is_unit
+from ...signals.channel import Channel, Sensor
+from ...signals.checks import Finding, run_checks, run_spectrum_checks
+from ...signals.checks.recording import judge_together
+from ...signals.srs.grid import octave_grid
+from ...signals.srs.moments import Moments, temporal_moments
+from ...signals.srs.spectrum import Spectrum, shock_response_spectrum
+from ...signals.units import UnitError, to_si
+from ...twin.srs.target import SpectrumComparison, Target, compare, parse_tolerance
+from ...twin.srs.target_csv import target_of_csv
+
+if TYPE_CHECKING:
+    from ...twin.srs.target import Target
+
+
+#: Of a file that crashes no library and takes no processor time: a network drive that hangs.
+PATIENCE_S = 120.0
+
+#: `accel_g`, `A1x_m_s2`: names that carry their unit as ours do.
+_UNIT_IN_NAME = re.compile(r"a(?:cc\w*)?\d*[xyz]?_(g|m_s2|mm_s2)", re.IGNORECASE)
+_ACCELERATION_NAME = re.compile(r"acc|a\d*[xyz]?(?:_|$)", re.IGNORECASE)
+
+
+@dataclass(frozen=True, eq=False)
+class Acceleration:
+    """One channel of a file, in m/s2, (n,)."""
+
+    channel: str
+    values_m_s2: Floats
+    sampling_rate_hz: float
+    start_s: float
+
+    @property
+    def duration_s(self) -> float:
+        """Of as many sampling steps as there are samples."""
+        return self.values_m_s2.size / self.sampling_rate_hz
+
+
+def read_acceleration(
+    path: Path, channel: str | None = None, unit: str | None = None, rate_hz: float | None = None
+) -> Acceleration:
+    """The channel, or the only one that can be an acceleration, in SI.
+
+    Unit and sampling rate are the file's; `unit` and `rate_hz` stand in where the file tells none. Raises
+    `RecordingError` or `UnitError` with what is there and what to give. A file that may crash its library is read in a
+    process of its own.
+    """
+    if not path.is_file() or not may_crash(path):
+        return _read(path, channel, unit, rate_hz)
+    isolation: Isolation[Path, Acceleration] = Isolation(_lost, lambda _: PATIENCE_S, always=True)
+    ((_, reading),) = map_ahead(partial(_read, channel=channel, unit=unit, rate_hz=rate_hz), [path], 1, isolation)
+    return reading
+
+
+def _lost(path: Path) -> Acceleration:
+    raise RecordingError(f"{path.name}: the library that reads it was crashed by it, or did not end; it is damaged")
+
+
+def _read(path: Path, channel: str | None, unit: str | None, rate_hz: float | None) -> Acceleration:
+    with open_recording(path, ReadingOptions(sampling_rate_hz=rate_hz)) as recording:
+        info = recording.info(channel) if channel is not None else _only_acceleration(path, recording)
+        gain, offset = to_si(_unit(path, info, unit), "acceleration")
+        samples = recording.read(info.name)
+        refuse_no_reading(path.name, info.name, samples)
+        values = gain * samples.astype(np.float64) + offset
+    return Acceleration(info.name, values, info.sampling_rate_hz, info.start_s)
+
+
+def _said_unit(info: ChannelInfo) -> str | None:
+    """What file or name tell; None where they tell nothing that is a unit."""
+    if info.unit is not None and is_unit(info.unit):
+        return info.unit
+    match = _UNIT_IN_NAME.fullmatch(info.name)
+    return None if info.unit is not None or match is None else match.group(1).lower().replace("_", "/")
+
+
+def _is_acceleration(info: ChannelInfo, alone: bool) -> bool:
+    unit_text = _said_unit(info)
+    if unit_text is None:
+        return alone or _ACCELERATION_NAME.match(info.name) is not None
+    try:
+        to_si(unit_text, "acceleration")
+    except UnitError:
+        return False
+    return True
+
+
+def _only_acceleration(path: Path, recording: OpenRecording) -> ChannelInfo:
+    channels = recording.channels
+    accelerations = [info for info in channels if _is_acceleration(info, alone=len(channels) == 1)]
+    if len(accelerations) == 1:
+        return accelerations[0]
+    there = ", ".join(f"{info.name} [{info.unit or 'no unit'}]" for info in accelerations or channels)
+    what = (
+        f"{len(accelerations)} channels can be accelerations"
+        if accelerations
+        else "no channel is known to be an acceleration"
+    )
+    raise RecordingError(f"{path.name}: {what}; choose one by --channel: {there}")
+
+
+def _unit(path: Path, info: ChannelInfo, given: str | None) -> str:
+    """The unit to read the channel in. The file's word and `--unit` must agree: one of them would be wrong."""
+    unit_text = _said_unit(info)
+    if unit_text is None:
+        if given is None:
+            also = f" but {info.unit!r}" if info.unit else ""
+            raise UnitError(f"{path.name}: {info.name!r} tells no unit{also}; give it, such as --unit g or --unit m/s2")
+        return given
+    try:
+        factors = to_si(unit_text, "acceleration")
+    except UnitError as error:
+        raise UnitError(f"{path.name}: {info.name!r} is in {unit_text!r}, which is no acceleration") from error
+    if given is not None and not np.allclose(to_si(given, "acceleration"), factors, rtol=1e-6, atol=0):
+        raise UnitError(f"{path.name}: {info.name!r} is in {unit_text!r} by the file, in {given!r} by --unit")
+    return unit_text
+
+
+#: Samples per cycle of a line of a resampled record: they hide 0.5 % of a peak at most.
+RESAMPLED_TO = 40.0
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredSpectrum:
+    """All that a recording alone tells; `comparison` where there is a target."""
+
+    acceleration: Acceleration
+    spectrum: Spectrum
+    moments: Moments
+    findings: tuple[Finding, ...]
+    comparison: SpectrumComparison | None
+
+
+def measure(
+    acceleration: Acceleration,
+    frequency_hz: Floats | None,
+    damping_ratio: float,
+    *,
+    target: Target | None = None,
+    resample: bool = False,
+    range_m_s2: float | None = None,
+) -> MeasuredSpectrum:
+    """Spectrum, moments, checks, comparison. Lines that are not given are the target's, else the record's own grid."""
+    sensor = Sensor(acceleration.channel, "acceleration", "m/s2", range=range_m_s2)
+    channel = Channel(sensor, acceleration.values_m_s2, acceleration.sampling_rate_hz, acceleration.start_s)
+    if frequency_hz is None and target is not None:
+        frequency_hz = target.lines()
+    spectrum = shock_response_spectrum(
+        channel.si,
+        channel.sampling_rate_hz,
+        frequency_hz,
+        damping_ratio=damping_ratio,
+        resample=RESAMPLED_TO if resample else None,
+    )
+    return MeasuredSpectrum(
+        acceleration,
+        spectrum,
+        temporal_moments(channel.si, channel.sampling_rate_hz, acceleration.start_s),
+        tuple(judge_together([channel], run_checks(channel, ()) + run_spectrum_checks(channel, spectrum))),
+        None if target is None else compare(spectrum.maximax, spectrum.frequency_hz, target),
+    )
+
+
+def parse_lines(text: str, name: str) -> NDArray[np.float64]:
+    """`100,200,500` or `100:10000:6` (low:high:lines per octave, 6 by default), in Hz.
+
+    Raises `ValueError` that says `name`, the argument or option.
+    """
+    try:
+        if ":" in text:
+            low, high, *per_octave = text.split(":")
+            return octave_grid(float(low), float(high), *(int(number) for number in per_octave))
+        lines = np.asarray([float(number) for number in text.split(",")])
+    except (ValueError, TypeError) as error:
+        reason = f" ({error})" if "expected" in str(error) else ""
+        raise ValueError(
+            f"{name} is {text!r}{reason}; expected Hz as 100,200,500 or low:high:per_octave as 100:10000:6"
+        ) from error
+    return checked_lines(lines, name)
+
+
+def checked_lines(lines: ArrayLike, name: str) -> NDArray[np.float64]:
+    """The lines in Hz, rising, each once. Raises `ValueError` that says `name` for what is not positive."""
+    values = np.asarray(lines, dtype=np.float64)
+    if values.ndim != 1 or not np.all(np.isfinite(values) & (values > 0)):
+        raise ValueError(f"{name} is {values.tolist()}; expected positive numbers, in Hz")
+    return np.unique(values)
+
+
+#: A specification has tens of break points; a measured spectrum as one has a few hundred lines.
+MOST_BYTES, MOST_POINTS = 262_144, 2_000
+#: Beyond these no oscillator of a bench lies, and sums over octaves have no end.
+LOWEST_HZ, HIGHEST_HZ = 1e-2, 1e6
+_LONGEST_NAME = 80
+
+
+def target_from_upload(content: bytes | str, name: str, tolerance: str | None = None) -> Target:
+    """The target in a CSV's content; `name` is what errors call it, `tolerance` such as 6dB goes before the file's.
+
+    Raises `ValueError` naming file, line and value of what is wrong, and for content that is too large: more than
+    `MOST_BYTES` or `MOST_POINTS`, or a frequency that is none of a bench.
+    """
+    source = source_name(name)
+    raw = content.encode("utf-8", "replace") if isinstance(content, str) else content
+    if len(raw) > MOST_BYTES:
+        raise ValueError(f"{source}: {len(raw)} bytes; expected a specification of at most {MOST_BYTES}")
+    wanted = parse_tolerance(tolerance) if tolerance else None
+    try:
+        target = target_of_csv(raw, source, wanted)
+    except csv.Error as error:
+        raise ValueError(f"{source}: no CSV table ({error}); expected a header such as frequency_hz,level_g") from error
+    if target.frequency_hz.size > MOST_POINTS:
+        raise ValueError(f"{source}: {target.frequency_hz.size} points; expected at most {MOST_POINTS}")
+    for hz in (float(target.frequency_hz[0]), float(target.frequency_hz[-1])):
+        if not LOWEST_HZ <= hz <= HIGHEST_HZ:
+            raise ValueError(f"{source}: frequency_hz is {hz:g}; expected {LOWEST_HZ:g} to {HIGHEST_HZ:g} Hz")
+    return target
+
+
+def source_name(name: str) -> str:
+    """The last part of an upload's name, on one line and short: it stands in errors, and nowhere in a path."""
+    last = PurePath(name.replace("\\", "/")).name
+    return "".join(sign for sign in last if sign.isprintable())[:_LONGEST_NAME] or "specification"

@@ -1,0 +1,148 @@
+"""`srs`: the shock response spectrum of any recording alone, without a store."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..cli.common import errors_as_one_line, format_cell, json_option, note, print_table, write_json
+
+if TYPE_CHECKING:
+    from ...twin.srs.target import Target
+    from .spectra import MeasuredSpectrum
+
+_FILE = click.Path(dir_okay=False, path_type=Path)
+_RATIO = click.FloatRange(0, 1, min_open=True, max_open=True)
+
+
+@click.command()
+@click.argument("file", type=_FILE)
+@click.option("--channel", metavar="NAME", help="[the only acceleration]")
+@click.option("--unit", metavar="UNIT", help="Where the file tells none: g, m/s2, ...")
+@click.option("--rate", metavar="HZ", help="Where the file has neither rate nor time: 51200, 51.2kHz.")
+@click.option("--frequencies", metavar="LINES", help="Hz: 100,200,500 or low:high:per_octave. [6 per octave]")
+@click.option("--q", type=click.FloatRange(0.5, min_open=True), help="[10]")
+@click.option("--damping", type=_RATIO, help="Damping ratio in place of Q: 0.05.")
+@click.option("--target", type=_FILE, metavar="SPEC.csv", help="Columns frequency_hz and level_g or level_m_s2.")
+@click.option("--tolerance", metavar="BAND", help="6dB, +9/-6dB or nasa-std-7003. [the target's own, else the last]")
+@click.option("--resample", is_flag=True, help="Band-limited, so that no peak is missed between samples.")
+@click.option("--range", "full_scale", metavar="VALUE", help="The sensor's full scale, such as 5000g, for clipping.")
+@click.option("--plot", type=_FILE, help="Draw spectrum and record into FILE (.png, .svg, .pdf).")
+@click.option("--out", type=_FILE, metavar="FILE.csv", help="Write the spectrum; it can be a target.")
+@click.option("--db", hidden=True, expose_value=False, help="Taken like everywhere; nothing is looked up in it.")
+@json_option
+def srs(
+    file: Path,
+    channel: str | None,
+    unit: str | None,
+    rate: str | None,
+    frequencies: str | None,
+    q: float | None,
+    damping: float | None,
+    target: Path | None,
+    tolerance: str | None,
+    resample: bool,
+    full_scale: str | None,
+    plot: Path | None,
+    out: Path | None,
+    json_to: str | None,
+) -> None:
+    """Shock response spectrum of FILE (.mat .csv .txt .parquet .tdms .uff .lvm .h5 .npz .npy .wav), checks and moments.
+
+    Ends with exit code 1 where a line lies outside of the target's tolerance.
+
+    \b
+    Example:
+        pyroshock srs shot.csv --target spec.csv --tolerance 6dB --plot shot.png
+    """
+    with errors_as_one_line():
+        from .spectra import measure, parse_lines, read_acceleration
+        from .spectrum_tables import as_json, write_spectrum
+
+        specified = _target(target, tolerance)
+        measured = measure(
+            read_acceleration(file, channel, unit, _rate_hz(rate)),
+            None if frequencies is None else parse_lines(frequencies, "--frequencies"),
+            _damping_ratio(q, damping),
+            target=specified,
+            resample=resample,
+            range_m_s2=_full_scale(full_scale),
+        )
+        _tell_coverage(measured, specified)
+        if out is not None:
+            write_spectrum(measured, out)
+            note(f"spectrum: {out}")
+        if plot is not None:
+            from .spectrum_tables import plot_spectrum
+
+            plot_spectrum(measured, plot)
+            note(f"plot: {plot}")
+        if json_to is not None:
+            write_json(as_json(measured), json_to)
+        else:
+            _print(measured)
+    if measured.comparison is not None and not measured.comparison.within:
+        raise click.exceptions.Exit(1)
+
+
+def _damping_ratio(q: float | None, damping: float | None) -> float:
+    if q is not None and damping is not None:
+        raise ValueError("--q and --damping say the same thing; expected one of them")
+    return damping if damping is not None else 1 / (2 * (q or 10.0))
+
+
+def _target(path: Path | None, tolerance: str | None) -> Target | None:
+    from ...twin.srs.target import parse_tolerance
+    from ...twin.srs.target_csv import read_target
+
+    if path is None:
+        if tolerance is not None:
+            raise ValueError("--tolerance goes with --target SPEC.csv")
+        return None
+    return read_target(path, None if tolerance is None else parse_tolerance(tolerance))
+
+
+def _tell_coverage(measured: MeasuredSpectrum, target: Target | None) -> None:
+    """A verdict on half of a specification says so."""
+    if measured.comparison is None or target is None:
+        return
+    lines, own = measured.comparison.frequency_hz, target.frequency_hz
+    if lines.min() > own[0] * 1.13 or lines.max() < own[-1] / 1.13:  # a sixth of an octave
+        note(f"compared from {lines.min():g} to {lines.max():g} Hz only; the target: {own[0]:g} to {own[-1]:g} Hz")
+
+
+def _rate_hz(text: str | None) -> float | None:
+    from ..common.frames import parse_quantity
+
+    if text is None:
+        return None
+    try:
+        rate_hz = float(text)
+    except ValueError:
+        rate_hz = parse_quantity(text, "Hz", "--rate")
+    if not 0.0 < rate_hz < float("inf"):
+        raise ValueError(f"--rate is {text!r}; expected a number above zero, in hertz")
+    return rate_hz
+
+
+def _full_scale(text: str | None) -> float | None:
+    from ..common.frames import parse_quantity
+
+    return None if text is None else parse_quantity(text, "m/s**2", "--range")
+
+
+def _print(measured: MeasuredSpectrum) -> None:
+    from .spectrum_tables import rows_of, summary
+
+    for key, value in summary(measured).items():
+        click.echo(f"{key:28} {format_cell(value)}")
+    click.echo("")
+    print_table(rows_of(measured), "no lines")
+    click.echo("\nchecks")
+    findings: list[dict[str, Any]] = [
+        {"check": finding.check, "severity": finding.severity, "finding": finding.message}
+        for finding in measured.findings
+    ]
+    print_table(findings, "  no findings")

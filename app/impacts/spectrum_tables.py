@@ -1,0 +1,177 @@
+"""What `pyroshock srs` tells of a recording: as JSON, as a table, as CSV.
+
+A shock response spectrum as a picture: its curves with the target's band, and the record that it is of.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...schema.atomic_write import whole_file
+from ...signals.checks import Finding
+from ...twin.srs.target import SpectrumComparison, Target
+from ..common.plots import MEASURED, MODEL, QUIET, new_figure, save
+from .spectra import Acceleration, MeasuredSpectrum
+
+_CURVES = ("maximax", "positive", "negative", "primary", "residual")
+
+
+def as_json(measured: MeasuredSpectrum) -> dict[str, Any]:
+    """The form that scripts rely on, and beyond it channel, moments and comparison. SI; infinities become null."""
+    spectrum = measured.spectrum
+    return {
+        "unit": "m/s2",
+        "frequency_hz": _plain(spectrum.frequency_hz),
+        **{name: _plain(getattr(spectrum, name)) for name in _CURVES},
+        "pseudo_velocity_m_s": _plain(spectrum.pseudo_velocity_m_s),
+        "checks": [_finding_json(finding) for finding in measured.findings],
+        "channel": measured.acceleration.channel,
+        "sampling_rate_hz": measured.acceleration.sampling_rate_hz,
+        "samples": int(measured.acceleration.values_m_s2.size),
+        "start_s": measured.acceleration.start_s,
+        "duration_s": measured.acceleration.duration_s,
+        "q": spectrum.q,
+        "damping_ratio": spectrum.damping_ratio,
+        "sampling_error": _plain(spectrum.sampling_error),
+        "moments": {key: _plain(value) for key, value in asdict(measured.moments).items()},
+        "target": None if measured.comparison is None else _comparison_json(measured.comparison),
+    }
+
+
+def summary(measured: MeasuredSpectrum) -> dict[str, Any]:
+    """What stands above the table: the channel, its moments, and how the target was met."""
+    acceleration, held = measured.acceleration, measured.comparison
+    columns = {
+        "channel": acceleration.channel,
+        "sampling_rate_hz": acceleration.sampling_rate_hz,
+        "samples": int(acceleration.values_m_s2.size),
+        "q": measured.spectrum.q,
+        **asdict(measured.moments),
+    }
+    if held is None:
+        return columns
+    lines = held.frequency_hz.size
+    return columns | {
+        "target": "met" if held.within else "missed",
+        "lines_within": f"{round(float(held.share_within) * lines)} of {lines}",
+        "worst_margin_db": float(held.worst_margin_db),
+        "worst_frequency_hz": float(held.worst_frequency_hz),
+    }
+
+
+def rows_of(measured: MeasuredSpectrum) -> list[dict[str, Any]]:
+    """One row a line, as the table shows it; lines outside of the target's range have no level."""
+    spectrum, held = measured.spectrum, _by_line(measured.comparison)
+    return [
+        {
+            "frequency_hz": float(hz),
+            **{f"{name}_m_s2": float(getattr(spectrum, name)[i]) for name in _CURVES},
+            "pseudo_velocity_m_s": float(spectrum.pseudo_velocity_m_s[i]),
+            **({} if measured.comparison is None else held.get(float(hz), {})),
+        }
+        for i, hz in enumerate(spectrum.frequency_hz)
+    ]
+
+
+def write_spectrum(measured: MeasuredSpectrum, path: Path) -> None:
+    """The table as CSV, numbers in full; `read_target` reads it."""
+    columns = ["frequency_hz", *(f"{name}_m_s2" for name in _CURVES), "pseudo_velocity_m_s"]
+    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, columns, extrasaction="ignore", lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows_of(measured))
+
+
+def _by_line(comparison: SpectrumComparison | None) -> dict[float, dict[str, float]]:
+    if comparison is None:
+        return {}
+    columns = zip(
+        comparison.frequency_hz, comparison.target.level_m_s2, comparison.error_db, comparison.margin_db, strict=True
+    )
+    return {
+        float(hz): {"level_m_s2": float(level), "error_db": float(error), "margin_db": float(margin)}
+        for hz, level, error, margin in columns
+    }
+
+
+def _finding_json(finding: Finding) -> dict[str, Any]:
+    """As `ingest` tells a finding; the evidence has its units in its keys."""
+    evidence = {key: _plain(value) if isinstance(value, float) else value for key, value in finding.evidence.items()}
+    return {"check": finding.check, "severity": finding.severity, "message": finding.message, "evidence": evidence}
+
+
+def _comparison_json(comparison: SpectrumComparison) -> dict[str, Any]:
+    return {
+        "within": bool(comparison.within),
+        "share_within": float(comparison.share_within),
+        "share_above": float(comparison.share_above),
+        "worst_margin_db": _plain(comparison.worst_margin_db),
+        "worst_frequency_hz": float(comparison.worst_frequency_hz),
+        "frequency_hz": _plain(comparison.frequency_hz),
+        "level_m_s2": _plain(comparison.target.level_m_s2),
+        "upper_db": _plain(comparison.target.upper_db),
+        "lower_db": _plain(comparison.target.lower_db),
+        "error_db": _plain(comparison.error_db),
+        "margin_db": _plain(comparison.margin_db),
+    }
+
+
+def _plain(values: Any) -> Any:
+    """Numbers for JSON, which has neither NaN nor infinity."""
+    if np.ndim(values) == 0:
+        return float(values) if math.isfinite(values) else None
+    return [_plain(value) for value in values]
+
+
+def plot_spectrum(measured: MeasuredSpectrum, path: Path) -> None:
+    """Spectrum on log-log axes above, record below. `ValueError` for a suffix that cannot be drawn."""
+    figure = new_figure(8, 8)
+    above, below = figure.subplots(2, 1, height_ratios=(2, 1))
+    draw_spectrum(above, measured)
+    draw_record(below, measured.acceleration)
+    save(figure, path)
+
+
+def draw_spectrum(axes: Any, measured: MeasuredSpectrum) -> None:
+    """Positive, negative and maximax spectrum; lines outside of the target's tolerance are marked."""
+    spectrum, held = measured.spectrum, measured.comparison
+    if held is not None:
+        draw_band(axes, held.target)
+    axes.loglog(spectrum.frequency_hz, spectrum.maximax, color="black", lw=1.6, label="maximax")
+    axes.loglog(spectrum.frequency_hz, spectrum.positive, color=MEASURED, lw=1, ls="--", label="positive")
+    axes.loglog(spectrum.frequency_hz, spectrum.negative, color=MODEL, lw=1, ls=":", label="negative")
+    if held is not None and not held.within:
+        out = held.margin_db < 0
+        level = held.target.level_m_s2[out] * 10 ** (held.error_db[out] / 20)
+        axes.loglog(held.frequency_hz[out], level, "o", color=MODEL, ms=5, mfc="none", label="out of tolerance")
+    axes.set_xlabel("natural frequency (Hz)")
+    axes.set_ylabel(f"absolute acceleration, Q = {spectrum.q:.3g} (m/s²)")
+    axes.grid(which="both", color=QUIET, alpha=0.25, lw=0.5)
+    axes.legend(frameon=False)
+
+
+def draw_band(axes: Any, target: Target) -> None:
+    """Level and tolerance; a side that is free has no edge."""
+    upper, lower = (target.level_m_s2 * 10 ** (db / 20) for db in (target.upper_db, -target.lower_db))
+    axes.loglog(target.frequency_hz, target.level_m_s2, color=QUIET, lw=1.2, label="target")
+    for edge in (upper, lower):
+        good = np.isfinite(edge) & (edge > 0)
+        axes.loglog(target.frequency_hz[good], edge[good], color=QUIET, lw=0.8, ls="--")
+    both = np.isfinite(upper) & (lower > 0)
+    axes.fill_between(target.frequency_hz, lower, upper, where=both, color=QUIET, alpha=0.2, lw=0)
+
+
+def draw_record(axes: Any, acceleration: Acceleration) -> None:
+    """Acceleration against time."""
+    values = acceleration.values_m_s2
+    time = acceleration.start_s + np.arange(values.size) / acceleration.sampling_rate_hz
+    axes.plot(time * 1e3, values, color=MEASURED, lw=0.7)
+    axes.set_xlabel("time (ms)")
+    axes.set_ylabel(f"{acceleration.channel} (m/s²)")
+    axes.margins(x=0)

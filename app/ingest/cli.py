@@ -1,0 +1,349 @@
+"""`ingest`: campaign folders into the store.
+
+`extract`: pulses cut anew from the stored series.
+
+The extraction's settings as options of `ingest` and `extract`.
+
+`calibrate`: points of a transducer's static calibration to its sensitivity and offset, with their uncertainty.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from ...ingest.errors import enumerated
+from ..cli.common import (
+    STDOUT,
+    crew_options,
+    db_option,
+    errors_as_one_line,
+    json_option,
+    note,
+    opened,
+    opened_to_try,
+    print_table,
+    write_json,
+)
+from ..cli.completion import campaign_names, plan_names
+from ..common.frames import parse_quantity
+
+if TYPE_CHECKING:
+    from ...ingest.calibration_points import CalibrationPoints
+    from ...ingest.settings import ExtractionSettings
+    from ...parallel.executor import Crew
+    from ...signals.calibration import Calibration
+
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+_OPTIONS = (
+    click.option("--segmentation", type=click.Choice(["walk", "mask"]), help="How a contact is delimited. [walk]"),
+    click.option("--threshold", type=float, help="Share of the peak where contact begins and ends. [0.005]"),
+    click.option("--smoothing", type=float, help="csaps parameter of the spline, on the sample index. [0.99]"),
+    click.option("--refinement", type=int, help="Points of the fine pulse per recorded sample. [10]"),
+    click.option("--points", type=int, help="Equidistant points of the force. [20]"),
+    click.option("--event-share", type=float, help="An impact reaches this share of the record's largest. [0.1]"),
+    click.option("--separation", "separation_s", metavar="SECONDS", help="Nearer contacts are one impact. [100ms]"),
+)
+
+
+def settings_options(function: Function) -> Function:
+    """Add the options of the extraction; those not given keep their defaults."""
+    for option in reversed(_OPTIONS):
+        function = option(function)
+    return function
+
+
+def settings_from(given: dict[str, Any]) -> ExtractionSettings:
+    """Settings from the options; `ValueError` names the one that is out of bounds."""
+    from ...ingest.settings import ExtractionSettings
+    from ..common.frames import parse_quantity
+
+    chosen = {key: value for key, value in given.items() if value is not None}
+    if "separation_s" in chosen:
+        chosen["separation_s"] = parse_quantity(chosen["separation_s"], "s", "--separation")
+    return ExtractionSettings(**chosen)
+
+
+@click.command()
+@click.argument("folders", nargs=-1, type=click.Path(path_type=Path), metavar="FOLDER…")
+@db_option
+@json_option
+@click.option(
+    "--jobs",
+    type=click.IntRange(1),
+    default=None,
+    help="Processes that read and extract. [cores, at most 4; 1 for small files]",
+)
+@click.option(
+    "--plan",
+    default=None,
+    help="The plan that is worked off. [the one of the campaign's name, if any]",
+    shell_complete=plan_names,
+)
+@click.option(
+    "--free-factor",
+    "free_factors",
+    multiple=True,
+    metavar="COLUMN",
+    help="This column of runs.csv is a factor of its own, though its name resembles a known column. Repeatable.",
+)
+@click.option(
+    "--confirm",
+    "confirmed",
+    multiple=True,
+    metavar="RULE",
+    help="Rows may break this rule of what a bench can have; the refusal names it. Repeatable.",
+)
+@click.option(
+    "--again",
+    multiple=True,
+    metavar="RECORDING",
+    help="Store this recording though it was discarded (`runs discard`); its path as in runs.csv. Repeatable.",
+)
+@click.option(
+    "--velocity-target-motion",
+    "target_motion",
+    type=click.Choice(["none", "plate"]),
+    default="none",
+    show_default=True,
+    help="Add the plate's motion under the force to velocities integrated from the impactor's deceleration.",
+)
+@click.option("--dry-run", is_flag=True, help="Say everything, store nothing: each folder beside what is stored now.")
+@settings_options
+def ingest(
+    folders: tuple[Path, ...],
+    db: str,
+    json_to: str | None,
+    jobs: int | None,
+    plan: str | None,
+    free_factors: tuple[str, ...],
+    confirmed: tuple[str, ...],
+    again: tuple[str, ...],
+    target_motion: str,
+    dry_run: bool,
+    **given: Any,
+) -> None:
+    """Read campaign folders into the store (which is made if there is none).
+
+    What is already stored is not stored again: ingesting twice, or after a kill, completes the campaign. A damaged
+    recording is set aside with its reason, and one that was discarded stays out. Runs of a plan are marked as done;
+    what does not match it is told.
+
+    \b
+    Example:
+        pyroshock ingest my-campaign/ --dry-run
+        pyroshock ingest my-campaign/ --db sqlite:///lab.db
+        pyroshock ingest hammer-campaign/ --velocity-target-motion plate
+    """
+    # `--json FOLDER`: the folder is the argument, not where the JSON goes.
+    if json_to not in (None, STDOUT) and Path(json_to or "").is_dir():
+        folders, json_to = (Path(json_to or ""), *folders), STDOUT
+    if not folders:
+        raise click.UsageError("no campaign folder given; try: pyroshock ingest my-campaign/")
+    reports = []
+    with opened_to_try(db) if dry_run else opened(db, create=True) as store:
+        from ..common.progress import progress_bar
+        from .service import IngestOptions, ingest_campaign
+
+        options = IngestOptions(
+            settings_from(given), jobs, plan, free_factors, confirmed, again, target_motion, dry_run
+        )
+        for folder in folders:
+            with progress_bar(folder.name, "recordings") as step:
+                ingested = ingest_campaign(store, folder, options, step)
+            reports.append(ingested.to_json())
+            _tell(ingested.report, dry_run)
+            if ingested.links is not None:
+                _tell_links(ingested.links)
+    if json_to is not None:
+        write_json(reports[0] if len(reports) == 1 else reports, json_to)
+
+
+#: Notes on the campaign, of which there is one.
+_TOLD_WHOLE = ("added-facts", "missing-facts")
+
+
+def _tell_links(links: Any) -> None:
+    note(f"  plan {links.plan}: {links.linked} repetitions linked, {links.done} runs done")
+    for item in links.mismatches:
+        note(f"  not as planned: run {item['run']}: {item['reason']}")
+
+
+def _tell(report: Any, dry_run: bool) -> None:
+    from ...ingest.report import DISCARDED
+
+    added = ", ".join(f"{count} {what}" for what, count in report.added.items() if count) or "nothing new"
+    totals = f"{report.recordings} recordings, {report.impacts} impacts, {report.shots} shots"
+    if dry_run:
+        note(f"{report.campaign}: dry run, nothing is stored; would add {added}; the campaign would hold {totals}")
+    else:
+        note(f"{report.campaign}: added {added}; the campaign holds {totals}")
+    if report.undeclared_factors:
+        note(f"  free factors: {', '.join(report.undeclared_factors)} (not declared in [factors] of campaign.toml)")
+    for item in report.set_aside:
+        note(f"  set aside {item['recording']}: {item['reason']}")
+    for item in report.findings:
+        if item["check"] == DISCARDED:
+            note(f"  {item['message']}")
+    by_check: dict[tuple[str, str], list[str | None]] = {}
+    for finding in (entry for entry in report.findings if entry["check"] != DISCARDED):
+        if finding["check"] in _TOLD_WHOLE:
+            note(f"  note: {finding['check']}: {finding['message']}")
+            continue
+        by_check.setdefault((finding["severity"], finding["check"]), []).append(finding["channel"])
+    for (severity, check), channels in sorted(by_check.items()):
+        named = sorted({channel for channel in channels if channel is not None})
+        of = f" of {enumerated(named)}" if named else ""
+        note(f"  {severity}: {check} ({len(channels)}){of}")
+
+
+@click.command()
+@click.argument("campaign", shell_complete=campaign_names)
+@crew_options("Processes that cut at once.")
+@db_option
+@json_option
+@settings_options
+def extract(campaign: str, crew: Crew, db: str, json_to: str | None, **given: Any) -> None:
+    """Cut the pulses of CAMPAIGN anew, from the stored series, with other settings.
+
+    The new version is in use from then on; the old ones stay (`pyroshock show` lists them), and the same
+    settings again put the old version back in use.
+
+    \b
+    Example:
+        pyroshock extract spring --segmentation mask --threshold 0.01
+    """
+    with opened(db) as store:
+        from ...ingest.reextraction import reextract
+        from ..common.progress import progress_bar
+
+        settings = settings_from(given)
+        with progress_bar(campaign, "recordings") as step:
+            report = reextract(store, campaign, settings, crew=crew, progress=step)
+    note(f"{campaign}: {report.added} pulses cut, {report.reused} earlier ones put back in use")
+    for item in report.skipped:
+        note(f"  left as it was: {item['recording']}: {item['reason']}")
+    if json_to is not None:
+        write_json(report.as_json(), json_to)
+
+
+@click.command()
+@click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
+@click.option("--channel", default="tank_pressure", show_default=True, help="Of campaign.toml.")
+@click.option("--quantity", default="pressure", show_default=True, help="What the channel measures.")
+@click.option("--unit", default="bar", show_default=True, help="Of the references.")
+@click.option("--date", "day", metavar="DAY", help="Of the calibration: 2026-03-02. [today]")
+@click.option("--reference-u", metavar="2mbar", help="Standard uncertainty of each reference, for all. [0]")
+@click.option("--reading-u", metavar="1mV", help="Standard uncertainty of each reading, for all. [0]")
+@click.option("--common-u", metavar="5mbar", help="Standard uncertainty that all references share. [0]")
+@click.option("--db", hidden=True, expose_value=False, help="Taken like everywhere; nothing is looked up in it.")
+@json_option
+def calibrate(
+    file: Path,
+    channel: str,
+    quantity: str,
+    unit: str,
+    day: str | None,
+    reference_u: str | None,
+    reading_u: str | None,
+    common_u: str | None,
+    json_to: str | None,
+) -> None:
+    """Sensitivity and offset of a transducer from FILE, a table of static points, with their uncertainty.
+
+    The table has the columns reference (in the unit) and reading_v (in volt), and reference_u and reading_u_v where
+    points differ in their standard uncertainty. What is printed for campaign.toml makes `ingest` apply the calibration,
+    keep it with each recording and give its uncertainty to each measured tank pressure.
+
+    \b
+    Example:
+        pyroshock calibrate transducer.csv --unit bar --common-u 5mbar --date 2026-03-02
+    """
+    with errors_as_one_line():
+        from ...ingest.calibration_points import read_points
+        from ...signals.channel import Sensor
+        from ...signals.units import to_si
+
+        gain = to_si(unit, quantity)[0]
+
+        def in_unit(text: str | None, name: str) -> float:
+            from ...signals.units import SI_UNITS
+
+            return 0.0 if text is None else parse_quantity(text, SI_UNITS[quantity], name) / gain
+
+        reading = 0.0 if reading_u is None else parse_quantity(reading_u, "V", "--reading-u")
+        points = read_points(file, in_unit(reference_u, "--reference-u"), reading)
+        try:
+            date = dt.datetime.now().astimezone().date() if day is None else dt.date.fromisoformat(day)
+        except ValueError as error:
+            raise ValueError(f"--date is {day!r}; expected a day such as 2026-03-02") from error
+        shared = in_unit(common_u, "--common-u")
+        calibration = points.calibration(date, shared)
+        sensor = Sensor(channel, quantity, unit)
+    data = _data(sensor.name, unit, points, calibration)
+    if json_to is not None:
+        write_json(data, json_to)
+        return
+    line = calibration.line
+    print_table(
+        [
+            {"figure": "sensitivity", "unit": f"V/{unit}", "value": line.sensitivity, "u": line.sensitivity_u},
+            {"figure": "offset", "unit": "V", "value": line.offset, "u": line.offset_u},
+        ],
+        "",
+    )
+    click.echo()
+    print_table(data["points"], "")
+    note(f"{calibration.points} points, residuals {line.residual_sd:.3g} V, correlation of both {line.correlation:.3f}")
+    if line.enlarged > 1:
+        note(
+            f"the points scatter {line.enlarged:.3g} times as much as their uncertainties say; the uncertainties of "
+            "the line were enlarged by that factor"
+        )
+    click.echo("\nFor campaign.toml, in place of sensitivity and offset_v of the channel:\n")
+    click.echo(_toml(channel, calibration, file, reference_u and data["reference_u"], reading, shared))
+
+
+def _data(channel: str, unit: str, points: CalibrationPoints, calibration: Calibration) -> dict[str, Any]:
+    line = calibration.line
+    rows = [
+        {
+            "reference": reference,
+            "reading_v": reading,
+            "shown": (shown := (reading - line.offset) / line.sensitivity),
+            "residual": shown - reference,
+            "calibration_u": calibration.uncertainty(shown),
+        }
+        for reference, reading in zip(points.reference, points.reading_v, strict=True)
+    ]
+    return {
+        "channel": channel,
+        "unit": unit,
+        "date": calibration.date.isoformat(),
+        "sensitivity_v_per_unit": line.sensitivity,
+        "sensitivity_u_v_per_unit": line.sensitivity_u,
+        "offset_v": line.offset,
+        "offset_u_v": line.offset_u,
+        "correlation": line.correlation,
+        "residual_sd_v": line.residual_sd,
+        "degrees_of_freedom": line.degrees_of_freedom,
+        "chi_square": line.chi_square,
+        "enlarged": line.enlarged,
+        "reference_u": points.reference_u if isinstance(points.reference_u, float) else list(points.reference_u),
+        "common_u": calibration.common_u,
+        "points": rows,
+    }
+
+
+def _toml(
+    channel: str, calibration: Calibration, file: Path, reference_u: Any, reading_u_v: float, common_u: float
+) -> str:
+    lines = [f"[channels.{channel}.calibration]", f'file = "{file.name}"', f"date = {calibration.date}"]
+    stated = {"reference_u": reference_u, "reading_u_v": reading_u_v, "common_u": common_u}
+    return "\n".join([*lines, *(f"{key} = {value:.6g}" for key, value in stated.items() if value)])

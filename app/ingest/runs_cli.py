@@ -1,0 +1,194 @@
+"""`runs`: the recordings of a campaign with their runs; one discarded, or replaced by a corrected one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..cli.common import db_option, fail, json_option, note, opened, write_json
+from ..cli.completion import campaign_names, plan_names
+from ..cli.listed import Listing, listing_options
+from .cli import settings_from, settings_options
+
+_REASON = click.option("--reason", required=True, metavar="TEXT", help="Why: is kept with the tombstone.")
+_DRY_RUN = click.option("--dry-run", is_flag=True, help="Say what would go and what stands on it, and change nothing.")
+
+
+@click.group()
+def runs() -> None:
+    """List a campaign's recordings with their runs; take one out of the store, or put a corrected one in its place.
+
+    \b
+    Example:
+        pyroshock runs list spring
+        pyroshock runs discard spring recordings/test-07.mat --reason "the plate had come loose"
+        pyroshock runs replace spring recordings/test-08.mat --from spring/ --reason "tip radius was mistyped"
+    """
+
+
+@runs.command("list")
+@click.argument("campaign", shell_complete=campaign_names)
+@db_option
+@listing_options
+def list_(campaign: str, db: str, listing: Listing) -> None:
+    """List the recordings of CAMPAIGN: path, status, hash of the file, runs with their repetitions."""
+    with opened(db) as store, store.reading() as session:
+        from ...schema.removal.part import list_recordings
+
+        rows = list_recordings(session, campaign)
+    listing.show(
+        rows,
+        f"campaign {campaign} has no recordings",
+        lambda row: {**row, "sha256": row["sha256"][:12], "runs": ", ".join(row["runs"])},
+    )
+
+
+@runs.command()
+@click.argument("campaign", shell_complete=campaign_names)
+@click.argument("recording", required=False)
+@db_option
+@json_option
+@click.option(
+    "--run", "numbers", type=int, multiple=True, metavar="N", help="Name the recording by its run. Repeatable."
+)
+@click.option("--repetition", type=int, metavar="M", help="With one --run: the recording of this repetition.")
+@_REASON
+@_DRY_RUN
+def discard(
+    campaign: str,
+    recording: str | None,
+    db: str,
+    json_to: str | None,
+    numbers: tuple[int, ...],
+    repetition: int | None,
+    reason: str,
+    dry_run: bool,
+) -> None:
+    """Take one RECORDING of CAMPAIGN out of the store, with its impacts, shots, pulses and findings.
+
+    A tombstone stays: the file's hash, when, why, who, and what stood on it. A later ingest of the folder does not
+    bring the file back; `pyroshock ingest FOLDER --again RECORDING` does. Datasets keep their name and hash and can no
+    longer be read; models stay. Runs of a plan that are no longer recorded are to do again.
+
+    \b
+    Example:
+        pyroshock runs discard spring recordings/test-07.mat --reason "the plate had come loose" --dry-run
+        pyroshock runs discard spring --run 7 --reason "the plate had come loose"
+    """
+    if (recording is None) == (not numbers):
+        raise click.UsageError("name one recording: its path as in runs.csv, or --run N")
+    if repetition is not None and len(numbers) != 1:
+        raise click.UsageError("--repetition goes with exactly one --run")
+    with opened(db) as store:
+        from ...schema.rehearsal import rehearsed
+        from ...schema.removal.part import recording_of_runs, recording_part
+        from .campaigns_cli import tell_deletion
+        from .removal import discard_recording
+
+        with store.reading() as session:
+            if recording is not None:
+                part = recording_part(session, campaign, recording)
+            else:
+                part = recording_of_runs(session, campaign, numbers, repetition)
+        if dry_run:
+            with rehearsed(store) as rehearsal:
+                stone = discard_recording(rehearsal, db, part, reason)
+        else:
+            stone = discard_recording(store, db, part, reason)
+    tell_deletion(stone, dry_run)
+    if not dry_run:
+        note(f"  to store it again: pyroshock ingest FOLDER --again {stone['recording']}")
+    if json_to is not None:
+        write_json(stone, json_to)
+
+
+@runs.command()
+@click.argument("campaign", shell_complete=campaign_names)
+@click.argument("recording")
+@click.argument("file", required=False, type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@db_option
+@json_option
+@click.option(
+    "--from",
+    "folder",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    metavar="FOLDER",
+    help="The campaign folder with the corrected row of runs.csv, or the new file.",
+)
+@click.option(
+    "--plan",
+    default=None,
+    help="The plan that is worked off. [the one of the campaign's name, if any]",
+    shell_complete=plan_names,
+)
+@click.option("--free-factor", "free_factors", multiple=True, metavar="COLUMN", help="As of `ingest`. Repeatable.")
+@click.option("--confirm", "confirmed", multiple=True, metavar="RULE", help="As of `ingest`. Repeatable.")
+@_REASON
+@_DRY_RUN
+@settings_options
+def replace(
+    campaign: str,
+    recording: str,
+    file: Path | None,
+    db: str,
+    json_to: str | None,
+    folder: Path | None,
+    plan: str | None,
+    free_factors: tuple[str, ...],
+    confirmed: tuple[str, ...],
+    reason: str,
+    dry_run: bool,
+    **given: Any,
+) -> None:
+    """Put what the campaign folder holds now in the place of a stored RECORDING, in one transaction.
+
+    With --from FOLDER: its file of the same path and the rows of runs.csv that name it; either may be corrected. With
+    FILE: another file of a campaign folder, under its own path and rows. The old one leaves a tombstone that names the
+    new one's hash. Other recordings of the folder are not looked at.
+
+    \b
+    Example:
+        pyroshock runs replace spring recordings/test-08.mat --from spring/ --reason "tip radius was mistyped"
+        pyroshock runs replace spring recordings/test-08.mat spring/recordings/test-08b.mat --reason "exported anew"
+    """
+    if (file is None) == (folder is None):
+        raise click.UsageError("say what replaces it: --from FOLDER, or another FILE of the campaign folder")
+    if file is not None:
+        folder = _campaign_folder(file)
+    assert folder is not None
+    path = None if file is None else file.resolve().relative_to(folder.resolve()).as_posix()
+    with opened(db) as store:
+        from contextlib import nullcontext
+
+        from ...ingest.replacing import prepared_replacement
+        from ...schema.rehearsal import rehearsed
+        from .campaigns_cli import tell_deletion
+        from .removal import replace_recording
+
+        settings = settings_from(given)
+        with rehearsed(store) if dry_run else nullcontext(store) as target:
+            replacement = prepared_replacement(
+                target, campaign, recording, folder, path, settings, free_factors=free_factors, confirmed=confirmed
+            )
+            stone = replace_recording(target, db, replacement, reason, plan)
+    tell_deletion(stone, dry_run)
+    verb = "would be stored" if dry_run else "stored"
+    note(
+        f"  {verb} in its place: {replacement.new.path}, {len(replacement.hits)} hits, file {stone['replaced_by'][:12]}"
+    )
+    for name, pulses in stone["returned"].items():
+        note(f"  dataset {name} has {pulses} pulses again")
+    if json_to is not None:
+        write_json(stone, json_to)
+
+
+def _campaign_folder(file: Path) -> Path:
+    for folder in file.resolve().parents:
+        if (folder / "campaign.toml").is_file():
+            return folder
+    fail(
+        f"{file} lies in no campaign folder: no folder above it has a campaign.toml; put it beside its rows of runs.csv"
+    )
+    raise AssertionError

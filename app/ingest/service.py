@@ -1,0 +1,154 @@
+"""One campaign folder into the store: recordings, plan, facts that training needs.
+
+The motion of a struck plate's surface, for an ingest that adds it to integrated velocities.
+
+What a campaign's impacts lack for training, as a note of an ingest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from sqlalchemy import select
+
+from ...array_types import Floats
+from ...dataset.predictors import shipped
+from ...dataset.selection import missing_in_campaigns, missing_words
+from ...ingest.impact_speed import ImpactSpeed, StruckPlate
+from ...schema.campaigns import Campaign
+from ...schema.session import Store
+from ...twin.contact.impacts import plate_impedance
+from ...twin.contact.target_motion import with_plate_motion
+from ..common.frames import frame_of, titled_table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from ...ingest.plan_link import PlanLinks
+    from ...ingest.report import IngestReport
+    from ...ingest.settings import ExtractionSettings
+    from ...schema.session import Store
+
+
+@dataclass(frozen=True)
+class IngestOptions:
+    """What an ingest may be told; `pyroshock ingest --help` explains each. `target_motion` is "none" or "plate"."""
+
+    settings: ExtractionSettings | None = None
+    jobs: int | None = None
+    plan: str | None = None
+    free_factors: Collection[str] = ()
+    confirmed: Collection[str] = ()
+    again: Collection[str] = ()
+    target_motion: str = "none"
+    dry_run: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class IngestedCampaign:
+    """What an ingest did. `report` has the totals of the campaign and what was added, `links` the plan's runs.
+
+    With `dry_run` nothing was stored, and the totals are those that the campaign would have.
+    """
+
+    report: IngestReport
+    links: PlanLinks | None
+    dry_run: bool
+
+    @property
+    def campaign(self) -> str:
+        """Its name."""
+        return self.report.campaign
+
+    @property
+    def added(self) -> dict[str, int]:
+        """What this ingest added: counts of recordings, impacts and shots."""
+        return dict(self.report.added)
+
+    @property
+    def findings(self) -> list[dict[str, Any]]:
+        """What the checks of the recordings and the comparison with the plan say, a row each."""
+        return [*self.report.findings, *(self.links.as_findings() if self.links is not None else ())]
+
+    def to_frame(self) -> pd.DataFrame:
+        """Findings of the quality checks, recordings that were set aside and deviations from the plan, a row each."""
+        set_aside = [
+            {"recording": row["recording"], "check": "set-aside", "severity": "reject", "message": row["reason"]}
+            for row in self.report.set_aside
+        ]
+        columns = ("recording", "channel", "check", "severity", "message")
+        frame = frame_of([*set_aside, *self.findings], columns)
+        return frame.reindex(columns=list(columns))
+
+    def to_json(self) -> dict[str, Any]:
+        """As `pyroshock ingest --json` prints it."""
+        return {**self.report.as_json(), "findings": self.findings}
+
+    def __repr__(self) -> str:
+        return f"<{self._sentence()}>"
+
+    def _repr_html_(self) -> str:
+        counts = self.to_frame().groupby(["severity", "check"], dropna=False).size().rename("findings").reset_index()
+        return titled_table(self._sentence(), counts)
+
+    def _sentence(self) -> str:
+        report = self.report
+        totals = f"{report.recordings} recordings, {report.impacts} impacts, {report.shots} shots"
+        added = ", ".join(f"{count} {what}" for what, count in report.added.items() if count) or "nothing new"
+        if self.dry_run:
+            return f"{report.campaign}: dry run, nothing is stored; would add {added}; it would hold {totals}"
+        return f"{report.campaign}: added {added}; the campaign holds {totals}"
+
+
+def ingest_campaign(
+    store: Store, folder: Path, options: IngestOptions, progress: Callable[[int, int, str], None] | None = None
+) -> IngestedCampaign:
+    """Read the campaign in `folder` into the store, link it to its plan, and look for facts that training needs.
+
+    Raises as `ingest.load.ingest_folder`.
+    """
+    from ...ingest.load import ingest_folder
+    from ...ingest.plan_link import link_to_plan
+    from ...schema.rehearsal import rehearsed
+
+    with rehearsed(store) if options.dry_run else nullcontext(store) as target:
+        report = ingest_folder(
+            target,
+            folder,
+            options.settings,
+            jobs=options.jobs,
+            progress=progress,
+            free_factors=options.free_factors,
+            confirmed=options.confirmed,
+            again=options.again,
+            target_motion=add_plate_motion if options.target_motion == "plate" else None,
+        )
+        links = link_to_plan(target, report.campaign, options.plan)
+        report.findings += training_notes(target, report.campaign)
+    return IngestedCampaign(report, links, options.dry_run)
+
+
+def add_plate_motion(speed: ImpactSpeed, force_n: Floats, plate: StruckPlate) -> ImpactSpeed:
+    """A speed with its plate's motion, from the mobility of a plate without edges; its uncertainty grows by it."""
+    figures = (plate.youngs_modulus_pa, plate.poisson_ratio, plate.density_kg_m3, plate.thickness_m)
+    impedance = float(plate_impedance(*(np.array([value]) for value in figures))[0])
+    velocity, uncertainty = with_plate_motion(speed.velocity_m_s, speed.velocity_u_m_s, force_n, impedance, plate.anvil)
+    return ImpactSpeed(velocity, uncertainty, "integrated with target motion")
+
+
+CHECK = "missing-facts"
+
+
+def training_notes(store: Store, campaign: str) -> list[dict[str, Any]]:
+    """A note in the form of an ingest's findings, of the predictors that ship for the campaign's kind; none where
+    nothing is missing."""
+    with store.reading() as session:
+        kind = session.scalars(select(Campaign.kind).where(Campaign.name == campaign)).one()
+        words = missing_words(missing_in_campaigns(session, [campaign], shipped(kind)))
+    note = {"recording": None, "channel": None, "check": CHECK, "severity": "note", "message": words}
+    return [note] if words else []

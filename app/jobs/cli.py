@@ -1,0 +1,124 @@
+"""`work` and `jobs`: a worker for long work, and a look at the queue."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import click
+from click.core import ParameterSource
+
+from ..cli.common import data_option, db_option, note, opened
+from ..cli.listed import Listing, listing_options
+
+#: Shorter, and a busy machine loses jobs that it is at work on.
+_SHORTEST_LEASE_S = 1.0
+
+
+@click.command()
+@db_option
+@click.option("--once", is_flag=True, help="End when nothing waits, and no dead worker has left anything.")
+@click.option(
+    "--lease",
+    default="30s",
+    show_default=True,
+    metavar="SECONDS",
+    help="A worker that is silent for so long has lost its job to the next.",
+)
+@data_option
+def work(db: str, once: bool, lease: str, folders: tuple[Path, ...]) -> None:
+    """Do the long work that others have asked for (see `pyroshock jobs`): ingests, diagnoses, trainings, tunings.
+
+    Start it on any machine that reaches the store, as often as jobs are to run at once. Ctrl-C gives back what is in
+    hand; a worker that is killed loses its job to the next one after --lease, and the job is begun again.
+
+    \b
+    Example:
+        pyroshock work --db postgresql+psycopg://lab@server/lab
+    """
+    with opened(db, create=True) as store:
+        from .worker import Worker
+
+        worker = Worker(store, db, lease_s=_lease_s(lease), folders=folders or (Path.cwd(),), tell=note)
+        note(f"pyroshock: {worker.hand.name} works")
+        with _ended_as_by_hand():
+            had = worker.run(once=once)
+    note(f"{had} job{'' if had == 1 else 's'}")
+
+
+@contextmanager
+def _ended_as_by_hand() -> Iterator[None]:
+    """A service manager's SIGTERM is Ctrl-C: what is in hand goes back."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _lease_s(text: str) -> float:
+    from ..common.frames import parse_quantity
+
+    seconds = parse_quantity(text, "s", "--lease")
+    if not seconds >= _SHORTEST_LEASE_S:
+        raise ValueError(f"--lease is {text}; expected {_SHORTEST_LEASE_S:g}s or more")
+    return seconds
+
+
+@click.group(invoke_without_command=True)
+@db_option
+@listing_options
+@click.option("--last", type=click.IntRange(1), default=20, show_default=True, help="So many, the newest first.")
+@click.pass_context
+def jobs(context: click.Context, db: str, listing: Listing, last: int) -> None:
+    """List long work: what waits, what runs where, what came of it.
+
+    \b
+    Example:
+        pyroshock jobs --last 50
+        pyroshock jobs stop 12
+    """
+    if context.invoked_subcommand is not None:
+        context.obj = db
+        return
+    with opened(db) as store:
+        from .queue import list_jobs
+
+        jobs = list_jobs(store, last)
+    by_key = {job.key: job for job in jobs}
+    listing.show([job.as_json() for job in jobs], "no jobs", lambda row: _row(by_key[row["id"]]))
+
+
+def _row(job: Any) -> dict[str, Any]:
+    progress = f"{job.done} of {job.total}" if job.total else None
+    return {
+        "id": job.key,
+        "state": job.state,
+        "what": job.label,
+        "progress": progress,
+        "worker": job.worker,
+        "attempt": job.attempt or None,
+        "told": " ".join((job.error or job.words or job.what or "").split()) or None,
+    }
+
+
+@jobs.command()
+@click.argument("job", type=click.IntRange(1))
+@db_option
+@click.pass_context
+def stop(context: click.Context, job: int, db: str) -> None:
+    """Ask JOB to end: at once where it waits, at its next step where it runs. What it has stored is whole.
+
+    \b
+    Example:
+        pyroshock jobs stop 12
+    """
+    own = context.get_parameter_source("db") is ParameterSource.COMMANDLINE
+    with opened(db if own else context.obj) as store:
+        from .claims import stop as stop_job
+
+        job_record = stop_job(store, job)
+    note(f"job {job}, {job_record.label}: " + (job_record.state if job_record.ended else "asked to stop"))

@@ -1,0 +1,95 @@
+"""What a kind of work is given, and what it gives back.
+
+What a kind of job is: a name, arguments that any process can read, a function, and what is tidied up after it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from .lease import FencedStore
+
+#: Told (done, total, what); raises `StoppedError` or another end of the attempt.
+Step = Callable[[int, int, str], None]
+
+
+class StoppedError(Exception):
+    """A person has stopped the job."""
+
+
+class InterruptedWorkError(Exception):
+    """The worker is told to end: the job goes back to the queue."""
+
+
+class NotHereError(Exception):
+    """This worker lacks what the job needs; another may have it. The message says what is missing."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """Where to see what a job did (an address of the window), what to say of it, and it as plain data for scripts."""
+
+    address: str
+    words: str = ""
+    data: Any = None
+
+
+#: Writes what must not be written twice, and tells the result: called within the transaction that ends the job, and
+#: again where that was rolled back.
+Ending = Callable[[], Result]
+
+
+@dataclass(frozen=True)
+class RunningJob:
+    """A job in hand: its number, the store that it may write while it is this worker's, and how to tell progress.
+
+    `db` is the store's address, beside which models and plates are kept; `folders` those that may be read from.
+    """
+
+    job: int
+    store: FencedStore
+    db: str
+    step: Step
+    folders: tuple[Path, ...] = ()
+
+
+Arguments = TypeVar("Arguments")
+
+
+def _nothing(_: Any) -> None:
+    pass
+
+
+@dataclass(frozen=True)
+class Kind(Generic[Arguments]):
+    """`record` is a frozen dataclass of plain values; `do` may be begun again by another process, whatever ended it.
+
+    So what `do` stores is either found again by its natural key, or written by the `Ending` that it returns. `after` is
+    called on the machine that a job was bound to, once it is over, perhaps twice.
+    """
+
+    name: str
+    record: type[Arguments]
+    do: Callable[[RunningJob, Arguments], Ending]
+    after: Callable[[Arguments], None] = _nothing
+
+    def read(self, stored: Mapping[str, Any]) -> Arguments:
+        """The arguments of a stored job. Raises `ValueError` for one that another version asked for."""
+        try:
+            return self.record(**stored)
+        except TypeError as error:
+            field_names = ", ".join(field.name for field in fields(self.record))  # type: ignore[arg-type]  # a dataclass
+            was = f"a job of kind {self.name} with {', '.join(stored)}"
+            raise ValueError(f"{was}; this software knows {field_names}: ask for it anew") from error
+
+    def plain(self, arguments: Arguments) -> dict[str, Any]:
+        """The inverse of `read`."""
+        return asdict(arguments)  # type: ignore[call-overload, no-any-return]  # a dataclass
+
+
+def told(result: Result) -> Ending:
+    """The ending of work that has stored everything already, each row under its natural key."""
+    return lambda: result

@@ -1,1 +1,0 @@
-"""Datasets and registered models: trained, compared, shown."""

@@ -1,0 +1,281 @@
+"""`plan`: designs made, kept and worked off.
+
+`plan discriminate`: the experiment that a diagnosis names, written into the store.
+
+`simulate`: a plan played on the virtual bench, into a campaign folder.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ..cli.common import db_option, json_option, note, opened, print_table, write_json
+from ..cli.completion import campaign_names, plan_names
+from ..cli.listed import Listing, listing_options
+from .designs_cli import DesignCommands, augment, tell_plan
+
+
+@click.command()
+@click.argument("campaign", shell_complete=campaign_names)
+@click.option("--name", default=None, help="Of the plan. [CAMPAIGN-discriminate]")
+@click.option("--anew", is_flag=True, help="Diagnose once more, though the store has a diagnosis.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of a new diagnosis.")
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write the table as CSV.")
+@db_option
+@json_option
+def discriminate(
+    campaign: str, name: str | None, anew: bool, seed: int, out: Path | None, db: str, json_to: str | None
+) -> None:
+    """Plan the runs that tell apart what the last diagnosis of CAMPAIGN could not.
+
+    \b
+    Example:
+        pyroshock plan discriminate spring
+        pyroshock plan sheet spring-discriminate --out spring.html
+    """
+    with opened(db) as store:
+        from ..common.progress import progress_bar
+        from ..diagnose.diagnosing import DiagnosisRequest, diagnosed, keep, last_report, report_json
+        from ..diagnose.discriminating_plan import no_setting, store_experiment
+
+        with store.reading() as session:
+            report = None if anew else last_report(session, campaign)
+        if report is None:
+            with progress_bar("diagnose", "steps") as step:
+                verdict = diagnosed(store, db, DiagnosisRequest(campaign, seed=seed), step)
+            keep(store, verdict)
+            report = report_json(verdict)
+        if not report["next_runs"]:
+            note(no_setting(campaign))
+            raise click.exceptions.Exit(1)
+        stored, left_out = store_experiment(store, campaign, report["next_runs"], name or f"{campaign}-discriminate")
+    for words in (*(run["why"] for run in report["next_runs"]), *left_out):
+        note(words)
+    note(f"plan {stored.name}: {len(stored.runs)} runs; pyroshock plan sheet {stored.name} --out {stored.name}.html")
+    rows = ({"run": run.run, **run.row, "repetitions": run.repetitions} for run in stored.runs)
+    tell_plan(stored, rows, json_to, out)
+
+
+@click.group(cls=DesignCommands, invoke_without_command=True)
+@db_option
+@listing_options
+@click.pass_context
+def plan(ctx: click.Context, db: str, listing: Listing) -> None:
+    """Plan a campaign: make a design, keep it, see what is to do. Alone, it lists the plans.
+
+    \b
+    Example:
+        pyroshock plan lhs spring --runs 105
+        pyroshock plan sheet spring --out spring.html
+        pyroshock plan status spring
+    """
+    if ctx.invoked_subcommand is None:
+        _list(db, listing)
+
+
+@plan.command("list")
+@db_option
+@listing_options
+def list_(db: str, listing: Listing) -> None:
+    """List the plans with their counts of runs."""
+    _list(db, listing)
+
+
+def _list(db: str, listing: Listing) -> None:
+    with opened(db) as store, store.reading() as session:
+        from ...doe.plans import list_plans
+
+        rows = list_plans(session)
+    listing.show(rows, "no plans; make one: pyroshock plan lhs NAME --runs 105")
+
+
+@plan.command()
+@click.argument("name", shell_complete=plan_names)
+@click.argument("run", type=int)
+@click.option("--reason", required=True, help="Why; it stays with the run.")
+@db_option
+def discard(name: str, run: int, reason: str, db: str) -> None:
+    """Take a run out of a plan: it broke, it was refused, its records are no good."""
+    from ...doe.plans import discard_run
+
+    with opened(db) as store:
+        discard_run(store, name, run, reason)
+    note(f"plan {name}: run {run} discarded; pyroshock plan augment {name} replaces it")
+
+
+@plan.command()
+@click.argument("name", shell_complete=plan_names)
+@click.option(
+    "--against",
+    default=None,
+    metavar="OTHER",
+    help="Another plan, or a table (CSV) of the same factors.",
+    shell_complete=plan_names,
+)
+@click.option("--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw the quality into FILE.png.")
+@db_option
+@json_option
+def quality(name: str, against: str | None, plot: Path | None, db: str, json_to: str | None) -> None:
+    """How good a plan is: balance of levels, pairs and triples, space filling, changeovers, confounding with time.
+
+    \b
+    Example:
+        pyroshock plan quality spring --against table_a1_lhs_105_runs.csv --plot quality.png
+    """
+    from .quality import designs_of, draw, figures_as_json, tables
+
+    with opened(db) as store:
+        space, designs = designs_of(store, name, against)
+        if plot is not None:
+            draw(space, designs, plot)
+            note(f"plot: {plot}")
+    if json_to is not None:
+        write_json(figures_as_json(space, designs), json_to)
+        return
+    for rows in tables(space, designs):
+        print_table(rows, "nothing to show")
+        click.echo()
+
+
+@plan.command()
+@click.argument("name", shell_complete=plan_names)
+@db_option
+@json_option
+def status(name: str, db: str, json_to: str | None) -> None:
+    """What of a plan is done, to do, and discarded."""
+    from ...doe.plans import read_plan
+    from .quality import plan_as_json
+
+    with opened(db) as store, store.reading() as session:
+        stored = read_plan(session, name)
+    if json_to is not None:
+        write_json(plan_as_json(stored), json_to)
+        return
+    counts = {state: sum(run.status == state for run in stored.runs) for state in ("done", "planned", "discarded")}
+    begun = sum(0 < run.recorded < run.repetitions for run in stored.runs if run.status == "planned")
+    click.echo(
+        f"{name}: {counts['done']} done, {counts['planned']} to do ({begun} begun), {counts['discarded']} discarded"
+    )
+    print_table(
+        (
+            {"run": run.run, "status": run.status, "recorded": f"{run.recorded}/{run.repetitions}", **run.row}
+            | ({"reason": run.reason} if run.reason else {})
+            for run in stored.runs
+        ),
+        "no runs",
+    )
+
+
+@plan.command()
+@click.argument("name", shell_complete=plan_names)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, dir_okay=False),
+    required=True,
+    metavar="FILE.html|.csv|.xlsx",
+    help="Its ending says as what.",
+)
+@db_option
+def sheet(name: str, out: Path, db: str) -> None:
+    """The run sheet for the bench, in order of run, with a box to tick.
+
+    \b
+    Example:
+        pyroshock plan sheet spring --out spring.html
+    """
+    from ...doe.plans import read_plan
+    from ...doe.sheet import write_sheet
+
+    with opened(db) as store, store.reading() as session:
+        write_sheet(read_plan(session, name), out)
+    note(f"written: {out}")
+
+
+for command in (augment, discriminate):
+    plan.add_command(command)
+
+
+@click.command()
+@click.argument("plan", shell_complete=plan_names)
+@click.option("--out", type=click.Path(path_type=Path), required=True, metavar="FOLDER", help="A new folder.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed, the same files.")
+@click.option(
+    "--effect",
+    "effects",
+    multiple=True,
+    metavar="NAME=STRENGTH",
+    help="Set an effect: 0 takes it away, 1 is a realistic bench's. Repeat for several.",
+)
+@click.option("--echoes", is_flag=True, help="The plate's edges act on what strikes it while it touches.")
+@click.option("--name", default=None, help="The campaign's name. [the plan's]")
+@click.option("--repetitions", type=click.IntRange(1), default=None, help="[the plan's]")
+@click.option("--trigger", metavar="5%|none", default=None, help="Of a gun: share of the tank's pressure lost. [5%]")
+@click.option("--pre-trigger", metavar="300ms", default=None, help="Recorded before the trigger. [300ms]")
+@click.option("--jobs", type=click.IntRange(1), default=None, help="Processes. [cores, at most 4]")
+@db_option
+@json_option
+def simulate(
+    plan: str,
+    out: Path,
+    seed: int,
+    effects: tuple[str, ...],
+    echoes: bool,
+    name: str | None,
+    repetitions: int | None,
+    trigger: str | None,
+    pre_trigger: str | None,
+    jobs: int | None,
+    db: str,
+    json_to: str | None,
+) -> None:
+    """Play PLAN on the virtual bench: recordings as a real bench would leave them, to try everything on.
+
+    What was set and what really happened goes to FOLDER.sealed.json, for whoever scores a diagnosis afterwards.
+
+    \b
+    Example:
+        pyroshock plan lhs spring --runs 105
+        pyroshock simulate spring --out spring/ --effect gun.blow_by=3
+        pyroshock ingest spring/
+    """
+    with opened(db) as store:
+        from ...doe.plans import read_plan
+        from ..common.progress import progress_bar
+        from .rehearsal import simulate_plan
+
+        with store.reading() as session:
+            stored = read_plan(session, plan)
+        with progress_bar(plan, "recordings") as step:
+            made = simulate_plan(
+                stored,
+                out,
+                seed=seed,
+                effects=_strengths(effects),
+                echoes=echoes,
+                name=name,
+                repetitions=repetitions,
+                trigger=trigger,
+                pre_trigger=pre_trigger,
+                jobs=jobs,
+                progress=step,
+            )
+    note(f"{made.folder}: {made.recordings} recordings, {made.hits} hits; sealed: {made.seal}")
+    if json_to is not None:
+        write_json(
+            {"folder": str(made.folder), "recordings": made.recordings, "hits": made.hits, "seal": str(made.seal)},
+            json_to,
+        )
+
+
+def _strengths(texts: tuple[str, ...]) -> dict[str, float]:
+    """Effect -> strength, of NAME=STRENGTH; 1 where none is given. Raises `ValueError`."""
+    strengths = {}
+    for text in texts:
+        name, sign, strength = text.partition("=")
+        try:
+            strengths[name.strip()] = float(strength) if sign else 1.0
+        except ValueError as error:
+            raise ValueError(f"--effect {text!r}; expected NAME=STRENGTH, such as gun.blow_by=2") from error
+    return strengths

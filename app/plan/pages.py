@@ -1,0 +1,157 @@
+"""Plans: made, judged, printed, and ticked off at the bench.
+
+Charts of a plan: balance of its levels, and how its runs go through them.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Depends, Form, HTTPException
+from starlette.requests import Request
+from starlette.responses import RedirectResponse, Response
+
+from ...doe.designs.methods import METHODS
+from ...doe.plans import StoredPlan, list_plans, read_plan, tick_run
+from ...doe.sheet import sheet_of, write_sheet
+from ...doe.space import shipped_factors
+from ..web.dependencies import Key, Name, OpenStore, Running
+from ..web.figures_base import COLOURS, Figure, bars, categories
+from ..web.jobs_pages import followed
+from ..web.rendering import cell, heading, page, part
+from .api import plan_job
+from .job import PlanArguments
+from .quality import plan_page
+
+
+def balance_figure(axis: Mapping[str, Any]) -> Figure:
+    """Runs of each level of one axis (`plan_quality.plan_page`), beside the balanced share."""
+    levels = [str(level["level"]) for level in axis["levels"]]
+    shown = [bars(levels, [level["runs"] for level in axis["levels"]], "runs")]
+    share = axis["share"]
+    level = {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": share, "y1": share}
+    rule = {**level, "line": {"color": "quiet", "dash": "dash"}}
+    return categories(shown, axis["axis"].replace("_", " "), "runs", shapes=[rule], showlegend=False)
+
+
+def coverage_figure(levels: Sequence[Mapping[str, Any]], factor: str) -> Figure:
+    """Planned, done and discarded runs of each level of one factor (`coverage.level_coverage`)."""
+    factor_levels = [row for row in levels if row["factor"] == factor]
+    names = [cell(factor, row["level"]) for row in factor_levels]
+    states = (("done", COLOURS[2]), ("planned", COLOURS[7]), ("discarded", COLOURS[1]))
+    shown = [bars(names, [row[state] for row in factor_levels], state, colour) for state, colour in states]
+    return categories(shown, heading(factor), "runs", barmode="stack")
+
+
+router = APIRouter()
+#: A list of plans is cut so; a lab has tens.
+_MOST = 500
+_FORMATS = {
+    "html": "text/html; charset=utf-8",
+    "csv": "text/csv; charset=utf-8",
+    "xlsx": "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
+}
+
+
+@router.get("/plans")
+def plans(request: Request, store: OpenStore) -> Response:
+    with store.reading() as session:
+        rows = list_plans(session)
+    return page(request, "plans.html", rows=rows[:_MOST], left_out=max(0, len(rows) - _MOST))
+
+
+@router.get("/plans/new")
+def new(request: Request, kind: Literal["gun", "hammer"] = "gun") -> Response:
+    return page(request, "plan_new.html", kind=kind, factors=shipped_factors(kind), methods=METHODS)
+
+
+async def _options(request: Request) -> dict[str, str]:
+    """What the form says of the method's options: fields such as "lhs.criterion"."""
+    form = await request.form()
+    prefix = f"{form.get('method', 'lhs')}."
+    return {name.removeprefix(prefix): str(value) for name, value in form.items() if name.startswith(prefix) and value}
+
+
+@router.post("/plans")
+def make(
+    store: OpenStore,
+    jobs: Running,
+    name: Annotated[str, Form(min_length=1, max_length=200)],
+    options: Annotated[dict[str, str], Depends(_options)],
+    method: Annotated[str, Form(max_length=60)] = "lhs",
+    kind: Annotated[Literal["gun", "hammer"], Form()] = "gun",
+    runs: Annotated[int, Form(ge=1)] = 105,
+    repetitions: Annotated[int, Form(ge=1, le=1000)] = 10,
+    seed: Annotated[str, Form(max_length=12)] = "",
+    factors: Annotated[str, Form(max_length=200_000)] = "",
+    table: Annotated[str, Form(max_length=800_000)] = "",
+    description: Annotated[str, Form(max_length=10_000)] = "",
+) -> Response:
+    if seed and not seed.isdecimal():
+        raise ValueError(f"seed {seed!r} is no whole number; leave it empty to draw one")
+    wanted = PlanArguments(
+        name.strip(), method, kind, runs, repetitions, int(seed) if seed else None, factors, table, description, options
+    )
+    return followed(plan_job(jobs, store, wanted))
+
+
+@router.get("/plans/{name}")
+def plan(request: Request, name: Name, store: OpenStore) -> Response:
+    with store.reading() as session:
+        plan = read_plan(session, name)
+    judged = plan_page(plan)
+    return page(
+        request,
+        "plan.html",
+        plan=plan,
+        judged=judged,
+        sheet=sheet_of(plan),
+        figures={axis["axis"]: balance_figure(axis) for axis in judged["levels"]},
+    )
+
+
+@router.get("/plans/{name}/sheet")
+def sheet(request: Request, name: Name, store: OpenStore) -> Response:
+    """The run sheet at the bench: large targets, one run after the other."""
+    with store.reading() as session:
+        plan = read_plan(session, name)
+    rows = list(zip(plan.runs, sheet_of(plan).rows, strict=True))
+    return page(request, "sheet.html", plan=plan, rows=rows, columns=_settings(plan), following=_next(plan))
+
+
+def _settings(plan: StoredPlan) -> list[str]:
+    return [*plan.space.columns, *dict.fromkeys(key for run in plan.runs for key in run.settings)]
+
+
+def _next(plan: StoredPlan) -> int | None:
+    return next((run.run for run in plan.runs if run.status == "planned"), None)
+
+
+@router.get("/plans/{name}/sheet.{ending}")
+def sheet_file(name: Name, ending: str, store: OpenStore) -> Response:
+    if ending not in _FORMATS:
+        raise HTTPException(404, f"no sheet of format {ending!r}; known: {', '.join(_FORMATS)}")
+    with store.reading() as session:
+        plan = read_plan(session, name)
+    with tempfile.TemporaryDirectory(prefix="pyroshock-sheet-") as scratch:
+        path = Path(scratch) / f"sheet.{ending}"
+        write_sheet(plan, path)
+        content = path.read_bytes()
+    shown = "inline" if ending == "html" else "attachment"
+    called = f"{shown}; filename*=UTF-8''{part(plan.name)}.{ending}"
+    return Response(content, media_type=_FORMATS[ending], headers={"content-disposition": called})
+
+
+@router.post("/plans/{name}/runs/{run}")
+def tick(
+    name: Name,
+    run: Key,
+    store: OpenStore,
+    status: Annotated[Literal["planned", "done", "discarded"], Form()],
+    note: Annotated[str, Form(max_length=2000)] = "",
+) -> Response:
+    tick_run(store, name, run, status=status, note=note or None)
+    return RedirectResponse(f"/plans/{part(name)}/sheet#run-{run}", 303)

@@ -1,0 +1,233 @@
+"""Plans that can be fired: a design, its tank pressures by the gun model, and the guard over every run.
+
+What follows from a plan's treatments: tank pressures by the nominal gun, every run held against the bench.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast, get_args
+
+from sqlalchemy import select
+
+from ...doe.designs.base import Design
+from ...doe.designs.methods import DesignRequest, get_method
+from ...doe.guards import TANK_PRESSURE, planned_shots, pressures_for_levels, refuse_unsafe
+from ...doe.limits.bench import read_limits
+from ...doe.limits.contact_force import Elastic
+from ...doe.plans import StoredPlan, add_plan, extend_plan, read_plan
+from ...doe.space import Kind, Space, shipped_factors, space_from_text
+from ...doe.toml_space import with_ranges
+from ...ingest.folder import read_campaign_file
+from ...schema.benches import Material, material_names
+from ...schema.known_factors import BY_COLUMN, parse_number
+from ...schema.session import Store
+from ...twin.gun.nominal import GunBench, muzzle_velocity, tank_pressure_for
+
+if TYPE_CHECKING:
+    import numpy as np
+
+
+#: The bench of the shipped shots: the thesis's gun.
+SHIPPED_BENCH = Path(__file__).resolve().parents[2] / "examples" / "first-shots"
+VELOCITY_LEVEL, MASS = "velocity_level", "bullet_mass_kg"
+
+Rows = Sequence[Mapping[str, str]]
+
+
+def gun_bench(folder: Path | None) -> GunBench:
+    """The gun of a campaign folder's campaign.toml; of the shipped shots where none is named."""
+    file = read_campaign_file(folder or SHIPPED_BENCH)
+    if file.gun is None:
+        raise ValueError(f"{folder}: its campaign.toml has no [bench.gun] to plan tank pressures with")
+    return GunBench(**vars(file.gun))
+
+
+def run_settings(store: Store, space: Space, rows: Rows, gun: GunBench) -> list[dict[str, float]]:
+    """What follows from each treatment: a gun's tank pressure, unless it is a factor. Every run is held against the
+    bench.
+
+    Raises `doe.guards.UnsafeRunError` with the numbers where a run is beyond it, and `ValueError` for a gun's factors
+    without a mass, and without either velocity levels or a tank pressure.
+    """
+    if space.kind != "gun":
+        return [{} for _ in rows]
+    velocities = _velocities(space)
+    masses = sorted({parse_number(row[MASS]) for row in rows})
+    pressures = pressures_for_levels(velocities, masses, lambda v, m: float(tank_pressure_for(gun, v, m)))
+    materials = _elastic(store, space)
+    shots = planned_shots(rows, velocities, pressures, materials, lambda p, m: float(muzzle_velocity(gun, p, m)))
+    refuse_unsafe(shots, read_limits(space.bench))
+    if not velocities:  # the pressure is a factor
+        return [{} for _ in rows]
+    return [{TANK_PRESSURE: float(f"{shot.tank_pressure_pa / 1e5:.4g}")} for shot in shots]
+
+
+def numbered(rows: Rows, numbers: Sequence[int]) -> list[dict[str, str]]:
+    """The rows with their run numbers, by which a refusal names them."""
+    return [{"run": str(number), **row} for number, row in zip(numbers, rows, strict=True)]
+
+
+def _velocities(space: Space) -> dict[str, float]:
+    """What the velocity levels stand for; none where the tank pressure is a factor in their place."""
+    by_column = {factor.column: factor for factor in space.factors}
+    level = by_column.get(VELOCITY_LEVEL)
+    has_pressure = TANK_PRESSURE in by_column
+    if MASS not in by_column or (level is not None) == has_pressure or (level is not None and level.values is None):
+        raise ValueError(
+            f"factors {space.name!r}: a gun's plan needs {MASS}, and either {TANK_PRESSURE}, or {VELOCITY_LEVEL} as an "
+            "ordered factor with values in m/s"
+        )
+    if level is None or level.values is None:
+        return {}
+    return dict(zip(level.levels, level.values, strict=True))
+
+
+def _elastic(store: Store, space: Space) -> dict[str, Elastic]:
+    """Elastic constants of every material that a level names, under the level's own spelling."""
+    columns = [column for column, factor in BY_COLUMN.items() if factor.material]
+    named = {level for factor in space.factors if factor.column in columns for level in factor.levels}
+    with store.reading() as session:
+        names = material_names(session)
+        constants = {m.name: Elastic(m.youngs_modulus_pa, m.poisson_ratio) for m in session.scalars(select(Material))}
+    return {level: constants[name] for level in named if (name := names(level)) is not None}
+
+
+@dataclass(frozen=True)
+class PlanDraft:
+    """A plan that is made and not stored yet; `runs` are the numbers of its runs where a table tells them."""
+
+    name: str
+    factors: str
+    design: Design
+    gun: GunBench
+    repetitions: int
+    runs: Sequence[int] | None = None
+    description: str | None = None
+
+
+def make_plan(store: Store, method: str, name: str, **given: Any) -> StoredPlan:
+    """`draft_plan`, stored: for the command line and for the web alike. Raises as it does, and as `store_draft`."""
+    return store_draft(store, draft_plan(method, name, **given))
+
+
+def draft_plan(
+    method: str,
+    name: str,
+    *,
+    kind: Kind = "gun",
+    factors: str | None = None,
+    runs: int | None = None,
+    table: Path | None = None,
+    repetitions: int = 10,
+    seed: int | None = None,
+    gun: Path | None = None,
+    description: str | None = None,
+    options: Mapping[str, Any] | None = None,
+    ranges: Mapping[str, Sequence[float]] | None = None,
+) -> PlanDraft:
+    """Make a design, to be stored as plan `name`. The search for a balanced one takes seconds to minutes.
+
+    `method` is one of `doe.designs.methods.METHODS`: "lhs" takes the number of `runs`, "import" a CSV `table`;
+    `options` are those of the method. `factors` is the text of a factors file, else the shipped one of `kind`;
+    `ranges` makes factors of it continuous (`doe.ranges.with_ranges`); `gun` is a campaign folder whose gun fires the
+    plan. Without a `seed` one is drawn, which the plan keeps. Raises `ValueError` for what the method lacks.
+    """
+    if not name.strip():
+        raise ValueError("the plan has no name; expected one")
+    if repetitions < 1:
+        raise ValueError(f"repetitions is {repetitions}; expected 1 or more")
+    text = with_ranges(factors if factors is not None else shipped_factors(_kind(kind)), ranges or {})
+    design, numbers = _design(method, space_from_text(text), runs, table, seed, options or {})
+    return PlanDraft(name, text, design, gun_bench(gun), repetitions, numbers, description)
+
+
+def store_draft(store: Store, draft: PlanDraft) -> StoredPlan:
+    """Store a plan, and read it back. Raises `PlanExistsError`, `doe.guards.UnsafeRunError`."""
+    store_design(
+        store,
+        draft.name,
+        draft.factors,
+        draft.design,
+        draft.gun,
+        repetitions=draft.repetitions,
+        runs=draft.runs,
+        description=draft.description,
+    )
+    with store.reading() as session:
+        return read_plan(session, draft.name)
+
+
+def _kind(text: str) -> Kind:
+    if text not in get_args(Kind):
+        raise ValueError(f"kind is {text!r}; expected one of {', '.join(get_args(Kind))}")
+    return cast(Kind, text)
+
+
+def _design(
+    method: str, space: Space, runs: int | None, table: Path | None, seed: int | None, options: Mapping[str, Any]
+) -> tuple[Design, Sequence[int] | None]:
+    """The design, and the numbers of its runs where a table tells them."""
+    import secrets
+
+    import numpy as np
+
+    from ...doe.designs.imported import ImportedDesign
+
+    drawn = seed if seed is not None else secrets.randbelow(2**31)
+    if drawn < 0:
+        raise ValueError(f"seed is {drawn}; expected 0 or more")
+    rng = np.random.default_rng(drawn)
+    made = get_method(method).make(space, DesignRequest(runs, table, rng, options))
+    return (made, made.runs) if isinstance(made, ImportedDesign) else (in_order(made, rng, drawn), None)
+
+
+def store_design(
+    store: Store,
+    name: str,
+    factors: str,
+    design: Design,
+    gun: GunBench,
+    *,
+    repetitions: int,
+    runs: Sequence[int] | None = None,
+    description: str | None = None,
+) -> None:
+    """Store a design as a plan that can be fired; nothing is stored where a run is beyond the bench."""
+    numbers = list(runs) if runs is not None else list(range(1, len(design.treatments) + 1))
+    settings = run_settings(store, design.space, numbered(design.rows, numbers), gun)
+    add_plan(
+        store,
+        name,
+        factors,
+        design,
+        repetitions=repetitions,
+        settings=settings,
+        runs=numbers,
+        description=description,
+    )
+
+
+def in_order(design: Design, rng: np.random.Generator, seed: int | None) -> Design:
+    """The design with its treatments in order of run: heavy changes rare, the rest at random."""
+    from ...doe.order import order
+
+    return Design(design.space, design.treatments[order(design.space, design.treatments, rng)], design.method, seed)
+
+
+def augment_plan(store: Store, plan: StoredPlan, runs: int, repetitions: int, seed: int, gun: GunBench) -> list[int]:
+    """Add `runs` to a plan, beside what is recorded and still to do; returns their numbers."""
+    import numpy as np
+
+    from ...doe.designs.augment import augment
+    from ...doe.designs.lhs import balanced
+
+    rng = np.random.default_rng(seed)
+    kept = plan.treatments("planned", "done")
+    design = augment(plan.space, kept, runs, lambda space, n, fixed: balanced(space, n, rng, fixed=fixed))
+    rows = in_order(design, rng, seed).rows
+    first = 1 + max((run.run for run in plan.runs), default=0)
+    settings = run_settings(store, plan.space, numbered(rows, range(first, first + runs)), gun)
+    return extend_plan(store, plan.name, rows, repetitions=repetitions, settings=settings)

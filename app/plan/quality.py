@@ -1,0 +1,187 @@
+"""The quality of plans, as the command line shows it: figures, confounding with time, a picture.
+
+A plan as other programs read it: JSON in SI, and a CSV table that `plan import` takes.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...doe.designs.imported import read_table
+from ...doe.merit.quality import FIGURES, Quality, compare, figure_text, quality
+from ...doe.order import time_confounding
+from ...doe.plans import StoredPlan, read_plan
+from ...doe.space import Space
+from ...schema.atomic_write import whole_file
+from ...schema.known_factors import BY_COLUMN, parse_number
+from ...schema.session import Store
+
+Designs = Mapping[str, NDArray[np.int64]]
+
+
+def designs_of(store: Store, name: str, against: str | None) -> tuple[Space, Designs]:
+    """The plan's treatments that are not discarded, and those of another plan, or of a table of the same factors.
+
+    Raises `ValueError` where the other one is of other factors.
+    """
+    with store.reading() as session:
+        plan = read_plan(session, name)
+        designs = {name: plan.treatments("planned", "done")}
+        if against is None:
+            return plan.space, designs
+        if Path(against).is_file():
+            designs[Path(against).stem] = read_table(Path(against), plan.space).treatments
+            return plan.space, designs
+        other = read_plan(session, against)
+    if other.space.axes != plan.space.axes:
+        raise ValueError(f"plan {against!r} is of other factors than {name!r}; only like can be compared")
+    designs[against] = other.treatments("planned", "done")
+    return plan.space, designs
+
+
+def tables(space: Space, designs: Designs) -> Iterator[list[dict[str, Any]]]:
+    """Figures of the one or two designs, then what their order confounds with time, then the level counts."""
+    names = list(designs)
+    judged = [quality(space, rows) for rows in designs.values()]
+    figures = compare(judged[0], judged[-1])
+    yield [
+        {"figure": row.figure, names[0]: row.a}
+        | ({names[1]: row.b, "better": {"a": names[0], "b": names[1], "": ""}[row.better]} if len(names) > 1 else {})
+        for row in figures
+    ]
+    confounded = [time_confounding(space, rows) for rows in designs.values()]
+    yield [
+        {"share of variance with time": axis}
+        | {name: round(pairs[axis], 3) for name, pairs in zip(names, confounded, strict=True)}
+        for axis in confounded[0]
+    ]
+    yield [
+        {"axis": axis.name, "level": label}
+        | {name: design.level_counts[axis.name][label] for name, design in zip(names, judged, strict=True)}
+        for axis in space.stratified.axes
+        for label in axis.labels
+    ]
+
+
+def figures_as_json(space: Space, designs: Designs) -> Any:
+    """Figures of one design, or a list of two."""
+    summaries = [
+        {"plan": name, **asdict(quality(space, rows)), "time_confounding": time_confounding(space, rows)}
+        for name, rows in designs.items()
+    ]
+    return [_finite(summary) for summary in summaries] if len(summaries) > 1 else _finite(summaries[0])
+
+
+def plan_page(plan: StoredPlan) -> dict[str, Any]:
+    """What a page shows of a plan's quality, of its runs that are not discarded; plain data.
+
+    `counts` of runs by state, and of those that are begun; `figures`: each with its words, value, text and what is
+    better ("less", "more", "neither"); `levels` by axis, each with its runs and the balanced share of them; `changes`
+    by factor: how often it is changed in the order of runs, and the work that a change is; `time` by axis: the share of
+    its variance that goes with time. All but `counts` are empty where no run is left.
+    """
+    states = ("planned", "done", "discarded")
+    counts = {state: sum(run.status == state for run in plan.runs) for state in states}
+    counts["begun"] = sum(run.status == "planned" and 0 < run.recorded < run.repetitions for run in plan.runs)
+    rows = plan.treatments("planned", "done")
+    if not len(rows):
+        return {"counts": counts, "figures": [], "levels": [], "changes": [], "time": []}
+    judged, confounded = quality(plan.space, rows), time_confounding(plan.space, rows)
+    work = {factor.name: factor.change for factor in plan.space.factors}
+    return {
+        "counts": counts,
+        "figures": _figures(judged),
+        "levels": [
+            {
+                "axis": axis.name,
+                "share": len(rows) / axis.size,
+                "levels": [{"level": label, "runs": judged.level_counts[axis.name][label]} for label in axis.labels],
+            }
+            for axis in plan.space.stratified.axes
+        ],
+        "changes": [
+            {"factor": name, "changes": count, "work": work[name]} for name, count in judged.changeovers.items()
+        ],
+        "time": [{"axis": axis, "share": share} for axis, share in confounded.items()],
+    }
+
+
+def _figures(judged: Quality) -> list[dict[str, Any]]:
+    rows = []
+    for name, (words, better) in FIGURES.items():
+        value = getattr(judged, name)
+        rows.append({"name": name, "words": words, "value": value, "text": figure_text(value), "better": better})
+    return [_finite(row) for row in rows]
+
+
+def _finite(figures: dict[str, Any]) -> dict[str, Any]:
+    """Without infinities (the distance within a single run), which JSON has not."""
+    return {
+        key: None if isinstance(value, float) and not np.isfinite(value) else value for key, value in figures.items()
+    }
+
+
+def draw(space: Space, designs: Designs, path: Path) -> None:
+    """Draw the designs beside each other into an image file."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    from ...doe.plots import draw_quality
+    from ...schema.atomic_write import whole_file
+
+    figure = Figure(figsize=(6.5 * len(designs), 10), layout="constrained", dpi=120)
+    FigureCanvasAgg(figure)
+    draw_quality(figure, space, designs)
+    with whole_file(path) as partial:
+        figure.savefig(partial)
+
+
+def plan_as_json(plan: StoredPlan) -> dict[str, Any]:
+    """A plan as the command line prints it: SI numbers, the unit in the key."""
+    return {
+        "name": plan.name,
+        "kind": plan.space.kind,
+        "method": plan.method,
+        "seed": plan.seed,
+        "runs": [
+            {
+                "run": run.run,
+                "position": run.position,
+                "status": run.status,
+                "repetitions": run.repetitions,
+                "recorded": run.recorded,
+                **settings_in_si({**run.row, **{key: repr(value) for key, value in run.settings.items()}}),
+                **({"reason": run.reason} if run.reason else {}),
+            }
+            for run in plan.runs
+        ],
+    }
+
+
+def settings_in_si(row: Mapping[str, str]) -> dict[str, Any]:
+    """Column to cell: numbers that recordings know in SI with the unit in the key, all else as the table has it."""
+    cells: dict[str, Any] = {}
+    for column, text in row.items():
+        factor = BY_COLUMN.get(column)
+        if factor is not None and factor.si_unit is not None:
+            cells[f"{factor.name}_{factor.si_unit.lower()}"] = float(f"{parse_number(text) * factor.scale:.12g}")
+        else:
+            cells[column] = text
+    return cells
+
+
+def write_table(plan: StoredPlan, path: Path) -> None:
+    """The plan's table as CSV: `run` and the factors' columns, in order of run, without what was discarded."""
+    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["run", *plan.space.columns])
+        for run in plan.runs:
+            if run.status != "discarded":
+                writer.writerow([run.run, *(run.row[column] for column in plan.space.columns)])

@@ -1,0 +1,173 @@
+"""A campaign before the first real one: planned, played on the virtual bench, ingested, and held against its plan.
+
+A stored plan fired on the virtual bench, by the command line and by notebooks alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...doe.plans import StoredPlan, UnknownPlanError, read_plan
+from ...ingest.load import ingest_folder
+from ...ingest.plan_link import link_campaign
+from ...schema.listings import iter_shots
+from ...schema.session import Store
+from ...virtualbench.effects import Effects
+from ...virtualbench.simulate import simulate
+from ..common.frames import si
+from ..predict.nominal import with_predictions
+from .planning import make_plan
+
+if TYPE_CHECKING:
+    from ...virtualbench.gun.channels import Trigger
+    from ...virtualbench.simulate import SimulatedCampaign
+    from ..common.frames import Quantity
+    from ..common.progress import Step
+
+
+def rows_of(store: Store, name: str) -> tuple[str, list[dict[str, str]], int]:
+    """Kind, rows with run number, treatment and settings in order of run, and repetitions of a plan's open runs.
+
+    Discarded runs are left out. Raises `UnknownPlanError`, and `ValueError` where nothing is left to play.
+    """
+    with store.reading() as session:
+        plan = read_plan(session, name)
+    return rows_of_stored(plan)
+
+
+def rows_of_stored(plan: StoredPlan) -> tuple[str, list[dict[str, str]], int]:
+    """As `rows_of`, of a plan that was read. Raises `ValueError` where nothing is left to play."""
+    runs = [run for run in plan.runs if run.status != "discarded"]
+    if not runs:
+        raise ValueError(f"plan {plan.name!r} has no run that is not discarded")
+    rows = [
+        {"run": str(run.run), **run.row, **{key: repr(value) for key, value in run.settings.items()}} for run in runs
+    ]
+    return plan.space.kind, rows, max(run.repetitions for run in runs)
+
+
+def simulate_plan(
+    plan: StoredPlan,
+    folder: Path,
+    *,
+    seed: int = 0,
+    effects: Mapping[str, float] | None = None,
+    echoes: bool = False,
+    name: str | None = None,
+    repetitions: int | None = None,
+    trigger: str | float | None = None,
+    pre_trigger: Quantity | None = None,
+    jobs: int | None = None,
+    progress: Step | None = None,
+) -> SimulatedCampaign:
+    """Fire a plan on the virtual bench into a new campaign folder, as `virtualbench.simulate.simulate` does.
+
+    `effects` are strengths by name; the others keep their usual strength of 1. `name` and `repetitions` are the plan's
+    unless they are given. Raises `ValueError` as that function, `Effects.with_strength` and `trigger_of`.
+    """
+    from ...virtualbench.effects import Effects
+    from ...virtualbench.simulate import simulate
+
+    kind, rows, planned = rows_of_stored(plan)
+    acting = Effects.default()
+    for effect, strength in (effects or {}).items():
+        acting = acting.with_strength(effect, float(strength))
+    return simulate(
+        rows,
+        kind,
+        folder,
+        seed=seed,
+        effects=acting,
+        echoes=echoes,
+        repetitions=planned if repetitions is None else repetitions,
+        jobs=jobs,
+        progress=progress,
+        name=name or plan.name,
+        trigger=trigger_of(trigger, pre_trigger),
+    )
+
+
+def trigger_of(share: str | float | None, pre_trigger: Quantity | None) -> Trigger | None:
+    """When recordings begin: "5%" or 0.05 of the tank's pressure lost, or "none" for a recorder started by hand.
+
+    None where neither is given. Raises `ValueError`.
+    """
+    from ...virtualbench.gun.channels import Trigger
+
+    if share is None and pre_trigger is None:
+        return None
+    usual = Trigger()
+    before_s = usual.pre_trigger_s if pre_trigger is None else si(pre_trigger, "s", "--pre-trigger")
+    if share is None:
+        return Trigger(usual.share, before_s)
+    if not isinstance(share, str):
+        return Trigger(float(share), before_s)
+    if share == "none":
+        return Trigger(None, before_s)
+    number, percent, rest = share.partition("%")
+    try:
+        if not percent or rest.strip():
+            raise ValueError(share)
+        return Trigger(float(number) / 100, before_s)
+    except ValueError as error:
+        raise ValueError(f"--trigger is {share!r}; expected a share such as 5%, or none") from error
+
+
+NAME, RUNS, REPETITIONS, SEED = "rehearsal", 10, 1, 1
+
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class RehearsalResult:
+    """What came of it: counts, and how far the measured velocities lie from the nominal gun's."""
+
+    planned: int
+    done: int
+    shots: int
+    findings: int
+    median_ratio: float  # measured over predicted velocity
+    spread: float  # standard deviation of the ratio
+
+    def as_row(self) -> dict[str, Any]:
+        return vars(self).copy()
+
+
+def rehearse(store: Store, folder: Path, progress: Progress | None = None) -> RehearsalResult:
+    """Plan, simulate and ingest a small gun campaign; what is there already is not made again."""
+    _plan(store)
+    if not (folder / "campaign.toml").is_file():
+        kind, rows, repetitions = rows_of(store, NAME)
+        effects = Effects.default()
+        simulate(rows, kind, folder, seed=SEED, effects=effects, repetitions=repetitions, progress=progress, name=NAME)
+    report = ingest_folder(store, folder)
+    link_campaign(store, NAME, NAME)
+    with store.reading() as session:
+        runs = read_plan(session, NAME).runs
+        shots = list(with_predictions(session, iter_shots(session, NAME)))
+    ratios = np.array(
+        [s["measured_velocity_m_s"] / s["predicted_velocity_m_s"] for s in shots if s["measured_velocity_m_s"]]
+    )
+    return RehearsalResult(
+        planned=len(runs),
+        done=sum(run.status == "done" for run in runs),
+        shots=len(shots),
+        findings=len(report.findings),
+        median_ratio=float(np.median(ratios)),
+        spread=float(np.std(ratios)),
+    )
+
+
+def _plan(store: Store) -> None:
+    with store.reading() as session:
+        try:
+            read_plan(session, NAME)
+            return
+        except UnknownPlanError:
+            pass
+    make_plan(store, "lhs", NAME, runs=RUNS, repetitions=REPETITIONS, seed=SEED)

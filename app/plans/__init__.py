@@ -1,1 +1,0 @@
-"""Plans that can be fired, their quality, and what a simulation of them shows."""

@@ -1,0 +1,352 @@
+"""`predict`: what a shot will do, with 90 % bands.
+
+`predict --plan` and `predict --shots`: every shot of a plan or of a table, on this machine or a cluster.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from click.core import ParameterSource
+
+from ..cli.common import Function, crew_options, db_option, json_option, note, opened_or_none, print_table, write_json
+from ..cli.completion import campaign_names, material_names, plan_names
+
+if TYPE_CHECKING:
+    from ...parallel.executor import Crew
+    from ...schema.session import Store
+    from ..twins.building import TwinRequest
+    from .batch import Foretold, ShotRow
+    from .predicting import ShotRequest
+
+
+MANY = (
+    click.option(
+        "--plan",
+        metavar="NAME",
+        default=None,
+        help="Every run of a plan in place of one shot.",
+        shell_complete=plan_names,
+    ),
+    click.option(
+        "--shots",
+        type=click.Path(exists=True, dir_okay=False, path_type=Path),
+        default=None,
+        metavar="FILE.csv",
+        help="Every row of a table with the columns of runs.csv.",
+    ),
+    click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help="Their figures: .csv or .parquet."),
+    click.option("--spectra", type=click.Path(path_type=Path), metavar="FILE", help="Their spectra, the same."),
+)
+#: Of a table on a screen: what names a shot, and what matters of it.
+_SHOWN = ("run", "repetition", "tip_material", "bullet_mass_kg", "tank_pressure_bar")
+_FIGURES = ("velocity_m_s", "contact_time_s", "peak_force_n")
+
+
+@dataclass(frozen=True)
+class Many:
+    """Where the shots stand, and where what is foretold of them goes."""
+
+    plan: str | None
+    shots: Path | None
+    out: Path | None
+    spectra: Path | None
+
+    @property
+    def asked(self) -> bool:
+        """Whether there is a table. Raises `ValueError` for options that go with one, without it."""
+        if self.plan is None and self.shots is None and (self.out or self.spectra):
+            raise ValueError("--out and --spectra go with --plan or --shots; one shot prints, or --json FILE")
+        return self.plan is not None or self.shots is not None
+
+    def rows(self, store: Store | None) -> list[ShotRow]:
+        """Raises `ValueError` for plan and file at once, `LookupError` for a plan without a store."""
+        from .batch import rows_of_file, rows_of_plan
+
+        if self.plan is None:
+            assert self.shots is not None
+            return rows_of_file(self.shots)
+        if self.shots is not None:
+            raise ValueError("--plan and --shots: expected one of them")
+        if store is None:
+            raise LookupError(f"no plan {self.plan!r}: there is no store")
+        return rows_of_plan(store, self.plan)
+
+    def tell(self, found: list[Foretold], json_to: str | None) -> None:
+        """Into the files that were asked for; as JSON or a table where no file takes the figures."""
+        from ..common.number_format import finite
+        from .batch import write_figures, write_spectra
+
+        if self.spectra is not None:
+            note(f"written: {self.spectra}, {write_spectra(self.spectra, found)} lines")
+        if self.out is not None:
+            note(f"written: {self.out}, {write_figures(self.out, found)} shots")
+        if json_to is not None:
+            write_json([finite({**shot.figures, "srs": list(shot.spectrum)}) for shot in found], json_to)
+        elif self.out is None:
+            print_table((_short(shot) for shot in found), "")
+
+
+def refuse_typed(*names: str) -> None:
+    """Options that a table takes the place of would be passed over in silence. Raises `ValueError` that names them."""
+    source = click.get_current_context().get_parameter_source
+    typed = [f"--{name.replace('_', '-')}" for name in names if source(name) is ParameterSource.COMMANDLINE]
+    if typed:
+        raise ValueError(f"{', '.join(typed)}: of one shot; with --plan or --shots leave it out")
+
+
+def _short(each: Foretold) -> dict[str, object]:
+    row: dict[str, object] = {name: each.figures[name] for name in _SHOWN if name in each.figures}
+    for name in _FIGURES:
+        low, high = (each.figures[f"predicted_{name}_{end}"] for end in ("low", "high"))
+        row |= {name: each.figures[f"predicted_{name}"], f"{name} 90 %": f"{low:.4g} to {high:.4g}"}
+    return row | {name: each.figures[name] for name in ("rests_on_shots", "extrapolation")}
+
+
+#: Options of what the operator sets; `tune` and `predict` spell them alike.
+_SET = (
+    click.option("--tank-pressure", metavar="5bar", default=None, help="Gauge, of a gun. [5bar]"),
+    click.option("--velocity", metavar="20m/s", default=None, help="Of impact, before contact; in place of the gun."),
+    click.option(
+        "--bullet-mass",
+        metavar="0.5kg",
+        default=None,
+        help="Of the projectile. [0.5kg; a hammer campaign's: its hammer]",
+    ),
+    click.option(
+        "--tip",
+        metavar="MATERIAL",
+        default="steel",
+        show_default=True,
+        help="What the tip is made of.",
+        shell_complete=material_names,
+    ),
+    click.option("--tip-radius", metavar="45mm", default="45mm", show_default=True, help="Of the ball."),
+    click.option("--plate", metavar="MATERIAL", default=None, help="What the plate is made of. [the bench's]"),
+    click.option(
+        "--anvil",
+        shell_complete=material_names,
+        metavar="MATERIAL|none",
+        default="none",
+        show_default=True,
+        help="What it strikes on the plate.",
+    ),
+    click.option(
+        "--insulator",
+        type=click.Choice(("none", "polymeric")),
+        default="none",
+        show_default=True,
+        help="On the anvil, which it needs.",
+    ),
+    click.option(
+        "--impact-position", metavar="'#1'", default="#1", show_default=True, help="Where it strikes the plate."
+    ),
+    click.option(
+        "--boundary-conditions",
+        type=click.Choice(("free", "fixed")),
+        default=None,
+        help="How the plate is held. [free]",
+    ),
+    click.option(
+        "--factor",
+        "factors",
+        multiple=True,
+        metavar="NAME=VALUE",
+        help="A factor that the model learned from, in SI: plate_mass_kg, or one of your own. Repeat it.",
+    ),
+)
+#: Of `predict` alone: `tune` looks for no way of the valve.
+_VALVE = click.option(
+    "--valve-profile",
+    metavar="FILE.csv|'0:0 0.1:1'",
+    default=None,
+    help="The gun's valve over time: points of s and position, 0 shut, 1 open. [as the effects say]",
+)
+_MADE_OF = (
+    click.option(
+        "--campaign",
+        metavar="NAME",
+        default=None,
+        help="Whose bench. [the newest of a gun]",
+        shell_complete=campaign_names,
+    ),
+    click.option("--bench", type=click.Path(path_type=Path), default=None, help="TOML file with [gun], [plate]."),
+    click.option("--modes", type=click.Path(path_type=Path), default=None, help="Modal table of the plate, CSV."),
+    click.option(
+        "--contact", metavar="LAW|prior|registered|NAME@VERSION", default=None, help="[the model in use, or prior]"
+    ),
+    click.option("--effect", "effects", multiple=True, metavar="ID[:NAME=VALUE,...]", help="Off the nominal: repeat."),
+    click.option(
+        "--coupled", is_flag=True, help="Solve contact and plate together: thin plates, soft tips. [prior, or hertz]"
+    ),
+    click.option("--no-adopted", is_flag=True, help="Without the effects that diagnoses have left to the bench."),
+    click.option("--impact-at", multiple=True, metavar="X,Y", help="Point #1, #2... of the outline, in m: repeat."),
+    click.option("--sensor-at", multiple=True, metavar="X,Y", help="acceleration_1, acceleration_2..., in m: repeat."),
+    click.option(
+        "--q",
+        type=click.FloatRange(0.5, min_open=True),
+        default=10.0,
+        show_default=True,
+        help="Of the spectrum's oscillators.",
+    ),
+    click.option("--frequencies", metavar="LOW:HIGH:PER_OCTAVE", default=None, help="Lines, Hz. [100:10000:6]"),
+)
+
+
+def _with(options: tuple[Any, ...]) -> Callable[[Function], Function]:
+    def add(function: Function) -> Function:
+        for option in reversed(options):
+            function = option(function)
+        return function
+
+    return add
+
+
+@click.command()
+@_with(_SET)
+@_VALVE
+@_with(_MADE_OF)
+@click.option("--chain-height", metavar="112mm", default=None, help="By which the plate hangs higher: links of 56 mm.")
+@click.option("--draws", type=click.IntRange(0), default=64, show_default=True, help="Random shots for the bands.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the draws.")
+@click.option(
+    "--plot", type=click.Path(path_type=Path), default=None, metavar="FILE", help="Draw it: .png, .svg, .pdf."
+)
+@_with(MANY)
+@crew_options("Processes, for many shots.")
+@db_option
+@json_option
+def predict(
+    draws: int,
+    seed: int,
+    plot: Path | None,
+    plan: str | None,
+    shots: Path | None,
+    out: Path | None,
+    spectra: Path | None,
+    crew: Crew,
+    db: str,
+    json_to: str | None,
+    **asked: Any,
+) -> None:
+    """Velocity, force, acceleration and shock response spectrum of one shot, with 90 % bands.
+
+    The first line says what the bands rest on. Where a quantity is beyond the shots that were learned from, its range
+    stands beside the number. Without a store the bench that ships with the software is taken. The contact model is the
+    one in use for the kind of the campaign. A factor that no stage uses is an error.
+
+    \b
+    Example:
+        pyroshock predict --tank-pressure 5bar --bullet-mass 0.5kg --tip steel
+        pyroshock predict --tank-pressure 5bar --valve-profile '0:0 0.1:1 0.3:1 0.4:0'
+        pyroshock predict --velocity 8m/s --tip delrin --effect plate.damping:factor=2 --plot shot.png
+        pyroshock predict --campaign hammer --velocity 1.5m/s --tip delrin --tip-radius 30mm --boundary-conditions fixed
+        pyroshock predict --plan spring --out predicted.csv --jobs 2
+    """
+    from ..train.training import models_extra
+
+    with opened_or_none(db) as store:
+        many = Many(plan, shots, out, spectra)
+        if many.asked:
+            refuse_typed(*_SETTING, "plot")
+            from ..common.progress import progress_bar
+            from .batch import bench_of_rows, foretold
+
+            with models_extra():
+                bench, rows, remarks = bench_of_rows(store, db, _request(asked), many.rows(store), draws, seed)
+                for remark in remarks:
+                    note(remark)
+                with progress_bar("predicting", "shots") as step:
+                    predicted_shots = foretold(bench, rows, crew, step)
+            many.tell(predicted_shots, json_to)
+            return
+        from ..twins.building import twin_of
+        from .predicting import domain_warnings, predicted, prediction_json
+        from .tables import quantity_rows, spectrum_rows
+
+        request = _request(asked)
+        with models_extra():
+            built = twin_of(store, db, request)
+            prediction = predicted(built, _shot(asked), draws=draws, seed=seed)
+        for remark in built.notes:
+            note(remark)
+        if plot is not None:
+            from .tables import plot_prediction
+
+            plot_prediction(prediction, plot)
+            note(f"written: {plot}")
+        if json_to is not None:
+            write_json(prediction_json(built, prediction), json_to)
+            return
+        if prediction.rests_on.sentence:
+            click.echo(f"{prediction.rests_on.sentence}\n")
+        print_table(quantity_rows(prediction), "")
+        click.echo()
+        print_table(spectrum_rows(prediction), "no plate: no spectrum")
+        click.echo()
+        print_table(({"stage": stage, "answered": answer} for stage, answer in prediction.models.items()), "")
+        for warning in domain_warnings(prediction):
+            note(warning)
+
+
+_SETTING = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "anvil", "insulator", "impact_position",
+            "boundary_conditions", "factors", "valve_profile", "chain_height")  # fmt: skip
+
+
+def _option(argument: str) -> str:
+    """An argument of the library as its option is spelled."""
+    return f"--{argument.replace('_', '-')}"
+
+
+def _request(asked: dict[str, Any]) -> TwinRequest:
+    """What the twin is made of."""
+    from .twin import twin_request
+
+    return twin_request(
+        _option,
+        campaign=asked["campaign"],
+        modes=asked["modes"],
+        bench=asked["bench"],
+        contact=asked["contact"],
+        effects=asked["effects"],
+        impact_points=tuple(_point(text, "--impact-at") for text in asked["impact_at"]),
+        sensors=tuple(_point(text, "--sensor-at") for text in asked["sensor_at"]),
+        plate=asked["plate"],
+        q=asked["q"],
+        frequencies=asked["frequencies"],
+        adopted=not asked["no_adopted"],
+        chain_height=asked["chain_height"] or 0.0,
+        coupled=asked["coupled"],
+    )
+
+
+def _shot(words: dict[str, Any]) -> ShotRequest:
+    from .predicting import parse_factor
+    from .twin import shot_of
+
+    return shot_of(
+        _option,
+        tank_pressure=words["tank_pressure"] or None,
+        velocity=words["velocity"] or None,
+        bullet_mass=words["bullet_mass"] or None,
+        tip=words["tip"],
+        tip_radius=words["tip_radius"],
+        anvil=words["anvil"],
+        insulator=words["insulator"],
+        impact_position=words["impact_position"],
+        boundary_conditions=words["boundary_conditions"],
+        valve_profile=words["valve_profile"],
+        factors=dict(parse_factor(text) for text in words["factors"]),
+    )
+
+
+def _point(text: str, name: str) -> tuple[float, float]:
+    try:
+        x, y = map(float, text.split(","))
+    except ValueError as error:
+        raise ValueError(f"{name} is {text!r}; expected X,Y in m, such as 0.47,0.28") from error
+    return x, y

@@ -1,0 +1,383 @@
+"""The digital twin of a bench for notebooks and the command line: predict a shot, many shots, or find settings.
+
+Effects as text: `gun.back_pressure`, or `gun.blow_by:clearance_m=0.0005,other=1`.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ...twin.effects import Effect, effect
+from ..common.errors import argument_names, raises_library_errors
+from ..common.frames import facts_table, si
+from ..twins.building import BuiltTwin, TwinRequest, twin_of
+from .predicting import DRAWS, NONE, ShotRequest, predicted
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from ...schema.session import Store
+    from ..common.frames import Quantity
+    from ..diagnose.service import GapDiagnosis
+    from ..tune.service import TargetLike, TunedSettings
+    from .service import ShotPrediction
+
+    #: An effect of the catalogue: itself, its id, or "plate.damping:factor=2".
+    EffectLike = Effect | str
+    #: One, several, or a diagnosis, whose likeliest cause it is.
+    EffectsLike = EffectLike | Iterable[EffectLike] | GapDiagnosis
+
+
+#: How an argument is called where it was given: as Python spells it, or as an option of the command line.
+Label = Callable[[str], str]
+
+
+def python_name(argument: str) -> str:
+    """Arguments are called as Python spells them; the option `--effect` is repeated, the argument takes several."""
+    return "effects" if argument == "effect" else argument
+
+
+class LaboratoryTwin:
+    """Gun, contact, plate and sensors of one bench as one model, taught by the shots that the store holds.
+
+    `built` is the twin behind it. `predict` and `tune` take quantities as numbers in SI, text with a unit or pint
+    quantities; pressures are gauge.
+    """
+
+    def __init__(self, built: BuiltTwin, store: Store | None, url: str, request: TwinRequest) -> None:
+        self.built = built
+        self.request = request
+        self._store, self._url = store, url
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was assumed, and what each stage rests on."""
+        return tuple(argument_names(note) for note in self.built.notes if note)
+
+    @property
+    def rests_on(self) -> str:
+        """What the bands of its predictions rest on, in one sentence."""
+        rests_on = self.built.twin.rests_on
+        return "" if rests_on is None else rests_on.sentence
+
+    @property
+    def models(self) -> dict[str, str]:
+        """Stage -> the model or law that answers there."""
+        return dict(self.built.twin.models)
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Names of the sensors on the plate."""
+        return self.built.twin.sensor_names
+
+    @raises_library_errors
+    def predict(
+        self,
+        *,
+        tank_pressure: Quantity | None = None,
+        velocity: Quantity | None = None,
+        bullet_mass: Quantity | None = None,
+        tip: str = "steel",
+        tip_radius: Quantity = 0.045,
+        anvil: str = NONE,
+        insulator: str = NONE,
+        impact_position: str = "#1",
+        boundary_conditions: str | None = None,
+        valve_profile: str | None = None,
+        factors: Mapping[str, float | str] | None = None,
+        draws: int = DRAWS,
+        seed: int = 0,
+    ) -> ShotPrediction:
+        """One shot: velocity, force, accelerations and spectra with 90 % bands from `draws` random shots.
+
+        `tank_pressure` (gauge) fires the gun; `velocity`, of impact before contact, stands in for it. Without either a
+        gun is fired with 5 bar. `factors` are the laboratory's own, in SI. The same `seed` gives the same bands.
+        """
+        from .service import ShotPrediction
+
+        if draws < 0:
+            raise ValueError(f"draws is {draws!r}; expected 0 (the nominal shot alone) or more")
+        shot = shot_of(
+            python_name,
+            tank_pressure=tank_pressure,
+            velocity=velocity,
+            bullet_mass=bullet_mass,
+            tip=tip,
+            tip_radius=tip_radius,
+            anvil=anvil,
+            insulator=insulator,
+            impact_position=impact_position,
+            boundary_conditions=boundary_conditions,
+            valve_profile=valve_profile,
+            factors=factors,
+        )
+        return ShotPrediction(self.built, predicted(self.built, shot, draws=draws, seed=seed))
+
+    @raises_library_errors
+    def predict_many(
+        self, shots: pd.DataFrame, *, draws: int = DRAWS, seed: int = 0, jobs: int = 1, progress: bool = True
+    ) -> pd.DataFrame:
+        """`shots` with the predicted numbers of each row beside it: mean, lower and upper end of the 90 % bands, SI.
+
+        The columns of `shots` are arguments of `predict` ("tank_pressure": "5 bar"), or those of a table of runs
+        ("tank_pressure_bar") or of the store's frames ("tank_pressure_pa"), as `runs.csv` and plans have them; an empty
+        cell leaves the argument out. `jobs` processes work at once. Each row is predicted as `predict` predicts it
+        alone; `.attrs["notes"]` says what was assumed.
+        """
+        import pandas as pd
+
+        from ...parallel.executor import Crew
+        from ..common.frames import step_bar, with_units
+        from .batch import bench_of_rows, foretold
+        from .service import shot_rows
+
+        rows = shot_rows(shots)
+        bench, rows, notes = bench_of_rows(self._store, self._url, self.request, rows, draws, seed, self.built)
+        with step_bar("predicting", "shots", progress) as step:
+            predicted_shots = foretold(bench, rows, Crew(jobs=jobs), step)
+        numbers = [
+            {name: value for name, value in shot.figures.items() if name not in row.labels}
+            for shot, row in zip(predicted_shots, rows, strict=True)
+        ]
+        table = with_units(shots.reset_index(drop=True).join(pd.DataFrame(numbers)))
+        table.attrs["notes"] = [argument_names(note) for note in notes]
+        return table
+
+    @raises_library_errors
+    def tune(
+        self,
+        target: TargetLike,
+        *,
+        tolerance: str | float | None = None,
+        measured: str | Sequence[str] = (),
+        sensor: str | None = None,
+        bullet_mass: Quantity | Iterable[Quantity] | None = None,
+        factors: str | os.PathLike[str] | None = None,
+        share: float = 1.0,
+        at_least: float = 0.5,
+        extrapolate: bool = False,
+        seed: int = 0,
+        progress: bool = True,
+    ) -> TunedSettings:
+        """Settings of the bench that give a prescribed spectrum, the best first.
+
+        `target` is the path of a CSV file, a Series over the frequency in Hz (m/s2), a DataFrame with the columns
+        frequency_hz and level_m_s2 or level_g, or a pair of arrays (Hz, m/s2). `tolerance` is "6dB", "+9/-6dB" or a
+        number in dB; without one that of the target, else NASA-STD-7003's. `measured` are campaigns whose shots teach
+        the search, `bullet_mass` the masses that the laboratory owns ("0.2kg:1kg": any between them), `factors` a
+        plan's TOML file with all that it owns. A setting meets the target from the probability `at_least` on, where the
+        `share` of all lines lies within. `extrapolate` proposes settings outside of the model's domain, too.
+        """
+        from ..common.frames import step_bar
+        from ..tune.service import factors_of, masses_of, search_settings, target_of
+        from ..tune.session import Ask
+
+        campaigns = (measured,) if isinstance(measured, str) else tuple(measured)
+        masses = masses_of(bullet_mass, "bullet_mass")
+        wanted, owned = target_of(target, tolerance), factors_of(factors)
+        ask = Ask(wanted, self.request, owned, campaigns, sensor, masses, share, extrapolate, seed, at_least)
+        with step_bar("tune", "settings", progress) as step:
+            return search_settings(self._store, self._url, ask, step)
+
+    @raises_library_errors
+    def with_effects(self, effects: EffectsLike) -> LaboratoryTwin:
+        """The same twin with further effects, which take the place of those with the same id.
+
+        `effects` are ids ("plate.damping:factor=2"), effects of the catalogue, or a diagnosis, whose likeliest cause
+        acts then; `diagnosis.fitted` has its other fits. Raises `InvalidValueError` for a diagnosis whose likeliest
+        cause is none or unknown.
+        """
+        added = effects_of(effects, "effects")
+        own = {effect.id for effect in added}
+        others = tuple(effect for effect in self.request.effects if effect.id not in own)
+        request = replace(self.request, effects=(*others, *added))
+        return _built_twin(self._store, self._url, request)
+
+    def __repr__(self) -> str:
+        return f"<twin of {self._bench()}: {', '.join(f'{stage} {model}' for stage, model in self.models.items())}>"
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        notes = "".join(f"<p>{escape(note)}</p>" for note in (self.rests_on, *self.notes) if note)
+        return facts_table(f"twin of {self._bench()}", self.models) + notes
+
+    def _bench(self) -> str:
+        campaign = self.built.bench.campaign
+        return f"campaign {campaign}" if campaign else "the bench that ships with the software"
+
+
+def twin_request(
+    label: Label,
+    *,
+    campaign: str | None = None,
+    bench: str | os.PathLike[str] | None = None,
+    modes: str | os.PathLike[str] | None = None,
+    contact: str | None = None,
+    effects: EffectsLike = (),
+    plate: str | None = None,
+    impact_points: Sequence[tuple[float, float]] = (),
+    sensors: Sequence[tuple[float, float]] = (),
+    q: float = 10.0,
+    frequencies: str | Sequence[float] | None = None,
+    adopted: bool = True,
+    chain_height: Quantity = 0.0,
+    coupled: bool = False,
+) -> TwinRequest:
+    """What a twin is made of. Raises `ValueError` and `LookupError` that call an argument as `label` does."""
+    from ..impacts.spectra import checked_lines, parse_lines
+
+    if not q > 0.5:
+        raise ValueError(f"{label('q')} is {q!r}; expected a number above 0.5")
+    name = label("frequencies")
+    given = () if frequencies is None else frequencies
+    lines = parse_lines(given, name) if isinstance(given, str) else checked_lines(given, name)
+    return TwinRequest(
+        campaign=campaign,
+        modes=None if modes is None else Path(modes),
+        bench=None if bench is None else Path(bench),
+        contact=contact,
+        effects=effects_of(effects, label("effect")),
+        impact_points=tuple(impact_points),
+        sensors=tuple(sensors),
+        plate=plate,
+        q=q,
+        frequency_hz=tuple(lines.tolist()),
+        adopted=adopted,
+        chain_height_m=si(chain_height, "m", label("chain_height")),
+        coupled=coupled,
+    )
+
+
+def shot_of(
+    label: Label,
+    *,
+    tank_pressure: Quantity | None = None,
+    velocity: Quantity | None = None,
+    bullet_mass: Quantity | None = None,
+    tip: str = "steel",
+    tip_radius: Quantity = 0.045,
+    anvil: str = NONE,
+    insulator: str = NONE,
+    impact_position: str = "#1",
+    boundary_conditions: str | None = None,
+    valve_profile: str | None = None,
+    factors: Mapping[str, float | str] | None = None,
+) -> ShotRequest:
+    """A shot in SI. Raises `ValueError` that calls an argument as `label` does."""
+
+    def optional(value: Quantity | None, si_unit: str, argument: str) -> float | None:
+        return None if value is None else si(value, si_unit, label(argument))
+
+    if velocity is not None and tank_pressure is not None:
+        raise ValueError(f"{label('velocity')} and {label('tank_pressure')}: expected one of them")
+    return ShotRequest(
+        bullet_mass_kg=optional(bullet_mass, "kg", "bullet_mass"),
+        tip_material=tip,
+        tip_radius_m=si(tip_radius, "m", label("tip_radius")),
+        tank_pressure_pa=optional(tank_pressure, "Pa", "tank_pressure"),
+        impact_velocity_m_s=optional(velocity, "m/s", "velocity"),
+        anvil_material=anvil,
+        insulator=insulator,
+        impact_position=impact_position,
+        boundary_conditions=boundary_conditions,
+        factors=dict(factors or {}),
+        valve_profile=_profile(valve_profile),
+    )
+
+
+def _profile(text: str | None) -> str | None:
+    """A profile as typed, or of the file that is named. Raises `ValueError`."""
+    from ...signals.valve_profile import ValveProfile
+
+    if text is None:
+        return None
+    return str(ValveProfile.parse(text) if ":" in text and not Path(text).exists() else ValveProfile.read(Path(text)))
+
+
+def effects_of(given: EffectsLike, name: str) -> tuple[Effect, ...]:
+    """Effects as objects. Raises as `parse_effect`, and `ValueError` for a diagnosis that names no effect."""
+    from ..diagnose.service import GapDiagnosis
+
+    if isinstance(given, GapDiagnosis):
+        verdict = given.verdict
+        if not verdict.first.fitted:
+            first, fits = " or ".join(verdict.first.effects), ", ".join(given.fitted) or "nothing"
+            raise ValueError(
+                f"the likeliest cause in the diagnosis of {verdict.campaign} is {first}, which has no effect to add; "
+                f"its attribute `fitted` has: {fits}"
+            )
+        return verdict.first.fitted
+    listed = [given] if isinstance(given, str | Effect) else given
+    return tuple(parse_effect(effect, name) if isinstance(effect, str) else effect for effect in listed)
+
+
+@raises_library_errors
+def shipped_twin(
+    *,
+    bench: str | os.PathLike[str] | None = None,
+    modes: str | os.PathLike[str] | None = None,
+    contact: str | None = None,
+    effects: EffectsLike = (),
+    plate: str | None = None,
+    impact_points: Sequence[tuple[float, float]] = (),
+    sensors: Sequence[tuple[float, float]] = (),
+    q: float = 10.0,
+    frequencies: str | Sequence[float] | None = None,
+    chain_height: Quantity = 0.0,
+    coupled: bool = False,
+) -> LaboratoryTwin:
+    """The twin of the bench that ships with the software, without a store. Arguments as `ExperimentStore.twin`.
+
+    Solved plates are kept below the current folder, as `pyroshock predict` keeps them.
+    """
+    from ..common.user_errors import DEFAULT_DB
+
+    return laboratory_twin(
+        None,
+        DEFAULT_DB,
+        bench=bench,
+        modes=modes,
+        contact=contact,
+        effects=effects,
+        plate=plate,
+        impact_points=impact_points,
+        sensors=sensors,
+        q=q,
+        frequencies=frequencies,
+        chain_height=chain_height,
+        coupled=coupled,
+    )
+
+
+def laboratory_twin(store: Store | None, url: str, **arguments: Any) -> LaboratoryTwin:
+    """The twin of a campaign's bench. `arguments` are those of `twin_request`. Raises as `building.twin_of`."""
+    return _built_twin(store, url, twin_request(python_name, **arguments))
+
+
+def _built_twin(store: Store | None, url: str, request: TwinRequest) -> LaboratoryTwin:
+    from ..train.training import models_extra
+
+    with models_extra():
+        return LaboratoryTwin(twin_of(store, url, request), store, url, request)
+
+
+def parse_effect(text: str, name: str) -> Effect:
+    """The effect with its parameters in SI.
+
+    Raises `LookupError` for an effect that the catalogue does not have, and `ValueError` that says `name`, the argument
+    or option, for a value that is no number.
+    """
+    identity, _, rest = text.partition(":")
+    values: dict[str, float] = {}
+    for part in filter(None, rest.split(",")):
+        parameter, _, number = part.partition("=")
+        try:
+            values[parameter.strip()] = float(number)
+        except ValueError as error:
+            raise ValueError(f"{name} {text!r}: {part!r}; expected NAME=VALUE in SI, such as gain=1.02") from error
+    return effect(identity.strip(), **values)

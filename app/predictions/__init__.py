@@ -1,1 +1,0 @@
-"""Shots foretold: one, many, as a picture and as a table."""

@@ -1,1 +1,0 @@
-"""Impacts, records and pulses as they are drawn and exported."""

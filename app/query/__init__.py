@@ -1,1 +1,0 @@
-"""Questions in SQL to the store, which change nothing."""

@@ -1,1 +1,0 @@
-"""Deleting with what stands on it named: datasets, models, diagnoses, adopted effects."""

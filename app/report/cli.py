@@ -1,0 +1,34 @@
+"""`report`: a campaign, a diagnosis or a model as one file to send, print or keep."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ..cli.common import db_option, note, opened
+from ..cli.completion import subject_names
+
+
+@click.command()
+@click.argument("subject", metavar="CAMPAIGN|DIAGNOSIS|MODEL", shell_complete=subject_names)
+@db_option
+@click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="FILE.html or FILE.pdf.")
+def report(subject: str, db: str, out: Path) -> None:
+    """Write a report as one file that needs nothing else: a page (.html) or a PDF.
+
+    A campaign by its name, a diagnosis as diagnosis:ID or diagnosis:CAMPAIGN (its newest), a model as NAME@VERSION or
+    models:/NAME@VERSION. A file of the same name is replaced.
+
+    \b
+    Example:
+        pyroshock report spring --out spring.html
+        pyroshock report diagnosis:spring --out gap.pdf
+        pyroshock report models:/hybrid@3 --out hybrid.pdf
+    """
+    with opened(db) as store:
+        from .dispatch import check_ending, report_on, write_report
+
+        check_ending(out)
+        write_report(report_on(store, db, subject), out)
+    note(f"written: {out}")

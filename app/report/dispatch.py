@@ -1,0 +1,147 @@
+"""What a word on the command line means: a campaign, a diagnosis or a model, and the report on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sqlalchemy import select
+
+from ...schema.atomic_write import write_bytes
+from ...schema.campaigns import Campaign
+from ...schema.diagnoses import Diagnosis
+from ...schema.listings import get_campaign_id
+from .document import Document
+
+if TYPE_CHECKING:
+    from ...schema.session import Store
+
+CAMPAIGN, DIAGNOSIS, MODEL = "campaign:", "diagnosis:", "models:/"
+
+
+def report_on(store: Store, db: str, word: str) -> Document:
+    """The report on a campaign (NAME or campaign:NAME), a diagnosis (diagnosis:ID, or diagnosis:CAMPAIGN: its newest)
+    or a model (models:/NAME@VERSION or NAME@VERSION).
+
+    A campaign's name comes first. Raises `LookupError` for what there is not, `ValueError` for a name that is both a
+    campaign's and a model's, each naming the forms that are meant.
+    """
+    for start, report in _FORMS.items():
+        if word.startswith(start):
+            return report(store, db, word.removeprefix(start))
+    if _is_campaign(store, word):
+        if word in _models(db):
+            raise ValueError(f"{word!r} is a campaign and a model: say {CAMPAIGN}{word} or {MODEL}{word}@VERSION")
+        return _campaign(store, db, word)
+    if "@" in word:
+        return _model(store, db, word)
+    if word in (models := _models(db)):
+        labels = ", ".join(f"{MODEL}{word}@{number}" for number in models[word][:6])
+        raise ValueError(f"{word!r} is a model; say which version: {labels}")
+    raise LookupError(
+        f"nothing is called {word!r}; campaigns: {', '.join(_campaigns(store)) or 'none'}; models: "
+        f"{', '.join(models) or 'none'}; of a diagnosis say {DIAGNOSIS}ID or {DIAGNOSIS}CAMPAIGN"
+    )
+
+
+def write_report(document: Document, out: Path) -> None:
+    """Write it as its ending says, in the place of what was there; whole or not at all.
+
+    Raises `ValueError` for another ending and where PDFs cannot be written, `OSError`.
+    """
+    content = report_content(document, out.suffix.lower(), out.name)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    write_bytes(out, content)
+
+
+def report_content(document: Document, ending: str, name: str = "a report") -> bytes:
+    """It as ".html" or ".pdf". Raises `ValueError` as `write_report`."""
+    if ending not in _WRITERS:
+        raise ValueError(f"cannot write {name!r}; expected a name that ends in {' or '.join(_WRITERS)}")
+    return _WRITERS[ending](document)
+
+
+def check_ending(out: Path) -> None:
+    """Raises `ValueError` for a file that no report can be written to."""
+    if out.suffix.lower() not in _WRITERS:
+        raise ValueError(f"cannot write {out.name!r}; expected a name that ends in {' or '.join(_WRITERS)}")
+
+
+def _html(document: Document) -> bytes:
+    from .page import html_of
+
+    return html_of(document).encode()
+
+
+def _pdf(document: Document) -> bytes:
+    from .pdf import pdf_of
+
+    return pdf_of(document)
+
+
+_WRITERS: dict[str, Callable[[Document], bytes]] = {".html": _html, ".pdf": _pdf}
+
+
+def _campaign(store: Store, _db: str, name: str) -> Document:
+    from .campaign import campaign_document
+
+    with store.reading() as session:
+        return campaign_document(session, name)
+
+
+def _diagnosis(store: Store, _db: str, which: str) -> Document:
+    from .diagnosis import diagnosis_document
+
+    with store.reading() as session:
+        if which.isdigit():
+            return diagnosis_document(session, int(which))
+        of_it = Diagnosis.campaign_id == get_campaign_id(session, which)
+        newest = session.scalar(select(Diagnosis.id).where(of_it).order_by(Diagnosis.id.desc()).limit(1))
+        if newest is None:
+            raise LookupError(f"no diagnosis of {which!r} yet; make one: pyroshock diagnose {which}")
+        return diagnosis_document(session, newest)
+
+
+def _model(store: Store, db: str, label: str) -> Document:
+    from ...training.registry.listing import chosen
+    from ..train.training import models_extra, reader_of, registry_of
+    from .model import model_document
+
+    registry = registry_of(db)
+    with models_extra():
+        if "@" not in label:
+            raise ValueError(f"{MODEL}{label} has no version; expected {MODEL}{label}@VERSION (pyroshock models)")
+        return model_document(registry, chosen(registry.versions(), label), reader_of(store))
+
+
+_FORMS: dict[str, Callable[[Store, str, str], Document]] = {
+    CAMPAIGN: _campaign,
+    DIAGNOSIS: _diagnosis,
+    MODEL: _model,
+}
+
+
+def _is_campaign(store: Store, name: str) -> bool:
+    with store.reading() as session:
+        return session.scalar(select(Campaign.id).where(Campaign.name == name)) is not None
+
+
+def _campaigns(store: Store) -> list[str]:
+    with store.reading() as session:
+        return list(session.scalars(select(Campaign.name).order_by(Campaign.name).limit(10)))
+
+
+def _models(db: str) -> dict[str, list[int]]:
+    """Versions by name, the newest first; none where there is no registry, or nothing that could read one."""
+    from ..train.training import MissingExtraError, models_extra, registry_of
+
+    try:
+        with models_extra():
+            versions = registry_of(db).versions()
+    except MissingExtraError:
+        return {}
+    kinds: dict[str, list[int]] = {}
+    for version in versions:
+        kinds.setdefault(version.name, []).append(version.version)
+    return kinds

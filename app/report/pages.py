@@ -1,0 +1,39 @@
+"""Reports as files: a campaign, a diagnosis or a model as one page or PDF."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from fastapi import APIRouter
+from starlette.responses import Response
+
+from ..web.dependencies import Configured, Key, Name, OpenStore
+from ..web.rendering import part
+from .dispatch import CAMPAIGN, DIAGNOSIS, MODEL, report_content, report_on
+
+router = APIRouter(prefix="/reports")
+Ending = Literal["html", "pdf"]
+_TYPES = {"html": "text/html; charset=utf-8", "pdf": "application/pdf"}
+
+
+@router.get("/campaign/{name}.{ending}")
+def campaign(name: Name, ending: Ending, store: OpenStore, settings: Configured) -> Response:
+    return _file(store, settings.db, f"{CAMPAIGN}{name}", name, ending)
+
+
+@router.get("/diagnosis/{diagnosis}.{ending}")
+def diagnosis(diagnosis: Key, ending: Ending, store: OpenStore, settings: Configured) -> Response:
+    return _file(store, settings.db, f"{DIAGNOSIS}{diagnosis}", f"diagnosis-{diagnosis}", ending)
+
+
+@router.get("/model/{name}/{version}.{ending}")
+def model(name: Name, version: Key, ending: Ending, store: OpenStore, settings: Configured) -> Response:
+    return _file(store, settings.db, f"{MODEL}{name}@{version}", f"{name}-{version}", ending)
+
+
+def _file(store: OpenStore, db: str, word: str, name: str, ending: Ending) -> Response:
+    """A page opens, a PDF is saved under its name."""
+    content = report_content(report_on(store, db, word), f".{ending}")
+    shown = "inline" if ending == "html" else "attachment"
+    headers = {"content-disposition": f"{shown}; filename*=UTF-8''{part(name)}.{ending}"}
+    return Response(content, media_type=_TYPES[ending], headers=headers)

@@ -1,0 +1,243 @@
+"""The sheet that a report is printed on: page, fonts, and how each part stands on it.
+
+The letters of reports on paper.
+
+Tables on paper: columns as wide as their words ask for, all within the margins.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any, BinaryIO
+from xml.sax.saxutils import escape
+
+from reportlab.graphics.shapes import Drawing, Rect
+from reportlab.lib.colors import HexColor
+from reportlab.lib.pagesizes import A4, landscape
+from reportlab.lib.styles import ParagraphStyle
+from reportlab.pdfbase import pdfmetrics
+from reportlab.pdfbase.pdfmetrics import stringWidth
+from reportlab.pdfbase.ttfonts import TTFont
+from reportlab.pdfgen.canvas import Canvas
+from reportlab.platypus import CondPageBreak, KeepTogether, LongTable, Paragraph, SimpleDocTemplate, Spacer
+from reportlab.platypus import Paragraph as Words
+
+from .document import ChartRow, Document, ShareBar, Table, cell_text, clean
+from .line_styles import light
+from .svg import HEIGHT, WIDTH
+
+_NAMES = ("DejaVuSans", "DejaVuSans-Bold")
+
+
+@cache
+def fonts() -> tuple[str, str]:
+    """Regular and bold, registered once: Greek letters, ± and ≤ are in them, and matplotlib brings them."""
+    import matplotlib
+
+    for name in _NAMES:
+        pdfmetrics.registerFont(TTFont(name, Path(matplotlib.get_data_path()) / "fonts" / "ttf" / f"{name}.ttf"))
+    return _NAMES
+
+
+def styles_of(font: str, bold: str) -> dict[str, ParagraphStyle]:
+    """How each kind of text stands, by name."""
+    ink, quiet = HexColor(light()["ink"]), HexColor(light()["quiet"])
+    text = ParagraphStyle("text", fontName=font, fontSize=9, leading=13, textColor=ink, spaceAfter=4)
+    made = {
+        "title": {"fontName": bold, "fontSize": 15, "leading": 19, "spaceAfter": 6},
+        "heading": {"fontName": bold, "fontSize": 11, "leading": 14, "spaceBefore": 14, "spaceAfter": 6},
+        "figure": {"fontName": bold, "fontSize": 8.5, "leading": 11, "spaceBefore": 4},
+        "quiet": {"fontSize": 8, "leading": 11, "textColor": quiet},
+        "caption": {"fontSize": 8, "leading": 11, "textColor": quiet, "spaceBefore": 6, "spaceAfter": 2},
+        "bullet": {"leftIndent": 10, "firstLineIndent": -10, "spaceAfter": 2},
+        "bar": {"spaceAfter": 0, "spaceBefore": 3},
+    }
+    return {"text": text} | {name: ParagraphStyle(name, parent=text, **changed) for name, changed in made.items()}
+
+
+_ROOM = 8.0  # of a cell beside its words
+_LONGEST = 120.0
+
+
+def table_of(table: Table, width: float, font: str, bold: str) -> LongTable:
+    """Rows under headings that each page repeats, no wider than `width` points."""
+    size, texts = _size(table), _texts(table)
+    numbers = [table.is_number(i) for i in range(len(table.columns))]
+    styles = [[_style(name, size, number) for number in numbers] for name in (bold, font)]
+    cells = [
+        [Paragraph(escape(text), style) for text, style in zip(row, styles[number > 0], strict=True)]
+        for number, row in enumerate(texts)
+    ]
+    rule = HexColor(light()["rule"])
+    look = [
+        ("VALIGN", (0, 0), (-1, -1), "TOP"),
+        ("VALIGN", (0, 0), (-1, 0), "BOTTOM"),
+        ("LINEBELOW", (0, 0), (-1, -1), 0.5, rule),
+        ("LINEBELOW", (0, 0), (-1, 0), 1.2, rule),
+        ("LEFTPADDING", (0, 0), (-1, -1), 1),
+        ("RIGHTPADDING", (0, 0), (-1, -1), 6),
+        ("TOPPADDING", (0, 0), (-1, -1), 1.5),
+        ("BOTTOMPADDING", (0, 0), (-1, -1), 2.5),
+    ]
+    widths = column_widths(texts, width, lambda text: float(stringWidth(text, bold, size)))
+    return LongTable(cells, colWidths=widths, repeatRows=1, hAlign="LEFT", style=look, spaceAfter=8)
+
+
+def needed_width(table: Table, bold: str) -> float:
+    """Points across that a table needs without breaking a word."""
+    return sum(_needs(_texts(table), lambda text: float(stringWidth(text, bold, _size(table)))))
+
+
+def column_widths(texts: Sequence[Sequence[str]], width: float, wide: Callable[[str], float]) -> list[float]:
+    """For rows of `texts`, the headings first: none narrower than its longest word where that is possible, none wider
+    than its longest cell, and all of them no wider than `width`. `wide` measures a text."""
+    need = _needs(texts, wide)
+    longest = [max([0.0, *(wide(text) for text in cells[1:])]) for cells in zip(*texts, strict=True)]
+    want = [max(least, most + _ROOM) for least, most in zip(need, longest, strict=True)]
+    spare, missing = width - sum(need), sum(want) - sum(need)
+    if spare <= 0:
+        return [least * width / sum(need) for least in need]
+    share = min(spare / missing, 1.0) if missing > 0 else 0.0
+    return [least + share * (most - least) for least, most in zip(need, want, strict=True)]
+
+
+def _needs(texts: Sequence[Sequence[str]], wide: Callable[[str], float]) -> list[float]:
+    """The longest word of each column; one beyond all measure is broken."""
+    columns = zip(*texts, strict=True)
+    return [min(max(wide(word) for text in cells for word in text.split(" ")), _LONGEST) + _ROOM for cells in columns]
+
+
+def _size(table: Table) -> float:
+    return 8.0 if len(table.columns) <= 8 else 7.0
+
+
+def _texts(table: Table) -> list[list[str]]:
+    """All cells, the headings first; what stays on one line has no spaces that break."""
+    numbers = [table.is_number(i) for i in range(len(table.columns))]
+    texts = [[clean(name) for name in table.columns]]
+    for row in table.rows:
+        cells = zip(map(cell_text, row), numbers, strict=True)
+        texts.append([text.replace(" ", "\u00a0") if number else text for text, number in cells])
+    return texts
+
+
+def _style(font: str, size: float, right: bool) -> ParagraphStyle:
+    colour = HexColor(light()["ink"])
+    return ParagraphStyle(
+        font, fontName=font, fontSize=size, leading=1.3 * size, textColor=colour, alignment=2 if right else 0
+    )
+
+
+_MARGIN = 48.0
+_PADDING = 6.0  # that ReportLab's frames have
+_GAP = 12.0
+_ALONE = 300.0  # a figure by itself
+
+
+class PdfDocument:
+    """One document being printed into a file."""
+
+    def __init__(self, document: Document, into: BinaryIO) -> None:
+        self.font, self._bold = fonts()
+        self._document = document
+        tables = [block for section in document.sections for block in section.blocks if isinstance(block, Table)]
+        upright = A4[0] - 2 * _MARGIN - 2 * _PADDING
+        wide = any(needed_width(table, self._bold) > upright for table in tables)
+        self._page: tuple[float, float] = landscape(A4) if wide else A4
+        self._styles = styles_of(self.font, self._bold)
+        self._template = SimpleDocTemplate(
+            into,
+            pagesize=self._page,
+            leftMargin=_MARGIN,
+            rightMargin=_MARGIN,
+            topMargin=_MARGIN,
+            bottomMargin=_MARGIN,
+            title=clean(document.name),
+            subject=clean(document.lead),
+            author="",
+            creator="pyroshock",
+            lang="en",
+            invariant=1,
+        )
+
+    @property
+    def width(self) -> float:
+        """Of what stands on a page, in points."""
+        return self._page[0] - 2 * _MARGIN - 2 * _PADDING
+
+    def write(self, story: list[Any]) -> None:
+        """Set the pages."""
+        self._template.build(story, onFirstPage=self._first, onLaterPages=self._later)
+
+    def text(self, markup: str, style: str = "text") -> Any:
+        """Words; `markup` is escaped already."""
+        return Words(markup, self._styles[style])
+
+    def room(self, height: float) -> Any:
+        """The next page begins here where fewer points are left on this one."""
+        return CondPageBreak(height)
+
+    def figure_width(self, count: int) -> float:
+        """Of one of `count` figures."""
+        return self.width / self._beside - _GAP if count > 1 else _ALONE
+
+    def figure_height(self, figures: ChartRow) -> float:
+        """Of a chart with its title and its legend."""
+        keyed = any(figure.keys for figure in figures.figures) or bool(figures.keys)
+        return self.figure_width(len(figures.figures)) * HEIGHT / WIDTH + (50.0 if keyed else 30.0)
+
+    def figures(self, figures: Sequence[Sequence[Any]]) -> list[Any]:
+        """Figures beside each other; a single one by itself."""
+        if len(figures) == 1:
+            return [KeepTogether(list(figures[0])), Spacer(0, _GAP)]
+        many = self._beside
+        cells = [[list(figure) for figure in figures[i : i + many]] for i in range(0, len(figures), many)]
+        cells[-1] += [[]] * (many - len(cells[-1]))
+        look = [
+            ("VALIGN", (0, 0), (-1, -1), "TOP"),
+            ("LEFTPADDING", (0, 0), (-1, -1), 0),
+            ("RIGHTPADDING", (0, 0), (-1, -1), 0),
+        ]
+        return [LongTable(cells, colWidths=[self.width / many] * many, style=look, hAlign="LEFT")]
+
+    @property
+    def _beside(self) -> int:
+        """Figures in a row: two on an upright page, three on one on its side."""
+        return 2 if self._page == A4 else 3
+
+    def bar(self, bar: ShareBar) -> list[Any]:
+        """A bar on its track, its name and value above."""
+        low, high = (min(max(edge, 0.0), 1.0) for edge in (bar.start, bar.end))
+        track = Drawing(self.width, 10)
+        track.add(Rect(0, 0, self.width, 8, fillColor=HexColor(light()["rule"]), strokeColor=None))
+        colour = light()[{"named": "bar"}.get(bar.kind, bar.kind)]
+        long = max((high - low) * self.width, 1.5)
+        track.add(
+            Rect(min(low * self.width, self.width - long), 0, long, 8, fillColor=HexColor(colour), strokeColor=None)
+        )
+        name, value, about = (escape(clean(text)) for text in (bar.name, bar.value, bar.about))
+        note = [self.text(about, "quiet")] if about else []
+        return [self.room(4 * track.height), self.text(f"{name} &nbsp; <b>{value}</b>", "bar"), track, *note]
+
+    def table(self, table: Table) -> Any:
+        """Rows under headings that each page repeats."""
+        return table_of(table, self.width, self.font, self._bold)
+
+    def _first(self, canvas: Canvas, template: Any) -> None:
+        date = self._document.date
+        if date is not None:
+            canvas.setDateFormatter(lambda *_: f"D:{date:%Y%m%d}000000Z")
+        self._later(canvas, template)
+
+    def _later(self, canvas: Canvas, template: Any) -> None:
+        canvas.saveState()
+        canvas.setFont(self.font, 7)
+        canvas.setFillColor(HexColor(light()["quiet"]))
+        title = clean(self._document.name)
+        while title and canvas.stringWidth(title, self.font, 7) > 0.8 * self.width:
+            title = title[: int(0.9 * len(title))]
+        canvas.drawString(_MARGIN + _PADDING, _MARGIN / 2, title)
+        canvas.drawRightString(self._page[0] - _MARGIN - _PADDING, _MARGIN / 2, f"page {template.page}")
+        canvas.restoreState()

@@ -1,0 +1,161 @@
+"""The application: routes behind the guard, and what they share.
+
+What HTTP calls the errors that a person can mend.
+"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
+from http import HTTPStatus
+from pathlib import Path
+from typing import Any
+
+from fastapi import Depends, FastAPI
+from fastapi.exceptions import RequestValidationError
+from pydantic import ValidationError
+from sqlalchemy.exc import DataError
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import FileResponse, JSONResponse, RedirectResponse, Response
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp
+
+from ... import __version__
+from ...schema.addresses import without_secrets
+from ...schema.engine import StoreRoleError
+from ...schema.session import Store
+from ..common.user_errors import is_for_the_user
+from ..jobs.worker import Worker
+from ..predict.shots import warmed
+from ..report.line_styles import COLOURS, PARTS
+from ..twins.twin_cache import TwinShelf
+from ..web.csrf import genuine
+from ..web.guard import Guard
+from ..web.jobs import Jobs
+from ..web.problems import PROBLEMS
+from ..web.rendering import HERE, page
+from ..web.settings import Settings
+from .routes import API, PAGES
+
+
+def status_of(error: Exception) -> int:
+    """403 what the login's role may not, 404 what is not there, 422 what cannot be used, 503 a store or a disk that
+    fails."""
+    if isinstance(error, StoreRoleError):
+        return 403
+    if isinstance(error, LookupError):
+        return 404
+    return 422 if isinstance(error, ValueError | DataError) else 503
+
+
+_ABOUT = """The actions of pyroshock for scripts: what the pages show and do. Numbers are SI, units stand in the keys.
+
+A write needs the header `X-CSRF-Token`: GET `/api/csrf` tells it, and sets the cookie that it belongs to."""
+
+
+def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGIApp:
+    """The whole window over an open store, behind its guard; closing the store is the caller's.
+
+    `warm`: the newest gun's twin is built before anybody asks.
+    """
+    worker = Worker(store, settings.db, folders=settings.folders) if settings.works else None
+    jobs, twins = Jobs(store, worker), TwinShelf(store, settings.db)
+
+    @asynccontextmanager
+    async def alive(_: FastAPI) -> AsyncIterator[None]:
+        if warm:
+            warmed(twins)
+        jobs.begin()
+        yield
+        jobs.close()
+
+    app = FastAPI(
+        title="pyroshock",
+        version=__version__,
+        description=_ABOUT,
+        lifespan=alive,
+        docs_url=None,  # their pages are fetched from elsewhere
+        redoc_url=None,
+        openapi_url="/api/openapi.json",
+        dependencies=[Depends(genuine)],
+    )
+    app.state.settings, app.state.store, app.state.jobs, app.state.twins = settings, store, jobs, twins
+    for router in API:
+        app.include_router(router, prefix="/api", responses=PROBLEMS)
+    for router in PAGES:
+        app.include_router(router, include_in_schema=False)
+    app.get("/", include_in_schema=False)(_first_page)
+    app.get("/static/plotly.min.js", include_in_schema=False)(_plotly)
+    app.get("/static/report.css", include_in_schema=False)(_report_style)
+    app.mount("/static", StaticFiles(directory=HERE / "static"), name="static")
+    _tell_errors(app)
+    return Guard(app, settings)
+
+
+def _first_page() -> Response:
+    return RedirectResponse("/campaigns", 303)
+
+
+def _plotly() -> Response:
+    return FileResponse(plotly_file(), media_type="text/javascript", headers={"cache-control": "max-age=604800"})
+
+
+def _report_style() -> Response:
+    """Of the sections of a report, within a page of ours."""
+    return Response(
+        f"{COLOURS}\n.report {{\n{PARTS}}}\n", media_type="text/css", headers={"cache-control": "max-age=3600"}
+    )
+
+
+def plotly_file() -> Path:
+    """plotly.js as the Python package ships it: a page needs nothing from elsewhere. Nothing is imported."""
+    from importlib.util import find_spec
+
+    spec = find_spec("plotly")
+    if spec is None or spec.origin is None:
+        raise ValueError("plotly is not installed: pip install 'pyroshock[web]'")
+    return Path(spec.origin).parent / "package_data" / "plotly.min.js"
+
+
+def _tell_errors(app: FastAPI) -> None:
+    """Errors in words: JSON below /api, a page elsewhere."""
+
+    async def refused(request: Request, error: Exception) -> Response:
+        assert isinstance(error, HTTPException)
+        return told(request, error.status_code, str(error.detail), dict(error.headers or {}))
+
+    async def unreadable(request: Request, error: Exception) -> Response:
+        assert isinstance(error, RequestValidationError)
+        return told(request, 422, "; ".join(map(_complaint, error.errors())))
+
+    app.add_exception_handler(HTTPException, refused)
+    app.add_exception_handler(RequestValidationError, unreadable)
+
+    @app.middleware("http")
+    async def mended(request: Request, go_on: Callable[[Request], Awaitable[Response]]) -> Response:
+        try:
+            return await go_on(request)
+        except ValidationError as error:  # of a record that a page makes of its form
+            return told(request, 422, "; ".join(map(_complaint, error.errors())))
+        except Exception as error:
+            if not is_for_the_user(error):
+                raise
+            return told(request, status_of(error), str(error))
+
+
+def told(request: Request, status: int, why: str, headers: dict[str, str] | None = None) -> Response:
+    """An error as who asked can read it."""
+    why = without_secrets(why)
+    if request.url.path.startswith("/api"):
+        return JSONResponse({"detail": why}, status, headers)
+    answer = page(request, "error.html", status, why=why, name=HTTPStatus(status).phrase)
+    answer.headers.update(headers or {})
+    return answer
+
+
+def _complaint(error: Any) -> str:
+    """What pydantic says of one value: where it is, what it was, what was expected."""
+    kind, *names = map(str, error["loc"]) if error["loc"] else ("",)
+    where = ".".join(names if kind in ("body", "query", "path") else (kind, *names)) or kind
+    return f"{where}: {error['msg']}" + (f" (was {error['input']!r:.80})" if "input" in error else "")

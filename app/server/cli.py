@@ -1,0 +1,96 @@
+"""`serve`: the lab's window, a local web application."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..cli.common import data_option, db_option, errors_as_one_line, note, opened
+
+if TYPE_CHECKING:
+    from ..web.settings import Settings
+
+
+@click.command()
+@db_option
+@click.option("--host", default="127.0.0.1", show_default=True, help="Any but this machine's own needs a token.")
+@click.option("--port", type=click.IntRange(0, 65535), default=8000, show_default=True, help="0: a free one.")
+@click.option(
+    "--token", envvar="PYROSHOCK_TOKEN", show_envvar=True, help="What others must know; better by the environment."
+)
+@data_option
+@click.option("--mlflow", metavar="URL", help="Where `mlflow ui` runs: pages of models link to it.")
+@click.option("--max-upload", type=click.IntRange(1), default=2000, show_default=True, help="Megabytes of one upload.")
+@click.option("--no-worker", is_flag=True, help="Pages only: `pyroshock work`, here or elsewhere, does the jobs.")
+@click.option("--open", "show", is_flag=True, help="Open it in the browser.")
+def serve(
+    db: str,
+    host: str,
+    port: int,
+    token: str | None,
+    folders: tuple[Path, ...],
+    mlflow: str | None,
+    max_upload: int,
+    no_worker: bool,
+    show: bool,
+) -> None:
+    """Serve campaigns, pulses, models, the twin, plans and diagnoses as pages, and as a JSON API under /api.
+
+    Only this machine reaches it unless --host names another address. Ctrl-C ends it.
+
+    \b
+    Example:
+        pyroshock serve --open
+    """
+    with errors_as_one_line():
+        _need_packages()
+        from ..web.settings import MEGABYTE, Settings
+
+        settings = Settings(
+            db, host, port, token, folders or (Path.cwd(),), mlflow, max_upload * MEGABYTE, works=not no_worker
+        )
+    with opened(db, create=True) as store:
+        from .application import application
+
+        _listen(application(settings, store, warm=True), settings, show)
+
+
+def _need_packages() -> None:
+    from importlib.util import find_spec
+
+    missing = [
+        name for name in ("fastapi", "uvicorn", "jinja2", "plotly", "python_multipart") if find_spec(name) is None
+    ]
+    if missing:
+        raise ValueError(f"pages need {', '.join(missing)}: pip install 'pyroshock[web]'")
+
+
+def _listen(app: Any, settings: Settings, show: bool) -> None:
+    import socket
+
+    import uvicorn
+
+    family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
+    with socket.socket(family, socket.SOCK_STREAM) as listener:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind((settings.host.strip("[]"), settings.port))
+            listener.listen(128)  # who reads the address may come at once; the server answers when it is there
+        except OSError as error:
+            raise ValueError(
+                f"cannot listen on {settings.host}:{settings.port}: {error.strerror}; try another --port, or --port 0"
+            ) from error
+        host = f"[{settings.host}]" if ":" in settings.host else settings.host
+        address = f"http://{host}:{listener.getsockname()[1]}/"
+        note(f"pyroshock: {address}" + (f"?token={settings.token}" if settings.token and sys.stderr.isatty() else ""))
+        if settings.token and not sys.stderr.isatty():
+            note("open it once with ?token=TOKEN, or send Authorization: Bearer TOKEN")
+        if show:
+            import webbrowser
+
+            webbrowser.open(address + (f"?token={settings.token}" if settings.token else ""))
+        config = uvicorn.Config(app, log_level="warning", access_log=False, timeout_graceful_shutdown=3)
+        uvicorn.Server(config).run(sockets=[listener])

@@ -1,1 +1,0 @@
-"""Shock response spectra of recordings and of stored impacts."""

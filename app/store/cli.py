@@ -1,0 +1,277 @@
+"""`init` and `db`: making a store and keeping it.
+
+`db export` and `db import`: a campaign to another laboratory, in one file.
+
+`db check`: is all of it there, and as it was written?
+
+`db copy`: a store from one engine to another.
+
+`db roles`: who may do what in a store on PostgreSQL.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from ..cli.common import db_option, errors_as_one_line, json_option, note, opened, write_json
+from ..cli.completion import campaign_names
+from ..cli.listed import Listing, listing_options
+
+if TYPE_CHECKING:
+    from sqlalchemy import Engine
+
+
+@click.command()
+@click.argument("campaign", shell_complete=campaign_names)
+@db_option
+@click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="FILE to write; a new one.")
+def export(campaign: str, db: str, out: Path) -> None:
+    """Write CAMPAIGN with all that belongs to it into one file, which is an SQLite store of that campaign alone.
+
+    Bench, materials, configurations, recordings with their series, impacts, all versions of pulses, shots, findings,
+    the plan and its runs, diagnoses, and who wrote what. Any command looks at it: --db sqlite:///FILE.
+
+    \b
+    Example:
+        pyroshock db export spring --out spring.pyroshock
+    """
+    with opened(db) as store:
+        from ...schema.transfer.export import export_campaign
+        from ..common.progress import progress_bar
+
+        with progress_bar("Exporting", "rows") as step:
+            rows = export_campaign(store, campaign, out, step)
+    note(f"campaign {campaign}: {sum(rows.values())} rows, {out.stat().st_size / 1e6:.1f} MB: {out}")
+
+
+@click.command("import")
+@click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@db_option
+@json_option
+def import_(file: Path, db: str, json_to: str | None) -> None:
+    """Add the campaigns of FILE, which `db export` wrote, to the store; what is there stays, and nothing comes twice.
+
+    The file may come from anybody: it is checked as `db check` checks a store before anything is written, and all of
+    it is added or nothing. A campaign, material or plan that is another one under the same name is refused.
+
+    \b
+    Example:
+        pyroshock db import spring.pyroshock --db sqlite:///lab.db
+    """
+    with opened(db, create=True) as store:
+        from ...schema.transfer.merging import import_file
+        from ..common.progress import progress_bar
+
+        with progress_bar("Importing", "samples") as step:
+            report = import_file(store, file, step)
+        if json_to is not None:
+            write_json(vars(report), json_to)
+    names = ", ".join(report.campaigns)
+    note(f"{names}: {sum(report.added.values())} rows added" if report.added else f"{names}: all of it was there")
+    for discarded in report.discarded:
+        note(f"was discarded here, and is back with the file: {discarded}")
+    for discarded in report.left_behind:
+        note(f"left behind: {discarded}")
+
+
+@click.command()
+@db_option
+@json_option
+@click.option(
+    "--campaign",
+    metavar="NAME",
+    help="Only this campaign's recordings, impacts and pulses.",
+    shell_complete=campaign_names,
+)
+@click.option("--fast", is_flag=True, help="Count and compare, but read no series, pulse, dataset or model.")
+@click.option(
+    "--repair",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    metavar="FOLDER",
+    help="First read damaged series again from this campaign folder.",
+)
+def check(db: str, json_to: str | None, campaign: str | None, fast: bool, repair: Path | None) -> None:
+    """Verify hashes, references and counts of the store. Exit code 1: something is wrong, and is named.
+
+    Every series is decoded and compared with the SHA-256 of what was recorded; every reference must lead to a row,
+    every dataset give its hash, every registered model load.
+
+    \b
+    Example:
+        pyroshock db check --db sqlite:///lab.db
+        pyroshock db check --repair my-campaign/
+    """
+    with opened(db) as store:
+        from ...schema.engine import describe
+        from ..common.progress import progress_bar
+        from .check import Wanted, datasets_without_source, findings_of
+
+        if repair is not None:
+            _repair(store, repair)
+        with progress_bar("Checking", "samples") as step:
+            findings = list(findings_of(store, db, Wanted(campaign, fast), step))
+        if json_to is not None:
+            write_json({"sound": not findings, "findings": [finding.as_json() for finding in findings]}, json_to)
+        else:
+            for finding in findings:
+                click.echo(str(finding))
+        if not fast and campaign is None:
+            with store.reading() as session:
+                for words in datasets_without_source(session):
+                    note(words)
+        address = describe(store.engine)
+    note(f"{address}: {len(findings)} findings" if findings else f"{address} is sound")
+    if findings:
+        raise click.exceptions.Exit(1)
+
+
+def _repair(store: object, folder: Path) -> None:
+    from ...ingest.repair import repair_series
+
+    report = repair_series(store, folder)  # type: ignore[arg-type]
+    for finding in report.mended:
+        note(f"mended: {report.campaign}, {finding}")
+    for finding, reason in report.left.items():
+        note(f"left as it is: {report.campaign}, {finding}: {reason}")
+
+
+@click.command()
+@db_option
+@listing_options
+def roles(db: str, listing: Listing) -> None:
+    """Make reader, operator and admin of a store on PostgreSQL, grant what they lack, and list who has them.
+
+    The migrations do so, too, where their login may make roles. A login is given one in SQL:
+    GRANT pyroshock_operator TO "alice".
+
+    \b
+    Example:
+        pyroshock db roles --db postgresql+psycopg://keeper@server/lab
+    """
+    with opened(db) as store:
+        from dataclasses import asdict
+
+        from ...schema.access.roles import ensure_roles
+
+        rows = [asdict(role) for role in ensure_roles(store.engine)]
+    listing.show(rows, "none", lambda row: {**row, "members": ", ".join(row["members"]) or "-"})
+
+
+def note_missing_roles(engine: Engine) -> None:
+    """Say after `init` and `db upgrade` that a store has no roles yet, and what makes them."""
+    from ...schema.access.roles import without_roles
+
+    if (missing := without_roles(engine)) is not None:
+        note(missing)
+
+
+@click.command()
+@click.argument("source", metavar="SRC")
+@click.argument("target", metavar="DST")
+@json_option
+def copy(source: str, target: str, json_to: str | None) -> None:
+    """Copy the store at address SRC into the empty place at address DST; engines may differ.
+
+    Rows and keys are the same afterwards: every table is read back and compared by a hash. DST becomes a store only
+    when all of it is there; a copy that was stopped leaves it empty. A PostgreSQL database must exist.
+
+    \b
+    Example:
+        pyroshock db copy sqlite:///lab.db postgresql+psycopg://lab@server/lab
+    """
+    with opened(source) as store:
+        from ...schema.engine import describe, make_engine
+        from ...schema.transfer.copying import copy_store
+        from ..common.progress import progress_bar
+
+        engine = make_engine(target)
+        try:
+            with progress_bar("Copying", "rows") as step:
+                tables = copy_store(store, engine, step)
+            note_missing_roles(engine)
+        finally:
+            engine.dispose()
+        if json_to is not None:
+            write_json([vars(table) for table in tables], json_to)
+        note(f"{describe(engine)}: {sum(table.rows for table in tables)} rows, the same as in {describe(store.engine)}")
+    with errors_as_one_line():
+        _say_where_models_are(source)
+
+
+def _say_where_models_are(source: str) -> None:
+    """Models are MLflow's, and stay where they are."""
+    from ...training.registry.connection import user_environment
+    from ...training.registry.model_storage import place_beside
+
+    place = place_beside(source, user_environment())
+    if place.database is not None and place.database.is_file():
+        note(
+            f"The models stay in {place.shown}. Set MLFLOW_TRACKING_URI to it when you work on the copy "
+            "(docs/reference/store.md)."
+        )
+    elif place.database is None:
+        note(f"models stay in {place.shown}, where MLFLOW_TRACKING_URI says")
+
+
+@click.command()
+@db_option
+def init(db: str) -> None:
+    """Make an empty store, with the known materials in it. An existing store is left as it is.
+
+    \b
+    Example:
+        pyroshock init --db sqlite:///lab.db
+    """
+    with opened(db, create=True) as store:
+        from ...schema.engine import describe
+
+        note(f"store ready: {describe(store.engine)}")
+        note_missing_roles(store.engine)
+
+
+@click.group()
+def db() -> None:
+    """Keep the store."""
+
+
+for each in (check, copy, export, import_, roles):
+    db.add_command(each)
+
+
+@db.command()
+@db_option
+def upgrade(db: str) -> None:
+    """Bring a store made by an older version up to this one.
+
+    \b
+    Example:
+        pyroshock db upgrade --db sqlite:///lab.db
+    """
+    with errors_as_one_line():
+        from sqlalchemy.exc import DBAPIError
+
+        from ...schema import migrate
+        from ...schema.access.permissions import refusal
+        from ...schema.addresses import shown
+        from ...schema.engine import StoreError, describe, make_engine_of_existing
+
+        engine = make_engine_of_existing(db)
+        try:
+            before = migrate.current_revision(engine)
+            if before is None:
+                raise StoreError(f"no store at {describe(engine)}; make one with: pyroshock init --db {shown(db)}")
+            if before not in migrate.known_revisions():
+                raise StoreError(
+                    f"{describe(engine)} is at revision {before}, which this software does not know: update pyroshock"
+                )
+            try:
+                migrate.upgrade(engine)
+            except DBAPIError as error:
+                raise refusal(engine, error) from error
+            note(f"{describe(engine)}: revision {before} -> {migrate.current_revision(engine)}")
+            note_missing_roles(engine)
+        finally:
+            engine.dispose()

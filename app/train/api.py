@@ -1,0 +1,132 @@
+"""Registered models: listed, compared, judged, promoted.
+
+Trainings and extractions: each answers with its job.
+
+What a campaign's pulses become, as jobs: models trained on a dataset, and pulses cut anew.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Query
+from pydantic import BaseModel, Field
+
+from ...dataset.snapshot import read_snapshot
+from ...ingest.settings import ExtractionSettings
+from ...schema.listings import get_campaign_id
+from ...schema.session import Store
+from ..common.number_format import finite
+from ..ingest.job import EXTRACT, ExtractArguments
+from ..jobs.queue import JobView
+from ..web.dependencies import Configured, Key, Name, OpenStore, Running, Text
+from ..web.jobs import Jobs
+from .figures import held_out_figures, listed_versions, side_by_side
+from .job import TRAIN, TrainArguments
+from .registering import chosen_versions, decision_json, needed, promote, registry_at
+from .training import models_extra, reader_of, splits_of
+
+router = APIRouter(tags=["models"])
+
+
+class Promotion(BaseModel):
+    """`on`: a dataset or a campaign whose pulses judge both; `force`: though it is worse, which needs a `reason`."""
+
+    on: Text | None = Field(None, max_length=1000)
+    force: bool = False
+    reason: Text = Field("", max_length=4000)
+
+
+@router.get("/models")
+def models(settings: Configured, dataset: str | None = None, split: str | None = None, every: bool = False) -> Any:
+    """Versions with their figures, floors and the thesis's; the newest of each kind unless `every`."""
+    with models_extra():
+        registry = registry_at(settings.db)
+        rows = [] if registry is None else listed_versions(registry, dataset=dataset, split=split, every=every)
+    return finite(rows)
+
+
+@router.get("/models/compare")
+def compare(
+    store: OpenStore,
+    settings: Configured,
+    version: Annotated[list[Annotated[str, Field(max_length=200)]], Query(min_length=2, max_length=8)],
+) -> Any:
+    """Versions (NAME@VERSION) on the held-out pulses they have in common, with paired differences."""
+    with models_extra():
+        registry = needed(settings.db)
+        return finite(side_by_side(registry, chosen_versions(registry, version), reader_of(store)))
+
+
+@router.get("/models/promotions")
+def promotions(settings: Configured) -> list[dict[str, Any]]:
+    """Promotions and refusals, with who, when and why."""
+    with models_extra():
+        registry = registry_at(settings.db)
+        return [] if registry is None else [decision_json(decision) for decision in registry.decisions()]
+
+
+@router.get("/models/{name}/{version}")
+def held_out(name: Name, version: Key, store: OpenStore, settings: Configured) -> Any:
+    """Predicted against measured on held-out pulses, and how often the intervals hold."""
+    with models_extra():
+        registry = needed(settings.db)
+        version_found = chosen_versions(registry, [f"{name}@{version}"])[0]
+        return finite(held_out_figures(registry, version_found, reader_of(store)))
+
+
+@router.post("/models/{name}/{version}/promote")
+def promoted(name: Name, version: Key, asked: Promotion, store: OpenStore, settings: Configured) -> dict[str, Any]:
+    """Make a version the one in use, or hear why not: `promoted` says."""
+    decision = promote(store, settings.db, name, version, other=asked.on, forced=asked.force, reason=asked.reason)
+    return decision_json(decision)
+
+
+def train_job(jobs: Jobs, store: Store, asked: TrainArguments) -> JobView:
+    """Queue a training; its result is `train --json`. Raises `LookupError`, `ValueError` for what there is not."""
+    splits_of(read_snapshot(store, asked.dataset).table, asked.split)
+    return jobs.ask(store, TRAIN, f"Training on {asked.dataset}", asked)
+
+
+def extract_job(jobs: Jobs, store: Store, campaign: str, settings: ExtractionSettings) -> JobView:
+    """Queue an extraction; its result is `extract --json`. Raises `LookupError` for an unknown campaign."""
+    with store.reading() as session:
+        get_campaign_id(session, campaign)
+    arguments = ExtractArguments(campaign, settings.as_json())
+    return jobs.ask(store, EXTRACT, f"Extraction of {campaign}", arguments)
+
+
+class TrainingOptions(BaseModel):
+    """As the options of `pyroshock train`; what is registered already is not trained again."""
+
+    dataset: Text = Field(max_length=1000)
+    models: Text = Field("all", max_length=1000, description="names with commas between them, or all")
+    split: Text = Field("repetitions,configurations", max_length=1000)
+    seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
+    budget: Literal["reduced", "full"] = "reduced"
+
+    def asked(self) -> TrainArguments:
+        """Raises `ValueError` for a model that there is not."""
+        from ...training.models.catalogue import models_of
+
+        return TrainArguments(self.dataset, list(models_of(self.models)), self.split, self.seed, self.budget)
+
+
+class RepeatedExtraction(BaseModel):
+    """As the options of `pyroshock extract`."""
+
+    segmentation: Literal["walk", "mask"] = "walk"
+    threshold: float = 0.005
+    smoothing: float = 0.99
+
+
+@router.post("/train")
+def train(asked: TrainingOptions, store: OpenStore, running: Running) -> dict[str, Any]:
+    """Train models on a dataset; answers with the job, whose result is `train --json`."""
+    return train_job(running, store, asked.asked()).as_json()
+
+
+@router.post("/campaigns/{name}/extract")
+def extract(name: Name, asked: RepeatedExtraction, store: OpenStore, running: Running) -> dict[str, Any]:
+    """Cut a campaign's pulses anew; answers with the job, whose result is `extract --json`."""
+    return extract_job(running, store, name, ExtractionSettings(**asked.model_dump())).as_json()

@@ -1,0 +1,333 @@
+"""`train`: models made from a dataset.
+
+`compare`: which model is better.
+
+`promote`: the model in use.
+
+`models`: what is registered.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..cli.common import (
+    crew_options,
+    db_option,
+    errors_as_one_line,
+    fail,
+    json_option,
+    note,
+    opened,
+    print_table,
+    write_json,
+)
+from ..cli.completion import dataset_names, model_versions
+from ..cli.listed import Listing, listing_options
+
+if TYPE_CHECKING:
+    from ...dataset.catalog import Withdrawal
+    from ...parallel.executor import Crew
+    from ...training.fitting.session import Session
+    from ...training.models.catalogue import Budget
+    from ...training.registry.records import Version
+    from ...training.registry.registry import Registry
+
+
+@click.command()
+@click.argument("dataset", shell_complete=dataset_names)
+@click.option("--models", default="all", show_default=True, metavar="A,B|all", help="Which, by name.")
+@click.option(
+    "--split",
+    "splits",
+    default="repetitions,configurations",
+    show_default=True,
+    metavar="S,T",
+    help="What is held out: repetitions, configurations, treatments, materials, campaigns, material=NAME, "
+    "campaign=NAME. The first flatters; see it beside the second.",
+)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed, the same models.")
+@click.option(
+    "--budget", type=click.Choice(["reduced", "full"]), default="reduced", show_default=True, help="Of the GA search."
+)
+@click.option("--retrain", is_flag=True, help="Train again what is registered already.")
+@crew_options("Processes that train at once.")
+@db_option
+@json_option
+def train(
+    dataset: str,
+    models: str,
+    splits: str,
+    seed: int,
+    budget: Budget,
+    retrain: bool,
+    crew: Crew,
+    db: str,
+    json_to: str | None,
+) -> None:
+    """Train models on DATASET and register them, each judged on pulses that it has not seen.
+
+    What is registered already is not trained again, so an interrupted training goes on by being started again.
+
+    \b
+    Example:
+        pyroshock train spring
+        pyroshock train spring --models hybrid,gp --split materials
+        pyroshock train spring --backend dask --scheduler tcp://lab-1:8786
+    """
+    with opened(db) as store:
+        from ...training.fitting.session import Progress
+        from ..common.progress import progress_bar
+        from .service import train_models
+        from .training import tell_beside_bar
+
+        with progress_bar("training", "models") as step:
+            progress = Progress(step, tell_beside_bar)
+            session, floors = train_models(
+                store, db, dataset, [models], splits, seed=seed, budget=budget, retrain=retrain, crew=crew,
+                progress=progress,
+            )  # fmt: skip
+        earlier = len(session.versions) - session.trained
+        note(f"{session.trained} trained, {earlier} found as they were trained before")
+        _train_tell(session, floors, json_to)
+        if session.failures:
+            fail(
+                "not trained: "
+                + "; ".join(f"{failure.model} ({failure.split}): {failure.reason}" for failure in session.failures)
+            )
+
+
+def _train_tell(session: Session, floors: dict[str, str], json_to: str | None) -> None:
+    from .tables import json_row, table_of
+
+    if json_to is not None:
+        write_json([json_row(version, floors) for version in session.versions], json_to)
+    else:
+        print_table(table_of(session.versions, floors), "nothing was trained")
+
+
+@click.command()
+@click.argument("names", nargs=-1, metavar="[MODEL[@VERSION]]...", shell_complete=model_versions)
+@click.option(
+    "--dataset",
+    default=None,
+    metavar="NAME",
+    help="Models of this one. [the newest trained on]",
+    shell_complete=dataset_names,
+)
+@click.option("--split", default="repetitions", show_default=True, help="Of models named without a version.")
+@click.option("--metric", default="force_nrmse", show_default=True, metavar="M|all", help="In which, or in all eight.")
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Draw the first comparison into FILE.png.")
+@db_option
+@json_option
+def compare(
+    names: tuple[str, ...],
+    dataset: str | None,
+    split: str,
+    metric: str,
+    out: Path | None,
+    db: str,
+    json_to: str | None,
+) -> None:
+    """Compare models on the held-out pulses they have in common: which is better, where, whether beyond chance.
+
+    Each with each; without a name, the best of the split with all others. Intervals are 90 %, by configuration.
+    The settings that each training searched and found are listed side by side.
+
+    \b
+    Example:
+        pyroshock compare hybrid coregional-gp --metric cost
+        pyroshock compare hybrid@3 hybrid@7 --out difference.png
+    """
+    with opened(db) as store:
+        from .comparing import draw, metrics_named, rows_of, told
+        from .service import compare_versions
+
+        wanted = metrics_named(metric)
+        comparison = compare_versions(store, db, names, dataset=dataset, split=split, metric=wanted[0], note=note)
+        if out is not None:
+            draw(comparison.comparisons[0], wanted[0], out)
+            note(f"plot: {out}")
+        if json_to is not None:
+            write_json(rows_of(comparison, wanted), json_to)
+            return
+        click.echo(f"{len(comparison.judged.pulses)} held-out pulses that none of them was trained on")
+        print_table(comparison.table(wanted), "")
+        for line in told(comparison, wanted):
+            click.echo(line)
+        if settings := comparison.settings_table():
+            click.echo("What each training searched and found:")
+            print_table(settings, "")
+
+
+@click.command()
+@click.argument("model", metavar="MODEL@VERSION", shell_complete=model_versions)
+@click.argument("version", type=click.IntRange(1), required=False, metavar="")
+@click.option("--on", "other", default=None, metavar="DATASET|CAMPAIGN", help="Judge both on its pulses instead.")
+@click.option("--force", is_flag=True, help="Promote it though it is worse; needs --reason.")
+@click.option("--reason", default="", metavar="TEXT", help="Why; it is kept beside the figures.")
+@db_option
+@json_option
+def promote(
+    model: str, version: int | None, other: str | None, force: bool, reason: str, db: str, json_to: str | None
+) -> None:
+    """Put a model in use: predictions on benches of its kind (a gun, a hammer) take it from then on.
+
+    The kind is that of the campaigns that the model's predictors are for. Of several predictor sets for one kind, the
+    model that was promoted last is in use. It must predict configurations that it has not seen better than the model in
+    use, and the first model better than what answers without one: the contact law updated by the measured shots. The
+    measure is the mean CRPS of peak force, contact time and impulse. Else it is refused, with exit code 1. Refusals are
+    kept too: pyroshock models --promotions.
+
+    \b
+    Example:
+        pyroshock promote hybrid@3
+        pyroshock promote hybrid@5 --on autumn --reason "new tips"
+    """
+    with opened(db) as store:
+        from .service import promote_version
+
+        decision = promote_version(
+            store, db, f"{model}@{version}" if version is not None else model, on=other, force=force, reason=reason
+        )
+        if json_to is not None:
+            write_json(decision.to_json(), json_to)
+        note(decision.sentence)
+        if not decision.promoted:
+            raise click.exceptions.Exit(1)
+
+
+@click.command()
+@click.argument("version", required=False, metavar="[MODEL@VERSION]", shell_complete=model_versions)
+@click.option(
+    "--dataset", default=None, metavar="NAME", help="Only those trained on this one.", shell_complete=dataset_names
+)
+@click.option("--split", default=None, help="Only those judged on this one.")
+@click.option("--all", "every", is_flag=True, help="Older versions too.")
+@click.option("--promotions", is_flag=True, help="List promotions and refusals, with who, when and why.")
+@db_option
+@listing_options
+def models(
+    version: str | None,
+    dataset: str | None,
+    split: str | None,
+    every: bool,
+    promotions: bool,
+    db: str,
+    listing: Listing,
+) -> None:
+    """List the registered models, best first: both splits, the floor that repetitions set, the thesis's figures.
+
+    With MODEL@VERSION, show that one: its figures, and the settings that its training searched and found.
+
+    A star is the model in use. Errors are shares, means over held-out pulses; all metrics with intervals by --json.
+    With --csv, --sort or --columns there is one row for each version, with its metrics as columns.
+
+    \b
+    Example:
+        pyroshock models --dataset spring
+        pyroshock models hybrid@3
+        pyroshock models --sort force_nrmse --columns model,version,split,force_nrmse
+        pyroshock models --promotions
+    """
+    with errors_as_one_line():
+        from ...training.registry.intact_models import damages
+        from ...training.registry.listing import chosen, flat_row, newest, of_dataset
+        from .tables import json_row
+        from .training import models_extra, registry_of, withdrawals_at, withdrawn_words
+
+        registry = registry_of(db)
+        with models_extra():
+            if promotions:
+                _tell_promotions(registry.decisions(), listing)
+                return
+            versions = registry.versions()
+            if version is not None:
+                _tell_version(registry, chosen(versions, version), listing.json_to)
+                return
+            versions = of_dataset(versions, dataset) if dataset is not None else versions
+            versions = [version for version in versions if split in (None, version.split)]
+            floors = {ground: registry.floors(*ground) for ground in _grounds(versions)}
+            listed = versions if every else newest(versions)
+            wrong = damages(registry, listed)
+        withdrawn = withdrawals_at(db) if listed else {}
+        if listing.csv or listing.sort or listing.columns:
+            listing.show(
+                [flat_row(version) for version in listed], "no models yet; train some: pyroshock train DATASET"
+            )
+            return
+        if listing.json_to is not None:
+            rows = ((version, json_row(version, floors[version.dataset.hash, version.seed])) for version in listed)
+            write_json(
+                [row | _damaged(wrong.get(version.label)) | _lost(version, withdrawn) for version, row in rows],
+                listing.json_to,
+            )
+            return
+        _tell(versions, floors, every)
+        for label, what in wrong.items():
+            note(f"{label} is damaged: {what}")
+        for words in withdrawn_words(withdrawn, listed):
+            note(words)
+
+
+def _tell_version(registry: Registry, version: Version, json_to: str | None) -> None:
+    """One version's figures and settings; its histories, by step, stand in the JSON alone."""
+    from .tables import json_row
+
+    row = json_row(version, registry.floors(version.dataset.hash, version.seed))
+    settings = registry.fit_settings(version)
+    if json_to is not None:
+        write_json(row | {"settings": settings, "histories": registry.fit_histories(version)}, json_to)
+        return
+    click.echo(f"{version.label}, dataset {version.dataset.name}, split {version.split}, seed {version.seed}")
+    print_table(({"metric": name, "mean": mean} for name, mean in row["metrics"].items()), "")
+    click.echo()
+    rows = ({"setting": name, "value": value} for name, value in settings.items())
+    print_table(rows, "no settings: nothing was searched, or older software trained it")
+
+
+def _lost(version: Version, withdrawn: dict[str, Withdrawal]) -> dict[str, int]:
+    """Pulses that the model was trained on, or judged by, and that are no longer in the store."""
+    withdrawal = withdrawn.get(version.dataset.hash)
+    return {} if withdrawal is None else {"withdrawn_pulses": withdrawal.lost}
+
+
+def _damaged(what: str | None) -> dict[str, str]:
+    return {} if what is None else {"damaged": what}
+
+
+def _grounds(versions: list[Version]) -> list[tuple[str, int]]:
+    return list(dict.fromkeys((version.dataset.hash, version.seed) for version in versions))
+
+
+def _tell(versions: list[Version], floors: dict[tuple[str, int], dict[str, str]], every: bool) -> None:
+    from ...training.registry.listing import row_of
+    from .tables import table_of
+
+    if not versions:
+        click.echo("no models yet; train some: pyroshock train DATASET")
+        return
+    for key in _grounds(versions):
+        of_it = [version for version in versions if (version.dataset.hash, version.seed) == key]
+        click.echo(f"{of_it[0].dataset.name} ({key[0][:12]}), seed {key[1]}")
+        print_table(table_of(of_it, floors[key]), "")
+        click.echo()
+    if every:
+        columns = ("model", "version", "split", "dataset", "seed", "seconds", "registered_at")
+        print_table(({name: row_of(version)[name] for name in columns} for version in versions), "")
+
+
+def _tell_promotions(decisions: list[Any], listing: Listing) -> None:
+    from dataclasses import asdict
+
+    columns = (
+        "when", "who", "candidate", "champion", "promoted", "forced", "judged_on", "judged_against", "pulses", "reason",
+    )  # fmt: skip
+    listing.show(
+        [asdict(decision) for decision in decisions],
+        "nothing was promoted yet: pyroshock promote MODEL VERSION",
+        lambda row: {name: row[name] for name in columns} | {"when": f"{row['when']:%Y-%m-%d %H:%M}"},
+    )

@@ -1,0 +1,271 @@
+"""`dataset`: pulses frozen for training, looked at, traced to their raw files, exported."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..cli.common import db_option, json_option, note, opened, print_table, write_json
+from ..cli.completion import campaign_names, dataset_names
+from ..cli.listed import Listing, listing_options
+
+if TYPE_CHECKING:
+    from ...dataset.catalog import Withdrawal
+
+_SEED = click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the split's draw.")
+
+
+@click.group(invoke_without_command=True)
+@db_option
+@listing_options
+@click.pass_context
+def dataset(ctx: click.Context, db: str, listing: Listing) -> None:
+    """Freeze pulses for training, and see what is in them. Alone, it lists the datasets.
+
+    \b
+    Example:
+        pyroshock dataset build spring --from spring-hammer
+        pyroshock dataset show spring --plot spring.png
+    """
+    if ctx.invoked_subcommand is None:
+        _list(db, listing)
+
+
+@dataset.command("list")
+@db_option
+@listing_options
+def list_(db: str, listing: Listing) -> None:
+    """List the datasets: name, hash, pulses, campaigns."""
+    _list(db, listing)
+
+
+def _list(db: str, listing: Listing) -> None:
+    with opened(db) as store, store.reading() as session:
+        from ...dataset.catalog import list_snapshots, list_withdrawals
+
+        withdrawals = list_withdrawals(session)
+        rows = [{**row, "withdrawn": _lost(withdrawals.get(row["hash"]))} for row in list_snapshots(session)]
+    listing.show(
+        rows,
+        "no datasets yet; freeze one: pyroshock dataset build NAME --from CAMPAIGN",
+        lambda row: {**row, "hash": row["hash"][:12], "campaigns": ", ".join(row["campaigns"] or [])},
+    )
+    for withdrawal in withdrawals.values() if listing.json_to is None else ():
+        note(withdrawal.words)
+
+
+def _lost(withdrawal: Withdrawal | None) -> int:
+    return 0 if withdrawal is None else withdrawal.lost
+
+
+class _Campaigns(click.Command):
+    """`--from A B C`: all words after it, up to the next option, as if each had its own --from."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        out: list[str] = []
+        taking = False
+        for word in args:
+            if word.startswith("-"):
+                taking = word.split("=")[0] == "--from"
+                out.append(word)
+            else:
+                if taking and out[-1] != "--from":
+                    out.append("--from")
+                out.append(word)
+        return super().parse_args(ctx, out)
+
+
+@dataset.command(cls=_Campaigns)
+@click.argument("name")
+@db_option
+@json_option
+@click.option(
+    "--from",
+    "campaigns",
+    multiple=True,
+    required=True,
+    metavar="CAMPAIGN…",
+    help="One or several.",
+    shell_complete=campaign_names,
+)
+@click.option("--predictors", metavar="SET", help="hammer, gun, or a TOML file of your own. [the campaigns' kind]")
+@click.option(
+    "--quality",
+    type=click.Choice(["reject", "warning", "none"]),
+    default="reject",
+    show_default=True,
+    help="Verdicts that leave an impact out; warning: rejects too.",
+)
+@click.option("--extraction", metavar="FINGERPRINT", help="Pulses of this extraction. [those in use]")
+@click.option(
+    "--velocity",
+    type=click.Choice(["before-contact", "integrated"]),
+    help="Convert impact velocities to this kind. [as they are stored, of one kind]",
+)
+@click.option("--split", default="repetitions", show_default=True, help="Of which the two sides are counted.")
+@_SEED
+def build(
+    name: str,
+    db: str,
+    json_to: str | None,
+    campaigns: tuple[str, ...],
+    predictors: str | None,
+    quality: str,
+    extraction: str | None,
+    velocity: str | None,
+    split: str,
+    seed: int,
+) -> None:
+    """Freeze the usable pulses of campaigns under NAME. The same content again is the same dataset.
+
+    A velocity that was integrated from the impactor's deceleration is not the one before contact where the plate
+    gives way. A dataset has one kind; --velocity converts the others, by each pulse and the plate.
+
+    \b
+    Example:
+        pyroshock dataset build spring --from spring-hammer
+        pyroshock dataset build both --from spring autumn --quality warning --json
+        pyroshock dataset build true --from spring-hammer --velocity before-contact
+    """
+    with opened(db) as store:
+        from ...dataset.predictors import predictors_named
+        from ...dataset.selection import missing_in_campaigns, missing_words
+        from ...dataset.snapshot import build_snapshot
+        from ...dataset.splits import check_form
+        from .datasets import built_as_json
+
+        check_form(split)
+        chosen = predictors_named(predictors) if predictors else None
+        built = build_snapshot(store, name, campaigns, chosen, quality, extraction, velocity)
+        if not built.added:
+            other_name = "" if built.snapshot.name == name else f" under the name {built.snapshot.name}"
+            note(f"dataset {name}: this content is frozen already{other_name}; nothing was added")
+        with store.reading() as session:
+            facts = missing_words(missing_in_campaigns(session, campaigns, built.snapshot.predictors))
+        summary = built_as_json(built, _split_or_note(built.snapshot.table, split, seed))
+        _tell_built(summary, len(built.snapshot.definition["extractions"]))
+        stated = built.snapshot.definition.get("velocity") or {}
+        if stated.get("converted"):
+            note(
+                f"  {stated['converted']} impact velocities were converted ({stated['kind']}), with a standard "
+                f"uncertainty of {stated['relative_u']:.0%} in the median"
+            )
+        if facts:
+            note(f"  {facts}")
+    if json_to is not None:
+        write_json(summary, json_to)
+
+
+def _split_or_note(table: Any, text: str, seed: int) -> Any:
+    """The split; a dataset that cannot be split so is a dataset all the same."""
+    from ...dataset.splits import split_of
+
+    try:
+        return split_of(table, text, seed)
+    except (ValueError, LookupError) as error:
+        note(str(error))
+        return None
+
+
+def _tell_built(told: dict[str, Any], extractions: int) -> None:
+    note(f"dataset {told['name']}: {told['pulses']} pulses, hash {told['hash'][:12]}")
+    note(f"  {told['train']} to learn from, {told['test']} held out")
+    for row in told["left_out"]:
+        note(f"  left out: {row['impacts']} ({row['reason']})")
+    if extractions > 1:
+        note("  the pulses are of several extractions; one for all: pyroshock extract CAMPAIGN, or --extraction")
+
+
+@dataset.command()
+@click.argument("name", shell_complete=dataset_names)
+@db_option
+@json_option
+@_SEED
+@click.option("--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw correlations and values (.png).")
+def show(name: str, db: str, json_to: str | None, seed: int, plot: Path | None) -> None:
+    """Show a dataset (by name or hash): where it is from, its splits, the predictors' ranges and correlations.
+
+    \b
+    Example:
+        pyroshock dataset show spring --plot spring.png
+    """
+    with opened(db) as store:
+        from ...dataset.snapshot import read_snapshot
+        from .datasets import snapshot_as_json
+
+        snapshot = read_snapshot(store, name)
+        if plot is not None:
+            from .datasets import plot_dataset
+
+            plot_dataset(snapshot.table, plot)
+            note(f"written: {plot}")
+        summary = snapshot_as_json(snapshot, seed)
+    if json_to is not None:
+        write_json(summary, json_to)
+    else:
+        _show(snapshot, summary)
+
+
+def _show(snapshot: Any, told: dict[str, Any]) -> None:
+    from .datasets import correlation_rows, range_rows
+
+    click.echo(f"{told['name']}: {told['pulses']} pulses of {', '.join(told['campaigns'])}, hash {told['hash']}")
+    click.echo(f"{told['configurations']} configurations; velocity aside, predictors tell {told['treatments']} apart")
+    click.echo(f"quality rule {told['quality']}; extractions {', '.join(key[:12] for key in told['extractions'])}")
+    print_table(told["left_out"], "nothing was left out")
+    click.echo()
+    print_table(told["splits"], "too few pulses for any split")
+    click.echo()
+    print_table(range_rows(snapshot), "no predictors")
+    click.echo()
+    print_table(correlation_rows(snapshot), "no predictors")
+
+
+@dataset.command()
+@click.argument("name", shell_complete=dataset_names)
+@click.argument("key", required=False)
+@db_option
+@json_option
+def trace(name: str, key: str | None, db: str, json_to: str | None) -> None:
+    """Tell from which raw file a pulse of a dataset comes: KEY is its key, or the start of it. Without, all files.
+
+    \b
+    Example:
+        pyroshock dataset trace spring
+        pyroshock dataset trace spring 5350e6044256
+    """
+    with opened(db) as store, store.reading() as session:
+        from ...dataset.provenance import raw_files
+        from ...dataset.provenance import trace as trace_pulse
+        from ...dataset.snapshot import read_snapshot
+
+        snapshot = read_snapshot(session, name)
+        origin = raw_files(session, snapshot) if key is None else asdict(trace_pulse(session, snapshot, key))
+    if json_to is not None:
+        write_json(origin, json_to)
+    elif isinstance(origin, list):
+        print_table(origin, "no pulses")
+    else:
+        print_table(({"of": name, "value": str(value)} for name, value in origin.items()), "nothing")
+
+
+@dataset.command()
+@click.argument("name", shell_complete=dataset_names)
+@db_option
+@click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="FILE.csv or FILE.parquet.")
+def export(name: str, db: str, out: Path) -> None:
+    """Write a dataset to a file: a row per pulse with its key, predictors, figures and force points.
+
+    \b
+    Example:
+        pyroshock dataset export spring --out spring.parquet
+    """
+    with opened(db) as store:
+        from ...dataset.snapshot import read_snapshot
+        from .datasets import export_snapshot
+
+        rows = export_snapshot(read_snapshot(store, name), out)
+    note(f"{rows} rows written: {out}")

@@ -1,0 +1,91 @@
+"""Models trained on a dataset: each is registered as it is finished, under the key of its task, and found by it.
+
+The registry of models in the hands of one attempt at a job.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ...training.registry.connection import user_environment
+from ...training.registry.model_storage import place_beside
+from ...training.registry.records import Trained, Version
+from ...training.registry.registry import Registry
+from ..jobs.kind import Ending, Kind, Result, RunningJob, told
+
+if TYPE_CHECKING:
+    from ...training.fitting.session import Session
+    from ...training.models.catalogue import Budget
+
+
+@dataclass(frozen=True)
+class TrainArguments:
+    """As the options of `pyroshock train`; no `retrain`: a job that is begun again must find what it has trained."""
+
+    dataset: str
+    models: Sequence[str]
+    split: str = "repetitions,configurations"
+    seed: int = 0
+    budget: Budget = "reduced"
+
+
+def _do(work: RunningJob, asked: TrainArguments) -> Ending:
+    from .training import models_extra
+
+    with models_extra():
+        session = _trained(work, asked)
+    if not session.versions and session.failures:
+        raise ValueError(
+            "; ".join(f"{failure.model} ({failure.split}): {failure.reason}" for failure in session.failures)
+        )
+    earlier = len(session.versions) - session.trained
+    failed = f"; not trained: {', '.join(failure.model for failure in session.failures)}" if session.failures else ""
+    words = f"{session.trained} trained, {earlier} found as they were trained before{failed}"
+    return told(Result("/models", words, _rows(work, asked, session)))
+
+
+def _trained(work: RunningJob, asked: TrainArguments) -> Session:
+    from ...training.fitting.session import Progress, train
+    from .training import ground_of, splits_of
+
+    registry = fenced_registry_of(work)
+    ground = ground_of(work.store, asked.dataset, registry, asked.seed, asked.budget)
+    splits = splits_of(ground.table, asked.split)
+    return train(registry, ground, asked.models, splits, progress=Progress(work.step))
+
+
+def _rows(work: RunningJob, asked: TrainArguments, session: Session) -> list[dict[str, object]]:
+    from .tables import json_row
+    from .training import registry_of
+
+    floors = registry_of(work.db).floors(session.versions[0].dataset.hash, asked.seed) if session.versions else {}
+    return [json_row(version, floors) for version in session.versions]
+
+
+TRAIN = Kind("train", TrainArguments, _do)
+
+
+class FencedRegistry(Registry):
+    """Records a model only while the lease is held, and one that was registered meanwhile is not registered again.
+
+    MLflow's store is another one than ours, so that both cannot be written in one transaction. What is left is a worker
+    that sleeps for a whole lease within these lines, without the lock of its dataset (another machine): a version more,
+    with the same model in it.
+    """
+
+    def __init__(self, work: RunningJob) -> None:
+        super().__init__(place_beside(work.db, user_environment()))
+        self._work = work
+
+    def record(self, trained: Trained, session: str | None = None) -> Version:
+        with self._work.store.writing():  # raises where the lease is lost
+            pass
+        registered = next((version for version in self.versions() if version.task_key == trained.task.key), None)
+        return registered or super().record(trained, session)
+
+
+def fenced_registry_of(work: RunningJob) -> FencedRegistry:
+    """The registry beside the job's store, or where MLFLOW_TRACKING_URI says."""
+    return FencedRegistry(work)

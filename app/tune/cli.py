@@ -1,0 +1,215 @@
+"""`tune`: from a prescribed spectrum back to settings of the bench."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..cli.common import db_option, json_option, note, opened, print_table, write_json
+from ..cli.completion import campaign_names
+
+if TYPE_CHECKING:
+    from .service import TunedSettings
+
+
+@click.command()
+@click.option(
+    "--target",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    required=True,
+    metavar="SPEC.csv",
+    help="The prescribed spectrum.",
+)
+@click.option(
+    "--tolerance", default=None, metavar="6dB", help="Such as 6dB or +9/-6dB. [the file's, else NASA-STD-7003's]"
+)
+@click.option(
+    "--measured",
+    multiple=True,
+    metavar="CAMPAIGN",
+    help="Shots to learn from. Repeat for several.",
+    shell_complete=campaign_names,
+)
+@click.option("--plate", default=None, metavar="MATERIAL", help="The plate that is mounted. [the bench's]")
+@click.option(
+    "--campaign", default=None, help="Whose bench it is. [the newest gun campaign]", shell_complete=campaign_names
+)
+@click.option("--sensor", default=None, metavar="NAME", help="Where the spectrum is prescribed. [the first]")
+@click.option(
+    "--bullet-mass",
+    default=None,
+    metavar="MASSES",
+    help="Your bullets, 0.2kg,0.5kg, or any mass of a range, 0.2kg:1kg. [the factors' levels]",
+)
+@click.option(
+    "--factors", type=click.Path(exists=True, path_type=Path), help="What the lab owns, as a plan's TOML file."
+)
+@click.option(
+    "--modes", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Measured modes of the plate."
+)
+@click.option(
+    "--bench", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Gun and plate, a TOML file."
+)
+@click.option("--contact", default=None, metavar="LAW", help="A law of contact, or registered. [the model in use]")
+@click.option("--no-adopted", is_flag=True, help="Without the effects that diagnoses have left to the bench.")
+@click.option("--impact-at", multiple=True, metavar="X,Y", help="Point #1, #2... of the outline, in m: repeat.")
+@click.option("--sensor-at", multiple=True, metavar="X,Y", help="acceleration_1, acceleration_2..., in m: repeat.")
+@click.option("--q", type=float, default=10.0, show_default=True, help="Of the spectrum's oscillators.")
+@click.option(
+    "--share",
+    type=click.FloatRange(0, 1, min_open=True),
+    default=1.0,
+    show_default=True,
+    help="Of the lines that must lie within.",
+)
+@click.option(
+    "--at-least",
+    type=click.FloatRange(0, 1, min_open=True),
+    default=0.5,
+    show_default=True,
+    metavar="PROBABILITY",
+    help="From which probability on a setting meets the target.",
+)
+@click.option("--extrapolate", is_flag=True, help="Propose settings outside of the model's domain, too.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the search and its draws.")
+@click.option(
+    "--avoid", type=click.Path(dir_okay=False, path_type=Path), help="Write settings to avoid to FILE, as JSON."
+)
+@click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), help="Draw the best ones' spectra into FILE.")
+@db_option
+@json_option
+def tune(
+    target: Path,
+    tolerance: str | None,
+    measured: tuple[str, ...],
+    plate: str | None,
+    campaign: str | None,
+    sensor: str | None,
+    bullet_mass: str | None,
+    factors: Path | None,
+    modes: Path | None,
+    bench: Path | None,
+    contact: str | None,
+    no_adopted: bool,
+    impact_at: tuple[str, ...],
+    sensor_at: tuple[str, ...],
+    q: float,
+    share: float,
+    at_least: float,
+    extrapolate: bool,
+    seed: int,
+    avoid: Path | None,
+    plot: Path | None,
+    db: str,
+    json_to: str | None,
+) -> None:
+    """Search the bench's settings for a prescribed spectrum: ranked, each with the probability that every line fits.
+
+    The first line says whether any setting meets the target, how likely, and what stands in the way where none does;
+    the exit code is 1 then. Nothing is proposed that the bench must not fire. A shot that has been fired updates the
+    next proposal.
+
+    \b
+    Example:
+        pyroshock tune --target spec.csv --tolerance 6dB
+        pyroshock tune --target spec.csv --measured monday --avoid avoid.json --plot spec.png
+    """
+    with opened(db) as store:
+        from ..common.progress import progress_bar
+        from ..predict.twin import twin_request
+        from .service import factors_of, masses_of, search_settings, target_of
+        from .session import Ask
+
+        request = twin_request(
+            _option,
+            campaign=campaign,
+            modes=modes,
+            bench=bench,
+            contact=contact,
+            plate=plate,
+            impact_points=_points(impact_at, "--impact-at"),
+            sensors=_points(sensor_at, "--sensor-at"),
+            q=q,
+            adopted=not no_adopted,
+        )
+        masses = masses_of(bullet_mass, "--bullet-mass")
+        wanted = target_of(target, tolerance)
+        ask = Ask(wanted, request, factors_of(factors), measured, sensor, masses, share, extrapolate, seed, at_least)
+        with progress_bar("tune", "settings") as step:
+            settings = search_settings(store, db, ask, step)
+        tuned = settings.tuned
+        for line in settings.notes:
+            note(line)
+        if plot is not None and tuned.proposals:
+            from .session import plot_tuned
+
+            plot_tuned(tuned, settings.goal, plot)
+            note(f"plot: {plot}")
+    _show(settings, avoid, json_to)
+    if not settings.attainable:
+        raise click.exceptions.Exit(1)
+
+
+def _option(argument: str) -> str:
+    """An argument of the library as its option is spelled."""
+    return f"--{argument.replace('_', '-')}"
+
+
+def _show(settings: TunedSettings, avoid: Path | None, json_to: str | None) -> None:
+    from .bench_adapter import avoid_json
+
+    tuned, sentence, rows = settings.tuned, settings.tuned.attainability.sentence, settings.to_json()
+    if avoid is not None:
+        write_json([avoid_json(item) for item in tuned.avoid], str(avoid))
+    if json_to is not None:
+        note(sentence)
+        write_json(rows, json_to)
+        return
+    click.echo(sentence)
+    if rows:
+        click.echo()
+        print_table([_row(row) for row in rows], "")
+    if tuned.avoid:
+        click.echo("\nto avoid")
+        print_table([{**_words(avoid_json(item)["settings"]), "why": item.reason} for item in tuned.avoid], "none")
+
+
+def _row(row: dict[str, Any]) -> dict[str, Any]:
+    return {
+        "rank": row["rank"],
+        **_words(row["settings"]),
+        "within_%": round(100 * row["probability_within"]),
+        "95%_of_lines_%": round(100 * row["probability_95_percent_within"]),
+        "lines_%": round(100 * row["share_within"]),
+        "margin_db": row["worst_margin_db"],
+        "at_hz": row["worst_frequency_hz"],
+        "alternatives": len(row["alternatives"]),
+    }
+
+
+def _words(settings: dict[str, Any]) -> dict[str, Any]:
+    """Settings in the units of the bench."""
+    return {
+        "bar": settings["tank_pressure_pa"] / 1e5,
+        "kg": settings["bullet_mass_kg"],
+        "tip": settings["tip_material"],
+        "radius_mm": settings["tip_radius_m"] * 1e3,
+        "anvil": settings["anvil_material"],
+        "insulator": settings["insulator"],
+        "position": settings["impact_position"],
+    }
+
+
+def _points(texts: tuple[str, ...], name: str) -> tuple[tuple[float, float], ...]:
+    """`0.47,0.28` in m, of the outline."""
+    notes = []
+    for text in texts:
+        parts = text.split(",")
+        try:
+            x, y = (float(part) for part in parts)
+        except ValueError as error:
+            raise ValueError(f"{name} is {text!r}; expected two numbers in m, such as 0.47,0.28") from error
+        notes.append((x, y))
+    return tuple(notes)

@@ -1,0 +1,97 @@
+"""From a prescribed spectrum to settings: nothing is stored but the answer, from which its page is drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ..common.number_format import finite
+from ..jobs.kind import Ending, Kind, Result, RunningJob, told
+
+if TYPE_CHECKING:
+    from ...twin.tune.tuner import Tuned
+    from .session import Ask, TuningSession
+
+#: Proposals that are told.
+SHOWN = 10
+
+
+@dataclass(frozen=True)
+class TuneArguments:
+    """As the options of `pyroshock tune`: `target` is the text of its CSV, `factors` the text of a factors file."""
+
+    target: str
+    tolerance: str = ""
+    measured: Sequence[str] = ()
+    campaign: str | None = None
+    plate: str | None = None
+    contact: str | None = None
+    sensor: str | None = None
+    factors: str = ""
+    share: float = 1.0
+    q: float = 10.0
+    extrapolate: bool = False
+    adopted: bool = True
+    seed: int = 0
+    at_least: float = 0.5
+
+    def ask(self) -> Ask:
+        """Raises `ValueError` for a target or factors that cannot be read."""
+        from ...doe.space import shipped_factors, space_from_form
+        from ..impacts.spectra import target_from_upload
+        from ..twins.building import TwinRequest
+        from .session import Ask
+
+        target = target_from_upload(self.target, "the specification", self.tolerance or None)
+        request = TwinRequest(
+            campaign=self.campaign or None,
+            contact=self.contact or None,
+            plate=self.plate or None,
+            q=self.q,
+            frequency_hz=tuple(target.lines().tolist()),
+            adopted=self.adopted,
+        )
+        return Ask(
+            target,
+            request,
+            space_from_form(self.factors or shipped_factors("gun")),
+            measured=tuple(self.measured),
+            sensor=self.sensor or None,
+            share=self.share,
+            extrapolate=self.extrapolate,
+            seed=self.seed,
+            at_least=self.at_least,
+        )
+
+
+def _do(work: RunningJob, asked: TuneArguments) -> Ending:
+    from ..train.training import models_extra
+    from .session import session_of
+
+    work.step(0, 0, "building the twin")
+    with models_extra():
+        session = session_of(work.store, work.db, asked.ask())
+    data = _answer(asked, session, session.run(work.step))
+    return told(Result(f"/tune/{work.job}", data["attainability"]["sentence"], data))
+
+
+def _answer(asked: TuneArguments, session: TuningSession, found: Tuned) -> dict[str, Any]:
+    """`tune --json`, with whether the target is met, the target, what to avoid, and notes."""
+    from .bench_adapter import avoid_json, proposal_json
+
+    goal = session.goal
+    return {
+        "attainability": finite(found.attainability.as_json()),
+        "proposals": [proposal_json(proposal, rank) for rank, proposal in enumerate(found.proposals[:SHOWN], 1)],
+        "avoid": [avoid_json(setting) for setting in found.avoid[:SHOWN]],
+        "notes": list(session.notes),
+        "frequency_hz": goal.frequency_hz.tolist(),
+        "prescribed_m_s2": (10 ** (goal.level_db / 20)).tolist(),
+        "lower_m_s2": (10 ** ((goal.level_db - goal.lower_db.clip(0, 200)) / 20)).tolist(),
+        "upper_m_s2": (10 ** ((goal.level_db + goal.upper_db.clip(0, 200)) / 20)).tolist(),
+        "twin": {"campaign": asked.campaign, "contact": asked.contact, "plate": asked.plate},
+    }
+
+
+TUNE = Kind("tune", TuneArguments, _do)

@@ -1,1 +1,0 @@
-"""From a spectrum back to settings, by what is in the store."""

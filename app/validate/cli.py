@@ -1,0 +1,79 @@
+"""`validate`: measured shots beside predictions of a twin that had not seen them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..cli.common import db_option, json_option, note, opened, print_table, write_json
+from ..cli.completion import campaign_names
+
+
+@click.command()
+@click.argument("campaign", shell_complete=campaign_names)
+@click.option("--contact", metavar="LAW|prior|registered|NAME@VERSION", default=None, help="[as of predict]")
+@click.option("--folds", type=click.IntRange(2), default=5, show_default=True, help="Of configurations.")
+@click.option("--draws", type=click.IntRange(20), default=64, show_default=True, help="Random shots for the bands.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed, the same answer.")
+@click.option("--html", type=click.Path(dir_okay=False, path_type=Path), default=None, help="Write a page to FILE.")
+@db_option
+@json_option
+def validate(
+    campaign: str,
+    contact: str | None,
+    folds: int,
+    draws: int,
+    seed: int,
+    html: Path | None,
+    db: str,
+    json_to: str | None,
+) -> None:
+    """How far the predictions of the twin can be trusted: each measured shot of a campaign beside a prediction that
+    had not seen it.
+
+    The twin predicts the shots of each fold of configurations after it has learned from all other shots. Exit code 1
+    when the 90 % bands are too narrow ("Not calibrated").
+
+    \b
+    Example:
+        pyroshock validate spring
+        pyroshock validate spring --contact hybrid@3 --html validation.html
+    """
+    with opened(db) as store:
+        from ..common.progress import progress_bar
+        from .service import validate_twin
+
+        with progress_bar("validate", "shots") as step:
+            validation = validate_twin(store, db, campaign, contact, folds, draws, seed, step)
+        data = validation.to_json()
+        if html is not None:
+            from ..report.dispatch import write_report
+            from ..report.validation import validation_document
+
+            write_report(validation_document(data), html)
+            note(f"written: {html}")
+        if json_to is not None:
+            write_json(data, json_to)
+        else:
+            _show(data)
+        if not validation.calibrated:
+            raise click.exceptions.Exit(1)
+
+
+def _show(data: dict[str, Any]) -> None:
+    from .validation import failure_lines, reason_lines, score_rows
+
+    click.echo(f"{data['campaign']}: {data['verdict']}")
+    click.echo(f"What the predictions had seen: {data['seen']}.")
+    click.echo()
+    print_table(score_rows(data), "")
+    if data["failures"]:
+        click.echo("\nWhere the predictions fail")
+        for line in failure_lines(data):
+            click.echo(f"  {line}")
+    for line in reason_lines(data["left_out"]):
+        note(f"not compared: {line}")
+    for line in data["notes"]:
+        note(line)

@@ -1,0 +1,31 @@
+"""A validation of the twin on a campaign: nothing is stored but the scores, from which the job's page is drawn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..jobs.kind import Ending, Kind, Result, RunningJob, told
+
+
+@dataclass(frozen=True)
+class ValidateArguments:
+    """As the options of `pyroshock validate`."""
+
+    campaign: str
+    contact: str | None = None
+    folds: int = 5
+    draws: int = 64
+    seed: int = 0
+
+
+def _do(work: RunningJob, arguments: ValidateArguments) -> Ending:
+    from ..train.training import models_extra
+    from .validation import ValidationRequest, validated
+
+    with models_extra():
+        validation = validated(work.store, work.db, ValidationRequest(**vars(arguments)), work.step)
+    data = validation.as_json()
+    return told(Result(f"/validations/{work.job}", f"{arguments.campaign}: {data['verdict']}", data))
+
+
+VALIDATE = Kind("validate", ValidateArguments, _do)

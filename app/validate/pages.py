@@ -1,0 +1,160 @@
+"""Validations of the twin: ask for one, those that were made, and the page of each.
+
+Charts of a validation, of the data of `validate --json`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import numpy as np
+from fastapi import APIRouter, Form
+from sqlalchemy import select
+from starlette.requests import Request
+from starlette.responses import Response
+
+from ...schema.campaigns import Campaign
+from ...schema.jobs import DONE
+from ..report.page import html_of
+from ..report.validation import validation_document
+from ..web.dependencies import Key, OpenStore, Running
+from ..web.figures_base import COLOURS, Figure, bars, categories, figure, line, points
+from ..web.jobs_pages import followed
+from ..web.rendering import page
+from .api import ValidationQuestion, validate_job
+from .job import VALIDATE
+from .validation import COLUMNS, failure_lines, quantity_words, reason_lines, score_rows
+
+
+def coverage_figure(data: Mapping[str, Any]) -> Figure:
+    """Shares inside of the 50 and the 90 % bands by quantity, with 95 % intervals."""
+    names = [quantity_words(row["name"]) for row in data["quantities"]]
+    traces = []
+    for band, colour in ((50, "c1"), (90, "c0")):
+        shares = np.array([row[f"coverage{band}"] for row in data["quantities"]])
+        low, high = np.array([row[f"coverage{band}_ci95"] for row in data["quantities"]]).T
+        error = {
+            "type": "data",
+            "symmetric": False,
+            "array": (100 * (high - shares)).tolist(),
+            "arrayminus": (100 * (shares - low)).tolist(),
+        }
+        traces.append(bars(names, 100 * shares, f"inside of the {band} % band", colour, error_y=error))
+        style = {"color": colour, "dash": "dash", "width": 1.2}
+        nominal = {"type": "scatter", "mode": "lines", "x": names, "y": [band] * len(names), "name": f"{band} %"}
+        traces.append({**nominal, "line": style, "showlegend": False})
+    return categories(traces, "quantity", "measured values inside (%)", barmode="group")
+
+
+def rank_figure(data: Mapping[str, Any]) -> Figure:
+    """Probability-integral histograms: the share of measured values by their rank among the draws."""
+    traces = []
+    for i, row in enumerate(data["quantities"]):
+        shares = row["pit_histogram"]
+        middle = (np.arange(len(shares)) + 0.5) / len(shares)
+        name = quantity_words(row["name"])
+        traces.append(line(middle, shares, name, COLOURS[i % len(COLOURS)], mode="lines+markers"))
+    traces.append(line([0.0, 1.0], [0.1, 0.1], "bands that mean what they say", "quiet", dash="dash"))
+    return figure(traces, "rank among the predicted draws", "share of measured values")
+
+
+def comparison_figures(data: Mapping[str, Any]) -> dict[str, Figure]:
+    """Measured over predicted values with their 90 % bands, by quantity."""
+    figures = {}
+    for row in data["quantities"]:
+        shots = [shot["quantities"][row["name"]] for shot in data["shots"] if row["name"] in shot["quantities"]]
+        if not shots:
+            continue
+        measured, predicted, low, high = (
+            np.array([shot[key] for shot in shots]) for key in ("measured", "predicted", "low90", "high90")
+        )
+        ends = np.array([min(measured.min(), low.min()), max(measured.max(), high.max())])
+        error = {
+            "type": "data",
+            "symmetric": False,
+            "array": (high - predicted).tolist(),
+            "arrayminus": (predicted - low).tolist(),
+            "thickness": 1,
+        }
+        words, unit = quantity_words(row["name"]), row["quantity_unit"]
+        traces = [
+            line(ends, ends, "equal", "quiet", dash="dash", width=1.2),
+            points(measured, predicted, "prediction with its 90 % band", "c0", error_y=error),
+        ]
+        titles = f"measured {words} ({unit})", f"predicted {words} ({unit})"
+        figures[words] = figure(traces, *titles, log_x=True, log_y=True)
+    return figures
+
+
+def line_figures(data: Mapping[str, Any]) -> dict[str, Figure]:
+    """Coverage of the 90 % band and median error at each line of the spectra."""
+    if not data["lines"]:
+        return {}
+    inside, error = [], []
+    for i, (name, rows) in enumerate(data["lines"].items()):
+        frequency = [row["frequency_hz"] for row in rows]
+        words, colour = quantity_words(name), COLOURS[i % len(COLOURS)]
+        inside.append(line(frequency, [100 * row["coverage90"] for row in rows], words, colour))
+        error.append(line(frequency, [row["median_abs_error"] for row in rows], words, colour))
+    ends = [rows[0]["frequency_hz"] for rows in data["lines"].values()][:1]
+    ends += [rows[-1]["frequency_hz"] for rows in data["lines"].values()][:1]
+    inside.append(line(ends, [90.0, 90.0], "90 %", "quiet", dash="dash"))
+    return {
+        "Inside of the 90 % band": figure(inside, "frequency (Hz)", "measured values inside (%)", log_x=True),
+        "Median error of the level": figure(error, "frequency (Hz)", "error (dB)", log_x=True),
+    }
+
+
+router = APIRouter()
+
+
+@router.get("/validations")
+def validations(request: Request, store: OpenStore, running: Running, campaign: str = "") -> Response:
+    with store.reading() as session:
+        names = list(session.scalars(select(Campaign.name).order_by(Campaign.date.desc(), Campaign.name).limit(500)))
+    made = [job for job in running.listed() if job.kind == VALIDATE.name]
+    return page(request, "validations.html", campaigns=names, campaign=campaign, jobs=made)
+
+
+@router.post("/validations")
+def validate(
+    store: OpenStore,
+    running: Running,
+    campaign: Annotated[str, Form(max_length=200)],
+    contact: Annotated[str, Form(max_length=200)] = "",
+) -> Response:
+    question = ValidationQuestion(campaign=campaign, contact=contact.strip() or None)
+    return followed(validate_job(running, store, question))
+
+
+@router.get("/validations/{job}")
+def validation(request: Request, job: Key, running: Running) -> Response:
+    data = _result(running, job)
+    return page(
+        request,
+        "validation.html",
+        job=job,
+        validation=data,
+        columns=COLUMNS,
+        rows=list(score_rows(data)),
+        failures=failure_lines(data),
+        left_out=reason_lines(data["left_out"]),
+        coverage=coverage_figure(data),
+        ranks=rank_figure(data),
+        comparisons=comparison_figures(data),
+        lines=line_figures(data),
+    )
+
+
+@router.get("/validations/{job}/report.html")
+def report(job: Key, running: Running) -> Response:
+    return Response(html_of(validation_document(_result(running, job))), media_type="text/html")
+
+
+def _result(running: Running, job: int) -> dict[str, Any]:
+    done = running.get(job)
+    if done.state != DONE or done.kind != VALIDATE.name:
+        raise LookupError(f"job {job} is no finished validation; its page is /jobs/{job}")
+    data: dict[str, Any] = done.result
+    return data

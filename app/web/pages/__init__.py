@@ -1,1 +1,0 @@
-"""Pages, one theme a file; `ROUTERS` in `..routes` lists them."""
