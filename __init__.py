@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from .app.experiment_store import ExperimentStore
     from .app.experiment_store import open_experiment_store as open
     from .app.impacts.spectra_service import srs
+    from .app.laboratory_twin import shipped_twin
     from .app.plan.service import PlannedDesign
-    from .app.predict.twin import shipped_twin
 
 __version__ = "0.1.0"
 
@@ -33,7 +33,7 @@ _PUBLIC = {
     "PyroshockError": (".app.common.errors", "PyroshockError"),
     "StorageError": (".app.common.errors", "StorageError"),
     "open": (".app.experiment_store", "open_experiment_store"),
-    "shipped_twin": (".app.predict.twin", "shipped_twin"),
+    "shipped_twin": (".app.laboratory_twin", "shipped_twin"),
     "srs": (".app.impacts.spectra_service", "srs"),
 }
 

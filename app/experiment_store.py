@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from .diagnose.service import GapDiagnosis
     from .impacts.service import ForcePulse, StoredRecording
     from .ingest.service import IngestedCampaign
+    from .laboratory_twin import LaboratoryTwin
     from .plan.service import PlanCollection
-    from .predict.twin import EffectsLike, LaboratoryTwin
+    from .predict.arguments import EffectsLike
     from .train.contact_model import StoredModel
     from .train.service import FrozenDataset, ModelComparison, PromotionDecision, TrainingRuns
     from .validate.service import TwinValidation
@@ -136,7 +137,7 @@ class ExperimentStore:
         from ..schema.listings import iter_shots
         from .common.filters import parse_where
         from .common.frames import chosen_columns, frame_of, sorted_by
-        from .predict.nominal import with_predictions
+        from .common.nominal_velocity import with_predictions
 
         _check_limit(limit)
         conditions = parse_where((where,) if isinstance(where, str) else tuple(where))
@@ -241,8 +242,8 @@ class ExperimentStore:
     def models(self, *, dataset: str | None = None, split: str | None = None) -> pd.DataFrame:
         """Every registered version in a row, the newest first, with its errors; `in_use` says for which bench."""
         from ..training.registry.listing import of_dataset
+        from .common.model_registry import models_extra, registry_of
         from .train.service import versions_frame
-        from .train.training import models_extra, registry_of
 
         with models_extra():
             versions = registry_of(self.url).versions()
@@ -312,7 +313,7 @@ class ExperimentStore:
         to the bench. `impact_points` and `sensors` are places on the plate in m, `frequencies` lines in Hz or
         "100:10000:6".
         """
-        from .predict.twin import laboratory_twin
+        from .laboratory_twin import laboratory_twin
 
         return laboratory_twin(
             self.store,

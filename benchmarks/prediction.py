@@ -37,8 +37,8 @@ def registered_process() -> ContactStage:
 
     from pyroshock.dataset.domain import Domain
     from pyroshock.training.models.catalogue import Making, entry_of
-    from pyroshock.training.models.contact_stage import RegisteredContact
     from pyroshock.training.models.serialization import pack, unpack
+    from pyroshock.training.registry.contact_stage import RegisteredContact
     from pyroshock.training.registry.records import Cost, DatasetName, RegisteredModel, Version
 
     table = pulse_table(np.random.default_rng(0), repetitions=PULSES // 60)

@@ -21,7 +21,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pyroshock.app.tune.bench_adapter import LEAST_PRESSURE_PA, bench_refusals
+from pyroshock.app.tune.bench_adapter import bench_refusals
+from pyroshock.app.twins.benches import LEAST_PRESSURE_PA
 from pyroshock.doe.limits.bench import BenchLimits
 from pyroshock.twin.setting import THESIS, Setting
 from pyroshock.twin.tune.goal import Goal

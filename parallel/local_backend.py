@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from threading import Thread
 from typing import Any
 
-from .executor import Hands, abandoned_after
 from .task import Died, Errand, Outcome, carried_out, one_thread, packed
+from .worker_pool import Hands, abandoned_after
 from .working_directory import working_directory_closed
 
 

@@ -8,8 +8,9 @@ from contextlib import AbstractContextManager
 from itertools import islice
 from typing import Any, TypeVar
 
-from .executor import DASK, Crew, Hands
+from .executor import DASK, Crew
 from .task import Died, Errand
+from .worker_pool import Hands
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

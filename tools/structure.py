@@ -23,6 +23,7 @@ import tomllib
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -126,19 +127,20 @@ def _has_base(node: ast.ClassDef, name: str) -> bool:
     return any(isinstance(base, ast.Attribute) and base.attr == name for base in node.bases)
 
 
-def package_cycles(files: Sequence[SourceFile]) -> list[list[str]]:
-    """Groups of packages that import each other at the top of their modules, by any way round."""
+def sibling_cycles(files: Sequence[SourceFile]) -> list[list[str]]:
+    """Groups of modules or packages of one folder that import each other, by any way round and anywhere in a file."""
     modules = {_module(file.path): file for file in files}
-    packages = {
-        name: name if file.path.name == "__init__.py" else name.rpartition(".")[0] for name, file in modules.items()
-    }
     edges: dict[str, set[str]] = defaultdict(set)
     for name, file in modules.items():
         for target in _imports(name, file):
             while target and target not in modules:
                 target = target.rpartition(".")[0]
-            if target and packages[target] != packages[name]:
-                edges[packages[name]].add(packages[target])
+            if not target:
+                continue
+            own, other = name.split("."), target.split(".")
+            shared = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(own, other, strict=False)))
+            if shared < min(len(own), len(other)):  # neither holds the other
+                edges[".".join(own[: shared + 1])].add(".".join(other[: shared + 1]))
     return sorted(_strongly_connected(edges))
 
 
@@ -214,7 +216,7 @@ def figures(root: Path) -> dict[str, str]:
     longest = max(files, key=lambda file: file.lines)
     banned = sum(name in BANNED for name in locals_)
     wide = sum(len(line) > WIDTH for line in all_lines)
-    cycles = package_cycles(files)
+    cycles = sibling_cycles(files)
     return {
         "product files": f"{len(files)}",
         "files under 40 lines": f"{sum(count < 40 for count in lines)}",
@@ -226,7 +228,7 @@ def figures(root: Path) -> dict[str, str]:
         f"lines over {WIDTH} characters": f"{100 * wide / len(all_lines):.1f} %",
         "assigned locals that say nothing": f"{100 * banned / len(locals_):.2f} % ({banned} of {len(locals_):,})",
         "class names defined more than once": f"{len(duplicate_classes(files))}",
-        "groups of packages that import each other": f"{len(cycles)} ({sum(map(len, cycles))} packages)",
+        "groups of siblings that import each other": f"{len(cycles)} ({sum(map(len, cycles))} of them)",
         "lines of benchmarks": f"{_python_lines(root / 'benchmarks'):,}",
         "lines of tests": f"{_python_lines(root / 'tests'):,}",
         "words of docs": f"{words_of(prose_pages(root)):,}",

@@ -52,6 +52,7 @@ def trained(count: int, seed: int, crew: Crew, tell: Callable[[int, int, str], N
 
 
 def of_rows(rows: Sequence[dict[str, Any]], seed: int) -> Forest:
+    """A forest trained on rows of features and truth."""
     x = [np.array(row["features"]) for row in rows]
     return Forest.trained([row["kind"] for row in rows], x, [row["truth"] for row in rows], seed)
 

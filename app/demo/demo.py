@@ -24,8 +24,9 @@ from ...schema.recordings import Recording
 from ...schema.session import Store
 from ...twin.gun.bench import GunBench
 from ...twin.gun.nominal import muzzle_velocity
-from ..common.plots import MEASURED, MODEL, draw_pulse, new_figure, save
-from ..predict.nominal import with_predictions
+from ..common.nominal_velocity import with_predictions
+from ..common.plots import MEASURED, MODEL, new_figure, save
+from ..impacts.impact import draw_pulse
 
 if TYPE_CHECKING:
     from ...twin.prediction import Prediction

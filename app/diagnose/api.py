@@ -11,8 +11,8 @@ from fastapi import APIRouter, Query
 from pydantic import BaseModel, Field
 
 from ...schema.session import Store
+from ..common.plan_tables import plan_as_json
 from ..jobs.queue import JobView
-from ..plan.quality import plan_as_json
 from ..twins.adopted_effects import adopt
 from ..web.dependencies import Key, OpenStore, Running, Text
 from ..web.jobs import Jobs
@@ -28,7 +28,7 @@ def diagnose_job(jobs: Jobs, store: Store, asked: DiagnoseArguments) -> JobView:
     Raises `LookupError` for a campaign that is not in the store, for a path of the server's disk is nobody's to name,
     and for an effect that the catalogue does not have.
     """
-    from .diagnosing import check_effects
+    from .request import check_effects
 
     if not is_stored(store, asked.target):
         raise LookupError(f"no campaign {asked.target!r} in the store; ingest it first")

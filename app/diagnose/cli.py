@@ -80,7 +80,7 @@ def diagnose(
         with progress_bar("diagnose", "steps") as step:
             diagnosis = diagnose_campaign(store, db, target, step, adopt=adopt, **_read(given))
         if html is not None:
-            from ..report.diagnosis import write_page
+            from .report import write_page
 
             write_page(diagnosis.verdict, html)
             note(f"written: {html}")
@@ -116,8 +116,8 @@ def _tell_past(campaign: str, db: str, json_to: str | None) -> None:
 def _tell(verdict: Verdict) -> None:
     """The first sentences and what to do next, then effects, path and the rest of the report."""
     from ..common.number_format import percent
-    from .diagnosing import restrictions_among
     from .recommendations import next_experiment, recommendations
+    from .request import restrictions_among
     from .summary import summary
     from .wording import cause_name, fitted_words, shrinkage_line, where_lines
 
@@ -143,7 +143,7 @@ def _tell_lines(title: str, lines: Sequence[str]) -> None:
 
 
 def _tell_effects(verdict: Verdict) -> None:
-    from ..report.diagnosis import EFFECT_COLUMNS, effect_rows
+    from .report import EFFECT_COLUMNS, effect_rows
 
     if verdict.effects:
         click.echo("\nEffects (share of the squared error; held out: taken away where it was not fitted)")
@@ -194,7 +194,7 @@ def _tolerance(text: str) -> tuple[str, float]:
 
 
 def _uncertain(text: str) -> tuple[str, float]:
-    from .diagnosing import full_name
+    from .request import full_name
 
     name, _, size = (part.strip() for part in text.partition("="))
     example = "expected NUMBER=SD, such as gun.friction_coefficient=0.05 or bullet_mass_kg=0.001"

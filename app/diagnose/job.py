@@ -22,8 +22,9 @@ class DiagnoseArguments:
 
 
 def _do(work: RunningJob, asked: DiagnoseArguments) -> Ending:
-    from ..train.training import models_extra
-    from .diagnosing import DiagnosisRequest, diagnosed, is_stored, keep, report_json
+    from ..common.model_registry import models_extra
+    from .diagnosing import diagnosed, is_stored, keep, report_json
+    from .request import DiagnosisRequest
     from .summary import summary
 
     if not is_stored(work.store, asked.target):  # a folder's path is nobody's to name from afar

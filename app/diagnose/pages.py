@@ -176,8 +176,8 @@ class _Drawn:
 
 
 def _drawn(verdict: Verdict) -> _Drawn:
-    from ..report.diagnosis import EFFECT_COLUMNS, EFFECTS, FIRST_SECTIONS, section_html, sections
-    from .diagnosing import restrictions_among
+    from .report import EFFECT_COLUMNS, EFFECTS, FIRST_SECTIONS, section_html, sections
+    from .request import restrictions_among
     from .summary import summary
 
     titled = [
@@ -199,7 +199,7 @@ def _drawn(verdict: Verdict) -> _Drawn:
 
 def _rows(verdict: Verdict) -> list[tuple[Any, ...]]:
     """The effects with their figures, then those that the diagnosis did not look at, and what is unexplained."""
-    from ..report.diagnosis import EFFECT_COLUMNS, effect_rows
+    from .report import EFFECT_COLUMNS, effect_rows
     from .wording import effect_subject
 
     rows = effect_rows(verdict)

@@ -34,7 +34,7 @@ class GapDiagnosis:
     @property
     def sentence(self) -> str:
         """The answer in a few sentences."""
-        from .diagnosing import restrictions_among
+        from .request import restrictions_among
         from .summary import summary
 
         return " ".join((*restrictions_among(self.verdict.assumptions), summary(self.verdict)))
@@ -173,9 +173,10 @@ def diagnose_campaign(
     `given` are the other fields of `DiagnosisRequest`. Raises as `diagnosing.diagnosed` and `adopting.adopt`, and
     `ValueError` where an effect is to be adopted for a folder.
     """
-    from ..train.training import models_extra
+    from ..common.model_registry import models_extra
     from ..twins import adopted_effects
-    from .diagnosing import DiagnosisRequest, diagnosed, is_stored, keep
+    from .diagnosing import diagnosed, is_stored, keep
+    from .request import DiagnosisRequest
 
     request = DiagnosisRequest(target, **given)
     stored = is_stored(store, target)

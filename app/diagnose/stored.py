@@ -50,7 +50,7 @@ def list_diagnoses(
 
 
 def _first_answer(row: Diagnosis) -> dict[str, Any]:
-    from .diagnosing import restrictions_among
+    from .request import restrictions_among
 
     first, gap = row.report["causes"][0], row.report["gap"]
     return {
@@ -104,7 +104,7 @@ def kept_options(session: Session, diagnosis_id: int) -> dict[str, Any]:
 
     An option that another version had is left out. Raises `LookupError` for an unknown diagnosis.
     """
-    from .diagnosing import DiagnosisRequest
+    from .request import DiagnosisRequest
 
     options = (_row(session, diagnosis_id).details or {}).get("options", {})
     return {item.name: options[item.name] for item in fields(DiagnosisRequest) if item.name in options}

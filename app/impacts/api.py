@@ -16,8 +16,8 @@ from ...ingest.settings import ExtractionSettings
 from ...schema.listings import list_impacts_page, list_shots_page
 from ...signals.srs.spectrum import shock_response_spectrum
 from ..common.filters import parse_where
+from ..common.nominal_velocity import with_predictions
 from ..common.number_format import finite
-from ..predict.nominal import with_predictions
 from ..web.dependencies import Key, OpenStore
 from .curves import preview_curve
 from .impact import get_impact, impact_page

@@ -25,8 +25,8 @@ from ...schema.listings import Condition, iter_impacts, iter_shots, listing_key
 from ..cli.common import db_option, format_cell, json_option, note, opened, print_table, write_json
 from ..cli.completion import campaign_names
 from ..cli.listed import Listing, listing_options
+from ..common.nominal_velocity import with_predictions
 from ..common.table_files import Batch, check_columns, write_batches
-from ..predict.nominal import with_predictions
 from .impact import LISTED_FIGURES, list_channel_figures
 from .signals import series_batches
 
@@ -53,7 +53,7 @@ def show(impact: int, db: str, json_to: str | None, plot: Path | None) -> None:
 
         page = impact_page(session, impact)
         if plot is not None:
-            from ..common.plots import plot_impact
+            from .impact import plot_impact
 
             plot_impact(session, impact, plot)
             note(f"plot: {plot}")
@@ -123,7 +123,7 @@ def shots(db: str, listing: Listing, campaign: str | None, where: tuple[str, ...
 
         from ...schema.listings import iter_shots
         from ..common.filters import parse_where
-        from ..predict.nominal import with_predictions
+        from ..common.nominal_velocity import with_predictions
 
         shots = iter_shots(session, campaign, parse_where(where))
         rows = list(islice(with_predictions(session, shots), limit))

@@ -24,7 +24,7 @@ from ...schema.listings import list_impacts_page, list_pulse_keys, list_shots_pa
 from ...schema.series import SeriesError
 from ...schema.session import Store
 from ..common.filters import parse_where
-from ..predict.nominal import with_predictions
+from ..common.nominal_velocity import with_predictions
 from ..web.dependencies import Key, OpenStore
 from ..web.figures_base import Figure
 from ..web.rendering import page, query

@@ -17,7 +17,7 @@ from ...schema.conditions import get_campaign_id
 from ...schema.impacts import Impact, Shot
 from ...schema.listings import list_impacts_page, list_plan_counts, list_shots_page
 from ...schema.recordings import SET_ASIDE, SEVERITIES, QualityFinding, RecordedChannel, Recording
-from ..predict.nominal import with_predictions
+from ..common.nominal_velocity import with_predictions
 from .design_coverage import achieved_settings, level_coverage, plan_coverage
 
 #: Rows of the first page of impacts, and recordings that were set aside: a page of people, not of machines.

@@ -20,7 +20,7 @@ from ...schema.provenance import CAMPAIGN, Tombstone
 from ...schema.removal.part import Part, campaign_part, recording_part
 from ...schema.removal.removing import adopted_on, datasets_on, diagnoses_on, remove, row_counts
 from ...schema.session import Store
-from ..train.training import models_extra, registry_of
+from ..common.model_registry import models_extra, registry_of
 from ..twins.adopted_effects import Adopted, adopted_for
 
 

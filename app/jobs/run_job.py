@@ -13,8 +13,8 @@ from ...schema.addresses import without_secrets
 from ...schema.engine import StoreError
 from ...schema.session import Store
 from ...schema.transactions import passes
+from ..common.model_registry import MissingExtraError
 from ..common.user_errors import is_for_the_user
-from ..train.training import MissingExtraError
 from .claims import Claimed, after
 from .heartbeat import Heart, fail, finish, give_back, stopped
 from .kind import InterruptedWorkError, NotHereError, RunningJob, StoppedError

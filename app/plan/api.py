@@ -18,11 +18,12 @@ from ...doe.plans import PlanExistsError, list_plans, read_plan, tick_run
 from ...doe.space import space_from_form
 from ...schema.campaigns import Plan
 from ...schema.session import Store
+from ..common.plan_tables import plan_as_json
 from ..jobs.queue import JobView
 from ..web.dependencies import Key, Name, OpenStore, Running, Text
 from ..web.jobs import Jobs
 from .job import PLAN, PlanArguments
-from .quality import plan_as_json, plan_page
+from .quality import plan_page
 
 #: More runs than a laboratory fires in a year, and more than the search can balance in minutes.
 MOST_RUNS = 2000

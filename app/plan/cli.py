@@ -37,8 +37,9 @@ def discriminate(
     """
     with opened(db) as store:
         from ..common.progress import progress_bar
-        from ..diagnose.diagnosing import DiagnosisRequest, diagnosed, keep, last_report, report_json
+        from ..diagnose.diagnosing import diagnosed, keep, last_report, report_json
         from ..diagnose.discriminating_plan import no_setting, store_experiment
+        from ..diagnose.request import DiagnosisRequest
 
         with store.reading() as session:
             report = None if anew else last_report(session, campaign)
@@ -146,7 +147,7 @@ def quality(name: str, against: str | None, plot: Path | None, db: str, json_to:
 def status(name: str, db: str, json_to: str | None) -> None:
     """What of a plan is done, to do, and discarded."""
     from ...doe.plans import read_plan
-    from .quality import plan_as_json
+    from ..common.plan_tables import plan_as_json
 
     with opened(db) as store, store.reading() as session:
         stored = read_plan(session, name)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 def tell_plan(stored: StoredPlan, rows: Iterable[dict[str, Any]], json_to: str | None, out: Path | None) -> None:
     """The plan as CSV in `out`, as JSON in `json_to`; `rows` of it as a table where neither is asked for."""
-    from .quality import plan_as_json, write_table
+    from ..common.plan_tables import plan_as_json, write_table
 
     if out is not None:
         with errors_as_one_line():

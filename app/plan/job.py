@@ -57,8 +57,8 @@ class PlanArguments:
 
 
 def _do(work: RunningJob, asked: PlanArguments) -> Ending:
+    from ..common.plan_tables import plan_as_json
     from .planning import store_draft
-    from .quality import plan_as_json
 
     work.step(0, 0, "making the design")
     draft = asked.draft()

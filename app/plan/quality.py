@@ -5,7 +5,6 @@ A plan as other programs read it: JSON in SI, and a CSV table that `plan import`
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -20,7 +19,6 @@ from ...doe.order import time_confounding
 from ...doe.plans import StoredPlan, read_plan
 from ...doe.space import Space
 from ...schema.atomic_write import whole_file
-from ...schema.known_factors import BY_COLUMN, parse_number
 from ...schema.session import Store
 
 Designs = Mapping[str, NDArray[np.int64]]
@@ -134,54 +132,9 @@ def draw(space: Space, designs: Designs, path: Path) -> None:
     from matplotlib.figure import Figure
 
     from ...doe.plots import draw_quality
-    from ...schema.atomic_write import whole_file
 
     figure = Figure(figsize=(6.5 * len(designs), 10), layout="constrained", dpi=120)
     FigureCanvasAgg(figure)
     draw_quality(figure, space, designs)
     with whole_file(path) as partial:
         figure.savefig(partial)
-
-
-def plan_as_json(plan: StoredPlan) -> dict[str, Any]:
-    """A plan as the command line prints it: SI numbers, the unit in the key."""
-    return {
-        "name": plan.name,
-        "kind": plan.space.kind,
-        "method": plan.method,
-        "seed": plan.seed,
-        "runs": [
-            {
-                "run": run.run,
-                "position": run.position,
-                "status": run.status,
-                "repetitions": run.repetitions,
-                "recorded": run.recorded,
-                **settings_in_si({**run.row, **{key: repr(value) for key, value in run.settings.items()}}),
-                **({"reason": run.reason} if run.reason else {}),
-            }
-            for run in plan.runs
-        ],
-    }
-
-
-def settings_in_si(row: Mapping[str, str]) -> dict[str, Any]:
-    """Column to cell: numbers that recordings know in SI with the unit in the key, all else as the table has it."""
-    cells: dict[str, Any] = {}
-    for column, text in row.items():
-        factor = BY_COLUMN.get(column)
-        if factor is not None and factor.si_unit is not None:
-            cells[f"{factor.name}_{factor.si_unit.lower()}"] = float(f"{parse_number(text) * factor.scale:.12g}")
-        else:
-            cells[column] = text
-    return cells
-
-
-def write_table(plan: StoredPlan, path: Path) -> None:
-    """The plan's table as CSV: `run` and the factors' columns, in order of run, without what was discarded."""
-    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["run", *plan.space.columns])
-        for run in plan.runs:
-            if run.status != "discarded":
-                writer.writerow([run.run, *(run.row[column] for column in plan.space.columns)])

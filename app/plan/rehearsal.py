@@ -20,7 +20,7 @@ from ...schema.session import Store
 from ...virtualbench.effects import Effects
 from ...virtualbench.simulate import simulate
 from ..common.frames import si
-from ..predict.nominal import with_predictions
+from ..common.nominal_velocity import with_predictions
 from .planning import make_plan
 
 if TYPE_CHECKING:

@@ -113,7 +113,7 @@ class PlannedDesign:
 
         Columns of quantities end in their unit ("tank_pressure_pa"); `.attrs["units"]` has the unit of each.
         """
-        from .quality import settings_in_si
+        from ..common.plan_tables import settings_in_si
 
         own = {f.column: str(f.unit) for f in self.stored.space.factors if f.numbers is not None}
         rows = []

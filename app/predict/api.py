@@ -6,8 +6,6 @@ from typing import Any
 
 from fastapi import APIRouter
 
-from ..tune.request import Tuning, tune_job
-from ..web.dependencies import OpenStore, Running
 from .predicting import predicted_json
 from .shots import Asked, PredictionOptions, Twins
 from .sliders import sliders
@@ -32,9 +30,3 @@ def twin(question: Asked, twins: Twins) -> dict[str, Any]:
     """What can be set, in which ranges, what the model knows of it, and what the twin is made of."""
     built = twins.get(question.request())
     return {**sliders(built), "notes": list(built.notes), "plate": built.plate.name, "campaign": built.bench.campaign}
-
-
-@router.post("/tune")
-def tune(asked: Tuning, store: OpenStore, running: Running) -> dict[str, Any]:
-    """Settings of the bench for a spectrum; answers with the job, whose result is `tune --json`."""
-    return tune_job(running, store, asked).as_json()

@@ -247,7 +247,7 @@ def predict(
         pyroshock predict --campaign hammer --velocity 1.5m/s --tip delrin --tip-radius 30mm --boundary-conditions fixed
         pyroshock predict --plan spring --out predicted.csv --jobs 2
     """
-    from ..train.training import models_extra
+    from ..common.model_registry import models_extra
 
     with opened_or_none(db) as store:
         many = Many(plan, shots, out, spectra)
@@ -304,7 +304,7 @@ def _option(argument: str) -> str:
 
 def _request(asked: dict[str, Any]) -> TwinRequest:
     """What the twin is made of."""
-    from .twin import twin_request
+    from .arguments import twin_request
 
     return twin_request(
         _option,
@@ -325,8 +325,8 @@ def _request(asked: dict[str, Any]) -> TwinRequest:
 
 
 def _shot(words: dict[str, Any]) -> ShotRequest:
+    from .arguments import shot_of
     from .predicting import parse_factor
-    from .twin import shot_of
 
     return shot_of(
         _option,

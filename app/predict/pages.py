@@ -6,29 +6,21 @@ Charts of a prediction: pulse, acceleration and spectrum with their 90 % bands; 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Any
 
-import numpy as np
-from fastapi import APIRouter, Form
+from fastapi import APIRouter
 from sqlalchemy import select
 from sqlalchemy.orm import Session
-from starlette.datastructures import UploadFile
 from starlette.requests import Request
 from starlette.responses import Response
 
 from ...schema.campaigns import Campaign
-from ...schema.jobs import DONE
 from ...twin.contact.laws import LAWS
 from ...twin.prediction import Prediction
 from ..common.number_format import finite
-from ..impacts.spectra import MOST_BYTES
-from ..tune.job import TUNE
-from ..tune.request import Tuning, tune_job
 from ..twins.building import BuiltTwin
-from ..web.dependencies import Key, OpenStore, Running
+from ..web.dependencies import OpenStore
 from ..web.figures_base import COLOURS, Figure, Trace, band, figure, line
-from ..web.jobs_pages import followed
 from ..web.rendering import page, query
 from .predicting import TANK_PRESSURE_PA, field_warnings, predicted, prediction_json
 from .shots import Asked, PredictionOptions, Twins, shown
@@ -80,23 +72,7 @@ def prediction_figures(prediction: Prediction) -> dict[str, Figure]:
     return figures
 
 
-def tuned_figure(found: Mapping[str, Any], most: int = 3) -> Figure:
-    """The first proposals in the tolerance of what is prescribed (`tuning.tune_job`'s result)."""
-    lines = found["frequency_hz"]
-    low, high = (np.asarray(found[key]) for key in ("lower_m_s2", "upper_m_s2"))
-    traces = band(lines, low, high, "tolerance", "c7")
-    traces.append(line(lines, found["prescribed_m_s2"], "prescribed", "quiet", dash="dash"))
-    for i, proposal in enumerate(found["proposals"][:most]):
-        name = f"proposal {proposal['rank']}: {proposal['probability_within']:.0%}"
-        if i == 0:
-            traces += band(lines, proposal["lower_m_s2"], proposal["upper_m_s2"], "90 % of the first", COLOURS[i])
-        traces.append(line(lines, proposal["expected_m_s2"], name, COLOURS[i], dash="solid" if i == 0 else "dot"))
-    return figure(traces, "frequency (Hz)", "maximax (m/s²)", log_x=True, log_y=True)
-
-
 router = APIRouter()
-_SETTINGS = ("tank_pressure_pa", "bullet_mass_kg", "tip_material", "tip_radius_m", "anvil_material", "insulator",
-             "impact_position")  # fmt: skip
 #: Of a prediction what the page shows as figures.
 _SERIES = ("force", "acceleration", "srs")
 
@@ -174,53 +150,3 @@ def answer(question: Asked, twins: Twins) -> dict[str, Any]:
     built = twins.get(question.request())
     answer: dict[str, Any] = finite(answered(twins, _complete(question, built)))
     return answer
-
-
-@router.post("/tune")
-async def tune(
-    request: Request,
-    store: OpenStore,
-    running: Running,
-    campaign: Annotated[str, Form(max_length=200)] = "",
-    contact: Annotated[str, Form(max_length=200)] = "",
-    plate: Annotated[str, Form(max_length=200)] = "",
-    tolerance: Annotated[str, Form(max_length=200)] = "",
-    measured: Annotated[str, Form(max_length=1000)] = "",
-    at_least: Annotated[float, Form(gt=0, le=1)] = 0.5,
-    share: Annotated[float, Form(gt=0, le=1)] = 1.0,
-    text: Annotated[str, Form(max_length=MOST_BYTES)] = "",
-) -> Response:
-    form = await request.form()
-    sent = form.get("specification")
-    if isinstance(sent, UploadFile) and sent.filename:
-        text = (await sent.read(MOST_BYTES + 1)).decode("utf-8-sig", "replace")
-    if not text.strip():
-        raise ValueError("no specification; choose its CSV, or paste it")
-    names = [name for name in (text.strip() for text in measured.split(",")) if name]
-    tuning = Tuning(
-        target=text,
-        tolerance=tolerance.strip(),
-        campaign=campaign or None,
-        contact=contact or None,
-        plate=plate or None,
-        measured=names,
-        at_least=at_least,
-        share=share,
-    )
-    return followed(tune_job(running, store, tuning))
-
-
-@router.get("/tune/{job}")
-def tuned(request: Request, job: Key, running: Running) -> Response:
-    job_row = running.get(job)
-    if job_row.state != DONE or job_row.kind != TUNE.name:
-        raise LookupError(f"job {job} is no finished tuning; its page is /jobs/{job}")
-    data = job_row.result
-    twin = {key: value for key, value in data["twin"].items() if value}
-    links = [
-        "/twin" + query({**twin, **{name: proposal["settings"][name] for name in _SETTINGS}})
-        for proposal in data["proposals"]
-    ]
-    return page(
-        request, "tuned.html", found=data, links=links, figure=tuned_figure(data) if data["proposals"] else None
-    )

@@ -92,7 +92,7 @@ def looks_like_factor(column: str, of_store: Collection[str]) -> bool:
 
 
 def _sources(built: BuiltTwin) -> tuple[str, ...]:
-    from ...training.models.contact_stage import RegisteredContact
+    from ...training.registry.contact_stage import RegisteredContact
 
     contact = built.twin.contact
     return contact.predictor_set.sources if isinstance(contact, RegisteredContact) else ()
@@ -108,7 +108,7 @@ def _why(ignored: Collection[str]) -> str:
 
 
 def _taken(built: BuiltTwin) -> str:
-    from ...training.models.contact_stage import RegisteredContact
+    from ...training.registry.contact_stage import RegisteredContact
 
     contact = built.twin.contact
     if not isinstance(contact, RegisteredContact):

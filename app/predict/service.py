@@ -17,9 +17,9 @@ from ...schema.known_factors import KNOWN_FACTORS, level_label
 from ...twin.prediction import Band, Quantity
 from ..common.errors import argument_names, library_errors
 from ..common.frames import axes_or_new, frame_of, titled_table
+from .arguments import python_name, shot_of
 from .batch import ShotRow, rows_of_table
 from .predicting import prediction_json, warnings
-from .twin import python_name, shot_of
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -16,6 +16,7 @@ from starlette.requests import Request
 
 from ..twins.building import TwinRequest
 from ..twins.twin_cache import TwinShelf
+from ..web.dependencies import Word
 from .predicting import ShotRequest, parse_factor
 
 
@@ -25,7 +26,6 @@ def _twins(request: Request) -> TwinShelf:
 
 
 Twins = Annotated[TwinShelf, Depends(_twins)]
-Word = Annotated[str, Field(max_length=200)]
 
 
 class PredictionOptions(BaseModel):

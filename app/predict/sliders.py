@@ -7,7 +7,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from ...schema.known_factors import CHAIN_PITCH_M
-from ..tune.bench_adapter import LEAST_PRESSURE_PA
+from ..twins.benches import LEAST_PRESSURE_PA
 from .predicting import NONE, TANK_PRESSURE_PA, ShotRequest, is_used
 
 if TYPE_CHECKING:
@@ -127,7 +127,7 @@ def _choice(names: Sequence[str], default: str, known: Callable[[str], bool]) ->
 
 def _known(built: BuiltTwin) -> Known:
     """By source, what the registered model was trained on; nothing for a law, which holds everywhere."""
-    from ...training.models.contact_stage import RegisteredContact
+    from ...training.registry.contact_stage import RegisteredContact
 
     contact = built.twin.contact
     if not isinstance(contact, RegisteredContact):

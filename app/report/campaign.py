@@ -24,11 +24,22 @@ from ...schema.campaigns import STATUSES, Campaign, ConfigurationLevel, Factor, 
 from ...schema.impacts import Impact, Shot
 from ...schema.listings import get_campaign_id, listing_key
 from ...schema.recordings import SET_ASIDE, SEVERITIES, QualityFinding, RecordedChannel, Recording
+from ..documents.document import (
+    Block,
+    Cell,
+    ChartRow,
+    Document,
+    Figure,
+    Paragraph,
+    Section,
+    Table,
+    column_heading,
+    setting,
+)
+from ..documents.svg import Cloud, agreement_chart
 from ..ingest.campaign_overview import count_findings
 from ..ingest.design_coverage import worked_off
 from .campaign_pulses import pulses_of, pulses_section, shots_of, shots_section
-from .document import Block, Cell, ChartRow, Document, Figure, Paragraph, Section, Table, column_heading, setting
-from .svg import Cloud, agreement_chart
 
 PRESSURE, VELOCITY = "tank_pressure_pa", "velocity_m_s"
 WRITTEN, TRANSDUCER, MEASURED = "as written down", "transducer", "measured"

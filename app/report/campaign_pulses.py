@@ -19,8 +19,8 @@ from sqlalchemy.orm import Session
 from ...array_types import Floats
 from ...schema.impacts import Impact, Pulse
 from ...schema.listings import get_campaign_id, iter_impacts, iter_shots
-from ..predict.nominal import with_predictions
-from .document import (
+from ..common.nominal_velocity import with_predictions
+from ..documents.document import (
     Block,
     Cell,
     ChartRow,
@@ -33,8 +33,8 @@ from .document import (
     setting,
     settings_words,
 )
-from .line_styles import SERIES
-from .svg import MOST_POINTS, Cloud, Curve, agreement_chart, dot_keys, line_chart, line_keys
+from ..documents.line_styles import SERIES
+from ..documents.svg import MOST_POINTS, Cloud, Curve, agreement_chart, dot_keys, line_chart, line_keys
 
 #: Columns of a listing that are no factors.
 _FIGURES = ("impact_velocity_m_s", "contact_time_s", "peak_force_n", "impulse_n_s", "compression_time_s")

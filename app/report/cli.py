@@ -27,7 +27,8 @@ def report(subject: str, db: str, out: Path) -> None:
         pyroshock report models:/hybrid@3 --out hybrid.pdf
     """
     with opened(db) as store:
-        from .dispatch import check_ending, report_on, write_report
+        from ..documents.write import check_ending, write_report
+        from .dispatch import report_on
 
         check_ending(out)
         write_report(report_on(store, db, subject), out)

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sqlalchemy import select
 
-from ...schema.atomic_write import write_bytes
 from ...schema.campaigns import Campaign
 from ...schema.diagnoses import Diagnosis
 from ...schema.listings import get_campaign_id
-from .document import Document
+from ..documents.document import Document
 
 if TYPE_CHECKING:
     from ...schema.session import Store
@@ -45,44 +43,6 @@ def report_on(store: Store, db: str, word: str) -> Document:
     )
 
 
-def write_report(document: Document, out: Path) -> None:
-    """Write it as its ending says, in the place of what was there; whole or not at all.
-
-    Raises `ValueError` for another ending and where PDFs cannot be written, `OSError`.
-    """
-    content = report_content(document, out.suffix.lower(), out.name)
-    out.parent.mkdir(parents=True, exist_ok=True)
-    write_bytes(out, content)
-
-
-def report_content(document: Document, ending: str, name: str = "a report") -> bytes:
-    """It as ".html" or ".pdf". Raises `ValueError` as `write_report`."""
-    if ending not in _WRITERS:
-        raise ValueError(f"cannot write {name!r}; expected a name that ends in {' or '.join(_WRITERS)}")
-    return _WRITERS[ending](document)
-
-
-def check_ending(out: Path) -> None:
-    """Raises `ValueError` for a file that no report can be written to."""
-    if out.suffix.lower() not in _WRITERS:
-        raise ValueError(f"cannot write {out.name!r}; expected a name that ends in {' or '.join(_WRITERS)}")
-
-
-def _html(document: Document) -> bytes:
-    from .page import html_of
-
-    return html_of(document).encode()
-
-
-def _pdf(document: Document) -> bytes:
-    from .pdf import pdf_of
-
-    return pdf_of(document)
-
-
-_WRITERS: dict[str, Callable[[Document], bytes]] = {".html": _html, ".pdf": _pdf}
-
-
 def _campaign(store: Store, _db: str, name: str) -> Document:
     from .campaign import campaign_document
 
@@ -91,7 +51,7 @@ def _campaign(store: Store, _db: str, name: str) -> Document:
 
 
 def _diagnosis(store: Store, _db: str, which: str) -> Document:
-    from .diagnosis import diagnosis_document
+    from ..diagnose.report import diagnosis_document
 
     with store.reading() as session:
         if which.isdigit():
@@ -105,7 +65,7 @@ def _diagnosis(store: Store, _db: str, which: str) -> Document:
 
 def _model(store: Store, db: str, label: str) -> Document:
     from ...training.registry.listing import chosen
-    from ..train.training import models_extra, reader_of, registry_of
+    from ..common.model_registry import models_extra, reader_of, registry_of
     from .model import model_document
 
     registry = registry_of(db)
@@ -134,7 +94,7 @@ def _campaigns(store: Store) -> list[str]:
 
 def _models(db: str) -> dict[str, list[int]]:
     """Versions by name, the newest first; none where there is no registry, or nothing that could read one."""
-    from ..train.training import MissingExtraError, models_extra, registry_of
+    from ..common.model_registry import MissingExtraError, models_extra, registry_of
 
     try:
         with models_extra():

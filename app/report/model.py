@@ -18,9 +18,9 @@ from ...training.evaluation.plot_style import LABELS
 from ...training.evaluation.summary import Estimate
 from ...training.registry.listing import newest
 from ...training.registry.records import Decision, Version
+from ..documents.document import Block, Cell, ChartRow, Document, Figure, Paragraph, Section, Table, force_unit
+from ..documents.svg import MOST_POINTS, Cloud, Curve, agreement_chart, dot_keys, line_chart, line_keys
 from ..train.tables import json_row
-from .document import Block, Cell, ChartRow, Document, Figure, Paragraph, Section, Table, force_unit
-from .svg import MOST_POINTS, Cloud, Curve, agreement_chart, dot_keys, line_chart, line_keys
 
 if TYPE_CHECKING:
     from ...dataset.table import PulseTable
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 def pulses_section(registry: Registry, version: Version, read: Callable[[str], PulseTable]) -> Section:
     """The charts; in their place the reason where the store has not the pulses, or the registry not the predictions."""
-    from ...training.evaluation.evaluate import on_held_out
+    from ...training.registry.evaluate import on_held_out
 
     title = "On the pulses held out"
     try:

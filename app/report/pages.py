@@ -7,9 +7,10 @@ from typing import Literal
 from fastapi import APIRouter
 from starlette.responses import Response
 
+from ..documents.write import report_content
 from ..web.dependencies import Configured, Key, Name, OpenStore
 from ..web.rendering import part
-from .dispatch import CAMPAIGN, DIAGNOSIS, MODEL, report_content, report_on
+from .dispatch import CAMPAIGN, DIAGNOSIS, MODEL, report_on
 
 router = APIRouter(prefix="/reports")
 Ending = Literal["html", "pdf"]

@@ -26,9 +26,9 @@ from ...schema.addresses import without_secrets
 from ...schema.engine import StoreRoleError
 from ...schema.session import Store
 from ..common.user_errors import is_for_the_user
+from ..documents.line_styles import COLOURS, PARTS
 from ..jobs.worker import Worker
 from ..predict.shots import warmed
-from ..report.line_styles import COLOURS, PARTS
 from ..twins.twin_cache import TwinShelf
 from ..web.csrf import genuine
 from ..web.guard import Guard

@@ -16,6 +16,8 @@ from ..predict import pages as predict_pages
 from ..report import pages as report_pages
 from ..train import api as train_api
 from ..train import pages as train_pages
+from ..tune import api as tune_api
+from ..tune import pages as tune_pages
 from ..validate import api as validate_api
 from ..validate import pages as validate_pages
 from ..web import jobs_api, jobs_pages, session_api
@@ -28,6 +30,7 @@ _API = (
     jobs_api,
     train_api,
     predict_api,
+    tune_api,
     plan_api,
     validate_api,
 )
@@ -38,6 +41,7 @@ _PAGES = (
     jobs_pages,
     train_pages,
     predict_pages,
+    tune_pages,
     plan_pages,
     removal_pages,
     report_pages,

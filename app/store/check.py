@@ -20,7 +20,7 @@ from ...schema.integrity.findings import IntegrityFinding
 from ...schema.listings import get_campaign_id
 from ...schema.rows import Progress
 from ...schema.session import Store
-from ..train.training import models_extra, registry_of
+from ..common.model_registry import models_extra, registry_of
 
 if TYPE_CHECKING:
     from ...training.registry.registry import Registry

@@ -16,6 +16,7 @@ from ...dataset.snapshot import read_snapshot
 from ...ingest.settings import ExtractionSettings
 from ...schema.listings import get_campaign_id
 from ...schema.session import Store
+from ..common.model_registry import models_extra, reader_of, splits_of
 from ..common.number_format import finite
 from ..ingest.job import EXTRACT, ExtractArguments
 from ..jobs.queue import JobView
@@ -24,7 +25,6 @@ from ..web.jobs import Jobs
 from .figures import held_out_figures, listed_versions, side_by_side
 from .job import TRAIN, TrainArguments
 from .registering import chosen_versions, decision_json, needed, promote, registry_at
-from .training import models_extra, reader_of, splits_of
 
 router = APIRouter(tags=["models"])
 

@@ -80,9 +80,9 @@ def train(
     """
     with opened(db) as store:
         from ...training.fitting.session import Progress
+        from ..common.model_registry import tell_beside_bar
         from ..common.progress import progress_bar
         from .service import train_models
-        from .training import tell_beside_bar
 
         with progress_bar("training", "models") as step:
             progress = Progress(step, tell_beside_bar)
@@ -236,8 +236,8 @@ def models(
     with errors_as_one_line():
         from ...training.registry.intact_models import damages
         from ...training.registry.listing import chosen, flat_row, newest, of_dataset
+        from ..common.model_registry import models_extra, registry_of, withdrawals_at, withdrawn_words
         from .tables import json_row
-        from .training import models_extra, registry_of, withdrawals_at, withdrawn_words
 
         registry = registry_of(db)
         with models_extra():

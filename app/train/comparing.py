@@ -11,8 +11,8 @@ from typing import Any
 from ...dataset.table import PulseTable
 from ...training.estimators.fit_report import SettingValue
 from ...training.evaluation.comparison import Comparison, Difference
-from ...training.evaluation.evaluate import Judged, on_held_out
 from ...training.evaluation.metrics import METRICS
+from ...training.registry.evaluate import Judged, on_held_out
 from ...training.registry.intact_models import whole
 from ...training.registry.listing import chosen, finite, in_order, newest, of_dataset, row_of
 from ...training.registry.promotion import compared

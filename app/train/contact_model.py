@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from ...dataset.table import POINTS
 from ..common.errors import raises_library_errors
 from ..common.frames import axes_or_new, facts_table, titled_table, with_units
+from ..common.model_registry import models_extra, registry_of
 from .datasets import predictor_column
-from .training import models_extra, registry_of
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -17,7 +17,7 @@ from .tables import json_row
 if TYPE_CHECKING:
     from ...array_types import Floats
     from ...dataset.table import PulseTable
-    from ...training.evaluation.evaluate import Judged
+    from ...training.registry.evaluate import Judged
     from ...training.registry.records import Version
     from ...training.registry.registry import Registry
 
@@ -132,7 +132,7 @@ def held_out_figures(registry: Registry, version: Version, read: Read, most: int
     `level`, and the share of all held-out points of the `force` and of contact `time` that lie within; None without a
     spread. Raises `ValueError` where the predictions or the pulses are gone.
     """
-    from ...training.evaluation.evaluate import on_held_out
+    from ...training.registry.evaluate import on_held_out
 
     judged = on_held_out(registry, [version], read)
     count = len(judged.pulses)

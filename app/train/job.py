@@ -32,7 +32,7 @@ class TrainArguments:
 
 
 def _do(work: RunningJob, asked: TrainArguments) -> Ending:
-    from .training import models_extra
+    from ..common.model_registry import models_extra
 
     with models_extra():
         session = _trained(work, asked)
@@ -48,7 +48,7 @@ def _do(work: RunningJob, asked: TrainArguments) -> Ending:
 
 def _trained(work: RunningJob, asked: TrainArguments) -> Session:
     from ...training.fitting.session import Progress, train
-    from .training import ground_of, splits_of
+    from ..common.model_registry import ground_of, splits_of
 
     registry = fenced_registry_of(work)
     ground = ground_of(work.store, asked.dataset, registry, asked.seed, asked.budget)
@@ -57,8 +57,8 @@ def _trained(work: RunningJob, asked: TrainArguments) -> Session:
 
 
 def _rows(work: RunningJob, asked: TrainArguments, session: Session) -> list[dict[str, object]]:
+    from ..common.model_registry import registry_of
     from .tables import json_row
-    from .training import registry_of
 
     floors = registry_of(work.db).floors(session.versions[0].dataset.hash, asked.seed) if session.versions else {}
     return [json_row(version, floors) for version in session.versions]

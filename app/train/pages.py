@@ -13,12 +13,12 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from ...dataset.catalog import list_withdrawals
+from ..common.model_registry import models_extra, reader_of, withdrawn_words
 from ..web.dependencies import Configured, Key, Name, OpenStore
 from ..web.figures_base import COLOURS, Figure, categories, figure, line, points
 from ..web.rendering import HEADINGS, page
 from .figures import held_out_figures, listed_versions, side_by_side, version_rows
 from .registering import chosen_versions, needed, promote, registry_at
-from .training import models_extra, reader_of, withdrawn_words
 
 
 def errors_figure(rows: Sequence[Mapping[str, Any]], metric: str) -> Figure:

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from ...schema.session import Store
-from .training import models_extra, pulses_on, reader_of, registry_of
+from ..common.model_registry import models_extra, pulses_on, reader_of, registry_of
 
 if TYPE_CHECKING:
     from ...training.registry.records import Decision, Version

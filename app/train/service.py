@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..common.frames import axes_or_new, frame_of, titled_table
-from .training import ground_of, models_extra, pulses_on, reader_of, registry_of, splits_of
+from ..common.model_registry import ground_of, models_extra, pulses_on, reader_of, registry_of, splits_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -280,8 +280,8 @@ def compare_versions(
     Raises as `comparing.versions_named` and `comparing.comparisons_of`.
     """
     from ...dataset.catalog import list_withdrawals
+    from ..common.model_registry import withdrawn_words
     from .comparing import comparisons_of, served, versions_named
-    from .training import withdrawn_words
 
     with models_extra():
         registry = registry_of(url)

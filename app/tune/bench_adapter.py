@@ -23,9 +23,8 @@ from ...twin.tune.goal import Goal, Outside, Refusals
 from ...twin.tune.probability import Proposal
 from ...twin.tune.space import Amount, ContinuousRange, Levels, TuningSpace
 from ...twin.tune.tuner import Avoid
+from ..twins.benches import LEAST_PRESSURE_PA
 
-#: The regulator holds no less (gauge).
-LEAST_PRESSURE_PA = 0.2e5
 NONE = "none"
 #: Tips of a continuous radius that are tried.
 _MOST_RADII = 9

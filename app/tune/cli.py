@@ -118,7 +118,7 @@ def tune(
     """
     with opened(db) as store:
         from ..common.progress import progress_bar
-        from ..predict.twin import twin_request
+        from ..predict.arguments import twin_request
         from .service import factors_of, masses_of, search_settings, target_of
         from .session import Ask
 

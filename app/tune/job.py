@@ -66,7 +66,7 @@ class TuneArguments:
 
 
 def _do(work: RunningJob, asked: TuneArguments) -> Ending:
-    from ..train.training import models_extra
+    from ..common.model_registry import models_extra
     from .session import session_of
 
     work.step(0, 0, "building the twin")

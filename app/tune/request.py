@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field
 
 from ...schema.session import Store
 from ..jobs.queue import JobView
-from ..predict.shots import Word
+from ..web.dependencies import Word
 from ..web.jobs import Jobs
 from .job import TUNE, TuneArguments
 

@@ -161,7 +161,7 @@ def target_of(given: TargetLike, tolerance: str | float | None = None) -> Target
 
 def search_settings(store: Store | None, url: str, ask: Ask, step: Step) -> TunedSettings:
     """The search for what is asked, at the lines of its target. Raises as `tuning.session.session_of`."""
-    from ..train.training import models_extra
+    from ..common.model_registry import models_extra
     from .session import session_of
 
     lines = tuple(ask.target.lines().tolist())

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from ...schema.campaigns import Campaign
     from ...twin.plate.modal import ModalPlate
 
+
 Point = tuple[float, float]
 
 #: Section 2.1.1 of the thesis: 10 mm, in the shape of a diamond whose size is only drawn: 1 m by 0.6 m is assumed.
@@ -256,3 +257,7 @@ def _default_layout(outline: tuple[Point, ...]) -> tuple[dict[str, Point], dict[
     # Not across from each other: on a symmetric outline two sensors would feel the same.
     sides = {"acceleration_1": corners[0], "acceleration_2": (corners[1] + corners[2]) / 2}
     return points, {name: towards(at, 0.5) for name, at in sides.items()}
+
+
+#: The regulator holds no less (gauge).
+LEAST_PRESSURE_PA = 0.2e5

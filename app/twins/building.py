@@ -20,7 +20,7 @@ from ...twin.gun.stage import GunStage
 from ...twin.plate.stage import PlateSpread, PlateStage
 from ...twin.sensors.chain import SensorChain
 from ...twin.setting import THESIS, ElasticMaterial, Setting
-from ..train.training import registry_of
+from ..common.model_registry import registry_of
 from .benches import Bench, PlateDrawing, Point, bench_of_campaign, bench_of_file, shipped_bench, with_modes
 from .learning import MOST_SHOTS, basis, calibrated, taught_contact, taught_gun
 from .measured_shots import no_shots, read_measured_shots, struck_plate
@@ -295,7 +295,7 @@ def _registered_with(
 ) -> tuple[ContactStage, str]:
     """A registered model with effects, and what is to be said of it: adopted ones act where it has not learned them."""
     from ...schema.impacts import INTEGRATED
-    from ..train.training import note_of
+    from ..common.model_registry import note_of
     from .adopted_effects import learned_by
     from .learning import velocity_kind_of
 
@@ -370,7 +370,7 @@ def _registered(
 ) -> ContactStage:
     from ...dataset.predictors import SHIPPED
     from ...dataset.snapshot import read_snapshot
-    from ...training.models.contact_stage import RegisteredContact
+    from ...training.registry.contact_stage import RegisteredContact
 
     own = None
     if version.dataset.predictor_set not in SHIPPED and session is not None:

@@ -24,7 +24,7 @@ from ...schema.diagnoses import TwinVersion
 from ...schema.impacts import Impact, Pulse, Shot
 from ...schema.provenance import Tombstone
 from ...twin.contact.laws import LAWS
-from ..train.training import models_extra, registry_of
+from ..common.model_registry import models_extra, registry_of
 from .benches import GUN, bench_of_campaign
 from .building import REGISTERED, BuiltTwin, TwinRequest, twin_of
 from .learning import model_in_use

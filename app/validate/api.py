@@ -13,8 +13,7 @@ from pydantic import BaseModel, Field
 from ...schema.listings import get_campaign_id
 from ...schema.session import Store
 from ..jobs.queue import JobView
-from ..predict.shots import Word
-from ..web.dependencies import OpenStore, Running
+from ..web.dependencies import OpenStore, Running, Word
 from ..web.jobs import Jobs
 from .job import VALIDATE, ValidateArguments
 

@@ -49,8 +49,8 @@ def validate(
             validation = validate_twin(store, db, campaign, contact, folds, draws, seed, step)
         data = validation.to_json()
         if html is not None:
-            from ..report.dispatch import write_report
-            from ..report.validation import validation_document
+            from ..documents.write import write_report
+            from .report import validation_document
 
             write_report(validation_document(data), html)
             note(f"written: {html}")

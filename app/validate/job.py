@@ -19,7 +19,7 @@ class ValidateArguments:
 
 
 def _do(work: RunningJob, arguments: ValidateArguments) -> Ending:
-    from ..train.training import models_extra
+    from ..common.model_registry import models_extra
     from .validation import ValidationRequest, validated
 
     with models_extra():

@@ -16,14 +16,14 @@ from starlette.responses import Response
 
 from ...schema.campaigns import Campaign
 from ...schema.jobs import DONE
-from ..report.page import html_of
-from ..report.validation import validation_document
+from ..documents.page import html_of
 from ..web.dependencies import Key, OpenStore, Running
 from ..web.figures_base import COLOURS, Figure, bars, categories, figure, line, points
 from ..web.jobs_pages import followed
 from ..web.rendering import page
 from .api import ValidationQuestion, validate_job
 from .job import VALIDATE
+from .report import validation_document
 from .validation import COLUMNS, failure_lines, quantity_words, reason_lines, score_rows
 
 

@@ -89,7 +89,7 @@ def validate_twin(
     store: Store, url: str, campaign: str, contact: str | None, folds: int, draws: int, seed: int, step: Step
 ) -> TwinValidation:
     """Raises as `validating.validation.validated`."""
-    from ..train.training import models_extra
+    from ..common.model_registry import models_extra
     from .validation import ValidationRequest, validated
 
     request = ValidationRequest(campaign, folds=folds, draws=draws, seed=seed, contact=contact)

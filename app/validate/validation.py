@@ -21,8 +21,8 @@ from ...dataset.build_table import configuration_text
 from ...dataset.rows import levels_of
 from ...dataset.snapshot import SnapshotError, read_snapshot
 from ...training.evaluation.unseen_configurations import without_configurations
-from ...training.fitting.fitting import rng_of
-from ...training.models.contact_stage import RegisteredContact
+from ...training.models.training_task import rng_of
+from ...training.registry.contact_stage import RegisteredContact
 from ...training.tuning.folds import grouped_folds
 from ...twin.measured_shots import MeasuredShots
 from ...twin.plate.stage import PlateStage
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
     from ...dataset.table import PulseTable
     from ...schema.session import Store
-    from ...training.models.contact_stage import RegisteredContact
+    from ...training.registry.contact_stage import RegisteredContact
 
 
 #: Of one row of `quantities`: 90 % bands that hold what they promise are near this share.
@@ -138,7 +138,7 @@ class UnseenContact:
     @cached_property
     def _learned(self) -> PulseTable | None:
         """The pulses that the model was trained on; None where the store has them no longer."""
-        from ..train.training import registry_of
+        from ..common.model_registry import registry_of
 
         version = self.contact.registered.version
         keys = registry_of(self.db).held_out(version).trained_on

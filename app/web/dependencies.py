@@ -6,7 +6,7 @@ import re
 from typing import Annotated
 
 from fastapi import Depends, Path
-from pydantic import AfterValidator
+from pydantic import AfterValidator, Field
 from starlette.requests import Request
 
 from ...schema.session import Store, Writer
@@ -56,3 +56,6 @@ def writable(text: str) -> str:
 Text = Annotated[str, AfterValidator(writable)]
 #: Keys of the store's tables: what a database's integer holds.
 Key = Annotated[int, Path(ge=1, le=2**31 - 1)]
+
+
+Word = Annotated[str, Field(max_length=200)]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pyroshock.training.evaluation.evaluate import Judged
 from pyroshock.training.evaluation.metrics import PulseErrors
 from pyroshock.training.evaluation.plots import by_test
+from pyroshock.training.registry.evaluate import Judged
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

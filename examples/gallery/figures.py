@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pyroshock.training.evaluation.evaluate import Judged
+from pyroshock.training.registry.evaluate import Judged
 
 from . import (
     chamber_pressure,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pyroshock.training.evaluation.evaluate import Judged
 from pyroshock.training.evaluation.plots import heat_map
+from pyroshock.training.registry.evaluate import Judged
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

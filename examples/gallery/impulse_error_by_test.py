@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pyroshock.training.evaluation.evaluate import Judged
+from pyroshock.training.registry.evaluate import Judged
 
 from . import cost_by_test
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pyroshock.app.common.plots import MEASURED, MODEL, QUIET, new_figure
-from pyroshock.training.evaluation.evaluate import Judged
 from pyroshock.training.evaluation.metrics import BAND, reconstruct
+from pyroshock.training.registry.evaluate import Judged
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

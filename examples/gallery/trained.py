@@ -10,9 +10,9 @@ import numpy as np
 from pyroshock.dataset.splits import split_of
 from pyroshock.dataset.table import PulseTable
 from pyroshock.parallel.task import one_thread
-from pyroshock.training.evaluation.evaluate import Judged
 from pyroshock.training.evaluation.metrics import pulse_errors
 from pyroshock.training.models.catalogue import Making, entry_of
+from pyroshock.training.registry.evaluate import Judged
 
 #: Those of Fig. 4.10 that learn quickly, the coregional process and the pulses of physics: what Fig. 5.4 compares.
 QUICK = (

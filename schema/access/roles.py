@@ -87,12 +87,14 @@ def names_in(connection: Connection) -> dict[str, Any]:
 
 
 def identifier(name: str) -> Any:
+    """A name as PostgreSQL quotes it in a statement."""
     from psycopg.sql import Identifier
 
     return Identifier(name)
 
 
 def run(connection: Connection, statement: str, names: dict[str, Any]) -> None:
+    """Executes a statement with the quoted `names` in its braces."""
     from psycopg.sql import SQL
 
     connection.exec_driver_sql(SQL(statement).format(**names).as_string())

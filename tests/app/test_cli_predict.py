@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 from pyroshock.app.demo.demo import ingest_examples
+from pyroshock.app.predict.arguments import parse_effect
 from pyroshock.app.predict.cli import predict
-from pyroshock.app.predict.twin import parse_effect
 from pyroshock.app.twins import building as twins
 from pyroshock.dataset.domain import Domain
 from pyroshock.training.models.analytic import Analytic

@@ -4,16 +4,10 @@ from __future__ import annotations
 
 import pytest
 from pyroshock.app.demo.demo import ingest_examples
-from pyroshock.app.diagnose.diagnosing import (
-    DiagnosisRequest,
-    keep,
-    last_report,
-    past_diagnoses,
-    report_json,
-    restriction_sentences,
-)
+from pyroshock.app.diagnose.diagnosing import keep, last_report, past_diagnoses, report_json
+from pyroshock.app.diagnose.report import page
+from pyroshock.app.diagnose.request import DiagnosisRequest, restriction_sentences
 from pyroshock.app.diagnose.stored import kept_options, kept_report, kept_verdict, list_diagnoses
-from pyroshock.app.report.diagnosis import page
 from pyroshock.app.twins.adopted_effects import adopt
 from pyroshock.schema.diagnoses import Diagnosis
 from sqlalchemy import event

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from pyroshock.app.train.figures import LEVELS, held_out_figures, listed_versions, side_by_side, version_row
 from pyroshock.app.train.tables import json_row
-from pyroshock.training.evaluation.evaluate import Judged
 from pyroshock.training.evaluation.metrics import METRICS
 from pyroshock.training.fitting.session import train
 from pyroshock.training.models.base import ContactPrediction
+from pyroshock.training.registry.evaluate import Judged
 from pyroshock.training.registry.listing import row_of
 from pyroshock.training.registry.promotion import promote
 from support.records.pulse_tables import held_out, pulse_table
@@ -137,7 +137,7 @@ def test_coverage_of_known_scatter_is_the_level(monkeypatch):
         np.full(n, 1e-5),
     )
     judged = Judged(pulses, {}, {"law@1": prediction}, {})
-    monkeypatch.setattr("pyroshock.training.evaluation.evaluate.on_held_out", lambda *_: judged)
+    monkeypatch.setattr("pyroshock.training.registry.evaluate.on_held_out", lambda *_: judged)
 
     class Law:
         label = "law@1"

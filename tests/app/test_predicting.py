@@ -20,7 +20,7 @@ from pyroshock.dataset.rows import by_name
 from pyroshock.doe.space import hammer_space, shipped_factors, space_from_text
 from pyroshock.signals.srs.grid import octave_grid
 from pyroshock.training.models.analytic import Analytic
-from pyroshock.training.models.contact_stage import RegisteredContact
+from pyroshock.training.registry.contact_stage import RegisteredContact
 from pyroshock.training.registry.records import Cost, DatasetName, RegisteredModel, Version
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact.stage import LawContact

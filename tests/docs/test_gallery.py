@@ -31,8 +31,8 @@ from pyroshock.examples.gallery import (
 from pyroshock.examples.gallery.__main__ import main
 from pyroshock.examples.gallery.figures import FIGURES, Scene
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
-from pyroshock.training.evaluation.evaluate import Judged
 from pyroshock.training.evaluation.metrics import pulse_cost
+from pyroshock.training.registry.evaluate import Judged
 from pyroshock.twin.gun.nominal import trajectory
 from scipy.stats import spearmanr
 

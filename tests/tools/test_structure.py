@@ -76,7 +76,7 @@ def test_class_defined_twice_is_refused_but_not_the_name_of_its_base(tree: Path)
 
 
 def test_packages_that_import_each_other_are_a_group(tree: Path) -> None:
-    assert structure.package_cycles(structure.product_files(tree)) == [["pyroshock.gun", "pyroshock.plate"]]
+    assert structure.sibling_cycles(structure.product_files(tree)) == [["pyroshock.gun", "pyroshock.plate"]]
 
 
 def test_functions_are_measured_without_their_decorators() -> None:

@@ -18,8 +18,8 @@ from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.models.base import ContactPrediction
 from pyroshock.training.models.calibrated import Calibrated
 from pyroshock.training.models.catalogue import Making, entry_of
-from pyroshock.training.models.contact_stage import RegisteredContact
 from pyroshock.training.models.hybrid import Hybrid, ResidualPulse, log_correlation, measured_outputs, pulses_of
+from pyroshock.training.registry.contact_stage import RegisteredContact
 from pyroshock.training.registry.records import Cost, DatasetName, RegisteredModel, Version
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact.stage import LawContact

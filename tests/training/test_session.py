@@ -15,10 +15,11 @@ from pyroshock.dataset.splits import split_of
 from pyroshock.parallel.executor import Crew
 from pyroshock.training.estimators.contact_time import ContactTimeProcess
 from pyroshock.training.evaluation.floor import floor_metrics
-from pyroshock.training.fitting import fitting, run_tasks
+from pyroshock.training.fitting import run_tasks
 from pyroshock.training.fitting.fitting import FittingFailure, task_of
 from pyroshock.training.fitting.run_tasks import TimeSettings
 from pyroshock.training.fitting.session import Progress, train
+from pyroshock.training.models import training_task
 from pyroshock.training.models.catalogue import ZOO, Making, entry_of, models_of
 from pyroshock.training.registry.locks import locked
 from pyroshock.training.registry.registry import Registry
@@ -36,7 +37,7 @@ import os, signal, sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
 import mlflow
-from pyroshock.training import fitting, session
+from pyroshock.training.fitting import fitting, session
 from pyroshock.training.registry.model_storage import place_beside
 from pyroshock.training.registry.registry import Registry
 from support.stores.registries import ground_in
@@ -108,7 +109,7 @@ def test_what_decides_a_training_makes_it_another(registry, monkeypatch):
     keys.add(task_of("linear", "configurations", ground).key)
     keys.add(task_of("linear", "repetitions", ground_in(registry, name="autumn")).key)
     keys.add(replace(task_of("linear", "repetitions", ground), settings={}).key)
-    monkeypatch.setattr(fitting, "TRAINING_VERSION", fitting.TRAINING_VERSION + 1)
+    monkeypatch.setattr(training_task, "TRAINING_VERSION", training_task.TRAINING_VERSION + 1)
     keys.add(task_of("linear", "repetitions", ground).key)
     assert len(keys) == 6
 

@@ -299,11 +299,11 @@ def test_folder_in_use_is_refused(hammer, tmp_path):
 KILLED = """
 import json, os, signal, sys
 from pathlib import Path
-from pyroshock.virtualbench.campaigns import plates
+from pyroshock.virtualbench.campaigns import ringing
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.simulate import simulate
 
-plates.MAX_FREQUENCY_HZ = 500.0
+ringing.MAX_FREQUENCY_HZ = 500.0
 out, rows = Path(sys.argv[1]), json.loads(sys.argv[2])
 die = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
 simulate(rows, "hammer", out, seed=1, effects=Effects.none(), repetitions=1, jobs=1, progress=die)

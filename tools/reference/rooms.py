@@ -8,7 +8,7 @@ from __future__ import annotations
 ROOMS: dict[str, tuple[str, ...]] = {
     "app": (
         "experiment_store", "common.errors", "ingest.service", "impacts.service", "impacts.spectra_service",
-        "plan.service", "train.service", "train.contact_model", "predict.twin", "predict.service",
+        "plan.service", "train.service", "train.contact_model", "laboratory_twin", "predict.service",
         "tune.service", "validate.service", "diagnose.service",
     ),
     "schema": (
@@ -41,8 +41,8 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "training": (
         "models.catalogue", "fitting.session", "estimators.base", "models.base", "models.serialization",
         "evaluation.metrics", "evaluation.summary", "evaluation.floor", "evaluation.comparison",
-        "evaluation.evaluate", "registry.promotion", "registry.records", "registry.model_storage",
-        "registry.registry", "registry.listing", "models.contact_stage", "gp.multitask",
+        "registry.evaluate", "registry.promotion", "registry.records", "registry.model_storage",
+        "registry.registry", "registry.listing", "registry.contact_stage", "gp.multitask",
         "gp.marginal_likelihood", "gp.maximise", "gp.kernels", "gp.kronecker", "gp.posterior",
     ),
     "twin": (

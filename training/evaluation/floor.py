@@ -32,8 +32,8 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from ...dataset.splits import split_of
 from ...dataset.table import PulseTable
-from ..fitting.fitting import rng_of
 from ..models.base import ContactPrediction
+from ..models.training_task import rng_of
 from .metrics import PulseErrors, pulse_errors
 from .summary import Estimate, summary
 

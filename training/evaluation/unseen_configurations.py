@@ -17,8 +17,7 @@ from ...dataset.table import PulseTable, concatenate
 from ...twin.contact_interface import ForcePulses
 from ...twin.prediction import stratified_normals
 from ..models.base import ContactModel, momentum
-from ..models.contact_stage import random_pulses
-from ..models.prior_pulses import prior_contact, prior_pulses, updated_contact, velocity_before
+from ..models.prior_pulses import prior_contact, prior_pulses, random_pulses, updated_contact, velocity_before
 from ..tuning.folds import grouped_folds
 from .summary import clustered, ensemble_crps, sign_flip_p
 

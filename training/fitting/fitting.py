@@ -7,16 +7,12 @@ One model on one split of one dataset: what makes it this training and no other.
 
 from __future__ import annotations
 
-import hashlib
-import json
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from ...dataset.domain import Domain
 from ...dataset.splits import split_of
@@ -27,6 +23,7 @@ from ..evaluation.summary import summary
 from ..models.base import ContactPrediction
 from ..models.catalogue import Budget, Making, entry_of
 from ..models.serialization import pack, unpack
+from ..models.training_task import TrainingTask, rng_of
 from ..registry.records import Cost, DatasetName, HeldOutPredictions, Trained
 
 _STATUS, _RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
@@ -69,38 +66,6 @@ def _peak_mb() -> float:
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         return peak / 2**20 if sys.platform == "darwin" else peak / 1024
     return float("nan")
-
-
-#: Raised by hand when training gives other numbers than before: what was trained earlier is then trained anew.
-TRAINING_VERSION = 2
-
-
-@dataclass(frozen=True)
-class TrainingTask:
-    """`settings` are those of the unfitted model, as JSON holds them; `split` its text."""
-
-    model: str
-    settings: dict[str, Any]
-    dataset_hash: str
-    split: str
-    seed: int
-
-    @property
-    def key(self) -> str:
-        """The same for the same training, whenever and wherever it is done."""
-        parts = [TRAINING_VERSION, self.model, self.settings, self.dataset_hash, self.split, self.seed]
-        return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
-
-    @property
-    def rng(self) -> np.random.Generator:
-        """Fresh at each call; independent of the other models, so that each comes out alike alone and among all."""
-        return rng_of(self.model, self.dataset_hash, self.split, self.seed)
-
-
-def rng_of(what: str, dataset_hash: str, split: str, seed: int) -> np.random.Generator:
-    """Random numbers of their own for everything that draws some."""
-    digest = hashlib.sha256(f"{what}\n{dataset_hash}\n{split}".encode()).digest()
-    return np.random.default_rng([seed, *np.frombuffer(digest, dtype="<u4").tolist()])
 
 
 @dataclass(frozen=True, eq=False)

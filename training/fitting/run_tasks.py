@@ -24,8 +24,9 @@ from ...parallel.map_tasks import mapped
 from ...parallel.task import one_thread
 from ..estimators.fit_report import FitReport
 from ..models.catalogue import entry_of
+from ..models.training_task import TRAINING_VERSION, TrainingTask, rng_of
 from ..registry.records import Trained
-from .fitting import TRAINING_VERSION, FittingFailure, Ground, TrainingTask, attempted, rng_of
+from .fitting import FittingFailure, Ground, attempted
 
 
 @dataclass(frozen=True)

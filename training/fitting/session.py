@@ -9,9 +9,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from ...parallel.executor import HERE, Crew
-from ..evaluation.evaluate import Judged, on_held_out
 from ..evaluation.floor import floor_text
 from ..evaluation.plot_style import png
+from ..registry.evaluate import Judged, on_held_out
 from ..registry.intact_models import whole
 from ..registry.listing import newest
 from ..registry.locks import turn

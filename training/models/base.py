@@ -162,6 +162,7 @@ def own(part: _P) -> _P:
 
 
 def prefixed(prefix: str, arrays: Arrays) -> Arrays:
+    """Arrays of a part of a model, by names that begin with the part's: the inverse of `restored`."""
     return {f"{prefix}.{name}": array for name, array in arrays.items()}
 
 

@@ -14,6 +14,7 @@ from ...twin.measured_shots import MeasuredShots
 from ...twin.prediction import stratified_normals
 from ...twin.setting import ElasticMaterial, Setting
 from .analytic import bodies
+from .base import ContactPrediction
 
 #: What answers without a model, in words.
 UPDATED_LAW = "the contact law updated by the measured shots"
@@ -177,3 +178,36 @@ def _materials(part: str, names: list[str], struck: object) -> list[ElasticMater
         )
         for row, name in enumerate(names)
     ]
+
+
+def random_pulses(prediction: ContactPrediction, z: Floats, momentum_n_s: Floats) -> ForcePulses:
+    """Pulses of normal numbers z (n, 2) about the mean ones, as `RegisteredContact` says; momenta (n,) in N s."""
+    mean = _pulses(prediction)
+    rows, peak = np.arange(len(z)), mean.force_n.argmax(axis=1)
+    force_s = _logarithmic(prediction.force_spread_n, rows, peak, mean.peak_force_n)
+    time_s = _logarithmic(prediction.contact_time_spread_s, rows, None, mean.contact_time_s)
+    together = np.zeros(len(z)) if prediction.log_correlation is None else prediction.log_correlation
+    time = time_s * z[:, 1]
+    force = force_s * (together * z[:, 1] + np.sqrt(1 - together**2) * z[:, 0])
+    most = np.log(np.maximum(2 * momentum_n_s / mean.impulse_n_s, 1.0))
+    force = np.minimum(force + time, most) - time
+    time = np.exp(time)
+    return ForcePulses(
+        mean.contact_time_s * time, mean.force_n * np.exp(force)[:, None], mean.compression_time_s * time
+    )
+
+
+def _logarithmic(spread: Floats | None, rows: np.ndarray, columns: np.ndarray | None, mean: Floats) -> Floats:
+    """Deviation (n,) of the logarithm of a log-normal quantity, from the deviation over the mean."""
+    if spread is None:
+        return np.zeros(len(rows))
+    values = spread if columns is None else spread[rows, columns]
+    return np.asarray(np.sqrt(np.log1p((values / mean) ** 2)))
+
+
+def _pulses(prediction: ContactPrediction) -> ForcePulses:
+    """Models force nothing at the ends of contact, where the force is 0 by what contact means."""
+    force = np.maximum(prediction.force_n, 0.0)
+    force[:, [0, -1]] = 0.0
+    share = np.argmax(force, axis=1) / (force.shape[1] - 1)
+    return ForcePulses(prediction.contact_time_s, force, share * prediction.contact_time_s)

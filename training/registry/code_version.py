@@ -10,8 +10,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from ..fitting.fitting import TRAINING_VERSION
 from ..models.serialization import parts_within
+from ..models.training_task import TRAINING_VERSION
 
 _PACKAGE = Path(__file__).resolve().parent.parent
 

@@ -12,7 +12,6 @@ import numpy as np
 
 from ...dataset.table import PulseTable
 from ..evaluation.comparison import Comparison, compare
-from ..evaluation.evaluate import Judged, on_held_out, on_other
 from ..evaluation.metrics import METRICS
 from ..evaluation.unseen_configurations import (
     QUANTITIES,
@@ -23,8 +22,9 @@ from ..evaluation.unseen_configurations import (
     unseen_scores,
     updated_law_draws,
 )
-from ..fitting.fitting import rng_of
 from ..models.prior_pulses import UPDATED_LAW
+from ..models.training_task import rng_of
+from .evaluate import Judged, on_held_out, on_other
 from .listing import chosen
 from .records import Decision, Version
 from .registry import Registry

@@ -12,9 +12,9 @@ from ...dataset.table import Inputs, Predictor
 from ...dataset.validity_limits import OutOfRange
 from ..estimators.fit_report import FitReport
 from ..evaluation.summary import Estimate
-from ..fitting.fitting import TrainingTask
 from ..models.base import ContactModel, ContactPrediction
 from ..models.serialization import Packed
+from ..models.training_task import TrainingTask
 
 if TYPE_CHECKING:
     import numpy as np

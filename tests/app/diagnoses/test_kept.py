@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from pyroshock.app.diagnose.diagnosing import report_json
+from pyroshock.app.diagnose.report import page
 from pyroshock.app.diagnose.stored import verdict_from_json, verdict_to_json
-from pyroshock.app.report.diagnosis import page
 from pyroshock.diagnosis.verdict import (
     Cause,
     CurvePicture,

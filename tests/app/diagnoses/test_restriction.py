@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from pyroshock.app.diagnose.diagnosing import considered_effects, restriction_sentences
+from pyroshock.app.diagnose.request import considered_effects, restriction_sentences
 
 GUN = ("gun.back_pressure", "gun.blow_by", "gun.valve_flow", "sensor.velocity_gain")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from pyroshock.app.diagnose.diagnosing import full_name, uncertain_numbers
+from pyroshock.app.diagnose.request import full_name, uncertain_numbers
 
 EVERY = [(stage, number) for stage, numbers in uncertain_numbers().items() for number in numbers]
 

@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from pyroshock.app.common.model_registry import MissingExtraError
 from pyroshock.app.jobs.claims import stop
 from pyroshock.app.jobs.kind import NotHereError, Result, RunningJob
 from pyroshock.app.jobs.queue import JobView, UnknownJobError, get_job, list_jobs
-from pyroshock.app.train.training import MissingExtraError
 from pyroshock.schema.jobs import DONE, FAILED, RUNNING, STOPPED, WAITING
 from pyroshock.schema.session import Store
 from support.processes.odd_jobs import Odd, odd, work_off, working

@@ -14,9 +14,9 @@ import pytest
 from click.testing import CliRunner
 from pyroshock.app.common.errors import argument_names
 from pyroshock.app.demo.demo import ingest_examples
+from pyroshock.app.laboratory_twin import LaboratoryTwin
 from pyroshock.app.predict.cli import predict
 from pyroshock.app.predict.service import ShotPrediction
-from pyroshock.app.predict.twin import LaboratoryTwin
 from pyroshock.app.twins import building as twins
 from support.records.twin_parts import unsolved
 from support.stores.stores import opened

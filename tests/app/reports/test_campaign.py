@@ -7,8 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pyroshock.app.common.nominal_velocity import with_predictions
+from pyroshock.app.documents.document import Document, Paragraph, Table
+from pyroshock.app.documents.page import html_of
+from pyroshock.app.documents.pdf import pdf_of
 from pyroshock.app.plan.planning import make_plan
-from pyroshock.app.predict.nominal import with_predictions
 from pyroshock.app.report.campaign import (
     MEASURED,
     PRESSURE,
@@ -23,9 +26,6 @@ from pyroshock.app.report.campaign import (
     status_counts,
 )
 from pyroshock.app.report.campaign_pulses import pulses_of, telling_factor
-from pyroshock.app.report.document import Document, Paragraph, Table
-from pyroshock.app.report.page import html_of
-from pyroshock.app.report.pdf import pdf_of
 from pyroshock.doe.plans import discard_run, read_plan
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.impacts import Impact, Pulse, Shot

@@ -6,9 +6,9 @@ import re
 
 import numpy as np
 import pytest
-from pyroshock.app.report.line_styles import SERIES, STYLE, css, inks, light
-from pyroshock.app.report.pdf import drawing_of
-from pyroshock.app.report.svg import MOST_POINTS, Cloud, Curve, agreement_chart, dot_keys, line_chart, line_keys
+from pyroshock.app.documents.line_styles import SERIES, STYLE, css, inks, light
+from pyroshock.app.documents.pdf import drawing_of
+from pyroshock.app.documents.svg import MOST_POINTS, Cloud, Curve, agreement_chart, dot_keys, line_chart, line_keys
 from support.checks.well_formed import Page
 
 X = np.linspace(0.0, 1.0, 11)

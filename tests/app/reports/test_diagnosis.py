@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.app.report.diagnosis import page, waterfall, write_page
+from pyroshock.app.diagnose.report import page, waterfall, write_page
 from pyroshock.diagnosis.verdict import GapSize, Pictures, StageShare, Where
 from support.checks.well_formed import Page
 from support.records import verdicts

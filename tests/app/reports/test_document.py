@@ -7,8 +7,8 @@ import re
 
 import numpy as np
 import pytest
-from pyroshock.app.report import pdf as pdf_module
-from pyroshock.app.report.document import (
+from pyroshock.app.documents import pdf as pdf_module
+from pyroshock.app.documents.document import (
     Bars,
     Bullets,
     ChartRow,
@@ -20,10 +20,10 @@ from pyroshock.app.report.document import (
     Table,
     cell_text,
 )
-from pyroshock.app.report.page import html_of
-from pyroshock.app.report.pdf import MissingPdfError, pdf_of
-from pyroshock.app.report.pdf_sheet import column_widths, needed_width
-from pyroshock.app.report.svg import Curve, line_chart, line_keys
+from pyroshock.app.documents.page import html_of
+from pyroshock.app.documents.pdf import MissingPdfError, pdf_of
+from pyroshock.app.documents.pdf_sheet import column_widths, needed_width
+from pyroshock.app.documents.svg import Curve, line_chart, line_keys
 from support.checks.pdf_text import pages, pdf_text
 from support.checks.well_formed import Page, needs_nothing
 
@@ -93,7 +93,7 @@ def test_pdf_is_of_its_own_date_and_name() -> None:
 def test_pdf_brings_letters_beyond_latin() -> None:
     pdf = pdf_of(document("Δv = 5.6 ± 0.1 m/s, ε ≤ 3 σ"))
     assert pdf.count(b"/FontFile2") == 2  # regular and bold are inside
-    from pyroshock.app.report.pdf_sheet import fonts
+    from pyroshock.app.documents.pdf_sheet import fonts
     from reportlab.pdfbase import pdfmetrics
 
     letters = pdfmetrics.getFont(fonts()[0]).face.charToGlyph
@@ -166,9 +166,9 @@ def test_cells_in_words(cell: float | None, text: str) -> None:
 def test_missing_library_is_told_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     import sys
 
-    monkeypatch.delitem(sys.modules, "pyroshock.app.report.pdf_sheet", raising=False)
+    monkeypatch.delitem(sys.modules, "pyroshock.app.documents.pdf_sheet", raising=False)
     monkeypatch.setitem(sys.modules, "reportlab", None)
-    for name in [name for name in sys.modules if name.startswith(("reportlab.", "pyroshock.app.reports.pdf_"))]:
+    for name in [name for name in sys.modules if name.startswith(("reportlab.", "pyroshock.app.documents.pdf"))]:
         monkeypatch.setitem(sys.modules, name, None) if name.startswith("reportlab.") else monkeypatch.delitem(
             sys.modules, name
         )

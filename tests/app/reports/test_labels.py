@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.app.report.document import column_heading, force_unit, mean_and_spread, setting, settings_words
+from pyroshock.app.documents.document import column_heading, force_unit, mean_and_spread, setting, settings_words
 
 
 def test_known_factors_are_told_in_the_units_of_their_columns() -> None:

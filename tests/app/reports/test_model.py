@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from pyroshock.app.report.document import Block, ChartRow, Document, Paragraph, Table
+from pyroshock.app.documents.document import Block, ChartRow, Document, Paragraph, Table
+from pyroshock.app.documents.page import html_of
+from pyroshock.app.documents.pdf import pdf_of
+from pyroshock.app.documents.svg import MOST_POINTS
 from pyroshock.app.report.model import model_document, of_all_splits
-from pyroshock.app.report.page import html_of
-from pyroshock.app.report.pdf import pdf_of
-from pyroshock.app.report.svg import MOST_POINTS
 from pyroshock.dataset.table import PulseTable
 from pyroshock.training.evaluation.floor import floor_metrics
 from pyroshock.training.fitting.session import train

@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.app.report.diagnosis_charts import path_chart, path_rows, share_chart, share_rows
-from pyroshock.app.report.pdf import drawing_of
+from pyroshock.app.diagnose.report_charts import path_chart, path_rows, share_chart, share_rows
+from pyroshock.app.documents.pdf import drawing_of
 from pyroshock.diagnosis.verdict import EffectShare, GapSize, PathStep, Unexplained, Verdict
 from support.checks.well_formed import Page
 from support.records import verdicts

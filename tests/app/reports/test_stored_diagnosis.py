@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import pytest
 from pyroshock.app.diagnose.diagnosing import keep, report_json
+from pyroshock.app.diagnose.report import diagnosis_document, document_of, verdict_of
 from pyroshock.app.diagnose.summary import summary
-from pyroshock.app.report.diagnosis import diagnosis_document, document_of, verdict_of
-from pyroshock.app.report.document import Bars, ChartRow, Paragraph
-from pyroshock.app.report.page import html_of
-from pyroshock.app.report.pdf import pdf_of
+from pyroshock.app.documents.document import Bars, ChartRow, Paragraph
+from pyroshock.app.documents.page import html_of
+from pyroshock.app.documents.pdf import pdf_of
 from pyroshock.diagnosis.verdict import Pictures, Verdict
 from pyroshock.schema.diagnoses import Diagnosis
 from support.checks.pdf_text import pdf_text

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.app.train.training import ground_of, registry_of
+from pyroshock.app.common.model_registry import ground_of, registry_of
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.building import TwinRequest, twin_of
 from pyroshock.app.validate.validation import (
@@ -24,7 +24,7 @@ from pyroshock.app.validate.validation import (
 )
 from pyroshock.dataset.snapshot import build_snapshot, read_snapshot
 from pyroshock.training.fitting.session import train
-from pyroshock.training.models.contact_stage import RegisteredContact
+from pyroshock.training.registry.contact_stage import RegisteredContact
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.measured_shots import MeasuredShots
 from pyroshock.twin.setting import THESIS, Setting

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from pyroshock.app.train.training import registry_of
+from pyroshock.app.common.model_registry import registry_of
 from support.processes.browsers import Lab, asked, at, drawn, page_of, screenshot
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]

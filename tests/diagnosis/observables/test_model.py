@@ -15,7 +15,7 @@ from pyroshock.diagnosis.observables.contact.registered_model import RegisteredC
 from pyroshock.diagnosis.observables.contact.stage import ContactObservables
 from pyroshock.diagnosis.record import CampaignRecord
 from pyroshock.training.models.analytic import Analytic
-from pyroshock.training.models.contact_stage import RegisteredContact
+from pyroshock.training.registry.contact_stage import RegisteredContact
 from pyroshock.twin.contact.impacts import ContactEffect
 from pyroshock.twin.contact.stage import LawContact
 from pyroshock.twin.contact_interface import ForcePulses, OutOfDomain, Strikes

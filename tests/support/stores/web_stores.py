@@ -85,7 +85,7 @@ def filled_lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _train(store: Store, folder: Path, patch: pytest.MonkeyPatch) -> None:
-    from pyroshock.app.train.training import ground_of
+    from pyroshock.app.common.model_registry import ground_of
     from pyroshock.dataset.snapshot import build_snapshot
     from pyroshock.training.fitting.session import train
 

@@ -18,22 +18,26 @@ from ...diagnosis.verdict import NONE, UNKNOWN, Cause, EffectShare, Pictures, Sh
 from ...schema.atomic_write import write_text
 from ...schema.diagnoses import Diagnosis
 from ..common.number_format import number, percent, percent_range
-from ..diagnose.diagnosing import restrictions_among
-from ..diagnose.recommendations import next_experiment, recommendations
-from ..diagnose.stored import FORMAT, kept_report, kept_verdict, verdict_from_json
-from ..diagnose.summary import summary
-from ..diagnose.wording import (
-    cause_name,
-    effect_subject,
-    effect_title,
-    fitted_words,
-    shrinkage_line,
-    single_effects,
-    where_lines,
+from ..documents.document import (
+    Bars,
+    Block,
+    Bullets,
+    Cell,
+    ChartRow,
+    Document,
+    Figure,
+    Paragraph,
+    Section,
+    ShareBar,
+    Table,
 )
-from .diagnosis_charts import curve_chart, legend_keys, path_chart, residual_chart, residual_title, share_chart
-from .document import Bars, Block, Bullets, Cell, ChartRow, Document, Figure, Paragraph, Section, ShareBar, Table
-from .page import block_html, html_of
+from ..documents.page import block_html, html_of
+from .recommendations import next_experiment, recommendations
+from .report_charts import curve_chart, legend_keys, path_chart, residual_chart, residual_title, share_chart
+from .request import restrictions_among
+from .stored import FORMAT, kept_report, kept_verdict, verdict_from_json
+from .summary import summary
+from .wording import cause_name, effect_subject, effect_title, fitted_words, shrinkage_line, single_effects, where_lines
 
 #: Causes from this probability on come with their equations.
 _EXPLAINED = 0.05

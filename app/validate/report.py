@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from ..common.number_format import number
-from ..validate.validation import COLUMNS, failure_lines, quantity_words, reason_lines, score_rows
-from .document import Block, Bullets, ChartRow, Document, Figure, Paragraph, Section, Table
-from .svg import band, chart, dots, frame_of, level, line
+from ..documents.document import Block, Bullets, ChartRow, Document, Figure, Paragraph, Section, Table
+from ..documents.svg import band, chart, dots, frame_of, level, line
+from .validation import COLUMNS, failure_lines, quantity_words, reason_lines, score_rows
 
 #: Shares of the ranks that the histogram's bins hold, of bands that mean what they say.
 _UNIFORM = 0.1

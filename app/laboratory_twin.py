@@ -6,39 +6,24 @@ Effects as text: `gun.back_pressure`, or `gun.blow_by:clearance_m=0.0005,other=1
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...twin.effects import Effect, effect
-from ..common.errors import argument_names, raises_library_errors
-from ..common.frames import facts_table, si
-from ..twins.building import BuiltTwin, TwinRequest, twin_of
-from .predicting import DRAWS, NONE, ShotRequest, predicted
+from .common.errors import argument_names, raises_library_errors
+from .common.frames import facts_table
+from .predict.arguments import effects_of, python_name, shot_of, twin_request
+from .predict.predicting import DRAWS, NONE, predicted
+from .twins.building import BuiltTwin, TwinRequest, twin_of
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from ...schema.session import Store
-    from ..common.frames import Quantity
-    from ..diagnose.service import GapDiagnosis
-    from ..tune.service import TargetLike, TunedSettings
-    from .service import ShotPrediction
-
-    #: An effect of the catalogue: itself, its id, or "plate.damping:factor=2".
-    EffectLike = Effect | str
-    #: One, several, or a diagnosis, whose likeliest cause it is.
-    EffectsLike = EffectLike | Iterable[EffectLike] | GapDiagnosis
-
-
-#: How an argument is called where it was given: as Python spells it, or as an option of the command line.
-Label = Callable[[str], str]
-
-
-def python_name(argument: str) -> str:
-    """Arguments are called as Python spells them; the option `--effect` is repeated, the argument takes several."""
-    return "effects" if argument == "effect" else argument
+    from ..schema.session import Store
+    from .common.frames import Quantity
+    from .predict.arguments import EffectsLike
+    from .predict.service import ShotPrediction
+    from .tune.service import TargetLike, TunedSettings
 
 
 class LaboratoryTwin:
@@ -97,7 +82,7 @@ class LaboratoryTwin:
         `tank_pressure` (gauge) fires the gun; `velocity`, of impact before contact, stands in for it. Without either a
         gun is fired with 5 bar. `factors` are the laboratory's own, in SI. The same `seed` gives the same bands.
         """
-        from .service import ShotPrediction
+        from .predict.service import ShotPrediction
 
         if draws < 0:
             raise ValueError(f"draws is {draws!r}; expected 0 (the nominal shot alone) or more")
@@ -130,10 +115,10 @@ class LaboratoryTwin:
         """
         import pandas as pd
 
-        from ...parallel.executor import Crew
-        from ..common.frames import step_bar, with_units
-        from .batch import bench_of_rows, foretold
-        from .service import shot_rows
+        from ..parallel.executor import Crew
+        from .common.frames import step_bar, with_units
+        from .predict.batch import bench_of_rows, foretold
+        from .predict.service import shot_rows
 
         rows = shot_rows(shots)
         bench, rows, notes = bench_of_rows(self._store, self._url, self.request, rows, draws, seed, self.built)
@@ -172,9 +157,9 @@ class LaboratoryTwin:
         plan's TOML file with all that it owns. A setting meets the target from the probability `at_least` on, where the
         `share` of all lines lies within. `extrapolate` proposes settings outside of the model's domain, too.
         """
-        from ..common.frames import step_bar
-        from ..tune.service import factors_of, masses_of, search_settings, target_of
-        from ..tune.session import Ask
+        from .common.frames import step_bar
+        from .tune.service import factors_of, masses_of, search_settings, target_of
+        from .tune.session import Ask
 
         campaigns = (measured,) if isinstance(measured, str) else tuple(measured)
         masses = masses_of(bullet_mass, "bullet_mass")
@@ -211,111 +196,6 @@ class LaboratoryTwin:
         return f"campaign {campaign}" if campaign else "the bench that ships with the software"
 
 
-def twin_request(
-    label: Label,
-    *,
-    campaign: str | None = None,
-    bench: str | os.PathLike[str] | None = None,
-    modes: str | os.PathLike[str] | None = None,
-    contact: str | None = None,
-    effects: EffectsLike = (),
-    plate: str | None = None,
-    impact_points: Sequence[tuple[float, float]] = (),
-    sensors: Sequence[tuple[float, float]] = (),
-    q: float = 10.0,
-    frequencies: str | Sequence[float] | None = None,
-    adopted: bool = True,
-    chain_height: Quantity = 0.0,
-    coupled: bool = False,
-) -> TwinRequest:
-    """What a twin is made of. Raises `ValueError` and `LookupError` that call an argument as `label` does."""
-    from ..impacts.spectra import checked_lines, parse_lines
-
-    if not q > 0.5:
-        raise ValueError(f"{label('q')} is {q!r}; expected a number above 0.5")
-    name = label("frequencies")
-    given = () if frequencies is None else frequencies
-    lines = parse_lines(given, name) if isinstance(given, str) else checked_lines(given, name)
-    return TwinRequest(
-        campaign=campaign,
-        modes=None if modes is None else Path(modes),
-        bench=None if bench is None else Path(bench),
-        contact=contact,
-        effects=effects_of(effects, label("effect")),
-        impact_points=tuple(impact_points),
-        sensors=tuple(sensors),
-        plate=plate,
-        q=q,
-        frequency_hz=tuple(lines.tolist()),
-        adopted=adopted,
-        chain_height_m=si(chain_height, "m", label("chain_height")),
-        coupled=coupled,
-    )
-
-
-def shot_of(
-    label: Label,
-    *,
-    tank_pressure: Quantity | None = None,
-    velocity: Quantity | None = None,
-    bullet_mass: Quantity | None = None,
-    tip: str = "steel",
-    tip_radius: Quantity = 0.045,
-    anvil: str = NONE,
-    insulator: str = NONE,
-    impact_position: str = "#1",
-    boundary_conditions: str | None = None,
-    valve_profile: str | None = None,
-    factors: Mapping[str, float | str] | None = None,
-) -> ShotRequest:
-    """A shot in SI. Raises `ValueError` that calls an argument as `label` does."""
-
-    def optional(value: Quantity | None, si_unit: str, argument: str) -> float | None:
-        return None if value is None else si(value, si_unit, label(argument))
-
-    if velocity is not None and tank_pressure is not None:
-        raise ValueError(f"{label('velocity')} and {label('tank_pressure')}: expected one of them")
-    return ShotRequest(
-        bullet_mass_kg=optional(bullet_mass, "kg", "bullet_mass"),
-        tip_material=tip,
-        tip_radius_m=si(tip_radius, "m", label("tip_radius")),
-        tank_pressure_pa=optional(tank_pressure, "Pa", "tank_pressure"),
-        impact_velocity_m_s=optional(velocity, "m/s", "velocity"),
-        anvil_material=anvil,
-        insulator=insulator,
-        impact_position=impact_position,
-        boundary_conditions=boundary_conditions,
-        factors=dict(factors or {}),
-        valve_profile=_profile(valve_profile),
-    )
-
-
-def _profile(text: str | None) -> str | None:
-    """A profile as typed, or of the file that is named. Raises `ValueError`."""
-    from ...signals.valve_profile import ValveProfile
-
-    if text is None:
-        return None
-    return str(ValveProfile.parse(text) if ":" in text and not Path(text).exists() else ValveProfile.read(Path(text)))
-
-
-def effects_of(given: EffectsLike, name: str) -> tuple[Effect, ...]:
-    """Effects as objects. Raises as `parse_effect`, and `ValueError` for a diagnosis that names no effect."""
-    from ..diagnose.service import GapDiagnosis
-
-    if isinstance(given, GapDiagnosis):
-        verdict = given.verdict
-        if not verdict.first.fitted:
-            first, fits = " or ".join(verdict.first.effects), ", ".join(given.fitted) or "nothing"
-            raise ValueError(
-                f"the likeliest cause in the diagnosis of {verdict.campaign} is {first}, which has no effect to add; "
-                f"its attribute `fitted` has: {fits}"
-            )
-        return verdict.first.fitted
-    listed = [given] if isinstance(given, str | Effect) else given
-    return tuple(parse_effect(effect, name) if isinstance(effect, str) else effect for effect in listed)
-
-
 @raises_library_errors
 def shipped_twin(
     *,
@@ -335,7 +215,7 @@ def shipped_twin(
 
     Solved plates are kept below the current folder, as `pyroshock predict` keeps them.
     """
-    from ..common.user_errors import DEFAULT_DB
+    from .common.user_errors import DEFAULT_DB
 
     return laboratory_twin(
         None,
@@ -360,24 +240,7 @@ def laboratory_twin(store: Store | None, url: str, **arguments: Any) -> Laborato
 
 
 def _built_twin(store: Store | None, url: str, request: TwinRequest) -> LaboratoryTwin:
-    from ..train.training import models_extra
+    from .common.model_registry import models_extra
 
     with models_extra():
         return LaboratoryTwin(twin_of(store, url, request), store, url, request)
-
-
-def parse_effect(text: str, name: str) -> Effect:
-    """The effect with its parameters in SI.
-
-    Raises `LookupError` for an effect that the catalogue does not have, and `ValueError` that says `name`, the argument
-    or option, for a value that is no number.
-    """
-    identity, _, rest = text.partition(":")
-    values: dict[str, float] = {}
-    for part in filter(None, rest.split(",")):
-        parameter, _, number = part.partition("=")
-        try:
-            values[parameter.strip()] = float(number)
-        except ValueError as error:
-            raise ValueError(f"{name} {text!r}: {part!r}; expected NAME=VALUE in SI, such as gain=1.02") from error
-    return effect(identity.strip(), **values)

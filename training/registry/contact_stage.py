@@ -19,8 +19,8 @@ from ...twin.contact.target_motion import PulseMoments, TargetMotion, integrated
 from ...twin.contact_interface import Extrapolation, ForcePulses, OutOfDomain, Strikes
 from ...twin.effects import Effect, checked_effects
 from ...twin.setting import ElasticMaterial, Setting
-from ..registry.records import RegisteredModel
-from .base import ContactPrediction
+from ..models.prior_pulses import _pulses, random_pulses
+from .records import RegisteredModel
 
 #: A model's velocity is at least this share of that before contact, and is looked for between so many velocities.
 _LEAST_SHARE, _VELOCITIES = 0.1, 9
@@ -211,39 +211,6 @@ def _value(predictor: Predictor, source: str, case: ImpactSource, materials: Map
 
 def _momentum(strikes: Strikes) -> Floats:
     return np.array([setting.impactor_mass_kg for setting in strikes.settings]) * strikes.impact_velocity_m_s
-
-
-def random_pulses(prediction: ContactPrediction, z: Floats, momentum_n_s: Floats) -> ForcePulses:
-    """Pulses of normal numbers z (n, 2) about the mean ones, as `RegisteredContact` says; momenta (n,) in N s."""
-    mean = _pulses(prediction)
-    rows, peak = np.arange(len(z)), mean.force_n.argmax(axis=1)
-    force_s = _logarithmic(prediction.force_spread_n, rows, peak, mean.peak_force_n)
-    time_s = _logarithmic(prediction.contact_time_spread_s, rows, None, mean.contact_time_s)
-    together = np.zeros(len(z)) if prediction.log_correlation is None else prediction.log_correlation
-    time = time_s * z[:, 1]
-    force = force_s * (together * z[:, 1] + np.sqrt(1 - together**2) * z[:, 0])
-    most = np.log(np.maximum(2 * momentum_n_s / mean.impulse_n_s, 1.0))
-    force = np.minimum(force + time, most) - time
-    time = np.exp(time)
-    return ForcePulses(
-        mean.contact_time_s * time, mean.force_n * np.exp(force)[:, None], mean.compression_time_s * time
-    )
-
-
-def _logarithmic(spread: Floats | None, rows: np.ndarray, columns: np.ndarray | None, mean: Floats) -> Floats:
-    """Deviation (n,) of the logarithm of a log-normal quantity, from the deviation over the mean."""
-    if spread is None:
-        return np.zeros(len(rows))
-    values = spread if columns is None else spread[rows, columns]
-    return np.asarray(np.sqrt(np.log1p((values / mean) ** 2)))
-
-
-def _pulses(prediction: ContactPrediction) -> ForcePulses:
-    """Models force nothing at the ends of contact, where the force is 0 by what contact means."""
-    force = np.maximum(prediction.force_n, 0.0)
-    force[:, [0, -1]] = 0.0
-    share = np.argmax(force, axis=1) / (force.shape[1] - 1)
-    return ForcePulses(prediction.contact_time_s, force, share * prediction.contact_time_s)
 
 
 def _range(ends: Sequence[float] | Sequence[str]) -> str:

@@ -18,8 +18,8 @@ import numpy as np
 from ...array_types import Floats
 from ...diagnosis.verdict import CORRECTED, CurvePicture, Pictures, ResidualPicture, Verdict
 from ..common.number_format import number, percent, percent_with_range
-from ..diagnose.wording import effect_subject, observable_label
-from .svg import WIDTH, band, chart, dots, frame_of, level, line, tick_text, ticks
+from ..documents.svg import WIDTH, band, chart, dots, frame_of, level, line, tick_text, ticks
+from .wording import effect_subject, observable_label
 
 #: The floor is shaded to so many standard deviations.
 SIGMAS = 2.0

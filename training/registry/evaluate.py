@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...dataset.table import PulseTable
+from ..evaluation.metrics import PulseErrors, pulse_errors
 from ..models.base import ContactPrediction
-from ..registry.records import HeldOutPredictions, Version
-from ..registry.registry import Registry
-from .metrics import PulseErrors, pulse_errors
+from .records import HeldOutPredictions, Version
+from .registry import Registry
 
 
 @dataclass(frozen=True, eq=False)

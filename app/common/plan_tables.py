@@ -1,0 +1,56 @@
+"""A plan as other programs read it: JSON in SI, and a CSV table."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ...doe.plans import StoredPlan
+from ...schema.atomic_write import whole_file
+from ...schema.known_factors import BY_COLUMN, parse_number
+
+
+def plan_as_json(plan: StoredPlan) -> dict[str, Any]:
+    """A plan as the command line prints it: SI numbers, the unit in the key."""
+    return {
+        "name": plan.name,
+        "kind": plan.space.kind,
+        "method": plan.method,
+        "seed": plan.seed,
+        "runs": [
+            {
+                "run": run.run,
+                "position": run.position,
+                "status": run.status,
+                "repetitions": run.repetitions,
+                "recorded": run.recorded,
+                **settings_in_si({**run.row, **{key: repr(value) for key, value in run.settings.items()}}),
+                **({"reason": run.reason} if run.reason else {}),
+            }
+            for run in plan.runs
+        ],
+    }
+
+
+def settings_in_si(row: Mapping[str, str]) -> dict[str, Any]:
+    """Column to cell: numbers that recordings know in SI with the unit in the key, all else as the table has it."""
+    cells: dict[str, Any] = {}
+    for column, text in row.items():
+        factor = BY_COLUMN.get(column)
+        if factor is not None and factor.si_unit is not None:
+            cells[f"{factor.name}_{factor.si_unit.lower()}"] = float(f"{parse_number(text) * factor.scale:.12g}")
+        else:
+            cells[column] = text
+    return cells
+
+
+def write_table(plan: StoredPlan, path: Path) -> None:
+    """The plan's table as CSV: `run` and the factors' columns, in order of run, without what was discarded."""
+    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["run", *plan.space.columns])
+        for run in plan.runs:
+            if run.status != "discarded":
+                writer.writerow([run.run, *(run.row[column] for column in plan.space.columns)])

@@ -1,0 +1,41 @@
+"""One model on one split of one dataset: what makes it this training and no other."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+#: Raised by hand when training gives other numbers than before: what was trained earlier is then trained anew.
+TRAINING_VERSION = 2
+
+
+@dataclass(frozen=True)
+class TrainingTask:
+    """`settings` are those of the unfitted model, as JSON holds them; `split` its text."""
+
+    model: str
+    settings: dict[str, Any]
+    dataset_hash: str
+    split: str
+    seed: int
+
+    @property
+    def key(self) -> str:
+        """The same for the same training, whenever and wherever it is done."""
+        parts = [TRAINING_VERSION, self.model, self.settings, self.dataset_hash, self.split, self.seed]
+        return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+
+    @property
+    def rng(self) -> np.random.Generator:
+        """Fresh at each call; independent of the other models, so that each comes out alike alone and among all."""
+        return rng_of(self.model, self.dataset_hash, self.split, self.seed)
+
+
+def rng_of(what: str, dataset_hash: str, split: str, seed: int) -> np.random.Generator:
+    """Random numbers of their own for everything that draws some."""
+    digest = hashlib.sha256(f"{what}\n{dataset_hash}\n{split}".encode()).digest()
+    return np.random.default_rng([seed, *np.frombuffer(digest, dtype="<u4").tolist()])
