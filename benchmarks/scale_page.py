@@ -50,8 +50,8 @@ def _stores(measured: Measured) -> Iterator[str]:
     campaigns = _count(TARGET // (large["impacts"] // large["campaigns"]))
     yield (
         f"The columns of {_count(TARGET)} are calculated for {campaigns} campaigns of the same size. Disk space, and "
-        "times that grow more than twofold, follow the straight line through both stores; the other times grow once more "
-        "by their measured factor."
+        "times that grow more than twofold, follow the straight line through both stores; the other times grow once "
+        "more by their measured factor."
     )
 
 
