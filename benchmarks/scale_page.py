@@ -9,16 +9,16 @@ from .measuring import Spread, ratio
 
 MARK = "<!-- below: written by `make bench-scale` -->"
 SMALL, LARGE, TARGET = 100_000, 1_000_000, 10_000_000
-#: A table or index that is smaller than this in the large store of the future is not told, bytes.
-_SMALLEST = 50e6
-#: A page that takes longer keeps a person waiting, seconds.
+#: The page does not list a table or index that is smaller than this at 10,000,000 impacts, bytes.
+_SMALLEST = 200e6
+#: A user notices the delay of a page that takes longer, seconds.
 _SLOW_S = 1.0
 
 Measured = dict[str, Any]
 
 
 def page_of(measured: Measured) -> str:
-    """Markdown: the stores, the questions with their growth, the plans, room, raw series, ingest."""
+    """Markdown: the stores, the questions with their growth, disk space, raw series, ingest, the slowest plans."""
     parts = (_stores, _questions, _slowest, _room, _series, _ingest, _plans)
     return "\n\n".join("\n".join(part(measured)) for part in parts) + "\n"
 
@@ -33,29 +33,29 @@ def _count(number: float) -> str:
 
 
 def _three(number: float) -> str:
-    """Three digits, all of them where there are more before the point."""
+    """Three significant digits, or all digits before the point."""
     return f"{number:.3g}" if number < 999 else _count(number)
 
 
 def _stores(measured: Measured) -> Iterator[str]:
-    yield "## What was measured"
+    yield "## Set-up"
     yield ""
     small, large = measured["crowds"]
     yield (
-        f"PostgreSQL {measured['server']} with its own settings, the client on the same machine "
-        f"({measured['machine']}). Times are median (least to largest) of repeats in "
-        "turn, all warm."
+        f"PostgreSQL {measured['server']} with its default settings runs on the same machine as the client "
+        f"({measured['machine']}). Times are the median (smallest to largest) of repeated questions in alternation, "
+        "with warm caches."
     )
-    yield f"The large store has {_told(large)}; the small one {_told(small)}."
+    yield f"The large store has {_size_of(large)}; the small store has {_size_of(small)}."
     campaigns = _count(TARGET // (large["impacts"] // large["campaigns"]))
     yield (
-        f"What stands under {_count(TARGET)} is reckoned, of {campaigns} campaigns of the same size: room, and "
-        "the times of what grows with the store (growth over 2), on the straight line through both; other times by "
-        "their growth once more."
+        f"The columns of {_count(TARGET)} are calculated for {campaigns} campaigns of the same size. Disk space, and "
+        "times that grow more than twofold, follow the straight line through both stores; the other times grow once "
+        "more by their measured factor."
     )
 
 
-def _told(crowd: Measured) -> str:
+def _size_of(crowd: Measured) -> str:
     return ", ".join(f"{_count(crowd[what])} {what}" for what in ("impacts", "campaigns", "recordings"))
 
 
@@ -63,13 +63,13 @@ def _questions(measured: Measured) -> Iterator[str]:
     yield "## Questions"
     yield ""
     small, large = (_count(crowd["impacts"]) for crowd in measured["crowds"])
-    head = ("question", small, large, "growth", _count(TARGET), "statements")
+    head = ("question", small, large, "growth factor", _count(TARGET), "statements")
     rows = (
         (
             question["name"],
             _times(Spread.of(question["small"])),
             _times(Spread.of(question["large"])),
-            f"{_growth(question).text()} times",
+            f"{_growth(question).median:.2f}",
             _duration(_carried_on(question)),
             str(question["plans"]["statements"]),
         )
@@ -83,7 +83,7 @@ def _growth(question: Measured) -> Spread:
 
 
 def _carried_on(question: Measured) -> float:
-    """Seconds in the store to come: on the straight line where they grow with it, else by the same factor again."""
+    """Seconds at 10,000,000 impacts: on the straight line if they grow with the store, else by the same factor."""
     small, large = (Spread.of(question[store]).median for store in ("small", "large"))
     if _grows(question):
         return large + (large - small) * (TARGET - LARGE) / (LARGE - SMALL)
@@ -91,12 +91,15 @@ def _carried_on(question: Measured) -> float:
 
 
 def _grows(question: Measured) -> bool:
-    """A tree that is a page deeper does not double a time."""
+    """A B-tree that is one page deeper does not double a time."""
     return _growth(question).median > 2
 
 
 def _times(spread: Spread) -> str:
-    return f"{_duration(spread.median)} ({_duration(spread.low)} to {_duration(spread.high)})"
+    """All three in the unit of the median: `28 ms (26 to 55)`."""
+    if spread.median < 1:
+        return f"{_duration(spread.median)} ({1e3 * spread.low:.0f} to {1e3 * spread.high:.0f})"
+    return f"{_duration(spread.median)} ({spread.low:.2g} to {spread.high:.2g})"
 
 
 def _duration(seconds: float) -> str:
@@ -104,30 +107,30 @@ def _duration(seconds: float) -> str:
 
 
 def _slowest(measured: Measured) -> Iterator[str]:
-    yield f"Over {_SLOW_S:g} s there:"
+    yield f"These questions take more than {_SLOW_S:g} s at {_count(TARGET)} impacts:"
     yield ""
     slow = [(_carried_on(question), question) for question in measured["questions"]]
     for seconds, question in sorted(slow, key=lambda pair: -pair[0]):
         if seconds > _SLOW_S:
-            grows = "grows with the store" if _grows(question) else "does not grow with it"
+            grows = "grows with the store" if _grows(question) else "does not grow with the store"
             yield f"- {question['name']}: {_duration(seconds)}; {grows}"
 
 
 def _room(measured: Measured) -> Iterator[str]:
-    yield "## Room"
+    yield "## Disk space"
     yield ""
     small, large = (crowd["impacts"] for crowd in measured["crowds"])
-    head = ("table", "index", f"{_count(large)}: MB", "bytes an impact", f"{_count(TARGET)}: GB")
-    # series of a few recordings only are in the stores: their own table tells what they take
-    mine = [room for room in measured["rooms"] if room["table"] != "series_chunks"]
-    shown = [room for room in mine if _at_target(room, small, large) >= _SMALLEST]
-    total = sum(_at_target(room, small, large) for room in mine)
+    head = ("table", "index", f"{_count(large)}: MB", "bytes per impact", f"{_count(TARGET)}: GB")
+    # the stores hold series of a few recordings only: a table of their own shows their size
+    tables = [room for room in measured["rooms"] if room["table"] != "series_chunks"]
+    shown = [room for room in tables if _at_target(room, small, large) >= _SMALLEST]
+    total = sum(_at_target(room, small, large) for room in tables)
     rows = [_room_row(room, small, large) for room in shown]
     rows.append(
         [
-            "all, without series",
+            "all tables and indexes, without series",
             "",
-            _megabytes(sum(r["large"] for r in mine)),
+            _megabytes(sum(r["large"] for r in tables)),
             _count(total / TARGET),
             f"{total / 1e9:.3g}",
         ]
@@ -153,9 +156,9 @@ def _at_target(room: Measured, small: int, large: int) -> float:
 
 
 def _series(measured: Measured) -> Iterator[str]:
-    yield "Raw series come on top:"
+    yield "Raw series need additional space:"
     yield ""
-    head = ("recordings", "kHz", "samples an impact", "kB an impact", f"{_count(TARGET)}: TB")
+    head = ("recordings", "kHz", "samples per impact", "kB per impact", f"{_count(TARGET)}: TB")
     share = float(measured["frames_share"])
     rows = (
         (
@@ -169,7 +172,7 @@ def _series(measured: Measured) -> Iterator[str]:
     )
     yield from _table(head, rows)
     yield ""
-    yield f"The table takes {100 * (share - 1):.2g} % more than the frames in it, its key included."
+    yield f"The table with its key takes {100 * (share - 1):.2g} % more than its frames."
 
 
 def _ingest(measured: Measured) -> Iterator[str]:
@@ -177,11 +180,11 @@ def _ingest(measured: Measured) -> Iterator[str]:
     yield "## Ingest"
     yield ""
     yield (
-        f"Campaigns of {ingest['impacts']} impacts (ten in a MATLAB recording of 10 s with two channels at 51.2 kHz), "
-        "pulses extracted, `--jobs 1` each:"
+        f"Each client ingests campaigns of {ingest['impacts']} impacts (ten in a MATLAB recording of 10 s with two "
+        "channels at 51.2 kHz) with `--jobs 1` and extracts the pulses:"
     )
     yield ""
-    head = ("clients", "store", "impacts a second", f"hours for {_count(TARGET)}")
+    head = ("clients", "store", "impacts per second", f"hours for {_count(TARGET)}")
     rows = [
         ("1", "new", ingest["new"]),
         ("1", "large", ingest["full"]),
@@ -189,11 +192,11 @@ def _ingest(measured: Measured) -> Iterator[str]:
     ]
     yield from _table(head, (_ingest_row(*row) for row in rows))
     yield ""
-    against = ratio(ingest["full"], ingest["new"])
-    yield f"The large store takes {against.text()} times as many a second as the new one."
-    spent = Spread.of(ingest["full_processor_s"])
-    yield f"Of the client's processor an impact costs {spent.text(' ms', 1e3)}."
-    yield f"{_count(TARGET)} cost {TARGET * spent.median / 3600:.3g} hours of one processor, which several share."
+    against, spent = ratio(ingest["full"], ingest["new"]), Spread.of(ingest["full_processor_s"])
+    yield f"The rate of the large store is {against.text()} times that of the new one."
+    hours = f"{TARGET * spent.median / 3600:.3g}"
+    yield f"One impact takes {spent.text(' ms', 1e3)} of the client's processor time,"
+    yield f"and {_count(TARGET)} impacts take {hours} hours, which several processors can share."
 
 
 def _ingest_row(clients: str, store: str, rates: list[float]) -> list[str]:
@@ -204,8 +207,13 @@ def _ingest_row(clients: str, store: str, rates: list[float]) -> list[str]:
 def _plans(measured: Measured) -> Iterator[str]:
     yield "## Plans"
     yield ""
-    yield "Of each question's dearest statement in the large store, from the last step to the first; pages are of 8 kB."
+    yield (
+        f"For each question over {_SLOW_S:g} s, this is the plan of its slowest statement in the large store, from the "
+        "last step to the first. A page has 8 kB."
+    )
     for question in measured["questions"]:
+        if _carried_on(question) <= _SLOW_S:
+            continue
         plans = question["plans"]
         yield ""
         yield f"{question['name']} (1 of {plans['statements']}, {_three(plans['milliseconds'])} ms):"

@@ -76,6 +76,6 @@ def _line(node: dict[str, Any]) -> str:
     loops = int(node["Actual Loops"])
     rows = f"{round(node['Actual Rows'] * loops):,} rows".replace(",", " ")
     pages = int(node.get("Shared Hit Blocks", 0)) + int(node.get("Shared Read Blocks", 0))
-    times = f" in {loops} turns" if loops > 1 else ""
+    times = f" in {loops} loops" if loops > 1 else ""
     spent = node["Actual Total Time"] * loops
     return f"{' '.join(what)}: {rows}{times}, {spent:{'.3g' if spent < 999 else '.0f'}} ms, {pages} pages"

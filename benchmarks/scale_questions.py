@@ -73,10 +73,10 @@ _STRONG = Condition("peak_force_n", ">", 2990.0)
 _NONE = Condition("peak_force_n", ">", 1e9)
 
 QUESTIONS = (
-    Question("campaigns, the newest ten with their counts", lambda s, _: list_campaigns_page(s, limit=10)),
-    Question("campaigns, all of them", lambda s, _: list_campaigns(s)),
+    Question("the newest ten campaigns with their counts", lambda s, _: list_campaigns_page(s, limit=10)),
+    Question("all campaigns with their counts", lambda s, _: list_campaigns(s)),
     Question("a campaign's page", lambda s, crowd: campaign_overview(s, _middle(crowd))),
-    Question("a campaign's impacts, all of them", _whole_campaign),
+    Question("all impacts of a campaign", _whole_campaign),
     Question("a campaign's impacts, first page", _page(campaign=True)),
     Question("all impacts, first page", _page()),
     Question("all impacts, last page", _last_page),
@@ -85,12 +85,12 @@ QUESTIONS = (
     Question("tip_material=steel and hammer_speed=low, first page", _page(_STEEL, _LOW)),
     Question("the same in one campaign", _page(_STEEL, _LOW, campaign=True)),
     Question("a level that ten impacts have", _page(_RARE)),
-    Question("peak_force_n>2990, first page of one in a hundred", _page(_STRONG)),
-    Question("peak_force_n>1e9, which none has", _page(_NONE)),
+    Question("peak_force_n>2990 (one in a hundred), first page", _page(_STRONG)),
+    Question("peak_force_n>1e9 (no match)", _page(_NONE)),
     Question("the same in one campaign", _page(_NONE, campaign=True)),
-    Question("one impact's page, and 0.1 s of a channel", _impact_with_slice),
-    Question("pulses of a campaign over each other", lambda s, c: pulse_overlay(s, _middle(c), (), "tip_material")),
-    Question("pulses of all impacts over each other", lambda s, _: pulse_overlay(s, None, (), "tip_material")),
-    Question("the pulses of a dataset from one campaign", _dataset),
+    Question("an impact's page, and 0.1 s of a channel", _impact_with_slice),
+    Question("overlaid pulses of a campaign", lambda s, c: pulse_overlay(s, _middle(c), (), "tip_material")),
+    Question("overlaid pulses of all impacts", lambda s, _: pulse_overlay(s, None, (), "tip_material")),
+    Question("pulses for a dataset from one campaign", _dataset),
     Question("a campaign's pulses as Parquet", _export),
 )

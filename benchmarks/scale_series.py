@@ -33,10 +33,10 @@ def measure_series(folder: Path) -> Iterator[Series]:
     """Made, measured and simulated campaigns, each in a store of its own."""
     made = write_campaign(folder / "made", 8, ".mat", np.random.default_rng(11))
     measured = ROOT / "examples" / "modal-hammer-hit"
-    yield _series("hammer: two channels, ten hits in 10 s (`benchmarks/recordings.py`)", made, folder)
-    yield _series("hammer: two channels, one measured hit (`examples/modal-hammer-hit`)", measured, folder)
+    yield _series("hammer: two channels, ten impacts in 10 s (`benchmarks/recordings.py`)", made, folder)
+    yield _series("hammer: two channels, one measured impact (`examples/modal-hammer-hit`)", measured, folder)
     for kind in ("hammer", "gun"):
-        yield _series(f"{kind}: as the virtual bench records it", _simulated(folder, kind), folder)
+        yield _series(f"{kind}: simulated by the virtual bench", _simulated(folder, kind), folder)
 
 
 def _simulated(folder: Path, kind: str) -> Path:
