@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from pyroshock.doe.designs.two_level import fractional_factorial, smallest_generators
 from pyroshock.doe.factors import DesignFactor
-from pyroshock.doe.merit.aliases import aliases
+from pyroshock.doe.merit.quality import aliases
 from pyroshock.doe.space import space_of
 from pyroshock.training.estimators.exact_process import PRIOR, Process, inverse, leave_folds_out
 from pyroshock.training.gp.basis_process import BasisProcess

@@ -16,9 +16,8 @@ from functools import partial
 
 import numpy as np
 from pyroshock.array_types import Floats
-from pyroshock.signals.srs.grid import octave_grid
-from pyroshock.signals.srs.ramp_invariant import absolute_acceleration
-from pyroshock.signals.srs.spectrum import shock_response_spectrum
+from pyroshock.signals.srs.coefficients import absolute_acceleration
+from pyroshock.signals.srs.spectrum import octave_grid, shock_response_spectrum
 from pyroshock.signals.srs.threads import processors
 
 from .measuring import Spread, interleaved, ratio

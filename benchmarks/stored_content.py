@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from pyroshock.ingest.folder import CampaignFile, read_campaign_file
-from pyroshock.ingest.hits import MatchedImpact, expected_hits, match
 from pyroshock.ingest.processing import ProcessedRecording, process_recording, read_channels
-from pyroshock.ingest.runs import RunRow, read_runs
+from pyroshock.ingest.runs import MatchedImpact, RunRow, expected_hits, match, read_runs
 from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.signals.channel import Channel
 

@@ -1,15 +1,23 @@
-"""Pulses as arrays: what snapshots give and models take."""
+"""Pulses as arrays: what snapshots give and models take.
+
+Which pulses a model learns from and which it is judged on.
+
+The draw depends on the content of the pulses and the seed, never on the order of rows: who is drawn is who has the
+smallest hash of seed and name. So a configuration keeps its held-out repetitions when another campaign joins it, and
+an impact keeps its side when its pulse is extracted anew.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import hashlib
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..array_types import Floats
+from ..array_types import Floats, Mask
 
 Integers = NDArray[np.int64]
 Texts = NDArray[np.str_]
@@ -105,3 +113,130 @@ def concatenate(tables: Sequence[PulseTable]) -> PulseTable:
     names = [f.name for f in fields(first) if f.name != "predictors"]
     arrays: dict[str, Any] = {name: np.concatenate([getattr(table, name) for table in tables]) for name in names}
     return replace(first, **arrays)
+
+
+#: Share that is held out: 2 of the thesis's 10 repetitions, a fifth of the configurations.
+HELD_OUT = 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class Split:
+    """Row numbers of both sides; `what` says in words what is held out."""
+
+    text: str
+    train: NDArray[np.int64]
+    test: NDArray[np.int64]
+    what: str
+
+
+def split_of(table: PulseTable, text: str, seed: int = 0) -> Split:
+    """The split that `text` names: one of `forms()`.
+
+    Raises `ValueError` for another text, or where a side would be empty, `LookupError` for a material or campaign
+    that the table has not.
+    """
+    check_form(text)
+    name, _, value = text.partition("=")
+    test, what = _NAMED[name][0](table, value) if value else _DRAWN[name](table, seed)
+    if not test.any() or test.all():
+        side = "held out" if test.all() else "left to learn from"
+        none = f"every pulse would be {side}" if test.any() else "no pulse would be held out"
+        raise ValueError(f"split {text!r} of {len(table)} pulses: {none}; take another split")
+    return Split(text, np.flatnonzero(~test), np.flatnonzero(test), what)
+
+
+def check_form(text: str) -> None:
+    """Raises `ValueError` where `text` names no split, of whatever table."""
+    name, equals, value = text.partition("=")
+    if not (name in _NAMED and value if equals else text in _DRAWN):
+        raise ValueError(f"split is {text!r}; expected one of {', '.join(forms())}")
+
+
+def forms() -> tuple[str, ...]:
+    """The texts that name a split."""
+    return (*_DRAWN, *(f"{name}={placeholder}" for name, (_, placeholder) in _NAMED.items()))
+
+
+def expand(table: PulseTable, text: str) -> tuple[str, ...]:
+    """ "materials" and "campaigns" as the splits that leave out one after the other; any other text as it is.
+
+    What every pulse has (the only campaign, a plate's material throughout) cannot be left out and is not listed.
+    """
+    if text == "materials":
+        materials = sorted({*table.tip_material.tolist(), *table.target_material.tolist()} - {""})
+        return tuple(f"material={material}" for material in materials if not _of_material(table, material)[0].all())
+    if text == "campaigns":
+        materials = sorted(set(table.campaign.tolist()))
+        return tuple(f"campaign={campaign}" for campaign in materials) if len(materials) > 1 else ()
+    return (text,)
+
+
+def _repetitions(table: PulseTable, seed: int) -> tuple[Mask, str]:
+    """Thesis, section 4.3: two of ten of each configuration."""
+    places = zip(table.campaign.tolist(), table.run.tolist(), table.repetition.tolist(), strict=True)
+    names = [f"{campaign}/{run}/{repetition}" for campaign, run, repetition in places]
+    rank = np.array([_lot(seed, "repetitions", name) for name in names])
+    test = np.zeros(len(table), dtype=bool)
+    for rows in _groups(table.configuration):
+        order = rows[np.lexsort((table.key[rows], rank[rows]))]
+        test[order[: _share_of(len(rows))]] = True
+    return test, "a fifth of the repetitions of each configuration"
+
+
+def _groups(values: NDArray[np.str_]) -> list[NDArray[np.intp]]:
+    """Row numbers of each value."""
+    _, inverse, counts = np.unique(values, return_inverse=True, return_counts=True)
+    return np.split(np.argsort(inverse, kind="stable"), np.cumsum(counts)[:-1])
+
+
+def _configurations(table: PulseTable, seed: int) -> tuple[Mask, str]:
+    return _drawn(table.configuration, seed, "configurations"), "a fifth of the configurations"
+
+
+def _treatments(table: PulseTable, seed: int) -> tuple[Mask, str]:
+    what = "a fifth of the combinations that the predictors other than the velocity tell apart"
+    return _drawn(table.treatment, seed, "treatments"), what
+
+
+def _drawn(values: NDArray[np.str_], seed: int, what: str) -> Mask:
+    """All rows of a fifth of the values."""
+    distinct = sorted(set(values.tolist()), key=lambda value: (_lot(seed, what, value), value))
+    return np.isin(values, distinct[: _share_of(len(distinct))])
+
+
+def _share_of(n: int) -> int:
+    """How many of n are held out: at least one, where there are two."""
+    return max(1, round(HELD_OUT * n)) if n >= 2 else 0
+
+
+def _lot(seed: int, what: str, name: str) -> str:
+    return hashlib.sha256(f"{seed}/{what}/{name}".encode()).hexdigest()
+
+
+def _of_material(table: PulseTable, material: str) -> tuple[Mask, str]:
+    test = (table.tip_material == material) | (table.target_material == material)
+    _refuse_unknown("material", material, test, (*table.tip_material.tolist(), *table.target_material.tolist()))
+    return test, f"every pulse of a tip or a first layer of {material}"
+
+
+def _of_campaign(table: PulseTable, campaign: str) -> tuple[Mask, str]:
+    test = table.campaign == campaign
+    _refuse_unknown("campaign", campaign, test, table.campaign.tolist())
+    return test, f"campaign {campaign}"
+
+
+def _refuse_unknown(what: str, name: str, test: Mask, there: Iterable[str]) -> None:
+    if not test.any():
+        levels_there = ", ".join(sorted(set(there) - {""}))
+        raise LookupError(f"no {what} {name!r} in the dataset; there: {levels_there}")
+
+
+_DRAWN: dict[str, Callable[[PulseTable, int], tuple[Mask, str]]] = {
+    "repetitions": _repetitions,
+    "configurations": _configurations,
+    "treatments": _treatments,
+}
+_NAMED: dict[str, tuple[Callable[[PulseTable, str], tuple[Mask, str]], str]] = {
+    "material": (_of_material, "NAME"),
+    "campaign": (_of_campaign, "NAME"),
+}

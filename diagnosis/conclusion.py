@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..array_types import Floats
-from .gap_reduction.measure import FoldCorrections
+from .gap_reduction import FoldCorrections
 from .inference.held_out import set_predictions
 from .inference.model_search import fit_sets
 from .inference.posterior import HypothesisPosterior, fitted_effects, fitted_parameters

@@ -17,7 +17,7 @@ from ..twin.effects import Effect, catalogue
 from .chain import stages_of
 from .conclusion import Conclusion, conclude
 from .gap import GapTable
-from .gap_reduction.measure import measure_reduction
+from .gap_reduction import measure_reduction
 from .inference.held_out import fit_fold
 from .inference.posterior import HypothesisPosterior, common_effects, fitted_effects
 from .inference.shares import gap_shares
@@ -27,8 +27,7 @@ from .localisation.stages import stage_notes, stage_shares
 from .localisation.windows import amplitude_residual_db, frequency_bands, time_windows
 from .next_runs import next_runs
 from .observables.base import Stage
-from .observables.contact.residuals import pulse_residuals
-from .observables.contact.stage import ContactObservables
+from .observables.contact.stage import ContactObservables, pulse_residuals
 from .options import Options
 from .plausibility import check
 from .record import CampaignRecord

@@ -13,9 +13,8 @@ from typing import TypeVar
 
 from ..schema.known_factors import BY_COLUMN, parse_number
 from .limits.ballistic import positive
-from .limits.bench import BenchLimits
+from .limits.bench import BenchLimits, Swing
 from .limits.contact_force import Elastic, hertz_contact, raised_sine_peak_force
-from .limits.suspension import Swing
 
 TANK_PRESSURE = "tank_pressure_bar"
 

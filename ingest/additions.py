@@ -24,14 +24,13 @@ from ..schema.recordings import RecordedChannel, Recording
 from ..schema.session import Store
 from ..signals.calibration import Calibration
 from ..signals.channel import Sensor
-from .changed_rows import RowDifferences
 from .errors import IngestError, difference, shown
 from .folder import FILE, CampaignFile
 from .modes import ModalTableFile
 from .rows import bench_additions, campaign_values
 from .runs import RunRow
 from .stored import calibration_of
-from .stored_rows import KnownRow
+from .stored_rows import KnownRow, RowDifferences
 
 #: Run and repetition.
 HitKey = tuple[int, int]

@@ -25,7 +25,6 @@ from .errors import Faults, IngestError
 from .excluded_recordings import Damaged
 from .folder import FILE as CAMPAIGN
 from .folder import CampaignFile, read_campaign_file, stated_kind_and_factors
-from .hits import MatchedImpact, expected_hits, match
 from .impact_speed import TargetMotion
 from .modes import ModalTableFile, read_modal_table
 from .parallel import Isolation, default_jobs, map_ahead
@@ -35,7 +34,7 @@ from .readers import RecordingError
 from .readers.contents import one_line
 from .recording_files import RecordingFiles
 from .report import IngestReport
-from .runs import RunRow, read_runs
+from .runs import MatchedImpact, RunRow, expected_hits, match, read_runs
 from .settings import ExtractionSettings
 from .store import CampaignStore
 

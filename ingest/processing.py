@@ -23,11 +23,11 @@ from .channel_mistakes import check_force_sign, refuse_no_reading
 from .column_names import resembled_channel
 from .derived_force import TransferFunctions, derived_force
 from .gunshot import ShotMeasurement, measure_shot
-from .hits import hits_without_row, touches_before
 from .impact_speed import ImpactSpeed, impact_speeds
 from .pulses import ExtractedPulse, Hits, find_hits
 from .readers import AS_IN_FILE, OpenRecording, ReadingOptions, RecordingError
 from .recording_files import RecordingFiles
+from .runs import hits_without_row, touches_before
 from .settings import ExtractionSettings
 
 #: A channel that a recording does without; it has no row, so that the finding's evidence names it.

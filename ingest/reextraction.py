@@ -15,8 +15,7 @@ from functools import partial
 from sqlalchemy import delete, func, select, update
 from sqlalchemy.orm import Session
 
-from ..parallel.executor import HERE, LOCAL, Crew
-from ..parallel.map_tasks import mapped
+from ..parallel.map_tasks import HERE, LOCAL, Crew, mapped
 from ..schema.campaigns import Campaign
 from ..schema.impacts import ChannelFigures, Impact
 from ..schema.impacts import Pulse as PulseRow

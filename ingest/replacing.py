@@ -15,18 +15,16 @@ from ..schema.rehearsal import RolledBackStore
 from ..schema.removal.part import Part, recording_part
 from ..schema.removal.returning import give_back
 from ..schema.session import Store
-from .changed_rows import RowDifferences
 from .errors import IngestError
 from .excluded_recordings import Damaged
 from .folder import FILE as CAMPAIGN
 from .folder import CampaignFile
-from .hits import MatchedImpact
 from .load import PendingRecording, campaign_plate_response, process, read_campaign_tables, work_of
 from .processing import ProcessedRecording
-from .runs import FILE, RunRow
+from .runs import FILE, MatchedImpact, RunRow
 from .settings import ExtractionSettings
 from .store import CampaignStore
-from .stored_rows import KnownRow, known_recordings, known_rows
+from .stored_rows import KnownRow, RowDifferences, known_recordings, known_rows
 
 
 @dataclass(frozen=True)

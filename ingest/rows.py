@@ -21,12 +21,11 @@ from ..schema.transactions import fingerprint_of, get_or_add
 from ..signals.checks.base import Finding
 from .errors import IngestError, difference
 from .folder import CampaignFile, PlatePart
-from .hits import MatchedImpact
 from .impact_speed import StruckPlate
 from .modes import ModalTableFile
 from .processing import ProcessedRecording, StoredSeries
 from .pulses import ExtractedPulse
-from .runs import RunRow
+from .runs import MatchedImpact, RunRow
 from .settings import EXTRACTION_VERSION, ExtractionSettings
 from .stored import with_calibration
 from .stored_rows import bench_differences, reported_uncertainty

@@ -20,12 +20,10 @@ from ..schema.series import write_series
 from ..schema.session import Store
 from ..signals.checks.base import Finding
 from .additions import Additions, add_facts, refuse_changed_channels, row_additions
-from .changed_rows import RowDifferences, refuse_changed_rows, way_out
 from .channel_figures import figure_rows
 from .errors import IngestError
 from .excluded_recordings import Damaged, DiscardedRecordings, forget_aside, keep_aside
 from .folder import CampaignFile
-from .hits import MatchedImpact
 from .impact_speed import TargetMotion
 from .modes import ModalTableFile
 from .plausibility import check_impulse, check_same_samples, check_tip
@@ -44,15 +42,18 @@ from .rows import (
     shot_values,
     struck_plate,
 )
-from .runs import FILE, RunRow
+from .runs import FILE, MatchedImpact, RunRow
 from .settings import ExtractionSettings
 from .stored_rows import (
     KnownRecording,
     KnownRow,
+    RowDifferences,
     known_recordings,
     known_rows,
     recordings_alike,
+    refuse_changed_rows,
     refuse_other_modes,
+    way_out,
 )
 
 

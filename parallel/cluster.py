@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from .local_backend import Hands, abandoned_after
 from .task import Died, Errand, Outcome, carried_out
-from .worker_pool import Hands, abandoned_after
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -1,6 +1,8 @@
 """This process, or processes beside it.
 
 No worker outlives whoever started it.
+
+What `mapped` asks of every kind of worker pool.
 """
 
 from __future__ import annotations
@@ -10,14 +12,38 @@ import time
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from threading import Thread
-from typing import Any
+from typing import Any, Protocol
 
 from .task import Died, Errand, Outcome, carried_out, one_thread, packed
-from .worker_pool import Hands, abandoned_after
 from .working_directory import working_directory_closed
+
+
+class Hands(Protocol):
+    """Workers that are ready."""
+
+    def outcomes(self, errands: Iterable[Errand]) -> Generator[Outcome, None, None]:
+        """As they come. An errand over which its worker died comes with `Died()`; then some may not come at all."""
+        ...
+
+
+class _Abandoned(BaseException):
+    pass
+
+
+@contextmanager
+def abandoned_after(stream: Generator[Any, None, None]) -> Iterator[None]:
+    """Whatever of joblib's `stream` is left after the block is cancelled.
+
+    Thrown into, not closed: for a stream that is closed early joblib warns.
+    """
+    try:
+        yield
+    finally:
+        with suppress(_Abandoned):
+            stream.throw(_Abandoned())
 
 
 def end_with(parent: int) -> None:

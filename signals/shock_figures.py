@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..array_types import Floats
-from .srs.grid import SAMPLES_PER_CYCLE
+from .srs.spectrum import SAMPLES_PER_CYCLE
 
 #: Share of the peak between whose crossings a pulse lasts, and that of the effective duration.
 PULSE_SHARE, EFFECTIVE_SHARE = 0.1, 1 / 3

@@ -31,7 +31,7 @@ PACKAGES: Mapping[str, str] = {
 }
 #: Package -> files, of now or before, that do its work; no file has two.
 MOVED: Mapping[str, Sequence[str]] = {
-    "mlflow": ("training/registry/*.py", "training/registry/code_version.py", "training/registry/loading.py"),
+    "mlflow": ("training/registry/*.py", "training/registry/logged.py", "training/registry/loading.py"),
     "scikit-learn": (
         *(
             f"training/estimators/{name}.py"

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..array_types import Floats
-from ..signals.srs.grid import octave_grid
+from ..signals.srs.spectrum import octave_grid
 from .contact_interface import AboveAnvil, ContactStage, Extrapolating, Extrapolation, ForcePulses, Strikes
 from .gun.stage import GunStage
 from .measured_shots import MeasuredShots

@@ -18,8 +18,7 @@ from typing import Any
 import numpy as np
 
 from ..diagnosis.options import Options
-from ..parallel.executor import Crew
-from ..parallel.map_tasks import mapped
+from ..parallel.map_tasks import Crew, mapped
 from ..schema.atomic_write import write_bytes, write_text
 from . import oracle_fit
 from .baselines import Forest

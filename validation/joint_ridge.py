@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..array_types import Floats, Rows
-from ..diagnosis.gap import GapTable
-from ..diagnosis.gap_size import GapMetric
+from ..diagnosis.gap import GapMetric, GapTable
 from ..diagnosis.observables.base import Stage
 from ..training.evaluation.summary import fraction
 from ..twin.effects import Effect, Parameter, catalogue, effect

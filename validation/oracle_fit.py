@@ -12,9 +12,8 @@ import numpy as np
 
 from ..array_types import Floats
 from ..diagnosis.chain import stages_of
-from ..diagnosis.gap import GapTable
-from ..diagnosis.gap_reduction.measure import measure_reduction
-from ..diagnosis.gap_size import GapMetric
+from ..diagnosis.gap import GapMetric, GapTable
+from ..diagnosis.gap_reduction import measure_reduction
 from ..diagnosis.inference.held_out import fit_fold
 from ..diagnosis.inference.model_search import search
 from ..diagnosis.inference.problem import InferenceProblem

@@ -15,14 +15,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ..parallel.executor import Crew
-from ..parallel.map_tasks import mapped
+from ..parallel.map_tasks import Crew, mapped
 from .campaigns.base import RecordingTask, Row, Truth, VirtualBench
 from .campaigns.gun import VirtualGunBench
 from .campaigns.gun import set_up as set_up_gun
 from .campaigns.hammer import set_up as set_up_hammer
 from .effects import Effects
-from .gun.channels import Trigger
+from .gun.fire import Trigger
 from .recorder import (
     RECORDING_FORMATS,
     CampaignCard,

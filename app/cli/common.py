@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from ...parallel.executor import BACKENDS, LOCAL, Crew
+from ...parallel.map_tasks import BACKENDS, LOCAL, Crew
 from ...schema.addresses import HIDDEN, shown, without_secrets
-from ..common.user_errors import DEFAULT_DB
+from ..common.errors import DEFAULT_DB
 
 if TYPE_CHECKING:
     from ...schema.session import Store
@@ -84,7 +84,7 @@ def errors_as_one_line() -> Iterator[None]:
     except (KeyboardInterrupt, BrokenPipeError):
         raise
     except Exception as error:
-        from ..common.user_errors import is_for_the_user, words_of
+        from ..common.errors import is_for_the_user, words_of
 
         if not is_for_the_user(error):
             raise

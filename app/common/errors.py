@@ -2,6 +2,10 @@
 
 Whatever a user can mend is a `PyroshockError`. Each is also the built-in error that a Python user expects, so that
 `except ValueError` works as well. Anything else that comes out of the library is a fault of the software.
+
+Errors that a person can mend, told from bugs of ours.
+
+Where the store is when nobody says so: in the folder that a person works in.
 """
 
 from __future__ import annotations
@@ -11,6 +15,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import wraps
 from typing import ParamSpec, TypeVar
+
+from sqlalchemy.exc import SQLAlchemyError
+
+from ...schema.engine import MAKE_ROOM, StoreError, disk_is_full
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
@@ -66,8 +74,6 @@ def library_errors() -> Iterator[None]:
     except PyroshockError:
         raise
     except Exception as error:
-        from .user_errors import is_for_the_user, words_of
-
         if not is_for_the_user(error):
             raise
         kinds = ((LookupError, NotFoundError), (ValueError, InvalidValueError))
@@ -84,3 +90,20 @@ def raises_library_errors(function: Callable[Parameters, Result]) -> Callable[Pa
             return function(*args, **kwargs)
 
     return wrapped
+
+
+def is_for_the_user(error: Exception) -> bool:
+    """Whether the words of an error help who asked; a bug of ours does not."""
+    # ValueError and LookupError are how our libraries refuse an argument; a bug of ours shows its traceback.
+    if type(error) in (ValueError, LookupError) or isinstance(error, StoreError | OSError | SQLAlchemyError):
+        return True
+    return isinstance(error, ValueError | LookupError) and type(error).__module__.startswith("pyroshock")
+
+
+def words_of(error: Exception) -> str:
+    """What to tell of it."""
+    message = str(error)
+    return f"{message}; {MAKE_ROOM}" if disk_is_full(error) and "make room" not in message else message
+
+
+DEFAULT_DB = "sqlite:///pyroshock.db"

@@ -77,7 +77,7 @@ def ground_of(store: Store, dataset: str, registry: Registry, seed: int, budget:
 
 def splits_of(table: PulseTable, texts: str) -> list[str]:
     """Split texts from a comma list; "materials" and "campaigns" become one for each. Raises as `split_of`."""
-    from ...dataset.splits import expand, split_of
+    from ...dataset.table import expand, split_of
 
     chosen = [expanded for text in texts.split(",") if text.strip() for expanded in expand(table, text.strip())]
     if not chosen:

@@ -109,7 +109,7 @@ def _gun(session: Session) -> GunBench:
 
 def predict_a_shot(store: Store, url: str) -> tuple[Prediction, Sequence[str]]:
     """The thesis's bullet at a pressure it was not fired with, to the spectrum up to 2 kHz; and what to know of it."""
-    from ...signals.srs.grid import octave_grid
+    from ...signals.srs.spectrum import octave_grid
     from ..twins.building import TwinRequest, twin_of
 
     lines = tuple(octave_grid(100.0, 2000.0, 6).tolist())

@@ -11,7 +11,7 @@ import click
 from ..cli.common import crew_options, errors_as_one_line, json_option, write_json
 
 if TYPE_CHECKING:
-    from ...parallel.executor import Crew
+    from ...parallel.map_tasks import Crew
     from ...validation.report import Pool, Report
 
 

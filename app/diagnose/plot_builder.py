@@ -9,8 +9,7 @@ import numpy as np
 from ...array_types import Floats, Rows
 from ...diagnosis.gap import GapTable
 from ...diagnosis.observables.base import Observable, Stage, at_rows
-from ...diagnosis.observables.contact.residuals import pulse_residuals
-from ...diagnosis.observables.contact.stage import ContactObservables
+from ...diagnosis.observables.contact.stage import ContactObservables, pulse_residuals
 from ...diagnosis.observables.plate.stage import PlateObservables
 from ...diagnosis.verdict import CurvePicture, Pictures, ResidualPicture
 from ...twin.effects import Effect

@@ -27,9 +27,8 @@ from ...ingest.readers.contents import is_unit
 from ...signals.channel import Channel, Sensor
 from ...signals.checks import Finding, run_checks, run_spectrum_checks
 from ...signals.checks.recording import judge_together
-from ...signals.srs.grid import octave_grid
 from ...signals.srs.moments import Moments, temporal_moments
-from ...signals.srs.spectrum import Spectrum, shock_response_spectrum
+from ...signals.srs.spectrum import Spectrum, octave_grid, shock_response_spectrum
 from ...signals.units import UnitError, to_si
 from ...twin.srs.target import SpectrumComparison, Target, compare, parse_tolerance
 from ...twin.srs.target_csv import target_of_csv

@@ -18,8 +18,8 @@ from ...schema.removal.removing import content_hash
 from ...schema.removal.returning import give_back
 from ...schema.rows import Progress
 from ...schema.session import Store
+from ...schema.transfer.export import Archive, archive_of, opened_file, write_archive
 from ...schema.transfer.merging import merge
-from ...schema.transfer.opened_export import Archive, archive_of, opened_file, write_archive
 from .removal import adopted_elsewhere, checked_reason, models_of, taken_out, told
 
 

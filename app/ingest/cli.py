@@ -35,7 +35,7 @@ from ..common.frames import parse_quantity
 if TYPE_CHECKING:
     from ...ingest.calibration_points import CalibrationPoints
     from ...ingest.settings import ExtractionSettings
-    from ...parallel.executor import Crew
+    from ...parallel.map_tasks import Crew
     from ...signals.calibration import Calibration
 
 

@@ -24,7 +24,7 @@ from ..common.nominal_velocity import with_predictions
 from .planning import make_plan
 
 if TYPE_CHECKING:
-    from ...virtualbench.gun.channels import Trigger
+    from ...virtualbench.gun.fire import Trigger
     from ...virtualbench.simulate import SimulatedCampaign
     from ..common.frames import Quantity
     from ..common.progress import Step
@@ -97,7 +97,7 @@ def trigger_of(share: str | float | None, pre_trigger: Quantity | None) -> Trigg
 
     None where neither is given. Raises `ValueError`.
     """
-    from ...virtualbench.gun.channels import Trigger
+    from ...virtualbench.gun.fire import Trigger
 
     if share is None and pre_trigger is None:
         return None

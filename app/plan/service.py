@@ -133,7 +133,7 @@ class PlannedDesign:
 
     def aliases(self) -> list[str]:
         """What a two-level design cannot tell apart: "tip_radius = plate_material*insulator"; none of other designs."""
-        from ...doe.merit.aliases import alias_lines, aliases
+        from ...doe.merit.quality import alias_lines, aliases
 
         treatments = self.stored.treatments("planned", "done")
         return alias_lines(aliases(self.stored.space, treatments)) if len(treatments) else []

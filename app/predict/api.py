@@ -7,8 +7,7 @@ from typing import Any
 from fastapi import APIRouter
 
 from .predicting import predicted_json
-from .shots import Asked, PredictionOptions, Twins
-from .sliders import sliders
+from .shots import Asked, PredictionOptions, Twins, sliders
 
 router = APIRouter(tags=["twin"])
 

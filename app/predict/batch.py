@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...ingest.column_names import MEASURED
 from ...ingest.tables import read_table
-from ...parallel.executor import Crew
-from ...parallel.map_tasks import mapped
+from ...parallel.map_tasks import Crew, mapped
 from ...schema.known_factors import BY_COLUMN, BY_NAME, KnownFactor, parse_number
 from ...schema.session import Store
 from ..common.table_files import write_batches

@@ -17,7 +17,7 @@ from ..cli.common import Function, crew_options, db_option, json_option, note, o
 from ..cli.completion import campaign_names, material_names, plan_names
 
 if TYPE_CHECKING:
-    from ...parallel.executor import Crew
+    from ...parallel.map_tasks import Crew
     from ...schema.session import Store
     from ..twins.building import TwinRequest
     from .batch import Foretold, ShotRow

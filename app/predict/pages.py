@@ -23,8 +23,7 @@ from ..web.dependencies import OpenStore
 from ..web.figures_base import COLOURS, Figure, Trace, band, figure, line
 from ..web.rendering import page, query
 from .predicting import TANK_PRESSURE_PA, field_warnings, predicted, prediction_json
-from .shots import Asked, PredictionOptions, Twins, shown
-from .sliders import VELOCITY_M_S, sliders
+from .shots import VELOCITY_M_S, Asked, PredictionOptions, Twins, shown, sliders
 from .tables import quantity_rows
 
 #: Points of an acceleration on the screen, and how much of it is shown.

@@ -25,7 +25,7 @@ from ... import __version__
 from ...schema.addresses import without_secrets
 from ...schema.engine import StoreRoleError
 from ...schema.session import Store
-from ..common.user_errors import is_for_the_user
+from ..common.errors import is_for_the_user
 from ..documents.line_styles import COLOURS, PARTS
 from ..jobs.worker import Worker
 from ..predict.shots import warmed

@@ -20,11 +20,11 @@ from ..tune import api as tune_api
 from ..tune import pages as tune_pages
 from ..validate import api as validate_api
 from ..validate import pages as validate_pages
-from ..web import jobs_api, jobs_pages, session_api
+from ..web import csrf, jobs_api, jobs_pages
 
 _API = (
     ingest_api,
-    session_api,
+    csrf,
     diagnose_api,
     impacts_api,
     jobs_api,

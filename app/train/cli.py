@@ -30,7 +30,7 @@ from ..cli.listed import Listing, listing_options
 
 if TYPE_CHECKING:
     from ...dataset.catalog import Withdrawal
-    from ...parallel.executor import Crew
+    from ...parallel.map_tasks import Crew
     from ...training.fitting.session import Session
     from ...training.models.catalogue import Budget
     from ...training.registry.records import Version

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ...dataset.table import PulseTable
-from ...training.estimators.fit_report import SettingValue
+from ...training.estimators.base import SettingValue
 from ...training.evaluation.comparison import Comparison, Difference
 from ...training.evaluation.metrics import METRICS
 from ...training.registry.evaluate import Judged, on_held_out

@@ -134,7 +134,7 @@ def build(
         from ...dataset.predictors import predictors_named
         from ...dataset.selection import missing_in_campaigns, missing_words
         from ...dataset.snapshot import build_snapshot
-        from ...dataset.splits import check_form
+        from ...dataset.table import check_form
         from .datasets import built_as_json
 
         check_form(split)
@@ -161,7 +161,7 @@ def build(
 
 def _split_or_note(table: Any, text: str, seed: int) -> Any:
     """The split; a dataset that cannot be split so is a dataset all the same."""
-    from ...dataset.splits import split_of
+    from ...dataset.table import split_of
 
     try:
         return split_of(table, text, seed)
@@ -238,9 +238,8 @@ def trace(name: str, key: str | None, db: str, json_to: str | None) -> None:
         pyroshock dataset trace spring 5350e6044256
     """
     with opened(db) as store, store.reading() as session:
-        from ...dataset.provenance import raw_files
-        from ...dataset.provenance import trace as trace_pulse
-        from ...dataset.snapshot import read_snapshot
+        from ...dataset.snapshot import raw_files, read_snapshot
+        from ...dataset.snapshot import trace as trace_pulse
 
         snapshot = read_snapshot(session, name)
         origin = raw_files(session, snapshot) if key is None else asdict(trace_pulse(session, snapshot, key))

@@ -14,8 +14,7 @@ import numpy as np
 from ...array_types import Floats
 from ...dataset.predictors import correlation, ranges
 from ...dataset.snapshot import Built, Snapshot
-from ...dataset.splits import Split, expand, split_of
-from ...dataset.table import POINTS, Predictor, PulseTable
+from ...dataset.table import POINTS, Predictor, PulseTable, Split, expand, split_of
 from ...schema.atomic_write import whole_file
 from ...schema.conditions import listing_key
 from ..common.plots import MEASURED, new_figure, save

@@ -17,8 +17,8 @@ from ..common.model_registry import models_extra, reader_of, withdrawn_words
 from ..web.dependencies import Configured, Key, Name, OpenStore
 from ..web.figures_base import COLOURS, Figure, categories, figure, line, points
 from ..web.rendering import HEADINGS, page
+from .api import chosen_versions, needed, promote, registry_at
 from .figures import held_out_figures, listed_versions, side_by_side, version_rows
-from .registering import chosen_versions, needed, promote, registry_at
 
 
 def errors_figure(rows: Sequence[Mapping[str, Any]], metric: str) -> Figure:

@@ -17,8 +17,8 @@ from ..web.dependencies import Key, OpenStore, Running
 from ..web.figures_base import COLOURS, Figure, band, figure, line
 from ..web.jobs_pages import followed
 from ..web.rendering import page, query
+from .api import Tuning, tune_job
 from .job import TUNE
-from .request import Tuning, tune_job
 
 router = APIRouter()
 

@@ -1,10 +1,13 @@
-"""Every write carries the token of its session: as the field `csrf` of a form, or the header X-CSRF-Token."""
+"""Every write carries the token of its session: as the field `csrf` of a form, or the header X-CSRF-Token.
+
+The token that writes carry.
+"""
 
 from __future__ import annotations
 
 import hmac
 
-from fastapi import HTTPException
+from fastapi import APIRouter, HTTPException
 from starlette.datastructures import FormData
 from starlette.requests import Request
 
@@ -43,3 +46,12 @@ def _check_texts(form: FormData) -> None:
 
 def _is_right(request: Request, given: str | None) -> bool:
     return given is not None and hmac.compare_digest(given.encode(), request.state.csrf.encode())
+
+
+router = APIRouter(tags=["session"])
+
+
+@router.get("/csrf")
+def csrf(request: Request) -> dict[str, str]:
+    """The token for the header X-CSRF-Token; it belongs to the cookie that this answer sets."""
+    return {"header": HEADER, "token": request.state.csrf}

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...array_types import Floats, Rows
 from ...twin.effects import Effect
-from ..gap_size import GapMetric
+from ..gap import GapMetric
 from .model_search import TEMPER, ModelLibrary
 from .problem import InferenceProblem
 from .subset_fit import (

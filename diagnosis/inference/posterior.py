@@ -10,8 +10,7 @@ import numpy as np
 
 from ...array_types import Floats
 from ...twin.effects import Effect
-from ..gap import GapTable
-from ..gap_size import GapMetric
+from ..gap import GapMetric, GapTable
 from ..observables.base import Stage
 from ..verdict import Fitted
 from .model_search import ModelLibrary, fit_sets, search

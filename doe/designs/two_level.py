@@ -1,6 +1,6 @@
 """Screening designs of two levels a factor: fractional factorials, and those of Plackett and Burman.
 
-Both are orthogonal; what they save is paid in aliases (`doe/merit/aliases.py`): a main effect stands for a sum of
+Both are orthogonal; what they save is paid in aliases (`doe/merit/quality.py`): a main effect stands for a sum of
 itself and interactions.
 """
 

@@ -10,8 +10,7 @@ from pyroshock.ingest.velocity import muzzle_velocity, tank_pressure_before
 from pyroshock.virtualbench.campaigns.gun import BULLET_LENGTH_M, DURATION_S, LASER, RATE_HZ, TANK
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.gun.build import GunBuild, Projectile
-from pyroshock.virtualbench.gun.channels import Trigger, shot_signals
-from pyroshock.virtualbench.gun.fire import fire
+from pyroshock.virtualbench.gun.fire import Trigger, fire, shot_signals
 from pyroshock.virtualbench.sensors import record
 
 if TYPE_CHECKING:

@@ -11,9 +11,7 @@ from pyroshock.array_types import Floats
 from pyroshock.ingest.folder import read_campaign_file
 from pyroshock.ingest.processing import read_channels
 from pyroshock.signals.channel import Channel
-from pyroshock.signals.srs.grid import octave_grid
-from pyroshock.signals.srs.oscillator import oscillator_response
-from pyroshock.signals.srs.spectrum import shock_response_spectrum
+from pyroshock.signals.srs.spectrum import octave_grid, oscillator_response, shock_response_spectrum
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

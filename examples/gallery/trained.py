@@ -7,8 +7,7 @@ import time
 from collections.abc import Sequence
 
 import numpy as np
-from pyroshock.dataset.splits import split_of
-from pyroshock.dataset.table import PulseTable
+from pyroshock.dataset.table import PulseTable, split_of
 from pyroshock.parallel.task import one_thread
 from pyroshock.training.evaluation.metrics import pulse_errors
 from pyroshock.training.models.catalogue import Making, entry_of

@@ -20,9 +20,20 @@ from sqlalchemy.exc import DBAPIError
 
 from ..access.permissions import refusal
 from ..engine import StoreError, describe
-from ..loading import load, set_sequences
 from ..migrate import MIGRATION_LOCK, make_within
-from ..rows import INTEGER, JSON_TEXT, NUMBER, TEXT, Progress, ProgressBar, TableDigest, iter_batches, kind_of
+from ..rows import (
+    INTEGER,
+    JSON_TEXT,
+    NUMBER,
+    TEXT,
+    Progress,
+    ProgressBar,
+    TableDigest,
+    iter_batches,
+    kind_of,
+    load,
+    set_sequences,
+)
 from ..session import Store
 from ..tables import metadata
 

@@ -1,18 +1,41 @@
-"""`pyroshock db export`: one campaign with all that belongs to it, as a store of its own in one file."""
+"""`pyroshock db export`: one campaign with all that belongs to it, as a store of its own in one file.
+
+A file from elsewhere, looked at without trust: opened to read alone, and refused unless it is what we write.
+
+The file of a campaign that is to leave the store: written, read back, and known by the hash of its content.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import os
+import sqlite3
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import quote
 
-from sqlalchemy import URL, Connection, func, select, text
+from sqlalchemy import URL, Connection, create_engine, func, select, text
+from sqlalchemy.exc import DBAPIError
+from sqlalchemy.orm import Session
+from sqlalchemy.pool import NullPool
 
-from ..engine import StoreError, make_engine
+from .. import migrate
+from ..campaigns import Campaign
+from ..engine import StoreError, StoreVersionError, first_line, make_engine
 from ..integrity.checking import checks, iter_findings
+from ..integrity.checks.cross_table_rules import check_belonging
+from ..integrity.checks.engine_rules import check_database, check_references, check_values
+from ..integrity.checks.fingerprints import check_fingerprints
+from ..integrity.checks.json_columns import check_names
+from ..integrity.checks.pulses import check_pulses
+from ..integrity.checks.series import check_series
 from ..listings import get_campaign_id
-from ..loading import load
 from ..provenance import Provenance
-from ..rows import Progress, ProgressBar, TableDigest, Values, iter_batches
+from ..removal.part import campaign_part
+from ..removal.removing import content_hash
+from ..rows import Progress, ProgressBar, TableDigest, Values, iter_batches, load
 from ..session import Store
 from ..tables import metadata
 from .copying import becoming_store, verify
@@ -79,3 +102,154 @@ def _noting(batches: Iterator[Sequence[Values]], at: int, seen: set[int]) -> Ite
     for batch in batches:
         seen.update(row[at] for row in batch)
         yield batch
+
+
+#: In this order: what a later check takes for granted, an earlier one has seen to.
+_CHECKS = (
+    check_database,
+    check_values,
+    check_names,
+    check_references,
+    check_fingerprints,
+    check_belonging,
+    check_pulses,
+    check_series,
+)
+#: Bytes of one value: far above the largest frame or report, far below what would fill a memory.
+_LONGEST_VALUE = 64 * 2**20
+_OWN_TABLES = frozenset({"alembic_version", "sqlite_stat1", "sqlite_stat4"})
+
+
+class ForeignFileError(StoreError):
+    """The file cannot be taken into the store; the message says what is wrong with it."""
+
+
+@contextmanager
+def opened_file(file: Path, progress: Progress | None = None) -> Iterator[Connection]:
+    """A connection to a file that has passed all checks, in one state. Raises `ForeignFileError`."""
+    # Not an engine of ours: that one writes (its journal's mode), and trusts what it opens.
+    engine = create_engine("sqlite://", creator=lambda: _connected(file), poolclass=NullPool)
+    try:
+        with engine.connect() as connection:
+            connection.execute(text("BEGIN"))
+            _refuse_other_schema(connection, file)
+            for finding in iter_findings(connection, _CHECKS, progress=progress):
+                raise ForeignFileError(f"{file} is refused: {finding}")
+            yield connection
+    except DBAPIError as error:
+        raise ForeignFileError(
+            f"{file} cannot be read as a file of pyroshock db export: {first_line(error)}"
+        ) from error
+    finally:
+        engine.dispose()
+
+
+def _connected(file: Path) -> sqlite3.Connection:
+    connection = sqlite3.connect(f"file:{quote(str(file.absolute()))}?mode=ro", uri=True, isolation_level=None)
+    connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _LONGEST_VALUE)
+    for pragma in ("trusted_schema = OFF", "cell_size_check = ON", "query_only = ON", "mmap_size = 0"):
+        connection.execute(f"PRAGMA {pragma}")
+    return connection
+
+
+def _refuse_other_schema(connection: Connection, file: Path) -> None:
+    """Tables and indices of this software's revision, and nothing that runs when they are read."""
+    parts = connection.execute(text("SELECT type, name, coalesce(sql, '') FROM sqlite_master")).all()
+    for kind, name, sql in parts:
+        if kind not in ("table", "index") or sql.upper().lstrip().startswith("CREATE VIRTUAL"):
+            raise ForeignFileError(f"{file} is refused: it holds the {kind} {name!r:.80}, which no export has")
+    tables = {name for kind, name, _ in parts if kind == "table"}
+    _refuse_other_revision(connection, file, tables)
+    own_tables = set(metadata.tables)
+    for name in sorted((tables - _OWN_TABLES) ^ own_tables):
+        raise ForeignFileError(
+            f"{file} is refused: table {name!r:.80} is {'missing' if name in own_tables else 'unknown'}"
+        )
+    for table in metadata.sorted_tables:
+        columns = connection.execute(text("SELECT name, hidden FROM pragma_table_xinfo(:table)"), {"table": table.name})
+        if {(name, hidden) for name, hidden in columns} != {(column.name, 0) for column in table.columns}:
+            raise ForeignFileError(f"{file} is refused: table {table.name} has other columns than an export's")
+
+
+def _refuse_other_revision(connection: Connection, file: Path, tables: set[str]) -> None:
+    if "alembic_version" not in tables:
+        raise ForeignFileError(f"{file} is no file of pyroshock db export")
+    revision = connection.scalar(text("SELECT version_num FROM alembic_version"))
+    if revision == migrate.HEAD:
+        return
+    if revision in migrate.known_revisions():
+        raise StoreVersionError(
+            f"{file} is at revision {revision}, older than this software: pyroshock db upgrade --db {address_of(file)}"
+        )
+    raise StoreVersionError(
+        f"{file} is at revision {revision!r:.40}, which this software does not know: update pyroshock"
+    )
+
+
+_BLOCK = 2**20
+
+
+@dataclass(frozen=True)
+class Archive:
+    """A file with one campaign: its absolute path, its SHA-256, and the hash of the campaign's content."""
+
+    path: Path
+    sha256: str
+    campaign: str
+    content_hash: str
+
+
+def write_archive(store: Store, campaign: str, out: Path, progress: Progress | None = None) -> Archive:
+    """Write the campaign to `out` and read the file back with every check of a file from elsewhere.
+
+    A file that an earlier call has written whole is read back and taken as it is. Raises as `export_campaign`, and
+    `ForeignFileError` where the file does not hold what the store holds; the store is not changed.
+    """
+    with store.reading() as session:
+        expected = content_hash(session, campaign_part(session, campaign))
+    if not out.exists():
+        export_campaign(store, campaign, out, progress)
+        _to_disk(out)
+    archive = read_archive(out, progress)
+    if (archive.campaign, archive.content_hash) != (campaign, expected):
+        raise ForeignFileError(
+            f"{out} does not hold campaign {campaign!r} as the store has it now; nothing was deleted: name a new file"
+        )
+    return archive
+
+
+def read_archive(file: Path, progress: Progress | None = None) -> Archive:
+    """What a file holds. Raises `ForeignFileError` where it does not pass its checks, or holds no single campaign."""
+    with opened_file(file, progress) as origin:
+        return archive_of(file, origin)
+
+
+def archive_of(file: Path, origin: Connection) -> Archive:
+    """The same of a file that is open and has passed its checks."""
+    names = list(origin.scalars(select(Campaign.name).order_by(Campaign.name)))
+    if len(names) != 1:
+        raise ForeignFileError(
+            f"{file} holds {len(names)} campaigns, an archive holds one; pyroshock db import takes it"
+        )
+    with Session(origin) as session:
+        digest = content_hash(session, campaign_part(session, names[0]))
+    return Archive(file.resolve(), _sha256(file), names[0], digest)
+
+
+def _sha256(file: Path) -> str:
+    digest = hashlib.sha256()
+    with file.open("rb") as stream:
+        while block := stream.read(_BLOCK):
+            digest.update(block)
+    return digest.hexdigest()
+
+
+def _to_disk(file: Path) -> None:
+    """Until it lies on the disk, the file is no reason to delete anything."""
+    for path in (file, file.resolve().parent):
+        with suppress(PermissionError, IsADirectoryError):  # not every system opens a folder
+            descriptor = os.open(path, os.O_RDONLY)
+            try:
+                os.fsync(descriptor)
+            finally:
+                os.close(descriptor)

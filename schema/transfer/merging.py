@@ -22,15 +22,14 @@ from ..benches import Material, MaterialAlias
 from ..campaigns import Campaign, PlannedRun
 from ..engine import StoreError, first_line
 from ..impacts import Impact, Pulse, Shot
-from ..loading import load, reserve_keys
 from ..provenance import Provenance
 from ..recordings import Recording
 from ..removal.returning import settle_imported
-from ..rows import Progress, iter_batches, stored_columns
+from ..rows import Progress, iter_batches, load, reserve_keys, stored_columns
 from ..session import Store
 from ..tables import metadata
+from .export import ForeignFileError, opened_file
 from .merge_rules import RULES, STAY_BEHIND, WRITERS, MergeRule, Row
-from .opened_export import ForeignFileError, opened_file
 
 Writer = Callable[[], int]
 

@@ -11,14 +11,14 @@ import pytest
 from click.testing import CliRunner
 from pyroshock.app.predict.cli import predict
 from pyroshock.app.predict.predicting import ShotRequest, predicted_json
-from pyroshock.app.predict.sliders import sliders
+from pyroshock.app.predict.shots import sliders
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.benches import shipped_bench
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest, twin_of
 from pyroshock.dataset.domain import Domain
 from pyroshock.dataset.rows import by_name
 from pyroshock.doe.space import hammer_space, shipped_factors, space_from_text
-from pyroshock.signals.srs.grid import octave_grid
+from pyroshock.signals.srs.spectrum import octave_grid
 from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.registry.contact_stage import RegisteredContact
 from pyroshock.training.registry.records import Cost, DatasetName, RegisteredModel, Version

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from pyroshock.app.plan.rehearsal import trigger_of
-from pyroshock.virtualbench.gun.channels import Trigger
+from pyroshock.virtualbench.gun.fire import Trigger
 from support.stores.stores import pyroshock
 
 

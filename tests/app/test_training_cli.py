@@ -15,7 +15,7 @@ from pyroshock.app.train.cli import compare, models, promote, train
 from pyroshock.app.train.dataset_cli import dataset
 from pyroshock.dataset.predictors import shipped
 from pyroshock.dataset.table import PulseTable
-from pyroshock.training.estimators.fit_report import FitReport
+from pyroshock.training.estimators.base import FitReport
 from pyroshock.training.evaluation.metrics import METRICS
 from pyroshock.training.models.analytic import Analytic
 from support.records.pulse_tables import PREDICTORS, pulse_table

@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.dataset.domain import Domain
-from pyroshock.dataset.splits import split_of
-from pyroshock.dataset.table import Inputs, Predictor
+from pyroshock.dataset.table import Inputs, Predictor, split_of
 from support.records.pulse_tables import MATERIALS, PREDICTORS, inputs_at, pulse_table
 
 TABLE = pulse_table(np.random.default_rng(3))

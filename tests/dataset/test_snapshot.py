@@ -11,8 +11,7 @@ import pytest
 from pyroshock.dataset.build_table import IMPACT_DIGITS
 from pyroshock.dataset.catalog import list_snapshots
 from pyroshock.dataset.predictors import parse, shipped
-from pyroshock.dataset.provenance import raw_files, trace
-from pyroshock.dataset.snapshot import SnapshotError, build_snapshot, read_snapshot
+from pyroshock.dataset.snapshot import SnapshotError, build_snapshot, raw_files, read_snapshot, trace
 from pyroshock.schema.benches import Material
 from pyroshock.schema.impacts import DatasetSnapshot, ExtractionSettingsRow, Impact, Pulse
 from pyroshock.schema.recordings import QualityFinding, RecordedChannel

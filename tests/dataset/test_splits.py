@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.dataset.splits import expand, split_of
-from pyroshock.dataset.table import concatenate
+from pyroshock.dataset.table import concatenate, expand, split_of
 from support.records.pulse_tables import pulse_table
 
 TABLE = pulse_table(np.random.default_rng(5), positions=3)

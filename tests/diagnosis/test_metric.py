@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.diagnosis.gap import GapTable, Noise
-from pyroshock.diagnosis.gap_size import GapMetric
+from pyroshock.diagnosis.gap import GapMetric, GapTable, Noise
 from pyroshock.diagnosis.observables.base import Observable
 from pyroshock.diagnosis.observables.contact.features import OBSERVABLES
 from pyroshock.diagnosis.record import CampaignRecord

@@ -8,9 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.doe.guards import PlannedShot, UnsafeRunError, check_run, planned_shots, refuse_unsafe
-from pyroshock.doe.limits.bench import BenchLimits, read_limits
+from pyroshock.doe.limits.bench import MAX_CHAIN_LOAD_N, TABLE_2_1, BenchLimits, Swing, read_limits
 from pyroshock.doe.limits.contact_force import Elastic
-from pyroshock.doe.limits.suspension import MAX_CHAIN_LOAD_N, TABLE_2_1, Swing
 from pyroshock.doe.toml_space import parse
 from pyroshock.schema.known_factors import LevelError, level_of
 from scipy.integrate import solve_ivp

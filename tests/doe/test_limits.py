@@ -23,9 +23,11 @@ from pyroshock.doe.limits.ballistic import (
 )
 from pyroshock.doe.limits.bench import (
     M20,
+    TABLE_2_1,
     BenchLimits,
     LoadCellArray,
     MetricThread,
+    SuspensionPart,
     read_limits,
     tensile_resistance,
     tightening_torque,
@@ -37,7 +39,6 @@ from pyroshock.doe.limits.contact_force import (
     hertz_contact,
     raised_sine_peak_force,
 )
-from pyroshock.doe.limits.suspension import TABLE_2_1, SuspensionPart
 from scipy.integrate import quad, solve_ivp
 
 STEEL = Elastic(200e9, 0.3)

@@ -7,8 +7,7 @@ import pytest
 from pyroshock.doe.designs import pydoe
 from pyroshock.doe.designs.two_level import fractional_factorial, plackett_burman, smallest_generators
 from pyroshock.doe.factors import DesignFactor
-from pyroshock.doe.merit.aliases import Alias, alias_lines, aliases
-from pyroshock.doe.merit.quality import quality
+from pyroshock.doe.merit.quality import Alias, alias_lines, aliases, quality
 from pyroshock.doe.space import Space, gun_space, space_of
 
 #: Plackett and Burman, Biometrika 33 (1946), the first row for N = 12; the others are its shifts, and one of -1.

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import Result
-from pyroshock.app.common.user_errors import words_of
+from pyroshock.app.common.errors import words_of
 from pyroshock.training.fitting.session import train
 from pyroshock.training.registry.connection import RegistryError
 from pyroshock.training.registry.intact_models import damages

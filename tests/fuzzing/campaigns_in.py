@@ -26,7 +26,7 @@ _INGEST = (
     "ingest/rows.py",
     "ingest/excluded_recordings.py",
     "ingest/rows.py",
-    "ingest/hits.py",
+    "ingest/runs.py",
     "ingest/parallel.py",
 )
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from pyroshock.diagnosis.reading.settings import TRAVEL as TRAVEL_OF_DIAGNOSIS
+from pyroshock.diagnosis.reading.campaign import TRAVEL as TRAVEL_OF_DIAGNOSIS
 from pyroshock.ingest.column_names import KNOWN, TRAVEL, resembled
 from support.records.campaigns import hammer_rows, replace_in, write_runs
 from support.stores.stores import ingest, ingested, pyroshock

@@ -12,8 +12,7 @@ from pyroshock.ingest.velocity import NoDropError
 from pyroshock.virtualbench.campaigns.gun import TANK
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.gun.build import GunBuild, Projectile
-from pyroshock.virtualbench.gun.channels import Trigger, shot_signals
-from pyroshock.virtualbench.gun.fire import fire
+from pyroshock.virtualbench.gun.fire import Trigger, fire, shot_signals
 from pyroshock.virtualbench.sensors import record
 from pyroshock.virtualbench.simulate import simulate
 from support.records.bench_shots import GUN_ROW

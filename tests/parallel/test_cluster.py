@@ -9,8 +9,7 @@ import time
 import numpy as np
 import pytest
 from pyroshock.parallel import cluster
-from pyroshock.parallel.executor import HERE, Crew
-from pyroshock.parallel.map_tasks import mapped
+from pyroshock.parallel.map_tasks import HERE, Crew, mapped
 from support.processes import chores
 from support.processes.dask_clusters import dask_cluster
 

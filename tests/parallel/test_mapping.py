@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-from pyroshock.parallel.executor import HERE, Crew
-from pyroshock.parallel.map_tasks import mapped
+from pyroshock.parallel.map_tasks import HERE, Crew, mapped
 from support.processes import chores
 
 TWO = Crew(jobs=2)
@@ -105,7 +104,7 @@ SCRIPT = """
 import sys
 from pathlib import Path
 from support.processes import chores
-from pyroshock.parallel.executor import Crew
+from pyroshock.parallel.map_tasks import Crew
 from pyroshock.parallel.map_tasks import mapped
 for found in mapped(Crew(jobs=2), chores.process, range(100_000)):
     print(found[1], flush=True)

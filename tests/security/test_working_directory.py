@@ -25,7 +25,7 @@ PROGRAM = "import sys\nfrom pyroshock.app.cli.main import main\nif __name__ == '
 SCRIPT = """
 import os, sys
 sys.path.append({tests!r})
-from pyroshock.parallel.executor import Crew
+from pyroshock.parallel.map_tasks import Crew
 from pyroshock.parallel.map_tasks import mapped
 from support.processes import chores
 

@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 import pytest
-from pyroshock.parallel.executor import HERE, Crew
+from pyroshock.parallel.map_tasks import HERE, Crew
 from pyroshock.training.fitting.fitting import task_of
 from pyroshock.training.fitting.run_tasks import outcomes
 from pyroshock.training.fitting.session import Progress, train

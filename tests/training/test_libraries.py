@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from pyroshock.training.models.catalogue import Making, entry_of
 from pyroshock.training.models.serialization import KINDS, describe
-from pyroshock.training.registry.code_version import TO_FIT, TO_PREDICT, _libraries, requirements
+from pyroshock.training.registry.logged import TO_FIT, TO_PREDICT, _libraries, requirements
 
 #: A process of its own for each model: it trains, says which libraries were imported for it, and hands the model over.
 FIT = """

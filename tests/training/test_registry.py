@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pandas
 import pytest
-from pyroshock.training.estimators.fit_report import FitReport
+from pyroshock.training.estimators.base import FitReport
 from pyroshock.training.fitting.fitting import Ground, fitted, task_of
 from pyroshock.training.models.serialization import ModelFileError, unpack
 from pyroshock.training.registry.connection import RegistryError

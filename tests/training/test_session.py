@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.dataset.splits import split_of
-from pyroshock.parallel.executor import Crew
+from pyroshock.dataset.table import split_of
+from pyroshock.parallel.map_tasks import Crew
 from pyroshock.training.estimators.contact_time import ContactTimeProcess
 from pyroshock.training.evaluation.floor import floor_metrics
 from pyroshock.training.fitting import run_tasks

@@ -11,7 +11,7 @@ import mlflow
 import numpy as np
 import pytest
 from pyroshock.dataset.table import PulseTable
-from pyroshock.training.estimators.fit_report import FitReport
+from pyroshock.training.estimators.base import FitReport
 from pyroshock.training.fitting.fitting import fitted, task_of
 from pyroshock.training.fitting.session import train
 from pyroshock.training.models.serialization import unpack

@@ -6,7 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.gap_reduction.iso18571 import pulse_rating, rating, warping_path
+from pyroshock.diagnosis.iso18571 import pulse_rating, rating, warping_path
 
 TIME = np.arange(200) / 200
 PULSE = np.sin(np.pi * TIME) ** 2

@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.signals.srs.grid import octave_grid
-from pyroshock.signals.srs.spectrum import shock_response_spectrum
+from pyroshock.signals.srs.spectrum import octave_grid, shock_response_spectrum
 from pyroshock.twin.plate.response import respond
 from pyroshock.twin.srs.ringing_window import BLOCK, ringing_spectra
 from support.records.twin_parts import ringing_plate

@@ -17,11 +17,11 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "integrity.findings", "transfer.copying", "transfer.export", "transfer.merging",
     ),
     "parallel": (
-        "executor", "map_tasks",
+        "map_tasks",
     ),
     "signals": (
-        "units", "channel", "checks.base", "checks", "shock_figures", "srs.spectrum", "srs.grid",
-        "srs.ramp_invariant", "srs.oscillator", "srs.moments",
+        "units", "channel", "checks.base", "checks", "shock_figures", "srs.spectrum", "srs.coefficients",
+        "srs.moments",
     ),
     "ingest": (
         "load", "report", "errors", "folder", "runs", "settings", "readers", "readers.base", "segmentation",
@@ -32,11 +32,10 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "doe": (
         "factors", "space", "designs.base", "designs.lhs", "designs.factorial", "designs.imported",
         "designs.augment", "order", "guards", "limits.bench", "limits.ballistic", "limits.contact_force",
-        "limits.suspension", "merit.quality", "merit.space_filling", "plans", "sheet",
+        "merit.quality", "merit.space_filling", "plans", "sheet",
     ),
     "dataset": (
-        "predictors", "sources", "table", "selection", "snapshot", "catalog", "splits", "domain", "provenance",
-        "rows",
+        "predictors", "sources", "table", "selection", "snapshot", "catalog", "domain", "rows",
     ),
     "training": (
         "models.catalogue", "fitting.session", "estimators.base", "models.base", "models.serialization",
@@ -49,18 +48,18 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "chain", "setting", "prediction", "effects", "gun.stage", "contact_interface", "plate.stage",
         "gun.bench", "gun.nominal", "gun.shot", "gun.shots", "gun.measured", "gun.prior", "gun.calibration",
         "contact.bodies", "contact.pulse", "contact.laws", "contact.hertz", "contact.impact",
-        "contact.impacts", "contact.stage", "contact.unloading", "contact.restitution_laws",
-        "contact.measured_restitution", "plate.build", "plate.outline", "plate.modes", "plate.modal",
-        "plate.table", "plate.response", "sensors.chain", "sensors.effect", "srs.target", "srs.target_csv",
-        "tune.space", "tune.goal", "tune.tuner", "tune.probability", "tune.search",
+        "contact.impacts", "contact.stage", "contact.restitution_laws", "contact.measured_restitution",
+        "plate.build", "plate.outline", "plate.modes", "plate.modal", "plate.table", "plate.response",
+        "sensors.chain", "sensors.effect", "srs.target", "srs.target_csv", "tune.space", "tune.goal",
+        "tune.tuner", "tune.probability", "tune.search",
     ),
     "diagnosis": (
         "diagnose", "options", "record", "reading.campaign", "plausibility", "plausibility.units", "chain",
         "observables.base", "observables.gun.stage", "observables.contact.stage",
-        "observables.contact.registered_model", "observables.plate.stage", "gap", "gap_size",
-        "inference.problem", "inference.effect_laws", "inference.model_search", "inference.posterior",
-        "inference.held_out", "inference.shares", "conclusion", "next_runs", "verdict",
-        "gap_reduction.measure", "gap_reduction.iso18571", "localisation.stages",
+        "observables.contact.registered_model", "observables.plate.stage", "gap", "inference.problem",
+        "inference.effect_laws", "inference.model_search", "inference.posterior", "inference.held_out",
+        "inference.shares", "conclusion", "next_runs", "verdict", "gap_reduction", "iso18571",
+        "localisation.stages",
     ),
     "validation": (
         "blind_check", "report", "cases.case", "cases.draw", "cases.record",

@@ -12,9 +12,8 @@ from ...array_types import Floats
 from ..gp.maximise import one_core
 from ..tuning.bayesian import Between, OneOf, Space, bayesian_minimum
 from ..tuning.folds import grouped_folds
-from .base import Arrays, Gaussian, LearnedArrays, Shape
+from .base import Arrays, FitReport, Gaussian, LearnedArrays, Shape
 from .exact_process import ProcessSolution, fitted, left_out_error
-from .fit_report import FitReport
 
 #: What is searched. `noise` is where the likelihood starts (a tenth of it is the least), relative to the output's
 #: deviation; `basis` is the mean's; without `standardise` the predictors' own units weigh them. What a model learned

@@ -15,8 +15,7 @@ from ...array_types import Floats
 from ..gp.kernels import Covariance
 from ..gp.maximise import one_core
 from ..gp.posterior import Posterior, posterior
-from .base import Arrays, Gaussian, LearnedArrays, Shape, Standard
-from .fit_report import FitReport
+from .base import Arrays, FitReport, Gaussian, LearnedArrays, Shape, Standard
 from .input_kernel import InputKernel
 
 if TYPE_CHECKING:

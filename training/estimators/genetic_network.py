@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
-from ...parallel.executor import HERE, Crew
+from ...parallel.map_tasks import HERE, Crew
 from ..tuning.folds import grouped_folds
 from ..tuning.genetic import CREEP, CROSSED, MUTATED, Genes, GeneticResult, Search, SearchJournal, searched
-from .base import Arrays, Estimator, Gaussian, NotFittedError, Standard
-from .fit_report import FitReport, SettingValue
+from .base import Arrays, Estimator, FitReport, Gaussian, NotFittedError, SettingValue, Standard
 from .network import OPTIMISER, Network, one_thread, outputs_of, train_network
 
 #: Hidden layers; neurons in each of them; lambda. Neurons and lambda in even steps of their logarithm.

@@ -21,8 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
-from .base import Arrays, Gaussian, LearnedArrays, Shape, Standard
-from .fit_report import FitReport, SettingValue
+from .base import Arrays, FitReport, Gaussian, LearnedArrays, SettingValue, Shape, Standard
 
 if TYPE_CHECKING:
     from torch import Tensor

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
-from .base import Arrays, Estimator, Gaussian, NotFittedError
-from .fit_report import FitReport
+from .base import Arrays, Estimator, FitReport, Gaussian, NotFittedError
 
 
 class Turned(Estimator):

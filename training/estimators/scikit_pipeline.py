@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 
 from ...array_types import Floats
 from ..tuning.folds import grouped_folds
-from .base import Arrays, Estimator, Gaussian, NotFittedError
-from .fit_report import FitReport
+from .base import Arrays, Estimator, FitReport, Gaussian, NotFittedError
 
 
 class RegressorFileError(ValueError):

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from ..gp.maximise import one_core
 from ..gp.posterior import Posterior, posterior
-from .base import Arrays, Gaussian, LearnedArrays, Shape, Standard
+from .base import Arrays, FitReport, Gaussian, LearnedArrays, Shape, Standard
 from .coregional import STANDARDS, standard_arrays, standard_of
-from .fit_report import FitReport
 from .input_kernel import InputKernel
 
 if TYPE_CHECKING:

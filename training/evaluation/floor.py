@@ -30,8 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
-from ...dataset.splits import split_of
-from ...dataset.table import PulseTable
+from ...dataset.table import PulseTable, split_of
 from ..models.base import ContactPrediction
 from ..models.training_task import rng_of
 from .metrics import PulseErrors, pulse_errors

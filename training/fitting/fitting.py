@@ -15,9 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from ...dataset.domain import Domain
-from ...dataset.splits import split_of
-from ...dataset.table import PulseTable
-from ...parallel.executor import HERE, Crew
+from ...dataset.table import PulseTable, split_of
+from ...parallel.map_tasks import HERE, Crew
 from ..evaluation.metrics import PulseErrors, pulse_errors
 from ..evaluation.summary import summary
 from ..models.base import ContactPrediction

@@ -17,12 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from ...dataset.splits import split_of
-from ...dataset.table import PulseTable
-from ...parallel.executor import Crew
-from ...parallel.map_tasks import mapped
+from ...dataset.table import PulseTable, split_of
+from ...parallel.map_tasks import Crew, mapped
 from ...parallel.task import one_thread
-from ..estimators.fit_report import FitReport
+from ..estimators.base import FitReport
 from ..models.catalogue import entry_of
 from ..models.training_task import TRAINING_VERSION, TrainingTask, rng_of
 from ..registry.records import Trained

@@ -17,7 +17,7 @@ import numpy as np
 import torch
 
 from ...array_types import Floats
-from .priors import LogInterval
+from .basis_process import LogInterval
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,9 +10,7 @@ import torch
 from gpytorch.kernels import Kernel, MaternKernel, MultitaskKernel, RQKernel
 
 from ...array_types import Floats
-from .kernel_description import SquaredExponential
-from .kernels import kernel_named
-from .priors import (
+from .basis_process import (
     MOST_LOADING,
     lengthscale_interval,
     loading_prior,
@@ -20,6 +18,8 @@ from .priors import (
     log_variance_prior,
     variance_interval,
 )
+from .kernel_description import SquaredExponential
+from .kernels import kernel_named
 
 #: Where a search begins, in standardised columns.
 _LENGTHSCALE, _KAPPA, _NOISE, _LOADING = 3.0, 0.5, 0.3, 0.3

@@ -20,8 +20,7 @@ import numpy as np
 
 from ...array_types import Floats
 from ...dataset.table import POINTS, Inputs, Predictor, PulseTable, Texts
-from ..estimators.base import Arrays, Estimator
-from ..estimators.fit_report import FitReport
+from ..estimators.base import Arrays, Estimator, FitReport
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from ...array_types import Floats
 from ...dataset.table import Inputs, PulseTable
-from ..estimators.base import Arrays, NotFittedError, Standard
-from ..estimators.fit_report import FitReport
+from ..estimators.base import Arrays, FitReport, NotFittedError, Standard
 from ..gp.kernels import squared_distances
 from ..tuning.folds import grouped_folds
 from .base import ContactModel, ContactPrediction, impulse, own, prefixed, restored, taken

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from ...parallel.executor import HERE, Crew
+from ...parallel.map_tasks import HERE, Crew
 from ..estimators.base import Estimator
 from .base import ContactModel
 

@@ -17,8 +17,7 @@ import numpy as np
 
 from ...array_types import Floats
 from ...dataset.table import POINTS, Inputs, PulseTable
-from ..estimators.base import Arrays, Estimator, NotFittedError
-from ..estimators.fit_report import FitReport
+from ..estimators.base import Arrays, Estimator, FitReport, NotFittedError
 from .base import (
     WEIGHTS,
     ContactModel,

@@ -9,8 +9,7 @@ import numpy as np
 
 from ...array_types import Floats
 from ...dataset.table import Inputs, PulseTable
-from ..estimators.base import Arrays, Estimator, Gaussian, NotFittedError
-from ..estimators.fit_report import FitReport
+from ..estimators.base import Arrays, Estimator, FitReport, Gaussian, NotFittedError
 from .base import (
     ContactModel,
     ContactPrediction,

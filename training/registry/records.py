@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ...dataset.domain import Domain
 from ...dataset.table import Inputs, Predictor
 from ...dataset.validity_limits import OutOfRange
-from ..estimators.fit_report import FitReport
+from ..estimators.base import FitReport
 from ..evaluation.summary import Estimate
 from ..models.base import ContactModel, ContactPrediction
 from ..models.serialization import Packed

@@ -16,14 +16,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...schema.transactions import passes, rerun
-from ..estimators.fit_report import SettingValue
+from ..estimators.base import SettingValue
 from ..models.serialization import ARRAYS_FILE, MODEL_FILE, ModelFileError, read_files, read_model
-from .code_version import code_version
 from .connection import Connection, RegistryError, patient
 from .decisions import champions_of, crown, decide, decisions, next_stamp, settle
 from .listing import in_order
 from .locks import turn
-from .logged import HELD_OUT, log_figures, log_files, log_model
+from .logged import HELD_OUT, code_version, log_figures, log_files, log_model
 from .model_storage import ModelStorage
 from .records import DatasetName, Decision, HeldOutPredictions, RegisteredModel, Trained, Version
 from .tags import (

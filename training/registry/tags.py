@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ...dataset.domain import Domain
 from ...dataset.table import Predictor
-from ..estimators.fit_report import SettingValue
+from ..estimators.base import SettingValue
 from ..evaluation.summary import Estimate
 from ..models.base import ContactPrediction
 from .loading import BENCH_COLUMNS, input_column, output_columns

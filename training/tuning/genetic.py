@@ -25,8 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from ...parallel.executor import HERE, Crew
-from ...parallel.map_tasks import mapped
+from ...parallel.map_tasks import HERE, Crew, mapped
 
 Key = tuple[int, ...]
 

@@ -16,8 +16,7 @@ import numpy as np
 from ...array_types import Floats
 from ..effects import Effects
 from ..gun.build import GunBuild, Projectile
-from ..gun.channels import Trigger, shot_signals
-from ..gun.fire import ShotTruth, fire
+from ..gun.fire import ShotTruth, Trigger, fire, shot_signals
 from ..gun.gas import ValveWay
 from ..impact.build import Impactor, ImpactTarget, projectile, target
 from ..impact.strike import ImpactTruth, strike_many

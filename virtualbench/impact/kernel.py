@@ -13,10 +13,9 @@ from numba import njit
 
 from ...array_types import Floats
 from ..effects import Effects
-from .assemble import assemble
 from .build import Impactor, ImpactTarget
 from .chain import FULLY_PLASTIC, ONSET_SHARE, TIP_REFERENCE, Chain
-from .integrate import CREEPING, LOOK, longest_s, steps_for
+from .integrate import CREEPING, LOOK, assemble, longest_s, steps_for
 
 _SMALLEST_M = 1e-12
 # fmt: off

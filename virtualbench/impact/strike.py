@@ -15,11 +15,10 @@ from numpy.typing import ArrayLike
 
 from ...array_types import Floats
 from ..effects import Effects
-from .assemble import assemble
 from .build import Impactor, ImpactTarget
 from .chain import Chain
 from .echoes import PlateEchoes
-from .integrate import CREEPING, ImpactHistories, solve
+from .integrate import CREEPING, ImpactHistories, assemble, solve
 
 _after_contact__all__ = ["ringing"]
 

@@ -32,8 +32,7 @@ from sqlalchemy import (
     text,
 )
 
-from ...loading import iter_lagging
-from ...rows import BYTES, DAY, INTEGER, JSON_TEXT, NUMBER, TEXT, TIME, TRUTH, kind_of
+from ...rows import BYTES, DAY, INTEGER, JSON_TEXT, NUMBER, TEXT, TIME, TRUTH, iter_lagging, kind_of
 from ...tables import metadata
 from ..findings import RESTORE, IntegrityFinding, Scope
 

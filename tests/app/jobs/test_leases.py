@@ -11,14 +11,13 @@ from pathlib import Path
 
 import pytest
 from pyroshock.app.diagnose.job import DIAGNOSE, DiagnoseArguments
-from pyroshock.app.jobs import claims, heartbeat, queue, run_job
+from pyroshock.app.jobs import claims, heartbeat, queue, worker
 from pyroshock.app.jobs.claims import Claimed, Sighting, running, stop, take_over
 from pyroshock.app.jobs.heartbeat import beat, fail, give_back, look, stopped
 from pyroshock.app.jobs.kind import Result, RunningJob
 from pyroshock.app.jobs.lease import FencedStore, Lease, LeaseLostError
 from pyroshock.app.jobs.queue import ask, get_job
-from pyroshock.app.jobs.run_job import WorkerContext, attempt
-from pyroshock.app.jobs.worker import Watch
+from pyroshock.app.jobs.worker import Watch, WorkerContext, attempt
 from pyroshock.app.plan.job import PLAN, PlanArguments
 from pyroshock.schema.campaigns import Plan
 from pyroshock.schema.diagnoses import Diagnosis
@@ -291,8 +290,8 @@ def test_a_diagnosis_and_a_plan_are_kept_once(store: Store, tmp_path: Path, monk
         for moment in ("before the end", "within the end"):
             assert taken is not None and taken.lease.job == key
             with monkeypatch.context() as patch:
-                patch.setattr(run_job, "give_back", lambda *_: None)  # a killed worker says nothing
-                patch.setattr(run_job, "finish", _killed(moment))
+                patch.setattr(worker, "give_back", lambda *_: None)  # a killed worker says nothing
+                patch.setattr(worker, "finish", _killed(moment))
                 with pytest.raises(KeyboardInterrupt):
                     attempt(WorkerContext(store, url, LEASE_S), taken)
             silent = next(each for each in running(store, hand()) if each.job == key)

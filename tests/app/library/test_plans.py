@@ -285,7 +285,7 @@ def test_what_cannot_be_fired_is_refused(store, tmp_path: Path, options, message
 
 def test_trigger_is_a_share_and_a_time_in_si() -> None:
     from pyroshock.app.plan.rehearsal import trigger_of
-    from pyroshock.virtualbench.gun.channels import Trigger
+    from pyroshock.virtualbench.gun.fire import Trigger
 
     assert trigger_of(0.1, 0.5) == trigger_of("10%", "500 ms") == Trigger(0.1, 0.5)
 

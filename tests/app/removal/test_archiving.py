@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 from pyroshock.dataset.snapshot import read_snapshot
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
-from pyroshock.schema.transfer.export import export_campaign
-from pyroshock.schema.transfer.opened_export import write_archive
+from pyroshock.schema.transfer.export import export_campaign, write_archive
 from sqlalchemy import select
 from support.records.campaigns import hammer_campaign
 from support.stores.care_stores import HAMMER, WHEN, copied, execute
@@ -136,7 +135,7 @@ def test_nothing_is_deleted_where_the_written_file_is_not_what_the_store_holds(c
         execute(f"sqlite:///{out}", "UPDATE series_chunks SET frame = substr(frame, 1, 20)")
         return rows
 
-    monkeypatch.setattr("pyroshock.schema.transfer.opened_export.export_campaign", torn)
+    monkeypatch.setattr("pyroshock.schema.transfer.export.export_campaign", torn)
     before = counts(care_copy)
     said = run(care_copy, "archive", HAMMER, "--out", tmp_path / "file", "--reason", REASON, code=2).stderr
     assert "is refused" in said

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.app.predict.sliders import VELOCITY_M_S
+from pyroshock.app.predict.shots import VELOCITY_M_S
 from pyroshock.app.twins import building
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest
 from pyroshock.app.twins.twin_cache import TwinShelf

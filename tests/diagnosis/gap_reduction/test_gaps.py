@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.gap_reduction.measure import Gaps
+from pyroshock.diagnosis.gap_reduction import Gaps
 
 
 def test_mean_over_configurations_is_that_over_all_cells() -> None:

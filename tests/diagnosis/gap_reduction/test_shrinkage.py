@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from pyroshock.diagnosis.gap import GapTable
-from pyroshock.diagnosis.gap_reduction.measure import Gaps, by_configuration, corner, measure_reduction
+from pyroshock.diagnosis.gap_reduction import Gaps, by_configuration, corner, measure_reduction
 from pyroshock.diagnosis.inference.held_out import fit_fold
 from pyroshock.diagnosis.inference.model_search import search
 from pyroshock.diagnosis.inference.problem import InferenceProblem

@@ -8,8 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.gap import GapTable
-from pyroshock.diagnosis.gap_size import GapMetric
+from pyroshock.diagnosis.gap import GapMetric, GapTable
 from pyroshock.diagnosis.inference.model_search import ModelLibrary, fit_sets
 from pyroshock.diagnosis.inference.posterior import (
     HypothesisPosterior,

@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.observables.contact.residuals import pulse_residuals
-from pyroshock.diagnosis.observables.contact.stage import ContactObservables
+from pyroshock.diagnosis.observables.contact.stage import ContactObservables, pulse_residuals
 from pyroshock.twin.effects import effect
 from support.records.contact_campaigns import hammer_record, without
 

@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.diagnosis.chain import stages_of
-from pyroshock.diagnosis.gap import GapTable
-from pyroshock.diagnosis.gap_size import GapMetric
+from pyroshock.diagnosis.gap import GapMetric, GapTable
 from pyroshock.diagnosis.observables.plate.ringdown import PlateRingdownStage
 from pyroshock.diagnosis.options import Options
 from pyroshock.diagnosis.record import CampaignRecord, Run

@@ -10,10 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.diagnosis.reading import read_campaign
-from pyroshock.diagnosis.reading.campaign import evenly_chosen
-from pyroshock.diagnosis.reading.impacts import StoredImpact
-from pyroshock.diagnosis.reading.series import QualityExclusions, clear_times
-from pyroshock.diagnosis.reading.settings import note_columns
+from pyroshock.diagnosis.reading.campaign import evenly_chosen, note_columns
+from pyroshock.diagnosis.reading.series import QualityExclusions, StoredImpact, clear_times
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.impacts import Impact, Shot
 from pyroshock.schema.session import Store

@@ -13,10 +13,9 @@ from pyroshock.schema.provenance import Provenance
 from pyroshock.schema.recordings import Recording
 from pyroshock.schema.session import count_rows
 from pyroshock.schema.tables import metadata
-from pyroshock.schema.transfer.export import export_campaign
+from pyroshock.schema.transfer.export import export_campaign, opened_file
 from pyroshock.schema.transfer.merge_rules import RULES, STAY_BEHIND, WRITERS, members
 from pyroshock.schema.transfer.merging import import_file, merge
-from pyroshock.schema.transfer.opened_export import opened_file
 from sqlalchemy import func, select, text
 from support.stores.care_stores import GUN, HAMMER, OTHER, care_folder, execute
 from support.stores.hammer_stores import url_of

@@ -10,8 +10,7 @@ import pytest
 from pyroshock.signals.channel import Channel, Sensor
 from pyroshock.signals.checks import Finding, run_checks, run_spectrum_checks
 from pyroshock.signals.checks.recording import judge_together
-from pyroshock.signals.srs.grid import octave_grid
-from pyroshock.signals.srs.spectrum import shock_response_spectrum
+from pyroshock.signals.srs.spectrum import octave_grid, shock_response_spectrum
 
 RATE = 100_000.0
 SAMPLES = 20_000

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.signals.srs.grid import grid_of_record, octave_grid
+from pyroshock.signals.srs.spectrum import grid_of_record, octave_grid
 
 
 @given(st.floats(1, 1e3), st.floats(0, 12), st.integers(1, 24))

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.signals.srs.oscillator import oscillator_response
-from pyroshock.signals.srs.ramp_invariant import absolute_acceleration, relative_displacement
-from pyroshock.signals.srs.spectrum import shock_response_spectrum
+from pyroshock.signals.srs.coefficients import absolute_acceleration, relative_displacement
+from pyroshock.signals.srs.spectrum import oscillator_response, shock_response_spectrum
 from scipy.signal import lfilter
 
 with np.printoptions():  # parts of pyyeti set the print options of all, by which pandas then writes CSV

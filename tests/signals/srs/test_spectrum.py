@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from pyroshock.signals.srs.oscillator import oscillator_response
-from pyroshock.signals.srs.spectrum import sampling_error, shock_response_spectrum
+from pyroshock.signals.srs.spectrum import oscillator_response, sampling_error, shock_response_spectrum
 
 RATE = 1e4
 LINES = np.geomspace(20, 4000, 11)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from pyroshock.parallel.executor import HERE, Crew
+from pyroshock.parallel.map_tasks import HERE, Crew
 from pyroshock.training.tuning.genetic import Search, SearchJournal, searched
 from support.processes import chores
 from support.processes.dask_clusters import dask_cluster

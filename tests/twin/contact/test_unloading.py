@@ -6,11 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.twin.contact.hertz import hertz
+from pyroshock.twin.contact.hertz import hertz, restitution_of_loop, returned_work, unloading_force
 from pyroshock.twin.contact.impact import solve
 from pyroshock.twin.contact.impacts import Impacts
 from pyroshock.twin.contact.kernel import Law, unloading
-from pyroshock.twin.contact.unloading import restitution_of_loop, returned_work, unloading_force
 from support.records.contact_bodies import impacts
 
 PEAK, DEEPEST, PERMANENT = np.array([800.0]), np.array([3e-4]), np.array([1e-4])

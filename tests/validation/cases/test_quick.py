@@ -10,9 +10,8 @@ from pyroshock.virtualbench.gun.build import GunBuild, Projectile, setting_of
 from pyroshock.virtualbench.gun.fire import fire
 from pyroshock.virtualbench.gun.integrate import muzzle_velocity
 from pyroshock.virtualbench.gun.motion import Phase, V, X, derivative, initial_state
-from pyroshock.virtualbench.impact.assemble import assemble
 from pyroshock.virtualbench.impact.build import hammer, target
-from pyroshock.virtualbench.impact.integrate import solve
+from pyroshock.virtualbench.impact.integrate import assemble, solve
 from pyroshock.virtualbench.impact.kernel import contact_forces
 
 BENCHES = (

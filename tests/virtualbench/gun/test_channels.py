@@ -6,8 +6,15 @@ import numpy as np
 import pytest
 from pyroshock.ingest.velocity import muzzle_velocity, tank_pressure_before
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.gun.channels import LASER_REST_M, Trigger, shot_signals, trigger_time_s
-from pyroshock.virtualbench.gun.fire import GunBuild, Projectile, ShotTruth, fire
+from pyroshock.virtualbench.gun.build import GunBuild, Projectile
+from pyroshock.virtualbench.gun.fire import (
+    LASER_REST_M,
+    ShotTruth,
+    Trigger,
+    fire,
+    shot_signals,
+    trigger_time_s,
+)
 
 RATE_HZ = 25_000.0
 BULLET = Projectile()

@@ -15,9 +15,9 @@ from pyroshock.twin.gun.nominal import GunBench
 from pyroshock.twin.gun.nominal import muzzle_velocity as nominal_muzzle_velocity
 from pyroshock.virtualbench.effects import CATALOGUE, Effects
 from pyroshock.virtualbench.gun import integrate, motion
-from pyroshock.virtualbench.gun.build import VACUUM_PA, leak_area_m2, setting_of
+from pyroshock.virtualbench.gun.build import VACUUM_PA, GunBuild, Projectile, leak_area_m2, setting_of
 from pyroshock.virtualbench.gun.compiled_balances import figures_of, rates
-from pyroshock.virtualbench.gun.fire import GunBuild, Projectile, ShotTruth, fire
+from pyroshock.virtualbench.gun.fire import ShotTruth, fire
 from pyroshock.virtualbench.gun.gas import CHOKED, GAS_CONSTANT, ValveWay
 from pyroshock.virtualbench.gun.integrate import derivative
 from pyroshock.virtualbench.gun.motion import Phase, initial_state

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from pyroshock.virtualbench.campaigns.ringing import echoes_at
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.impact.assemble import assemble
 from pyroshock.virtualbench.impact.build import Impactor, contact_material, target
 from pyroshock.virtualbench.impact.echoes import PlateEchoes
-from pyroshock.virtualbench.impact.integrate import solve
+from pyroshock.virtualbench.impact.integrate import assemble, solve
 from pyroshock.virtualbench.impact.strike import strike_many
 from pyroshock.virtualbench.plate.build import resonant_plate
 from pyroshock.virtualbench.plate.modes import PlateModes, modes

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from pyroshock.virtualbench.plate.assembly import assemble, deflection_rows
 from pyroshock.virtualbench.plate.build import OUTLINE_M, PlateMaterial
 from pyroshock.virtualbench.plate.mesh import Mesh, basis, lobatto_nodes
+from pyroshock.virtualbench.plate.modes import assemble, deflection_rows
 
 STEEL = PlateMaterial(200e9, 0.30, 7800.0)
 THICKNESS_M = 0.01

@@ -8,10 +8,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.plate.assembly import assemble
 from pyroshock.virtualbench.plate.build import OUTLINE_M, BenchPlate, Clamp, PlateMaterial, resonant_plate
 from pyroshock.virtualbench.plate.mesh import Mesh
-from pyroshock.virtualbench.plate.modes import flexural_wavenumber, lowest_modes, modes
+from pyroshock.virtualbench.plate.modes import assemble, flexural_wavenumber, lowest_modes, modes
 
 STEEL = PlateMaterial(200e9, 0.30, 7800.0)
 SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 from numpy.polynomial import legendre
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.plate.assembly import assemble
 from pyroshock.virtualbench.plate.build import BenchPlate, PlateSensor, resonant_plate
 from pyroshock.virtualbench.plate.mesh import Mesh, bilinear
-from pyroshock.virtualbench.plate.modes import PlateModes, lowest_modes, modes
+from pyroshock.virtualbench.plate.modes import PlateModes, assemble, lowest_modes, modes
 
 LIMIT_HZ = 1500.0
 NONE = Effects.none()

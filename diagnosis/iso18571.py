@@ -16,11 +16,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ...array_types import Floats, Rows
-from ...twin.effects import Effect
-from ..observables.base import Stage, at_rows
-from ..observables.contact.residuals import pulse_residuals
-from ..observables.contact.stage import ContactObservables
+from ..array_types import Floats, Rows
+from ..twin.effects import Effect
+from .observables.base import Stage, at_rows
+from .observables.contact.stage import ContactObservables, pulse_residuals
 
 #: Inner and outer corridor as parts of the largest measured value; the largest shift and the warping's window as parts
 #: of the record; the errors of magnitude and slope at which their scores are 0.

@@ -15,16 +15,16 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ...array_types import Floats, Rows
-from ...doe.factor_rules import short_between
-from ...schema.known_factors import column_of
-from ...training.evaluation.summary import fraction, fraction_interval
-from ..gap import Means, floors, tolerances
-from ..inference.held_out import FoldFit
-from ..observables.base import Observable, Stage
-from ..record import RunConfiguration
-from ..verdict import CORRECTED, Shrinkage
+from ..array_types import Floats, Rows
+from ..doe.factor_rules import short_between
+from ..schema.known_factors import column_of
+from ..training.evaluation.summary import fraction, fraction_interval
+from .gap import Means, floors, tolerances
+from .inference.held_out import FoldFit
 from .iso18571 import pulse_ratings
+from .observables.base import Observable, Stage
+from .record import RunConfiguration
+from .verdict import CORRECTED, Shrinkage
 
 #: Folds by configuration; with fewer configurations each is held out alone.
 _FOLDS = 5
