@@ -217,7 +217,7 @@ class ExperimentStore:
 
         What is registered already is not trained again. `jobs` processes train at once.
         """
-        from ..parallel.map_tasks import Crew
+        from ..parallel.map_tasks import ExecutorConfig
         from ..training.fitting.session import Progress
         from .train.service import train_models, training_runs
 
@@ -233,7 +233,7 @@ class ExperimentStore:
                 seed=seed,
                 budget="full" if budget == "full" else "reduced",
                 retrain=retrain,
-                crew=Crew(jobs=jobs),
+                crew=ExecutorConfig(jobs=jobs),
                 progress=Progress(step),
             )
         return training_runs(session)
@@ -428,9 +428,9 @@ class ExperimentStore:
         self.close()
 
     def __repr__(self) -> str:
-        from ..schema.addresses import shown
+        from ..schema.addresses import address_for_display
 
-        return f"<experiment store {shown(self.url)}>"
+        return f"<experiment store {address_for_display(self.url)}>"
 
     def _repr_html_(self) -> str:
         from html import escape

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from .common.errors import argument_names, raises_library_errors
 from .common.frames import facts_table
 from .predict.arguments import effects_of, python_name, shot_of, twin_request
-from .predict.predicting import DRAWS, NONE, predicted
+from .predict.predicting import DRAWS, NONE, predict_shot
 from .twins.building import BuiltTwin, TwinRequest, twin_of
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ class LaboratoryTwin:
             valve_profile=valve_profile,
             factors=factors,
         )
-        return ShotPrediction(self.built, predicted(self.built, shot, draws=draws, seed=seed))
+        return ShotPrediction(self.built, predict_shot(self.built, shot, draws=draws, seed=seed))
 
     @raises_library_errors
     def predict_many(
@@ -115,15 +115,15 @@ class LaboratoryTwin:
         """
         import pandas as pd
 
-        from ..parallel.map_tasks import Crew
+        from ..parallel.map_tasks import ExecutorConfig
         from .common.frames import step_bar, with_units
-        from .predict.batch import bench_of_rows, foretold
+        from .predict.batch import bench_of_rows, predict_batch
         from .predict.service import shot_rows
 
         rows = shot_rows(shots)
         bench, rows, notes = bench_of_rows(self._store, self._url, self.request, rows, draws, seed, self.built)
         with step_bar("predicting", "shots", progress) as step:
-            predicted_shots = foretold(bench, rows, Crew(jobs=jobs), step)
+            predicted_shots = predict_batch(bench, rows, ExecutorConfig(jobs=jobs), step)
         numbers = [
             {name: value for name, value in shot.figures.items() if name not in row.labels}
             for shot, row in zip(predicted_shots, rows, strict=True)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from gpytorch.mlls import ExactMarginalLogLikelihood
 from pyroshock.training.estimators.contact_time import THESIS
-from pyroshock.training.estimators.exact_process import PRIOR, View
+from pyroshock.training.estimators.exact_process import PRIOR, ProcessInputs
 from pyroshock.training.gp.basis_process import BasisProcess
 from pyroshock.training.gp.marginal_likelihood import CholeskyMarginalLogLikelihood
 from pyroshock.training.gp.maximise import maximise, one_core
@@ -35,7 +35,7 @@ SETTINGS: dict[str, dict[str, Any]] = {
 
 def training(likelihood: Any, x: Floats, y: Floats, settings: dict[str, Any], losses: dict[Any, Floats]) -> None:
     """From the start of the search to its end; the losses of its evaluations are kept."""
-    view = View(x, y, settings)
+    view = ProcessInputs(x, y, settings)
     start, floor = view.start(), settings["noise"] / 10
     z, h = view.inputs(x)
     lengthscales = start.lengthscales if settings["ard"] else start.lengthscales[:1]

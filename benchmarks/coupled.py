@@ -18,7 +18,7 @@ from pyroshock.app.twins.benches import OUTLINE_M, THICKNESS_M, PlateDrawing
 from pyroshock.app.twins.building import solved
 from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
 from pyroshock.twin.contact.stage import NO_SPREAD, LawContact
-from pyroshock.twin.contact_interface import Strikes
+from pyroshock.twin.contact_interface import ImpactBatch
 from pyroshock.twin.coupled_contact import CoupledContact
 from pyroshock.twin.plate.stage import PlateStage
 from pyroshock.twin.setting import THESIS, Setting
@@ -32,7 +32,7 @@ IMPACTS, REPEATS, MOST_TIMES, HIGHEST_HZ = 1000, 5, 10.0, 20e3
 TIPS = ("steel", "delrin", "polyurethane")
 
 
-def strikes(tip: str, count: int = IMPACTS) -> Strikes:
+def strikes(tip: str, count: int = IMPACTS) -> ImpactBatch:
     """Bullets of 0.5 kg on the bench's plate of aluminium, 1 to 20 m/s."""
     drawing = PlateDrawing.of(OUTLINE_M, "shipped")
     plate = THESIS["aluminum"]
@@ -41,7 +41,7 @@ def strikes(tip: str, count: int = IMPACTS) -> Strikes:
     settings = [
         Setting(0.5, THESIS[tip], 0.045, plate, THICKNESS_M, mass, impact_velocity_m_s=float(u)) for u in velocity
     ]
-    return Strikes(settings, velocity)
+    return ImpactBatch(settings, velocity)
 
 
 def measure_coupled(folder: Path, count: int = IMPACTS, repeats: int = REPEATS) -> Iterator[Figure]:

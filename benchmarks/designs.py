@@ -19,7 +19,7 @@ from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.doe.designs.lhs import balanced
+from pyroshock.doe.designs.lhs import balance_levels
 from pyroshock.doe.designs.pydoe import LhsCriterion
 from pyroshock.doe.designs.space_filling import latin_hypercube
 from pyroshock.doe.merit import FIGURES, Quality, quality
@@ -157,7 +157,7 @@ def _count(
 
 
 def by_us(space: Space, n: int, rng: np.random.Generator) -> Levels:
-    return balanced(space, n, rng).treatments
+    return balance_levels(space, n, rng).treatments
 
 
 PLAIN, OURS = f"plain exchange anneal, {ANNEAL_S:g} s", "pyroshock"

@@ -24,13 +24,13 @@ from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.inference.problem import InferenceProblem
 from pyroshock.diagnosis.options import Options
 from pyroshock.diagnosis.reading import read_folder
-from pyroshock.parallel.map_tasks import Crew
+from pyroshock.parallel.map_tasks import ExecutorConfig
 from pyroshock.twin.effects import catalogue
 from pyroshock.validation import answer_sets
 from pyroshock.validation.baselines import BASELINES, Forest, GapProblem, features
 from pyroshock.validation.blind_check import OPTIONS, trained
 from pyroshock.validation.case_plan import CaseTask
-from pyroshock.validation.case_results import CaseResult, Said, WithheldTruth
+from pyroshock.validation.case_results import CaseAnswer, CaseResult, WithheldTruth
 from pyroshock.validation.cases.case import KINDS, Case
 from pyroshock.validation.cases.draw import draw_case
 from pyroshock.validation.cases.record import label_of, record_case
@@ -55,7 +55,7 @@ class Answers:
     """Of one campaign: what each way said, the seconds that it took from the folder on, and those of the limit."""
 
     truth: WithheldTruth
-    said: dict[str, Said] = field(default_factory=dict)
+    said: dict[str, CaseAnswer] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
 
 
@@ -64,7 +64,7 @@ def measure_diagnosing(
 ) -> Iterator[Figure]:
     """`learn_from` 0: without a random forest, which learns from so many other campaigns first. `full`: 24 and 40."""
     campaigns, learn_from = (24, 40) if full else (campaigns, learn_from)
-    forest = trained(learn_from, SEED, Crew(jobs=2), lambda *_: None) if learn_from else None
+    forest = trained(learn_from, SEED, ExecutorConfig(jobs=2), lambda *_: None) if learn_from else None
     found = [_answered(*drawn(kind, i), forest) for i, kind in enumerate(islice(cycle(KINDS), campaigns))]
     ways = [*BASELINES, *([FOREST] if forest else [])]
     for way in ways:
@@ -93,7 +93,7 @@ def _answered(case: Case, seed: int, task: CaseTask, forest: Forest | None) -> A
         begin = time.perf_counter()
         verdict = diagnose(read_folder(folder), options=ASKED)
         found.seconds[OURS] = time.perf_counter() - begin
-        found.said[OURS] = Said.of(task.name, verdict.as_json())
+        found.said[OURS] = CaseAnswer.of(task.name, verdict.as_json())
         _simply(folder, found, forest)
     return found
 
@@ -110,12 +110,12 @@ def _simply(folder: Path, found: Answers, forest: Forest | None) -> None:
         begin = time.perf_counter()
         said = answer(problem)
         found.seconds[name] = found.seconds[READING] + time.perf_counter() - begin
-        found.said[name] = Said.from_probabilities(found.truth.case, said)
+        found.said[name] = CaseAnswer.from_probabilities(found.truth.case, said)
     if forest:
         begin = time.perf_counter()
         said = forest.shares(found.truth.kind, features(GapProblem.of(gap)))
         found.seconds[FOREST] = read + time.perf_counter() - begin
-        found.said[FOREST] = Said.from_probabilities(found.truth.case, said)
+        found.said[FOREST] = CaseAnswer.from_probabilities(found.truth.case, said)
 
 
 def _time(found: Sequence[Answers], way: str, learn_from: int) -> Figure:

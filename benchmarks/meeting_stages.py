@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
 from pyroshock.twin.contact.stage import NO_SPREAD, LawContact
-from pyroshock.twin.contact_interface import ContactStage, ForcePulses, Strikes
+from pyroshock.twin.contact_interface import ContactStage, ForcePulses, ImpactBatch
 from pyroshock.twin.coupled_contact import CoupledContact
 from pyroshock.twin.plate.build import ConstantDamping, PlateBuild, places
 from pyroshock.twin.plate.modes import solve_plate
@@ -78,7 +78,7 @@ def rows(thickness_m: float) -> Iterator[str]:
     for tip, truth in zip(TIPS[thickness_m], bench_impacts(thickness_m), strict=True):
         setting = Setting(MASS_KG, THESIS[tip], RADIUS_M, THESIS["aluminum"], thickness_m, mass,
                           impact_velocity_m_s=SPEED_M_S)  # fmt: skip
-        strikes = Strikes([setting], np.array([SPEED_M_S]))
+        strikes = ImpactBatch([setting], np.array([SPEED_M_S]))
         impulse = float(np.trapezoid(truth.force_n, truth.time_s))
         cells = [f"{thickness_m * 1e3:g} mm", tip, f"{truth.peak_force_n / 1e3:.3g} kN",
                  f"{truth.contact_time_s * 1e3:.3g} ms", f"{impulse / MASS_KG / SPEED_M_S:.2f}"]  # fmt: skip

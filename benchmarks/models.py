@@ -19,7 +19,7 @@ from typing import Any
 
 from pyroshock.app.train.tables import thesis_figures
 from pyroshock.training.evaluation.floor import floor_metrics
-from pyroshock.training.registry.model_storage import place_beside
+from pyroshock.training.registry.model_storage import storage_for
 from pyroshock.training.registry.registry import Registry
 
 from .measuring import ROOT
@@ -87,7 +87,7 @@ def measured(seed: str, models: str, folder: Path) -> Campaign:
     for draw in DRAWS:
         pyroshock(folder, *promised, "--split", "configurations", "--seed", draw)
     pyroshock(folder, "models", "--dataset", "hammer", "--json", str(folder / "rows.json"), *db)
-    registry = Registry(place_beside(f"sqlite:///{folder / 'lab.db'}", {}))
+    registry = Registry(storage_for(f"sqlite:///{folder / 'lab.db'}", {}))
     floors = registry.floors(json.loads(frozen.read_text())["hash"], 0)
     return Campaign(
         seed,

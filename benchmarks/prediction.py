@@ -36,13 +36,13 @@ def registered_process() -> ContactStage:
     from datetime import UTC, datetime
 
     from pyroshock.dataset.domain import Domain
-    from pyroshock.training.models.catalogue import Making, entry_of
+    from pyroshock.training.models.catalogue import BuildOptions, entry_of
     from pyroshock.training.models.serialization import pack, unpack
     from pyroshock.training.registry.contact_stage import RegisteredContact
     from pyroshock.training.registry.records import Cost, DatasetName, RegisteredModel, Version
 
     table = pulse_table(np.random.default_rng(0), repetitions=PULSES // 60)
-    model = entry_of(PROCESS).make(Making()).fit(table, np.random.default_rng(0))
+    model = entry_of(PROCESS).make(BuildOptions()).fit(table, np.random.default_rng(0))
     dataset, when = DatasetName("spring", "5" * 64, "hammer"), datetime(2026, 1, 1, tzinfo=UTC)
     version = Version(PROCESS, 1, dataset, "repetitions", 0, {}, Cost(1, 1), "k", "r", "0" * 64, when, "hammer")
     return RegisteredContact(RegisteredModel(version, unpack(*pack(model)), PREDICTORS, Domain.of(table), {}))

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.app.cli.common import opened_or_none
+from pyroshock.app.cli.common import open_if_exists
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest, twin_of
 from pyroshock.app.twins.learning import calibrated, taught_contact
 from pyroshock.app.twins.measured_shots import read_measured_shots, struck_plate
@@ -67,7 +67,7 @@ def scores_of_campaign(folder: Path, campaign: tuple[str, int]) -> list[tuple[st
     """(kind, seed, state, quantity, scores) of one campaign."""
     kind, seed = campaign
     name, db, seal = made_campaign(folder, kind, seed)
-    with opened_or_none(db) as store:
+    with open_if_exists(db) as store:
         built = twin_of(store, db, TwinRequest(campaign=name, learn=False))
         assert store is not None
         with store.reading() as session:

@@ -16,7 +16,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
-from pyroshock.ingest.processing import hits_of, judged
+from pyroshock.ingest.processing import check_recording, hits_of
 from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.signals.channel import Channel, Sensor
 from pyroshock.signals.units import SI_UNITS
@@ -32,7 +32,9 @@ G = 9.80665
 def judge(record: Labelled) -> tuple[str, tuple[str, ...]]:
     """The verdict, and the checks that said it."""
     channels = [_channel(signal, record.rate_hz) for signal in record.signals]
-    findings = [f for f in judged(channels, hits_of(channels, ExtractionSettings(), None)) if f.severity != "note"]
+    findings = [
+        f for f in check_recording(channels, hits_of(channels, ExtractionSettings(), None)) if f.severity != "note"
+    ]
     worst = max((f.severity for f in findings), key=VERDICTS.index, default="ok")
     return worst, tuple(sorted({f.check for f in findings if f.severity == worst}))
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from pyroshock.app.tune.bench_adapter import AtSensor
+from pyroshock.app.tune.bench_adapter import SensorTwin
 from pyroshock.app.twins.building import TwinRequest, twin_of
 from pyroshock.app.twins.measured_shots import CampaignPlate, read_measured_shots
 from pyroshock.dataset.rows import stored_materials
@@ -50,7 +50,7 @@ change = 1
 class Lab:
     """Its twin at the sensor, and the spectra of its history."""
 
-    forward: AtSensor
+    forward: SensorTwin
     history: FiredShots
     plate_masses_kg: dict[str, float]
 
@@ -97,7 +97,7 @@ def lab(folder: Path, seed: int, contact: str | None = None) -> Lab:
     """After its history. `contact`: a law in place of the registered model."""
     url = history(folder, seed)
     with open_store(url, Writer("benchmarks.tuning", "0")) as store:
-        forward = AtSensor(_twin(store, url, folder, contact), SENSOR)
+        forward = SensorTwin(_twin(store, url, folder, contact), SENSOR)
         return Lab(forward, _measured(store), {name: _build(name).mass_kg for name in PLATES})
 
 

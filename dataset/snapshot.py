@@ -16,10 +16,10 @@ from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign
 from ..schema.configurations import known_configurations
-from ..schema.frozen_facts import FACTS, hit_key, kept_facts
+from ..schema.frozen_facts import FACTS, hit_key, read_frozen_facts
 from ..schema.impacts import DatasetSnapshot, ExtractionSettingsRow, Impact, Pulse, SnapshotPulse
 from ..schema.recordings import Recording
-from ..schema.removal.returning import note_whole
+from ..schema.removal.returning import mark_restored
 from ..schema.session import Store
 from .build_table import content_hash, member_of, table_of
 from .catalog import get_snapshot_row, list_snapshots, source_deleted
@@ -139,7 +139,7 @@ def _fill_up(store: Store, session: Session, known: _Known, digest: str, draft: 
     lost = [key for key in draft.table.pulse_id.tolist() if key not in own]
     if lost and len(own) + len(lost) == len(draft.table.pulse_id):
         _add_pulses(store, session, known.key, lost)
-        note_whole(session, digest)
+        mark_restored(session, digest)
 
 
 def _add_pulses(store: Store, session: Session, snapshot: int, pulses: Sequence[int]) -> None:
@@ -185,7 +185,7 @@ def _with_kept_facts(session: Session, name: str, rows: Sequence[Row], definitio
     """The rows with the facts that the dataset was frozen with, where facts were added to a campaign since."""
     if FACTS not in definition:
         return rows
-    kept = {row["campaign"]: kept_facts(definition, row["campaign"]) for row in rows}
+    kept = {row["campaign"]: read_frozen_facts(definition, row["campaign"]) for row in rows}
     fingerprints = {fingerprint for _, of_hits in kept.values() for fingerprint in of_hits.values()}
     keys = known_configurations(session, sorted(fingerprints))
     if fingerprints - keys.keys():

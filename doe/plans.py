@@ -17,7 +17,7 @@ from ..schema.configurations import configuration_ids
 from ..schema.impacts import Impact, Shot
 from ..schema.known_factors import LevelError, MaterialNames, RunLevel, level_of
 from ..schema.session import Store
-from ..schema.transactions import take_turn
+from ..schema.transactions import take_advisory_lock
 from .designs.base import Design
 from .space import Space, space_from_text
 
@@ -83,7 +83,7 @@ def add_plan(
     numbers = list(runs) if runs is not None else list(range(1, len(design.treatments) + 1))
 
     def add(session: Session) -> None:
-        take_turn(session, plan_turn(name))
+        take_advisory_lock(session, plan_turn(name))
         if session.scalar(select(Plan.id).where(Plan.name == name)) is not None:
             raise PlanExistsError(f"plan {name!r} is in the store already; choose another name")
         plan = Plan(
@@ -112,7 +112,7 @@ def extend_plan(
     """Add runs after the last ones of plan `name`; returns their numbers. Raises as `add_plan` does."""
 
     def extend(session: Session) -> list[int]:
-        take_turn(session, plan_turn(name))
+        take_advisory_lock(session, plan_turn(name))
         plan = _plan_row(session, name)
         last = select(func.max(PlannedRun.run), func.max(PlannedRun.position)).where(PlannedRun.plan_id == plan.id)
         run, position = session.execute(last).one()
@@ -168,7 +168,7 @@ def tick_run(store: Store, plan_name: str, run: int, *, status: str, note: str |
         raise ValueError("no reason given; a discarded run needs one")
 
     def tick(session: Session) -> StoredRun:
-        take_turn(session, plan_turn(plan_name))
+        take_advisory_lock(session, plan_turn(plan_name))
         plan = _plan_row(session, plan_name)
         row = session.scalars(select(PlannedRun).filter_by(plan_id=plan.id, run=run)).one_or_none()
         if row is None:

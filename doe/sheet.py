@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..schema.atomic_write import whole_file
+from ..schema.atomic_write import atomic_file
 from ..schema.known_factors import parse_number
 from .plans import StoredPlan, StoredRun
 from .space import Space
@@ -69,7 +69,7 @@ def write_sheet(plan: StoredPlan, path: Path) -> None:
         raise ValueError(
             f"{path.name}: no sheet of format {path.suffix or 'without suffix'!r}; known: .html, .csv, .xlsx"
         )
-    with whole_file(path) as partial:
+    with atomic_file(path) as partial:
         writer(sheet_of(plan), partial)
 
 

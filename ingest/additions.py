@@ -18,13 +18,13 @@ from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign
 from ..schema.configurations import configuration_ids
-from ..schema.frozen_facts import keep_facts
+from ..schema.frozen_facts import freeze_facts
 from ..schema.impacts import Impact, Shot
 from ..schema.recordings import RecordedChannel, Recording
 from ..schema.session import Store
 from ..signals.calibration import Calibration
 from ..signals.channel import Sensor
-from .errors import IngestError, difference, shown
+from .errors import IngestError, difference, printable
 from .folder import FILE, CampaignFile
 from .modes import ModalTableFile
 from .rows import bench_additions, campaign_values
@@ -97,7 +97,7 @@ def add_facts(
     }
     if not bench and not wanted:
         return
-    keep_facts(session, campaign, wanted, bench=bench)
+    freeze_facts(session, campaign, wanted, bench=bench)
     text = f"{store.writer.command} (added to campaign {file.name!r}: {additions.words(file.kind)})"
     written_by = replace(store.writer, command=text).insert(session.connection())
     campaign.written_by_id = written_by
@@ -219,7 +219,7 @@ def _close(first: tuple[float, ...], second: tuple[float, ...]) -> bool:
 
 
 def _text(value: object) -> str | None:
-    return None if value is None else shown(value)
+    return None if value is None else printable(value)
 
 
 def _other_forces(file: CampaignFile, stored: Sequence[Stored]) -> list[str]:

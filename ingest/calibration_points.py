@@ -11,7 +11,7 @@ from typing import Any
 
 from ..schema.known_factors import parse_number
 from ..signals.calibration import Calibration, fit_line
-from .errors import IngestError, shown, stated_day
+from .errors import IngestError, parse_date, printable
 from .tables import read_table
 
 FILE = "campaign.toml"
@@ -54,7 +54,7 @@ def read_points(path: Path, reference_u: float = 0.0, reading_u_v: float = 0.0) 
             raise IngestError(f"{path.name}: no column {column!r}; expected {', '.join(COLUMNS)}")
     if unknown := sorted(set(header) - {*COLUMNS, *UNCERTAINTIES}):
         column_names = ", ".join((*COLUMNS, *UNCERTAINTIES))
-        raise IngestError(f"{path.name}: unknown column {shown(unknown[0])}; known: {column_names}")
+        raise IngestError(f"{path.name}: unknown column {printable(unknown[0])}; known: {column_names}")
     values: dict[str, list[float]] = {column: [] for column in header}
     for line, cells in lines:
         for column, text in cells.items():
@@ -62,7 +62,7 @@ def read_points(path: Path, reference_u: float = 0.0, reading_u_v: float = 0.0) 
                 values[column].append(parse_number(text))
             except ValueError as error:
                 raise IngestError(
-                    f"{path.name}: row {line}, column {column!r}: {shown(text)}; expected a number"
+                    f"{path.name}: row {line}, column {column!r}: {printable(text)}; expected a number"
                 ) from error
     return CalibrationPoints(
         tuple(values["reference"]),
@@ -83,10 +83,10 @@ def stated_calibration(channel: Mapping[str, Any], where: str, folder: Path) -> 
         return None
     where = f"{where}.calibration"
     if not isinstance(table, Mapping):
-        raise IngestError(f"{FILE}: {where} is {shown(table)}; expected a table [{where}]")
+        raise IngestError(f"{FILE}: {where} is {printable(table)}; expected a table [{where}]")
     for key in table:
         if key not in _KEYS:
-            raise IngestError(f"{FILE}: unknown key {shown(f'{where}.{key}')}; known: {', '.join(_KEYS)}")
+            raise IngestError(f"{FILE}: unknown key {printable(f'{where}.{key}')}; known: {', '.join(_KEYS)}")
     for key in ("sensitivity", "offset_v"):
         if key in channel:
             raise IngestError(f"{FILE}: {where} gives {key}, which stands beside it; remove one of them")
@@ -96,7 +96,7 @@ def stated_calibration(channel: Mapping[str, Any], where: str, folder: Path) -> 
     if "points" in table:
         points = CalibrationPoints(*_pairs(table["points"], where), *uncertainties)
     elif not isinstance(table["file"], str) or not table["file"].strip():
-        raise IngestError(f"{FILE}: {where}.file is {shown(table['file'])}; expected the name of a file")
+        raise IngestError(f"{FILE}: {where}.file is {printable(table['file'])}; expected the name of a file")
     else:
         points = read_points(folder / table["file"], *uncertainties)
     date, common_u = _date(table, where), _not_negative(table, "common_u", where)
@@ -110,7 +110,7 @@ def _pairs(value: object, where: str) -> tuple[tuple[float, ...], tuple[float, .
     pairs = value if isinstance(value, Sequence) and not isinstance(value, str) else ()
     good = [pair for pair in pairs if isinstance(pair, list) and len(pair) == 2 and all(map(_is_number, pair))]
     if not good or len(good) < len(pairs):
-        raise IngestError(f"{FILE}: {where}.points is {shown(value)}; expected [[reference, volt], ...]")
+        raise IngestError(f"{FILE}: {where}.points is {printable(value)}; expected [[reference, volt], ...]")
     return tuple(float(pair[0]) for pair in good), tuple(float(pair[1]) for pair in good)
 
 
@@ -121,12 +121,12 @@ def _is_number(value: object) -> bool:
 def _not_negative(table: Mapping[str, Any], key: str, where: str) -> float:
     value = table.get(key, 0.0)
     if not _is_number(value) or value < 0:
-        raise IngestError(f"{FILE}: {where}.{key} is {shown(value)}; expected a standard uncertainty of 0 or more")
+        raise IngestError(f"{FILE}: {where}.{key} is {printable(value)}; expected a standard uncertainty of 0 or more")
     return float(value)
 
 
 def _date(table: Mapping[str, Any], where: str) -> dt.date:
     try:
-        return stated_day(table.get("date"), "the day of the calibration")
+        return parse_date(table.get("date"), "the day of the calibration")
     except ValueError as error:
         raise IngestError(f"{FILE}: {where}.date is {error}") from error

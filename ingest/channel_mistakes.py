@@ -39,7 +39,7 @@ def check_force_sign(pulses: Sequence[ForcePulse], channel: str) -> list[Finding
     return [Finding(NEGATIVE, "note", message, channel, {"sign": -1})]
 
 
-def doubt_other_sign(store: Store, campaign: str) -> None:
+def warn_of_sign(store: Store, campaign: str) -> None:
     """A `warning` on each recording of `campaign` whose force has another sign than that of most; on those of negative
     force where there are as many of either. What was said before is brought up to date."""
     wanted, present = store.read(lambda session: _minority(session, campaign))
@@ -118,7 +118,7 @@ _UNITS: dict[str, tuple[str, dict[str, float]]] = {
 _AMPLIFIED = {"force": (10.0, 100.0), "acceleration": (10.0, 100.0)}
 
 
-def mistakes(quantity: str) -> Iterator[tuple[float, str]]:
+def unit_mistakes(quantity: str) -> Iterator[tuple[float, str]]:
     """Readings over the truth, each with the mistake that makes them; those of a quantity, in both directions."""
     unit, factors = _UNITS[quantity]
     for name, factor in factors.items():

@@ -11,7 +11,7 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 
 from ..schema.known_factors import BY_COLUMN, BY_NAME, KNOWN_FACTORS
-from .errors import Faults, shown
+from .errors import Faults, printable
 
 RUNS_FILE = "runs.csv"
 KEYS = ("run", "repetition")
@@ -56,15 +56,15 @@ def check_columns(
             if column in KNOWN:
                 faults.add([f"{place}: {column!r} is a known column of {table}, not a free factor; remove it"])
             elif column not in header:
-                there = shown(", ".join(header))
-                faults.add([f"{place}: {shown(column)} is no column of {table}; its columns are {there}"])
+                there = printable(", ".join(header))
+                faults.add([f"{place}: {printable(column)} is no column of {table}; its columns are {there}"])
     for column in header:
         similar = resembled(column)
         if similar is not None and column not in declared and column not in confirmed:
             faults.add(
                 [
-                    f"{table}: column {shown(column)} resembles the known column {similar!r}; correct its name, or, "
-                    f"if it is a factor of its own, declare it in campaign.toml ([factors], {_toml_key(column)} = "
+                    f"{table}: column {printable(column)} resembles the known column {similar!r}; correct its name, "
+                    f"or, if it is a factor of its own, declare it in campaign.toml ([factors], {_toml_key(column)} = "
                     f'"what it is") or confirm it with --free-factor {_argument(column)}'
                 ]
             )
@@ -115,7 +115,7 @@ def suggestion(column: str, header: Collection[str]) -> str:
     """For a key that is missing: the column that was probably meant, as the end of a sentence; else nothing."""
     for heading in header:
         if _edits(_plain(heading), column) <= 1:
-            return f"; column {shown(heading)} resembles it"
+            return f"; column {printable(heading)} resembles it"
     return ""
 
 

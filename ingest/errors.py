@@ -72,7 +72,7 @@ class Faults:
 LONGEST_NAME = 500
 
 
-def shown(value: object) -> str:
+def printable(value: object) -> str:
     """A value for a message, shortened."""
     try:
         text = repr(value)
@@ -81,7 +81,7 @@ def shown(value: object) -> str:
     return text if len(text) <= 100 else text[:100] + "…"
 
 
-def stated_day(value: object, expected: str) -> dt.date:
+def parse_date(value: object, expected: str) -> dt.date:
     """A day that TOML holds as a date, a time or a text. Raises `ValueError` with the value and what was expected."""
     if isinstance(value, dt.datetime):
         return value.date()
@@ -90,7 +90,7 @@ def stated_day(value: object, expected: str) -> dt.date:
     try:
         return dt.date.fromisoformat(value if isinstance(value, str) else "")
     except ValueError as error:
-        raise ValueError(f"{shown(value)}; expected {expected}") from error
+        raise ValueError(f"{printable(value)}; expected {expected}") from error
 
 
 def difference(name: str, given: str | None, stored: str | None) -> str:

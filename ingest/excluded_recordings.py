@@ -16,7 +16,7 @@ from ..schema.campaigns import Campaign
 from ..schema.provenance import CAMPAIGN, Tombstone
 from ..schema.recordings import SET_ASIDE, Recording
 from ..schema.removal.part import Part
-from ..schema.removal.returning import open_stones, settle
+from ..schema.removal.returning import open_tombstones, settle
 from ..schema.transactions import get_or_add
 from .errors import IngestError
 from .folder import CampaignFile
@@ -25,7 +25,7 @@ from .report import DISCARDED
 
 
 @dataclass(frozen=True)
-class Damaged:
+class UnreadableRecording:
     """A recording that could not be read whole, and why."""
 
     path: str
@@ -34,7 +34,7 @@ class Damaged:
     reason: str
 
 
-def keep_aside(session: Session, campaign: Campaign, file: CampaignFile, item: Damaged) -> None:
+def store_rejected(session: Session, campaign: Campaign, file: CampaignFile, item: UnreadableRecording) -> None:
     """Add the row that says why, unless another process has."""
     get_or_add(
         session,
@@ -50,7 +50,7 @@ def keep_aside(session: Session, campaign: Campaign, file: CampaignFile, item: D
     )
 
 
-def forget_aside(session: Session, campaign: Campaign, path: str) -> None:
+def delete_rejected(session: Session, campaign: Campaign, path: str) -> None:
     """A recording that was set aside and has been mended makes room for its better self."""
     session.execute(
         delete(Recording).where(
@@ -95,7 +95,7 @@ class DiscardedRecordings:
                 stone.reason,
                 stone.id > newest_deletion,
             )
-            for stone in open_stones(session, campaign)
+            for stone in open_tombstones(session, campaign)
             if stone.recording is not None
         }
         self.withheld: list[Discarded] = []

@@ -16,7 +16,7 @@ from ..schema.toml_text import read_toml_text, toml_table
 from ..signals.channel import Sensor
 from ..signals.units import SI_UNITS, UnitError
 from .calibration_points import stated_calibration
-from .errors import LONGEST_NAME, Faults, IngestError, shown, stated_day
+from .errors import LONGEST_NAME, Faults, IngestError, parse_date, printable
 from .readers import ReadingOptions
 from .recording_options import ForceSource, force_source, reading_options
 
@@ -148,13 +148,13 @@ def _load(path: Path) -> dict[str, Any]:
 def _known_keys(table: Mapping[str, Any], known: tuple[str, ...], where: str) -> None:
     places = [f"{where}.{key}" if where else key for key in table if key not in known]
     if places:
-        raise IngestError(*(f"{FILE}: unknown key {shown(place)}; known: {', '.join(known)}" for place in places))
+        raise IngestError(*(f"{FILE}: unknown key {printable(place)}; known: {', '.join(known)}" for place in places))
 
 
 def _table(data: Mapping[str, Any], key: str, *, required: bool = False) -> Mapping[str, Any]:
     value = data.get(key, {})
     if not isinstance(value, dict):
-        raise IngestError(f"{FILE}: {key!r} is {shown(value)}; expected a table [{key}]")
+        raise IngestError(f"{FILE}: {key!r} is {printable(value)}; expected a table [{key}]")
     if required and not value:
         raise IngestError(f"{FILE}: no table [{key}]; expected name, kind and date there")
     return value
@@ -167,7 +167,7 @@ def _text(table: Mapping[str, Any], key: str, where: str, *, required: bool = Fa
             raise IngestError(f"{FILE}: {where}.{key} is missing; expected a text")
         return None
     if not isinstance(value, str) or (required and not value.strip()):
-        raise IngestError(f"{FILE}: {where}.{key} is {shown(value)}; expected a text")
+        raise IngestError(f"{FILE}: {where}.{key} is {printable(value)}; expected a text")
     if "\x00" in value:
         raise IngestError(f"{FILE}: {where}.{key} holds a NUL character")
     return _name(value.strip(), f"{where}.{key}") if required else value
@@ -176,7 +176,8 @@ def _text(table: Mapping[str, Any], key: str, where: str, *, required: bool = Fa
 def _name(text: str, where: str) -> str:
     if len(text) > LONGEST_NAME or not text.isprintable():
         raise IngestError(
-            f"{FILE}: {where} is {shown(text)} ({len(text)} characters); expected one line of at most {LONGEST_NAME}"
+            f"{FILE}: {where} is {printable(text)} ({len(text)} characters); "
+            f"expected one line of at most {LONGEST_NAME}"
         )
     return text
 
@@ -184,13 +185,13 @@ def _name(text: str, where: str) -> str:
 def _choice(table: Mapping[str, Any], key: str, where: str, known: tuple[str, ...]) -> str:
     value = _text(table, key, where, required=True)
     if value not in known:
-        raise IngestError(f"{FILE}: {where}.{key} is {shown(value)}; expected one of {', '.join(known)}")
+        raise IngestError(f"{FILE}: {where}.{key} is {printable(value)}; expected one of {', '.join(known)}")
     return value
 
 
 def _date(campaign: Mapping[str, Any]) -> dt.date:
     try:
-        return stated_day(campaign.get("date"), "an ISO date such as 2026-11-01")
+        return parse_date(campaign.get("date"), "an ISO date such as 2026-11-01")
     except ValueError as error:
         raise IngestError(f"{FILE}: campaign.date is {error}") from error
 
@@ -220,7 +221,7 @@ def _number(table: Mapping[str, Any], key: str, where: str, rule: Rule) -> float
         raise IngestError(f"{FILE}: {where}.{key} is missing; expected {rule[0]}")
     value = _float(table[key])
     if value is None or not rule[1](value):
-        raise IngestError(f"{FILE}: {where}.{key} is {shown(table[key])}; expected {rule[0]}")
+        raise IngestError(f"{FILE}: {where}.{key} is {printable(table[key])}; expected {rule[0]}")
     return value
 
 
@@ -265,7 +266,7 @@ def _regulator(bench: Mapping[str, Any]) -> float:
 def _confirmed(bench: Mapping[str, Any]) -> tuple[str, ...]:
     value = bench.get("confirmed", [])
     if not isinstance(value, list) or not all(isinstance(rule, str) for rule in value):
-        raise IngestError(f'{FILE}: bench.confirmed is {shown(value)}; expected a list such as ["negative-size"]')
+        raise IngestError(f'{FILE}: bench.confirmed is {printable(value)}; expected a list such as ["negative-size"]')
     return tuple(value)
 
 
@@ -311,7 +312,8 @@ def _outline(table: Mapping[str, Any]) -> tuple[tuple[float, float], ...] | None
     corners_given = tuple(corner for corner in corners if corner is not None)
     if len(corners_given) < max(3, len(corners)):
         raise IngestError(
-            f"{FILE}: bench.plate.outline_m is {shown(value)}; expected at least three corners [[x, y], …] in metres"
+            f"{FILE}: bench.plate.outline_m is {printable(value)}; "
+            "expected at least three corners [[x, y], …] in metres"
         )
     return corners_given
 

@@ -18,11 +18,11 @@ from ..schema.known_factors import MaterialNames
 from ..schema.rehearsal import RolledBackStore
 from ..schema.session import Store
 from ..signals.channel import on_impactor
-from .channel_mistakes import doubt_other_sign
+from .channel_mistakes import warn_of_sign
 from .column_names import undeclared
 from .derived_force import TransferFunctions, plate_response
 from .errors import Faults, IngestError
-from .excluded_recordings import Damaged
+from .excluded_recordings import UnreadableRecording
 from .folder import FILE as CAMPAIGN
 from .folder import CampaignFile, read_campaign_file, stated_kind_and_factors
 from .impact_speed import TargetMotion
@@ -45,7 +45,7 @@ Progress = Callable[[int, int, str], None]
 #: A recording whose reading takes longer than this, and longer than its size explains, never ends.
 _PATIENCE_S, _SLOWEST_BYTES_PER_S = 120.0, 0.5e6
 
-Outcome = tuple[list[MatchedImpact], ProcessedRecording] | Damaged
+Outcome = tuple[list[MatchedImpact], ProcessedRecording] | UnreadableRecording
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def ingest_folder(
     target = CampaignStore(store, file, modes, rows, settings, again=again, target_motion=target_motion)
     work = _plan(file, rows, target)
     plate = campaign_plate_response(file, rows)
-    damaged: list[Damaged] = []
+    damaged: list[UnreadableRecording] = []
     held: list[tuple[list[MatchedImpact], ProcessedRecording]] = []
     jobs = jobs or default_jobs(sum(item.size_bytes for item in work))
     crashing = any(RecordingFiles(folder, item.path).may_crash for item in work)
@@ -95,7 +95,7 @@ def ingest_folder(
     if not rehearsed:
         target.add_facts()
     for done, (item, result) in enumerate(results, 1):
-        if isinstance(result, Damaged):
+        if isinstance(result, UnreadableRecording):
             damaged.append(result)
         else:
             hits, recording = result
@@ -113,7 +113,7 @@ def ingest_folder(
     if damaged and not target.holds_anything():
         raise IngestError(f"{file.folder}: no usable recording; {damaged[0].path}: {damaged[0].reason}")
     target.set_aside(damaged)
-    doubt_other_sign(store, file.name)
+    warn_of_sign(store, file.name)
     report = target.report()
     report.findings += remarks
     report.undeclared_factors = undeclared({name: None for row in rows for name in row.levels_by_factor}, file.factors)
@@ -272,5 +272,5 @@ def _patience_s(work: PendingRecording) -> float:
     return _PATIENCE_S + work.size_bytes / _SLOWEST_BYTES_PER_S
 
 
-def _damaged(work: PendingRecording, reason: str) -> Damaged:
-    return Damaged(work.path, work.sha256, work.size_bytes, one_line(reason))
+def _damaged(work: PendingRecording, reason: str) -> UnreadableRecording:
+    return UnreadableRecording(work.path, work.sha256, work.size_bytes, one_line(reason))

@@ -17,7 +17,7 @@ from ..schema.campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel
 from ..schema.impacts import Impact, Shot
 from ..schema.known_factors import BY_NAME
 from ..schema.session import Store
-from ..schema.transactions import take_turn
+from ..schema.transactions import take_advisory_lock
 from .errors import IngestError
 
 #: Numbers agree within this share of the planned one.
@@ -68,7 +68,7 @@ def link_campaign(store: Store, campaign: str, plan: str) -> PlanLinks:
 
 def link_within(session: Session, campaign: str, plan: str) -> PlanLinks:
     """`link_campaign` in a transaction of the caller's."""
-    take_turn(session, plan_turn(plan))
+    take_advisory_lock(session, plan_turn(plan))
     campaign_row, plan_row = _rows(session, campaign, plan)
     planned = {row.run: row for row in session.scalars(select(PlannedRun).filter_by(plan_id=plan_row.id))}
     wanted = _levels(session, {row.configuration_id for row in planned.values()})

@@ -13,7 +13,7 @@ from collections.abc import Collection, Iterator, Sequence
 
 from ..schema.known_factors import BY_NAME, NONE
 from ..signals.checks.base import Finding
-from .errors import Faults, IngestError, shown
+from .errors import Faults, IngestError, printable
 from .folder import CampaignFile
 from .pulses import ExtractedPulse
 from .runs import RunRow
@@ -110,7 +110,9 @@ def check_bench(file: CampaignFile, rows: Sequence[RunRow], confirmed: Collectio
     unknown = sorted(confirmed - set(RULES))
     if unknown:
         rule_names = ", ".join(RULES)
-        raise IngestError(*(f"{shown(rule)} is no rule that can be confirmed; known: {rule_names}" for rule in unknown))
+        raise IngestError(
+            *(f"{printable(rule)} is no rule that can be confirmed; known: {rule_names}" for rule in unknown)
+        )
     faults = Faults()
     runs_by_message: dict[str, list[int]] = {}
     for row in rows:
@@ -157,7 +159,7 @@ def _broken(file: CampaignFile, row: RunRow) -> Iterator[tuple[str, str]]:
             and level.number < 0
             and _SIZES & set(name.lower().split("_"))
         ):
-            yield SIZE, f"column {shown(name)} is {level.label}; a size is not below zero"
+            yield SIZE, f"column {printable(name)} is {level.label}; a size is not below zero"
     pressure, limit = row.number("tank_pressure"), file.max_regulated_pressure_pa
     if pressure is not None and pressure > limit:
         yield (

@@ -16,7 +16,7 @@ from ..schema.series import EncodedSeries, encode_series
 from ..signals.channel import Channel, Sensor
 from ..signals.checks import run_checks
 from ..signals.checks.base import Finding
-from ..signals.checks.recording import judge_together
+from ..signals.checks.recording import check_recording_channels
 from ..signals.units import UnitError, to_si
 from .channel_figures import ImpactFigures, measure_channels
 from .channel_mistakes import check_force_sign, refuse_no_reading
@@ -104,7 +104,7 @@ def process_recording(
     speeds, conditioning = impact_speeds(channels, pulses, settings, force[0] if force else None)
     shot, shot_findings = measure_shot(channels, bullet_length_m, bullet_length_u_m)
     figures = measure_channels(channels, hits, rows, settings)
-    findings = judged(channels, hits) + unread + conditioning + shot_findings + list(figures.findings)
+    findings = check_recording(channels, hits) + unread + conditioning + shot_findings + list(figures.findings)
     return ProcessedRecording(
         path=path,
         sha256=digest,
@@ -238,11 +238,11 @@ def hits_of(channels: list[Channel], settings: ExtractionSettings, expected: int
     return find_hits(values, channel.sampling_rate_hz, settings, start_s=channel.start_s, expected=expected)
 
 
-def judged(channels: list[Channel], hits: Hits) -> list[Finding]:
+def check_recording(channels: list[Channel], hits: Hits) -> list[Finding]:
     """What the checks find on the channels of one recording and in its pulses, each event once."""
     contacts = tuple(pulse.contact for pulse in hits.pulses)
     findings = [finding for channel in channels for finding in run_checks(channel, contacts)]
-    return judge_together(channels, findings + _pulse_findings(channels, hits))
+    return check_recording_channels(channels, findings + _pulse_findings(channels, hits))
 
 
 def _pulse_findings(channels: list[Channel], hits: Hits) -> list[Finding]:

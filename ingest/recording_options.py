@@ -12,7 +12,7 @@ from typing import Any
 
 from ..signals.channel import Sensor
 from ..signals.units import UnitError
-from .errors import LONGEST_NAME, IngestError, shown
+from .errors import LONGEST_NAME, IngestError, printable
 from .readers import ReadingOptions
 from .readers.recording import MAX_COLUMNS
 from .readers.text import BLANKS
@@ -27,11 +27,12 @@ def reading_options(data: Mapping[str, Any]) -> ReadingOptions:
     """`[recordings]` of a campaign.toml. Raises `IngestError` with the key, its value and what was expected."""
     table = data.get("recordings", {})
     if not isinstance(table, Mapping):
-        raise IngestError(f"campaign.toml: 'recordings' is {shown(table)}; expected a table [recordings]")
+        raise IngestError(f"campaign.toml: 'recordings' is {printable(table)}; expected a table [recordings]")
     for key in table:
         if key not in _RECORDING_OPTIONS_KEYS:
             raise IngestError(
-                f"campaign.toml: unknown key {shown(f'recordings.{key}')}; known: {', '.join(_RECORDING_OPTIONS_KEYS)}"
+                f"campaign.toml: unknown key {printable(f'recordings.{key}')}; "
+                f"known: {', '.join(_RECORDING_OPTIONS_KEYS)}"
             )
     delimiter = _sign(table, "delimiter", _DELIMITERS, '",", ";", "|", "tab" or "blanks"')
     decimal = _sign(table, "decimal", dict(zip(_DECIMALS, _DECIMALS, strict=True)), '"." or ","')
@@ -44,15 +45,15 @@ def _columns(table: Mapping[str, Any]) -> tuple[str, ...]:
     value = table.get("columns", [])
     expected = 'expected the names of all columns in order, such as ["time", "force"]'
     if not isinstance(value, list) or not all(isinstance(name, str) for name in value) or len(value) > MAX_COLUMNS:
-        raise IngestError(f"campaign.toml: recordings.columns is {shown(value)}; {expected}")
+        raise IngestError(f"campaign.toml: recordings.columns is {printable(value)}; {expected}")
     names = [name.strip() for name in value]
     long_or_odd = any(not name.isprintable() or len(name) > LONGEST_NAME for name in names)
     if long_or_odd or ("columns" in table and not any(names)):
-        raise IngestError(f"campaign.toml: recordings.columns is {shown(value)}; {expected}, each on one line")
+        raise IngestError(f"campaign.toml: recordings.columns is {printable(value)}; {expected}, each on one line")
     double = next((name for name in names if name and names.count(name) > 1), None)
     if double is not None:
         raise IngestError(
-            f"campaign.toml: recordings.columns names {shown(double)} twice; expected different names "
+            f"campaign.toml: recordings.columns names {printable(double)} twice; expected different names "
             '("" for a column that is not read)'
         )
     return tuple(names)
@@ -65,7 +66,7 @@ def _rate(table: Mapping[str, Any]) -> float | None:
     if isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < 1e15 and math.isfinite(value):
         return float(value)
     raise IngestError(
-        f"campaign.toml: recordings.sampling_rate_hz is {shown(value)}; expected a number above zero, in hertz"
+        f"campaign.toml: recordings.sampling_rate_hz is {printable(value)}; expected a number above zero, in hertz"
     )
 
 
@@ -74,7 +75,7 @@ def _sign(table: Mapping[str, Any], key: str, signs: Mapping[str, str], expected
         return None
     value = table[key]
     if not isinstance(value, str) or value not in signs:
-        raise IngestError(f"campaign.toml: recordings.{key} is {shown(value)}; expected {expected}")
+        raise IngestError(f"campaign.toml: recordings.{key} is {printable(value)}; expected {expected}")
     return signs[value]
 
 
@@ -104,7 +105,7 @@ def force_source(table: Mapping[str, Any], sensors: Mapping[str, Sensor]) -> For
         return None
     for key in table:
         if key not in _KEYS:
-            raise IngestError(f"{FILE}: unknown key {shown(f'force.{key}')}; known: {', '.join(_KEYS)}")
+            raise IngestError(f"{FILE}: unknown key {printable(f'force.{key}')}; known: {', '.join(_KEYS)}")
     recorded = sorted(sensor.name for sensor in sensors.values() if sensor.quantity == "force")
     if recorded:
         raise IngestError(
@@ -112,12 +113,12 @@ def force_source(table: Mapping[str, Any], sensors: Mapping[str, Sensor]) -> For
         )
     names = table.get("from")
     if not isinstance(names, list) or not names or not all(isinstance(name, str) for name in names):
-        raise IngestError(f'{FILE}: force.from is {shown(names)}; expected a list of channels such as ["acc_1"]')
+        raise IngestError(f'{FILE}: force.from is {printable(names)}; expected a list of channels such as ["acc_1"]')
     for name in names:
         if name not in sensors or sensors[name].quantity != "acceleration":
             accelerometers = ", ".join(s.name for s in sensors.values() if s.quantity == "acceleration") or "none"
             raise IngestError(
-                f"{FILE}: force.from names {shown(name)}; expected acceleration channels, here: {accelerometers}"
+                f"{FILE}: force.from names {printable(name)}; expected acceleration channels, here: {accelerometers}"
             )
     recording = _text(table, "transfer_function")
     if recording is None:
@@ -138,7 +139,7 @@ def force_source(table: Mapping[str, Any], sensors: Mapping[str, Sensor]) -> For
 def _text(table: Mapping[str, Any], key: str) -> str | None:
     value = table.get(key)
     if value is not None and (not isinstance(value, str) or not value.strip()):
-        raise IngestError(f"{FILE}: force.{key} is {shown(value)}; expected a text")
+        raise IngestError(f"{FILE}: force.{key} is {printable(value)}; expected a text")
     return value
 
 
@@ -147,5 +148,5 @@ def _sensitivity(table: Mapping[str, Any]) -> float | None:
     if value is None:
         return None
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < abs(value) < float("inf"):
-        raise IngestError(f"{FILE}: force.sensitivity is {shown(value)}; expected volt per unit, other than zero")
+        raise IngestError(f"{FILE}: force.sensitivity is {printable(value)}; expected volt per unit, other than zero")
     return float(value)

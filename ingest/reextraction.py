@@ -15,7 +15,7 @@ from functools import partial
 from sqlalchemy import delete, func, select, update
 from sqlalchemy.orm import Session
 
-from ..parallel.map_tasks import HERE, LOCAL, Crew, mapped
+from ..parallel.map_tasks import HERE, LOCAL, ExecutorConfig, run_all_tasks
 from ..schema.campaigns import Campaign
 from ..schema.impacts import ChannelFigures, Impact
 from ..schema.impacts import Pulse as PulseRow
@@ -23,7 +23,7 @@ from ..schema.listings import get_campaign_id
 from ..schema.recordings import STORED, Recording
 from ..schema.series import SeriesError
 from ..schema.session import Store
-from ..schema.transactions import take_turn
+from ..schema.transactions import take_advisory_lock
 from ..signals.channel import Channel
 from .channel_figures import ImpactFigures, figure_rows, measure_channels
 from .processing import hits_of
@@ -34,7 +34,7 @@ from .stored import list_channels, read_channel
 
 
 @dataclass(frozen=True)
-class Cut:
+class HitReextraction:
     """What settings make of a recording: keys of its impacts in the order of their contacts, and the pulses found.
 
     Each impact has its pulse where `mismatch` is None; else it says why nobody can tell which belongs to which.
@@ -71,9 +71,9 @@ def impacts_of(session: Session, recording: int) -> list[int]:
     return list(session.scalars(query))
 
 
-def cut(session: Session, recording: int, impacts: Sequence[int], settings: ExtractionSettings) -> Cut:
+def cut(session: Session, recording: int, impacts: Sequence[int], settings: ExtractionSettings) -> HitReextraction:
     """The recording's hits by these settings; nothing is stored. Raises as `force_channels`."""
-    return cut_of(force_channels(session, recording), impacts, settings)
+    return reextract_recording_hits(force_channels(session, recording), impacts, settings)
 
 
 def force_channels(session: Session, recording: int) -> tuple[Channel, ...]:
@@ -81,11 +81,13 @@ def force_channels(session: Session, recording: int) -> tuple[Channel, ...]:
     return tuple(read_channel(session, row) for row in list_channels(session, recording) if row.quantity == "force")
 
 
-def cut_of(channels: Sequence[Channel], impacts: Sequence[int], settings: ExtractionSettings) -> Cut:
+def reextract_recording_hits(
+    channels: Sequence[Channel], impacts: Sequence[int], settings: ExtractionSettings
+) -> HitReextraction:
     """`cut` of samples that were read; without the store."""
     hits = hits_of(list(channels), settings, len(impacts))
     figures = measure_channels(channels, hits, len(impacts), settings)
-    return Cut(settings, tuple(impacts), hits.pulses, figures.impacts)
+    return HitReextraction(settings, tuple(impacts), hits.pulses, figures.impacts)
 
 
 def versions(session: Session, impacts: Sequence[int], settings: ExtractionSettings) -> list[int]:
@@ -100,7 +102,7 @@ def put_in_use(session: Session, impacts: Sequence[int], pulses: Sequence[int]) 
     session.execute(update(PulseRow).where(PulseRow.id.in_(pulses)).values(current=True))
 
 
-def add_versions(session: Session, found: Cut) -> None:
+def add_versions(session: Session, found: HitReextraction) -> None:
     """Store the pulses as the versions in use. Raises `ValueError` where they cannot be told apart."""
     if found.mismatch is not None:
         raise ValueError(found.mismatch)
@@ -171,7 +173,7 @@ def reextract(
     campaign: str,
     settings: ExtractionSettings,
     progress: Callable[[int, int, str], None] | None = None,
-    crew: Crew = HERE,
+    crew: ExecutorConfig = HERE,
 ) -> ReextractionReport:
     """Cut every recording of `campaign` again, one transaction each. Raises `LookupError` for an unknown campaign.
 
@@ -185,7 +187,9 @@ def reextract(
         )
         recordings = [(key, path) for key, path in session.execute(query.order_by(Recording.id))]
     read = (_read(store, key, path, settings) for key, path in recordings)
-    for done, (recording, pulses) in enumerate(mapped(crew, _cut, read, shared=(settings,), window=_window(crew)), 1):
+    for done, (recording, pulses) in enumerate(
+        run_all_tasks(crew, _cut, read, shared=(settings,), window=_window(crew)), 1
+    ):
         _keep(store, recording, pulses, settings, report)
         if progress:
             progress(done, len(recordings), recording.path)
@@ -203,7 +207,7 @@ def reextract_recording(store: Store, recording_key: int, settings: ExtractionSe
     return report
 
 
-def preview_impacts(store: Store, recording_key: int, settings: ExtractionSettings) -> Cut:
+def preview_impacts(store: Store, recording_key: int, settings: ExtractionSettings) -> HitReextraction:
     """What `reextract_recording` would store of a recording; nothing is.
 
     Raises `LookupError` for a recording that there is not, was set aside, or in which no contact was found.
@@ -243,7 +247,7 @@ class _Read:
     contacts: bool = True
 
 
-def _window(crew: Crew) -> int:
+def _window(crew: ExecutorConfig) -> int:
     """Recordings that are in memory at a time."""
     if crew.is_here:
         return 1
@@ -266,12 +270,12 @@ def _read(store: Store, key: int, path: str, settings: ExtractionSettings) -> _R
             return _Read(key, path, impacts, damage=str(error))
 
 
-def _cut(one: _Read, settings: ExtractionSettings) -> Cut | None:
-    return None if one.channels is None else cut_of(one.channels, one.impacts, settings)
+def _cut(one: _Read, settings: ExtractionSettings) -> HitReextraction | None:
+    return None if one.channels is None else reextract_recording_hits(one.channels, one.impacts, settings)
 
 
 def _keep(
-    store: Store, one: _Read, found: Cut | None, settings: ExtractionSettings, report: ReextractionReport
+    store: Store, one: _Read, found: HitReextraction | None, settings: ExtractionSettings, report: ReextractionReport
 ) -> None:
     if found is not None and not one.contacts:
         _keep_figures(store, one, found, report)
@@ -287,7 +291,7 @@ def _keep(
         report.measured += measured
 
 
-def _keep_figures(store: Store, one: _Read, found: Cut, report: ReextractionReport) -> None:
+def _keep_figures(store: Store, one: _Read, found: HitReextraction, report: ReextractionReport) -> None:
     """The figures of a recording of accelerations alone."""
     if len(found.figures) != len(one.impacts):
         reason = f"not as many shocks found in its accelerations as the {len(one.impacts)} impacts that are stored"
@@ -298,10 +302,14 @@ def _keep_figures(store: Store, one: _Read, found: Cut, report: ReextractionRepo
 
 
 def _stored(
-    session: Session, recording: int, impacts: Sequence[int], settings: ExtractionSettings, found: Cut | None
+    session: Session,
+    recording: int,
+    impacts: Sequence[int],
+    settings: ExtractionSettings,
+    found: HitReextraction | None,
 ) -> tuple[int, int, int]:
     """Pulses added, and put back in use; impacts whose accelerations were measured."""
-    take_turn(session, f"recording {recording}")
+    take_advisory_lock(session, f"recording {recording}")
     # Asked again in our turn: a second request for the same may have been faster.
     measured = 0
     if found is not None and found.figures and not has_figures(session, impacts):

@@ -13,10 +13,10 @@ from ..schema.campaigns import Campaign
 from ..schema.provenance import Tombstone
 from ..schema.rehearsal import RolledBackStore
 from ..schema.removal.part import Part, recording_part
-from ..schema.removal.returning import give_back
+from ..schema.removal.returning import restore_references
 from ..schema.session import Store
 from .errors import IngestError
-from .excluded_recordings import Damaged
+from .excluded_recordings import UnreadableRecording
 from .folder import FILE as CAMPAIGN
 from .folder import CampaignFile
 from .load import PendingRecording, campaign_plate_response, process, read_campaign_tables, work_of
@@ -50,7 +50,7 @@ class Replacement:
         stone.replaced_by = self.new.sha256
         self.target.write(session, self.new, list(self.hits))
         session.flush()
-        return give_back(
+        return restore_references(
             session, recording_part(session, self.campaign, self.new.path), self.store.written_by(session)
         )  # fmt: skip
 
@@ -91,7 +91,7 @@ def prepared_replacement(
             f"recording {path!r} is in the store as it is; replace it by another, or discard {old!r} alone"
         )
     outcome = process(file, rows, settings, campaign_plate_response(file, rows), work)
-    if isinstance(outcome, Damaged):
+    if isinstance(outcome, UnreadableRecording):
         raise IngestError(f"{path}: {outcome.reason}; recording {old!r} stays in the store")
     hits, new = outcome
     new = new.without_samples() if isinstance(store, RolledBackStore) else new

@@ -22,7 +22,7 @@ from ..schema.known_factors import BY_COLUMN, BY_NAME, LevelError, MaterialNames
 from ..signals.checks.base import Finding
 from ..signals.valve_profile import ValveProfile
 from .column_names import KEYS, MEASURED, RUNS_FILE, check_columns, suggestion
-from .errors import LONGEST_NAME, Faults, IngestError, shown
+from .errors import LONGEST_NAME, Faults, IngestError, printable
 from .pulses import ExtractedPulse, Hits, Touch
 from .readers import RecordingError
 from .recording_files import recording_path
@@ -179,7 +179,7 @@ class _Reading:
         )
 
     def _fault(self, line: int, column: str, text: str, expected: str) -> str:
-        return f"{self._name}: row {line}, column {shown(column)}: {shown(text)}; expected {expected}"
+        return f"{self._name}: row {line}, column {printable(column)}: {printable(text)}; expected {expected}"
 
     def _whole(self, line: int, column: str, text: str, lowest: int) -> int:
         value = int(text) if text.isascii() and text.isdigit() and len(text) <= 10 else lowest - 1

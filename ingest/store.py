@@ -22,7 +22,7 @@ from ..signals.checks.base import Finding
 from .additions import Additions, add_facts, refuse_changed_channels, row_additions
 from .channel_figures import figure_rows
 from .errors import IngestError
-from .excluded_recordings import Damaged, DiscardedRecordings, forget_aside, keep_aside
+from .excluded_recordings import DiscardedRecordings, UnreadableRecording, delete_rejected, store_rejected
 from .folder import CampaignFile
 from .impact_speed import TargetMotion
 from .modes import ModalTableFile
@@ -152,7 +152,7 @@ class CampaignStore:
 
         self._added(self._write_rows(FILE, add))
 
-    def set_aside(self, damaged: list[Damaged]) -> None:
+    def set_aside(self, damaged: list[UnreadableRecording]) -> None:
         """Remember the recordings that could not be read: their rows say why, and nothing else of them is stored."""
         new = [d for d in damaged if self._recordings.get(d.path) != KnownRecording(d.sha256, SET_ASIDE, d.reason)]
         if new:
@@ -200,11 +200,11 @@ class CampaignStore:
         for name, count in asdict(added).items():
             self._report.added[name] += count
 
-    def _write_set_aside(self, session: Session, damaged: Sequence[Damaged]) -> None:
+    def _write_set_aside(self, session: Session, damaged: Sequence[UnreadableRecording]) -> None:
         campaign = campaign_row(session, self._file, self._modes)
         for item in sorted(damaged, key=lambda item: item.path):
-            forget_aside(session, campaign, item.path)
-            keep_aside(session, campaign, self._file, item)
+            delete_rejected(session, campaign, item.path)
+            store_rejected(session, campaign, self._file, item)
 
     def _row_additions(self, session: Session) -> Additions:
         """Facts that the store lacks. Raises `IngestError` where a row says otherwise than the stored one."""
@@ -217,7 +217,7 @@ class CampaignStore:
         campaign = campaign_row(session, self._file, self._modes)
         if self._target_motion is not None:
             done = self._with_target_motion(session, done, hits, self._target_motion)
-        forget_aside(session, campaign, done.path)
+        delete_rejected(session, campaign, done.path)
         recording = Recording(
             campaign_id=campaign.id,
             path=done.path,

@@ -18,7 +18,7 @@ from ..schema.campaigns import Campaign, Configuration, ConfigurationLevel, Fact
 from ..schema.configurations import configuration_fingerprint
 from ..schema.impacts import Impact, Shot
 from ..schema.recordings import STORED, RecordedChannel, Recording
-from .errors import IngestError, difference, shown
+from .errors import IngestError, difference, printable
 from .folder import CampaignFile, GunPart, HammerPart, PlatePart
 from .modes import ModalTableFile
 from .runs import RunRow
@@ -80,7 +80,7 @@ def _plate(session: Session, part: PlatePart | None, row: Plate | None) -> list[
 def _cell_text(value: object) -> str | None:
     if value is None:
         return None
-    return shown(value) if isinstance(value, str | float | list) else str(value)
+    return printable(value) if isinstance(value, str | float | list) else str(value)
 
 
 @dataclass(frozen=True)

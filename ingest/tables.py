@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from .errors import LONGEST_NAME, Faults, IngestError, enumerated, shown
+from .errors import LONGEST_NAME, Faults, IngestError, enumerated, printable
 
 SUFFIXES = (".xlsx", ".xls")
 #: Of the sheet that is read where a workbook has several.
@@ -73,13 +73,13 @@ def _lines(cells: _Cells, name: str) -> list[tuple[int, list[str]]]:
     faults = Faults()
     for (row, column), value in sorted(cells.items()):
         if isinstance(value, SheetError):
-            faults.add([f"{name}: row {row}, column {_letters(column)}: {shown(value.text)}; expected a value"])
+            faults.add([f"{name}: row {row}, column {_letters(column)}: {printable(value.text)}; expected a value"])
         elif text := cell_text(value).strip():
             rows.setdefault(row, {})[column] = text
     if rows:
         width = max(rows[min(rows)])
         faults.add(
-            f"{name}: row {row}, column {_letters(column)}: {shown(text)}; the header has no name for this column"
+            f"{name}: row {row}, column {_letters(column)}: {printable(text)}; the header has no name for this column"
             for row, texts in rows.items()
             for column, text in texts.items()
             if column > width
@@ -165,7 +165,7 @@ def _refuse_bomb(content: bytes, name: str) -> None:
                 f"{name}: unpacks to {large:,} bytes from {len(content):,}; expected at most {LARGEST_CONTENT_BYTES:,}"
             )
         if (damaged := archive.testzip()) is not None:
-            raise IngestError(f"{name}: damaged: {shown(damaged)} in it has another checksum than it says")
+            raise IngestError(f"{name}: damaged: {printable(damaged)} in it has another checksum than it says")
 
 
 def _xls(content: bytes, name: str) -> _Cells:
@@ -259,7 +259,7 @@ def _check_names(header: list[str], name: str) -> None:
         if not column:
             faults.add([f"{name}: column {number} has no name"])
         elif header.count(column) > 1:
-            faults.add([f"{name}: column {shown(column)} stands twice"])
+            faults.add([f"{name}: column {printable(column)} stands twice"])
         if len(column) > LONGEST_NAME:
-            faults.add([f"{name}: column {shown(column)}: expected a name of at most {LONGEST_NAME} characters"])
+            faults.add([f"{name}: column {printable(column)}: expected a name of at most {LONGEST_NAME} characters"])
     faults.refuse()

@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from .local_backend import Hands, abandoned_after
-from .task import Died, Errand, Outcome, carried_out
+from .local_backend import WorkerPool, cancel_after
+from .task import Outcome, WorkerDied, WorkerTask, run_task
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 WAIT_S = 10
 
 
-def connected(address: str) -> Client:
+def connect_cluster(address: str) -> Client:
     """Raises `ValueError` where nobody answers, where there is no worker, and where one runs another pyroshock."""
     from distributed import Client
 
@@ -52,9 +52,9 @@ def _check_workers(client: Client, address: str) -> None:
 
 
 @contextmanager
-def on_dask(address: str, function: Callable[..., Any], shared: tuple[Any, ...]) -> Iterator[Hands]:
+def dask_pool(address: str, function: Callable[..., Any], shared: tuple[Any, ...]) -> Iterator[WorkerPool]:
     """Workers of the cluster, as long as the block lasts; what is left then is cancelled with the connection."""
-    with _told_once(), connected(address) as client:
+    with _told_once(), connect_cluster(address) as client:
         # A task, not scattered data: the scheduler has it made again when the workers that hold it are gone.
         sent = client.submit(pickle.loads, pickle.dumps(shared), pure=False) if shared else ()
         yield _OnDask(client, address, function, sent)
@@ -79,14 +79,14 @@ class _OnDask:
     function: Callable[..., Any]
     shared: Any
 
-    def outcomes(self, errands: Iterable[Errand]) -> Generator[Outcome, None, None]:
+    def outcomes(self, errands: Iterable[WorkerTask]) -> Generator[Outcome, None, None]:
         from joblib import Parallel, delayed, parallel_config
 
-        calls = [delayed(carried_out)(self.function, errand, self.shared) for errand in errands]
+        calls = [delayed(run_task)(self.function, errand, self.shared) for errand in errands]
         options = {"batch_size": 1, "pre_dispatch": "all", "return_as": "generator_unordered"}
         with parallel_config(_backend(self.client, self.address)):
             stream = Parallel(n_jobs=-1, **options)(calls)
-        with abandoned_after(stream):
+        with cancel_after(stream):
             for outcome in stream:  # noqa: UP028 - `yield from` would close the stream itself, and joblib warn
                 yield outcome
 
@@ -116,7 +116,7 @@ def _backend(client: Client, address: str) -> Any:
         def retrieve_result_callback(self, out: Any) -> Any:
             if isinstance(out, _Failed):
                 if isinstance(out.error, KilledWorker):
-                    return [(out.number, Died())]
+                    return [(out.number, WorkerDied())]
                 raise out.error
             if isinstance(out, CancelledError):
                 raise ValueError(f"the Dask scheduler at {address} is gone; start it again and repeat")

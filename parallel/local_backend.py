@@ -2,7 +2,7 @@
 
 No worker outlives whoever started it.
 
-What `mapped` asks of every kind of worker pool.
+What `run_all_tasks` asks of every kind of worker pool.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from dataclasses import dataclass
 from threading import Thread
 from typing import Any, Protocol
 
-from .task import Died, Errand, Outcome, carried_out, one_thread, packed
+from .task import Outcome, WorkerDied, WorkerTask, one_thread, pack_payload, run_task
 from .working_directory import working_directory_closed
 
 
-class Hands(Protocol):
+class WorkerPool(Protocol):
     """Workers that are ready."""
 
-    def outcomes(self, errands: Iterable[Errand]) -> Generator[Outcome, None, None]:
-        """As they come. An errand over which its worker died comes with `Died()`; then some may not come at all."""
+    def outcomes(self, errands: Iterable[WorkerTask]) -> Generator[Outcome, None, None]:
+        """As they come. A task over which its worker died comes with `WorkerDied()`; then some may not come at all."""
         ...
 
 
@@ -34,7 +34,7 @@ class _Abandoned(BaseException):
 
 
 @contextmanager
-def abandoned_after(stream: Generator[Any, None, None]) -> Iterator[None]:
+def cancel_after(stream: Generator[Any, None, None]) -> Iterator[None]:
     """Whatever of joblib's `stream` is left after the block is cancelled.
 
     Thrown into, not closed: for a stream that is closed early joblib warns.
@@ -46,7 +46,7 @@ def abandoned_after(stream: Generator[Any, None, None]) -> Iterator[None]:
             stream.throw(_Abandoned())
 
 
-def end_with(parent: int) -> None:
+def exit_with_parent(parent: int) -> None:
     """End this process soon after its parent: a killed parent tells nobody, and nobody would take the result."""
     Thread(target=_watch, args=(parent,), daemon=True).start()
 
@@ -58,16 +58,16 @@ def _watch(parent: int) -> None:
 
 
 @contextmanager
-def here(function: Callable[..., Any], shared: tuple[Any, ...]) -> Iterator[Hands]:
+def in_process(function: Callable[..., Any], shared: tuple[Any, ...]) -> Iterator[WorkerPool]:
     """This process."""
     with one_thread():
         yield _Here(function, shared)
 
 
 @contextmanager
-def beside(jobs: int, function: Callable[..., Any], shared: tuple[Any, ...]) -> Iterator[Hands]:
+def process_pool(jobs: int, function: Callable[..., Any], shared: tuple[Any, ...]) -> Iterator[WorkerPool]:
     """`jobs` processes; joblib keeps them for the next call."""
-    with working_directory_closed(), packed(shared) as parcel:
+    with working_directory_closed(), pack_payload(shared) as parcel:
         yield _Beside(jobs, function, parcel)
 
 
@@ -76,7 +76,7 @@ class _Here:
     function: Callable[..., Any]
     shared: tuple[Any, ...]
 
-    def outcomes(self, errands: Iterable[Errand]) -> Generator[Outcome, None, None]:
+    def outcomes(self, errands: Iterable[WorkerTask]) -> Generator[Outcome, None, None]:
         for errand in errands:
             yield errand.number, self.function(errand.item, *self.shared)
 
@@ -87,19 +87,19 @@ class _Beside:
     function: Callable[..., Any]
     shared: Any
 
-    def outcomes(self, errands: Iterable[Errand]) -> Generator[Outcome, None, None]:
-        """After a crash, those that were under way come with `Died()`: one of them did it."""
+    def outcomes(self, errands: Iterable[WorkerTask]) -> Generator[Outcome, None, None]:
+        """After a crash, those that were under way come with `WorkerDied()`: one of them did it."""
         under_way: dict[int, None] = {}
         stream = self._stream(errands, under_way)
-        with abandoned_after(stream):
+        with cancel_after(stream):
             try:
                 for number, result in stream:
                     del under_way[number]
                     yield number, result
             except BrokenProcessPool:
-                yield from ((number, Died()) for number in under_way)
+                yield from ((number, WorkerDied()) for number in under_way)
 
-    def _stream(self, errands: Iterable[Errand], under_way: dict[int, None]) -> Generator[Outcome, None, None]:
+    def _stream(self, errands: Iterable[WorkerTask], under_way: dict[int, None]) -> Generator[Outcome, None, None]:
         from joblib import Parallel, delayed, parallel_config
 
         # A worker that has grown leaves after its task and another comes; nothing is lost, nobody need know.
@@ -108,11 +108,11 @@ class _Beside:
         def calls() -> Iterator[Any]:
             for errand in errands:
                 under_way[errand.number] = None
-                yield delayed(carried_out)(self.function, errand, self.shared)
+                yield delayed(run_task)(self.function, errand, self.shared)
 
         # joblib takes one process for none: it would work in this one. So there are two, and one errand at a time.
         processes = max(2, self.jobs)
         options = {"batch_size": 1, "pre_dispatch": self.jobs, "max_nbytes": None, "return_as": "generator_unordered"}
-        with parallel_config("loky", inner_max_num_threads=1, initializer=end_with, initargs=(os.getpid(),)):
+        with parallel_config("loky", inner_max_num_threads=1, initializer=exit_with_parent, initargs=(os.getpid(),)):
             stream: Generator[Outcome, None, None] = Parallel(n_jobs=processes, **options)(calls())
         return stream

@@ -2,7 +2,7 @@
 
 Who does the work: this process, processes beside it, or a cluster.
 
-What `mapped` asks of every kind of crew.
+What `run_all_tasks` asks of every kind of crew.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from importlib.util import find_spec
 from itertools import islice
 from typing import Any, TypeVar
 
-from .local_backend import Hands
-from .task import Died, Errand
+from .local_backend import WorkerPool
+from .task import WorkerDied, WorkerTask
 
 LOCAL, DASK = "local", "dask"
 BACKENDS = (LOCAL, DASK)
 
 
 @dataclass(frozen=True)
-class Crew:
+class ExecutorConfig:
     """`jobs` processes of this machine (1: this process), or the workers of the cluster whose `scheduler` is named.
 
     Raises `ValueError` for what is no crew, and where the library of its backend is not installed.
@@ -55,22 +55,22 @@ class Crew:
     def check(self) -> None:
         """Raises `ValueError` within some ten seconds where the cluster cannot be reached, or runs other software."""
         if self.backend == DASK:
-            from .cluster import connected
+            from .cluster import connect_cluster
 
             assert self.scheduler is not None
-            connected(self.scheduler).close()
+            connect_cluster(self.scheduler).close()
 
 
 #: This process.
-HERE = Crew()
+HERE = ExecutorConfig()
 
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
-def mapped(
-    crew: Crew,
+def run_all_tasks(
+    crew: ExecutorConfig,
     function: Callable[..., Result],
     items: Iterable[Item],
     *,
@@ -103,10 +103,10 @@ def mapped(
         return  # nobody is called for nothing
     with _manned(crew, function, shared, isolated or patience_s is not None) as hands:
         while batch:
-            errands = {number: Errand(number, item, watched and watched(item)) for number, item in batch}
+            errands = {number: WorkerTask(number, item, watched and watched(item)) for number, item in batch}
             for number, result in _outcomes(hands, errands):
                 item = errands[number].item
-                yield item, _lost(item, lost) if isinstance(result, Died) else result
+                yield item, _lost(item, lost) if isinstance(result, WorkerDied) else result
             batch = list(islice(rest, window))
 
 
@@ -115,25 +115,25 @@ def _always(patience_s: float) -> Callable[[Any], float]:
 
 
 def _manned(
-    crew: Crew, function: Callable[..., Any], shared: tuple[Any, ...], isolated: bool
-) -> AbstractContextManager[Hands]:
+    crew: ExecutorConfig, function: Callable[..., Any], shared: tuple[Any, ...], isolated: bool
+) -> AbstractContextManager[WorkerPool]:
     if crew.backend == DASK:
-        from .cluster import on_dask
+        from .cluster import dask_pool
 
         assert crew.scheduler is not None
-        return on_dask(crew.scheduler, function, shared)
-    from .local_backend import beside, here
+        return dask_pool(crew.scheduler, function, shared)
+    from .local_backend import in_process, process_pool
 
-    return beside(crew.jobs, function, shared) if isolated or crew.jobs > 1 else here(function, shared)
+    return process_pool(crew.jobs, function, shared) if isolated or crew.jobs > 1 else in_process(function, shared)
 
 
-def _outcomes(hands: Hands, errands: dict[int, Errand]) -> Iterator[tuple[int, Any]]:
+def _outcomes(hands: WorkerPool, errands: dict[int, WorkerTask]) -> Iterator[tuple[int, Any]]:
     """Of every errand; those over which a worker died last, each tried again when nothing else is under way."""
-    rest, suspects = dict(errands), list[Errand]()
+    rest, suspects = dict(errands), list[WorkerTask]()
     while rest:
         for number, result in hands.outcomes(list(rest.values())):
             errand = rest.pop(number)
-            if isinstance(result, Died):
+            if isinstance(result, WorkerDied):
                 suspects.append(errand)
             else:
                 yield number, result

@@ -28,7 +28,7 @@ class Sent(Protocol):
 
 
 @dataclass(frozen=True)
-class Parcel:
+class SharedPayload:
     """A file of ours by its path and the SHA-256 of its bytes."""
 
     path: str
@@ -45,16 +45,16 @@ class Parcel:
         return _latest[self]
 
 
-_latest: dict[Parcel, tuple[Any, ...]] = {}
+_latest: dict[SharedPayload, tuple[Any, ...]] = {}
 
 
-def contents(shared: Sent | tuple[Any, ...]) -> tuple[Any, ...]:
-    """As it was given to `mapped`."""
+def payload_contents(shared: Sent | tuple[Any, ...]) -> tuple[Any, ...]:
+    """As it was given to `run_all_tasks`."""
     return shared if isinstance(shared, tuple) else shared.contents()
 
 
 @contextmanager
-def packed(shared: tuple[Any, ...]) -> Iterator[Parcel | tuple[Any, ...]]:
+def pack_payload(shared: tuple[Any, ...]) -> Iterator[SharedPayload | tuple[Any, ...]]:
     """As a file that is gone afterwards; what is empty needs none."""
     if not shared:
         yield ()
@@ -63,7 +63,7 @@ def packed(shared: tuple[Any, ...]) -> Iterator[Parcel | tuple[Any, ...]]:
     with TemporaryDirectory(prefix="pyroshock-") as folder:  # no other user may look into it
         file = Path(folder) / "shared"
         file.write_bytes(content)
-        yield Parcel(str(file), hashlib.sha256(content).hexdigest())
+        yield SharedPayload(str(file), hashlib.sha256(content).hexdigest())
 
 
 #: What libraries that are loaded later look at.
@@ -104,7 +104,7 @@ def one_thread() -> Iterator[None]:
                 os.environ.pop(name) if value is None else os.environ.update({name: value})
 
 
-class Errand(NamedTuple):
+class WorkerTask(NamedTuple):
     """An item by its number, and the seconds after which its worker is ended; None: it may take as long as it likes.
 
     A tuple, for joblib hands tuples to Dask as they are; other objects it would first place on one worker, and with
@@ -117,7 +117,7 @@ class Errand(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Died:
+class WorkerDied:
     """In the place of a result: the worker died over the errand."""
 
 
@@ -125,14 +125,14 @@ class Died:
 Outcome = tuple[int, Any]
 
 
-def carried_out(function: Callable[..., Any], errand: Errand, shared: Any) -> Outcome:
+def run_task(function: Callable[..., Any], errand: WorkerTask, shared: Any) -> Outcome:
     """In a worker."""
     from joblib import parallel_config
 
     use_one_thread()
     # The function's own libraries get no workers of their own: on a cluster they would wait for each other.
     with parallel_config("sequential"), _ended_after(errand.patience_s):
-        return errand.number, function(errand.item, *contents(shared))
+        return errand.number, function(errand.item, *payload_contents(shared))
 
 
 @contextmanager

@@ -1,6 +1,6 @@
 """Addresses of stores and servers, and any other text, as they may be shown: without passwords and tokens.
 
-Whatever leaves the software - a message, a log, a page, a row of provenance - goes through `shown` or
+Whatever leaves the software - a message, a log, a page, a row of provenance - goes through `address_for_display` or
 `without_secrets`. Both find a secret by its place in the text, never by its value: a short password would else blank
 out half of a sentence.
 """
@@ -32,7 +32,7 @@ class AddressError(ValueError):
     """An address that is none; the message shows it without its secrets."""
 
 
-def parsed(address: str) -> URL:
+def parse_address(address: str) -> URL:
     """The parts of a database's address. Raises `AddressError`."""
     from sqlalchemy import make_url
     from sqlalchemy.exc import ArgumentError
@@ -40,13 +40,15 @@ def parsed(address: str) -> URL:
     try:
         url = make_url(address)
     except (ArgumentError, ValueError):  # the reason given may quote the password
-        raise AddressError(f"unreadable address {shown(address)!r}") from None
+        raise AddressError(f"unreadable address {address_for_display(address)!r}") from None
     if "@" in (url.host or ""):
-        raise AddressError(f"unreadable address {shown(address)!r}: write an @ within the password as %40")
+        raise AddressError(
+            f"unreadable address {address_for_display(address)!r}: write an @ within the password as %40"
+        )
     return url
 
 
-def shown(address: str | URL) -> str:
+def address_for_display(address: str | URL) -> str:
     """An address for people, as typed where it holds no secret; an unreadable one keeps what follows its last @."""
     from sqlalchemy import make_url
     from sqlalchemy.exc import ArgumentError

@@ -17,7 +17,7 @@ class OutputError(OSError):
 
 
 @contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
+def atomic_file(path: Path) -> Iterator[Path]:
     """Gives the name to write to, of the same ending; after the block the file is at `path`.
 
     A device or a pipe ("/dev/stdout") is written to as it is. Raises `OutputError` where the system refuses it.
@@ -42,11 +42,11 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 def write_text(path: Path, text: str) -> None:
     """UTF-8, whole or not at all. Raises `OutputError`."""
-    with whole_file(path) as partial:
+    with atomic_file(path) as partial:
         partial.write_text(text, encoding="utf-8")
 
 
 def write_bytes(path: Path, content: bytes) -> None:
     """Whole or not at all. Raises `OutputError`."""
-    with whole_file(path) as partial:
+    with atomic_file(path) as partial:
         partial.write_bytes(content)

@@ -108,7 +108,7 @@ class HasId:
     id: Mapped[int] = mapped_column(primary_key=True)
 
 
-class Written:
+class WithProvenance:
     """Every row knows the software version and the command that wrote it.
 
     Filled by `session.Store.writing`; a row added outside of it is refused by the not-null rule.
@@ -134,4 +134,4 @@ def one_of(column: str, values: tuple[str, ...]) -> str:
     return f"{column} IN ({', '.join(repr(v) for v in values)})"
 
 
-__all__ = ["Base", "HasId", "UtcDateTime", "Written", "not_negative", "one_of", "positive"]
+__all__ = ["Base", "HasId", "UtcDateTime", "WithProvenance", "not_negative", "one_of", "positive"]

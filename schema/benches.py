@@ -13,11 +13,11 @@ from typing import Any
 from sqlalchemy import CheckConstraint, ForeignKey, UniqueConstraint, select
 from sqlalchemy.orm import Mapped, Session, mapped_column, relationship
 
-from .base import Base, HasId, Written, not_negative, positive
+from .base import Base, HasId, WithProvenance, not_negative, positive
 from .known_factors import MaterialNames
 
 
-class Gun(HasId, Written, Base):
+class Gun(HasId, WithProvenance, Base):
     """A compressed-air gun (thesis, section 2.1.2): the constants of equation 2.16."""
 
     __tablename__ = "guns"
@@ -42,7 +42,7 @@ class Gun(HasId, Written, Base):
     efficiency: Mapped[float]
 
 
-class Hammer(HasId, Written, Base):
+class Hammer(HasId, WithProvenance, Base):
     """An instrumented hammer."""
 
     __tablename__ = "hammers"
@@ -52,7 +52,7 @@ class Hammer(HasId, Written, Base):
     mass_kg: Mapped[float]
 
 
-class Plate(HasId, Written, Base):
+class Plate(HasId, WithProvenance, Base):
     """A resonant plate: a modal table, or material, thickness and outline for the finite element model."""
 
     __tablename__ = "plates"
@@ -70,7 +70,7 @@ class Plate(HasId, Written, Base):
     outline_m: Mapped[list[Any] | None]
 
 
-class ModalTable(HasId, Written, Base):
+class ModalTable(HasId, WithProvenance, Base):
     """Measured or computed modes of a plate, as `plate_modes.csv` gives them."""
 
     __tablename__ = "modal_tables"
@@ -79,7 +79,7 @@ class ModalTable(HasId, Written, Base):
     modes: Mapped[list[Mode]] = relationship(order_by="Mode.number", back_populates="table")
 
 
-class Mode(HasId, Written, Base):
+class Mode(HasId, WithProvenance, Base):
     """One mode: frequency, damping ratio, mass-normalised shape at the impact point."""
 
     __tablename__ = "modes"
@@ -99,7 +99,7 @@ class Mode(HasId, Written, Base):
     shapes: Mapped[list[ModeShape]] = relationship()
 
 
-class ModeShape(HasId, Written, Base):
+class ModeShape(HasId, WithProvenance, Base):
     """A mode's mass-normalised shape at one sensor."""
 
     __tablename__ = "mode_shapes"
@@ -110,7 +110,7 @@ class ModeShape(HasId, Written, Base):
     shape_per_sqrt_kg: Mapped[float]
 
 
-class Material(HasId, Written, Base):
+class Material(HasId, WithProvenance, Base):
     """An isotropic elastic material (Table 4.2 of the thesis, and what a lab adds)."""
 
     __tablename__ = "materials"
@@ -131,7 +131,7 @@ class Material(HasId, Written, Base):
     aliases: Mapped[list[MaterialAlias]] = relationship(back_populates="material")
 
 
-class MaterialAlias(HasId, Written, Base):
+class MaterialAlias(HasId, WithProvenance, Base):
     """Another spelling of a material's name ("aluminium", "POM"), compared without case."""
 
     __tablename__ = "material_aliases"

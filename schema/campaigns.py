@@ -11,13 +11,13 @@ from typing import Any
 from sqlalchemy import CheckConstraint, Date, ForeignKey, Index, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
-from .base import Base, HasId, Written, one_of
+from .base import Base, HasId, WithProvenance, one_of
 from .benches import Gun, Hammer, Material, Plate
 
 KINDS = ("hammer", "gun")
 
 
-class Campaign(HasId, Written, Base):
+class Campaign(HasId, WithProvenance, Base):
     """A campaign folder: who, what, with which bench."""
 
     __tablename__ = "campaigns"
@@ -38,7 +38,7 @@ class Campaign(HasId, Written, Base):
     plate: Mapped[Plate | None] = relationship()
 
 
-class Factor(HasId, Written, Base):
+class Factor(HasId, WithProvenance, Base):
     """A variable of the design. `name` has no unit in it; numbers of its levels are in `si_unit`."""
 
     __tablename__ = "factors"
@@ -48,7 +48,7 @@ class Factor(HasId, Written, Base):
     description: Mapped[str | None]
 
 
-class FactorLevel(HasId, Written, Base):
+class FactorLevel(HasId, WithProvenance, Base):
     """One setting of a factor: a word, a number in SI, or a material."""
 
     __tablename__ = "factor_levels"
@@ -62,7 +62,7 @@ class FactorLevel(HasId, Written, Base):
     material: Mapped[Material | None] = relationship()
 
 
-class Configuration(HasId, Written, Base):
+class Configuration(HasId, WithProvenance, Base):
     """A combination of levels, stored once: repetitions, plans and campaigns all point at it."""
 
     __tablename__ = "configurations"
@@ -71,7 +71,7 @@ class Configuration(HasId, Written, Base):
     levels: Mapped[list[FactorLevel]] = relationship(secondary="configuration_levels", viewonly=True)
 
 
-class ConfigurationLevel(Written, Base):
+class ConfigurationLevel(WithProvenance, Base):
     """A configuration has one level of each factor that it sets."""
 
     __tablename__ = "configuration_levels"
@@ -89,7 +89,7 @@ class ConfigurationLevel(Written, Base):
 STATUSES = ("planned", "done", "discarded")
 
 
-class Plan(HasId, Written, Base):
+class Plan(HasId, WithProvenance, Base):
     """A design of experiments: of which factors, how it was made, and from which seed."""
 
     __tablename__ = "plans"
@@ -103,7 +103,7 @@ class Plan(HasId, Written, Base):
     description: Mapped[str | None]
 
 
-class PlannedRun(HasId, Written, Base):
+class PlannedRun(HasId, WithProvenance, Base):
     """One treatment of a plan, in firing order. What was recorded for it points back here (`impacts`, `shots`)."""
 
     __tablename__ = "planned_runs"

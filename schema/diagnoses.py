@@ -11,11 +11,11 @@ from typing import Any
 from sqlalchemy import CheckConstraint, ForeignKey
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
-from .base import Base, HasId, PlainJson, Written, positive
+from .base import Base, HasId, PlainJson, WithProvenance, positive
 from .campaigns import Campaign
 
 
-class Diagnosis(HasId, Written, Base):
+class Diagnosis(HasId, WithProvenance, Base):
     """One report on one campaign against one simulator."""
 
     __tablename__ = "diagnoses"
@@ -30,7 +30,7 @@ class Diagnosis(HasId, Written, Base):
     campaign: Mapped[Campaign] = relationship()
 
 
-class TwinVersion(HasId, Written, Base):
+class TwinVersion(HasId, WithProvenance, Base):
     """What one diagnosis left in the twin: the effects of the stages that it decides, none of them included.
 
     Versions are numbered through the laboratory. For each stage the newest version counts whose campaign had the same

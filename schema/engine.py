@@ -11,9 +11,9 @@ from typing import Any
 from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.exc import DBAPIError, NoSuchModuleError
 
-from .addresses import AddressError, shown, without_secrets
-from .addresses import parsed as parsed_address
-from .transactions import Patience, rerun
+from .addresses import AddressError, address_for_display, without_secrets
+from .addresses import parse_address as parsed_address
+from .transactions import RetryPolicy, retry
 
 #: Wait this long for another writer before giving up (SQLite lets one write at a time).
 BUSY_TIMEOUT_S = 60.0
@@ -56,7 +56,7 @@ class StoreVersionError(StoreError):
 
 def describe(engine: Engine) -> str:
     """The store's address without its password."""
-    return shown(engine.url)
+    return address_for_display(engine.url)
 
 
 def first_line(error: DBAPIError) -> str:
@@ -93,7 +93,9 @@ def make_engine(url: str) -> Engine:
         raise StoreError(f"{error}; expected sqlite:///FILE.db or postgresql+psycopg://USER@HOST/NAME") from error
     backend = parsed.get_backend_name()
     if backend not in ("sqlite", "postgresql"):
-        raise StoreError(f"unsupported store {backend!r} in {shown(url)!r}; use sqlite:/// or postgresql+psycopg://")
+        raise StoreError(
+            f"unsupported store {backend!r} in {address_for_display(url)!r}; use sqlite:/// or postgresql+psycopg://"
+        )
     if backend == "postgresql" and parsed.drivername == "postgresql":
         parsed = parsed.set(drivername="postgresql+psycopg")
     try:
@@ -105,7 +107,7 @@ def make_engine(url: str) -> Engine:
             engine = create_engine(parsed, pool_pre_ping=True, connect_args=dict(_SERVER))
             _configure_postgresql(engine)
     except (ModuleNotFoundError, NoSuchModuleError) as error:
-        raise StoreError(f"no driver for {shown(url)!r}: pip install 'pyroshock[postgres]'") from error
+        raise StoreError(f"no driver for {address_for_display(url)!r}: pip install 'pyroshock[postgres]'") from error
     return engine
 
 
@@ -122,10 +124,10 @@ def _configure_postgresql(engine: Engine) -> None:
     @event.listens_for(engine, "do_connect")
     def _connect(dialect: Any, _record: Any, arguments: Any, options: Any) -> Any:
         nonlocal has_answered
-        connection = rerun(
+        connection = retry(
             lambda: dialect.connect(*arguments, **options),
             lambda error, _: isinstance(error, dialect.dbapi.OperationalError) and _may_come(str(error), has_answered),
-            Patience(BUSY_TIMEOUT_S),
+            RetryPolicy(BUSY_TIMEOUT_S),
         )
         has_answered = True
         return connection
@@ -183,5 +185,7 @@ def make_engine_of_existing(url: str) -> Engine:
     engine = make_engine(url)
     path = engine.url.database
     if engine.dialect.name == "sqlite" and path and path != ":memory:" and not Path(path).exists():
-        raise NoStoreError(f"no store at {describe(engine)}; make one with: pyroshock init --db {shown(url)}")
+        raise NoStoreError(
+            f"no store at {describe(engine)}; make one with: pyroshock init --db {address_for_display(url)}"
+        )
     return engine

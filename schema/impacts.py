@@ -19,13 +19,13 @@ from typing import Any
 from sqlalchemy import CheckConstraint, ForeignKey, Index, LargeBinary, UniqueConstraint, text
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
-from .base import Base, HasId, Written, not_negative, positive
+from .base import Base, HasId, WithProvenance, not_negative, positive
 from .campaigns import Campaign, Configuration
 from .figures import CHANNEL, IMPACT, PULSE, SHOT, hashed
 from .recordings import RecordedChannel, Recording
 
 
-class Impact(HasId, Written, Base):
+class Impact(HasId, WithProvenance, Base):
     """One hit of a campaign: which configuration, how fast, and where in the recording."""
 
     __tablename__ = "impacts"
@@ -58,7 +58,7 @@ class Impact(HasId, Written, Base):
     pulses: Mapped[list[Pulse]] = relationship(back_populates="impact")
 
 
-class ExtractionSettingsRow(HasId, Written, Base):
+class ExtractionSettingsRow(HasId, WithProvenance, Base):
     """How pulses were cut out, stored once per distinct setting; `code_version` counts changes of the algorithm."""
 
     __tablename__ = "extraction_settings"
@@ -69,7 +69,7 @@ class ExtractionSettingsRow(HasId, Written, Base):
     settings: Mapped[dict[str, Any]]
 
 
-class Pulse(HasId, Written, Base):
+class Pulse(HasId, WithProvenance, Base):
     """The contact force of one impact. A re-extraction is a further row; `current` marks the one in use."""
 
     __tablename__ = "pulses"
@@ -113,7 +113,7 @@ class Pulse(HasId, Written, Base):
     settings: Mapped[ExtractionSettingsRow] = relationship()
 
 
-class ChannelFigures(HasId, Written, Base):
+class ChannelFigures(HasId, WithProvenance, Base):
     """What one acceleration channel recorded of one impact (see `signals.shock_figures`), above the rest before it.
 
     `largest` marks the channel with the largest peak of the impact, whose figures the listing has.
@@ -159,7 +159,7 @@ class ChannelFigures(HasId, Written, Base):
     channel: Mapped[RecordedChannel] = relationship()
 
 
-class Shot(HasId, Written, Base):
+class Shot(HasId, WithProvenance, Base):
     """One firing. Pressures are gauge, as the transducer and the thesis give them."""
 
     __tablename__ = "shots"
@@ -200,7 +200,7 @@ class Shot(HasId, Written, Base):
     impact: Mapped[Impact | None] = relationship()
 
 
-class DatasetSnapshot(HasId, Written, Base):
+class DatasetSnapshot(HasId, WithProvenance, Base):
     """A dataset, identified by the hash of its content."""
 
     __tablename__ = "dataset_snapshots"
@@ -212,7 +212,7 @@ class DatasetSnapshot(HasId, Written, Base):
     definition: Mapped[dict[str, Any]]  # campaigns, predictors, targets, quality rule
 
 
-class SnapshotPulse(Written, Base):
+class SnapshotPulse(WithProvenance, Base):
     """A pulse belongs to a snapshot; only a deletion that leaves a tombstone takes it away."""
 
     __tablename__ = "snapshot_pulses"

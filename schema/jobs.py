@@ -8,14 +8,14 @@ from typing import Any
 from sqlalchemy import CheckConstraint, Index, Text
 from sqlalchemy.orm import Mapped, mapped_column
 
-from .base import Base, HasId, PlainJson, Written, not_negative, one_of, positive
+from .base import Base, HasId, PlainJson, WithProvenance, not_negative, one_of, positive
 
 WAITING, RUNNING, DONE, FAILED, STOPPED = "waiting", "running", "done", "failed", "stopped"
 STATES = (WAITING, RUNNING, DONE, FAILED, STOPPED)
 ENDED = (DONE, FAILED, STOPPED)
 
 
-class Job(HasId, Written, Base):
+class Job(HasId, WithProvenance, Base):
     """One piece of work. Whoever holds `attempt` while the state is running may write; all others are too late.
 
     No time of day decides anything: the times are for people to read.

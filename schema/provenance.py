@@ -11,7 +11,7 @@ from typing import Any
 from sqlalchemy import CheckConstraint
 from sqlalchemy.orm import Mapped, mapped_column
 
-from .base import Base, HasId, Written, one_of
+from .base import Base, HasId, WithProvenance, one_of
 
 
 class Provenance(HasId, Base):
@@ -33,7 +33,7 @@ def _hash_of(column: str, kind: str) -> str:
     return f"{column} IS NULL OR (length({column}) = 64 AND kind = '{kind}')"
 
 
-class Tombstone(HasId, Written, Base):
+class Tombstone(HasId, WithProvenance, Base):
     """One deletion: of a campaign with all that was its own, or of a recording with its hits.
 
     `content_hash` is of what was deleted (`removal.content`): the same content, ingested again, has it again. A

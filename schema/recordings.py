@@ -13,12 +13,12 @@ from typing import Any
 from sqlalchemy import CheckConstraint, ForeignKey, Index, LargeBinary, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
-from .base import LONG, Base, HasId, Written, one_of, positive
+from .base import LONG, Base, HasId, WithProvenance, one_of, positive
 
 STORED, SET_ASIDE = STATUSES = ("stored", "set aside")
 
 
-class Recording(HasId, Written, Base):
+class Recording(HasId, WithProvenance, Base):
     """A file of a campaign. A damaged one is set aside: its row says why, and nothing else is stored of it."""
 
     __tablename__ = "recordings"
@@ -43,7 +43,7 @@ class Recording(HasId, Written, Base):
     )
 
 
-class RecordedChannel(HasId, Written, Base):
+class RecordedChannel(HasId, WithProvenance, Base):
     """A sensor's record in one recording, with the calibration that was valid for it."""
 
     __tablename__ = "channels"
@@ -81,7 +81,7 @@ class RecordedChannel(HasId, Written, Base):
     header: Mapped[dict[str, Any]]
 
 
-class SeriesChunk(Written, Base):
+class SeriesChunk(WithProvenance, Base):
     """`chunk_samples` consecutive samples as one Blosc frame (see `series`)."""
 
     __tablename__ = "series_chunks"
@@ -96,7 +96,7 @@ SEVERITIES = ("note", "warning", "reject")
 NOT_JUDGED = "not judged"
 
 
-class QualityFinding(HasId, Written, Base):
+class QualityFinding(HasId, WithProvenance, Base):
     """What a check said about a recording, one of its channels, or one impact in it."""
 
     __tablename__ = "quality_findings"

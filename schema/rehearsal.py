@@ -50,7 +50,7 @@ class _TakenBack(Exception):
 
 
 @contextmanager
-def rehearsed(store: Store) -> Iterator[RolledBackStore]:
+def run_rehearsal(store: Store) -> Iterator[RolledBackStore]:
     """The store to write to in the block; at its end nothing of it is stored."""
     try:
         with ExitStack() as within:
@@ -61,7 +61,7 @@ def rehearsed(store: Store) -> Iterator[RolledBackStore]:
 
 
 @contextmanager
-def opened_to_rehearse(url: str, writer: Writer) -> Iterator[Store]:
+def open_for_rehearsal(url: str, writer: Writer) -> Iterator[Store]:
     """The store at `url`; where there is none, an empty one that is gone after the block, and none is made at `url`.
 
     Raises `StoreError` for an unusable address.

@@ -24,8 +24,8 @@ from sqlalchemy.orm import Session, SessionTransaction
 
 from . import migrate
 from .access.permissions import refusal
-from .addresses import shown
-from .base import Written
+from .addresses import address_for_display
+from .base import WithProvenance
 from .benches import Material, MaterialAlias
 from .engine import (
     BUSY_TIMEOUT_S,
@@ -39,7 +39,7 @@ from .engine import (
 )
 from .provenance import Provenance
 from .tables import metadata
-from .transactions import get_or_add, lost, passes, rerun, taken
+from .transactions import get_or_add, is_disconnect, is_transient, is_unique_violation, retry
 
 Result = TypeVar("Result")
 
@@ -106,7 +106,7 @@ class Store:
             with self.reading() as session:
                 return work(session)
 
-        return rerun(attempt, lambda error, _: passes(error))
+        return retry(attempt, lambda error, _: is_transient(error))
 
     def write(self, work: Callable[[Session], Result], *, idempotent: bool = False) -> Result:
         """What `work` returns of a session of `writing`, in a transaction of its own.
@@ -131,11 +131,11 @@ class Store:
             return result
 
         def again(error: Exception, number: int) -> bool:
-            if committing and lost(error):
+            if committing and is_disconnect(error):
                 return idempotent
-            return passes(error) or (taken(error) and number < _LOOKS)
+            return is_transient(error) or (is_unique_violation(error) and number < _LOOKS)
 
-        return rerun(attempt, again)
+        return retry(attempt, again)
 
     @contextmanager
     def writing(self) -> Iterator[Session]:
@@ -162,7 +162,7 @@ class Store:
             self._written_within = session.get_nested_transaction()
         return self._written_by_id
 
-    def add_rows(self, session: Session, table: type[Written], rows: Sequence[Mapping[str, Any]]) -> None:
+    def add_rows(self, session: Session, table: type[WithProvenance], rows: Sequence[Mapping[str, Any]]) -> None:
         """Insert rows of one table in one statement, in their order, with this command as their writer.
 
         A column that only some of the rows name is NULL in the others. Keys are not returned, for SQLAlchemy would
@@ -175,7 +175,7 @@ class Store:
         session.execute(insert(table), [{**every, **row} for row in rows], execution_options={"render_nulls": True})
 
     def _sign(self, session: Session, _context: Any, _instances: Any) -> None:
-        unsigned = [row for row in session.new if isinstance(row, Written) and row.written_by_id is None]
+        unsigned = [row for row in session.new if isinstance(row, WithProvenance) and row.written_by_id is None]
         for row in unsigned:
             row.written_by_id = self.written_by(session)
 
@@ -235,14 +235,16 @@ def _check_revision(engine: Engine, url: str, create: bool) -> None:
     if revision is not None:
         raise StoreVersionError(_version_message(engine, url, revision))
     if not create:
-        raise NoStoreError(f"no store at {describe(engine)}; make one with: pyroshock init --db {shown(url)}")
+        raise NoStoreError(
+            f"no store at {describe(engine)}; make one with: pyroshock init --db {address_for_display(url)}"
+        )
     migrate.upgrade(engine)
 
 
 def _version_message(engine: Engine, url: str, revision: str) -> str:
     if revision in migrate.known_revisions():
         older = f"{describe(engine)} is at revision {revision}, older than this software"
-        return f"{older}: pyroshock db upgrade --db {shown(url)}"
+        return f"{older}: pyroshock db upgrade --db {address_for_display(url)}"
     return f"{describe(engine)} is at revision {revision}, which this software does not know: update pyroshock"
 
 

@@ -31,7 +31,7 @@ Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
-class Patience:
+class RetryPolicy:
     """How long to go on: seconds by a clock that nobody sets, and the pauses between two attempts."""
 
     total_s: float = 120.0
@@ -43,10 +43,10 @@ class Patience:
         return rng.uniform(0.5, 1.0) * min(self.longest_s, self.shortest_s * 2.0 ** min(attempt, 30))
 
 
-def rerun(
+def retry(
     attempt: Callable[[], Result],
     again: Callable[[Exception, int], bool],
-    patience: Patience = Patience(),
+    patience: RetryPolicy = RetryPolicy(),
     *,
     sleep: Callable[[float], None] = time.sleep,
     clock: Callable[[], float] = time.monotonic,
@@ -75,19 +75,19 @@ _UNIQUE_SQLITE = (sqlite3.SQLITE_CONSTRAINT_UNIQUE, sqlite3.SQLITE_CONSTRAINT_PR
 _BUSY = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 
 
-def passes(error: BaseException) -> bool:
+def is_transient(error: BaseException) -> bool:
     """Whether the same transaction, begun again, may succeed with nothing changed but the time."""
     return any(
         _state(cause) in _UNDONE or _code(cause) & 0xFF in _BUSY or _lost(cause) for cause in _database_errors(error)
     )
 
 
-def lost(error: BaseException) -> bool:
+def is_disconnect(error: BaseException) -> bool:
     """Whether the connection broke: at a COMMIT nobody knows then whether it was stored."""
     return any(_lost(cause) for cause in _database_errors(error))
 
 
-def taken(error: BaseException) -> bool:
+def is_unique_violation(error: BaseException) -> bool:
     """Whether a unique key is another row's, which may have come after we had looked."""
     return isinstance(error, IntegrityError) and (_state(error) == _UNIQUE_POSTGRESQL or _code(error) in _UNIQUE_SQLITE)
 
@@ -117,7 +117,7 @@ def _code(error: DBAPIError) -> int:
     return getattr(error.orig, "sqlite_errorcode", None) or 0
 
 
-def take_turn(session: Session, what: str) -> None:
+def take_advisory_lock(session: Session, what: str) -> None:
     """Wait until nobody else's transaction has the turn called `what`; it is ours until our transaction ends.
 
     Take it first: what was read before it may have changed while waiting. One turn a transaction, or two transactions

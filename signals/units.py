@@ -71,7 +71,7 @@ def registry() -> pint.UnitRegistry[float]:
     return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
 
 
-def spelled(unit: str) -> str:
+def unit_spelling(unit: str) -> str:
     """A unit as pint reads it: our own spellings, and `m3` or `mm2` as powers.
 
     Raises `UnitError` for what pint would take for ever to reckon, such as `10**10**10`: powers are of names, to one or
@@ -99,7 +99,7 @@ def to_si(unit: str, quantity: str) -> tuple[float, float]:
     ureg = registry()
     try:
         wanted = _PINT_OF_SI.get(target, target)
-        source: Any = ureg.Quantity(spelled(unit))
+        source: Any = ureg.Quantity(unit_spelling(unit))
         if unit.strip() in ("degC", "°C", "degF", "°F"):
             zero = ureg.Quantity(0.0, source.units).to(wanted).magnitude
             factor = ureg.Quantity(1.0, source.units).to(wanted).magnitude

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from ..array_types import Floats
 from ..signals.srs.spectrum import octave_grid
-from .contact_interface import AboveAnvil, ContactStage, Extrapolating, Extrapolation, ForcePulses, Strikes
+from .contact_interface import AboveAnvil, ContactStage, Extrapolation, ExtrapolationPolicy, ForcePulses, ImpactBatch
 from .gun.stage import GunStage
 from .measured_shots import MeasuredShots
 from .plate.response import PlateResponse
 from .plate.stage import PlateStage
 from .prediction import Band, Prediction, Quantity, RestsOn, ShotDraws, stratified_normals
 from .sensors.chain import SensorChain
-from .sensors.measured_pulses import MeasuredForce, sampled, seen_pulses
+from .sensors.measured_pulses import MeasuredForce, measured_pulses, sampled
 from .setting import Setting
 from .spectrum_calibration import SpectrumCalibration, at_velocities, stretched
 from .srs.ringing_window import ringing_spectra
@@ -165,14 +165,14 @@ class Twin:
         if (unknown := np.flatnonzero(by_setting & ~(velocity > 0))).size:
             velocity[unknown] = self.velocities([shots.settings[row] for row in unknown])
         for rows in self._chunks(np.where(by_setting, velocity, 0.0)):
-            strikes = Strikes([shots.settings[row] for row in rows], velocity[rows])
+            strikes = ImpactBatch([shots.settings[row] for row in rows], velocity[rows])
             pulses = self.contact.pulses(strikes)
             measured_force = shots.peak_force_n[rows], shots.impulse_n_s[rows]
             yield rows, stretched(self._on_plate(strikes, None, pulses), pulses, *measured_force)
         for rows in self._chunks(np.where(usable & shots.force_is_given, 1.0, 0.0)):
             yield rows, shots.given_pulses(rows)
 
-    def _on_plate(self, strikes: Strikes, z: Floats | None, pulses: ForcePulses) -> ForcePulses:
+    def _on_plate(self, strikes: ImpactBatch, z: Floats | None, pulses: ForcePulses) -> ForcePulses:
         return self.contact.plate_pulses(strikes, z, pulses) if isinstance(self.contact, AboveAnvil) else pulses
 
     def _has_place(self, setting: Setting) -> bool:
@@ -210,15 +210,15 @@ class Twin:
         models: Mapping[str, str],
     ) -> Prediction:
         many = [setting] * len(velocity)
-        strikes = Strikes(many, velocity)
+        strikes = ImpactBatch(many, velocity)
         pulses = self.contact.pulses(strikes, normals) if measured is None else measured.repeated(len(velocity))
-        seen = seen_pulses(self.sensors, pulses)
+        seen = measured_pulses(self.sensors, pulses)
         on_plate = pulses if measured is not None else self._on_plate(strikes, normals, pulses)
         accelerations = self._felt(many, on_plate, member, self.sensor_names)
         spectra = self._spectra_of(accelerations, on_plate) * factors[..., 1:]
         accelerations *= factors[..., :1]
         measured_velocity = self.sensors.measured_velocity_m_s(velocity)
-        nominal = Strikes([setting], velocity.mean(keepdims=True))
+        nominal = ImpactBatch([setting], velocity.mean(keepdims=True))
         phases = np.linspace(0.0, 1.0, seen.force_n.shape[1])
         return Prediction(
             setting=setting,
@@ -249,10 +249,10 @@ class Twin:
             ),
         )
 
-    def _extrapolation(self, nominal: Strikes) -> tuple[Extrapolation, ...]:
+    def _extrapolation(self, nominal: ImpactBatch) -> tuple[Extrapolation, ...]:
         """Of gun and contact, each quantity once."""
         of_gun = () if self.gun is None else self.gun.extrapolation(nominal.settings)[0]
-        of_contact = self.contact.extrapolation(nominal)[0] if isinstance(self.contact, Extrapolating) else ()
+        of_contact = self.contact.extrapolation(nominal)[0] if isinstance(self.contact, ExtrapolationPolicy) else ()
         same = {"impactor_mass_kg": "bullet_mass_kg"}  # the contact's name, and the gun's
         gun_quantities = {item.quantity for item in of_gun}
         return (*of_gun, *(x for x in of_contact if same.get(x.quantity, x.quantity) not in gun_quantities))
@@ -317,7 +317,7 @@ class Twin:
         for rows in self._chunks(velocity):
             some = [settings[row] for row in rows]
             z = normals[rows] if normals is not None and normals.shape[1] else None
-            strikes = Strikes(some, velocity[rows])
+            strikes = ImpactBatch(some, velocity[rows])
             pulses = self._on_plate(strikes, z, self.contact.pulses(strikes, z))
             felt = self._felt(some, pulses, member[rows], sensors)
             out[rows] = self._spectra_of(felt, pulses)[:, 0]

@@ -13,7 +13,7 @@ from .setting import Setting
 
 
 @dataclass(frozen=True, eq=False)
-class Strikes:
+class ImpactBatch:
     """n impacts: the settings (of which some may be the same object) and the velocity (n,) of each."""
 
     settings: Sequence[Setting]
@@ -77,20 +77,20 @@ class ContactStage(Protocol):
         """How many standard normal numbers one random pulse takes; 0 for a law that knows no spread."""
         ...
 
-    def pulses(self, strikes: Strikes, z: Floats | None = None) -> ForcePulses:
+    def pulses(self, strikes: ImpactBatch, z: Floats | None = None) -> ForcePulses:
         """Mean pulses for `z` None; else a random pulse for each strike, a function of `z` (n, normals)."""
         ...
 
-    def outside(self, strikes: Strikes) -> list[tuple[OutOfDomain, ...]]:
+    def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]:
         """For each strike, what of it lies outside of what the stage was made for; empty inside."""
         ...
 
 
 @runtime_checkable
-class Extrapolating(Protocol):
+class ExtrapolationPolicy(Protocol):
     """A contact stage that has learned from shots, and knows their range."""
 
-    def extrapolation(self, strikes: Strikes) -> list[tuple[Extrapolation, ...]]:
+    def extrapolation(self, strikes: ImpactBatch) -> list[tuple[Extrapolation, ...]]:
         """For each strike, which of its quantities lie beyond those of the shots; empty where nothing was learned."""
         ...
 
@@ -99,6 +99,6 @@ class Extrapolating(Protocol):
 class AboveAnvil(Protocol):
     """A contact stage whose pulses are those at the tip, where a hammer feels them."""
 
-    def plate_pulses(self, strikes: Strikes, z: Floats | None, pulses: ForcePulses) -> ForcePulses:
+    def plate_pulses(self, strikes: ImpactBatch, z: Floats | None, pulses: ForcePulses) -> ForcePulses:
         """What of `pulses`, those of the same strikes and `z`, acts on the plate."""
         ...

@@ -12,7 +12,7 @@ from ..array_types import Floats
 from .contact.coupled import COUPLED_PHASES, ImpactSolver, PlatePoint, coupled_impact
 from .contact.impact import trimmed
 from .contact.impacts import Impacts, impedance
-from .contact_interface import AboveAnvil, Extrapolating, Extrapolation, ForcePulses, OutOfDomain, Strikes
+from .contact_interface import AboveAnvil, Extrapolation, ExtrapolationPolicy, ForcePulses, ImpactBatch, OutOfDomain
 from .plate.modal import ModalPlate
 from .plate.stage import PlateStage
 from .setting import Setting
@@ -30,11 +30,11 @@ class SolvableContact(Protocol):
     @property
     def normals(self) -> int: ...
 
-    def pulses_on_plate(self, solver: ImpactSolver, strikes: Strikes, z: Floats | None = None) -> ForcePulses:
+    def pulses_on_plate(self, solver: ImpactSolver, strikes: ImpactBatch, z: Floats | None = None) -> ForcePulses:
         """As `pulses`, by `solver` in place of the motion on a rigid target and without the plate's own compliance."""
         ...
 
-    def outside(self, strikes: Strikes) -> list[tuple[OutOfDomain, ...]]: ...
+    def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ class CoupledContact:
     def normals(self) -> int:
         return self.base.normals
 
-    def pulses(self, strikes: Strikes, z: Floats | None = None) -> ForcePulses:
+    def pulses(self, strikes: ImpactBatch, z: Floats | None = None) -> ForcePulses:
         """Force at 129 phases, from the first touch to the last parting.
 
         Raises `LookupError` for a plate or an impact position there is none of, and as `base`.
@@ -72,17 +72,17 @@ class CoupledContact:
             lambda impacts, rows: _pulses(impacts, [points[row] for row in rows]), strikes, z
         )
 
-    def outside(self, strikes: Strikes) -> list[tuple[OutOfDomain, ...]]:
+    def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]:
         """What lies outside of the base's domain."""
         return self.base.outside(strikes)
 
-    def plate_pulses(self, strikes: Strikes, z: Floats | None, pulses: ForcePulses) -> ForcePulses:
+    def plate_pulses(self, strikes: ImpactBatch, z: Floats | None, pulses: ForcePulses) -> ForcePulses:
         """What of `pulses` acts on the plate, where the base tells it apart."""
         return self.base.plate_pulses(strikes, z, pulses) if isinstance(self.base, AboveAnvil) else pulses
 
-    def extrapolation(self, strikes: Strikes) -> list[tuple[Extrapolation, ...]]:
+    def extrapolation(self, strikes: ImpactBatch) -> list[tuple[Extrapolation, ...]]:
         """What lies beyond the shots that the base has learned from."""
-        if isinstance(self.base, Extrapolating):
+        if isinstance(self.base, ExtrapolationPolicy):
             return self.base.extrapolation(strikes)
         return [() for _ in range(len(strikes))]
 

@@ -27,7 +27,6 @@ from .tune.kernels import (
     PLATE,
     POSITION,
     TIP,
-    Alike,
     Coordinates,
     EachShot,
     Everywhere,
@@ -35,6 +34,7 @@ from .tune.kernels import (
     SamePlace,
     SameStack,
     SameWords,
+    SettingKernel,
     level,
     smooth,
     white,
@@ -50,7 +50,7 @@ Replay = Callable[[MeasuredShots], Floats]
 _PEAK_OCTAVES = 2.0
 #: Configurations that are learned from: evenly picked ones of more. The memory grows with their square.
 MOST_CONFIGURATIONS = 300
-_ALIKE = Alike()
+_ALIKE = SettingKernel()
 #: One way of exciting one place: a soft tip excites the lowest modes alone, and then all lines follow them.
 _SameBlow = SameWords((PLATE, POSITION, BOUNDARY, TIP, INSULATOR))
 
@@ -87,7 +87,7 @@ _FEW = 4
 #: So many configurations that behave as stated stand beside those measured: of a line, and of what is alike.
 _LINE_WEIGHT, _ALIKE_WEIGHT = 4.0, 1.5
 #: How alike scatter is: a tip makes it, places and plates hardly.
-_SCATTER_ALIKE = Alike(lengths=(2.0, 2.0, 1.4), factors=(0.7, 1.0, 0.05, 0.7, 0.4, 1.0))
+_SCATTER_ALIKE = SettingKernel(lengths=(2.0, 2.0, 1.4), factors=(0.7, 1.0, 0.05, 0.7, 0.4, 1.0))
 #: Squares of errors over stated ones count no further than this: one strange configuration does not widen all others.
 _MOST_SQUARE = 25.0
 #: Degrees of freedom of a scatter that nothing alike was measured of.

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..array_types import Floats
 from ..diagnosis.verdict import NONE, UNKNOWN
-from .case_results import CaseResult, Said
+from .case_results import CaseAnswer, CaseResult
 
 #: Of the standard normal, for 95 %.
 _Z = 1.959964
@@ -184,11 +184,11 @@ def rate(rows: Rows, right: Callable[[CaseResult], bool]) -> Rate:
     return Rate.of(right(row) for row in rows)
 
 
-def _first(said: Said) -> str:
+def _first(said: CaseAnswer) -> str:
     return said.labels[0] if said.labels else ""
 
 
-def _named(said: Said) -> list[str]:
+def _named(said: CaseAnswer) -> list[str]:
     return _first(said).split("+")
 
 

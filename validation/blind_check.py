@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ..diagnosis.options import Options
-from ..parallel.map_tasks import Crew, mapped
+from ..parallel.map_tasks import ExecutorConfig, run_all_tasks
 from ..schema.atomic_write import write_bytes, write_text
 from . import oracle_fit
 from .baselines import Forest
@@ -26,7 +26,7 @@ from .case_plan import BENCHES, TIERS, CaseTask, drawn, tasks
 from .cases.case import Label as Opened
 from .cases.record import label_of, new_key, open_labels, publish, record_case, seal_labels
 from .report import SCORED, Report, write_rows
-from .run_case import PATIENCE_S, CaseJob, answered, lost
+from .run_case import PATIENCE_S, CaseJob, answer_case, lost
 from .tally import rows_of, scored
 
 #: Kept apart from the seeds of cases.
@@ -35,7 +35,7 @@ _PATIENCE_S = 300.0
 _TIERS = ("weak", "middle", "strong", "very strong", "two")
 
 
-def trained(count: int, seed: int, crew: Crew, tell: Callable[[int, int, str], None]) -> Forest | None:
+def trained(count: int, seed: int, crew: ExecutorConfig, tell: Callable[[int, int, str], None]) -> Forest | None:
     """A forest of `count` campaigns. None without scikit-learn."""
     try:
         import sklearn  # noqa: F401
@@ -43,7 +43,7 @@ def trained(count: int, seed: int, crew: Crew, tell: Callable[[int, int, str], N
         return None
     tasks = [CaseTask(f"learn-{i:05d}", _TIERS[i % len(_TIERS)], (_SEED + seed, i), _SPLIT) for i in range(count)]
     learnt: dict[str, dict[str, Any]] = {}
-    for task, row in mapped(crew, _learnt, tasks, lost=_lost, patience_s=_PATIENCE_S):
+    for task, row in run_all_tasks(crew, _learnt, tasks, lost=_lost, patience_s=_PATIENCE_S):
         learnt[task.name] = row
         tell(len(learnt), count, "campaigns to learn from")
     rows = [learnt[task.name] for task in tasks if learnt[task.name]]  # in their order: so are the forest's draws
@@ -107,7 +107,7 @@ class CaseJournal:
 #: Called with (done, total, what).
 Progress = Callable[[int, int, str], None]
 #: Who answers, unless others are asked.
-CREW = Crew(jobs=2)
+CREW = ExecutorConfig(jobs=2)
 #: What of a diagnosis is scored: not the next experiment, and no ratings of pulses.
 OPTIONS = Options(plan=False, rate_pulses=False)
 _SETTINGS, _KEY, _SEALED, _PUBLISHED = "check.json", "key", "labels.sealed", "published.txt"
@@ -119,7 +119,7 @@ def run(
     seed: int,
     tiers: Sequence[str] = tuple(TIERS),
     *,
-    crew: Crew = CREW,
+    crew: ExecutorConfig = CREW,
     folder: Path | None = None,
     progress: Progress | None = None,
     options: Options | None = None,
@@ -156,7 +156,7 @@ def run(
     return Report(cases, seed, published=published, **scored(work, truths, answers, best, forest))
 
 
-def _published(place: Path, work: Sequence[CaseTask], crew: Crew, tell: Progress) -> tuple[str, ...]:
+def _published(place: Path, work: Sequence[CaseTask], crew: ExecutorConfig, tell: Progress) -> tuple[str, ...]:
     """Hashes of all labels, before anything is diagnosed; those of an earlier start where there are some."""
     if not (place / _PUBLISHED).exists():
         labels = _labels(work, crew, tell)
@@ -180,13 +180,13 @@ def _opened(place: Path, published: Sequence[str]) -> list[Opened]:
 
 
 def _answers(
-    place: Path, work: Sequence[CaseJob], crew: Crew, tell: Progress, patience_s: float
+    place: Path, work: Sequence[CaseJob], crew: ExecutorConfig, tell: Progress, patience_s: float
 ) -> dict[str, dict[str, Any]]:
     journal = CaseJournal(place / _ANSWERS)
     answers = journal.read()
     remaining_jobs = [job for job in work if job.task.name not in answers]
     tell(len(work) - len(remaining_jobs), len(work), "answers")
-    for job, answer in mapped(crew, answered, remaining_jobs, lost=lost, patience_s=patience_s):
+    for job, answer in run_all_tasks(crew, answer_case, remaining_jobs, lost=lost, patience_s=patience_s):
         journal.add(answer)
         answers[job.task.name] = answer
         tell(len(answers), len(work), "answers")
@@ -199,7 +199,7 @@ def _oracles(
     truths: Mapping[str, Opened],
     said: Mapping[str, dict[str, Any]],
     options: Options,
-    crew: Crew,
+    crew: ExecutorConfig,
     tell: Progress,
 ) -> dict[str, dict[str, Any]]:
     """For one effect with a gap beyond tolerance, and for the answers about benches that named an effect."""
@@ -216,7 +216,7 @@ def _oracles(
         for task in wanted
         if task.name not in oracle_fits and "added" not in said[task.name]
     ]
-    answers = mapped(crew, oracle_fit.oracle, requests, lost=oracle_fit.lost, patience_s=PATIENCE_S)
+    answers = run_all_tasks(crew, oracle_fit.oracle, requests, lost=oracle_fit.lost, patience_s=PATIENCE_S)
     for done, (_, fit) in enumerate(answers, start=1):
         journal.add(fit)
         oracle_fits[fit["case"]] = fit
@@ -224,10 +224,10 @@ def _oracles(
     return oracle_fits
 
 
-def _labels(work: Sequence[CaseTask], crew: Crew, tell: Progress) -> list[Opened]:
+def _labels(work: Sequence[CaseTask], crew: ExecutorConfig, tell: Progress) -> list[Opened]:
     """Of every task, in their order: nobody is to tell a case by when it was finished."""
     labels: dict[str, Opened] = {}
-    for task, label in mapped(crew, _labelled, work):
+    for task, label in run_all_tasks(crew, _labelled, work):
         labels[task.name] = label
         tell(len(labels), len(work), "labels sealed")
     return [labels[task.name] for task in work]

@@ -77,7 +77,7 @@ class RankedAnswer:
 
 
 @dataclass(frozen=True)
-class Said:
+class CaseAnswer:
     """An answer as it is scored. `error` is the reason where there is none: it counts as wrong wherever it can.
 
     `stages` in the order named; `inside` the configurations of each named region; `shrinkage` the report's entry that
@@ -151,7 +151,7 @@ class CaseResult:
     """One case: the truth, and what was said. `oracle` is the shrinkage of the right effect, where it was asked for."""
 
     label: WithheldTruth
-    said: Said
+    said: CaseAnswer
     oracle: Mapping[str, Any] | None = field(default=None)
 
 

@@ -90,7 +90,7 @@ _LEAST = 0.05
 
 
 @dataclass(frozen=True)
-class Shrunk:
+class GapReductionScore:
     """`ratio` of the share that was removed to the share that the right effect removes: its median and 10th percentile.
 
     `covered` counts intervals that hold the true share, where it is known.
@@ -106,15 +106,15 @@ class Shrunk:
         return {**vars(self), "covered": self.covered.as_json()}
 
 
-def shrunk(rows: Sequence[CaseResult]) -> Shrunk:
+def gap_reduction_score(rows: Sequence[CaseResult]) -> GapReductionScore:
     """Over the rows whose oracle found a gap to shrink. A report without a share counts as 0: nothing was removed."""
     held = [row for row in rows if (_fraction(row.oracle) or 0.0) > _LEAST]
     reported = np.array([_fraction(row.said.shrinkage) or 0.0 for row in held])
     best = np.array([_fraction(row.oracle) for row in held], dtype=np.float64)
     if not held:
-        return Shrunk(math.nan, math.nan, math.nan, 0, covered(rows))
+        return GapReductionScore(math.nan, math.nan, math.nan, 0, covered(rows))
     ratio = reported / best
-    return Shrunk(
+    return GapReductionScore(
         float(np.median(ratio)),
         float(np.percentile(ratio, 10)),
         float(np.median(reported)),
@@ -187,7 +187,7 @@ class CaseMetrics:
     stage: Rate
     region_f1: float
     regions: int
-    shrinkage: Shrunk
+    shrinkage: GapReductionScore
     seconds: tuple[float, float]  # median and 95th percentile
     errors: tuple[str, ...]
     confusion: dict[str, dict[str, int]]
@@ -217,7 +217,7 @@ def figures(name: str, rows: Rows) -> CaseMetrics:
         stage=stage_hits([*single, *answer_sets.strangers(rows)]),
         region_f1=mean_region_score(single),
         regions=len(region_scores(single)),
-        shrinkage=shrunk(single),
+        shrinkage=gap_reduction_score(single),
         seconds=_seconds(rows),
         errors=tuple(f"{row.said.case}: {row.said.error}" for row in rows if row.said.error),
         confusion=confusion(rows),
@@ -271,7 +271,7 @@ def _plain(value: Any) -> Any:
     """Records as objects, tuples as lists, and what there is none of (NaN) as null: JSON knows no NaN."""
     if hasattr(value, "as_json"):
         return _plain(value.as_json())
-    if isinstance(value, Unknowns | Reliability | Shrunk):
+    if isinstance(value, Unknowns | Reliability | GapReductionScore):
         return _plain(vars(value))
     if isinstance(value, dict):
         return {key: _plain(entry) for key, entry in value.items()}

@@ -15,9 +15,9 @@ from typing import Any
 from ..schema.atomic_write import write_text
 from .answer_sets import Rate
 from .bench_figures import BenchFigures, bench_text
-from .case_results import CaseResult, RankedAnswer, Said, WithheldTruth
+from .case_results import CaseAnswer, CaseResult, RankedAnswer, WithheldTruth
 from .metrics import CaseMetrics
-from .tally import LeftOut
+from .tally import ExcludedEffect
 
 #: The diagnosis itself among ways of answering.
 DIAGNOSIS = "diagnosis"
@@ -35,7 +35,7 @@ class Report:
     seed: int
     tiers: tuple[CaseMetrics, ...]
     baselines: Mapping[str, tuple[CaseMetrics, ...]]
-    left_out: LeftOut | None = None
+    left_out: ExcludedEffect | None = None
     kinds: tuple[CaseMetrics, ...] = ()
     published: tuple[str, ...] = ()
     benches: tuple[BenchFigures, ...] = ()
@@ -164,7 +164,7 @@ def _errors(found: CaseMetrics) -> str:
     return "\n".join(["Most frequent errors:", *lines]) if lines else ""
 
 
-def _left_out(found: LeftOut | None) -> str:
+def _left_out(found: ExcludedEffect | None) -> str:
     if found is None:
         return ""
     lines = [
@@ -228,4 +228,4 @@ def _row(table: Mapping[str, Any]) -> CaseResult:
     )
     answer["stages"], answer["inside"] = tuple(answer["stages"]), tuple(tuple(indices) for indices in answer["inside"])
     answer["shares"] = {name: tuple(values) for name, values in answer.get("shares", {}).items()}
-    return CaseResult(WithheldTruth(**label), Said(**answer), table["oracle"])
+    return CaseResult(WithheldTruth(**label), CaseAnswer(**answer), table["oracle"])

@@ -68,7 +68,7 @@ class CaseJob:
     simple: bool = True
 
 
-def answered(job: CaseJob) -> dict[str, Any]:
+def answer_case(job: CaseJob) -> dict[str, Any]:
     """A line of the journal. An error of the diagnosis is an answer, too: {"case", "error"}."""
     from threadpoolctl import threadpool_limits
 

@@ -19,14 +19,14 @@ from .answer_sets import Rate, first_entry, stage_hits
 from .baselines import BASELINES, Forest
 from .bench_figures import BenchFigures, bench_tables
 from .case_plan import BENCHES, LEFT_OUT, CaseTask
-from .case_results import CaseResult, Said, WithheldTruth, stages_of
+from .case_results import CaseAnswer, CaseResult, WithheldTruth, stages_of
 from .cases.attribution import shares
 from .cases.case import Label as Opened
 from .metrics import CaseMetrics, figures
 
 
 @dataclass(frozen=True)
-class LeftOut:
+class ExcludedEffect:
     """Without the effect: `unknown` was the first answer, `others` when a remaining effect was, and `stage` was named.
     With it: `found` first, or in the first group; `fraction` of the gap that disappeared (median), of `n` with a gap.
 
@@ -47,7 +47,9 @@ class LeftOut:
         return {"n": self.n, **rates, "fraction": fraction, "instead": {k: dict(v) for k, v in self.instead.items()}}
 
 
-def left_out(labels: Sequence[WithheldTruth], without: Sequence[Said], added: Sequence[Said]) -> LeftOut:
+def left_out(
+    labels: Sequence[WithheldTruth], without: Sequence[CaseAnswer], added: Sequence[CaseAnswer]
+) -> ExcludedEffect:
     """From what was said without and with the effect of each label."""
     first = [answer.labels[0] if answer.labels else "" for answer in without]
     shares = [(answer.shrinkage or {}).get("fraction") for answer in added]
@@ -56,7 +58,7 @@ def left_out(labels: Sequence[WithheldTruth], without: Sequence[Said], added: Se
     for label, name in sorted(zip(labels, first, strict=True), key=lambda item: item[0].key):
         counts = instead.setdefault(label.key, {})
         counts[name or "no answer"] = counts.get(name or "no answer", 0) + 1
-    return LeftOut(
+    return ExcludedEffect(
         n=len(labels),
         unknown=Rate.of(name == UNKNOWN for name in first),
         others=Rate.of("." in name for name in first),
@@ -123,7 +125,7 @@ class Scores(TypedDict):
     tiers: tuple[CaseMetrics, ...]
     kinds: tuple[CaseMetrics, ...]
     baselines: dict[str, tuple[CaseMetrics, ...]]
-    left_out: LeftOut | None
+    left_out: ExcludedEffect | None
     benches: tuple[BenchFigures, ...]
 
 
@@ -188,27 +190,27 @@ def _by(names: Sequence[str], rows: Sequence[CaseResult]) -> tuple[CaseMetrics, 
     return tuple(figures(name, some) for name, some in rows_by_name.items())
 
 
-def said(case: str, answer: Mapping[str, Any], opened: Opened) -> Said:
+def said(case: str, answer: Mapping[str, Any], opened: Opened) -> CaseAnswer:
     """An answer of the journal as it is scored."""
     seconds = answer.get("seconds")
     if "verdict" not in answer:
-        return Said(case, error=str(answer.get("error", "no answer")))
+        return CaseAnswer(case, error=str(answer.get("error", "no answer")))
     verdict = {
         **answer["verdict"],
         "seconds": np.nan if seconds is None else seconds,
         "naive": answer.get("naive", {}).get("fraction"),
         "memory_mb": answer.get("memory_mb"),
     }
-    return Said.of(case, verdict, named_regions(opened, verdict["where"].get("factors", ())))
+    return CaseAnswer.of(case, verdict, named_regions(opened, verdict["where"].get("factors", ())))
 
 
 def _simple(way: str, truth: WithheldTruth, answer: Mapping[str, Any], forest: Forest | None) -> CaseResult:
     if "simple" not in answer:
-        return CaseResult(truth, Said(truth.case, error=str(answer.get("error", "no answer"))))
+        return CaseResult(truth, CaseAnswer(truth.case, error=str(answer.get("error", "no answer"))))
     if way == FOREST and forest is not None:
         shares = forest.shares(truth.kind, np.array(answer["features"]))
-        return CaseResult(truth, Said.from_probabilities(truth.case, shares))
-    return CaseResult(truth, Said.from_probabilities(truth.case, answer["simple"][way]))
+        return CaseResult(truth, CaseAnswer.from_probabilities(truth.case, shares))
+    return CaseResult(truth, CaseAnswer.from_probabilities(truth.case, answer["simple"][way]))
 
 
 def _left_out(
@@ -216,7 +218,7 @@ def _left_out(
     labels: Mapping[str, WithheldTruth],
     answers: Mapping[str, Mapping[str, Any]],
     truths: Mapping[str, Opened],
-) -> LeftOut | None:
+) -> ExcludedEffect | None:
     if not work:
         return None
     names = [task.name for task in work]

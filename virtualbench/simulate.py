@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..parallel.map_tasks import Crew, mapped
+from ..parallel.map_tasks import ExecutorConfig, run_all_tasks
 from .campaigns.base import RecordingTask, Row, Truth, VirtualBench
 from .campaigns.gun import VirtualGunBench
 from .campaigns.gun import set_up as set_up_gun
@@ -143,9 +143,11 @@ def simulate(
             bench = replace(bench, trigger=trigger)
         tasks = bench.tasks(plan_rows, repetitions)
         seeds = sequence.spawn(len(tasks))
-        crew = Crew(jobs=min(jobs or default_jobs(), len(tasks)))
+        crew = ExecutorConfig(jobs=min(jobs or default_jobs(), len(tasks)))
         truths_by_recording: dict[str, list[Truth]] = {}
-        with closing(mapped(crew, _make, zip(tasks, seeds, strict=True), shared=(bench, partial, suffix))) as made:
+        with closing(
+            run_all_tasks(crew, _make, zip(tasks, seeds, strict=True), shared=(bench, partial, suffix))
+        ) as made:
             for (task, _), truth in made:
                 truths_by_recording[task.name] = truth
                 if progress:

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from ...parallel.map_tasks import BACKENDS, LOCAL, Crew
-from ...schema.addresses import HIDDEN, shown, without_secrets
+from ...parallel.map_tasks import BACKENDS, LOCAL, ExecutorConfig
+from ...schema.addresses import HIDDEN, address_for_display, without_secrets
 from ..common.errors import DEFAULT_DB
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def fail(message: str, *below: str) -> None:
 
 
 @contextmanager
-def opened(db: str, *, create: bool = False) -> Iterator[Store]:
+def open_command_store(db: str, *, create: bool = False) -> Iterator[Store]:
     """The store at `db`; errors become one line. Nothing below sees a database error."""
     with errors_as_one_line():
         from ...schema.session import Writer, open_store
@@ -114,25 +114,25 @@ def opened(db: str, *, create: bool = False) -> Iterator[Store]:
 
 
 @contextmanager
-def opened_to_try(db: str) -> Iterator[Store]:
+def open_for_dry_run(db: str) -> Iterator[Store]:
     """The store at `db` for a dry run; where there is none, an empty one that is gone afterwards."""
     with errors_as_one_line():
-        from ...schema.rehearsal import opened_to_rehearse
+        from ...schema.rehearsal import open_for_rehearsal
         from ...schema.session import Writer
 
-        with opened_to_rehearse(db, Writer(command_line(sys.argv), _version())) as store:
+        with open_for_rehearsal(db, Writer(command_line(sys.argv), _version())) as store:
             yield store
 
 
 @contextmanager
-def opened_or_none(db: str, *, silent: bool = False) -> Iterator[Store | None]:
+def open_if_exists(db: str, *, silent: bool = False) -> Iterator[Store | None]:
     """The store, or None where its file is not there yet: not every command needs one."""
     with errors_as_one_line():
-        from ...schema.addresses import AddressError, parsed
+        from ...schema.addresses import AddressError, parse_address
 
         try:
-            url = parsed(db)
-        except AddressError:  # `opened` says what is wrong with it
+            url = parse_address(db)
+        except AddressError:  # `open_command_store` says what is wrong with it
             url = None
         missing = url is not None and url.drivername.startswith("sqlite") and not Path(url.database or "").exists()
     if missing:
@@ -141,7 +141,7 @@ def opened_or_none(db: str, *, silent: bool = False) -> Iterator[Store | None]:
         with errors_as_one_line():
             yield None
         return
-    with opened(db) as store:
+    with open_command_store(db) as store:
         yield store
 
 
@@ -218,14 +218,14 @@ def _shown(word: str, before: str) -> str:
     if equals and option in SECRET_OPTIONS:
         return f"{option}={HIDDEN}"
     if equals and option in _ADDRESSES:
-        return f"{option}={shown(value)}"
-    return shown(word) if before in _ADDRESSES or "://" in word else without_secrets(word)
+        return f"{option}={address_for_display(value)}"
+    return address_for_display(word) if before in _ADDRESSES or "://" in word else without_secrets(word)
 
 
 Command = Callable[..., Any]
 
 
-def crew_options(jobs_help: str, jobs: int = 1) -> Callable[[Command], Command]:
+def worker_options(jobs_help: str, jobs: int = 1) -> Callable[[Command], Command]:
     """The command gets one argument `crew`, of a cluster that answers; `jobs` are the processes by default."""
 
     def decorated(command: Command) -> Command:
@@ -241,7 +241,7 @@ def crew_options(jobs_help: str, jobs: int = 1) -> Callable[[Command], Command]:
         @wraps(command)
         def with_crew(*args: Any, jobs: int, backend: str, scheduler: str | None, **others: Any) -> Any:
             with errors_as_one_line():
-                crew = Crew(backend, jobs, scheduler)
+                crew = ExecutorConfig(backend, jobs, scheduler)
                 crew.check()
             return command(*args, crew=crew, **others)
 

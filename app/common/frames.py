@@ -130,14 +130,14 @@ def parse_quantity(text: str, si_unit: str, name: str) -> float:
     """
     from pint.errors import PintError
 
-    from ...signals.units import registry, spelled
+    from ...signals.units import registry, unit_spelling
 
     number = _NUMBER.match(text)
     unit = text[number.end() :].strip() if number else ""
     if number is None or not unit:
         raise ValueError(f"{name} is {text!r}; expected a number with a unit, such as 1{si_unit}")
     try:
-        scale: Any = registry().Quantity(spelled(unit))
+        scale: Any = registry().Quantity(unit_spelling(unit))
         value = (float(number.group().replace(",", ".")) * scale).to(si_unit).magnitude
     except (PintError, AttributeError, TypeError, ValueError) as error:
         raise ValueError(f"{name} is {text!r}; expected a unit such as {si_unit!r}") from error

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING
 from ...dataset.catalog import Withdrawal, list_withdrawals
 from ...schema.session import StoreError, Writer, open_store
 from ...training.registry.connection import user_environment
-from ...training.registry.model_storage import place_beside
+from ...training.registry.model_storage import storage_for
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
     from ...dataset.table import PulseTable
     from ...schema.session import Store
-    from ...training.fitting.fitting import Ground
+    from ...training.fitting.fitting import TrainingContext
     from ...training.models.catalogue import Budget
     from ...training.registry.records import Version
     from ...training.registry.registry import Registry
@@ -58,21 +58,21 @@ def registry_of(store_url: str) -> Registry:
     """The registry beside a store, or where MLFLOW_TRACKING_URI says."""
     from ...training.registry.registry import Registry
 
-    return Registry(place_beside(store_url, user_environment()))
+    return Registry(storage_for(store_url, user_environment()))
 
 
-def ground_of(store: Store, dataset: str, registry: Registry, seed: int, budget: Budget) -> Ground:
+def ground_of(store: Store, dataset: str, registry: Registry, seed: int, budget: Budget) -> TrainingContext:
     """A dataset of the store, to train on."""
     from ...dataset.snapshot import read_snapshot
     from ...dataset.velocities import kind_of_snapshot
-    from ...training.fitting.fitting import Ground
+    from ...training.fitting.fitting import TrainingContext
     from ...training.registry.records import DatasetName
 
     snapshot = read_snapshot(store, dataset)
     with store.reading() as session:
         velocity = kind_of_snapshot(session, snapshot.hash, snapshot.definition)
     name = DatasetName(snapshot.name, snapshot.hash, snapshot.predictors.name, snapshot.predictors.kind, velocity)
-    return Ground(name, snapshot.table, seed, budget, registry.place.work)
+    return TrainingContext(name, snapshot.table, seed, budget, registry.place.work)
 
 
 def splits_of(table: PulseTable, texts: str) -> list[str]:

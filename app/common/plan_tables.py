@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...doe.plans import StoredPlan
-from ...schema.atomic_write import whole_file
+from ...schema.atomic_write import atomic_file
 from ...schema.known_factors import BY_COLUMN, parse_number
 
 
@@ -48,7 +48,7 @@ def settings_in_si(row: Mapping[str, str]) -> dict[str, Any]:
 
 def write_table(plan: StoredPlan, path: Path) -> None:
     """The plan's table as CSV: `run` and the factors' columns, in order of run, without what was discarded."""
-    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
+    with atomic_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(["run", *plan.space.columns])
         for run in plan.runs:

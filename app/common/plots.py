@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...schema.atomic_write import whole_file
+from ...schema.atomic_write import atomic_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,5 +26,5 @@ def save(figure: Figure, path: Path) -> None:
     if path.suffix.lstrip(".").lower() not in formats:
         raise ValueError(f"cannot draw {path.name!r}; expected one of {', '.join('.' + k for k in sorted(formats))}")
     path.parent.mkdir(parents=True, exist_ok=True)
-    with whole_file(path) as partial:
+    with atomic_file(path) as partial:
         figure.savefig(partial)

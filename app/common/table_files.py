@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol, TextIO
 
-from ...schema.atomic_write import whole_file
+from ...schema.atomic_write import atomic_file
 
 Batch = dict[str, list[Any]]
 
@@ -105,7 +105,7 @@ def write_batches(out: Path, batches: Iterable[Batch], *, empty: bool = False) -
     ending = out.suffix.lower()
     if ending not in ENDINGS:
         raise ValueError(f"cannot write {out.name!r}; expected a name that ends in {' or '.join(ENDINGS)}")
-    with whole_file(out) as partial, _opened(partial, ending) as writer:
+    with atomic_file(out) as partial, _opened(partial, ending) as writer:
         rows = _written(writer, batches)
         if not rows and not empty:
             raise ValueError(f"nothing to write to {out.name!r}: no row matches")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..cli.common import json_option, note, opened, print_table, write_json
+from ..cli.common import json_option, note, open_command_store, print_table, write_json
 
 if TYPE_CHECKING:
     from ...schema.session import Store
@@ -44,7 +44,7 @@ def demo(out: Path, db: str | None, json_to: str | None) -> None:
         raise click.UsageError(f"cannot make the folder {str(out)!r}: {error.strerror}") from error
     url = db or f"sqlite:///{out / 'demo.db'}"
     picture = out / "demo.png"
-    with opened(url, create=True) as store:
+    with open_command_store(url, create=True) as store:
         from . import demo as job
 
         for report in job.ingest_examples(store):
@@ -81,9 +81,9 @@ def demo(out: Path, db: str | None, json_to: str | None) -> None:
     print_table(predicted, "none")
     for line in notes:
         note(line)
-    from ...schema.addresses import shown
+    from ...schema.addresses import address_for_display
 
-    address = shown(url)
+    address = address_for_display(url)
     files = "\n  ".join(str(out.resolve() / name) for name in ("demo.png", SHOT, SHEET))
     click.echo(f"\nThe results are here:\n  {files}\n  store: {address}")
     command = "pyroshock" if shutil.which("pyroshock") else sys.argv[0]

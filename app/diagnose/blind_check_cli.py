@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..cli.common import crew_options, errors_as_one_line, json_option, write_json
+from ..cli.common import errors_as_one_line, json_option, worker_options, write_json
 
 if TYPE_CHECKING:
-    from ...parallel.map_tasks import Crew
+    from ...parallel.map_tasks import ExecutorConfig
     from ...validation.report import Pool, Report
 
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     help="Which families, laws and seeds may be drawn.",
 )
 @click.option("--time-limit", type=click.FloatRange(1), default=900.0, show_default=True, help="Seconds of a case.")
-@crew_options("Processes.", jobs=2)
+@worker_options("Processes.", jobs=2)
 @click.option("--folder", type=click.Path(file_okay=False, path_type=Path), help="Keep answers here, and go on.")
 @click.option(
     "--pool",
@@ -47,7 +47,7 @@ def blind_check(
     kinds: tuple[str, ...],
     split: str,
     time_limit: float,
-    crew: Crew,
+    crew: ExecutorConfig,
     folder: Path | None,
     pool: tuple[Path, ...],
     no_baselines: bool,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..cli.common import db_option, json_option, note, opened, opened_or_none, print_table, write_json
+from ..cli.common import db_option, json_option, note, open_command_store, open_if_exists, print_table, write_json
 from ..cli.completion import campaign_names, effect_ids
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def diagnose(
     if listed:
         _tell_past(target, db, json_to)
         return
-    with opened_or_none(db, silent=True) as store:
+    with open_if_exists(db, silent=True) as store:
         from ..common.progress import progress_bar
         from .service import diagnose_campaign
 
@@ -105,7 +105,7 @@ def _tell_adopted(verdict: Verdict, row: TwinVersion, wanted: str) -> None:
 def _tell_past(campaign: str, db: str, json_to: str | None) -> None:
     from .diagnosing import past_diagnoses
 
-    with opened(db) as store, store.reading() as session:
+    with open_command_store(db) as store, store.reading() as session:
         rows = list(past_diagnoses(session, campaign))
     if json_to is not None:
         write_json(rows, json_to)

@@ -149,7 +149,7 @@ def simulator_of(store: Store | None, db: str, kind: str, text: str | None) -> C
         return registered_contact(session, db, name, in_use)
 
 
-def diagnosed(store: Store | None, db: str, asked: DiagnosisRequest, progress: Progress | None = None) -> Verdict:
+def run_diagnosis(store: Store | None, db: str, asked: DiagnosisRequest, progress: Progress | None = None) -> Verdict:
     """The diagnosis. Raises `ValueError` and `LookupError` for what cannot be diagnosed, in one line: also for an
     effect of `with_effects` and `without_effects` that there is not, or that the campaign cannot show."""
     from ...diagnosis.diagnose import Options, diagnose

@@ -23,7 +23,7 @@ class DiagnoseArguments:
 
 def _do(work: RunningJob, asked: DiagnoseArguments) -> Ending:
     from ..common.model_registry import models_extra
-    from .diagnosing import diagnosed, is_stored, keep, report_json
+    from .diagnosing import is_stored, keep, report_json, run_diagnosis
     from .request import DiagnosisRequest
     from .summary import summary
 
@@ -31,7 +31,7 @@ def _do(work: RunningJob, asked: DiagnoseArguments) -> Ending:
         raise LookupError(f"no campaign {asked.target!r} in the store; ingest it first")
     with models_extra():
         question = DiagnosisRequest(**vars(asked))
-        verdict = diagnosed(work.store, work.db, question, work.step)
+        verdict = run_diagnosis(work.store, work.db, question, work.step)
 
     def ending() -> Result:
         key = keep(work.store, verdict, question)

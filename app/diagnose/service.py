@@ -175,7 +175,7 @@ def diagnose_campaign(
     """
     from ..common.model_registry import models_extra
     from ..twins import adopted_effects
-    from .diagnosing import diagnosed, is_stored, keep
+    from .diagnosing import is_stored, keep, run_diagnosis
     from .request import DiagnosisRequest
 
     request = DiagnosisRequest(target, **given)
@@ -183,7 +183,7 @@ def diagnose_campaign(
     if adopt is not None and not stored:
         raise ValueError(f"adopting {adopt} needs a campaign of the store; ingest it first: pyroshock ingest {target}")
     with models_extra():
-        verdict = diagnosed(store, url, request, step)
+        verdict = run_diagnosis(store, url, request, step)
     if adopt is not None:
         adopted_effects.check_adoptable(verdict, adopt)
     key = keep(store, verdict, request) if store is not None and stored else None

@@ -68,7 +68,7 @@ SERIES = len(_LIGHT)
 
 
 @dataclass(frozen=True)
-class Ink:
+class SeriesStyle:
     """How a mark is drawn: colours as #rrggbb or None, width in units of the chart."""
 
     stroke: str | None = None
@@ -91,31 +91,31 @@ def light() -> dict[str, str]:
 
 
 @cache
-def inks() -> dict[str, Ink]:
+def series_styles() -> dict[str, SeriesStyle]:
     """The ink of each class of mark, on paper."""
     colour = light()
     marks = {
-        "grid": Ink(colour["rule"]),
-        "zero": Ink(colour["quiet"]),
-        "tolerance": Ink(colour["quiet"], dash=(4, 3)),
-        "floor": Ink(fill=colour["floor"]),
-        "before": Ink(colour["before"], width=2),
-        "after": Ink(fill=colour["after"]),
-        "before-line": Ink(colour["before"], width=2, dash=(5, 3)),
-        "after-line": Ink(colour["after"], width=2),
-        "measured-line": Ink(colour["ink"], width=1.4),
-        "bar-error": Ink(fill=colour["before"]),
-        "bar-gone": Ink(fill=colour["bar"]),
-        "bar-named": Ink(fill=colour["bar"]),
-        "bar-other": Ink(fill=colour["other"]),
-        "interval": Ink(colour["ink"], width=1.6),
-        "tick": Ink(fill=colour["quiet"]),
-        "axis": Ink(fill=colour["ink"]),
+        "grid": SeriesStyle(colour["rule"]),
+        "zero": SeriesStyle(colour["quiet"]),
+        "tolerance": SeriesStyle(colour["quiet"], dash=(4, 3)),
+        "floor": SeriesStyle(fill=colour["floor"]),
+        "before": SeriesStyle(colour["before"], width=2),
+        "after": SeriesStyle(fill=colour["after"]),
+        "before-line": SeriesStyle(colour["before"], width=2, dash=(5, 3)),
+        "after-line": SeriesStyle(colour["after"], width=2),
+        "measured-line": SeriesStyle(colour["ink"], width=1.4),
+        "bar-error": SeriesStyle(fill=colour["before"]),
+        "bar-gone": SeriesStyle(fill=colour["bar"]),
+        "bar-named": SeriesStyle(fill=colour["bar"]),
+        "bar-other": SeriesStyle(fill=colour["other"]),
+        "interval": SeriesStyle(colour["ink"], width=1.6),
+        "tick": SeriesStyle(fill=colour["quiet"]),
+        "axis": SeriesStyle(fill=colour["ink"]),
     }
     for i in range(SERIES):
-        marks[f"line-{i}"] = Ink(colour[f"s{i}"], width=1.6)
-        marks[f"dot-{i}"] = Ink(fill=colour[f"s{i}"], opacity=0.8)
-        marks[f"spread-{i}"] = Ink(fill=colour[f"s{i}"], opacity=0.15)
+        marks[f"line-{i}"] = SeriesStyle(colour[f"s{i}"], width=1.6)
+        marks[f"dot-{i}"] = SeriesStyle(fill=colour[f"s{i}"], opacity=0.8)
+        marks[f"spread-{i}"] = SeriesStyle(fill=colour[f"s{i}"], opacity=0.15)
     return marks
 
 

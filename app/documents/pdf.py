@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 from xml.sax.saxutils import escape
 
 from .document import Bars, Block, Bullets, ChartRow, Document, Figure, Paragraph, Table, clean
-from .line_styles import Ink, inks, light
+from .line_styles import SeriesStyle, light, series_styles
 
 if TYPE_CHECKING:
     from reportlab.graphics.shapes import Drawing
@@ -120,7 +120,7 @@ def _whole(words: str) -> str:
 
 def _colour(kind: str) -> str:
     name = "measured-line" if kind == "measured" else kind
-    return inks()[name].stroke or inks()[name].fill or light()["ink"]
+    return series_styles()[name].stroke or series_styles()[name].fill or light()["ink"]
 
 
 def _sign(kind: str) -> str:
@@ -173,7 +173,7 @@ def _shapes(element: ElementTree.Element, font: str) -> list[Any]:
     raise ValueError(f"a chart has the element {element.tag!r}, which reports on paper do not know")
 
 
-def _words(element: ElementTree.Element, font: str, ink: Ink) -> Any:
+def _words(element: ElementTree.Element, font: str, ink: SeriesStyle) -> Any:
     from reportlab.graphics import shapes
 
     at = element.attrib
@@ -186,17 +186,19 @@ def _words(element: ElementTree.Element, font: str, ink: Ink) -> Any:
     return shapes.Group(text, transform=(0, -1, -1, 0, x, y) if turned else (1, 0, 0, -1, x, y))
 
 
-def _ink(name: str) -> Ink:
-    if name not in inks():
-        raise ValueError(f"a chart has the class {name!r}, which has no ink on paper; there are: {', '.join(inks())}")
-    return inks()[name]
+def _ink(name: str) -> SeriesStyle:
+    if name not in series_styles():
+        raise ValueError(
+            f"a chart has the class {name!r}, which has no ink on paper; there are: {', '.join(series_styles())}"
+        )
+    return series_styles()[name]
 
 
 def _points(text: str) -> list[float]:
     return [float(number) for pair in text.split() for number in pair.split(",")]
 
 
-def _fill(ink: Ink) -> dict[str, Any]:
+def _fill(ink: SeriesStyle) -> dict[str, Any]:
     from reportlab.lib.colors import HexColor
 
     if ink.fill is None:
@@ -204,7 +206,7 @@ def _fill(ink: Ink) -> dict[str, Any]:
     return {"fillColor": HexColor(ink.fill), "fillOpacity": ink.opacity}
 
 
-def _stroke(ink: Ink) -> dict[str, Any]:
+def _stroke(ink: SeriesStyle) -> dict[str, Any]:
     from reportlab.lib.colors import HexColor
 
     if ink.stroke is None:

@@ -22,7 +22,7 @@ from ...schema.campaigns import Campaign, ConfigurationLevel, Factor, FactorLeve
 from ...schema.conditions import CHANNEL_COLUMNS, IMPACT_COLUMNS, IN_USE, LARGEST, restricted
 from ...schema.impacts import ChannelFigures, Impact, Pulse
 from ...schema.listings import Condition, iter_impacts, iter_shots, listing_key
-from ..cli.common import db_option, format_cell, json_option, note, opened, print_table, write_json
+from ..cli.common import db_option, format_cell, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names
 from ..cli.listed import Listing, listing_options
 from ..common.nominal_velocity import with_predictions
@@ -48,7 +48,7 @@ def show(impact: int, db: str, json_to: str | None, plot: Path | None) -> None:
     Example:
         pyroshock show 12 --plot impact-12.png
     """
-    with opened(db) as store, store.reading() as session:
+    with open_command_store(db) as store, store.reading() as session:
         from .impact import impact_page
 
         page = impact_page(session, impact)
@@ -94,7 +94,7 @@ def impacts(db: str, listing: Listing, campaign: str | None, where: tuple[str, .
         pyroshock impacts --where "peak_acceleration_m_s2>1000"
         pyroshock impacts --sort -peak_force_n --columns id,tip_material,peak_force_n --csv
     """
-    with opened(db) as store, store.reading() as session:
+    with open_command_store(db) as store, store.reading() as session:
         from itertools import islice
 
         from ...schema.listings import iter_impacts
@@ -118,7 +118,7 @@ def shots(db: str, listing: Listing, campaign: str | None, where: tuple[str, ...
     Example:
         pyroshock shots --campaign first-shots
     """
-    with opened(db) as store, store.reading() as session:
+    with open_command_store(db) as store, store.reading() as session:
         from itertools import islice
 
         from ...schema.listings import iter_shots
@@ -159,7 +159,7 @@ def export(
         pyroshock export impacts --out impacts.csv --columns run,tip_material,peak_force_n
         pyroshock export series --campaign spring --recording recordings/0001.mat --out 0001.parquet
     """
-    with opened(db) as store, store.reading() as session:
+    with open_command_store(db) as store, store.reading() as session:
         from ..cli.listed import column_names
         from ..common.filters import parse_where
 

@@ -26,7 +26,7 @@ from ...ingest.readers import ChannelInfo, OpenRecording, ReadingOptions, Record
 from ...ingest.readers.contents import is_unit
 from ...signals.channel import Channel, Sensor
 from ...signals.checks import Finding, run_checks, run_spectrum_checks
-from ...signals.checks.recording import judge_together
+from ...signals.checks.recording import check_recording_channels
 from ...signals.srs.moments import Moments, temporal_moments
 from ...signals.srs.spectrum import Spectrum, octave_grid, shock_response_spectrum
 from ...signals.units import UnitError, to_si
@@ -180,7 +180,7 @@ def measure(
         acceleration,
         spectrum,
         temporal_moments(channel.si, channel.sampling_rate_hz, acceleration.start_s),
-        tuple(judge_together([channel], run_checks(channel, ()) + run_spectrum_checks(channel, spectrum))),
+        tuple(check_recording_channels([channel], run_checks(channel, ()) + run_spectrum_checks(channel, spectrum))),
         None if target is None else compare(spectrum.maximax, spectrum.frequency_hz, target),
     )
 

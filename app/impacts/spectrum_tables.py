@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ...schema.atomic_write import whole_file
+from ...schema.atomic_write import atomic_file
 from ...signals.checks import Finding
 from ...twin.srs.target import SpectrumComparison, Target
 from ..common.plots import MEASURED, MODEL, QUIET, new_figure, save
@@ -82,7 +82,7 @@ def rows_of(measured: MeasuredSpectrum) -> list[dict[str, Any]]:
 def write_spectrum(measured: MeasuredSpectrum, path: Path) -> None:
     """The table as CSV, numbers in full; `read_target` reads it."""
     columns = ["frequency_hz", *(f"{name}_m_s2" for name in _CURVES), "pseudo_velocity_m_s"]
-    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
+    with atomic_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, columns, extrasaction="ignore", lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows_of(measured))

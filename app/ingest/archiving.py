@@ -15,12 +15,12 @@ from ...schema.diagnoses import Diagnosis, TwinVersion
 from ...schema.provenance import CAMPAIGN, Tombstone
 from ...schema.removal.part import Part, campaign_part
 from ...schema.removal.removing import content_hash
-from ...schema.removal.returning import give_back
+from ...schema.removal.returning import restore_references
 from ...schema.rows import Progress
 from ...schema.session import Store
 from ...schema.transfer.export import Archive, archive_of, opened_file, write_archive
 from ...schema.transfer.merging import merge
-from .removal import adopted_elsewhere, checked_reason, models_of, taken_out, told
+from .removal import adopted_elsewhere, checked_reason, deletion_lines, models_of, removal_lines
 
 
 class RestoreRefusedError(ValueError):
@@ -30,7 +30,7 @@ class RestoreRefusedError(ValueError):
 def archive_campaign(
     store: Store, url: str, campaign: str, out: Path, reason: str, progress: Progress | None = None
 ) -> dict[str, Any]:
-    """Write the campaign to the new file `out`, read that back, then delete it; the tombstone as `told` gives it.
+    """Write the campaign to the new file `out`, read that back, then delete it; its tombstone (`deletion_lines`).
 
     Nothing is deleted unless the file holds what the store holds at that moment. Raises as `write_archive` and
     `delete_campaign`, `RestoreRefusedError` where the campaign changed meanwhile.
@@ -43,18 +43,18 @@ def archive_campaign(
 
     def delete(session: Session) -> dict[str, Any]:
         file = (str(archive.path), archive.sha256)
-        stone = taken_out(session, campaign_part(session, campaign), words, models, file)
+        stone = removal_lines(session, campaign_part(session, campaign), words, models, file)
         if stone.content_hash != archive.content_hash:
             raise RestoreRefusedError(
                 f"campaign {campaign!r} changed while it was written to {out}: nothing was deleted; name a new file"
             )
-        return told(stone)
+        return deletion_lines(stone)
 
     return store.write(delete)
 
 
 def restore_campaign(store: Store, file: Path, progress: Progress | None = None) -> dict[str, Any]:
-    """Put a deleted campaign back from its file, in one transaction; its tombstone as `told` gives it.
+    """Put a deleted campaign back from its file, in one transaction; its tombstone as `deletion_lines` gives it.
 
     Also "added": new rows by table; "returned": pulses that datasets got back, by name; "notes": what could not be as
     before, or changes predictions of other campaigns. Diagnoses come from the file, those that it lacks and adopted
@@ -73,12 +73,12 @@ def restore_campaign(store: Store, file: Path, progress: Progress | None = None)
                     f"campaign {part.campaign!r} of {file} would not be what was deleted; nothing was stored"
                 )
             notes = list(_take_back(session, part, stone))
-            returned = give_back(session, part, store.written_by(session))
+            returned = restore_references(session, part, store.written_by(session))
             stone.restored_at = datetime.now(UTC)
             session.flush()
             if stone.archive_sha256 not in (None, archive.sha256):
                 notes.append("the file is not byte for byte the one that was written, its content is the same")
-            return {**told(stone), "added": added, "returned": returned, "notes": notes}
+            return {**deletion_lines(stone), "added": added, "returned": returned, "notes": notes}
 
         return store.write(restore)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from ..cli.common import db_option, errors_as_one_line, json_option, note, opened, write_json
+from ..cli.common import db_option, errors_as_one_line, json_option, note, open_command_store, write_json
 from ..cli.completion import campaign_names, plan_names
 from ..cli.listed import Listing, listing_options
 
@@ -38,7 +38,7 @@ def list_(db: str, listing: Listing) -> None:
 
 
 def _list(db: str, listing: Listing) -> None:
-    with opened(db) as store, store.reading() as session:
+    with open_command_store(db) as store, store.reading() as session:
         from ...schema.listings import list_campaigns
 
         rows = list_campaigns(session)
@@ -77,7 +77,7 @@ def init(folder: Path, db: str, kind: str, plan: str | None, recordings: str | N
     """
     from contextlib import nullcontext
 
-    with errors_as_one_line(), opened(db) if plan is not None else nullcontext() as store:
+    with errors_as_one_line(), open_command_store(db) if plan is not None else nullcontext() as store:
         from .starting import start_campaign
 
         new = start_campaign(store, folder, kind, plan, recordings)
@@ -106,12 +106,12 @@ def delete(name: str, db: str, json_to: str | None, reason: str, dry_run: bool) 
     Example:
         pyroshock campaigns delete spring --reason "wrong sensor, repeated as spring-2" --dry-run
     """
-    with opened(db) as store:
-        from ...schema.rehearsal import rehearsed
+    with open_command_store(db) as store:
+        from ...schema.rehearsal import run_rehearsal
         from .removal import delete_campaign
 
         if dry_run:
-            with rehearsed(store) as rehearsal:
+            with run_rehearsal(store) as rehearsal:
                 stone = delete_campaign(rehearsal, db, name, reason)
         else:
             stone = delete_campaign(store, db, name, reason)
@@ -136,7 +136,7 @@ def archive(name: str, db: str, json_to: str | None, out: Path, reason: str) -> 
     Example:
         pyroshock campaigns archive spring --out spring.pyroshock --reason "finished, kept on the shelf"
     """
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from ..common.progress import progress_bar
         from .archiving import archive_campaign
 
@@ -163,7 +163,7 @@ def restore(file: Path, db: str, json_to: str | None) -> None:
     Example:
         pyroshock campaigns restore spring.pyroshock
     """
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from ..common.progress import progress_bar
         from .archiving import restore_campaign
 
@@ -183,7 +183,7 @@ def restore(file: Path, db: str, json_to: str | None) -> None:
 @listing_options
 def deleted(db: str, listing: Listing) -> None:
     """List what was deleted: campaigns and recordings, when, why, their hash, and what stood on them."""
-    with opened(db) as store, store.reading() as session:
+    with open_command_store(db) as store, store.reading() as session:
         from .removal import list_tombstones
 
         rows = list_tombstones(session)

@@ -19,14 +19,14 @@ import click
 from ...ingest.errors import enumerated
 from ..cli.common import (
     STDOUT,
-    crew_options,
     db_option,
     errors_as_one_line,
     json_option,
     note,
-    opened,
-    opened_to_try,
+    open_command_store,
+    open_for_dry_run,
     print_table,
+    worker_options,
     write_json,
 )
 from ..cli.completion import campaign_names, plan_names
@@ -35,7 +35,7 @@ from ..common.frames import parse_quantity
 if TYPE_CHECKING:
     from ...ingest.calibration_points import CalibrationPoints
     from ...ingest.settings import ExtractionSettings
-    from ...parallel.map_tasks import Crew
+    from ...parallel.map_tasks import ExecutorConfig
     from ...signals.calibration import Calibration
 
 
@@ -147,7 +147,7 @@ def ingest(
     if not folders:
         raise click.UsageError("no campaign folder given; try: pyroshock ingest my-campaign/")
     reports = []
-    with opened_to_try(db) if dry_run else opened(db, create=True) as store:
+    with open_for_dry_run(db) if dry_run else open_command_store(db, create=True) as store:
         from ..common.progress import progress_bar
         from .service import IngestOptions, ingest_campaign
 
@@ -205,11 +205,11 @@ def _tell(report: Any, dry_run: bool) -> None:
 
 @click.command()
 @click.argument("campaign", shell_complete=campaign_names)
-@crew_options("Processes that cut at once.")
+@worker_options("Processes that cut at once.")
 @db_option
 @json_option
 @settings_options
-def extract(campaign: str, crew: Crew, db: str, json_to: str | None, **given: Any) -> None:
+def extract(campaign: str, crew: ExecutorConfig, db: str, json_to: str | None, **given: Any) -> None:
     """Cut the pulses of CAMPAIGN anew, from the stored series, with other settings.
 
     The new version is in use from then on; the old ones stay (`pyroshock show` lists them), and the same
@@ -219,7 +219,7 @@ def extract(campaign: str, crew: Crew, db: str, json_to: str | None, **given: An
     Example:
         pyroshock extract spring --segmentation mask --threshold 0.01
     """
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from ...ingest.reextraction import reextract
         from ..common.progress import progress_bar
 

@@ -21,7 +21,7 @@ from ...schema.removal.part import Part, campaign_part, recording_part
 from ...schema.removal.removing import adopted_on, datasets_on, diagnoses_on, remove, row_counts
 from ...schema.session import Store
 from ..common.model_registry import models_extra, registry_of
-from ..twins.adopted_effects import Adopted, adopted_for
+from ..twins.adopted_effects import AdoptedEffects, adopted_for
 
 
 def standing_on(store: Store, url: str, campaign: str, recording: str | None = None) -> dict[str, Any]:
@@ -99,7 +99,7 @@ class DeletionRefusedError(ValueError):
 
 
 def delete_campaign(store: Store, url: str, campaign: str, reason: str) -> dict[str, Any]:
-    """Delete a campaign with its recordings, hits, diagnoses and adopted effects; its tombstone, as `told` gives it.
+    """Delete a campaign with its recordings, hits, diagnoses and adopted effects; its tombstone (`deletion_lines`).
 
     `url` is the store's address, beside which the models lie. Raises `LookupError` for an unknown campaign, and
     `DeletionRefusedError` where predictions of other campaigns would change.
@@ -108,10 +108,12 @@ def delete_campaign(store: Store, url: str, campaign: str, reason: str) -> dict[
     with store.reading() as session:
         part = campaign_part(session, campaign)
     models = models_of(store, url, part)
-    return store.write(lambda session: told(taken_out(session, campaign_part(session, campaign), words, models)))
+    return store.write(
+        lambda session: deletion_lines(removal_lines(session, campaign_part(session, campaign), words, models))
+    )
 
 
-def told(stone: Tombstone) -> dict[str, Any]:
+def deletion_lines(stone: Tombstone) -> dict[str, Any]:
     """A tombstone as plain data; reports of diagnoses and digests of pulses stay in the store."""
     stood_on = {
         **stone.stood_on,
@@ -139,7 +141,10 @@ def told(stone: Tombstone) -> dict[str, Any]:
 def list_tombstones(session: Session, campaign: str | None = None) -> list[dict[str, Any]]:
     """What was deleted, the oldest first; of one campaign, or of all."""
     query = select(Tombstone).order_by(Tombstone.id)
-    return [told(row) for row in session.scalars(query if campaign is None else query.filter_by(campaign=campaign))]
+    return [
+        deletion_lines(row)
+        for row in session.scalars(query if campaign is None else query.filter_by(campaign=campaign))
+    ]
 
 
 def checked_reason(reason: str) -> str:
@@ -150,7 +155,7 @@ def checked_reason(reason: str) -> str:
     return words
 
 
-def taken_out(
+def removal_lines(
     session: Session,
     part: Part,
     reason: str,
@@ -168,14 +173,14 @@ def taken_out(
     return stone
 
 
-def adopted_elsewhere(session: Session, part: Part) -> dict[str, list[Adopted]]:
+def adopted_elsewhere(session: Session, part: Part) -> dict[str, list[AdoptedEffects]]:
     """What predictions of each campaign but the part's take up, by the campaign's name."""
     session.expire_all()
     names = session.scalars(select(Campaign.name).where(Campaign.name != part.campaign).order_by(Campaign.name)).all()
     return {name: adopted_for(session, name) for name in names}
 
 
-def _refuse(campaign: str, other: str, effects: Sequence[Adopted]) -> None:
+def _refuse(campaign: str, other: str, effects: Sequence[AdoptedEffects]) -> None:
     own = next((effect for effect in effects if effect.campaign == campaign), None)
     what = "" if own is None else f" (version {own.version}: {', '.join(effect.id for effect in own.effects)})"
     raise DeletionRefusedError(
@@ -185,7 +190,7 @@ def _refuse(campaign: str, other: str, effects: Sequence[Adopted]) -> None:
 
 
 def discard_recording(store: Store, url: str, part: Part, reason: str) -> dict[str, Any]:
-    """Take a recording with its hits out of the store; its tombstone, as `told` gives it.
+    """Take a recording with its hits out of the store; its tombstone, as `deletion_lines` gives it.
 
     `part` is what `recording_part` or `recording_of_runs` gave; `url` is the store's address, beside which the models
     lie. Raises `ValueError` for an empty reason, `LookupError` where it went meanwhile.
@@ -193,14 +198,14 @@ def discard_recording(store: Store, url: str, part: Part, reason: str) -> dict[s
     words, models = checked_reason(reason), models_of(store, url, part)
     path = part.recording or ""
     return store.write(
-        lambda session: told(remove(session, recording_part(session, part.campaign, path), words, models))
+        lambda session: deletion_lines(remove(session, recording_part(session, part.campaign, path), words, models))
     )
 
 
 def replace_recording(
     store: Store, url: str, replacement: Replacement, reason: str, plan: str | None = None
 ) -> dict[str, Any]:
-    """Take the old recording out and store the new one, in one transaction; the tombstone as `told` gives it.
+    """Take the old recording out and store the new one, in one transaction; the tombstone as `deletion_lines` gives it.
 
     Also "returned": pulses that datasets got back, by name, and "links": what `link_campaign` gives of `plan`, or of
     the plan of the campaign's name. Raises `ValueError` for an empty reason, `IngestError` for an unknown plan.
@@ -215,7 +220,7 @@ def replace_recording(
         returned = replacement.write(session, stone)
         links = _linked(session, part.campaign, plan)
         _forget_done(session, stone)
-        return {**told(stone), "returned": returned, "links": None if links is None else vars(links)}
+        return {**deletion_lines(stone), "returned": returned, "links": None if links is None else vars(links)}
 
     return store.write(swap)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from ..cli.common import db_option, fail, json_option, note, opened, write_json
+from ..cli.common import db_option, fail, json_option, note, open_command_store, write_json
 from ..cli.completion import campaign_names, plan_names
 from ..cli.listed import Listing, listing_options
 from .cli import settings_from, settings_options
@@ -34,7 +34,7 @@ def runs() -> None:
 @listing_options
 def list_(campaign: str, db: str, listing: Listing) -> None:
     """List the recordings of CAMPAIGN: path, status, hash of the file, runs with their repetitions."""
-    with opened(db) as store, store.reading() as session:
+    with open_command_store(db) as store, store.reading() as session:
         from ...schema.removal.part import list_recordings
 
         rows = list_recordings(session, campaign)
@@ -81,8 +81,8 @@ def discard(
         raise click.UsageError("name one recording: its path as in runs.csv, or --run N")
     if repetition is not None and len(numbers) != 1:
         raise click.UsageError("--repetition goes with exactly one --run")
-    with opened(db) as store:
-        from ...schema.rehearsal import rehearsed
+    with open_command_store(db) as store:
+        from ...schema.rehearsal import run_rehearsal
         from ...schema.removal.part import recording_of_runs, recording_part
         from .campaigns_cli import tell_deletion
         from .removal import discard_recording
@@ -93,7 +93,7 @@ def discard(
             else:
                 part = recording_of_runs(session, campaign, numbers, repetition)
         if dry_run:
-            with rehearsed(store) as rehearsal:
+            with run_rehearsal(store) as rehearsal:
                 stone = discard_recording(rehearsal, db, part, reason)
         else:
             stone = discard_recording(store, db, part, reason)
@@ -159,16 +159,16 @@ def replace(
         folder = _campaign_folder(file)
     assert folder is not None
     path = None if file is None else file.resolve().relative_to(folder.resolve()).as_posix()
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from contextlib import nullcontext
 
         from ...ingest.replacing import prepared_replacement
-        from ...schema.rehearsal import rehearsed
+        from ...schema.rehearsal import run_rehearsal
         from .campaigns_cli import tell_deletion
         from .removal import replace_recording
 
         settings = settings_from(given)
-        with rehearsed(store) if dry_run else nullcontext(store) as target:
+        with run_rehearsal(store) if dry_run else nullcontext(store) as target:
             replacement = prepared_replacement(
                 target, campaign, recording, folder, path, settings, free_factors=free_factors, confirmed=confirmed
             )

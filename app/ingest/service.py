@@ -114,9 +114,9 @@ def ingest_campaign(
     """
     from ...ingest.load import ingest_folder
     from ...ingest.plan_link import link_to_plan
-    from ...schema.rehearsal import rehearsed
+    from ...schema.rehearsal import run_rehearsal
 
-    with rehearsed(store) if options.dry_run else nullcontext(store) as target:
+    with run_rehearsal(store) if options.dry_run else nullcontext(store) as target:
         report = ingest_folder(
             target,
             folder,

@@ -25,7 +25,7 @@ MOST_DEATHS = 3
 
 
 @dataclass(frozen=True)
-class Hand:
+class WorkerIdentity:
     """Who takes jobs: its name, its machine, the kinds that it knows, and for how long it may be silent."""
 
     name: str
@@ -61,7 +61,7 @@ class Sighting:
     lease_s: float
 
 
-def running(store: Store, hand: Hand) -> list[Sighting]:
+def running(store: Store, hand: WorkerIdentity) -> list[Sighting]:
     """All jobs under way that this worker could do."""
     columns = (Job.id, Job.attempt, Job.beat, Job.deaths, Job.lease_s)
     query = select(*columns).where(Job.state == RUNNING, *hand.may()).order_by(Job.id)
@@ -70,7 +70,7 @@ def running(store: Store, hand: Hand) -> list[Sighting]:
     return [Sighting(job, attempt, beat, deaths, lease_s or 0.0) for job, attempt, beat, deaths, lease_s in rows]
 
 
-def claim_waiting(store: Store, hand: Hand, left: Collection[int] = ()) -> Claimed | None:
+def claim_waiting(store: Store, hand: WorkerIdentity, left: Collection[int] = ()) -> Claimed | None:
     """The job that has waited longest, but for those `left` to others; None where there is none."""
     query = select(Job.id).where(Job.state == WAITING, *hand.may(), Job.id.not_in(left)).order_by(Job.id).limit(1)
     if store.read(lambda session: session.scalar(query)) is None:
@@ -78,13 +78,13 @@ def claim_waiting(store: Store, hand: Hand, left: Collection[int] = ()) -> Claim
     return store.write(lambda session: _take(session, hand, query, died=False))
 
 
-def take_over(store: Store, hand: Hand, silent: Sighting) -> Claimed | None:
+def take_over(store: Store, hand: WorkerIdentity, silent: Sighting) -> Claimed | None:
     """A silent worker's job; None where it moved after all, or somebody else was faster."""
     query = select(Job.id).where(*_still(silent))
     return store.write(lambda session: _take(session, hand, query, died=True))
 
 
-def bury(store: Store, silent: Sighting) -> bool:
+def mark_dead(store: Store, silent: Sighting) -> bool:
     """End a job that has cost as many workers as any may; whether it was still silent."""
     error = (
         f"{silent.deaths + 1} workers in turn were killed at it or fell silent (memory, or a library that crashes, "
@@ -111,7 +111,7 @@ def _free(query: Any) -> Any:
     return query.with_for_update(skip_locked=True)
 
 
-def _take(session: Session, hand: Hand, query: Any, died: bool) -> Claimed | None:
+def _take(session: Session, hand: WorkerIdentity, query: Any, died: bool) -> Claimed | None:
     key = session.scalar(_free(query))
     if key is None:
         return None

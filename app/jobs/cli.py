@@ -11,7 +11,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from ..cli.common import data_option, db_option, note, opened
+from ..cli.common import data_option, db_option, note, open_command_store
 from ..cli.listed import Listing, listing_options
 
 #: Shorter, and a busy machine loses jobs that it is at work on.
@@ -39,7 +39,7 @@ def work(db: str, once: bool, lease: str, folders: tuple[Path, ...]) -> None:
     Example:
         pyroshock work --db postgresql+psycopg://lab@server/lab
     """
-    with opened(db, create=True) as store:
+    with open_command_store(db, create=True) as store:
         from .worker import Worker
 
         worker = Worker(store, db, lease_s=_lease_s(lease), folders=folders or (Path.cwd(),), tell=note)
@@ -84,7 +84,7 @@ def jobs(context: click.Context, db: str, listing: Listing, last: int) -> None:
     if context.invoked_subcommand is not None:
         context.obj = db
         return
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from .queue import list_jobs
 
         jobs = list_jobs(store, last)
@@ -117,7 +117,7 @@ def stop(context: click.Context, job: int, db: str) -> None:
         pyroshock jobs stop 12
     """
     own = context.get_parameter_source("db") is ParameterSource.COMMANDLINE
-    with opened(db if own else context.obj) as store:
+    with open_command_store(db if own else context.obj) as store:
         from .claims import stop as stop_job
 
         job_record = stop_job(store, job)

@@ -41,7 +41,7 @@ class Sign:
     stop: bool
 
 
-def beat(store: Store, lease: Lease, progress: JobProgress) -> Sign:
+def send_heartbeat(store: Store, lease: Lease, progress: JobProgress) -> Sign:
     """Tell that the worker lives, and how far it is."""
     columns = {"done": progress.done, "total": progress.total, "what": to_plain(progress.what)}
 
@@ -95,7 +95,7 @@ _BEATS = 6
 _TICK_S = 1.0
 
 
-class Heart:
+class Heartbeat:
     """Beats for as long as it is entered. `step` tells progress, and raises what ends the work."""
 
     def __init__(self, store: Store, lease: Lease, lease_s: float, ending: threading.Event, stop: bool) -> None:
@@ -106,7 +106,7 @@ class Heart:
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"pyroshock job {lease.job}", daemon=True)
 
-    def __enter__(self) -> Heart:
+    def __enter__(self) -> Heartbeat:
         self._thread.start()
         return self
 
@@ -135,7 +135,7 @@ class Heart:
             now, progress = time.monotonic(), self.progress
             try:
                 if progress != last_written or now - beaten >= self._beat_s:
-                    self._sign = beat(self._store, self._lease, progress)
+                    self._sign = send_heartbeat(self._store, self._lease, progress)
                     last_written, beaten = progress, now
                 else:
                     self._sign = look(self._store, self._lease)

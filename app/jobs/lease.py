@@ -36,7 +36,7 @@ class Lease:
         return (Job.id == self.job, Job.attempt == self.attempt, Job.state == RUNNING)
 
 
-def hold(session: Session, lease: Lease) -> None:
+def acquire_lease(session: Session, lease: Lease) -> None:
     """Nobody can take the job before this transaction has ended. Raises `LeaseLostError` where somebody has.
 
     It counts the beat on: a worker that writes lives, however long it writes, and who waits to take its job sees so.
@@ -79,7 +79,7 @@ class FencedStore(Store):
             yield self._last
             return
         with super().writing() as session:
-            hold(session, self.lease)
+            acquire_lease(session, self.lease)
             yield session
 
     def read(self, work: Callable[[Session], Result]) -> Result:

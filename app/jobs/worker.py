@@ -25,11 +25,22 @@ from sqlalchemy.exc import SQLAlchemyError
 from ...schema.addresses import without_secrets
 from ...schema.engine import StoreError, StoreRoleError
 from ...schema.session import Store
-from ...schema.transactions import passes
+from ...schema.transactions import is_transient
 from ..common.errors import is_for_the_user
 from ..common.model_registry import MissingExtraError
-from .claims import MOST_DEATHS, Claimed, Hand, Sighting, after, bury, claim_waiting, running, take_over, tidy_up
-from .heartbeat import Heart, fail, finish, give_back, stopped
+from .claims import (
+    MOST_DEATHS,
+    Claimed,
+    Sighting,
+    WorkerIdentity,
+    after,
+    claim_waiting,
+    mark_dead,
+    running,
+    take_over,
+    tidy_up,
+)
+from .heartbeat import Heartbeat, fail, finish, give_back, stopped
 from .kind import InterruptedWorkError, NotHereError, RunningJob, StoppedError
 from .known_kinds import KINDS
 from .lease import FencedStore, LeaseLostError
@@ -68,7 +79,7 @@ def attempt(bench: WorkerContext, claimed: Claimed) -> bool:
     except InterruptedWorkError:
         _handed_back(bench, claimed)
     except Exception as error:
-        if isinstance(error, StoreError) and passes(error):  # the store's trouble, not the job's
+        if isinstance(error, StoreError) and is_transient(error):  # the store's trouble, not the job's
             _handed_back(bench, claimed)
             raise
         words = _words(error)
@@ -84,7 +95,7 @@ def attempt(bench: WorkerContext, claimed: Claimed) -> bool:
 def _do(bench: WorkerContext, claimed: Claimed) -> None:
     lease = claimed.lease
     store = FencedStore(bench.store, lease, f"job {lease.job}: {claimed.label}")
-    with Heart(bench.store, lease, bench.lease_s, bench.ending, claimed.stop_requested) as heart:
+    with Heartbeat(bench.store, lease, bench.lease_s, bench.ending, claimed.stop_requested) as heart:
         heart.check()
         kind = KINDS[claimed.kind]
         arguments = kind.read(claimed.arguments)
@@ -164,7 +175,7 @@ class Worker:
         tell: Callable[[str], None] = lambda _: None,
     ) -> None:
         host = host or this_host()
-        self.hand = Hand(name or f"{host}:{os.getpid()}:{uuid.uuid4().hex[:8]}", host, tuple(KINDS), lease_s)
+        self.hand = WorkerIdentity(name or f"{host}:{os.getpid()}:{uuid.uuid4().hex[:8]}", host, tuple(KINDS), lease_s)
         self.bench = WorkerContext(store, db, lease_s, folders)
         self.in_hand: Claimed | None = None
         self._watch, self._tell = Watch(), tell
@@ -233,6 +244,6 @@ class Worker:
     def _after_death(self, silent: Sighting) -> Claimed | None:
         if silent.deaths + 1 < MOST_DEATHS:
             return take_over(self.bench.store, self.hand, silent)
-        if bury(self.bench.store, silent):
+        if mark_dead(self.bench.store, silent):
             tidy_up(self.bench.store)
         return None

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import click
 
-from ..cli.common import db_option, json_option, note, opened, print_table, write_json
+from ..cli.common import db_option, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names, plan_names
 from ..cli.listed import Listing, listing_options
 from .designs_cli import DesignCommands, augment, tell_plan
@@ -35,9 +35,9 @@ def discriminate(
         pyroshock plan discriminate spring
         pyroshock plan sheet spring-discriminate --out spring.html
     """
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from ..common.progress import progress_bar
-        from ..diagnose.diagnosing import diagnosed, keep, last_report, report_json
+        from ..diagnose.diagnosing import keep, last_report, report_json, run_diagnosis
         from ..diagnose.discriminating_plan import no_setting, store_experiment
         from ..diagnose.request import DiagnosisRequest
 
@@ -45,7 +45,7 @@ def discriminate(
             report = None if anew else last_report(session, campaign)
         if report is None:
             with progress_bar("diagnose", "steps") as step:
-                verdict = diagnosed(store, db, DiagnosisRequest(campaign, seed=seed), step)
+                verdict = run_diagnosis(store, db, DiagnosisRequest(campaign, seed=seed), step)
             keep(store, verdict)
             report = report_json(verdict)
         if not report["next_runs"]:
@@ -85,7 +85,7 @@ def list_(db: str, listing: Listing) -> None:
 
 
 def _list(db: str, listing: Listing) -> None:
-    with opened(db) as store, store.reading() as session:
+    with open_command_store(db) as store, store.reading() as session:
         from ...doe.plans import list_plans
 
         rows = list_plans(session)
@@ -101,7 +101,7 @@ def discard(name: str, run: int, reason: str, db: str) -> None:
     """Take a run out of a plan: it broke, it was refused, its records are no good."""
     from ...doe.plans import discard_run
 
-    with opened(db) as store:
+    with open_command_store(db) as store:
         discard_run(store, name, run, reason)
     note(f"plan {name}: run {run} discarded; pyroshock plan augment {name} replaces it")
 
@@ -127,7 +127,7 @@ def quality(name: str, against: str | None, plot: Path | None, db: str, json_to:
     """
     from .quality import designs_of, draw, figures_as_json, tables
 
-    with opened(db) as store:
+    with open_command_store(db) as store:
         space, designs = designs_of(store, name, against)
         if plot is not None:
             draw(space, designs, plot)
@@ -149,7 +149,7 @@ def status(name: str, db: str, json_to: str | None) -> None:
     from ...doe.plans import read_plan
     from ..common.plan_tables import plan_as_json
 
-    with opened(db) as store, store.reading() as session:
+    with open_command_store(db) as store, store.reading() as session:
         stored = read_plan(session, name)
     if json_to is not None:
         write_json(plan_as_json(stored), json_to)
@@ -189,7 +189,7 @@ def sheet(name: str, out: Path, db: str) -> None:
     from ...doe.plans import read_plan
     from ...doe.sheet import write_sheet
 
-    with opened(db) as store, store.reading() as session:
+    with open_command_store(db) as store, store.reading() as session:
         write_sheet(read_plan(session, name), out)
     note(f"written: {out}")
 
@@ -241,7 +241,7 @@ def simulate(
         pyroshock simulate spring --out spring/ --effect gun.blow_by=3
         pyroshock ingest spring/
     """
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from ...doe.plans import read_plan
         from ..common.progress import progress_bar
         from .rehearsal import simulate_plan

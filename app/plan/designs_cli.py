@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from ..cli.common import db_option, errors_as_one_line, json_option, note, opened, print_table, write_json
+from ..cli.common import db_option, errors_as_one_line, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import plan_names
 
 if TYPE_CHECKING:
@@ -138,7 +138,7 @@ def _factors(path: Path) -> str:
 def _make(name: str, method: str, given: dict[str, Any], options: dict[str, Any]) -> None:
     from .service import PlanCollection
 
-    with opened(given["db"], create=True) as store:
+    with open_command_store(given["db"], create=True) as store:
         factors = _factors(given["factors"]) if given["factors"] else None
         common = {key: given[key] for key in ("kind", "repetitions", "seed")}
         taken = {key: given[key] for key in ("runs", "table") if key in given}
@@ -185,7 +185,7 @@ def augment(
     from ...doe.plans import read_plan
     from .planning import augment_plan, gun_bench
 
-    with opened(db) as store:
+    with open_command_store(db) as store:
         with store.reading() as session:
             before = read_plan(session, name)
         count = runs if runs is not None else sum(run.status == "discarded" for run in before.runs)

@@ -222,11 +222,11 @@ def augment_plan(store: Store, plan: StoredPlan, runs: int, repetitions: int, se
     import numpy as np
 
     from ...doe.designs.augment import augment
-    from ...doe.designs.lhs import balanced
+    from ...doe.designs.lhs import balance_levels
 
     rng = np.random.default_rng(seed)
     kept = plan.treatments("planned", "done")
-    design = augment(plan.space, kept, runs, lambda space, n, fixed: balanced(space, n, rng, fixed=fixed))
+    design = augment(plan.space, kept, runs, lambda space, n, fixed: balance_levels(space, n, rng, fixed=fixed))
     rows = in_order(design, rng, seed).rows
     first = 1 + max((run.run for run in plan.runs), default=0)
     settings = run_settings(store, plan.space, numbered(rows, range(first, first + runs)), gun)

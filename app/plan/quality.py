@@ -18,7 +18,7 @@ from ...doe.merit.quality import FIGURES, Quality, compare, figure_text, quality
 from ...doe.order import time_confounding
 from ...doe.plans import StoredPlan, read_plan
 from ...doe.space import Space
-from ...schema.atomic_write import whole_file
+from ...schema.atomic_write import atomic_file
 from ...schema.session import Store
 
 Designs = Mapping[str, NDArray[np.int64]]
@@ -136,5 +136,5 @@ def draw(space: Space, designs: Designs, path: Path) -> None:
     figure = Figure(figsize=(6.5 * len(designs), 10), layout="constrained", dpi=120)
     FigureCanvasAgg(figure)
     draw_quality(figure, space, designs)
-    with whole_file(path) as partial:
+    with atomic_file(path) as partial:
         figure.savefig(partial)

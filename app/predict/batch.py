@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...ingest.column_names import MEASURED
 from ...ingest.tables import read_table
-from ...parallel.map_tasks import Crew, mapped
+from ...parallel.map_tasks import ExecutorConfig, run_all_tasks
 from ...schema.known_factors import BY_COLUMN, BY_NAME, KnownFactor, parse_number
 from ...schema.session import Store
 from ..common.table_files import write_batches
@@ -26,7 +26,7 @@ from .predicting import (
     factor_value,
     is_used,
     looks_like_factor,
-    predicted,
+    predict_shot,
     store_factors,
 )
 
@@ -151,7 +151,7 @@ _QUANTITIES = ("velocity_m_s", "contact_time_s", "compression_time_s", "peak_for
 
 
 @dataclass(frozen=True)
-class Foretold:
+class PredictedShot:
     """One shot of a table: its figures, and the lines of its spectra, as plain rows."""
 
     figures: Row
@@ -176,8 +176,8 @@ def bench_of_rows(
     seed: int,
     built: BuiltTwin | None = None,
 ) -> tuple[BatchContext, list[ShotRow], tuple[str, ...]]:
-    """What `foretold` takes for rows of a table: the twin of each plate (`request.plate`, where it is given, is every
-    row's), the rows with the factors that the contact model asks for; and what was assumed, for the user.
+    """What `predict_batch` takes for rows of a table: the twin of each plate (`request.plate`, where it is given, is
+    every row's), the rows with the factors that the contact model asks for; and what was assumed, for the user.
 
     `built` is the twin of `request` where it is there already.
 
@@ -194,24 +194,26 @@ def bench_of_rows(
     return BatchContext(twins, draws, seed), rows, tuple(dict.fromkeys(notes))
 
 
-def foretold(bench: BatchContext, rows: Sequence[ShotRow], crew: Crew, step: Step) -> list[Foretold]:
+def predict_batch(
+    bench: BatchContext, rows: Sequence[ShotRow], crew: ExecutorConfig, step: Step
+) -> list[PredictedShot]:
     """All rows, in their order; the same seed, the same numbers, whoever reckons them.
 
-    Raises as `predicted`, with the row's own words, and `ValueError` for a worker that was killed.
+    Raises as `predict_shot`, with the row's own words, and `ValueError` for a worker that was killed.
     """
-    predicted_by_row: dict[int, Foretold] = {}
-    for number, result in mapped(crew, _one, list(enumerate(rows)), shared=(bench,)):
+    predicted_by_row: dict[int, PredictedShot] = {}
+    for number, result in run_all_tasks(crew, _one, list(enumerate(rows)), shared=(bench,)):
         predicted_by_row[number[0]] = result
         step(len(predicted_by_row), len(rows), _name(number[1]))
     return [predicted_by_row[number] for number in range(len(rows))]
 
 
-def write_figures(out: Path, found: Sequence[Foretold]) -> int:
+def write_figures(out: Path, found: Sequence[PredictedShot]) -> int:
     """One row a shot, CSV or Parquet. Raises `ValueError` for another suffix."""
     return write_batches(out, iter([_columns([shot.figures for shot in found])]))
 
 
-def write_spectra(out: Path, found: Sequence[Foretold]) -> int:
+def write_spectra(out: Path, found: Sequence[PredictedShot]) -> int:
     """One row for each shot, sensor and line. Raises `ValueError` as `write_figures`, and where no plate answered."""
     rows = [row for shot in found for row in shot.spectrum]
     if not rows:
@@ -219,13 +221,13 @@ def write_spectra(out: Path, found: Sequence[Foretold]) -> int:
     return write_batches(out, iter([_columns(rows)]))
 
 
-def _one(item: tuple[int, ShotRow], bench: BatchContext) -> Foretold:
+def _one(item: tuple[int, ShotRow], bench: BatchContext) -> PredictedShot:
     row = item[1]
     try:
-        prediction = predicted(bench.twins[row.twin], row.shot, draws=bench.draws, seed=bench.seed)
+        prediction = predict_shot(bench.twins[row.twin], row.shot, draws=bench.draws, seed=bench.seed)
     except (LookupError, ValueError) as error:
         raise ValueError(f"{_name(row)}: {error}") from error
-    return Foretold({**row.labels, **_figures(prediction)}, tuple(_spectrum(row, prediction)))
+    return PredictedShot({**row.labels, **_figures(prediction)}, tuple(_spectrum(row, prediction)))
 
 
 def _name(row: ShotRow) -> str:

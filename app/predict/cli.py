@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from ..cli.common import Function, crew_options, db_option, json_option, note, opened_or_none, print_table, write_json
+from ..cli.common import Function, db_option, json_option, note, open_if_exists, print_table, worker_options, write_json
 from ..cli.completion import campaign_names, material_names, plan_names
 
 if TYPE_CHECKING:
-    from ...parallel.map_tasks import Crew
+    from ...parallel.map_tasks import ExecutorConfig
     from ...schema.session import Store
     from ..twins.building import TwinRequest
-    from .batch import Foretold, ShotRow
+    from .batch import PredictedShot, ShotRow
     from .predicting import ShotRequest
 
 
@@ -76,7 +76,7 @@ class Many:
             raise LookupError(f"no plan {self.plan!r}: there is no store")
         return rows_of_plan(store, self.plan)
 
-    def tell(self, found: list[Foretold], json_to: str | None) -> None:
+    def tell(self, found: list[PredictedShot], json_to: str | None) -> None:
         """Into the files that were asked for; as JSON or a table where no file takes the figures."""
         from ..common.number_format import finite
         from .batch import write_figures, write_spectra
@@ -99,7 +99,7 @@ def refuse_typed(*names: str) -> None:
         raise ValueError(f"{', '.join(typed)}: of one shot; with --plan or --shots leave it out")
 
 
-def _short(each: Foretold) -> dict[str, object]:
+def _short(each: PredictedShot) -> dict[str, object]:
     row: dict[str, object] = {name: each.figures[name] for name in _SHOWN if name in each.figures}
     for name in _FIGURES:
         low, high = (each.figures[f"predicted_{name}_{end}"] for end in ("low", "high"))
@@ -217,7 +217,7 @@ def _with(options: tuple[Any, ...]) -> Callable[[Function], Function]:
     "--plot", type=click.Path(path_type=Path), default=None, metavar="FILE", help="Draw it: .png, .svg, .pdf."
 )
 @_with(MANY)
-@crew_options("Processes, for many shots.")
+@worker_options("Processes, for many shots.")
 @db_option
 @json_option
 def predict(
@@ -228,7 +228,7 @@ def predict(
     shots: Path | None,
     out: Path | None,
     spectra: Path | None,
-    crew: Crew,
+    crew: ExecutorConfig,
     db: str,
     json_to: str | None,
     **asked: Any,
@@ -249,29 +249,29 @@ def predict(
     """
     from ..common.model_registry import models_extra
 
-    with opened_or_none(db) as store:
+    with open_if_exists(db) as store:
         many = Many(plan, shots, out, spectra)
         if many.asked:
             refuse_typed(*_SETTING, "plot")
             from ..common.progress import progress_bar
-            from .batch import bench_of_rows, foretold
+            from .batch import bench_of_rows, predict_batch
 
             with models_extra():
                 bench, rows, remarks = bench_of_rows(store, db, _request(asked), many.rows(store), draws, seed)
                 for remark in remarks:
                     note(remark)
                 with progress_bar("predicting", "shots") as step:
-                    predicted_shots = foretold(bench, rows, crew, step)
+                    predicted_shots = predict_batch(bench, rows, crew, step)
             many.tell(predicted_shots, json_to)
             return
         from ..twins.building import twin_of
-        from .predicting import domain_warnings, predicted, prediction_json
+        from .predicting import domain_warnings, predict_shot, prediction_json
         from .tables import quantity_rows, spectrum_rows
 
         request = _request(asked)
         with models_extra():
             built = twin_of(store, db, request)
-            prediction = predicted(built, _shot(asked), draws=draws, seed=seed)
+            prediction = predict_shot(built, _shot(asked), draws=draws, seed=seed)
         for remark in built.notes:
             note(remark)
         if plot is not None:

@@ -22,7 +22,7 @@ from ..twins.building import BuiltTwin
 from ..web.dependencies import OpenStore
 from ..web.figures_base import COLOURS, Figure, Trace, band, figure, line
 from ..web.rendering import page, query
-from .predicting import TANK_PRESSURE_PA, field_warnings, predicted, prediction_json
+from .predicting import TANK_PRESSURE_PA, field_warnings, predict_shot, prediction_json
 from .shots import VELOCITY_M_S, Asked, PredictionOptions, Twins, shown, sliders
 from .tables import quantity_rows
 
@@ -131,7 +131,7 @@ def answered(twins: Twins, question: PredictionOptions) -> dict[str, Any]:
     """
     begun = time.perf_counter()
     built = twins.get(question.request())
-    prediction = predicted(built, question.shot(), draws=question.draws, seed=question.seed)
+    prediction = predict_shot(built, question.shot(), draws=question.draws, seed=question.seed)
     data = prediction_json(built, prediction)
     return {
         "prediction": {key: value for key, value in data.items() if key not in _SERIES},

@@ -174,7 +174,7 @@ class ShotRequest:
         )
 
 
-def predicted(built: BuiltTwin, shot: ShotRequest, *, draws: int = DRAWS, seed: int = 0) -> Prediction:
+def predict_shot(built: BuiltTwin, shot: ShotRequest, *, draws: int = DRAWS, seed: int = 0) -> Prediction:
     """The shot with its bands; the same seed, the same answer.
 
     Raises `LookupError` for a material or an impact position there is none of, `ValueError` as `Setting` and for a
@@ -186,8 +186,8 @@ def predicted(built: BuiltTwin, shot: ShotRequest, *, draws: int = DRAWS, seed: 
 
 
 def predicted_json(built: BuiltTwin, shot: ShotRequest, *, draws: int = DRAWS, seed: int = 0) -> dict[str, Any]:
-    """The JSON of `pyroshock predict`. Raises as `predicted`."""
-    return prediction_json(built, predicted(built, shot, draws=draws, seed=seed))
+    """The JSON of `pyroshock predict`. Raises as `predict_shot`."""
+    return prediction_json(built, predict_shot(built, shot, draws=draws, seed=seed))
 
 
 def prediction_json(built: BuiltTwin, prediction: Prediction) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from starlette.requests import Request
 from ...schema.known_factors import CHAIN_PITCH_M
 from ..twins.benches import LEAST_PRESSURE_PA
 from ..twins.building import TwinRequest
-from ..twins.twin_cache import TwinShelf
+from ..twins.twin_cache import TwinCache
 from ..web.dependencies import Word
 from .predicting import NONE, TANK_PRESSURE_PA, ShotRequest, is_used, parse_factor
 
@@ -32,12 +32,12 @@ if TYPE_CHECKING:
     from ..twins.building import BuiltTwin
 
 
-def _twins(request: Request) -> TwinShelf:
-    shelf: TwinShelf = request.app.state.twins
+def _twins(request: Request) -> TwinCache:
+    shelf: TwinCache = request.app.state.twins
     return shelf
 
 
-Twins = Annotated[TwinShelf, Depends(_twins)]
+Twins = Annotated[TwinCache, Depends(_twins)]
 
 
 class PredictionOptions(BaseModel):
@@ -107,7 +107,7 @@ _HEAVY = (
 )
 
 
-def warmed(twins: TwinShelf) -> threading.Thread:
+def warm_up_in_thread(twins: TwinCache) -> threading.Thread:
     """Begin in a thread of its own; what fails here is told where it is asked for."""
 
     def work() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ..cli.common import db_option, note, opened
+from ..cli.common import db_option, note, open_command_store
 from ..cli.completion import subject_names
 
 
@@ -26,7 +26,7 @@ def report(subject: str, db: str, out: Path) -> None:
         pyroshock report diagnosis:spring --out gap.pdf
         pyroshock report models:/hybrid@3 --out hybrid.pdf
     """
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from ..documents.write import check_ending, write_report
         from .dispatch import report_on
 

@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 
 def pulses_section(registry: Registry, version: Version, read: Callable[[str], PulseTable]) -> Section:
     """The charts; in their place the reason where the store has not the pulses, or the registry not the predictions."""
-    from ...training.registry.evaluate import on_held_out
+    from ...training.registry.evaluate import evaluate_held_out
 
     title = "On the pulses held out"
     try:
-        judged = on_held_out(registry, [version], read)
+        judged = evaluate_held_out(registry, [version], read)
     except (LookupError, ValueError) as error:
         return Section(title, [Paragraph(f"Not drawn: {error}", quiet=True)])
     pulses, prediction = judged.pulses, judged.predictions[version.label]

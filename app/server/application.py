@@ -28,9 +28,9 @@ from ...schema.session import Store
 from ..common.errors import is_for_the_user
 from ..documents.line_styles import COLOURS, PARTS
 from ..jobs.worker import Worker
-from ..predict.shots import warmed
-from ..twins.twin_cache import TwinShelf
-from ..web.csrf import genuine
+from ..predict.shots import warm_up_in_thread
+from ..twins.twin_cache import TwinCache
+from ..web.csrf import require_csrf
 from ..web.guard import Guard
 from ..web.jobs import Jobs
 from ..web.problems import PROBLEMS
@@ -60,12 +60,12 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
     `warm`: the newest gun's twin is built before anybody asks.
     """
     worker = Worker(store, settings.db, folders=settings.folders) if settings.works else None
-    jobs, twins = Jobs(store, worker), TwinShelf(store, settings.db)
+    jobs, twins = Jobs(store, worker), TwinCache(store, settings.db)
 
     @asynccontextmanager
     async def alive(_: FastAPI) -> AsyncIterator[None]:
         if warm:
-            warmed(twins)
+            warm_up_in_thread(twins)
         jobs.begin()
         yield
         jobs.close()
@@ -78,7 +78,7 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
         docs_url=None,  # their pages are fetched from elsewhere
         redoc_url=None,
         openapi_url="/api/openapi.json",
-        dependencies=[Depends(genuine)],
+        dependencies=[Depends(require_csrf)],
     )
     app.state.settings, app.state.store, app.state.jobs, app.state.twins = settings, store, jobs, twins
     for router in API:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..cli.common import data_option, db_option, errors_as_one_line, note, opened
+from ..cli.common import data_option, db_option, errors_as_one_line, note, open_command_store
 
 if TYPE_CHECKING:
     from ..web.settings import Settings
@@ -52,7 +52,7 @@ def serve(
         settings = Settings(
             db, host, port, token, folders or (Path.cwd(),), mlflow, max_upload * MEGABYTE, works=not no_worker
         )
-    with opened(db, create=True) as store:
+    with open_command_store(db, create=True) as store:
         from .application import application
 
         _listen(application(settings, store, warm=True), settings, show)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..cli.common import db_option, errors_as_one_line, json_option, note, opened, write_json
+from ..cli.common import db_option, errors_as_one_line, json_option, note, open_command_store, write_json
 from ..cli.completion import campaign_names
 from ..cli.listed import Listing, listing_options
 
@@ -38,7 +38,7 @@ def export(campaign: str, db: str, out: Path) -> None:
     Example:
         pyroshock db export spring --out spring.pyroshock
     """
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from ...schema.transfer.export import export_campaign
         from ..common.progress import progress_bar
 
@@ -61,7 +61,7 @@ def import_(file: Path, db: str, json_to: str | None) -> None:
     Example:
         pyroshock db import spring.pyroshock --db sqlite:///lab.db
     """
-    with opened(db, create=True) as store:
+    with open_command_store(db, create=True) as store:
         from ...schema.transfer.merging import import_file
         from ..common.progress import progress_bar
 
@@ -104,7 +104,7 @@ def check(db: str, json_to: str | None, campaign: str | None, fast: bool, repair
         pyroshock db check --db sqlite:///lab.db
         pyroshock db check --repair my-campaign/
     """
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from ...schema.engine import describe
         from ..common.progress import progress_bar
         from .check import Wanted, datasets_without_source, findings_of
@@ -151,7 +151,7 @@ def roles(db: str, listing: Listing) -> None:
     Example:
         pyroshock db roles --db postgresql+psycopg://keeper@server/lab
     """
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from dataclasses import asdict
 
         from ...schema.access.roles import ensure_roles
@@ -182,7 +182,7 @@ def copy(source: str, target: str, json_to: str | None) -> None:
     Example:
         pyroshock db copy sqlite:///lab.db postgresql+psycopg://lab@server/lab
     """
-    with opened(source) as store:
+    with open_command_store(source) as store:
         from ...schema.engine import describe, make_engine
         from ...schema.transfer.copying import copy_store
         from ..common.progress import progress_bar
@@ -204,9 +204,9 @@ def copy(source: str, target: str, json_to: str | None) -> None:
 def _say_where_models_are(source: str) -> None:
     """Models are MLflow's, and stay where they are."""
     from ...training.registry.connection import user_environment
-    from ...training.registry.model_storage import place_beside
+    from ...training.registry.model_storage import storage_for
 
-    place = place_beside(source, user_environment())
+    place = storage_for(source, user_environment())
     if place.database is not None and place.database.is_file():
         note(
             f"The models stay in {place.shown}. Set MLFLOW_TRACKING_URI to it when you work on the copy "
@@ -225,7 +225,7 @@ def init(db: str) -> None:
     Example:
         pyroshock init --db sqlite:///lab.db
     """
-    with opened(db, create=True) as store:
+    with open_command_store(db, create=True) as store:
         from ...schema.engine import describe
 
         note(f"store ready: {describe(store.engine)}")
@@ -255,14 +255,16 @@ def upgrade(db: str) -> None:
 
         from ...schema import migrate
         from ...schema.access.permissions import refusal
-        from ...schema.addresses import shown
+        from ...schema.addresses import address_for_display
         from ...schema.engine import StoreError, describe, make_engine_of_existing
 
         engine = make_engine_of_existing(db)
         try:
             before = migrate.current_revision(engine)
             if before is None:
-                raise StoreError(f"no store at {describe(engine)}; make one with: pyroshock init --db {shown(db)}")
+                raise StoreError(
+                    f"no store at {describe(engine)}; make one with: pyroshock init --db {address_for_display(db)}"
+                )
             if before not in migrate.known_revisions():
                 raise StoreError(
                     f"{describe(engine)} is at revision {before}, which this software does not know: update pyroshock"

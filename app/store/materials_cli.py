@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..cli.common import db_option, note, opened
+from ..cli.common import db_option, note, open_command_store
 from ..cli.listed import Listing, listing_options
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def materials(ctx: click.Context, db: str, listing: Listing) -> None:
     """
     if ctx.invoked_subcommand is not None:
         return
-    with opened(db) as store, store.reading() as session:
+    with open_command_store(db) as store, store.reading() as session:
         from sqlalchemy import select
 
         from ...schema.benches import Material
@@ -60,7 +60,7 @@ def add(
     name: str, db: str, youngs_modulus: str, poisson_ratio: float, density: str, yield_strength: str, source: str
 ) -> None:
     """Add a material; a name that is taken is refused."""
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from ...schema.benches import Material, material_names
         from ..common.frames import parse_quantity
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from ..cli.common import STDOUT, db_option, format_cell, note, opened
+from ..cli.common import STDOUT, db_option, format_cell, note, open_command_store
 
 #: Longer cells of the table (lists of points) are cut; CSV and JSON have them whole.
 _LONGEST_CELL = 60
@@ -66,7 +66,7 @@ def query(
     """
     if (statement is not None) + tables + (schema is not None) != 1:
         raise click.UsageError('give one statement ("select ..."), --tables, or --schema TABLE')
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from .query import Statement, asked, list_columns, list_tables
 
         if statement is None:

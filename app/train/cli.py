@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..cli.common import (
-    crew_options,
     db_option,
     errors_as_one_line,
     fail,
     json_option,
     note,
-    opened,
+    open_command_store,
     print_table,
+    worker_options,
     write_json,
 )
 from ..cli.completion import dataset_names, model_versions
@@ -30,7 +30,7 @@ from ..cli.listed import Listing, listing_options
 
 if TYPE_CHECKING:
     from ...dataset.catalog import Withdrawal
-    from ...parallel.map_tasks import Crew
+    from ...parallel.map_tasks import ExecutorConfig
     from ...training.fitting.session import Session
     from ...training.models.catalogue import Budget
     from ...training.registry.records import Version
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     "--budget", type=click.Choice(["reduced", "full"]), default="reduced", show_default=True, help="Of the GA search."
 )
 @click.option("--retrain", is_flag=True, help="Train again what is registered already.")
-@crew_options("Processes that train at once.")
+@worker_options("Processes that train at once.")
 @db_option
 @json_option
 def train(
@@ -64,7 +64,7 @@ def train(
     seed: int,
     budget: Budget,
     retrain: bool,
-    crew: Crew,
+    crew: ExecutorConfig,
     db: str,
     json_to: str | None,
 ) -> None:
@@ -78,7 +78,7 @@ def train(
         pyroshock train spring --models hybrid,gp --split materials
         pyroshock train spring --backend dask --scheduler tcp://lab-1:8786
     """
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from ...training.fitting.session import Progress
         from ..common.model_registry import tell_beside_bar
         from ..common.progress import progress_bar
@@ -142,7 +142,7 @@ def compare(
         pyroshock compare hybrid coregional-gp --metric cost
         pyroshock compare hybrid@3 hybrid@7 --out difference.png
     """
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from .comparing import draw, metrics_named, rows_of, told
         from .service import compare_versions
 
@@ -187,7 +187,7 @@ def promote(
         pyroshock promote hybrid@3
         pyroshock promote hybrid@5 --on autumn --reason "new tips"
     """
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from .service import promote_version
 
         decision = promote_version(

@@ -12,8 +12,8 @@ from ...dataset.table import PulseTable
 from ...training.estimators.base import SettingValue
 from ...training.evaluation.comparison import Comparison, Difference
 from ...training.evaluation.metrics import METRICS
-from ...training.registry.evaluate import Judged, on_held_out
-from ...training.registry.intact_models import whole
+from ...training.registry.evaluate import Evaluation, evaluate_held_out
+from ...training.registry.intact_models import intact_versions
 from ...training.registry.listing import chosen, finite, in_order, newest, of_dataset, row_of
 from ...training.registry.promotion import compared
 from ...training.registry.records import Version
@@ -31,7 +31,7 @@ class Comparisons:
     """
 
     versions: tuple[Version, ...]
-    judged: Judged
+    judged: Evaluation
     comparisons: tuple[Comparison, ...]
     settings: Mapping[str, Mapping[str, SettingValue]]
 
@@ -90,7 +90,7 @@ def served(
 
     Raises `ValueError` where fewer than two are left.
     """
-    intact = list(versions) if names else whole(registry, versions, tell)
+    intact = list(versions) if names else intact_versions(registry, versions, tell)
     if len(intact) < 2:
         raise ValueError(f"{len(intact)} of {len(versions)} models have their files; train the others again")
     return intact
@@ -104,8 +104,8 @@ def comparisons_of(
     each_with_each: bool,
     read: Callable[[str], PulseTable],
 ) -> Comparisons:
-    """Every pair, or the best in `metric` with every other. Raises as `on_held_out`."""
-    judged = on_held_out(registry, versions, read)
+    """Every pair, or the best in `metric` with every other. Raises as `evaluate_held_out`."""
+    judged = evaluate_held_out(registry, versions, read)
     ranked = sorted(versions, key=lambda each: float(getattr(judged.errors[each.label], metric).mean()))
     labels = [version.label for version in versions]
     best = ranked[0].label
@@ -152,8 +152,8 @@ def _lead(row: Difference) -> str:
 
 def draw(comparison: Comparison, metric: str, file: Path) -> None:
     """The comparison as a figure."""
-    from ...schema.atomic_write import whole_file
+    from ...schema.atomic_write import atomic_file
     from ...training.evaluation.plots import difference_figure
 
-    with whole_file(file) as partial:
+    with atomic_file(file) as partial:
         difference_figure(comparison, metric).savefig(partial)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..cli.common import db_option, json_option, note, opened, print_table, write_json
+from ..cli.common import db_option, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names, dataset_names
 from ..cli.listed import Listing, listing_options
 
@@ -43,7 +43,7 @@ def list_(db: str, listing: Listing) -> None:
 
 
 def _list(db: str, listing: Listing) -> None:
-    with opened(db) as store, store.reading() as session:
+    with open_command_store(db) as store, store.reading() as session:
         from ...dataset.catalog import list_snapshots, list_withdrawals
 
         withdrawals = list_withdrawals(session)
@@ -130,7 +130,7 @@ def build(
         pyroshock dataset build both --from spring autumn --quality warning --json
         pyroshock dataset build true --from spring-hammer --velocity before-contact
     """
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from ...dataset.predictors import predictors_named
         from ...dataset.selection import missing_in_campaigns, missing_words
         from ...dataset.snapshot import build_snapshot
@@ -192,7 +192,7 @@ def show(name: str, db: str, json_to: str | None, seed: int, plot: Path | None) 
     Example:
         pyroshock dataset show spring --plot spring.png
     """
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from ...dataset.snapshot import read_snapshot
         from .datasets import snapshot_as_json
 
@@ -237,7 +237,7 @@ def trace(name: str, key: str | None, db: str, json_to: str | None) -> None:
         pyroshock dataset trace spring
         pyroshock dataset trace spring 5350e6044256
     """
-    with opened(db) as store, store.reading() as session:
+    with open_command_store(db) as store, store.reading() as session:
         from ...dataset.snapshot import raw_files, read_snapshot
         from ...dataset.snapshot import trace as trace_pulse
 
@@ -262,7 +262,7 @@ def export(name: str, db: str, out: Path) -> None:
     Example:
         pyroshock dataset export spring --out spring.parquet
     """
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from ...dataset.snapshot import read_snapshot
         from .datasets import export_snapshot
 

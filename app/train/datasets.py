@@ -15,7 +15,7 @@ from ...array_types import Floats
 from ...dataset.predictors import correlation, ranges
 from ...dataset.snapshot import Built, Snapshot
 from ...dataset.table import POINTS, Predictor, PulseTable, Split, expand, split_of
-from ...schema.atomic_write import whole_file
+from ...schema.atomic_write import atomic_file
 from ...schema.conditions import listing_key
 from ..common.plots import MEASURED, new_figure, save
 
@@ -107,7 +107,7 @@ def export_snapshot(snapshot: Snapshot, out: Path) -> int:
     import pandas as pd
 
     frame = pd.DataFrame(dataset_columns(snapshot.table))
-    with whole_file(out) as partial:
+    with atomic_file(out) as partial:
         if out.suffix.lower() == ".csv":
             frame.to_csv(partial, index=False)
         else:

@@ -17,7 +17,7 @@ from .tables import json_row
 if TYPE_CHECKING:
     from ...array_types import Floats
     from ...dataset.table import PulseTable
-    from ...training.registry.evaluate import Judged
+    from ...training.registry.evaluate import Evaluation
     from ...training.registry.records import Version
     from ...training.registry.registry import Registry
 
@@ -132,9 +132,9 @@ def held_out_figures(registry: Registry, version: Version, read: Read, most: int
     `level`, and the share of all held-out points of the `force` and of contact `time` that lie within; None without a
     spread. Raises `ValueError` where the predictions or the pulses are gone.
     """
-    from ...training.registry.evaluate import on_held_out
+    from ...training.registry.evaluate import evaluate_held_out
 
-    judged = on_held_out(registry, [version], read)
+    judged = evaluate_held_out(registry, [version], read)
     count = len(judged.pulses)
     rows = np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
     return {
@@ -145,7 +145,7 @@ def held_out_figures(registry: Registry, version: Version, read: Read, most: int
     }
 
 
-def _points(judged: Judged, label: str, rows: Any) -> dict[str, Any]:
+def _points(judged: Evaluation, label: str, rows: Any) -> dict[str, Any]:
     pulses, prediction = judged.pulses, judged.predictions[label]
     force = prediction.force_n[rows]
     peak = figures(reconstruct(force), prediction.contact_time_s[rows]).peak_force_n
@@ -174,7 +174,7 @@ def _against(measured: Floats, predicted: Floats, spread: Floats | None) -> dict
     }
 
 
-def _coverage(judged: Judged, label: str) -> dict[str, Any]:
+def _coverage(judged: Evaluation, label: str) -> dict[str, Any]:
     from ...training.evaluation.plots import coverage, standardised
 
     shares: dict[str, Any] = {"level": list(LEVELS)}

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ...training.registry.connection import user_environment
-from ...training.registry.model_storage import place_beside
+from ...training.registry.model_storage import storage_for
 from ...training.registry.records import Trained, Version
 from ...training.registry.registry import Registry
 from ..jobs.kind import Ending, Kind, Result, RunningJob, told
@@ -76,7 +76,7 @@ class FencedRegistry(Registry):
     """
 
     def __init__(self, work: RunningJob) -> None:
-        super().__init__(place_beside(work.db, user_environment()))
+        super().__init__(storage_for(work.db, user_environment()))
         self._work = work
 
     def record(self, trained: Trained, session: str | None = None) -> Version:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ...dataset.snapshot import Snapshot
-    from ...parallel.map_tasks import Crew
+    from ...parallel.map_tasks import ExecutorConfig
     from ...schema.session import Store
     from ...training.fitting.session import Progress, Session
     from ...training.models.catalogue import Budget
@@ -212,7 +212,7 @@ def train_models(
     seed: int = 0,
     budget: Budget = "reduced",
     retrain: bool = False,
-    crew: Crew | None = None,
+    crew: ExecutorConfig | None = None,
     progress: Progress | None = None,
 ) -> tuple[Session, dict[str, str]]:
     """Train models on splits of a dataset and register them: the session, and the repeatability floor by split.

@@ -16,13 +16,13 @@ from ...doe.limits.bench import BenchLimits
 from ...doe.limits.contact_force import Elastic, hertz_contact
 from ...doe.space import Space
 from ...twin.chain import Twin
-from ...twin.contact_interface import Strikes
+from ...twin.contact_interface import ImpactBatch
 from ...twin.setting import ElasticMaterial, Setting
 from ...twin.srs.target import Target
 from ...twin.tune.goal import Goal, Outside, Refusals
 from ...twin.tune.probability import Proposal
 from ...twin.tune.space import Amount, ContinuousRange, Levels, TuningSpace
-from ...twin.tune.tuner import Avoid
+from ...twin.tune.tuner import SettingToAvoid
 from ..twins.benches import LEAST_PRESSURE_PA
 
 NONE = "none"
@@ -31,7 +31,7 @@ _MOST_RADII = 9
 
 
 @dataclass(frozen=True, eq=False)
-class AtSensor:
+class SensorTwin:
     """A twin as the tuner asks it: spectra at one sensor (None: its first)."""
 
     twin: Twin
@@ -147,7 +147,7 @@ def outside_of(twin: Twin) -> Outside:
     """What the contact stage says of settings at their nominal velocity."""
 
     def outside(settings: Sequence[Setting]) -> list[tuple[str, ...]]:
-        out_of_domain = twin.contact.outside(Strikes(settings, twin.velocities(settings)))
+        out_of_domain = twin.contact.outside(ImpactBatch(settings, twin.velocities(settings)))
         return [
             tuple(f"{o.predictor} = {_shown(o.value)}, learned: {o.range}" for o in entries)
             for entries in out_of_domain
@@ -194,7 +194,7 @@ def proposal_json(proposal: Proposal, rank: int) -> dict[str, Any]:
     }
 
 
-def avoid_json(avoid: Avoid) -> dict[str, Any]:
+def avoid_json(avoid: SettingToAvoid) -> dict[str, Any]:
     """A row of `tune --avoid FILE`."""
     return {
         "settings": setting_json(avoid.setting),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..cli.common import db_option, json_option, note, opened, print_table, write_json
+from ..cli.common import db_option, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ def tune(
         pyroshock tune --target spec.csv --tolerance 6dB
         pyroshock tune --target spec.csv --measured monday --avoid avoid.json --plot spec.png
     """
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from ..common.progress import progress_bar
         from ..predict.arguments import twin_request
         from .service import factors_of, masses_of, search_settings, target_of

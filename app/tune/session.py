@@ -25,7 +25,7 @@ from ...twin.tune.tuner import FiredShots, Tuned, tune
 from ..common.plots import MEASURED, MODEL, QUIET, new_figure, save
 from ..twins.building import BuiltTwin, TwinRequest, twin_of
 from ..twins.measured_shots import read_measured_shots, struck_plate
-from .bench_adapter import AtSensor, bench_refusals, goal_of, outside_of, tuning_space
+from .bench_adapter import SensorTwin, bench_refusals, goal_of, outside_of, tuning_space
 
 Progress = Callable[[int, int, str], None]
 
@@ -69,7 +69,7 @@ class TuningSession:
     def run(self, progress: Progress | None = None) -> Tuned:
         """Raises as `twin.tune.tuner.tune`."""
         return tune(
-            AtSensor(self.built.twin, self.ask.sensor),
+            SensorTwin(self.built.twin, self.ask.sensor),
             self.space,
             self.goal,
             np.random.default_rng(self.ask.seed),

@@ -13,7 +13,7 @@ from ...diagnosis.verdict import NONE, Verdict
 from ...schema.campaigns import Campaign
 from ...schema.diagnoses import TwinVersion
 from ...schema.listings import get_campaign_id
-from ...schema.transactions import take_turn
+from ...schema.transactions import take_advisory_lock
 from ...twin.effects import Effect, catalogue, effect_from_json
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ STAGES = ("gun", "contact", "plate")
 
 
 @dataclass(frozen=True)
-class Adopted:
+class AdoptedEffects:
     """One version as predictions see it: the effects that it still decides, and what to tell of them."""
 
     version: int
@@ -132,7 +132,7 @@ def adopt(store: Store, verdict: Verdict, wanted: str, diagnosis: int | None = N
 def _add(
     session: Session, campaign: str, configuration: dict[str, Any], reason: str, diagnosis: int | None
 ) -> TwinVersion:
-    take_turn(session, "the twin's next version")
+    take_advisory_lock(session, "the twin's next version")
     newest = session.scalar(select(func.max(TwinVersion.version))) or 0
     row = TwinVersion(
         version=newest + 1,
@@ -172,7 +172,7 @@ def effects_of_stages(verdict: Verdict) -> list[str]:
     return [identity for identity in catalogue() if acts_at(identity) in stages]
 
 
-def adopted_for(session: Session, campaign: str) -> list[Adopted]:
+def adopted_for(session: Session, campaign: str) -> list[AdoptedEffects]:
     """For each stage, what the newest version says whose campaign had the same gun, hammer or plate there.
 
     Versions with effects only, the newest first. Raises `LookupError` for an unknown campaign.
@@ -184,7 +184,7 @@ def adopted_for(session: Session, campaign: str) -> list[Adopted]:
         open_stages -= decided
         effects = tuple(effect for effect in _effects(row) if acts_at(effect.id) in decided)
         if effects:
-            adopted.append(Adopted(row.version, effects, row.campaign.name, row.adopted_at))
+            adopted.append(AdoptedEffects(row.version, effects, row.campaign.name, row.adopted_at))
     return adopted
 
 
@@ -224,7 +224,7 @@ def _effects(row: TwinVersion) -> tuple[Effect, ...]:
     return tuple(effect_from_json(table) for table in row.configuration["effects"])
 
 
-def taken_up(
+def effects_in_use(
     session: Session, campaign: str, given: Sequence[Effect] = (), without: Sequence[str] = ()
 ) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
     """Adopted effects that a prediction of a campaign's bench uses, and notes that say so.
@@ -238,5 +238,5 @@ def taken_up(
         own = tuple(e for e in adopted.effects if e.id not in by_hand and acts_at(e.id) not in without)
         effects += own
         if own:
-            notes.append(Adopted(adopted.version, own, adopted.campaign, adopted.adopted_at).note)
+            notes.append(AdoptedEffects(adopted.version, own, adopted.campaign, adopted.adopted_at).note)
     return tuple(effects), tuple(notes)

@@ -13,7 +13,7 @@ from ...dataset.rows import by_name, stored_materials
 from ...schema.impacts import BEFORE_CONTACT
 from ...schema.known_factors import BY_COLUMN
 from ...training.registry.connection import user_environment
-from ...training.registry.model_storage import place_beside
+from ...training.registry.model_storage import storage_for
 from ...twin.chain import Twin, default_lines
 from ...twin.effects import Effect, checked_effects
 from ...twin.gun.stage import GunStage
@@ -197,12 +197,12 @@ def _shots(
 
 def _adopted(session: Session | None, bench: Bench, request: TwinRequest) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
     """Of the campaign's bench; a bench or a plate given by hand is another one."""
-    from .adopted_effects import taken_up
+    from .adopted_effects import effects_in_use
 
     if session is None or bench.campaign is None or request.bench is not None or not request.adopted:
         return (), ()
     other_plate = request.modes is not None or (request.plate or bench.plate_material) != bench.plate_material
-    return taken_up(session, bench.campaign, request.effects, ("plate",) if other_plate else ())
+    return effects_in_use(session, bench.campaign, request.effects, ("plate",) if other_plate else ())
 
 
 def _of_stage(request: TwinRequest, stage: str) -> tuple[Effect, ...]:
@@ -402,7 +402,7 @@ def _drawn_plate(bench: Bench, material: ElasticMaterial, db: str, request: Twin
 
 def plates_folder(db: str) -> Path:
     """Where solved plates of a store are kept."""
-    return place_beside(db, user_environment()).work / "plates"
+    return storage_for(db, user_environment()).work / "plates"
 
 
 def _of(drawing: PlateDrawing) -> str:

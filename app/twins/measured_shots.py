@@ -25,7 +25,7 @@ from ...schema.series import as_floats
 from ...twin.contact.hertz import impactor_of_pulse
 from ...twin.contact.impacts import bodies_of, plate_impedance
 from ...twin.contact.target_motion import PulseMoments, TargetMotion, velocity_before_contact
-from ...twin.contact_interface import Strikes
+from ...twin.contact_interface import ImpactBatch
 from ...twin.measured_shots import MeasuredShots
 from ...twin.setting import ElasticMaterial, Setting
 from .benches import Bench
@@ -295,7 +295,7 @@ def _given_force(session: Session, hit: _Hit, velocity_m_s: float) -> Floats | N
 
 def _of_pulse(setting: Setting, hit: _Hit) -> Setting:
     """With the mass and the velocity that Hertz' law needs for contact time and impulse of the measured force."""
-    stiffness = bodies_of(Strikes([setting], np.ones(1))).hertz_stiffness_n_m15
+    stiffness = bodies_of(ImpactBatch([setting], np.ones(1))).hertz_stiffness_n_m15
     mass, velocity = impactor_of_pulse(_column([hit.contact_time_s]), _column([hit.impulse_n_s]), stiffness)
     return replace(setting, impactor_mass_kg=float(mass[0]), impact_velocity_m_s=float(velocity[0]))
 

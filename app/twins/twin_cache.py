@@ -45,7 +45,7 @@ _TABLES = (Campaign, Shot, Impact, Pulse, TwinVersion, Material, ModalTable, Tom
 _Signature = tuple[tuple[int, int], ...]
 
 
-class StampReader:
+class CacheKeyReader:
     """Stamps of requests: equal as long as the same twin would be built. Takes some milliseconds."""
 
     def __init__(self, store: Store | None, db: str) -> None:
@@ -123,7 +123,7 @@ _VELOCITY_M_S = 5.0
 _Key = tuple[TwinRequest, Hashable]
 
 
-class TwinShelf:
+class TwinCache:
     """The last few twins of a store (None: of the shipped bench), for use from several threads.
 
     `build` makes one, as `twin_of`. A twin is built anew when campaigns, shots, impacts, pulses, materials or adopted
@@ -139,7 +139,7 @@ class TwinShelf:
         build: Callable[[Store | None, str, TwinRequest], BuiltTwin] = twin_of,
     ) -> None:
         self._store, self._db, self._kept, self._build = store, db, kept, build
-        self._stamps = StampReader(store, db)
+        self._stamps = CacheKeyReader(store, db)
         self._ready: OrderedDict[_Key, BuiltTwin] = OrderedDict()
         self._shelf = threading.Lock()
         #: One is built at a time: who asks for the same one waits for it, and MLflow's settings are the process's.
@@ -156,7 +156,7 @@ class TwinShelf:
             if twin is None:
                 with models_extra():
                     twin = self._build(self._store, self._db, request)
-                warmed(twin)
+                warm_up(twin)
                 self._put(key, twin)
         return twin
 
@@ -175,7 +175,7 @@ class TwinShelf:
                 self._ready.popitem(last=False)
 
 
-def warmed(built: BuiltTwin) -> None:
+def warm_up(built: BuiltTwin) -> None:
     """Let the twin make what it keeps: the answer of every plate of its ensemble at every impact position."""
     import numpy as np
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from ..cli.common import db_option, json_option, note, opened, print_table, write_json
+from ..cli.common import db_option, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names
 
 
@@ -41,7 +41,7 @@ def validate(
         pyroshock validate spring
         pyroshock validate spring --contact hybrid@3 --html validation.html
     """
-    with opened(db) as store:
+    with open_command_store(db) as store:
         from ..common.progress import progress_bar
         from .service import validate_twin
 

@@ -20,10 +20,10 @@ class ValidateArguments:
 
 def _do(work: RunningJob, arguments: ValidateArguments) -> Ending:
     from ..common.model_registry import models_extra
-    from .validation import ValidationRequest, validated
+    from .validation import ValidationRequest, run_validation
 
     with models_extra():
-        validation = validated(work.store, work.db, ValidationRequest(**vars(arguments)), work.step)
+        validation = run_validation(work.store, work.db, ValidationRequest(**vars(arguments)), work.step)
     data = validation.as_json()
     return told(Result(f"/validations/{work.job}", f"{arguments.campaign}: {data['verdict']}", data))
 

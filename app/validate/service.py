@@ -90,8 +90,8 @@ def validate_twin(
 ) -> TwinValidation:
     """Raises as `validating.validation.validated`."""
     from ..common.model_registry import models_extra
-    from .validation import ValidationRequest, validated
+    from .validation import ValidationRequest, run_validation
 
     request = ValidationRequest(campaign, folds=folds, draws=draws, seed=seed, contact=contact)
     with models_extra():
-        return TwinValidation(validated(store, url, request, step))
+        return TwinValidation(run_validation(store, url, request, step))

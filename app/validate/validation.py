@@ -235,7 +235,7 @@ class Validation:
         return plain
 
 
-def validated(store: Store, db: str, request: ValidationRequest, step: Step = _silent) -> Validation:
+def run_validation(store: Store, db: str, request: ValidationRequest, step: Step = _silent) -> Validation:
     """Raises `LookupError` for a campaign that the store does not have, `ValueError` where no shot can be compared."""
     begun = time.perf_counter()
     step(0, 0, "reading the measured shots")

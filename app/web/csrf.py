@@ -18,7 +18,7 @@ HEADER, FIELD = "X-CSRF-Token", "csrf"
 _FORMS = ("application/x-www-form-urlencoded", "multipart/form-data")
 
 
-async def genuine(request: Request) -> None:
+async def require_csrf(request: Request) -> None:
     """Raises 403 for a write without the token; a dependency of every route."""
     if request.method in SAFE_METHODS:
         return

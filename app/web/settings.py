@@ -6,7 +6,7 @@ import ipaddress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ...schema.addresses import shown
+from ...schema.addresses import address_for_display
 
 MEGABYTE = 1_000_000
 
@@ -42,9 +42,13 @@ class Settings:
         if self.token is not None and len(self.token) < 16:
             raise SettingsError(f"a token of {len(self.token)} characters can be guessed; expected 16 or more")
         if self.mlflow is not None and not self.mlflow.startswith(("http://", "https://")):
-            raise SettingsError(f"--mlflow {shown(self.mlflow)!r} is no address of a page; expected http://HOST:PORT")
-        if self.mlflow is not None and shown(self.mlflow) != self.mlflow:
-            raise SettingsError(f"--mlflow {shown(self.mlflow)!r}: every page would show its password; leave it out")
+            raise SettingsError(
+                f"--mlflow {address_for_display(self.mlflow)!r} is no address of a page; expected http://HOST:PORT"
+            )
+        if self.mlflow is not None and address_for_display(self.mlflow) != self.mlflow:
+            raise SettingsError(
+                f"--mlflow {address_for_display(self.mlflow)!r}: every page would show its password; leave it out"
+            )
 
 
 def is_loopback(host: str) -> bool:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...array_types import Floats
-from ...ingest.channel_mistakes import mistakes
+from ...ingest.channel_mistakes import unit_mistakes
 from ...twin.plate.modal import ModalPlate
 from ...twin.plate.response import kept_below, respond
 from ..record import CampaignRecord, Run, Series
@@ -144,9 +144,9 @@ def _gains(fits: EarlyFits) -> Iterator[LikelyMistake]:
     together = len(correlated) == len(fits.names) and np.ptp(centres) <= _ALIKE
     for rows in [correlated] if together else [[i] for i in correlated]:
         channel = "acceleration" if len(rows) > 1 else fits.names[rows[0]]
-        shifts = [(channel, mistake, math.log(factor)) for factor, mistake in mistakes("acceleration")]
+        shifts = [(channel, mistake, math.log(factor)) for factor, mistake in unit_mistakes("acceleration")]
         if together:
-            shifts += [("force", mistake, -math.log(factor)) for factor, mistake in mistakes("force")]
+            shifts += [("force", mistake, -math.log(factor)) for factor, mistake in unit_mistakes("force")]
         gains = fits.log_gain[:, rows]
         suspicions = (Suspicion(name, mistake, shift, LogGap.of(gains - shift)) for name, mistake, shift in shifts)
         if finding := unit_finding(channel, "plate", LogGap.of(gains), suspicions):

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
-from ...ingest.channel_mistakes import mistakes
+from ...ingest.channel_mistakes import unit_mistakes
 from ...twin.gun.shot import ATMOSPHERE_PA
 from ..observables.base import Stage
 from ..record import CampaignRecord
@@ -185,15 +185,15 @@ def _stage_finding(record: CampaignRecord, stage: Stage) -> tuple[float, LikelyM
     if not max(abs(gap.centre), gap.rms / 2) >= WORTH_A_LOOK:
         return None
     suspicions = []
-    for factor, mistake in mistakes(channel):
+    for factor, mistake in unit_mistakes(channel):
         shift = math.log(factor)
         suspicions.append(Suspicion(channel, mistake, shift, LogGap.of(nats - shift * amplitude, scaled)))
-    for factor, mistake in mistakes("clock"):
+    for factor, mistake in unit_mistakes("clock"):
         shift = -math.log(factor)  # a rate that reads too high shortens pulses by as much
         if abs(LogGap.of(nats[:, ~scaled]).centre - shift) < ORDER:
             suspicions.append(Suspicion("sampling rate", mistake, shift, LogGap.of(nats - shift * time, scaled)))
     entrance, quantity, name = _ENTRANCE[stage.name]
-    for factor, mistake in mistakes(quantity):
+    for factor, mistake in unit_mistakes(quantity):
         simulated = stage.simulated(upstream=(_readings(record, name) / factor).tolist())
         remaining = LogGap.of(_by_configuration(record, measured - simulated)[:, columns], scaled)
         suspicions.append(Suspicion(entrance, mistake, gap.centre - remaining.centre, remaining))

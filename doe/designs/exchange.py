@@ -26,7 +26,7 @@ FIRST_TEMPERATURE, LAST_TEMPERATURE = 1.6, 0.7
 _PARTNERS = 6
 
 
-class Landscape:
+class TabulatedCriterion:
     """The criterion of counts (size,) of treatments with a design's runs added to them (sign 1) or taken away (-1).
 
     `levels` (size, axes) are those of all treatments; `penalty` (size,) is for each treatment among the runs.
@@ -44,7 +44,7 @@ class Landscape:
         return float(self.table[np.ix_(runs, runs)].sum() + self.ground[runs].sum())
 
 
-class DirectSurface:
+class DirectCriterion:
     """A design of `runs` (n,) beside `others`, its criterion computed when asked for: for spaces of any size, and slow.
 
     Treatments are numbers: the flat index of their levels.
@@ -86,7 +86,7 @@ class Swaps:
 
 
 def anneal_tabulated(
-    landscape: Landscape, levels: Ids, sizes: tuple[int, ...], steps: int, rng: np.random.Generator
+    landscape: TabulatedCriterion, levels: Ids, sizes: tuple[int, ...], steps: int, rng: np.random.Generator
 ) -> Ids:
     """The best runs (n, axes) met in `steps` steps from `levels` (n, axes): every swap of a run is looked at."""
 
@@ -96,7 +96,7 @@ def anneal_tabulated(
 
 
 def anneal(
-    surface: DirectSurface,
+    surface: DirectCriterion,
     levels: Ids,
     sizes: tuple[int, ...],
     steps: int,
@@ -130,7 +130,7 @@ def _schedule(runs: int, steps: int, rng: np.random.Generator) -> tuple[Ids, Flo
     return rng.integers(runs, size=count), rng.random(count), np.geomspace(FIRST_TEMPERATURE, LAST_TEMPERATURE, count)
 
 
-def swaps_of(surface: DirectSurface, levels: Ids, strides: Ids, row: int, partners: Ids) -> Swaps:
+def swaps_of(surface: DirectCriterion, levels: Ids, strides: Ids, row: int, partners: Ids) -> Swaps:
     """What the swaps of `row` with each partner and each axis would do; `levels` (n, axes) are the design's."""
     step = (levels[partners] - levels[row]) * strides
     a, b = np.asarray(levels[row] @ strides), (levels[partners] @ strides)[:, None]

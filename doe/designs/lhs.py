@@ -22,7 +22,7 @@ from ..merit.space_filling import axis_centres, centres, discrepancy
 from ..space import Axis, Space
 from .base import Design
 from .criterion import Kernel, Weights
-from .exchange import DirectSurface, Landscape, anneal, anneal_tabulated
+from .exchange import DirectCriterion, TabulatedCriterion, anneal, anneal_tabulated
 from .pydoe import unit_lhs
 
 
@@ -40,7 +40,7 @@ def level_counts(already: Floats, capacity: Ids, n: int, rng: np.random.Generato
     return counts
 
 
-def cut_hypercube(counts: Sequence[Ids], n: int, rng: np.random.Generator) -> Ids:
+def draw_hypercube(counts: Sequence[Ids], n: int, rng: np.random.Generator) -> Ids:
     """Runs (n, axes) with `counts` (levels,) of each axis: a Latin hypercube's ranks, cut where the levels end."""
     unit = unit_lhs(n, len(counts), rng)
     ranks = unit.argsort(axis=0).argsort(axis=0)
@@ -51,7 +51,7 @@ def cut_hypercube(counts: Sequence[Ids], n: int, rng: np.random.Generator) -> Id
     return np.stack(columns, axis=1)
 
 
-def repaired(found: Ids, pool: Ids, levels: Ids, counts: Sequence[Ids]) -> Ids:
+def repair_level_shares(found: Ids, pool: Ids, levels: Ids, counts: Sequence[Ids]) -> Ids:
     """Different treatments of the pool, (n,): as found (n,), but for those that are not; `levels` (size, axes).
 
     In their place come those of the pool whose levels are missing most.
@@ -71,7 +71,7 @@ def repaired(found: Ids, pool: Ids, levels: Ids, counts: Sequence[Ids]) -> Ids:
 _DRAWS = 20
 
 
-def valued(space: Space, strata: Ids, recorded: Ids, rng: np.random.Generator) -> Ids:
+def assign_values(space: Space, strata: Ids, recorded: Ids, rng: np.random.Generator) -> Ids:
     """Treatments (n, axes) of the space from those of `space.stratified`, beside the `recorded` (k, axes) ones.
 
     The runs in one part of a range have values at equal distances in it, so that the whole column is a Latin hypercube
@@ -130,7 +130,7 @@ class _Task:
         return tuple(axis.size for axis in self.space.axes)
 
 
-def balanced(
+def balance_levels(
     space: Space,
     n: int,
     rng: np.random.Generator,
@@ -153,8 +153,8 @@ def balanced(
     recorded = space.checked(np.zeros((0, len(space.axes)), dtype=np.int64) if fixed is None else fixed)
     weights = weights or Weights()
     if space.stratified is not space:
-        parts = balanced(space.stratified, n, rng, fixed=space.in_strata(recorded), weights=weights, steps=steps)
-        return Design(space, valued(space, parts.treatments, recorded, rng), "lhs", None)
+        parts = balance_levels(space.stratified, n, rng, fixed=space.in_strata(recorded), weights=weights, steps=steps)
+        return Design(space, assign_values(space, parts.treatments, recorded, rng), "lhs", None)
     if space.size > MOST_TABULATED:
         chosen = _choose_directly(space, n, recorded, weights, steps, rng)
     else:
@@ -193,11 +193,11 @@ def _optimised(task: _Task, levels: Ids, sign: float, rng: np.random.Generator) 
     penalty = np.full(task.space.size, _FORBIDDEN)
     penalty[task.pool] = 0.0
     kernel = Kernel(axis_centres(task.space), task.runs, task.weights)
-    landscape = Landscape(kernel, levels, task.counts, sign, penalty)
+    landscape = TabulatedCriterion(kernel, levels, task.counts, sign, penalty)
     return min((_started(task, levels, sign, landscape, rng) for _ in range(_starts(task))), key=landscape.height)
 
 
-def _started(task: _Task, levels: Ids, sign: float, landscape: Landscape, rng: np.random.Generator) -> Ids:
+def _started(task: _Task, levels: Ids, sign: float, landscape: TabulatedCriterion, rng: np.random.Generator) -> Ids:
     """One shares-out of the levels, annealed; which levels get one more is left to chance."""
     shares = [
         level_counts(
@@ -208,10 +208,10 @@ def _started(task: _Task, levels: Ids, sign: float, landscape: Landscape, rng: n
         )
         for axis, size in enumerate(task.sizes)
     ]
-    start = cut_hypercube(shares, task.n, rng)
+    start = draw_hypercube(shares, task.n, rng)
     steps = task.steps or _steps(start.size, _MOST_STEPS)
     annealed = anneal_tabulated(landscape, start, task.sizes, steps, rng)
-    return repaired(_numbers(task.space, annealed), task.pool, levels, shares)
+    return repair_level_shares(_numbers(task.space, annealed), task.pool, levels, shares)
 
 
 def _starts(task: _Task) -> int:
@@ -230,9 +230,9 @@ def _choose_directly(
     shares = [
         level_counts(treatments.astype(np.float64), np.full(len(treatments), n), n, rng) for treatments in already
     ]
-    start = cut_hypercube(shares, n, rng)
+    start = draw_hypercube(shares, n, rng)
     kernel = Kernel(axis_centres(space), n + len(recorded), weights)
-    surface = DirectSurface(kernel, sizes, _numbers(space, start), _numbers(space, recorded))
+    surface = DirectCriterion(kernel, sizes, _numbers(space, start), _numbers(space, recorded))
     annealed = anneal(surface, start, sizes, steps or _steps(start.size, _MOST_DIRECT_STEPS), rng)
     return _different(annealed, recorded, sizes, rng)
 

@@ -15,7 +15,7 @@ from ..space import Space
 from .base import Design, SurfaceWords, TwoLevelWords
 from .factorial import factorial, subset
 from .imported import read_table
-from .lhs import balanced
+from .lhs import balance_levels
 from .optimal import optimal
 from .pydoe import Alpha, Exchange, Face, LhsCriterion, OptimalCriterion
 from .response_surface import box_behnken, central_composite
@@ -119,7 +119,7 @@ def _of_runs(design: Callable[..., Design]) -> Callable[..., Design]:
 
 
 def _hypercube(space: Space, n: int, rng: np.random.Generator, criterion: str = "balance") -> Design:
-    return balanced(space, n, rng) if criterion == "balance" else latin_hypercube(space, n, rng, criterion)
+    return balance_levels(space, n, rng) if criterion == "balance" else latin_hypercube(space, n, rng, criterion)
 
 
 def _import(space: Space, request: DesignRequest) -> Design:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pyroshock.training.evaluation.metrics import PulseErrors
 from pyroshock.training.evaluation.plots import by_test
-from pyroshock.training.registry.evaluate import Judged
+from pyroshock.training.registry.evaluate import Evaluation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -17,13 +17,13 @@ COMPARED = ("coregional-gp", "hann", "hunter", "reed")
 NETWORKS = ("nn-ga", "nn-trilayer", "nn-medium")
 
 
-def five(judged: Judged) -> dict[str, PulseErrors]:
+def five(judged: Evaluation) -> dict[str, PulseErrors]:
     """Errors of the models of Table 5.2, as far as they were trained."""
     network = next((name for name in NETWORKS if name in judged.errors), None)
     return {name: judged.errors[name] for name in (*COMPARED, network) if name in judged.errors}
 
 
-def draw(judged: Judged, metric: str = "cost") -> Figure:
+def draw(judged: Evaluation, metric: str = "cost") -> Figure:
     """A panel a model, the best on top; a point a test, in the colour of its tip."""
     figure = by_test(judged.pulses, five(judged), metric)
     figure.supxlabel("Virtual campaign: not the thesis's recordings", fontsize=9)

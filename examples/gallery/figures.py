@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pyroshock.training.registry.evaluate import Judged
+from pyroshock.training.registry.evaluate import Evaluation
 
 from . import (
     chamber_pressure,
@@ -51,7 +51,7 @@ class Scene:
         return virtual_campaign.recorded(self.work, self.hits)
 
     @cached_property
-    def judged(self) -> Judged:
+    def judged(self) -> Evaluation:
         return trained.judged(self.campaign.table(), self.models)
 
 

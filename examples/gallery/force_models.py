@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pyroshock.training.evaluation.plots import heat_map
-from pyroshock.training.registry.evaluate import Judged
+from pyroshock.training.registry.evaluate import Evaluation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def draw(judged: Judged) -> Figure:
+def draw(judged: Evaluation) -> Figure:
     """The models from the best to the worst; the colour is logarithmic."""
     figure = heat_map(judged.pulses, judged.errors)
     figure.suptitle("Virtual campaign: not the thesis's recordings", fontsize=9)

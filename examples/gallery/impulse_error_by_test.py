@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pyroshock.training.registry.evaluate import Judged
+from pyroshock.training.registry.evaluate import Evaluation
 
 from . import cost_by_test
 
@@ -12,6 +12,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def draw(judged: Judged) -> Figure:
+def draw(judged: Evaluation) -> Figure:
     """As Fig. 5.4, of another metric."""
     return cost_by_test.draw(judged, "impulse_error")

@@ -6,7 +6,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pyroshock.schema.atomic_write import whole_file
+from pyroshock.schema.atomic_write import atomic_file
 from pyroshock.training.evaluation.plot_style import png
 
 if TYPE_CHECKING:
@@ -22,5 +22,5 @@ def write(figure: Figure, path: Path) -> None:
 
     whole = Image.open(BytesIO(png(figure))).convert("RGB")
     path.parent.mkdir(parents=True, exist_ok=True)
-    with whole_file(path) as partial:
+    with atomic_file(path) as partial:
         whole.quantize(COLOURS, dither=Image.Dither.NONE).save(partial, format="PNG", optimize=True)

@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pyroshock.app.common.plots import MEASURED, MODEL, QUIET, new_figure
 from pyroshock.training.evaluation.metrics import BAND, reconstruct
-from pyroshock.training.registry.evaluate import Judged
+from pyroshock.training.registry.evaluate import Evaluation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def median_pulse(judged: Judged, model: str) -> int:
+def median_pulse(judged: Evaluation, model: str) -> int:
     """Row of the held-out pulse whose NRMSE is the median one: neither the best nor the worst."""
     order = np.argsort(judged.errors[model].force_nrmse, kind="stable")
     return int(order[len(order) // 2])
 
 
-def draw(judged: Judged, model: str | None = None) -> Figure:
+def draw(judged: Evaluation, model: str | None = None) -> Figure:
     """The two predictions, and the spline through the 20 points over the predicted time, beside what was measured."""
     name = model or min(judged.errors, key=lambda each: float(judged.errors[each].force_nrmse.mean()))
     row, prediction = median_pulse(judged, name), judged.predictions[name]
@@ -34,7 +34,7 @@ def draw(judged: Judged, model: str | None = None) -> Figure:
     return figure
 
 
-def _draw_time(axes: Any, judged: Judged, name: str, row: int) -> None:
+def _draw_time(axes: Any, judged: Evaluation, name: str, row: int) -> None:
     prediction = judged.predictions[name]
     wide = prediction.contact_time_spread_s
     axes.bar([0], judged.pulses.contact_time_s[row] * 1e3, color=MEASURED, width=0.5)
@@ -44,7 +44,7 @@ def _draw_time(axes: Any, judged: Judged, name: str, row: int) -> None:
     axes.set(ylabel="contact time (ms)", title="time model")
 
 
-def _draw_pulse(axes: Any, judged: Judged, name: str, row: int) -> None:
+def _draw_pulse(axes: Any, judged: Evaluation, name: str, row: int) -> None:
     prediction = judged.predictions[name]
     fine = reconstruct(prediction.force_n[row : row + 1])[0]
     predicted_ms = np.linspace(0, prediction.contact_time_s[row] * 1e3, fine.size)

@@ -10,8 +10,8 @@ import numpy as np
 from pyroshock.dataset.table import PulseTable, split_of
 from pyroshock.parallel.task import one_thread
 from pyroshock.training.evaluation.metrics import pulse_errors
-from pyroshock.training.models.catalogue import Making, entry_of
-from pyroshock.training.registry.evaluate import Judged
+from pyroshock.training.models.catalogue import BuildOptions, entry_of
+from pyroshock.training.registry.evaluate import Evaluation
 
 #: Those of Fig. 4.10 that learn quickly, the coregional process and the pulses of physics: what Fig. 5.4 compares.
 QUICK = (
@@ -22,7 +22,7 @@ QUICK = (
 SPLIT = "repetitions"
 
 
-def judged(table: PulseTable, models: Sequence[str], seed: int = 0) -> Judged:
+def judged(table: PulseTable, models: Sequence[str], seed: int = 0) -> Evaluation:
     """Each model learns from four fifths of the hits and predicts the rest. Raises `LookupError` for an unknown one."""
     entries = {name: entry_of(name) for name in models}
     split = split_of(table, SPLIT, seed)
@@ -30,14 +30,14 @@ def judged(table: PulseTable, models: Sequence[str], seed: int = 0) -> Judged:
     predictions = {}
     with one_thread():  # as `pyroshock train` does: more get into each other's way, and change the last bits
         shared = any(entry.shares_time for entry in entries.values())
-        making = Making(tuned_time=_time_settings(training, seed) if shared else None)
+        making = BuildOptions(tuned_time=_time_settings(training, seed) if shared else None)
         for name, entry in entries.items():
             begun = time.perf_counter()
             model = entry.make(making).fit(training, np.random.default_rng(seed))
             predictions[name] = model.predict(held_out.inputs)
             logging.getLogger(__name__).info("%s trained in %.1f s", name, time.perf_counter() - begun)
     errors = {name: pulse_errors(held_out, prediction) for name, prediction in predictions.items()}
-    return Judged(held_out, errors, predictions, dict.fromkeys(predictions, 0))
+    return Evaluation(held_out, errors, predictions, dict.fromkeys(predictions, 0))
 
 
 def _time_settings(training: PulseTable, seed: int) -> dict[str, object] | None:

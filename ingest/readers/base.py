@@ -73,7 +73,7 @@ class OpenRecording(ABC):
 
     def names(self, name: str) -> bool:
         """Whether the file has something of this name, but for repeated blanks, be it readable or not."""
-        return any(blanks_once(channel.name) == blanks_once(name) for channel in self.channels)
+        return any(collapse_blanks(channel.name) == collapse_blanks(name) for channel in self.channels)
 
     def close(self) -> None:  # noqa: B027 - a recording read at once has nothing to release
         """Release the file. The default holds nothing."""
@@ -86,7 +86,7 @@ class OpenRecording(ABC):
         for channel in self.channels:
             if channel.name == name:
                 return channel
-        alike = [channel for channel in self.channels if blanks_once(channel.name) == blanks_once(name)]
+        alike = [channel for channel in self.channels if collapse_blanks(channel.name) == collapse_blanks(name)]
         if len(alike) == 1:
             return alike[0]
         if alike:
@@ -115,7 +115,7 @@ class Reader(ABC):
         """Open `path`; `RecordingError` when it is not a whole file of this format, or contradicts `options`."""
 
 
-def blanks_once(name: str) -> str:
+def collapse_blanks(name: str) -> str:
     """A name with one blank for every run of blanks: instruments print `Force  1`, people write `Force 1`."""
     return " ".join(name.split())
 

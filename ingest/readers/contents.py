@@ -79,7 +79,7 @@ class Contents:
     header: dict[str, Any] = field(default_factory=dict)
 
 
-def held(name: str, values: NDArray[Any], **details: Any) -> Array:
+def in_memory(name: str, values: NDArray[Any], **details: Any) -> Array:
     """An array that is in memory already."""
 
     def take(start: int, stop: int) -> NDArray[Any]:
@@ -88,7 +88,7 @@ def held(name: str, values: NDArray[Any], **details: Any) -> Array:
     return Array(name, values.shape, values.dtype, take, **details)
 
 
-def loaded_once(load: Callable[[], NDArray[Any]]) -> Callable[[int, int], NDArray[Any]]:
+def lazy_array(load: Callable[[], NDArray[Any]]) -> Callable[[int, int], NDArray[Any]]:
     """`take` of an array that its format can only read whole: read at the first call, kept until the file closes."""
     whole = cache(load)
 
@@ -133,12 +133,12 @@ def name_and_unit(label: str) -> tuple[str, str | None]:
     return (match.group(1), match.group(3).strip()) if is_unit(match.group(3)) else (label.strip(), None)
 
 
-def plain(value: Any) -> Any:
+def to_python(value: Any) -> Any:
     """A header value as JSON holds it."""
     if isinstance(value, bytes):
         return value.decode("utf-8", "replace")
     if isinstance(value, np.ndarray):
-        return plain(value.reshape(-1)[0]) if value.size == 1 else [plain(v) for v in value.reshape(-1)[:64]]
+        return to_python(value.reshape(-1)[0]) if value.size == 1 else [to_python(v) for v in value.reshape(-1)[:64]]
     if isinstance(value, np.longdouble):
         return float(value)  # its `item` is no Python float
     if isinstance(value, np.generic) and value.dtype.kind in "biuf":
@@ -169,7 +169,7 @@ class BoundedFile(io.BufferedReader):
 
 
 @contextmanager
-def guarded(path: Path) -> Iterator[None]:
+def translate_errors(path: Path) -> Iterator[None]:
     """Turn whatever goes wrong inside into a `RecordingError` that names `path`; warnings count as errors.
 
     Seen on damaged files: OSError, EOFError, ValueError, TypeError, KeyError, IndexError, AttributeError,

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .base import ReadingOptions, RecordingError, rate_from_step
-from .contents import RATE_NAMES, RATE_UNITS, TIME_UNITS, Contents, held, name_and_unit
+from .contents import RATE_NAMES, RATE_UNITS, TIME_UNITS, Contents, in_memory, name_and_unit
 from .recording import ArrayReader
 from .text import BLANKS, Layout, read_text, sniff, split
 
@@ -117,7 +117,7 @@ def table_contents(path: Path, text: str, layout: Layout) -> Contents:
     """The named columns of a text, whose last line has an end, and what stands above them. Raises `RecordingError`."""
     table = _table(path, text, layout)
     columns = zip(layout.names, layout.units, strict=True)
-    arrays = [held(name, table[i].to_numpy(), unit=unit) for i, (name, unit) in enumerate(columns) if name]
+    arrays = [in_memory(name, table[i].to_numpy(), unit=unit) for i, (name, unit) in enumerate(columns) if name]
     return Contents(arrays, _stated_rate(path, layout), dict(layout.statements))
 
 

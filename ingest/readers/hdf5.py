@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .base import ReadingOptions, RecordingError
-from .contents import RATE_NAMES, Array, Contents, held, limited, plain, seconds_for
+from .contents import RATE_NAMES, Array, Contents, in_memory, limited, seconds_for, to_python
 from .recording import ArrayReader
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def _array(path: Path, dataset: h5py.Dataset) -> Array:
     if dataset.is_virtual or dataset.external:
         raise RecordingError(f"{path.name}: {name!r} keeps its samples in another file; expected them in this one")
     if dataset.shape is None or "MATLAB_empty" in dataset.attrs:
-        return held(name, np.empty(0), group=group)
+        return in_memory(name, np.empty(0), group=group)
     _refuse_other_size(path, dataset, name)
     own = _attributes(dataset)
     rate = next((own[key] for key in own if key.lower() in RATE_NAMES), None)
@@ -108,7 +108,7 @@ def _rate_above(dataset: h5py.Dataset) -> Any:
     while True:
         for key in group.attrs:
             if key.lower() in RATE_NAMES:
-                return plain(group.attrs[key])
+                return to_python(group.attrs[key])
         if group.name == "/" or any(key.lower() in RATE_NAMES for key in group):
             return None
         group = group.parent
@@ -117,8 +117,10 @@ def _rate_above(dataset: h5py.Dataset) -> Any:
 def _attributes(item: Any) -> dict[str, Any]:
     import h5py
 
-    values = {plain(key): item.attrs[key] for key in item.attrs}  # a name that is no UTF-8 comes as bytes
-    return {key: plain(value) for key, value in values.items() if not isinstance(value, h5py.Empty | h5py.Reference)}
+    values = {to_python(key): item.attrs[key] for key in item.attrs}  # a name that is no UTF-8 comes as bytes
+    return {
+        key: to_python(value) for key, value in values.items() if not isinstance(value, h5py.Empty | h5py.Reference)
+    }
 
 
 def _text(dataset: h5py.Dataset) -> str | None:
@@ -130,4 +132,4 @@ def _text(dataset: h5py.Dataset) -> str | None:
         return "".join(chr(code) for code in np.asarray(dataset[()]).reshape(-1)) if short else None
     if h5py.check_string_dtype(dataset.dtype) is None or dataset.shape is None or dataset.size != 1:
         return None
-    return str(plain(np.asarray(dataset[()]).reshape(-1)[0]))
+    return str(to_python(np.asarray(dataset[()]).reshape(-1)[0]))

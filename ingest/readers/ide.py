@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .base import MAX_EXPANSION, ReadingOptions, RecordingError, rate_from_times
 from .clock import time_gaps
-from .contents import Array, BoundedFile, Contents, loaded_once, one_line
+from .contents import Array, BoundedFile, Contents, lazy_array, one_line
 from .recording import ArrayReader
 
 _EBML = b"\x1a\x45\xdf\xa3"
@@ -107,7 +107,7 @@ def _array(path: Path, part: Any) -> Array | None:
         part.displayName,
         (samples,),
         np.dtype(np.float64),
-        loaded_once(partial(_values, path, events)),
+        lazy_array(partial(_values, path, events)),
         group=str(part.parent.id),
         unit=part.units[1] or None,
         rate_hz=rate,

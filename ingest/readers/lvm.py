@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .base import ReadingOptions, RecordingError, rate_from_step, rate_from_times
-from .contents import Array, Contents, held, one_line
+from .contents import Array, Contents, in_memory, one_line
 from .csv import table_contents
 from .recording import ArrayReader
 from .text import read_text, sniff
@@ -81,7 +81,7 @@ def _arrays(path: Path, parsed: dict[Any, Any], text: str) -> list[Array]:
     rates = [_rate_and_start(path, segment, i, numbers[: lengths[i], 0] if first else None) for i in range(count)]
     units = [*segment.get("Y_Unit_Label", []), *[""] * count]
     return [
-        held(names[i], np.ascontiguousarray(columns[i]), unit=units[i], rate_hz=rates[i][0], start_s=rates[i][1])
+        in_memory(names[i], np.ascontiguousarray(columns[i]), unit=units[i], rate_hz=rates[i][0], start_s=rates[i][1])
         for i in range(count)
     ]
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .base import ReadingOptions
-from .contents import Array, Contents, loaded_once
+from .contents import Array, Contents, lazy_array
 from .hdf5 import hdf5_contents
 from .mat5 import refuse_damaged, struct_arrays
 from .recording import ArrayReader
@@ -54,7 +54,7 @@ def _mat5_contents(path: Path, complex_names: set[str]) -> Contents:
     header = {name: " ".join(_load(path, name).reshape(-1)) for name in texts}
     kinds = {name: "complex" if name in complex_names else _DTYPES.get(kind, "O") for name, _, kind in declared}
     arrays = [
-        Array(name, shape, np.dtype(kinds[name]), loaded_once(partial(_load, path, name)))
+        Array(name, shape, np.dtype(kinds[name]), lazy_array(partial(_load, path, name)))
         for name, shape, _ in declared
         if name not in texts
     ]

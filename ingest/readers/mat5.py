@@ -22,7 +22,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from .base import RecordingError, refuse_bomb
-from .contents import Array, held
+from .contents import Array, in_memory
 
 _HEADER_BYTES = 128
 MATRIX, COMPRESSED = 14, 15
@@ -221,7 +221,7 @@ def _structure(path: Path, body: bytes, order: str, group: str, depth: int) -> t
 
 def _field(path: Path, field: bytes, order: str, group: str, label: str, depth: int) -> list[Array]:
     if not field:
-        return [held(label, np.empty(0), group=group)]
+        return [in_memory(label, np.empty(0), group=group)]
     flags, shape, _, position = _head(path, field, order)
     kind = flags & 0xFF
     if kind == _STRUCT_CLASS:
@@ -229,10 +229,10 @@ def _field(path: Path, field: bytes, order: str, group: str, label: str, depth: 
     if kind == _CHAR_CLASS:
         return []
     if kind not in _CLASSES or flags & (_COMPLEX | _LOGICAL):
-        return [held(label, np.empty(0, dtype=complex if flags & _COMPLEX else object), group=group)]
+        return [in_memory(label, np.empty(0, dtype=complex if flags & _COMPLEX else object), group=group)]
     stored, content, _ = _part(path, field, position, order)
     dtype = np.dtype(f"{order}{_TYPES.get(stored, 'V0')}")
     if dtype.itemsize == 0 or len(content) != math.prod(shape) * dtype.itemsize:
         raise _damaged(path)
     values: Any = np.frombuffer(content, dtype).astype(_CLASSES[kind])
-    return [held(label, values.reshape(shape, order="F"), group=group)]
+    return [in_memory(label, values.reshape(shape, order="F"), group=group)]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .base import ReadingOptions, RecordingError, refuse_bomb
-from .contents import Array, Contents, held, loaded_once, plain
+from .contents import Array, Contents, in_memory, lazy_array, to_python
 from .recording import ArrayReader
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class NpzReader(ArrayReader):
         archive = open_files.enter_context(ZipFile(path))
         members = [m for m in archive.infolist() if m.filename.endswith(".npy")]
         arrays = [_array(path, archive, member) for member in members]
-        texts = {a.name: plain(a.take(0, a.samples)) for a in arrays if _is_text(a)}
+        texts = {a.name: to_python(a.take(0, a.samples)) for a in arrays if _is_text(a)}
         return Contents([a for a in arrays if a.name not in texts], header=texts)
 
 
@@ -42,14 +42,14 @@ def _array(path: Path, archive: ZipFile, member: ZipInfo) -> Array:
     shape, dtype, header_bytes = _declared(archive, member)
     samples = math.prod(shape)
     if dtype.hasobject:
-        return held(name, np.empty(0, dtype=object))
+        return in_memory(name, np.empty(0, dtype=object))
     refuse_bomb(path, name, samples, dtype.itemsize)
     if member.file_size != header_bytes + samples * dtype.itemsize:
         raise RecordingError(
             f"{path.name}: {name!r} holds {member.file_size - header_bytes} bytes; "
             f"shape {shape} of {dtype} needs {samples * dtype.itemsize}"
         )
-    return Array(name, shape, dtype, loaded_once(partial(_load, archive, member)))
+    return Array(name, shape, dtype, lazy_array(partial(_load, archive, member)))
 
 
 def _declared(archive: ZipFile, member: ZipInfo) -> tuple[tuple[int, ...], np.dtype[Any], int]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .base import ReadingOptions, RecordingError, refuse_bomb
-from .contents import RATE_NAMES, Array, Contents, name_and_unit, plain
+from .contents import RATE_NAMES, Array, Contents, name_and_unit, to_python
 from .recording import ArrayReader
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ class ParquetReader(ArrayReader):
         import pyarrow.parquet as pq
 
         file = open_files.enter_context(pq.ParquetFile(path, page_checksum_verification=True))
-        stated = {plain(k): plain(v) for k, v in (file.schema_arrow.metadata or {}).items()}
+        stated = {to_python(k): to_python(v) for k, v in (file.schema_arrow.metadata or {}).items()}
         rate = next((stated.pop(key) for key in list(stated) if key.lower() in RATE_NAMES), None)
         header = {k: v for k, v in stated.items() if k not in ("pandas", "ARROW:schema")}
         fields = [f for f in file.schema_arrow if not f.name.startswith("__index_level_")]
@@ -38,7 +38,7 @@ class ParquetReader(ArrayReader):
 
 def _array(path: Path, file: pq.ParquetFile, field: pa.Field) -> Array:
     name, unit = name_and_unit(field.name)
-    details = {plain(k): plain(v) for k, v in (field.metadata or {}).items()}
+    details = {to_python(k): to_python(v) for k, v in (field.metadata or {}).items()}
     dtype, rows = _dtype(field.type), file.metadata.num_rows
     refuse_bomb(path, name, rows, max(dtype.itemsize, 1))
     bounds = np.cumsum([0, *(file.metadata.row_group(i).num_rows for i in range(file.num_row_groups))])

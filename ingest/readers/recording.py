@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from .base import AS_IN_FILE, ChannelInfo, OpenRecording, Reader, ReadingOptions, RecordingError, refuse_bomb
 from .clock import Clock, clock_above, clocks_of, positive_rate, refuse_other_rate
-from .contents import Array, Contents, guarded, name_and_unit, plain, refuse_nothing
+from .contents import Array, Contents, name_and_unit, refuse_nothing, to_python, translate_errors
 
 #: A matrix with more channels than this is no recording of a bench.
 MAX_COLUMNS = 1024
@@ -157,7 +157,7 @@ class ArraysRecording(OpenRecording):
         channel = self.info(name)
         first, last, _ = slice(start, stop).indices(channel.samples)
         wanted = max(0, last - first)
-        with guarded(self._path):
+        with translate_errors(self._path):
             samples = self._arrays[channel.name].take(first, first + wanted)
             if samples.shape != (wanted,):
                 raise RecordingError(
@@ -182,7 +182,7 @@ class ArrayReader(Reader):
 
     def open(self, path: Path, options: ReadingOptions = AS_IN_FILE) -> OpenRecording:
         path = Path(path)
-        with guarded(path), ExitStack() as open_files:
+        with translate_errors(path), ExitStack() as open_files:
             refuse_nothing(path)
             contents = self.contents(path, open_files, options)
             contents = replace(contents, arrays=with_columns(path, contents.arrays, options.columns))
@@ -252,7 +252,7 @@ def _info(name: str, array: Array, clock: Clock, header: dict[str, Any]) -> Chan
 def _header(contents: Contents) -> dict[str, Any]:
     """The file's own statements and its scalars."""
     scalars = [a for a in contents.arrays if a.samples == 1 and not a.is_rate and a.dtype.kind in "iuf"]
-    return {**contents.header, **{a.name: plain(a.take(0, 1)) for a in scalars}}
+    return {**contents.header, **{a.name: to_python(a.take(0, 1)) for a in scalars}}
 
 
 def _nothing_found(refused: dict[str, str]) -> str:

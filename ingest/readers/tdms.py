@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .base import ReadingOptions, RecordingError, rate_from_step
-from .contents import RATE_NAMES, Array, BoundedFile, Contents, one_line, plain
+from .contents import RATE_NAMES, Array, BoundedFile, Contents, one_line, to_python
 from .recording import ArrayReader
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ class TdmsReader(ArrayReader):
             for part in (file, *file.groups(), *(channel for _, channel in channels)):
                 _refuse_many_scales(path, part.properties)
             arrays = [_array(path, channel, props) for (_, channel), props in zip(channels, above, strict=True)]
-        return Contents(arrays, header={key: plain(value) for key, value in file.properties.items()})
+        return Contents(arrays, header={key: to_python(value) for key, value in file.properties.items()})
 
 
 def refuse_unfinished(path: Path) -> None:
@@ -108,7 +108,7 @@ def _array(path: Path, channel: TdmsChannel, above: dict[str, Any]) -> Array:
         unit=properties.get("unit_string"),
         rate_hz=_rate(path, {**above, **properties}),
         start_s=float(properties.get("wf_start_offset", 0.0)),
-        header={key: plain(value) for key, value in properties.items()},
+        header={key: to_python(value) for key, value in properties.items()},
     )
 
 

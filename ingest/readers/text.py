@@ -10,7 +10,7 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from .base import AS_IN_FILE, ReadingOptions, RecordingError, blanks_once
+from .base import AS_IN_FILE, ReadingOptions, RecordingError, collapse_blanks
 from .contents import is_clock_name, is_unit, name_and_unit
 
 #: One or more blanks or tabs.
@@ -182,8 +182,8 @@ def _names_and_units(titles: list[list[str]]) -> tuple[list[str], list[str | Non
 
 def _heads_columns(names: list[str], given: tuple[str, ...]) -> bool:
     """Whether a line is a heading and no free text of as many words: it names a time, or one of the `given` columns."""
-    labels = {blanks_once(name_and_unit(label)[0]) for label in given}
-    return any(name and (blanks_once(name) in labels or is_clock_name(name)) for name in names)
+    labels = {collapse_blanks(name_and_unit(label)[0]) for label in given}
+    return any(name and (collapse_blanks(name) in labels or is_clock_name(name)) for name in names)
 
 
 def _given_names(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .base import ReadingOptions, RecordingError, rate_from_step, rate_from_times, refuse_bomb
-from .contents import Array, Contents, loaded_once
+from .contents import Array, Contents, lazy_array
 from .recording import ArrayReader
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def _array(path: Path, file: pyuff.UFF, number: int, name: str, head: dict[str, 
         name,
         (samples,),
         dtype,
-        loaded_once(values),
+        lazy_array(values),
         unit={"NONE": None}.get(label := head.get("ordinate_axis_units_lab", ""), label),
         rate_hz=rate,
         start_s=start,

@@ -55,7 +55,7 @@ def _digest(row: Any) -> str:
     return hashlib.sha256(repr(tuple(row)[1:]).encode()).hexdigest()[:32]
 
 
-def give_back(session: Session, part: Part, written_by: int) -> dict[str, int]:
+def restore_references(session: Session, part: Part, written_by: int) -> dict[str, int]:
     """Give frozen datasets the pulses of the part that a deletion took from them, where all of their content agrees.
 
     How many came back, by the dataset's name; `written_by` is the key of who writes.
@@ -98,7 +98,7 @@ def _given_back(
     return {**entry, "returned": min(int(entry["pulses"]), int(entry.get("returned", 0)) + len(lost))}
 
 
-def note_whole(session: Session, content_hash: str) -> None:
+def mark_restored(session: Session, content_hash: str) -> None:
     """Tombstones say that the dataset of this content has all of its pulses again."""
     for stone in session.scalars(select(Tombstone)):
         entries = stone.stood_on["datasets"]
@@ -109,7 +109,7 @@ def note_whole(session: Session, content_hash: str) -> None:
             stone.stood_on = {**stone.stood_on, "datasets": whole}
 
 
-def open_stones(session: Session, campaign: str, path: str | None = None) -> Sequence[Tombstone]:
+def open_tombstones(session: Session, campaign: str, path: str | None = None) -> Sequence[Tombstone]:
     """Tombstones of recordings of a campaign that are neither stored again nor replaced, the oldest first."""
     query = select(Tombstone).where(
         Tombstone.kind == RECORDING,
@@ -125,14 +125,14 @@ def open_stones(session: Session, campaign: str, path: str | None = None) -> Seq
 def settle(session: Session, part: Part, sha256: str, written_by: int) -> dict[str, int]:
     """Say on the open tombstones of a recording that its file, or another in its place, is stored now.
 
-    Gives datasets their pulses back as `give_back`, and returns what it does.
+    Gives datasets their pulses back as `restore_references`, and returns what it does.
     """
-    for stone in open_stones(session, part.campaign, part.recording):
+    for stone in open_tombstones(session, part.campaign, part.recording):
         if stone.file_sha256 in (None, sha256):
             stone.restored_at = datetime.now(UTC)
         else:
             stone.replaced_by = sha256
-    return give_back(session, part, written_by)
+    return restore_references(session, part, written_by)
 
 
 def settle_imported(session: Session, written_by: int) -> list[str]:

@@ -40,7 +40,7 @@ from ..tables import metadata
 _LARGEST = 2**31 - 1
 
 
-def refuse_unholdable(connection: Connection, table: Table, engine: str) -> None:
+def check_engine_limits(connection: Connection, table: Table, engine: str) -> None:
     """Raise `StoreError` where a row of `table` holds what `engine` ("sqlite", "postgresql") cannot."""
     if connection.dialect.name == engine:
         return
@@ -75,7 +75,7 @@ _CACHE_KIB = 65_536
 
 
 @contextmanager
-def becoming_store(engine: Engine) -> Iterator[Connection]:
+def initialise_store(engine: Engine) -> Iterator[Connection]:
     """A connection to a store without any row, which is there once the block ends well.
 
     A kill leaves an empty database, or an empty file with a journal that the next look at it takes back. Raises
@@ -173,7 +173,7 @@ def copy_store(source: Store, target: Engine, progress: Progress | None = None) 
     The source is read in one state; the target is a store once all of it is there, read back and found equal. Raises
     `StoreError` otherwise, and leaves the target empty.
     """
-    with source.reading() as session, becoming_store(target) as copy:
+    with source.reading() as session, initialise_store(target) as copy:
         origin = session.connection()
         tables = metadata.sorted_tables
         counts = {table.name: _count(origin, table) for table in tables}
@@ -193,6 +193,6 @@ def _count(connection: Connection, table: Table) -> int:
 
 def _refuse(source: Store, origin: Connection, table: Table, engine: str) -> None:
     try:
-        refuse_unholdable(origin, table, engine)
+        check_engine_limits(origin, table, engine)
     except StoreError as error:
         raise StoreError(f"{describe(source.engine)}: {error}") from error

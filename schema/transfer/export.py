@@ -38,7 +38,7 @@ from ..removal.removing import content_hash
 from ..rows import Progress, ProgressBar, TableDigest, Values, iter_batches, load
 from ..session import Store
 from ..tables import metadata
-from .copying import becoming_store, verify
+from .copying import initialise_store, verify
 from .merge_rules import WRITERS, members
 
 
@@ -54,7 +54,7 @@ def export_campaign(store: Store, campaign: str, out: Path, progress: Progress |
     partial.unlink(missing_ok=True)
     engine = make_engine(address_of(partial))
     try:
-        with store.reading() as session, becoming_store(engine) as copy:
+        with store.reading() as session, initialise_store(engine) as copy:
             key = get_campaign_id(session, campaign)
             origin = session.connection()
             _refuse_damaged(origin, campaign, key)

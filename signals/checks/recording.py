@@ -28,14 +28,14 @@ QUIET_SHARE = 0.1
 OF_QUIET_AXES = ("no-shock", "pre-trigger-noise", "rest-level", "zero-shift")
 
 
-def judge_together(channels: Sequence[Channel], findings: Iterable[Finding]) -> list[Finding]:
+def check_recording_channels(channels: Sequence[Channel], findings: Iterable[Finding]) -> list[Finding]:
     """`findings` of all `channels`, each event once, those of a quiet cross-axis as notes."""
-    kept = told_once(list(findings))
+    kept = merge_findings(list(findings))
     louder = {channel.name: _louder(channel, channels) for channel in channels if channel.quantity == "acceleration"}
     return [_softened(finding, louder.get(finding.channel)) for finding in kept]
 
 
-def told_once(findings: Sequence[Finding]) -> list[Finding]:
+def merge_findings(findings: Sequence[Finding]) -> list[Finding]:
     """Without those that tell again what another finding of the channel told, at least as gravely. A channel that never
     moves has one."""
     dead = {f.channel for f in findings if f.check == "dropouts" and f.evidence.get("kind") == "dead"}

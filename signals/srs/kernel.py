@@ -33,7 +33,7 @@ from numba.extending import models, overload, register_model
 from ...array_types import Floats
 from .coefficients import Steps
 from .threads import checked_threads
-from .threads import spread as spread_over_threads
+from .threads import over_threads as spread_over_threads
 
 #: Two registers of AVX-512, four of AVX2: while a step in one waits for the step before, the others compute.
 WIDTH = 16
@@ -41,17 +41,17 @@ WIDTH = 16
 _VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 
 
-class Lanes(types.Type):
+class SimdVector(types.Type):
     """The type of `WIDTH` doubles in compiled code; it has no value outside of it."""
 
     def __init__(self) -> None:
         super().__init__(name=f"Lanes({WIDTH})")
 
 
-LANES = Lanes()
+LANES = SimdVector()
 
 
-@register_model(Lanes)
+@register_model(SimdVector)
 class _Model(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Any) -> None:
         super().__init__(manager, kind, _VECTOR)  # type: ignore[no-untyped-call]

@@ -30,7 +30,7 @@ def checked_threads(threads: int | None) -> int:
     return processors() if threads is None else threads
 
 
-def spread(run: Callable[[int, int], None], tasks: int, threads: int) -> None:
+def over_threads(run: Callable[[int, int], None], tasks: int, threads: int) -> None:
     """`run(start, stop)` for parts of the tasks that make up all of them."""
     if threads == 1 or tasks == 1:
         return run(0, tasks)

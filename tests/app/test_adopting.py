@@ -15,7 +15,7 @@ from pyroshock.app.diagnose import diagnosing
 from pyroshock.app.tune import session as tuning_session
 from pyroshock.app.twins import adopted_effects, learning
 from pyroshock.app.twins import building as twins
-from pyroshock.app.twins.adopted_effects import acts_at, adopt, adopted_for, fitted, taken_up
+from pyroshock.app.twins.adopted_effects import acts_at, adopt, adopted_for, effects_in_use, fitted
 from pyroshock.app.twins.building import TwinRequest
 from pyroshock.diagnosis.verdict import Verdict
 from pyroshock.schema.session import Store
@@ -60,7 +60,7 @@ def store(lab: str) -> Iterator[Store]:
 
 def used(store: Store, campaign: str) -> list[str]:
     with store.reading() as session:
-        return [each.id for each in taken_up(session, campaign)[0]]
+        return [each.id for each in effects_in_use(session, campaign)[0]]
 
 
 def test_campaigns_of_the_same_gun_use_it(store: Store) -> None:
@@ -98,7 +98,7 @@ def test_two_that_act_together_are_adopted_together(store: Store) -> None:
 def test_effect_by_hand_goes_before_the_adopted_one(store: Store) -> None:
     adopt(store, of_gun("spring", VALVE), VALVE.id)
     with store.reading() as session:
-        assert taken_up(session, "spring", (VALVE,)) == ((), ())
+        assert effects_in_use(session, "spring", (VALVE,)) == ((), ())
 
 
 def test_numbers_come_back_as_they_were(store: Store) -> None:
@@ -234,7 +234,7 @@ def test_adopted_effect_changes_what_is_predicted(lab: str, monkeypatch: pytest.
 
     nominal, _ = velocity()
     found = of_gun("spring", VALVE)
-    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: found)
+    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: found)
     told = pyroshock("diagnose", "spring", "--db", lab, "--adopt", VALVE.id)
     assert told.exit_code == 0 and "adopted as version 1: diagnosis of spring: gun.valve_flow" in told.stderr
     adopted, notes = velocity()
@@ -259,7 +259,7 @@ def test_bench_of_a_file_is_another_one(lab: str, tmp_path: Path) -> None:
 
 
 def test_unknown_effect_is_one_line(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: of_gun("spring", VALVE))
+    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: of_gun("spring", VALVE))
     result = pyroshock("diagnose", "spring", "--db", lab, "--adopt", "gun.magic")
     assert result.exit_code == 2
     assert "has no fit of 'gun.magic'" in result.stderr.strip().splitlines()[-1]
@@ -327,6 +327,6 @@ def test_tune_leaves_it_out_where_asked(lab: str, monkeypatch: pytest.MonkeyPatc
 
 
 def test_effect_that_is_not_first_is_told(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: of_gun("spring", VALVE))
+    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: of_gun("spring", VALVE))
     result = pyroshock("diagnose", "spring", "--db", lab, "--adopt", VALVE.id)
     assert "gun.valve_flow is not what the diagnosis says first: contact.layer_compliance" in result.stderr

@@ -33,7 +33,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[DiagnosisRequest]:
         found.append(asked)
         return verdicts.verdict(campaign=Path(asked.target).name)
 
-    monkeypatch.setattr(diagnosing, "diagnosed", made_up)
+    monkeypatch.setattr(diagnosing, "run_diagnosis", made_up)
     return found
 
 
@@ -88,7 +88,7 @@ def headings(told: str) -> list[str]:
 
 
 def test_effects_and_path_are_tables(monkeypatch: pytest.MonkeyPatch, lab: str) -> None:
-    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: verdicts.gun())
+    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: verdicts.gun())
     told = done("spring", "--db", lab).stdout
     assert [line.split("  ")[0] for line in headings(told)[:3]] == [
         "What to do next",
@@ -108,7 +108,7 @@ def test_effects_and_path_are_tables(monkeypatch: pytest.MonkeyPatch, lab: str) 
 
 
 def test_unknown_is_never_without_a_next_experiment(monkeypatch: pytest.MonkeyPatch, lab: str) -> None:
-    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: verdicts.unknown(next_runs=()))
+    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: verdicts.unknown(next_runs=()))
     told = done("spring", "--db", lab).stdout
     experiment = told.partition("\nThe next experiment\n")[2]
     assert experiment.startswith("  Fire three repetitions") and "needed" not in experiment
@@ -117,7 +117,7 @@ def test_unknown_is_never_without_a_next_experiment(monkeypatch: pytest.MonkeyPa
 
 def test_restriction_is_said_first(monkeypatch: pytest.MonkeyPatch, lab: str) -> None:
     sentence = "The diagnosis considers only gun.valve_flow (--with), and no other effect."
-    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: verdicts.gun(assumptions=(sentence,)))
+    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: verdicts.gun(assumptions=(sentence,)))
     assert done("spring", "--db", lab).stdout.startswith(f"spring: {sentence} The model error is 42 times")
 
 
@@ -216,14 +216,14 @@ def test_effect_that_cannot_be_considered_is_one_line_and_stores_nothing(
 
 def test_not_finite_numbers_are_null(monkeypatch: pytest.MonkeyPatch, lab: str) -> None:
     gap = replace(verdicts.verdict().gap, noise_floor=float("nan"))
-    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: verdicts.verdict(gap=gap))
+    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: verdicts.verdict(gap=gap))
     assert json.loads(done("spring", "--db", lab, "--json").stdout)["gap"]["noise_floor"] is None
 
 
 @pytest.mark.parametrize("answer", ["none", "unknown"])
 def test_every_answer_is_a_finished_diagnosis(monkeypatch: pytest.MonkeyPatch, lab: str, answer: str) -> None:
     found = replace(verdicts.verdict(), causes=(Cause((answer,), 1.0),))
-    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: found)
+    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: found)
     assert pyroshock("diagnose", "spring", "--db", lab).exit_code == 0
 
 

@@ -122,7 +122,7 @@ def test_nothing_to_tell_apart_is_a_negative_answer(lab: str) -> None:
 
 
 def test_campaign_that_nobody_diagnosed_is(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: verdicts.verdict(next_runs=(NEXT,)))
+    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: verdicts.verdict(next_runs=(NEXT,)))
     assert plan("discriminate", "spring", "--db", lab).exit_code == 0
     assert len(json.loads(pyroshock("diagnose", "spring", "--list", "--db", lab, "--json").stdout)) == 1
 

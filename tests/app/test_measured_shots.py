@@ -15,7 +15,7 @@ from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.benches import PlateDrawing, bench_of_campaign
 from pyroshock.app.twins.building import TwinRequest, twin_of
 from pyroshock.app.twins.measured_shots import CampaignPlate, read_measured_shots, struck_plate
-from pyroshock.app.twins.twin_cache import StampReader
+from pyroshock.app.twins.twin_cache import CacheKeyReader
 from pyroshock.dataset.rows import stored_materials
 from pyroshock.ingest.stored import list_channels, read_channel
 from pyroshock.schema.campaigns import Campaign
@@ -24,7 +24,7 @@ from pyroshock.schema.recordings import QualityFinding
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.contact.prior import PriorContact
 from pyroshock.twin.contact.stage import LawContact
-from pyroshock.twin.contact_interface import Strikes
+from pyroshock.twin.contact_interface import ImpactBatch
 from pyroshock.twin.setting import THESIS
 from pyroshock.virtualbench.campaigns import ringing
 from pyroshock.virtualbench.effects import Effects
@@ -154,7 +154,7 @@ def test_hits_without_mass_have_their_measured_force(session):
     assert pulses.peak_force_n == pytest.approx(shots.peak_force_n, rel=2e-3)
     assert pulses.impulse_n_s == pytest.approx(shots.impulse_n_s, rel=5e-3)
     velocities = np.array([setting.impact_velocity_m_s for setting in shots.settings])
-    law = LawContact("hertz").pulses(Strikes(shots.settings, velocities))
+    law = LawContact("hertz").pulses(ImpactBatch(shots.settings, velocities))
     assert law.contact_time_s == pytest.approx(shots.contact_time_s, rel=1e-3)
     assert law.impulse_n_s == pytest.approx(shots.impulse_n_s, rel=1e-3)
     assert PriorContact().updated(shots).shots == 0
@@ -294,7 +294,7 @@ def test_a_prediction_says_what_lies_beyond_the_shots(built):
 
 def test_stamps_change_with_pulses(campaigns, built):
     with opened(campaigns.url) as store:
-        stamps = StampReader(store, campaigns.url)
+        stamps = CacheKeyReader(store, campaigns.url)
         before = stamps.stamp(TwinRequest(contact="hertz"))
         with store.reading() as session:
             newest = session.scalars(select(Pulse).order_by(Pulse.id.desc())).first().id

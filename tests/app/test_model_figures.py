@@ -11,7 +11,7 @@ from pyroshock.app.train.tables import json_row
 from pyroshock.training.evaluation.metrics import METRICS
 from pyroshock.training.fitting.session import train
 from pyroshock.training.models.base import ContactPrediction
-from pyroshock.training.registry.evaluate import Judged
+from pyroshock.training.registry.evaluate import Evaluation
 from pyroshock.training.registry.listing import row_of
 from pyroshock.training.registry.promotion import promote
 from support.records.pulse_tables import held_out, pulse_table
@@ -136,8 +136,8 @@ def test_coverage_of_known_scatter_is_the_level(monkeypatch):
         np.full(pulses.force_n.shape, 10.0),
         np.full(n, 1e-5),
     )
-    judged = Judged(pulses, {}, {"law@1": prediction}, {})
-    monkeypatch.setattr("pyroshock.training.registry.evaluate.on_held_out", lambda *_: judged)
+    judged = Evaluation(pulses, {}, {"law@1": prediction}, {})
+    monkeypatch.setattr("pyroshock.training.registry.evaluate.evaluate_held_out", lambda *_: judged)
 
     class Law:
         label = "law@1"

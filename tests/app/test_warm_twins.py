@@ -19,7 +19,7 @@ from pyroshock.app.twins import twin_cache as twin_stamps
 from pyroshock.app.twins import twin_cache as warm_twins
 from pyroshock.app.twins.adopted_effects import adopt
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest, twin_of
-from pyroshock.app.twins.twin_cache import TwinShelf
+from pyroshock.app.twins.twin_cache import TwinCache
 from pyroshock.schema.benches import Material
 from pyroshock.training.registry.records import DatasetName
 from pyroshock.twin.effects import effect
@@ -62,12 +62,12 @@ class Counted:
 
 @pytest.fixture
 def counted(monkeypatch):
-    monkeypatch.setattr(warm_twins, "warmed", lambda _: None)
+    monkeypatch.setattr(warm_twins, "warm_up", lambda _: None)
     return Counted()
 
 
-def shelf_of(store, db, counted, **own) -> TwinShelf:
-    return TwinShelf(store, db, build=counted, **own)
+def shelf_of(store, db, counted, **own) -> TwinCache:
+    return TwinCache(store, db, build=counted, **own)
 
 
 def test_twin_is_built_once(store, quick, counted):
@@ -99,7 +99,7 @@ def test_last_few_are_kept(store, quick, counted):
 
 
 def test_failure_is_not_kept(store, quick, monkeypatch):
-    monkeypatch.setattr(warm_twins, "warmed", lambda _: None)
+    monkeypatch.setattr(warm_twins, "warm_up", lambda _: None)
     answers = [LookupError("no campaign 'winter'"), SimpleNamespace()]
 
     def build(*_):
@@ -108,7 +108,7 @@ def test_failure_is_not_kept(store, quick, monkeypatch):
             raise answer
         return answer
 
-    shelf = TwinShelf(store, quick, build=build)
+    shelf = TwinCache(store, quick, build=build)
     with pytest.raises(LookupError, match="winter"):
         shelf.get(TwinRequest(campaign="winter"))
     assert shelf.get(TwinRequest(campaign="winter")) is not None
@@ -209,7 +209,7 @@ def test_law_does_not_depend_on_the_registry(store, quick, counted, in_use):
 
 def test_warm_twin_answers_as_a_fresh_one(store, quick):
     request, shot = TwinRequest(frequency_hz=FEW), ShotRequest(tank_pressure_pa=3e5, impact_position="#2")
-    warm = TwinShelf(store, quick).get(request)
+    warm = TwinCache(store, quick).get(request)
     for _ in range(2):
         assert predicted_json(warm, shot, draws=8) == predicted_json(twin_of(store, quick, request), shot, draws=8)
 
@@ -218,7 +218,7 @@ def test_warm_twin_solves_no_plate_any_more(store, quick, monkeypatch):
     made = []
     of = PlateResponse.of
     monkeypatch.setattr(PlateResponse, "of", lambda *given: made.append(given) or of(*given))
-    twin = TwinShelf(store, quick).get(TwinRequest(frequency_hz=FEW))
+    twin = TwinCache(store, quick).get(TwinRequest(frequency_hz=FEW))
     assert made
     made.clear()
     for position in ("#1", "#2"):
@@ -227,7 +227,7 @@ def test_warm_twin_solves_no_plate_any_more(store, quick, monkeypatch):
 
 
 def test_threads_predict_the_same(store, quick):
-    twin = TwinShelf(store, quick).get(TwinRequest(frequency_hz=FEW))
+    twin = TwinCache(store, quick).get(TwinRequest(frequency_hz=FEW))
     shots = [ShotRequest(tank_pressure_pa=pressure) for pressure in np.linspace(1e5, 7e5, 6).tolist()]
     alone: list[dict[str, Any]] = [predicted_json(twin, shot) for shot in shots]
     together: list[dict[str, Any]] = [{}] * len(shots)
@@ -244,5 +244,5 @@ def test_threads_predict_the_same(store, quick):
 
 
 def test_shipped_bench_needs_no_store(quick):
-    found = predicted_json(TwinShelf(None, quick).get(TwinRequest(frequency_hz=FEW)), ShotRequest())
+    found = predicted_json(TwinCache(None, quick).get(TwinRequest(frequency_hz=FEW)), ShotRequest())
     assert "shipped" in found["models"]["gun"]

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.training.registry.model_storage import place_beside
+from pyroshock.training.registry.model_storage import storage_for
 from pyroshock.training.registry.registry import Registry
 from sqlalchemy import make_url
 from support.processes.crowd import COMMANDS, MODELS, Command, complaints, together
@@ -169,6 +169,6 @@ def _assert_nothing_lost(lab: Lab, work: list[list[Command]], folder: Path) -> N
     assert counts(lab.store)["twin_configurations"] == sum("--adopt" in command for command in words)
     assert counts(lab.store)["dataset_snapshots"] == 2
     asked = {(m, command[1]) for command in words if command[0] == "train" for m in str(command[3]).split(",")}
-    registered = Registry(place_beside(lab.store, lab.environment)).versions()
+    registered = Registry(storage_for(lab.store, lab.environment)).versions()
     assert Counter((v.name, v.dataset.name) for v in registered) == Counter(asked | {("reed", "spring")})
     assert [version.label for version in registered if version.champion_of] == ["reed@1"]

@@ -32,7 +32,7 @@ from pyroshock.examples.gallery.__main__ import main
 from pyroshock.examples.gallery.figures import FIGURES, Scene
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.training.evaluation.metrics import pulse_cost
-from pyroshock.training.registry.evaluate import Judged
+from pyroshock.training.registry.evaluate import Evaluation
 from pyroshock.twin.gun.nominal import trajectory
 from scipy.stats import spearmanr
 
@@ -74,7 +74,7 @@ def campaign(scene: Scene) -> virtual_campaign.HammerCampaign:
 
 
 @pytest.fixture(scope="module")
-def judged(scene: Scene) -> Judged:
+def judged(scene: Scene) -> Evaluation:
     return scene.judged
 
 
@@ -277,11 +277,11 @@ def test_truth_is_the_sealed_one(campaign: virtual_campaign.HammerCampaign) -> N
 # --- models ---------------------------------------------------------------------------------------------------------
 
 
-def test_one_hit_of_each_test_is_held_out(judged: Judged, campaign: virtual_campaign.HammerCampaign) -> None:
+def test_one_hit_of_each_test_is_held_out(judged: Evaluation, campaign: virtual_campaign.HammerCampaign) -> None:
     assert np.array_equal(np.unique(judged.pulses.run, return_counts=True)[1], np.ones(len(campaign.tests)))
 
 
-def test_pulse_takes_its_points_from_one_model_and_its_time_from_the_other(judged: Judged) -> None:
+def test_pulse_takes_its_points_from_one_model_and_its_time_from_the_other(judged: Evaluation) -> None:
     axes = pulse_from_models.draw(judged, "tree").axes
     row, prediction = pulse_from_models.median_pulse(judged, "tree"), judged.predictions["tree"]
     time_ms, force = np.asarray(axes[2].lines[1].get_data())
@@ -290,19 +290,19 @@ def test_pulse_takes_its_points_from_one_model_and_its_time_from_the_other(judge
     assert np.interp(at_points, time_ms, force) == pytest.approx(prediction.force_n[row], abs=1e-3 * force.max())
 
 
-def test_models_stand_in_the_order_of_their_errors(drawn: Drawn, judged: Judged) -> None:
+def test_models_stand_in_the_order_of_their_errors(drawn: Drawn, judged: Evaluation) -> None:
     names = [text.get_text() for text in drawn("force_models").axes[0].get_yticklabels()]
     assert names == sorted(CHEAP, key=lambda name: float(judged.errors[name].force_nrmse.mean()))
 
 
 @pytest.mark.parametrize(("name", "metric"), [("cost_by_test", "cost"), ("impulse_error_by_test", "impulse_error")])
-def test_points_are_means_over_a_tests_hits(drawn: Drawn, judged: Judged, name: str, metric: str) -> None:
+def test_points_are_means_over_a_tests_hits(drawn: Drawn, judged: Evaluation, name: str, metric: str) -> None:
     axes = next(axes for axes in drawn(name).axes if axes.get_title(loc="left").startswith("hunter"))
     points = sorted(float(y) for line in axes.lines if line.get_marker() == "o" for y in line.get_ydata())
     assert points == pytest.approx(sorted(getattr(judged.errors["hunter"], metric)))
 
 
-def test_five_models_are_compared(judged: Judged) -> None:
+def test_five_models_are_compared(judged: Evaluation) -> None:
     assert set(cost_by_test.five(judged)) == {"hann", "hunter", "reed"}
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pyroshock.doe.designs.augment import augment
 from pyroshock.doe.designs.factorial import factorial
-from pyroshock.doe.designs.lhs import balanced
+from pyroshock.doe.designs.lhs import balance_levels
 from pyroshock.doe.designs.space_filling import latin_hypercube
 from pyroshock.doe.factors import continuous_levels
 from pyroshock.doe.merit.quality import quality
@@ -94,7 +94,7 @@ def test_cell_names_a_value_of_the_range() -> None:
 
 
 def test_hypercube_has_a_pressure_in_each_part_of_the_range() -> None:
-    made = balanced(SPACE, 35, np.random.default_rng(1))
+    made = balance_levels(SPACE, 35, np.random.default_rng(1))
     judged = quality(SPACE, made.treatments)
     assert list(judged.level_counts["tank_pressure"].values()) == [7] * STRATA
     assert next(iter(judged.level_counts["tank_pressure"])) == "0.8 to 1.8"
@@ -108,7 +108,7 @@ def test_exchange_balances_better_than_hypercubes_that_are_rounded() -> None:
         judged = quality(SPACE, treatments)
         return judged.worst_pair, judged.rms_triple
 
-    ours = uneven(balanced(SPACE, 45, np.random.default_rng(1)).treatments)
+    ours = uneven(balance_levels(SPACE, 45, np.random.default_rng(1)).treatments)
     for criterion in ("maximin", "correlation", "centermaximin", "lhsmu"):
         peer = uneven(latin_hypercube(SPACE, 45, np.random.default_rng(1), criterion).treatments)
         assert ours[0] < peer[0]
@@ -116,8 +116,10 @@ def test_exchange_balances_better_than_hypercubes_that_are_rounded() -> None:
 
 
 def test_more_runs_take_other_values() -> None:
-    before = balanced(SPACE, 30, np.random.default_rng(1)).treatments
-    made = augment(SPACE, before, 15, lambda space, n, fixed: balanced(space, n, np.random.default_rng(2), fixed=fixed))
+    before = balance_levels(SPACE, 30, np.random.default_rng(1)).treatments
+    made = augment(
+        SPACE, before, 15, lambda space, n, fixed: balance_levels(space, n, np.random.default_rng(2), fixed=fixed)
+    )
     judged = quality(SPACE, np.vstack([before, made.treatments]))
     assert list(judged.level_counts["tank_pressure"].values()) == [9] * STRATA
     assert judged.distinct == 45
@@ -139,7 +141,7 @@ def test_linear_effect_of_a_range_has_the_efficiency_of_its_variance() -> None:
 
 
 def test_time_goes_with_parts_of_the_range_and_not_with_values() -> None:
-    rows = balanced(SPACE, 45, np.random.default_rng(1)).treatments
+    rows = balance_levels(SPACE, 45, np.random.default_rng(1)).treatments
     ordered = rows[order(SPACE, rows, np.random.default_rng(1))]
     assert time_confounding(SPACE, ordered)["tank_pressure"] < 0.35  # (5 - 1) / (45 - 1) on average
 

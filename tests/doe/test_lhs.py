@@ -13,8 +13,15 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from pyroshock.doe.designs.augment import augment
 from pyroshock.doe.designs.criterion import Kernel, Weights, least_squares
-from pyroshock.doe.designs.exchange import DirectSurface, Landscape, anneal, anneal_tabulated, strides_of, swaps_of
-from pyroshock.doe.designs.lhs import balanced, cut_hypercube, level_counts, repaired
+from pyroshock.doe.designs.exchange import (
+    DirectCriterion,
+    TabulatedCriterion,
+    anneal,
+    anneal_tabulated,
+    strides_of,
+    swaps_of,
+)
+from pyroshock.doe.designs.lhs import balance_levels, draw_hypercube, level_counts, repair_level_shares
 from pyroshock.doe.factors import DesignFactor, Requirement
 from pyroshock.doe.merit import quality
 from pyroshock.doe.merit.space_filling import axis_centres, cell_counts, worst_deviation
@@ -63,15 +70,15 @@ def _all_asked_for(treatments: Levels) -> None:
 @pytest.mark.bench
 def test_gun_plan_takes_ten_seconds() -> None:
     """Of processor time, on a core that nobody shares: a neighbour's tests slow it by a third."""
-    balanced(GUN, 1, _rng(0))  # imports
+    balance_levels(GUN, 1, _rng(0))  # imports
     begin = time.process_time()
-    balanced(GUN, 105, _rng(1))
+    balance_levels(GUN, 105, _rng(1))
     assert time.process_time() - begin < 10
 
 
 def test_gun_plan_is_all_that_was_asked_for() -> None:
     """By default. Eight times the steps leave 6 uneven triples too, rms 0.459."""
-    treatments = balanced(GUN, 105, _rng(1)).treatments
+    treatments = balance_levels(GUN, 105, _rng(1)).treatments
     _all_asked_for(treatments)
     found = quality(GUN, treatments)
     assert found.worst_triple < 2 and found.uneven_triples <= 15 and found.rms_triple < 0.49
@@ -79,26 +86,26 @@ def test_gun_plan_is_all_that_was_asked_for() -> None:
 
 @pytest.mark.parametrize("seed", [0, 3])
 def test_gun_plan_is_good_from_any_seed(seed: int) -> None:
-    _all_asked_for(balanced(GUN, 105, _rng(seed), steps=FEW).treatments)
+    _all_asked_for(balance_levels(GUN, 105, _rng(seed), steps=FEW).treatments)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(10))
 def test_gun_plan_is_good_from_ten_seeds(seed: int) -> None:
-    treatments = balanced(GUN, 105, _rng(seed)).treatments
+    treatments = balance_levels(GUN, 105, _rng(seed)).treatments
     _all_asked_for(treatments)
     assert quality(GUN, treatments).rms_triple < 0.49
 
 
 def test_same_seed_gives_the_same_plan() -> None:
-    first, again, other = (balanced(GUN, 40, _rng(seed), steps=500).treatments.tolist() for seed in (5, 5, 6))
+    first, again, other = (balance_levels(GUN, 40, _rng(seed), steps=500).treatments.tolist() for seed in (5, 5, 6))
     assert first == again != other
 
 
 @pytest.mark.parametrize("n", [1, 2, 50, 89, 90, 91, 104, 179, 180, 181, 361, 450])
 def test_any_number_of_hammer_runs_is_balanced(n: int) -> None:
     """But for a few like 5, where two 3-level and two 2-level factors leave no way to even out every pair."""
-    found = quality(HAMMER, balanced(HAMMER, n, _rng(n), steps=4000).treatments)
+    found = quality(HAMMER, balance_levels(HAMMER, n, _rng(n), steps=4000).treatments)
     assert (found.runs, found.distinct) == (n, min(n, 180))
     assert found.worst_level < 1
     assert found.worst_pair < 1
@@ -108,7 +115,7 @@ def test_any_number_of_hammer_runs_is_balanced(n: int) -> None:
 @settings(max_examples=40)
 def test_odd_spaces_are_taken_whole_before_anything_twice(n: int, seed: int) -> None:
     counts = np.zeros(ODD.size)
-    rows = balanced(ODD, n, _rng(seed), steps=300).treatments
+    rows = balance_levels(ODD, n, _rng(seed), steps=300).treatments
     np.add.at(counts, np.ravel_multi_index(tuple(rows.T), [axis.size for axis in ODD.axes]), 1)
     assert counts.max() - counts.min() <= 1
     assert worst_deviation(rows, [axis.size for axis in ODD.axes], 1) < 1
@@ -116,47 +123,47 @@ def test_odd_spaces_are_taken_whole_before_anything_twice(n: int, seed: int) -> 
 
 @pytest.mark.parametrize("n", [1, 4, 5, 11])
 def test_single_axis_is_shared_out(n: int) -> None:
-    rows = balanced(_space(5), n, _rng(0)).treatments
+    rows = balance_levels(_space(5), n, _rng(0)).treatments
     assert np.ptp(np.bincount(rows[:, 0], minlength=5)) <= 1
 
 
 def test_orthogonal_array_is_found() -> None:
     """L9 of four factors of three levels: every pair of levels once."""
     space = _space(3, 3, 3, 3)
-    assert quality(space, balanced(space, 9, _rng(0)).treatments).worst_pair == pytest.approx(0.0)
+    assert quality(space, balance_levels(space, 9, _rng(0)).treatments).worst_pair == pytest.approx(0.0)
 
 
 def test_half_a_factorial_has_even_triples() -> None:
     """The half fraction of 2^4, in which all triples stand once."""
     space = _space(2, 2, 2, 2)
-    assert quality(space, balanced(space, 8, _rng(1)).treatments).worst_triple == pytest.approx(0.0)
+    assert quality(space, balance_levels(space, 8, _rng(1)).treatments).worst_triple == pytest.approx(0.0)
 
 
 def test_lost_runs_are_made_good() -> None:
     """Fifteen runs of one plate are lost; what replaces them restores the whole."""
-    plan = balanced(GUN, 105, _rng(2), steps=FEW).treatments
+    plan = balance_levels(GUN, 105, _rng(2), steps=FEW).treatments
     recorded = plan[np.sort(np.argsort(plan[:, 0], kind="stable")[15:])]
     assert quality(GUN, recorded).worst_level >= 7
-    more = augment(GUN, recorded, 15, lambda space, n, fixed: balanced(space, n, _rng(3), fixed=fixed))
+    more = augment(GUN, recorded, 15, lambda space, n, fixed: balance_levels(space, n, _rng(3), fixed=fixed))
     _all_asked_for(np.vstack([recorded, more.treatments]))
 
 
 def test_fixed_runs_are_not_taken_again() -> None:
     fixed = HAMMER.all_treatments()[:150]
-    rows = balanced(HAMMER, 30, _rng(0), fixed=fixed).treatments
+    rows = balance_levels(HAMMER, 30, _rng(0), fixed=fixed).treatments
     assert len(np.unique(np.vstack([fixed, rows]), axis=0)) == 180
 
 
 def test_fixed_runs_that_repeat_are_no_obstacle() -> None:
     fixed = np.repeat(ODD.all_treatments()[:2], 3, axis=0)
-    rows = balanced(ODD, ODD.size - 1, _rng(0), fixed=fixed).treatments
+    rows = balance_levels(ODD, ODD.size - 1, _rng(0), fixed=fixed).treatments
     assert len(np.unique(np.vstack([fixed, rows]), axis=0)) == ODD.size
 
 
 def test_large_spaces_are_balanced_too() -> None:
     """3^9 treatments, too many for a table: level counts exact, pairs better than at random, nothing twice."""
     space = _space(*[3] * 9)
-    rows = balanced(space, 30, _rng(0), steps=150).treatments
+    rows = balance_levels(space, 30, _rng(0), steps=150).treatments
     random = _rng(1).permuted(np.repeat(np.arange(3), 10)[:, None].repeat(9, axis=1), axis=0)
     found, by_chance = quality(space, rows), quality(space, random)
     assert (found.distinct, found.worst_level) == (30, 0.0)
@@ -169,17 +176,17 @@ def test_large_spaces_are_balanced_too() -> None:
 )
 def test_nothing_to_do_is_refused(n: int, steps: int | None, message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
-        balanced(GUN, n, _rng(0), steps=steps)
+        balance_levels(GUN, n, _rng(0), steps=steps)
 
 
 def test_too_many_runs_of_a_large_space_are_refused() -> None:
     with pytest.raises(ValueError, match="2000 runs of 2187 treatments; expected half"):
-        balanced(_space(*[3] * 7), 2000, _rng(0))
+        balance_levels(_space(*[3] * 7), 2000, _rng(0))
 
 
 def test_fixed_rows_of_another_space_are_refused() -> None:
     with pytest.raises(ValueError, match="treatments are"):
-        balanced(GUN, 5, _rng(0), fixed=HAMMER.all_treatments()[:, :4])
+        balance_levels(GUN, 5, _rng(0), fixed=HAMMER.all_treatments()[:, :4])
 
 
 # The criterion and the swaps.
@@ -222,14 +229,14 @@ def test_criterion_holds_the_discrepancies(weight: str, method: str, constant: f
     assert _total(_kernel(50, **none), rows) / 50**2 + constant == pytest.approx(expected, rel=1e-10)
 
 
-def _surface(rows: Levels, kernel: Kernel) -> DirectSurface:
+def _surface(rows: Levels, kernel: Kernel) -> DirectCriterion:
     ids = rows @ strides_of(SIZES)
-    return DirectSurface(kernel, SIZES, ids, ids[:0])
+    return DirectCriterion(kernel, SIZES, ids, ids[:0])
 
 
-def _landscape(kernel: Kernel) -> Landscape:
+def _landscape(kernel: Kernel) -> TabulatedCriterion:
     nothing = np.zeros(GUN.size)
-    return Landscape(kernel, GUN.all_treatments(), nothing, 1.0, nothing)
+    return TabulatedCriterion(kernel, GUN.all_treatments(), nothing, 1.0, nothing)
 
 
 def test_swaps_change_the_criterion_as_they_say() -> None:
@@ -271,7 +278,7 @@ def test_leaving_out_has_the_criterion_of_what_stays() -> None:
     """Runs taken away from a full factorial, against the total of those that remain: the same but for a constant."""
     every, nothing = GUN.all_treatments(), np.zeros(GUN.size)
     kernel = _kernel(800)
-    landscape = Landscape(kernel, every, np.ones(GUN.size), -1.0, nothing)
+    landscape = TabulatedCriterion(kernel, every, np.ones(GUN.size), -1.0, nothing)
     first, second = _rng(5).permutation(GUN.size).reshape(-1, 10)[:2]
     totals = [_total(kernel, np.delete(every, runs, axis=0)) for runs in (first, second)]
     assert landscape.height(first) - landscape.height(second) == pytest.approx(totals[0] - totals[1], rel=1e-6)
@@ -304,13 +311,13 @@ def test_shares_stop_at_capacity() -> None:
 
 def test_hypercube_is_cut_into_the_counts() -> None:
     counts = [np.array([2, 0, 5]), np.array([3, 4])]
-    rows = cut_hypercube(counts, 7, _rng(0))
+    rows = draw_hypercube(counts, 7, _rng(0))
     assert [np.bincount(rows[:, axis]).tolist() for axis in range(2)] == [[2, 0, 5], [3, 4]]
 
 
 def test_repair_replaces_what_repeats_or_is_not_in_the_pool() -> None:
     levels = np.array([[0], [1], [2], [3], [4]])
-    found = repaired(np.array([0, 0, 1]), np.array([0, 2, 3]), levels, [np.array([1, 0, 0, 2, 0])])
+    found = repair_level_shares(np.array([0, 0, 1]), np.array([0, 2, 3]), levels, [np.array([1, 0, 0, 2, 0])])
     assert sorted(found.tolist()) == [0, 2, 3]
-    again = repaired(np.array([0, 0]), np.array([0, 2, 3]), levels, [np.array([1, 0, 0, 1, 0])])
+    again = repair_level_shares(np.array([0, 0]), np.array([0, 2, 3]), levels, [np.array([1, 0, 0, 1, 0])])
     assert sorted(again.tolist()) == [0, 3]

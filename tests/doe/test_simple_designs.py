@@ -16,7 +16,7 @@ from pyroshock.doe.designs.augment import augment
 from pyroshock.doe.designs.base import Design
 from pyroshock.doe.designs.factorial import factorial
 from pyroshock.doe.designs.imported import read_table
-from pyroshock.doe.designs.lhs import balanced
+from pyroshock.doe.designs.lhs import balance_levels
 from pyroshock.doe.space import Space, gun_space, hammer_space
 
 GUN, HAMMER = gun_space(), hammer_space()
@@ -167,12 +167,12 @@ def _level_spread(treatments: NDArray[np.int64]) -> int:
 def test_balance_is_restored() -> None:
     """Of 36 balanced runs six were lost, all with the plate fixed: the six new ones make up for it."""
     rng = np.random.default_rng(5)
-    planned = balanced(HAMMER, 36, rng, steps=300).treatments
+    planned = balance_levels(HAMMER, 36, rng, steps=300).treatments
     lost = np.flatnonzero(planned[:, 4] == 1)[:6]
     recorded = np.delete(planned, lost, axis=0)
 
     def choose(space: Space, n: int, fixed: NDArray[np.int64]) -> Design:
-        return balanced(space, n, rng, fixed=fixed, steps=300)
+        return balance_levels(space, n, rng, fixed=fixed, steps=300)
 
     assert _level_spread(recorded) >= 6
     repaired = np.vstack([recorded, augment(HAMMER, recorded, 6, choose).treatments])

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from pyroshock.training.fitting.session import Progress, train
 from pyroshock.training.registry.intact_models import damages
-from pyroshock.training.registry.model_storage import place_beside
+from pyroshock.training.registry.model_storage import storage_for
 from pyroshock.training.registry.promotion import promote
 from pyroshock.training.registry.records import DatasetName, Version
 from pyroshock.training.registry.registry import Registry
@@ -47,7 +47,7 @@ def registry(trained, tmp_path, monkeypatch) -> Registry:
     """A copy of it, which a test may damage."""
     without_figures(monkeypatch)
     shutil.copytree(trained, tmp_path, dirs_exist_ok=True)
-    return at_its_place(Registry(place_beside(f"sqlite:///{tmp_path / 'lab.db'}", {})))
+    return at_its_place(Registry(storage_for(f"sqlite:///{tmp_path / 'lab.db'}", {})))
 
 
 def gone(folder):

@@ -7,7 +7,7 @@ import pytest
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.reextraction import preview_impacts, reextract, reextract_recording
 from pyroshock.ingest.settings import ExtractionSettings
-from pyroshock.parallel.map_tasks import Crew
+from pyroshock.parallel.map_tasks import ExecutorConfig
 from pyroshock.schema.impacts import Impact, Pulse
 from pyroshock.schema.recordings import RecordedChannel, Recording, SeriesChunk
 from pyroshock.schema.series import as_floats
@@ -153,7 +153,7 @@ def test_two_processes_cut_what_one_cuts(store, tmp_path):
     other = f"sqlite:///{tmp_path / 'other.db'}"
     with open_store(other, Writer("test", "0"), create=True) as second:
         ingest_folder(second, tmp_path / "c", jobs=1)
-        beside = reextract(second, "hammer", OTHER, crew=Crew(jobs=2))
+        beside = reextract(second, "hammer", OTHER, crew=ExecutorConfig(jobs=2))
     alone = reextract(store, "hammer", OTHER)
     assert alone.added > 0
     assert beside.as_json() == alone.as_json()

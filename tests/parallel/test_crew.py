@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 from pyroshock.parallel import cluster, map_tasks
-from pyroshock.parallel.map_tasks import Crew
+from pyroshock.parallel.map_tasks import ExecutorConfig
 
 NOBODY = "tcp://127.0.0.1:9"
 
@@ -22,20 +22,20 @@ NOBODY = "tcp://127.0.0.1:9"
 )
 def test_what_is_no_crew_is_refused(arguments, said):
     with pytest.raises(ValueError, match=said):
-        Crew(**arguments)
+        ExecutorConfig(**arguments)
 
 
 def test_missing_library_is_named_with_its_cure(monkeypatch):
     monkeypatch.setattr(map_tasks, "find_spec", lambda _: None)
     with pytest.raises(ValueError, match=r"needs distributed.*pip install 'pyroshock\[cluster\]'"):
-        Crew("dask", scheduler=NOBODY)
+        ExecutorConfig("dask", scheduler=NOBODY)
 
 
 def test_scheduler_that_does_not_answer_is_named(monkeypatch):
     pytest.importorskip("distributed", reason="no Dask: it comes with pyroshock[cluster]")
     monkeypatch.setattr(cluster, "WAIT_S", 0.5)
     with pytest.raises(ValueError, match=f"no Dask scheduler answers at {NOBODY}"):
-        Crew("dask", scheduler=NOBODY).check()
+        ExecutorConfig("dask", scheduler=NOBODY).check()
 
 
 def test_workers_with_other_software_are_refused():

@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-from pyroshock.parallel.map_tasks import HERE, Crew, mapped
+from pyroshock.parallel.map_tasks import HERE, ExecutorConfig, run_all_tasks
 from support.processes import chores
 
-TWO = Crew(jobs=2)
+TWO = ExecutorConfig(jobs=2)
 TESTS = Path(__file__).resolve().parent.parent
 
 
@@ -29,55 +29,57 @@ def gone_within(seconds: float, pids: list[int]) -> bool:
 
 @pytest.mark.parametrize("crew", [HERE, TWO], ids=["here", "two"])
 def test_each_item_comes_with_its_result(crew):
-    assert sorted(mapped(crew, chores.squared, range(9))) == [(n, n * n) for n in range(9)]
-    assert list(mapped(crew, chores.squared, [])) == []
+    assert sorted(run_all_tasks(crew, chores.squared, range(9))) == [(n, n * n) for n in range(9)]
+    assert list(run_all_tasks(crew, chores.squared, [])) == []
 
 
 @pytest.mark.parametrize("crew", [HERE, TWO], ids=["here", "two"])
 def test_what_is_shared_reaches_every_call(crew):
-    found = mapped(crew, chores.scaled, range(5), shared=(np.ones(200_000), 7))
+    found = run_all_tasks(crew, chores.scaled, range(5), shared=(np.ones(200_000), 7))
     assert sorted(found) == [(n, n * 200_000 + 7.0) for n in range(5)]
-    assert dict(mapped(crew, chores.scaled, [1], shared=(np.ones(2), 1))) == {1: 3.0}  # not what was shared before
+    assert dict(run_all_tasks(crew, chores.scaled, [1], shared=(np.ones(2), 1))) == {
+        1: 3.0
+    }  # not what was shared before
 
 
 def test_one_job_works_here_and_two_do_not():
-    assert {pid for _, pid in mapped(HERE, chores.process, range(3))} == {os.getpid()}
-    beside = {pid for _, pid in mapped(TWO, chores.process, range(6))}
+    assert {pid for _, pid in run_all_tasks(HERE, chores.process, range(3))} == {os.getpid()}
+    beside = {pid for _, pid in run_all_tasks(TWO, chores.process, range(6))}
     assert os.getpid() not in beside
     assert len(beside) == 2
-    assert os.getpid() not in {pid for _, pid in mapped(HERE, chores.process, range(2), isolated=True)}
+    assert os.getpid() not in {pid for _, pid in run_all_tasks(HERE, chores.process, range(2), isolated=True)}
 
 
 def test_workers_have_one_thread_and_the_same_bits():
-    here, beside = (dict(mapped(crew, chores.product, range(3))) for crew in (HERE, TWO))
+    here, beside = (dict(run_all_tasks(crew, chores.product, range(3))) for crew in (HERE, TWO))
     assert here == beside
     for crew in (HERE, TWO):
-        assert {count for _, counts in mapped(crew, chores.threads, range(2)) for count in counts} == {1}
+        assert {count for _, counts in run_all_tasks(crew, chores.threads, range(2)) for count in counts} == {1}
 
 
 def test_item_whose_process_dies_costs_no_other():
-    found = dict(mapped(TWO, chores.deadly, range(8), lost=lambda number: -number))
+    found = dict(run_all_tasks(TWO, chores.deadly, range(8), lost=lambda number: -number))
     assert found == {n: -3 if n == 3 else n for n in range(8)}
 
 
 def test_item_that_dies_is_named_where_nothing_stands_in():
     with pytest.raises(ValueError, match="worked on 3 died twice"):
-        list(mapped(TWO, chores.deadly, [3]))
+        list(run_all_tasks(TWO, chores.deadly, [3]))
 
 
 def test_item_that_takes_too_long_is_ended():
-    found = dict(mapped(HERE, chores.endless, range(2, 5), lost=lambda number: -number, patience_s=0.5))
+    found = dict(run_all_tasks(HERE, chores.endless, range(2, 5), lost=lambda number: -number, patience_s=0.5))
     assert found == {2: 2, 3: -3, 4: 4}
 
 
 @pytest.mark.parametrize("crew", [HERE, TWO], ids=["here", "two"])
 def test_error_of_the_function_ends_everything(crew):
     with pytest.raises(LookupError, match="no chore 0"):
-        list(mapped(crew, chores.refused, [0]))
+        list(run_all_tasks(crew, chores.refused, [0]))
 
 
 def test_iterator_that_is_closed_cancels_the_rest(tmp_path):
-    work = mapped(TWO, chores.left_behind, range(20), shared=(tmp_path,))
+    work = run_all_tasks(TWO, chores.left_behind, range(20), shared=(tmp_path,))
     assert next(work) == (0, 0)
     work.close()
     begun = {file.name for file in tmp_path.glob("begun-*")}
@@ -95,7 +97,7 @@ def test_window_bounds_what_is_drawn_and_draws_here():
             drawn.append(number)
             yield number
 
-    for done, _ in enumerate(mapped(TWO, chores.squared, items(), window=4)):
+    for done, _ in enumerate(run_all_tasks(TWO, chores.squared, items(), window=4)):
         assert len(drawn) <= 4 * (done // 4 + 1)
     assert drawn == list(range(10))
 
@@ -104,9 +106,8 @@ SCRIPT = """
 import sys
 from pathlib import Path
 from support.processes import chores
-from pyroshock.parallel.map_tasks import Crew
-from pyroshock.parallel.map_tasks import mapped
-for found in mapped(Crew(jobs=2), chores.process, range(100_000)):
+from pyroshock.parallel.map_tasks import ExecutorConfig, run_all_tasks
+for found in run_all_tasks(ExecutorConfig(jobs=2), chores.process, range(100_000)):
     print(found[1], flush=True)
 """
 

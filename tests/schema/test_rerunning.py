@@ -10,7 +10,7 @@ from threading import Barrier
 import pytest
 from pyroshock.schema.campaigns import Factor
 from pyroshock.schema.session import Store, StoreError, Writer, make_engine, open_store
-from pyroshock.schema.transactions import Patience, rerun
+from pyroshock.schema.transactions import RetryPolicy, retry
 from sqlalchemy import event, func, select, text, update
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
@@ -51,7 +51,7 @@ def test_patience_ends() -> None:
         raise OSError("still away")
 
     with pytest.raises(OSError, match="still away"):
-        rerun(attempt, lambda *_: True, Patience(10.0), sleep=clock.sleep, clock=lambda: clock.now_s)
+        retry(attempt, lambda *_: True, RetryPolicy(10.0), sleep=clock.sleep, clock=lambda: clock.now_s)
     pauses = [b - a for a, b in pairwise(attempts)]
     assert 5.0 < clock.now_s <= 10.0
     assert max(pauses) <= 5.0 and pauses[0] < 0.05

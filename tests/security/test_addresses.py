@@ -10,8 +10,8 @@ import pytest
 from pyroshock.app.cli.common import SECRET_OPTIONS, command_line
 from pyroshock.app.cli.main import COMMANDS
 from pyroshock.app.web.settings import Settings, SettingsError
-from pyroshock.schema.addresses import AddressError, parsed, shown, without_secrets
-from pyroshock.training.registry.model_storage import ModelStorage, place_beside
+from pyroshock.schema.addresses import AddressError, address_for_display, parse_address, without_secrets
+from pyroshock.training.registry.model_storage import ModelStorage, storage_for
 
 
 @pytest.mark.parametrize(
@@ -33,7 +33,7 @@ from pyroshock.training.registry.model_storage import ModelStorage, place_beside
     ],
 )
 def test_secrets_of_addresses_are_hidden(typed: str, seen: str) -> None:
-    assert shown(typed) == seen
+    assert address_for_display(typed) == seen
 
 
 @pytest.mark.parametrize(
@@ -46,7 +46,7 @@ def test_secrets_of_addresses_are_hidden(typed: str, seen: str) -> None:
     ],
 )
 def test_an_address_without_secrets_is_shown_as_typed(address: str) -> None:
-    assert shown(address) == without_secrets(address) == address
+    assert address_for_display(address) == without_secrets(address) == address
 
 
 def test_a_text_keeps_all_but_its_secrets() -> None:
@@ -59,13 +59,13 @@ def test_a_text_keeps_all_but_its_secrets() -> None:
 @pytest.mark.parametrize("address", ["postgresql://me:P@PW@host/db", "postgresql://me:P@PW:x@h:5/db", "me:PW@host"])
 def test_an_unreadable_address_is_refused_without_its_password(address: str) -> None:
     with pytest.raises(AddressError) as caught:
-        parsed(address)
+        parse_address(address)
     assert "PW" not in str(caught.value) and caught.value.__suppress_context__ | (caught.value.__context__ is None)
 
 
 def test_an_at_within_a_password_is_told_how_to_write() -> None:
     with pytest.raises(AddressError, match="%40"):
-        parsed("postgresql://me:P@PW@host/db")
+        parse_address("postgresql://me:P@PW@host/db")
 
 
 def test_a_command_is_kept_without_what_only_its_user_knows() -> None:
@@ -93,7 +93,7 @@ def _commands() -> list[click.Command]:
 
 def test_records_do_not_print_their_secrets() -> None:
     settings = Settings("postgresql://me:PW@host/db", token="a token of PW, long enough")
-    place = place_beside("sqlite:///lab.db", {"MLFLOW_TRACKING_URI": "http://me:PW@tracking"})
+    place = storage_for("sqlite:///lab.db", {"MLFLOW_TRACKING_URI": "http://me:PW@tracking"})
     assert isinstance(place, ModelStorage) and place.shown == "http://me:***@tracking"
     assert "PW" not in f"{settings!r} {place!r}"
 

@@ -16,7 +16,7 @@ import h5py
 import numpy as np
 import pytest
 from pyroshock.ingest.readers import RecordingError, open_recording
-from pyroshock.training.fitting.fitting import fitted, task_of
+from pyroshock.training.fitting.fitting import fit_task, task_of
 from pyroshock.training.registry.records import Version
 from pyroshock.training.registry.registry import Registry
 from scipy.io import savemat
@@ -50,7 +50,7 @@ def registered(tmp_path_factory: pytest.TempPathFactory) -> tuple[Registry, Vers
         without_figures(patch)
         registry = fresh_registry(tmp_path_factory.mktemp("registry"))
         ground = ground_in(registry)
-        return registry, registry.record(fitted(task_of("linear", "repetitions", ground), ground))
+        return registry, registry.record(fit_task(task_of("linear", "repetitions", ground), ground))
 
 
 def arrays_with(payload: object) -> bytes:

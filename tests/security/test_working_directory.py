@@ -25,12 +25,12 @@ PROGRAM = "import sys\nfrom pyroshock.app.cli.main import main\nif __name__ == '
 SCRIPT = """
 import os, sys
 sys.path.append({tests!r})
-from pyroshock.parallel.map_tasks import Crew
-from pyroshock.parallel.map_tasks import mapped
+from pyroshock.parallel.map_tasks import ExecutorConfig
+from pyroshock.parallel.map_tasks import run_all_tasks
 from support.processes import chores
 
 if __name__ == "__main__":
-    print(dict(mapped(Crew(jobs=2), chores.squared, range(4)))[3], os.environ.get("PYTHONSAFEPATH"))
+    print(dict(run_all_tasks(ExecutorConfig(jobs=2), chores.squared, range(4)))[3], os.environ.get("PYTHONSAFEPATH"))
 """
 TESTS = Path(__file__).resolve().parents[1]
 PATIENCE_S = 90.0

@@ -8,9 +8,9 @@ import time
 
 import numpy as np
 import pytest
-from pyroshock.parallel.map_tasks import HERE, Crew
+from pyroshock.parallel.map_tasks import HERE, ExecutorConfig
 from pyroshock.training.fitting.fitting import task_of
-from pyroshock.training.fitting.run_tasks import outcomes
+from pyroshock.training.fitting.run_tasks import run_trainings
 from pyroshock.training.fitting.session import Progress, train
 from support.processes.dask_clusters import dask_cluster
 from support.records.pulse_tables import pulse_table
@@ -52,14 +52,14 @@ def test_sweep_outlives_a_killed_worker_and_is_that_of_one_process(tmp_path, mon
     with dask_cluster(
         tmp_path, 2, "--preload", "support.processes.watched_worker", WATCHED=str(tmp_path), HELD=HELD
     ) as cluster:
-        crew = Crew("dask", scheduler=cluster.address)
+        crew = ExecutorConfig("dask", scheduler=cluster.address)
         session = train(registry, ground, MODELS, SPLITS, crew=crew, progress=Progress(tell=kill))
 
     (task, victim), workers = killed[0], {worker.pid for worker in cluster.workers}
     assert [pid for each, pid in begun(tmp_path) if each == task] == [victim, *(workers - {victim})]
     assert (session.trained, session.failures, len(registry.versions())) == (6, [], 6)
     tasks = [task_of(version.name, version.split, ground) for version in session.versions]
-    here = {task.key: trained for task, trained in outcomes(tasks, ground, HERE, silent, silent)}
+    here = {task.key: trained for task, trained in run_trainings(tasks, ground, HERE, silent, silent)}
     for version in session.versions:
         assert version.metrics == here[version.task_key].metrics
         one, other = registry.held_out(version).prediction, here[version.task_key].held_out.prediction

@@ -17,14 +17,14 @@ from pyroshock.schema.impacts import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_A
 from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.models.base import ContactPrediction
 from pyroshock.training.models.calibrated import Calibrated
-from pyroshock.training.models.catalogue import Making, entry_of
+from pyroshock.training.models.catalogue import BuildOptions, entry_of
 from pyroshock.training.models.hybrid import Hybrid, ResidualPulse, log_correlation, measured_outputs, pulses_of
 from pyroshock.training.registry.contact_stage import RegisteredContact
 from pyroshock.training.registry.records import Cost, DatasetName, RegisteredModel, Version
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact.stage import LawContact
 from pyroshock.twin.contact.target_motion import PulseMoments, TargetMotion, velocity_before_contact
-from pyroshock.twin.contact_interface import Extrapolation, ForcePulses, Strikes
+from pyroshock.twin.contact_interface import Extrapolation, ForcePulses, ImpactBatch
 from pyroshock.twin.effects import effect
 from pyroshock.twin.plate.stage import PlateStage
 from pyroshock.twin.setting import THESIS, Setting
@@ -80,8 +80,8 @@ def hit(**own: Any) -> Setting:
     return Setting(**given | own)
 
 
-def strikes(*settings: Setting) -> Strikes:
-    return Strikes(settings, np.array([setting.impact_velocity_m_s for setting in settings]))
+def strikes(*settings: Setting) -> ImpactBatch:
+    return ImpactBatch(settings, np.array([setting.impact_velocity_m_s for setting in settings]))
 
 
 def test_a_setting_asks_as_its_row_of_the_dataset_does():
@@ -280,7 +280,7 @@ def test_impulse_bands_hold_what_they_say(name):
     table, truth = virtual_hammer(pulse_table(np.random.default_rng(0), repetitions=4))
     table = replace(table, x=np.column_stack([table.x[:, :5], truth, table.x[:, 6:]]))
     left_out = np.isin(table.configuration, np.unique(table.configuration)[::4])
-    model = entry_of(name).make(Making("reduced")).fit(table.take(~left_out), np.random.default_rng(0))
+    model = entry_of(name).make(BuildOptions("reduced")).fit(table.take(~left_out), np.random.default_rng(0))
     stage = RegisteredContact(replace(registered(model), domain=Domain.of(table)))
     covered = []
     for row in np.flatnonzero(left_out):

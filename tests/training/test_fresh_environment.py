@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.training.fitting.fitting import fitted, task_of
+from pyroshock.training.fitting.fitting import fit_task, task_of
 from pyroshock.training.models.serialization import unpack
 from support.records.pulse_tables import frame_of_inputs
 from support.stores.registries import fresh_registry, ground_in, without_figures
@@ -38,7 +38,7 @@ def test_champion_predicts_the_same_in_a_fresh_environment(tmp_path, monkeypatch
     without_figures(monkeypatch)
     registry = fresh_registry(tmp_path)
     ground = ground_in(registry)
-    made = fitted(task_of(MODEL, "repetitions", ground), ground)
+    made = fit_task(task_of(MODEL, "repetitions", ground), ground)
     registry.set_champion(registry.record(made))
     inputs = ground.table.take(np.arange(0, len(ground.table), 30)).inputs
     (tmp_path / "table.json").write_text(json.dumps(frame_of_inputs(inputs).to_dict("list")))

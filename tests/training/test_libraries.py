@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from pyroshock.training.models.catalogue import Making, entry_of
+from pyroshock.training.models.catalogue import BuildOptions, entry_of
 from pyroshock.training.models.serialization import KINDS, describe
 from pyroshock.training.registry.logged import TO_FIT, TO_PREDICT, _libraries, requirements
 
@@ -20,10 +20,10 @@ import numpy as np
 sys.path.insert(0, sys.argv[1])
 from support.records.pulse_tables import pulse_table
 from pyroshock.training.models.serialization import pack
-from pyroshock.training.models.catalogue import Making, entry_of
+from pyroshock.training.models.catalogue import BuildOptions, entry_of
 pulses = pulse_table(np.random.default_rng(1), repetitions=2)
 imported = set(sys.modules)
-model = entry_of(sys.argv[2]).make(Making())
+model = entry_of(sys.argv[2]).make(BuildOptions())
 for part in vars(getattr(model, "model", model)).values():
     for name, few in (("population", 2), ("generations", 1), ("iterations", 1), ("search_rows", 40)):
         if hasattr(part, name):
@@ -62,7 +62,7 @@ def imported_by(script: str, *words: str) -> set[str]:
               "coregional-gp", "gp", "hybrid", "single-pass", "nn-narrow", "nn-ga"],
 )  # fmt: skip
 def test_kind_needs_the_libraries_that_it_imports(model, tmp_path):
-    description = describe(entry_of(model).make(Making()))
+    description = describe(entry_of(model).make(BuildOptions()))
     packed = str(tmp_path / "packed")
     fitted, predicted = imported_by(FIT, model, packed), imported_by(PREDICT, model, packed)
     assert set(_libraries(description, TO_FIT)) == {"numpy", "scipy", *fitted}

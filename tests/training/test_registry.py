@@ -17,11 +17,11 @@ import numpy as np
 import pandas
 import pytest
 from pyroshock.training.estimators.base import FitReport
-from pyroshock.training.fitting.fitting import Ground, fitted, task_of
+from pyroshock.training.fitting.fitting import TrainingContext, fit_task, task_of
 from pyroshock.training.models.serialization import ModelFileError, unpack
 from pyroshock.training.registry.connection import RegistryError
 from pyroshock.training.registry.loading import ServedModel
-from pyroshock.training.registry.model_storage import place_beside
+from pyroshock.training.registry.model_storage import storage_for
 from pyroshock.training.registry.promotion import promote
 from pyroshock.training.registry.records import DatasetName, Trained
 from pyroshock.training.registry.registry import Registry
@@ -43,8 +43,8 @@ def first_unjudged(monkeypatch) -> None:
     without_judging_the_first(monkeypatch)
 
 
-def trained(ground: Ground, model: str, split: str = "repetitions") -> Trained:
-    return fitted(task_of(model, split, ground), ground)
+def trained(ground: TrainingContext, model: str, split: str = "repetitions") -> Trained:
+    return fit_task(task_of(model, split, ground), ground)
 
 
 def test_version_reads_back_as_recorded(registry):
@@ -231,7 +231,7 @@ def test_metrics_belong_to_model_and_dataset(registry):
 
 
 def test_empty_place_is_listed_without_making_anything(tmp_path):
-    registry = Registry(place_beside(f"sqlite:///{tmp_path / 'lab.db'}", {}))
+    registry = Registry(storage_for(f"sqlite:///{tmp_path / 'lab.db'}", {}))
     assert (registry.versions(), registry.decisions(), registry.floors("", 0)) == ([], [], {})
     assert list(tmp_path.iterdir()) == []
 
@@ -262,7 +262,7 @@ def test_moved_folder_is_found_beside_its_store(registry, tmp_path):
     there.mkdir()
     shutil.move(tmp_path / "lab-models", there / "lab-models")
     shutil.move(tmp_path / "lab-models.db", there / "lab-models.db")
-    moved = Registry(place_beside(f"sqlite:///{there / 'lab.db'}", {}))
+    moved = Registry(storage_for(f"sqlite:///{there / 'lab.db'}", {}))
     assert moved.load(version).model.kind == "analytic"
     assert len(moved.held_out(version).keys)
 
@@ -414,22 +414,22 @@ def test_other_campaign_judges_models_without_its_configurations(registry, first
 @pytest.mark.parametrize("uri", ["./mlruns", "file:///tmp/mlruns"])
 def test_folder_as_tracking_uri_is_refused(uri):
     with pytest.raises(ValueError, match="no models in plain folders"):
-        place_beside("sqlite:///lab.db", {"MLFLOW_TRACKING_URI": uri})
+        storage_for("sqlite:///lab.db", {"MLFLOW_TRACKING_URI": uri})
 
 
 def test_tracking_uri_decides_the_place(tmp_path):
-    place = place_beside("sqlite:///lab.db", {"MLFLOW_TRACKING_URI": f"sqlite:///{tmp_path}/m.db"})
+    place = storage_for("sqlite:///lab.db", {"MLFLOW_TRACKING_URI": f"sqlite:///{tmp_path}/m.db"})
     assert (place.tracking_uri, place.folder) == (f"sqlite:///{tmp_path}/m.db", tmp_path / "m")
-    beside = place_beside(f"sqlite:///{tmp_path}/lab.db", {})
+    beside = storage_for(f"sqlite:///{tmp_path}/lab.db", {})
     assert (beside.tracking_uri, beside.folder) == (f"sqlite:///{tmp_path}/lab-models.db", tmp_path / "lab-models")
-    server = place_beside("postgresql+psycopg://lab@host/store", {})
+    server = storage_for("postgresql+psycopg://lab@host/store", {})
     assert server.database == Path.cwd() / "pyroshock-models.db"
 
 
 def test_store_itself_is_no_place_for_models():
     url = "postgresql+psycopg://lab@host/store"
     with pytest.raises(ValueError, match="one of their own"):
-        place_beside(url, {"MLFLOW_TRACKING_URI": url})
+        storage_for(url, {"MLFLOW_TRACKING_URI": url})
 
 
 def test_newer_tables_are_one_error(registry):
@@ -456,7 +456,7 @@ def test_registry_on_postgresql(postgres_url, tmp_path, monkeypatch):
     _execute(server, f'CREATE DATABASE "{name}"')
     try:
         uri = server.set(database=name).render_as_string(hide_password=False)
-        registry = Registry(place_beside("sqlite:///lab.db", {"MLFLOW_TRACKING_URI": uri}))
+        registry = Registry(storage_for("sqlite:///lab.db", {"MLFLOW_TRACKING_URI": uri}))
         version = registry.record(trained(ground_in(registry), "hann"))
         assert registry.versions() == [version]
         assert registry.load(version).model.kind == "analytic"

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pyroshock.dataset.table import split_of
-from pyroshock.parallel.map_tasks import Crew
+from pyroshock.parallel.map_tasks import ExecutorConfig
 from pyroshock.training.estimators.contact_time import ContactTimeProcess
 from pyroshock.training.evaluation.floor import floor_metrics
 from pyroshock.training.fitting import run_tasks
@@ -20,7 +20,7 @@ from pyroshock.training.fitting.fitting import FittingFailure, task_of
 from pyroshock.training.fitting.run_tasks import TimeSettings
 from pyroshock.training.fitting.session import Progress, train
 from pyroshock.training.models import training_task
-from pyroshock.training.models.catalogue import ZOO, Making, entry_of, models_of
+from pyroshock.training.models.catalogue import ZOO, BuildOptions, entry_of, models_of
 from pyroshock.training.registry.locks import locked
 from pyroshock.training.registry.registry import Registry
 from support.records.pulse_tables import pulse_table
@@ -38,7 +38,7 @@ from pathlib import Path
 sys.path.insert(0, sys.argv[1])
 import mlflow
 from pyroshock.training.fitting import fitting, session
-from pyroshock.training.registry.model_storage import place_beside
+from pyroshock.training.registry.model_storage import storage_for
 from pyroshock.training.registry.registry import Registry
 from support.stores.registries import ground_in
 fitting._figures = lambda *_: {"pulses.png": b"drawn"}
@@ -50,7 +50,7 @@ def counted(*args, **extra):
     left[0] -= 1
     return register(*args, **extra)
 mlflow.register_model = counted
-registry = Registry(place_beside(f"sqlite:///{sys.argv[2]}/lab.db", {}))
+registry = Registry(storage_for(f"sqlite:///{sys.argv[2]}/lab.db", {}))
 done = session.train(registry, ground_in(registry), ["hann", "hertz", "linear"], ["repetitions", "configurations"])
 print(done.trained)
 """
@@ -236,7 +236,7 @@ def test_history_of_the_shared_search_is_registered_with_every_model_that_shares
     process = ContactTimeProcess(iterations=2, search_rows=40)
     process.fit(pulses.x, pulses.contact_time_s[:, None], pulses.configuration, np.random.default_rng(1))
     searched = TimeSettings(process.tuned_, 1.5, {"search_error": [0.5, 0.25]})
-    run_tasks.keep_time(searched, "repetitions", ground)
+    run_tasks.write_time_settings(searched, "repetitions", ground)
     shared, alone = train(registry, ground_in(registry), ["nn-narrow", "linear"], SPLITS[:1]).versions
     assert registry.fit_histories(shared)["time.search_error"] == [(0, 0.5), (1, 0.25)]
     assert registry.fit_settings(shared)["time.search_seconds"] == 1.5
@@ -245,10 +245,10 @@ def test_history_of_the_shared_search_is_registered_with_every_model_that_shares
 
 def test_file_of_a_search_by_older_software_is_read(registry):
     ground = ground_in(registry)
-    run_tasks.keep_time(TimeSettings({"kernel": "rbf"}, 2.0, {"search_error": [1.0]}), "repetitions", ground)
+    run_tasks.write_time_settings(TimeSettings({"kernel": "rbf"}, 2.0, {"search_error": [1.0]}), "repetitions", ground)
     (file,) = ground.work.glob("contact-time-*.json")
     file.write_text('{"tuned": {"kernel": "matern"}, "seconds": 3.0}')
-    assert run_tasks.kept_time("repetitions", ground) == TimeSettings({"kernel": "matern"}, 3.0)
+    assert run_tasks.read_time_settings("repetitions", ground) == TimeSettings({"kernel": "matern"}, 3.0)
 
 
 def test_contact_time_that_cannot_be_searched_fails_the_models_that_share_it(registry, monkeypatch):
@@ -285,7 +285,7 @@ def test_every_model_is_made_and_described(name):
     """Its settings are JSON, and make the same model again."""
     from pyroshock.training.models.serialization import build, describe
 
-    model = entry_of(name).make(Making())
+    model = entry_of(name).make(BuildOptions())
     assert build(describe(model)).settings() == model.settings()
 
 
@@ -304,6 +304,6 @@ def test_jobs_at_once_register_the_same(tmp_path):
     for folder, jobs in ((alone, 1), (together, 2)):
         folder.mkdir()
         registry = fresh_registry(folder)
-        session = train(registry, ground_in(registry, table), MODELS, SPLITS, crew=Crew(jobs=jobs))
+        session = train(registry, ground_in(registry, table), MODELS, SPLITS, crew=ExecutorConfig(jobs=jobs))
         found.append([(v.name, v.split, v.metrics, v.sha256) for v in session.versions])
     assert found[0] == found[1]

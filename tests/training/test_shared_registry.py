@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 from pyroshock.schema.session import make_engine
-from pyroshock.training.fitting.fitting import fitted, task_of
-from pyroshock.training.registry.locks import turn
-from pyroshock.training.registry.model_storage import ModelStorage, place_beside
+from pyroshock.training.fitting.fitting import fit_task, task_of
+from pyroshock.training.registry.locks import exclusive_lock
+from pyroshock.training.registry.model_storage import ModelStorage, storage_for
 from pyroshock.training.registry.promotion import promote
 from pyroshock.training.registry.registry import Registry
 from sqlalchemy import make_url, text
@@ -28,7 +28,7 @@ def shared(postgres_url: str, tmp_path_factory: pytest.TempPathFactory) -> Itera
     _execute(server, f'CREATE DATABASE "{name}"')
     uri = server.set(database=name).render_as_string(hide_password=False)
     files = str(tmp_path_factory.mktemp("share"))
-    yield place_beside("sqlite:///lab.db", {"MLFLOW_TRACKING_URI": uri, "PYROSHOCK_MODELS": files})
+    yield storage_for("sqlite:///lab.db", {"MLFLOW_TRACKING_URI": uri, "PYROSHOCK_MODELS": files})
     _execute(server, f'DROP DATABASE "{name}" WITH (FORCE)')
 
 
@@ -48,7 +48,7 @@ def test_what_one_registers_another_reads_and_promotes(shared: ModelStorage, tmp
     without_judging_the_first(monkeypatch)
     one, other = Registry(shared), Registry(shared)
     ground = ground_in(one)
-    version = one.record(fitted(task_of("hann", "repetitions", ground), ground))
+    version = one.record(fit_task(task_of("hann", "repetitions", ground), ground))
     monkeypatch.chdir(tmp_path)
     assert other.versions() == [version]
     assert other.load(version).model.kind == "analytic"
@@ -62,11 +62,11 @@ def test_turn_is_had_by_one(shared: ModelStorage) -> None:
     order, waits = [], threading.Event()
 
     def second() -> None:
-        with turn(shared, "training", waits.set):
+        with exclusive_lock(shared, "training", waits.set):
             order.append("second")
 
     thread = threading.Thread(target=second)
-    with turn(shared, "training"), turn(shared, "registering"):
+    with exclusive_lock(shared, "training"), exclusive_lock(shared, "registering"):
         thread.start()
         assert waits.wait(30)
         order.append("first")
@@ -76,14 +76,14 @@ def test_turn_is_had_by_one(shared: ModelStorage) -> None:
 
 def test_turn_ends_with_its_connection(shared: ModelStorage) -> None:
     """As when its process is killed, or its machine is switched off."""
-    with turn(shared, "training"):
+    with exclusive_lock(shared, "training"):
         engine = make_engine(shared.tracking_uri)
         with engine.connect() as connection:
             held = "SELECT pg_terminate_backend(pid, 5000) FROM pg_locks JOIN pg_database d ON d.oid = database "
             held += "WHERE locktype = 'advisory' AND d.datname = current_database()"
             assert connection.scalars(text(held)).all() == [True]
         engine.dispose()
-        with turn(shared, "training", lambda: pytest.fail("it waits for a dead process")):
+        with exclusive_lock(shared, "training", lambda: pytest.fail("it waits for a dead process")):
             pass
 
 
@@ -97,5 +97,5 @@ def test_turn_ends_with_its_connection(shared: ModelStorage) -> None:
 )
 def test_files_of_models_go_where_they_are_told(given: str, folder: str, files: str) -> None:
     environment = {"MLFLOW_TRACKING_URI": "postgresql+psycopg://lab@host/mlflow", "PYROSHOCK_MODELS": given}
-    place = place_beside("sqlite:///lab.db", environment)
+    place = storage_for("sqlite:///lab.db", environment)
     assert (place.folder, place.artifact_uri) == (Path.cwd() / folder, files)

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from pyroshock.dataset.table import PulseTable
 from pyroshock.training.estimators.base import FitReport
-from pyroshock.training.fitting.fitting import fitted, task_of
+from pyroshock.training.fitting.fitting import fit_task, task_of
 from pyroshock.training.fitting.session import train
 from pyroshock.training.models.serialization import unpack
 from pyroshock.training.registry.intact_models import damages
-from pyroshock.training.registry.model_storage import place_beside
+from pyroshock.training.registry.model_storage import storage_for
 from pyroshock.training.registry.promotion import promote
 from pyroshock.training.registry.records import Trained, Version
 from pyroshock.training.registry.registry import Registry
@@ -51,7 +51,7 @@ def remote(server: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Regi
     without_figures(monkeypatch)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MLFLOW_TRACKING_URI", server)
-    return Registry(place_beside(f"sqlite:///{tmp_path / 'lab.db'}", {"MLFLOW_TRACKING_URI": server}))
+    return Registry(storage_for(f"sqlite:///{tmp_path / 'lab.db'}", {"MLFLOW_TRACKING_URI": server}))
 
 
 def test_server_trains_lists_promotes_loads_and_predicts(remote, few_pulses):
@@ -64,7 +64,7 @@ def test_server_trains_lists_promotes_loads_and_predicts(remote, few_pulses):
     decision = promote(remote, "linear", 1, lambda _: ground.table, forced=True, reason="the first")
     assert decision.promoted and remote.decisions() == [decision]
     in_use = remote.champion("hammer")
-    expected = fitted(task_of("linear", "repetitions", ground), ground)
+    expected = fit_task(task_of("linear", "repetitions", ground), ground)
     inputs = ground.table.take(np.arange(4)).inputs
     forces = unpack(*expected.packed).predict(inputs).force_n
     np.testing.assert_array_equal(remote.load(in_use).predict(inputs).prediction.force_n, forces)
@@ -75,7 +75,7 @@ def test_server_trains_lists_promotes_loads_and_predicts(remote, few_pulses):
 
 def test_server_tells_of_files_that_are_gone(remote, few_pulses, tmp_path_factory):
     ground = ground_in(remote, few_pulses, name="gone")
-    version = remote.record(fitted(task_of("hertz", "repetitions", ground), ground))
+    version = remote.record(fit_task(task_of("hertz", "repetitions", ground), ground))
     assert remote.damage(version) is None
     for file in (tmp_path_factory.getbasetemp() / "server0").glob("files/**/model.json"):
         if '"hertz"' in file.read_text():
@@ -85,7 +85,7 @@ def test_server_tells_of_files_that_are_gone(remote, few_pulses, tmp_path_factor
 
 def made(registry: Registry, table: PulseTable) -> Trained:
     ground = ground_in(registry, table, name="searched")
-    return replace(fitted(task_of("reed", "repetitions", ground), ground), fit_report=REPORT)
+    return replace(fit_task(task_of("reed", "repetitions", ground), ground), fit_report=REPORT)
 
 
 def test_server_answers_with_what_was_searched(remote, few_pulses, server):

@@ -15,7 +15,7 @@ from pyroshock.training.evaluation.unseen_configurations import (
     without_configurations,
 )
 from pyroshock.training.models.analytic import Analytic
-from pyroshock.training.models.catalogue import Making, entry_of
+from pyroshock.training.models.catalogue import BuildOptions, entry_of
 from pyroshock.training.models.prior_pulses import (
     measured_shots,
     prior_contact,
@@ -98,7 +98,7 @@ def test_no_model_sees_what_it_is_asked_for(table: PulseTable) -> None:
 
 
 def test_model_of_other_configurations_is_not_refitted(table: PulseTable) -> None:
-    model = entry_of("linear").make(Making()).fit(table, np.random.default_rng(0))
+    model = entry_of("linear").make(BuildOptions()).fit(table, np.random.default_rng(0))
     assert without_configurations(model, table, ["elsewhere"], np.random.default_rng(0)) is model
     with pytest.raises(ValueError, match="without all configurations"):
         without_configurations(model, table, table.configuration.tolist(), np.random.default_rng(0))

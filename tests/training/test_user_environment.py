@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from pyroshock.training.registry.connection import user_environment
-from pyroshock.training.registry.model_storage import VARIABLE, place_beside
+from pyroshock.training.registry.model_storage import VARIABLE, storage_for
 from support.stores.registries import fresh_registry
 
 
@@ -34,7 +34,7 @@ def test_client_of_another_thread_does_not_show(tmp_path: Path, monkeypatch: pyt
     with ThreadPoolExecutor(2) as pool:
         client = pool.submit(ask)
         assert asking.wait(30) and VARIABLE not in os.environ
-        place = pool.submit(lambda: place_beside(f"sqlite:///{tmp_path / 'lab.db'}", user_environment()))
+        place = pool.submit(lambda: storage_for(f"sqlite:///{tmp_path / 'lab.db'}", user_environment()))
         assert not place.done()
         answered.set()
         client.result(30)

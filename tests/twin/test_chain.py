@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.twin.chain import Twin
-from pyroshock.twin.contact_interface import ForcePulses, Strikes
+from pyroshock.twin.contact_interface import ForcePulses, ImpactBatch
 from pyroshock.twin.effects import effect
 from pyroshock.twin.gun.nominal import muzzle_velocity
 from pyroshock.twin.gun.stage import GunStage
@@ -228,7 +228,7 @@ def test_given_velocity_has_no_spread():
 def test_measured_force_stands_in_for_gun_and_contact():
     model = twin()
     expected = model.predict(setting(), draws=0)
-    pulse = HalfSine().pulses(Strikes([setting()], np.array([8.0])))
+    pulse = HalfSine().pulses(ImpactBatch([setting()], np.array([8.0])))
     record = MeasuredForce(sampled(pulse, 1e-6)[0], 1e6)
     shot = model.predict(setting(), draws=8, measured_force=record)
     np.testing.assert_allclose(shot.spectra_m_s2["a1"].mean, expected.spectra_m_s2["a1"].mean, rtol=0.01)
@@ -238,7 +238,7 @@ def test_measured_force_stands_in_for_gun_and_contact():
 
 @pytest.mark.parametrize("step_s", [1e-5, 7e-5, 1.3e-4])
 def test_sampling_keeps_the_impulse(step_s):
-    pulse = HalfSine().pulses(Strikes([setting()] * 2, np.array([1.0, 5.0])))
+    pulse = HalfSine().pulses(ImpactBatch([setting()] * 2, np.array([1.0, 5.0])))
     longer = ForcePulses(pulse.contact_time_s * [1.0, 3.7], pulse.force_n, pulse.compression_time_s)
     force = sampled(longer, step_s)
     np.testing.assert_allclose(force.sum(axis=1) * step_s, longer.impulse_n_s, rtol=1e-12)

@@ -11,7 +11,7 @@ from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
 from pyroshock.twin.contact.effects.viscous_loss import ViscousLoss
 from pyroshock.twin.contact.stage import NO_SPREAD, LawContact
-from pyroshock.twin.contact_interface import Strikes
+from pyroshock.twin.contact_interface import ImpactBatch
 from pyroshock.twin.coupled_contact import CoupledContact, point_of_plate
 from pyroshock.twin.plate.modal import ModalPlate
 from pyroshock.twin.plate.stage import PlateStage
@@ -36,7 +36,7 @@ def setting(**changes):
 
 
 def strikes(*settings):
-    return Strikes(settings, np.array([each.impact_velocity_m_s for each in settings]))
+    return ImpactBatch(settings, np.array([each.impact_velocity_m_s for each in settings]))
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from pyroshock.twin.chain import Twin
-from pyroshock.twin.contact_interface import ForcePulses, Strikes
+from pyroshock.twin.contact_interface import ForcePulses, ImpactBatch
 from pyroshock.twin.measured_shots import MeasuredShots
 from pyroshock.twin.plate.stage import PlateStage
 from pyroshock.twin.setting import THESIS
@@ -149,7 +149,7 @@ def test_levels_that_do_not_fit_and_sensors_that_there_are_none_of_are_refused()
 
 
 def test_pulses_get_the_measured_peak_and_impulse():
-    pulses = HalfSine().pulses(Strikes([setting(), setting()], np.array([4.0, 8.0])))
+    pulses = HalfSine().pulses(ImpactBatch([setting(), setting()], np.array([4.0, 8.0])))
     measured_pulses = stretched(pulses, pulses, np.array([12e3, np.nan]), np.array([3.0, 3.0]))
     assert measured_pulses.peak_force_n[0] == pytest.approx(12e3, rel=1e-12)
     assert measured_pulses.impulse_n_s[0] == pytest.approx(3.0, rel=1e-12)
@@ -169,7 +169,7 @@ def twin(**own) -> Twin:
 def shown_by(model: Twin, settings, louder: float = 1.0) -> MeasuredShots:
     """What a bench that is the nominal twin, but louder, would have shown, with other pulses than the law has."""
     velocity = np.array([s.impact_velocity_m_s for s in settings])
-    law = model.contact.pulses(Strikes(settings, velocity))
+    law = model.contact.pulses(ImpactBatch(settings, velocity))
     pulses = ForcePulses(1.3 * law.contact_time_s, 0.7 * law.force_n, law.compression_time_s)
     records = louder * model.accelerations(settings, pulses)
     spectra = ringing_spectra(records, model.sampling_rate_hz, LINES, 10.0, float(pulses.contact_time_s.max()))
@@ -233,7 +233,7 @@ class OnAnvil(HalfSine):
 def test_the_plate_feels_what_passes_the_anvil_and_the_prediction_shows_the_tip():
     """In a prediction, in many spectra, and where measured forces are replayed."""
     law, model, (new,) = OnAnvil(scatter=0.0), replace(twin(), contact=OnAnvil(scatter=0.0)), [setting()]
-    pulses = law.pulses(Strikes([new], np.array([8.0])))
+    pulses = law.pulses(ImpactBatch([new], np.array([8.0])))
     below = model.accelerations([new], law.plate_pulses(None, None, pulses))
     shot = model.predict(new, draws=0)
     assert shot.peak_force_n.mean == pytest.approx(float(pulses.peak_force_n[0]))

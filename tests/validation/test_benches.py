@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from pyroshock.validation.bench_figures import Quantile, bench_figures, bench_tables, bench_text
-from pyroshock.validation.case_results import CaseResult, Said, WithheldTruth
+from pyroshock.validation.case_results import CaseAnswer, CaseResult, WithheldTruth
 from pyroshock.validation.report import Pool
 from pyroshock.validation.tally import kinds, tables
 
@@ -27,7 +27,7 @@ def row(*causes: list[str], fraction: float | None = 0.8, **other: Any) -> CaseR
         "causes": [{"effects": c, "probability": p} for c, p in zip(causes, probabilities, strict=True)],
         "shrinkage": [] if fraction is None else [held],
     }
-    return CaseResult(label, Said.of("a", {**verdict, **other}))
+    return CaseResult(label, CaseAnswer.of("a", {**verdict, **other}))
 
 
 def test_member_of_a_joint_entry_is_named() -> None:
@@ -74,7 +74,7 @@ def test_answer_below_the_naive_fit_is_counted(naive: float, below: float) -> No
 
 
 def test_case_without_an_answer_counts_as_nothing_gained() -> None:
-    lost = CaseResult(row([VALVE]).label, Said("a", error="out of time"))
+    lost = CaseResult(row([VALVE]).label, CaseAnswer("a", error="out of time"))
     figures = bench_figures("x", [lost])
     assert (figures.fraction.value, figures.largest_named.value) == (0.0, 0.0)
 

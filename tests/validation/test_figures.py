@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.twin.effects import catalogue
 from pyroshock.validation.answer_sets import Rate, brier, calibration_error, f1, label_set, negative_log, wilson
-from pyroshock.validation.case_results import CaseResult, Said, stages_of
+from pyroshock.validation.case_results import CaseAnswer, CaseResult, stages_of
 from pyroshock.validation.metrics import auroc, figures, found_above, threshold_at
 from support.records.blind_rows import DRAG, LAYER, LEAK, label, says, stranger, verdict
 
@@ -77,7 +77,7 @@ def test_smallest_set_with_nine_tenths() -> None:
 
 
 def test_first_label_group_and_two() -> None:
-    said = Said.of("c", verdict(([LEAK, DRAG], 0.7, [0.6, 0.4]), ([LAYER], 0.2, None), (["none"], 0.1, None)))
+    said = CaseAnswer.of("c", verdict(([LEAK, DRAG], 0.7, [0.6, 0.4]), ([LAYER], 0.2, None), (["none"], 0.1, None)))
     found = figures("t", [CaseResult(label(each), said) for each in (LEAK, DRAG, LAYER, "gun.valve_flow")])
     hits = [each.hits for each in (found.first, found.first_group, found.first_two, found.first_two_groups)]
     assert hits == [1, 2, 2, 3]
@@ -112,7 +112,7 @@ def test_unknown_effects_rank_above_the_others() -> None:
 
 
 def test_crash_is_a_wrong_answer_everywhere() -> None:
-    crash = Said("c", error="ValueError: it broke")
+    crash = CaseAnswer("c", error="ValueError: it broke")
     rows = [CaseResult(truth, crash) for truth in (label(), label(LEAK), label(LEAK, LAYER), stranger())]
     found = figures("t", rows)
     assert found.errors == ("c: ValueError: it broke",) * 4
@@ -124,7 +124,7 @@ def test_crash_is_a_wrong_answer_everywhere() -> None:
 
 
 def test_stage_is_the_first_one_named() -> None:
-    said = Said("c", stages=("contact", "gun"))
+    said = CaseAnswer("c", stages=("contact", "gun"))
     rows = [CaseResult(label(LAYER, stages=("contact",)), said), CaseResult(label(LEAK, stages=("gun",)), said)]
     assert figures("t", rows).stage == Rate(1, 2)
 
@@ -137,9 +137,9 @@ def test_answer_without_stages_has_that_of_its_effect() -> None:
 def test_region_is_scored_where_the_effect_has_one() -> None:
     here = label(LAYER, inside=(0, 1, 2, 3))
     rows = [
-        CaseResult(here, Said("c", inside=((0, 1),))),
-        CaseResult(here, Said("c")),
-        CaseResult(label(LEAK), Said("c", inside=((0,),))),
+        CaseResult(here, CaseAnswer("c", inside=((0, 1),))),
+        CaseResult(here, CaseAnswer("c")),
+        CaseResult(label(LEAK), CaseAnswer("c", inside=((0,),))),
     ]
     found = figures("t", rows)
     assert (found.region_f1, found.regions) == (pytest.approx((2 / 3 + 0) / 2), 2)
@@ -158,7 +158,7 @@ def test_every_effect_has_its_stage(effect: str) -> None:
 
 
 def test_shrinkage_beside_the_right_effect_s() -> None:
-    said = [Said("c", shrinkage={"fraction": f, "ci90": [0.5, 0.8]}) for f in (0.8, 0.6, None)]
+    said = [CaseAnswer("c", shrinkage={"fraction": f, "ci90": [0.5, 0.8]}) for f in (0.8, 0.6, None)]
     truths = (0.8, 0.8, 0.8)
     rows = [
         CaseResult(label(LEAK), s, {"fraction": f, "true_fraction": 0.7}) for s, f in zip(said, truths, strict=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.validation.case_results import CaseResult, Said, WithheldTruth
+from pyroshock.validation.case_results import CaseAnswer, CaseResult, WithheldTruth
 from pyroshock.validation.report import SCORED, pooled, read_rows, write_rows
 from pyroshock.validation.tally import tables
 from support.records.blind_rows import DRAG, LAYER, LEAK, label, says, stranger, verdict
@@ -16,10 +16,10 @@ from support.records.blind_rows import DRAG, LAYER, LEAK, label, says, stranger,
 ROWS = [
     says(label(LEAK, stages=("gun",)), {LEAK: 0.7, DRAG: 0.2, "none": 0.1}),
     says(stranger(case="d"), {"unknown": 0.6, LEAK: 0.4}),
-    CaseResult(label(LAYER, case="e", inside=(1, 3)), Said("e", error="the process died")),
+    CaseResult(label(LAYER, case="e", inside=(1, 3)), CaseAnswer("e", error="the process died")),
     CaseResult(
         label(LEAK, DRAG, case="f", tier="two"),
-        Said.of("f", verdict(([LEAK, f"{LEAK}+{DRAG}"], 0.9, [0.3, 0.6]), (["none"], 0.1, None)), [[0, 2]]),
+        CaseAnswer.of("f", verdict(([LEAK, f"{LEAK}+{DRAG}"], 0.9, [0.3, 0.6]), (["none"], 0.1, None)), [[0, 2]]),
         {"fraction": 0.9},
     ),
 ]
@@ -52,7 +52,7 @@ def test_any_row_comes_back(
     import tempfile
 
     truth = WithheldTruth(case, "weak", "chain", tuple(effects), "", size, size / 2, ("gun", "plate"), inside, True)
-    row = CaseResult(truth, Said.from_probabilities(case, said, 1.5))
+    row = CaseResult(truth, CaseAnswer.from_probabilities(case, said, 1.5))
     with tempfile.TemporaryDirectory() as folder:
         write_rows(Path(folder) / SCORED, asked(0), [row])
         assert read_rows(Path(folder) / SCORED)[1] == [row]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from pyroshock.validation.blind_check import CaseJournal
-from pyroshock.validation.case_results import CaseResult, Said
+from pyroshock.validation.case_results import CaseAnswer, CaseResult
 from pyroshock.validation.metrics import CaseMetrics, figures
 from pyroshock.validation.report import Report, table
 from support.records.blind_rows import DRAG, LEAK, label, says
@@ -17,7 +17,9 @@ ROWS = [says(label(LEAK), {LEAK: 0.9, DRAG: 0.1}), says(label(), {"none": 0.8, L
 
 @pytest.fixture
 def tables() -> tuple[CaseMetrics, ...]:
-    return figures("strong", ROWS), figures("all", [*ROWS, CaseResult(label(LEAK), Said("x-3", error="it broke"))])
+    return figures("strong", ROWS), figures(
+        "all", [*ROWS, CaseResult(label(LEAK), CaseAnswer("x-3", error="it broke"))]
+    )
 
 
 def test_json_has_tiers_and_baselines(tables: tuple[CaseMetrics, ...]) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyroshock.parallel.map_tasks import Crew
+from pyroshock.parallel.map_tasks import ExecutorConfig
 from pyroshock.validation import blind_check, case_plan, run_case
 from pyroshock.validation.cases import record
 from pyroshock.virtualbench.recorder import SealError
@@ -22,7 +22,9 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Guns only, one process, and a diagnosis that says the same of every folder; what happened, in order."""
     events: list[str] = []
 
-    def here(_: Crew, function: Callable[[Any], Any], items: Sequence[Any], **__: object) -> Iterator[tuple[Any, Any]]:
+    def here(
+        _: ExecutorConfig, function: Callable[[Any], Any], items: Sequence[Any], **__: object
+    ) -> Iterator[tuple[Any, Any]]:
         return ((item, function(item)) for item in items)
 
     def diagnosed(folder: Path, options: object) -> dict[str, Any]:

@@ -56,7 +56,7 @@ def _rates() -> str:
 
 def _units() -> str:
     rows = [(quantity, code(unit)) for quantity, unit in units.SI_UNITS.items()]
-    spellings = [(code(ours) if ours else "(nothing)", code(units.spelled(ours))) for ours in units._SPELLINGS]
+    spellings = [(code(ours) if ours else "(nothing)", code(units.unit_spelling(ours))) for ours in units._SPELLINGS]
     return joined(
         "## Units",
         prose(units.__doc__),

@@ -42,7 +42,7 @@ def principal(y: Floats) -> Floats:
     return np.asarray((directions * np.sqrt(np.where(variances > 0, variances, 1.0))).T)
 
 
-def unturned(y: Floats, turn: Floats) -> Floats:
+def rotate_back(y: Floats, turn: Floats) -> Floats:
     """Components (n x p) of y (n x m); the rows of `turn` are orthogonal."""
     return np.asarray(y @ (turn / (turn * turn).sum(axis=1, keepdims=True)).T)
 
@@ -103,7 +103,7 @@ class Coregional(LearnedArrays):
         z, standard = inputs.apply(x), outputs.apply(y)
         with one_core():
             turn = principal(standard) if self.components else np.eye(y.shape[1])
-            model = CoregionalModel(z, unturned(standard, turn), self.input_kernel.made(z.shape[1]), self.rank)
+            model = CoregionalModel(z, rotate_back(standard, turn), self.input_kernel.made(z.shape[1]), self.rank)
             self.maximisation_ = maximise(KroneckerMarginalLogLikelihood(model.likelihood, model), self.iterations)
             tuned = {
                 "turn": turn,
@@ -152,7 +152,7 @@ class Coregional(LearnedArrays):
         return self.input_kernel.scaled_covariance(self._learned())
 
     def _solve(self, x: Floats, y: Floats, tuned: Arrays) -> None:
-        scores = unturned(standard_of(tuned, "y").apply(y), tuned["turn"])
+        scores = rotate_back(standard_of(tuned, "y").apply(y), tuned["turn"])
         z = self.input_kernel.scaled(tuned, standard_of(tuned, "x").apply(x))
         b = tuned["loadings"] @ tuned["loadings"].T + np.diag(np.exp(tuned["log_kappa"]))
         covariance = self.input_kernel.scaled_covariance(tuned)

@@ -93,7 +93,7 @@ def most_likely(
 Settings = Mapping[str, Any]
 
 
-class View:
+class ProcessInputs:
     """Data as the process sees them: z and h of x, the output standardised, its logarithm where asked."""
 
     def __init__(self, x: Floats, y: Floats, settings: Settings) -> None:
@@ -131,14 +131,14 @@ class View:
         return Gaussian(time, time * spread)
 
 
-def _most_likely(view: View, x: Floats, settings: Settings, iterations: int) -> tuple[Process, Floats]:
+def _most_likely(view: ProcessInputs, x: Floats, settings: Settings, iterations: int) -> tuple[Process, Floats]:
     floor = settings["noise"] / 10
     return most_likely(view.start(), *view.inputs(x), view.output, settings["ard"], floor, iterations)
 
 
 def left_out_error(x: Floats, y: Floats, settings: Settings, folds: Sequence[NDArray[np.bool_]]) -> float:
     """Eq. 4.7 over folds left out, with kernel parameters from all rows: one inverse serves all folds."""
-    view = View(x, y, settings)
+    view = ProcessInputs(x, y, settings)
     process, _ = _most_likely(view, x, settings, 25)
     inverted = inverse(process.factor(*view.inputs(x)))
     left_out = leave_folds_out(inverted, view.output, folds)
@@ -148,7 +148,7 @@ def left_out_error(x: Floats, y: Floats, settings: Settings, folds: Sequence[NDA
 
 def fitted(x: Floats, y: Floats, settings: Settings, iterations: int) -> tuple[dict[str, Any], list[float]]:
     """Kernel parameters of greatest likelihood, and the losses of the search per row."""
-    process, losses = _most_likely(View(x, y, settings), x, settings, iterations)
+    process, losses = _most_likely(ProcessInputs(x, y, settings), x, settings, iterations)
     tuned = {"lengthscales": process.lengthscales.tolist(), "signal": process.signal, "noise_level": process.noise}
     return tuned, losses.tolist()
 
@@ -159,7 +159,7 @@ class ProcessSolution:
     def __init__(self, x: Floats, y: Floats, tuned: Mapping[str, Any]) -> None:
         from scipy.linalg import cho_solve
 
-        self._view = View(x, y, tuned)
+        self._view = ProcessInputs(x, y, tuned)
         self._process = Process(tuned["kernel"], np.array(tuned["lengthscales"]), tuned["signal"], tuned["noise_level"])
         self._rows = self._view.inputs(x)
         self._lower = self._process.factor(*self._rows)

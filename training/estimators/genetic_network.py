@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
-from ...parallel.map_tasks import HERE, Crew
+from ...parallel.map_tasks import HERE, ExecutorConfig
 from ..tuning.folds import grouped_folds
-from ..tuning.genetic import CREEP, CROSSED, MUTATED, Genes, GeneticResult, Search, SearchJournal, searched
+from ..tuning.genetic import CREEP, CROSSED, MUTATED, Genes, GeneticResult, Search, SearchJournal, run_search
 from .base import Arrays, Estimator, FitReport, Gaussian, NotFittedError, SettingValue, Standard
 from .network import OPTIMISER, Network, one_thread, outputs_of, train_network
 
@@ -40,7 +40,7 @@ class GeneticNetwork(Estimator):
     kind = "genetic-network"
     journal: Path | None = None
     progress: Callable[[str], None] | None = None
-    crew: Crew = HERE
+    crew: ExecutorConfig = HERE
     found_: GeneticResult | None = None
     network_: Network | None = None
 
@@ -62,7 +62,7 @@ class GeneticNetwork(Estimator):
         evaluate = _Fitness(x, y, left_out, self.iterations, seed)
         journal = SearchJournal(self.journal, self._fingerprint(seed, x, y, groups))
         with one_thread():
-            self.found_ = searched(search, evaluate, seed, journal, self.progress, show, self.crew)
+            self.found_ = run_search(search, evaluate, seed, journal, self.progress, show, self.crew)
         return self._learn(*decoded(self.found_.genes), x, y, groups, _chance(seed, self.found_.genes))
 
     def refit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:

@@ -12,7 +12,7 @@ from ...array_types import Floats
 from .base import Arrays, Estimator, FitReport, Gaussian, NotFittedError
 
 
-class Turned(Estimator):
+class RotatedOutputs(Estimator):
     """Another regression, of combinations of the outputs (n x m) that scatter independently among repetitions.
 
     One blow too hard lifts all points of a pulse. A process whose outputs have noise of their own each can explain that

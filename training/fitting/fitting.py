@@ -16,11 +16,11 @@ from typing import Any
 
 from ...dataset.domain import Domain
 from ...dataset.table import PulseTable, split_of
-from ...parallel.map_tasks import HERE, Crew
+from ...parallel.map_tasks import HERE, ExecutorConfig
 from ..evaluation.metrics import PulseErrors, pulse_errors
 from ..evaluation.summary import summary
 from ..models.base import ContactPrediction
-from ..models.catalogue import Budget, Making, entry_of
+from ..models.catalogue import Budget, BuildOptions, entry_of
 from ..models.serialization import pack, unpack
 from ..models.training_task import TrainingTask, rng_of
 from ..registry.records import Cost, DatasetName, HeldOutPredictions, Trained
@@ -37,7 +37,7 @@ class Meter:
 
 
 @contextmanager
-def metered() -> Iterator[Meter]:
+def measure_resources() -> Iterator[Meter]:
     """Times the block, and notes the greatest memory that the process held within it.
 
     Elsewhere than on Linux the greatest since the process began: the system counts no other there.
@@ -68,7 +68,7 @@ def _peak_mb() -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Ground:
+class TrainingContext:
     """What all trainings of one call share. `work` holds what is in progress."""
 
     dataset: DatasetName
@@ -87,18 +87,18 @@ class FittingFailure:
     reason: str
 
 
-def task_of(model: str, split: str, ground: Ground) -> TrainingTask:
+def task_of(model: str, split: str, ground: TrainingContext) -> TrainingTask:
     """The training that this would be."""
-    settings = entry_of(model).make(Making(budget=ground.budget)).settings()
+    settings = entry_of(model).make(BuildOptions(budget=ground.budget)).settings()
     return TrainingTask(model, settings, ground.dataset.hash, split, ground.seed)
 
 
-def fitted(
+def fit_task(
     task: TrainingTask,
-    ground: Ground,
+    ground: TrainingContext,
     tuned: Mapping[str, Any] | None = None,
     tell: Callable[[str], None] | None = None,
-    crew: Crew = HERE,
+    crew: ExecutorConfig = HERE,
 ) -> Trained:
     """Train and judge. What was fitted is packed and unpacked before it is judged: the figures are of what is stored.
 
@@ -107,8 +107,8 @@ def fitted(
     """
     split = split_of(ground.table, task.split, task.seed)
     training, held_out = ground.table.take(split.train), ground.table.take(split.test)
-    model = entry_of(task.model).make(Making(ground.budget, tuned, journal_of(task, ground), tell, crew))
-    with metered() as meter:
+    model = entry_of(task.model).make(BuildOptions(ground.budget, tuned, journal_of(task, ground), tell, crew))
+    with measure_resources() as meter:
         model.fit(training, task.rng)
     packed = pack(model)
     prediction = unpack(*packed).predict(held_out.inputs)
@@ -128,21 +128,21 @@ def fitted(
     )
 
 
-def attempted(
+def try_fit(
     task: TrainingTask,
-    ground: Ground,
+    ground: TrainingContext,
     tuned: Mapping[str, Any] | None = None,
     tell: Callable[[str], None] | None = None,
-    crew: Crew = HERE,
+    crew: ExecutorConfig = HERE,
 ) -> Trained | FittingFailure:
-    """`fitted`, where a model that cannot learn from this dataset is no reason to stop."""
+    """`fit_task`, where a model that cannot learn from this dataset is no reason to stop."""
     try:
-        return fitted(task, ground, tuned, tell, crew)
+        return fit_task(task, ground, tuned, tell, crew)
     except ValueError as error:
         return FittingFailure(task.model, task.split, str(error))
 
 
-def journal_of(task: TrainingTask, ground: Ground) -> Path:
+def journal_of(task: TrainingTask, ground: TrainingContext) -> Path:
     """Where a search of this task keeps what it has done; gone once the model is registered."""
     return ground.work / f"{task.key}.journal"
 

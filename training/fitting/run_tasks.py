@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 
 from ...dataset.table import PulseTable, split_of
-from ...parallel.map_tasks import Crew, mapped
+from ...parallel.map_tasks import ExecutorConfig, run_all_tasks
 from ...parallel.task import one_thread
 from ..estimators.base import FitReport
 from ..models.catalogue import entry_of
 from ..models.training_task import TRAINING_VERSION, TrainingTask, rng_of
 from ..registry.records import Trained
-from .fitting import FittingFailure, Ground, attempted
+from .fitting import FittingFailure, TrainingContext, try_fit
 
 
 @dataclass(frozen=True)
@@ -44,13 +44,13 @@ class TimeSettings:
         return FitReport({"search_seconds": self.seconds}, histories=self.histories).under("time")
 
 
-def searched_time(split: str, ground: Ground) -> TimeSettings:
+def search_contact_time(split: str, ground: TrainingContext) -> TimeSettings:
     """Raises `ValueError` where nothing can be learned from the split."""
     training = ground.table.take(split_of(ground.table, split, ground.seed).train)
     return _searched(training, rng_of("contact-time", ground.dataset.hash, split, ground.seed))
 
 
-def kept_time(split: str, ground: Ground) -> TimeSettings | None:
+def read_time_settings(split: str, ground: TrainingContext) -> TimeSettings | None:
     """What was found earlier."""
     try:
         return TimeSettings(**json.loads(_file(split, ground).read_text(encoding="utf-8")))
@@ -58,12 +58,12 @@ def kept_time(split: str, ground: Ground) -> TimeSettings | None:
         return None  # not there, or not what we write
 
 
-def keep_time(found: TimeSettings, split: str, ground: Ground) -> None:
+def write_time_settings(found: TimeSettings, split: str, ground: TrainingContext) -> None:
     """For the next training on this split."""
     replace_text(_file(split, ground), json.dumps(asdict(found)))
 
 
-def _file(split: str, ground: Ground) -> Path:
+def _file(split: str, ground: TrainingContext) -> Path:
     of = f"{ground.dataset.hash[:16]}-{split.replace('/', '_')}-{ground.seed}-v{TRAINING_VERSION}"
     return ground.work / f"contact-time-{of}.json"
 
@@ -96,8 +96,8 @@ class TaskWithContactTime:
     task: TrainingTask
     tuned: Mapping[str, Any] | None = None
 
-    def done(self, ground: Ground) -> Outcome:
-        return attempted(self.task, ground, self.tuned)
+    def done(self, ground: TrainingContext) -> Outcome:
+        return try_fit(self.task, ground, self.tuned)
 
     def failed(self, reason: str) -> FittingFailure:
         return FittingFailure(self.task.model, self.task.split, reason)
@@ -109,9 +109,9 @@ class TimeSearch:
 
     split: str
 
-    def done(self, ground: Ground) -> TimeSettings | FittingFailure:
+    def done(self, ground: TrainingContext) -> TimeSettings | FittingFailure:
         try:
-            return searched_time(self.split, ground)
+            return search_contact_time(self.split, ground)
         except ValueError as error:
             return self.failed(str(error))
 
@@ -122,7 +122,7 @@ class TimeSearch:
 Errand = TaskWithContactTime | TimeSearch
 
 
-def done(errand: Errand, ground: Ground) -> Outcome | TimeSettings:
+def done(errand: Errand, ground: TrainingContext) -> Outcome | TimeSettings:
     """By a worker, which knows it by this name."""
     return errand.done(ground)
 
@@ -138,8 +138,8 @@ Tell = Callable[[str], None]
 Times = dict[str, TimeSettings | FittingFailure]
 
 
-def outcomes(
-    tasks: Sequence[TrainingTask], ground: Ground, crew: Crew, step: Step, tell: Tell
+def run_trainings(
+    tasks: Sequence[TrainingTask], ground: TrainingContext, crew: ExecutorConfig, step: Step, tell: Tell
 ) -> Iterator[tuple[TrainingTask, Outcome]]:
     """Each task with what came of it, as it is finished. What a training comes to does not depend on the crew."""
     remaining = {task.key: task for task in tasks}
@@ -156,7 +156,7 @@ def outcomes(
 
 
 def _outcomes(
-    tasks: Sequence[TrainingTask], ground: Ground, crew: Crew, tell: Tell
+    tasks: Sequence[TrainingTask], ground: TrainingContext, crew: ExecutorConfig, tell: Tell
 ) -> Iterator[tuple[TrainingTask, Outcome]]:
     """First what stands alone, and the searches that others wait for; then the others.
 
@@ -179,7 +179,7 @@ def _outcomes(
         yield task, _with_search(outcome, times)
     for training in searching:
         with one_thread():
-            outcome = attempted(training.task, ground, training.tuned, tell, crew)
+            outcome = try_fit(training.task, ground, training.tuned, tell, crew)
         yield training.task, _with_search(outcome, times)
 
 
@@ -193,18 +193,22 @@ def _with_search(outcome: Outcome, times: Times) -> Outcome:
 
 
 def _first(
-    alone: Sequence[TaskWithContactTime], splits: Iterable[str], times: Times, ground: Ground, crew: Crew
+    alone: Sequence[TaskWithContactTime],
+    splits: Iterable[str],
+    times: Times,
+    ground: TrainingContext,
+    crew: ExecutorConfig,
 ) -> Iterator[tuple[TrainingTask, Outcome]]:
     """Trainings that need nothing; on the way `times` of the splits, where they were not found earlier."""
     searches = list[TimeSearch]()
     for split in splits:
-        if (kept := kept_time(split, ground)) is None:
+        if (kept := read_time_settings(split, ground)) is None:
             searches.append(TimeSearch(split))
         else:
             times[split] = kept
     # The dear ones first where there are others to work meanwhile, and last where the first results would wait.
     errands: list[Errand] = [*alone, *searches] if crew.is_here else [*searches, *alone]
-    for errand, result in mapped(crew, done, errands, shared=(ground,), lost=lost):
+    for errand, result in run_all_tasks(crew, done, errands, shared=(ground,), lost=lost):
         if isinstance(errand, TaskWithContactTime):
             assert not isinstance(result, TimeSettings)
             yield errand.task, result
@@ -212,12 +216,12 @@ def _first(
             assert isinstance(result, TimeSettings | FittingFailure)
             times[errand.split] = result
             if isinstance(result, TimeSettings):
-                keep_time(result, errand.split, ground)
+                write_time_settings(result, errand.split, ground)
 
 
 def _sent(
-    trainings: Sequence[TaskWithContactTime], ground: Ground, crew: Crew
+    trainings: Sequence[TaskWithContactTime], ground: TrainingContext, crew: ExecutorConfig
 ) -> Iterator[tuple[TrainingTask, Outcome]]:
-    for training, outcome in mapped(crew, done, trainings, shared=(ground,), lost=lost):
+    for training, outcome in run_all_tasks(crew, done, trainings, shared=(ground,), lost=lost):
         assert not isinstance(outcome, TimeSettings)
         yield training.task, outcome

@@ -8,24 +8,24 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from ...parallel.map_tasks import HERE, Crew
+from ...parallel.map_tasks import HERE, ExecutorConfig
 from ..evaluation.floor import floor_text
 from ..evaluation.plot_style import png
-from ..registry.evaluate import Judged, on_held_out
-from ..registry.intact_models import whole
+from ..registry.evaluate import Evaluation, evaluate_held_out
+from ..registry.intact_models import intact_versions
 from ..registry.listing import newest
-from ..registry.locks import turn
+from ..registry.locks import exclusive_lock
 from ..registry.records import Trained, Version
 from ..registry.registry import Registry
-from .fitting import FittingFailure, Ground, journal_of, task_of
-from .run_tasks import outcomes
+from .fitting import FittingFailure, TrainingContext, journal_of, task_of
+from .run_tasks import run_trainings
 
 #: Figures by test become illegible beyond these: the best ones, beside the thesis's analytic pulses.
 _BEST = 3
 _ANALYTIC = ("hann", "reed", "hunter")
 
 
-def summary_figures(judged: Judged, split: str) -> dict[str, bytes]:
+def summary_figures(judged: Evaluation, split: str) -> dict[str, bytes]:
     """PNG files by name."""
     from ..evaluation.plots import by_test, coverage_figure, heat_map
 
@@ -69,12 +69,12 @@ class Progress:
 
 def train(
     registry: Registry,
-    ground: Ground,
+    ground: TrainingContext,
     models: Sequence[str],
     splits: Sequence[str],
     *,
     retrain: bool = False,
-    crew: Crew = HERE,
+    crew: ExecutorConfig = HERE,
     progress: Progress = Progress(),
 ) -> Session:
     """Train every model on every split, and register each as soon as it is finished.
@@ -85,14 +85,16 @@ def train(
     """
     tasks = [task_of(model, split, ground) for split in splits for model in models]
     what = f"training {ground.dataset.hash[:16]}"
-    with turn(registry.place, what, lambda: progress.tell("another process trains on this dataset; waiting for it")):
+    with exclusive_lock(
+        registry.place, what, lambda: progress.tell("another process trains on this dataset; waiting for it")
+    ):
         trained_before = {} if retrain else _found(registry, {task.key for task in tasks}, progress.tell)
         registry.close_runs(trained_before.values())
         to_do = [task for task in tasks if task.key not in trained_before]
         session = Session()
         summed_up = registry.floors(ground.dataset.hash, ground.seed).keys() >= set(splits)
         run = None if summed_up and not to_do else registry.open_session(ground.dataset, ground.seed)
-        for task, outcome in outcomes(to_do, ground, crew, progress.step, progress.tell):
+        for task, outcome in run_trainings(to_do, ground, crew, progress.step, progress.tell):
             if isinstance(outcome, FittingFailure):
                 session.failures.append(outcome)
                 progress.tell(f"{task.model} not trained on {task.split}: {outcome.reason}")
@@ -110,7 +112,7 @@ def train(
 def _found(registry: Registry, keys: set[str], tell: Callable[[str], None]) -> dict[str, Version]:
     """The newest version of each of these trainings; one whose files are damaged is trained anew."""
     wanted = [version for version in reversed(registry.versions()) if version.task_key in keys]
-    return {version.task_key: version for version in whole(registry, wanted, tell)}
+    return {version.task_key: version for version in intact_versions(registry, wanted, tell)}
 
 
 def _told(trained: Trained) -> str:
@@ -118,7 +120,7 @@ def _told(trained: Trained) -> str:
     return f"{trained.task.model}, {trained.task.split}: force NRMSE {nrmse:.4f} in {trained.cost.seconds:.1f} s"
 
 
-def _sum_up(registry: Registry, ground: Ground, run: str, splits: Sequence[str]) -> None:
+def _sum_up(registry: Registry, ground: TrainingContext, run: str, splits: Sequence[str]) -> None:
     """What stands over all models, earlier ones too: each split's floor and figures, in the run over all trainings."""
     figures: dict[str, bytes] = {}
     floors = {split: floor_text(ground.table, ground.dataset.hash, split, ground.seed) for split in splits}
@@ -127,10 +129,10 @@ def _sum_up(registry: Registry, ground: Ground, run: str, splits: Sequence[str])
         for version in registry.versions()
         if (version.dataset.hash, version.seed) == (ground.dataset.hash, ground.seed)
     )
-    versions = whole(registry, versions)
+    versions = intact_versions(registry, versions)
     for split in splits:
         of_split = {version.name: version for version in reversed(versions) if version.split == split}
         if of_split:
-            judged = on_held_out(registry, list(of_split.values()), lambda _hash: ground.table)
+            judged = evaluate_held_out(registry, list(of_split.values()), lambda _hash: ground.table)
             figures |= summary_figures(judged, split)
     registry.close_session(run, figures, floors)

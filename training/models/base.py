@@ -191,7 +191,7 @@ def residual_correlation(residual: Floats) -> Floats:
     return correlation
 
 
-def propagated(jacobian: Floats, spread: Floats, correlation: Floats) -> Floats:
+def propagate_spread(jacobian: Floats, spread: Floats, correlation: Floats) -> Floats:
     """Standard deviations (n x p) of p functions with derivatives `jacobian` (n x p x m) of m outputs that have the
     standard deviations `spread` (n x m) and the correlation m x m.
     """
@@ -201,7 +201,7 @@ def propagated(jacobian: Floats, spread: Floats, correlation: Floats) -> Floats:
 
 
 def correlation_with(jacobian: Floats, spread: Floats, correlation: Floats, output: int) -> Floats:
-    """Correlation (n,) of a function with derivatives `jacobian` (n x m), as in `propagated`, with one of its outputs;
+    """Correlation (n,) of a function with derivatives `jacobian` (n x m), as in `propagate_spread`, with an output;
     0 where either has no spread."""
     parts = jacobian * spread
     variance = np.einsum("nm,nm->n", parts @ correlation, parts)

@@ -45,7 +45,7 @@ class Difficulty:
         return np.asarray(np.sqrt((weight @ self.squares) / weight.sum(axis=1)))
 
 
-def left_out(x: Floats, squares: Floats, folds: Sequence[NDArray[np.bool_]], reach: float) -> Floats:
+def leave_one_out_spread(x: Floats, squares: Floats, folds: Sequence[NDArray[np.bool_]], reach: float) -> Floats:
     """Factors (n,) of each fold's rows from the others."""
     factors = np.empty_like(squares)
     for fold in folds:
@@ -57,7 +57,7 @@ def most_likely(x: Floats, squares: Floats, folds: Sequence[NDArray[np.bool_]]) 
     """That of the reach which makes the deviations left out most likely, were they normal."""
 
     def surprise(reach: float) -> float:
-        factors = left_out(x, squares, folds, reach)
+        factors = leave_one_out_spread(x, squares, folds, reach)
         return float((np.log(factors) + squares / (2 * factors**2)).sum())
 
     return Difficulty(x, squares, min(REACHES, key=surprise))
@@ -111,7 +111,7 @@ class Calibrated(ContactModel):
         force_over, time_over = _over(force, force_spread), _over(time, time_spread)
         squares = (force_over**2).mean(axis=1), time_over**2
         self.difficulty_ = tuple(most_likely(pulses.x, output_squares, folds) for output_squares in squares)
-        alike = [left_out(pulses.x, scaling.squares, folds, scaling.reach) for scaling in self.difficulty_]
+        alike = [leave_one_out_spread(pulses.x, scaling.squares, folds, scaling.reach) for scaling in self.difficulty_]
         self.factors_ = np.array([_factor(force_over / alike[0][:, None]), _factor(time_over / alike[1])])
         force_spread = self.factors_[0] * alike[0][:, None] * force_spread
         apart = np.hypot(*_relative(unseen, force_spread, self.factors_[1] * alike[1] * time_spread))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from ...parallel.map_tasks import HERE, Crew
+from ...parallel.map_tasks import HERE, ExecutorConfig
 from ..estimators.base import Estimator
 from .base import ContactModel
 
@@ -15,7 +15,7 @@ Budget = Literal["reduced", "full"]
 
 
 @dataclass(frozen=True)
-class Making:
+class BuildOptions:
     """What may differ from training to training. `budget` is the genetic search's.
 
     `tuned_time` are settings of the contact-time process that were found already; None lets the model search.
@@ -26,7 +26,7 @@ class Making:
     tuned_time: Mapping[str, Any] | None = None
     journal: Path | None = None
     tell: Callable[[str], None] | None = None
-    crew: Crew = HERE
+    crew: ExecutorConfig = HERE
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class ModelSpec:
     of its own for it.
     """
 
-    make: Callable[[Making], ContactModel]
+    make: Callable[[BuildOptions], ContactModel]
     shares_time: bool = False
     searches: bool = False
 
@@ -79,7 +79,7 @@ def _calibrated(model: ContactModel) -> ContactModel:
 def _twice(kind: str, scaling: str = "none", **settings: Any) -> ModelSpec:
     """One family for force and for time, as Table 4.4 pairs them; `scaling` as in `models.pair.SCALINGS`."""
 
-    def model(_making: Making) -> ContactModel:
+    def model(_making: BuildOptions) -> ContactModel:
         from .pair import Pair
 
         return _calibrated(Pair(_estimator(kind, **settings), _estimator(kind, **settings), scaling))
@@ -90,20 +90,20 @@ def _twice(kind: str, scaling: str = "none", **settings: Any) -> ModelSpec:
 def _with_time_process(kind: str, scaling: str = "none", **settings: Any) -> ModelSpec:
     """A force model beside the contact-time process of section 4.4; `scaling` as in `models.pair.SCALINGS`."""
 
-    def model(making: Making) -> ContactModel:
+    def model(making: BuildOptions) -> ContactModel:
         return _beside_time_process(_estimator(kind, **settings), making, scaling)
 
     return ModelSpec(model, shares_time=True)
 
 
-def _beside_time_process(force: Estimator, making: Making, scaling: str) -> ContactModel:
+def _beside_time_process(force: Estimator, making: BuildOptions, scaling: str) -> ContactModel:
     from ..estimators.contact_time import ContactTimeProcess
     from .pair import Pair
 
     return _calibrated(Pair(force, ContactTimeProcess(tuned=making.tuned_time), scaling))
 
 
-def _genetic(making: Making) -> ContactModel:
+def _genetic(making: BuildOptions) -> ContactModel:
     from ..estimators.genetic_network import GeneticNetwork
 
     full = {"population": 50, "generations": 50} if making.budget == "full" else {}
@@ -113,7 +113,7 @@ def _genetic(making: Making) -> ContactModel:
 
 
 def _law(name: str) -> ModelSpec:
-    def model(_making: Making) -> ContactModel:
+    def model(_making: BuildOptions) -> ContactModel:
         from .analytic import Analytic
 
         return Analytic(name)
@@ -121,13 +121,13 @@ def _law(name: str) -> ModelSpec:
     return ModelSpec(model)
 
 
-def _single_pass(_making: Making) -> ContactModel:
+def _single_pass(_making: BuildOptions) -> ContactModel:
     from .single_pass import SinglePass
 
     return _calibrated(SinglePass())
 
 
-def _hybrid(_making: Making) -> ContactModel:
+def _hybrid(_making: BuildOptions) -> ContactModel:
     from .hybrid import Hybrid
 
     return _calibrated(Hybrid())

@@ -29,7 +29,7 @@ from .base import (
     momentum,
     own,
     prefixed,
-    propagated,
+    propagate_spread,
     residual_correlation,
     restored,
     spelled,
@@ -100,7 +100,7 @@ def spreads_of(pulse: ResidualPulse, spread: Floats, correlation: Floats, ends: 
 
     To first order, and the second where the first vanishes: q^2 has the variance 4 q^2 v + 2 v^2, v that of q.
     """
-    force = propagated(_jacobian(pulse), spread, correlation)
+    force = propagate_spread(_jacobian(pulse), spread, correlation)
     square = (pulse.root**2) @ WEIGHTS
     second = pulse.mean_force_n / square[:, None] * np.sqrt(2.0) * spread[:, 2:] ** 2
     force[:, _INNER] = np.hypot(force[:, _INNER], second)
@@ -229,7 +229,7 @@ def _default_base() -> ContactModel:
 
 
 def _default_process() -> Estimator:
-    from ..estimators.rotated_outputs import Turned
+    from ..estimators.rotated_outputs import RotatedOutputs
     from ..estimators.single_outputs import SingleOutputs
 
-    return Turned(SingleOutputs())
+    return RotatedOutputs(SingleOutputs())

@@ -9,7 +9,7 @@ from ...dataset.table import PulseTable
 from ...schema.impacts import INTEGRATED
 from ...twin.contact.prior import MOST_PULSES, PriorContact
 from ...twin.contact.target_motion import PulseMoments, TargetMotion, velocity_before_contact
-from ...twin.contact_interface import ForcePulses, Strikes
+from ...twin.contact_interface import ForcePulses, ImpactBatch
 from ...twin.measured_shots import MeasuredShots
 from ...twin.prediction import stratified_normals
 from ...twin.setting import ElasticMaterial, Setting
@@ -76,7 +76,7 @@ def prior_pulses(
     Raises `LookupError` for predictors that do not tell bodies and materials, `ValueError` for values that are
     unphysical or not known.
     """
-    strikes = Strikes(settings_of(pulses, plates), velocity_before(pulses, velocity_kind, plates)[0])
+    strikes = ImpactBatch(settings_of(pulses, plates), velocity_before(pulses, velocity_kind, plates)[0])
     n = len(pulses)
     # The draws of one row are stratified, and those of the rows apart from each other.
     z = np.stack([stratified_normals(draws, contact.normals, rng) for _ in range(n)], axis=1)
@@ -94,7 +94,7 @@ def velocity_before(
     velocity = pulses.column("impact_velocity")
     if velocity_kind != INTEGRATED:
         return velocity, np.full(len(velocity), np.nan)
-    motion = TargetMotion.of_strikes(Strikes(settings_of(pulses, plates), velocity))
+    motion = TargetMotion.of_strikes(ImpactBatch(settings_of(pulses, plates), velocity))
     return velocity_before_contact(velocity, PulseMoments.of(pulses.force_n), motion)
 
 

@@ -40,7 +40,7 @@ KINDS: dict[str, tuple[str, str]] = {
     "genetic-network": ("estimators.genetic_network", "GeneticNetwork"),
     "coregional": ("estimators.coregional", "Coregional"),
     "single-outputs": ("estimators.single_outputs", "SingleOutputs"),
-    "turned": ("estimators.rotated_outputs", "Turned"),
+    "turned": ("estimators.rotated_outputs", "RotatedOutputs"),
     "contact-time": ("estimators.contact_time", "ContactTimeProcess"),
 }
 

@@ -19,7 +19,7 @@ from .base import (
     own,
     positive_pulses,
     prefixed,
-    propagated,
+    propagate_spread,
     residual_correlation,
     restored,
     spelled,
@@ -35,7 +35,7 @@ class SinglePass(ContactModel):
     """One coupled regression of F tau / (m u) at 20 points and log tau, all near one; F force, tau contact time.
 
     The default regression is a linear model of coregionalisation: independent Gaussian processes, each with
-    lengthscales of its own, of which every output is a mixture (`Turned`). On treatments never hit it errs far less
+    lengthscales of its own, of which every output is a mixture (`RotatedOutputs`). On unseen treatments it errs less
     than one process with common lengthscales. A pulse that lasts longer pushes less: the
     correlation of force and time that training leaves over narrows the force's spread.
     """
@@ -85,7 +85,7 @@ class SinglePass(ContactModel):
         points = np.arange(POINTS)
         jacobian[:, points, points] = scale
         jacobian[:, :, POINTS] = -force
-        return propagated(jacobian, spread, self._correlation)
+        return propagate_spread(jacobian, spread, self._correlation)
 
     def fit_report(self) -> FitReport:
         return self._learned().fit_report().under("process")
@@ -118,7 +118,7 @@ def _outputs(pulses: PulseTable) -> Floats:
 
 
 def _default_process() -> Estimator:
-    from ..estimators.rotated_outputs import Turned
+    from ..estimators.rotated_outputs import RotatedOutputs
     from ..estimators.single_outputs import SingleOutputs
 
-    return Turned(SingleOutputs())
+    return RotatedOutputs(SingleOutputs())

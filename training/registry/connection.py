@@ -12,8 +12,8 @@ from functools import wraps
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from ...schema.addresses import without_secrets
-from ...schema.transactions import passes, rerun
-from .locks import turn
+from ...schema.transactions import is_transient, retry
+from .locks import exclusive_lock
 from .model_storage import VARIABLE, ModelStorage
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ class Connection:
 
         if not self.place.is_server:
             import mlflow.store.tracking.sqlalchemy_store  # takes a second, for which nobody should wait in turn
-        with turn(self.place, "tables"):
+        with exclusive_lock(self.place, "tables"):
             client = mlflow.MlflowClient()
             experiment = client.get_experiment_by_name(EXPERIMENT)
             if experiment is not None:
@@ -119,7 +119,7 @@ def patient(method: Callable[Asked, Answer]) -> Callable[Asked, Answer]:
 
     @wraps(method)
     def called(*args: Asked.args, **kwargs: Asked.kwargs) -> Answer:
-        return rerun(lambda: method(*args, **kwargs), lambda error, _: passes(error))
+        return retry(lambda: method(*args, **kwargs), lambda error, _: is_transient(error))
 
     return called
 

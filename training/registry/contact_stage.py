@@ -16,7 +16,7 @@ from ...schema.known_factors import NONE
 from ...twin.contact.effects_on_pulses import with_effects
 from ...twin.contact.impacts import ContactEffect
 from ...twin.contact.target_motion import PulseMoments, TargetMotion, integrated_velocity, velocity_before_contact
-from ...twin.contact_interface import Extrapolation, ForcePulses, OutOfDomain, Strikes
+from ...twin.contact_interface import Extrapolation, ForcePulses, ImpactBatch, OutOfDomain
 from ...twin.effects import Effect, checked_effects
 from ...twin.setting import ElasticMaterial, Setting
 from ..models.prior_pulses import _pulses, random_pulses
@@ -77,7 +77,7 @@ class RegisteredContact:
         """What the model is asked with."""
         return self.asked or shipped(self.registered.version.dataset.predictor_set)
 
-    def pulses(self, strikes: Strikes, z: Floats | None = None) -> ForcePulses:
+    def pulses(self, strikes: ImpactBatch, z: Floats | None = None) -> ForcePulses:
         """Raises `ValueError` where a setting does not tell what a predictor asks for, and for another shape of `z`."""
         if z is not None and z.shape != (len(strikes), self.normals):
             raise ValueError(f"z has shape {z.shape}: expected ({len(strikes)}, {self.normals})")
@@ -85,12 +85,12 @@ class RegisteredContact:
         pulses = _pulses(prediction) if z is None else random_pulses(prediction, z[:, :2], _momentum(strikes))
         return with_effects(pulses, strikes, self.effects) if self.effects else pulses
 
-    def outside(self, strikes: Strikes) -> list[tuple[OutOfDomain, ...]]:
+    def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]:
         """For each strike, in the model's own kind of velocity."""
         listed = self.registered.domain.outside(self.inputs(strikes))
         return [tuple(OutOfDomain(o.predictor, o.value, _range(o.range)) for o in items) for items in listed]
 
-    def extrapolation(self, strikes: Strikes) -> list[tuple[Extrapolation, ...]]:
+    def extrapolation(self, strikes: ImpactBatch) -> list[tuple[Extrapolation, ...]]:
         """For each strike, the numbers that lie below or above all that the model has learned from."""
         inputs, domain = self.inputs(strikes), self.registered.domain
         listed: list[list[Extrapolation]] = [[] for _ in range(len(strikes))]
@@ -100,11 +100,11 @@ class RegisteredContact:
                 listed[row].append(Extrapolation(limit.predictor.name, value, limit.low, limit.high))
         return [tuple(items) for items in listed]
 
-    def inputs(self, strikes: Strikes) -> Inputs:
+    def inputs(self, strikes: ImpactBatch) -> Inputs:
         """What the model is asked with, a row for each strike. Raises as `pulses`."""
         return self._inputs_at(strikes, self._model_velocity(strikes, None))
 
-    def _inputs_at(self, strikes: Strikes, velocity_m_s: Floats) -> Inputs:
+    def _inputs_at(self, strikes: ImpactBatch, velocity_m_s: Floats) -> Inputs:
         settings = {id(setting): setting for setting in strikes.settings}  # random shots share one setting
         rows = {key: self._row(setting) for key, setting in settings.items()}
         x = np.array([rows[id(setting)] for setting in strikes.settings])
@@ -116,7 +116,7 @@ class RegisteredContact:
             plate_thickness_m=np.array([setting.plate_thickness_m for setting in strikes.settings]),
         )
 
-    def _model_velocity(self, strikes: Strikes, z: Floats | None) -> Floats:
+    def _model_velocity(self, strikes: ImpactBatch, z: Floats | None) -> Floats:
         """The velocity (n,) of the model's kind at which its mean pulse gives that before contact.
 
         The model is asked at velocities from a tenth to all of it, or twice, once for each setting; between them what
@@ -133,7 +133,9 @@ class RegisteredContact:
         np.maximum.at(fastest, row, wanted)
         most = _MOST_SHARE[self.velocity_kind]
         trial_velocity = fastest[:, None] * np.geomspace(_LEAST_SHARE, most, _VELOCITIES)
-        trials = Strikes([setting for setting in settings.values() for _ in range(_VELOCITIES)], trial_velocity.ravel())
+        trials = ImpactBatch(
+            [setting for setting in settings.values() for _ in range(_VELOCITIES)], trial_velocity.ravel()
+        )
         force = _pulses(self.registered.model.predict(self._inputs_at(trials, trial_velocity.ravel()))).force_n
         moments = PulseMoments.of(force)
         moments = PulseMoments(*(values.reshape(trial_velocity.shape)[row] for values in vars(moments).values()))
@@ -209,7 +211,7 @@ def _value(predictor: Predictor, source: str, case: ImpactSource, materials: Map
     return float(predictor.levels.index(word))
 
 
-def _momentum(strikes: Strikes) -> Floats:
+def _momentum(strikes: ImpactBatch) -> Floats:
     return np.array([setting.impactor_mass_kg for setting in strikes.settings]) * strikes.impact_velocity_m_s
 
 

@@ -69,7 +69,7 @@ def crown(client: MlflowClient, version: Version, stamp: str) -> None:
             _move_or_drop(client, model.name, model.aliases, alias)
 
 
-def is_crowned(client: MlflowClient, version: Version, stamp: str) -> bool:
+def is_champion(client: MlflowClient, version: Version, stamp: str) -> bool:
     """Whether it carries its set's alias since the promotion of this stamp."""
     aliases = client.get_registered_model(version.name).aliases
     if str(aliases.get(alias_of(version.dataset.predictor_set))) != str(version.version):
@@ -115,7 +115,7 @@ def settle(client: MlflowClient, experiment: str, versions: Sequence[Version]) -
         if not _is_open(run):
             continue
         candidate = by_label.get(decision_from(run.data.tags).candidate)
-        if candidate is not None and is_crowned(client, candidate, run.data.tags[_STAMP_TAG]):
+        if candidate is not None and is_champion(client, candidate, run.data.tags[_STAMP_TAG]):
             crown(client, candidate, run.data.tags[_STAMP_TAG])
             client.set_terminated(run.info.run_id)
         else:
@@ -129,7 +129,7 @@ def decisions(client: MlflowClient, experiment: str, versions: Sequence[Version]
     for run in sorted(_runs(client, experiment), key=lambda run: (_number(run), run.info.start_time), reverse=True):
         decision = decision_from(run.data.tags)
         candidate = by_label.get(decision.candidate)
-        if _is_open(run) and (candidate is None or not is_crowned(client, candidate, run.data.tags[_STAMP_TAG])):
+        if _is_open(run) and (candidate is None or not is_champion(client, candidate, run.data.tags[_STAMP_TAG])):
             continue
         decisions.append(decision)
     return decisions

@@ -16,7 +16,7 @@ from .registry import Registry
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
+class Evaluation:
     """Errors by label ("hybrid@3") on the same `pulses`, row by row; `outside` counts those beyond a model's domain."""
 
     pulses: PulseTable
@@ -25,7 +25,7 @@ class Judged:
     outside: dict[str, int]
 
 
-def on_held_out(registry: Registry, versions: Sequence[Version], read: Callable[[str], PulseTable]) -> Judged:
+def evaluate_held_out(registry: Registry, versions: Sequence[Version], read: Callable[[str], PulseTable]) -> Evaluation:
     """On the held-out pulses that all of them have in common; `read` gives a dataset's pulses by its hash.
 
     What a model held out it was not trained on, so neither was any other on what they have in common. Raises
@@ -41,10 +41,10 @@ def on_held_out(registry: Registry, versions: Sequence[Version], read: Callable[
     pulses = _pulses_of(versions, common, read)
     predictions = {label: _in_order(predicted, pulses.key) for label, predicted in held_out.items()}
     errors = {label: pulse_errors(pulses, prediction) for label, prediction in predictions.items()}
-    return Judged(pulses, errors, predictions, dict.fromkeys(predictions, 0))
+    return Evaluation(pulses, errors, predictions, dict.fromkeys(predictions, 0))
 
 
-def on_other(registry: Registry, versions: Sequence[Version], pulses: PulseTable) -> Judged:
+def evaluate_on_table(registry: Registry, versions: Sequence[Version], pulses: PulseTable) -> Evaluation:
     """On those of other `pulses` that none was trained on. Raises `ValueError` where there are none."""
     trained_on = [registry.held_out(version).trained_on for version in versions]
     fresh = ~np.isin(pulses.key, np.concatenate(trained_on))
@@ -55,7 +55,7 @@ def on_other(registry: Registry, versions: Sequence[Version], pulses: PulseTable
     predictions = {label: answer.prediction for label, answer in answers.items()}
     outside = {label: sum(map(bool, answer.outside)) for label, answer in answers.items()}
     errors = {label: pulse_errors(pulses, prediction) for label, prediction in predictions.items()}
-    return Judged(pulses, errors, predictions, outside)
+    return Evaluation(pulses, errors, predictions, outside)
 
 
 def _pulses_of(versions: Sequence[Version], keys: set[str], read: Callable[[str], PulseTable]) -> PulseTable:

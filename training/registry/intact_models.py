@@ -14,7 +14,7 @@ def damages(registry: Registry, versions: Iterable[Version]) -> dict[str, str]:
     return {label: wrong for label, wrong in damages if wrong is not None}
 
 
-def whole(
+def intact_versions(
     registry: Registry, versions: Iterable[Version], tell: Callable[[str], None] = lambda _: None
 ) -> list[Version]:
     """Those whose files are whole; `tell` is told of each other one that it is left out, and why."""

@@ -12,14 +12,16 @@ from sqlalchemy import Connection, func, select
 from sqlalchemy.exc import DBAPIError
 
 from ...schema.engine import make_engine
-from ...schema.transactions import Patience, number_of, passes, rerun
+from ...schema.transactions import RetryPolicy, is_transient, number_of, retry
 from .model_storage import ModelStorage
 
 #: A server that is away for longer is not waited for.
-_PATIENCE = Patience(total_s=120.0)
+_PATIENCE = RetryPolicy(total_s=120.0)
 
 
-def turn(place: ModelStorage, what: str, waiting: Callable[[], None] | None = None) -> AbstractContextManager[None]:
+def exclusive_lock(
+    place: ModelStorage, what: str, waiting: Callable[[], None] | None = None
+) -> AbstractContextManager[None]:
     """Hold the turn called `what` of the models at a place; who wants it too waits, after `waiting` was called once.
 
     A PostgreSQL store keeps it for all machines, and gives it back when the connection ends. Of SQLite's, and of a
@@ -35,8 +37,8 @@ def _server_turn(uri: str, what: str, waiting: Callable[[], None] | None) -> Ite
     number = number_of(what)
     engine = make_engine(uri)
     try:
-        connection = rerun(
-            lambda: _waited(engine.connect(), number, waiting), lambda error, _: passes(error), _PATIENCE
+        connection = retry(
+            lambda: _waited(engine.connect(), number, waiting), lambda error, _: is_transient(error), _PATIENCE
         )
         try:
             yield

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
-from ...schema.addresses import AddressError, parsed, shown
+from ...schema.addresses import AddressError, address_for_display, parse_address
 
 #: By which MLflow, and we with it, are told of another place.
 VARIABLE = "MLFLOW_TRACKING_URI"
@@ -44,7 +44,7 @@ class ModelStorage:
     @property
     def shown(self) -> str:
         """The address for a message: without its password."""
-        return shown(self.tracking_uri)
+        return address_for_display(self.tracking_uri)
 
     @property
     def work(self) -> Path:
@@ -60,10 +60,10 @@ class ModelStorage:
         """The file of an SQLite store."""
         if not self.tracking_uri.startswith("sqlite"):
             return None
-        return Path(parsed(self.tracking_uri).database or "")
+        return Path(parse_address(self.tracking_uri).database or "")
 
 
-def place_beside(store_url: str, environment: Mapping[str, str]) -> ModelStorage:
+def storage_for(store_url: str, environment: Mapping[str, str]) -> ModelStorage:
     """Where the models of the store at `store_url` live.
 
     `MLFLOW_TRACKING_URI` decides where it is set. Else `lab.db` has `lab-models.db` and `lab-models/` beside it, and a
@@ -97,14 +97,14 @@ def _given(uri: str) -> ModelStorage:
     if uri.startswith(("http://", "https://")):
         return ModelStorage(uri, Path.cwd() / "pyroshock-models")
     try:
-        scheme = parsed(uri).drivername
+        scheme = parse_address(uri).drivername
     except AddressError:
         if "://" in uri:
             raise
         scheme = "file"
     if scheme == "file":
         raise ValueError(
-            f"{VARIABLE}={shown(uri)}: MLflow keeps no models in plain folders any more; "
+            f"{VARIABLE}={address_for_display(uri)}: MLflow keeps no models in plain folders any more; "
             "give sqlite:///FILE, postgresql+psycopg://USER@HOST/NAME or a server's address"
         )
     database = _database(uri)
@@ -115,7 +115,7 @@ def _given(uri: str) -> ModelStorage:
 
 def _database(url: str) -> Path | None:
     """The file of an SQLite address, absolute; None for a server's, and for one in memory."""
-    address = parsed(url)
+    address = parse_address(url)
     if address.get_backend_name() != "sqlite" or address.database in (None, "", ":memory:"):
         return None
     return Path(str(address.database)).absolute()

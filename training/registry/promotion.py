@@ -24,7 +24,7 @@ from ..evaluation.unseen_configurations import (
 )
 from ..models.prior_pulses import UPDATED_LAW
 from ..models.training_task import rng_of
-from .evaluate import Judged, on_held_out, on_other
+from .evaluate import Evaluation, evaluate_held_out, evaluate_on_table
 from .listing import chosen
 from .records import Decision, Version
 from .registry import Registry
@@ -165,7 +165,7 @@ def _pulse_errors(
             f"{taken}: one of them would be asked with the other's; judge them on held-out pulses, without --on"
         )
     try:
-        judged = on_other(registry, both, other[1]) if other else on_held_out(registry, both, read)
+        judged = evaluate_on_table(registry, both, other[1]) if other else evaluate_held_out(registry, both, read)
     except ValueError:
         return {}
     comparison = compared(judged, candidate.label, champion.label)
@@ -180,7 +180,7 @@ def _refuse_damaged(registry: Registry, candidate: Version) -> None:
         raise ValueError(f"{candidate.label} cannot be promoted, predictions would fail: {wrong}")
 
 
-def compared(judged: Judged, a: str, b: str, groups: bool = False) -> Comparison:
+def compared(judged: Evaluation, a: str, b: str, groups: bool = False) -> Comparison:
     """Two of the judged models beside each other; the draws depend on who is compared, so the same is said again."""
     from ..evaluation.comparison import comparison_groups
 

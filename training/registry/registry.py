@@ -15,13 +15,13 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...schema.transactions import passes, rerun
+from ...schema.transactions import is_transient, retry
 from ..estimators.base import SettingValue
 from ..models.serialization import ARRAYS_FILE, MODEL_FILE, ModelFileError, read_files, read_model
 from .connection import Connection, RegistryError, patient
 from .decisions import champions_of, crown, decide, decisions, next_stamp, settle
 from .listing import in_order
-from .locks import turn
+from .locks import exclusive_lock
 from .logged import HELD_OUT, code_version, log_figures, log_files, log_model
 from .model_storage import ModelStorage
 from .records import DatasetName, Decision, HeldOutPredictions, RegisteredModel, Trained, Version
@@ -140,7 +140,7 @@ class Registry:
             with self.connection.client() as client, tempfile.TemporaryDirectory() as room:
                 return _registered(client, begun) or self._record(client, Path(room), trained, session, begun)
 
-        return rerun(attempt, lambda error, _: passes(error))
+        return retry(attempt, lambda error, _: is_transient(error))
 
     def _record(
         self, client: MlflowClient, room: Path, trained: Trained, session: str | None, begun: list[str]
@@ -163,7 +163,9 @@ class Registry:
             model_uri, model_id, sha256 = log_model(trained, room / "model")
             log_figures(client, run.info.run_id, model_id, trained)
             log_files(client, run.info.run_id, trained, room / "files")
-            with turn(self.place, "registering"):  # MLflow counts a name's versions, and gives up after three races
+            with exclusive_lock(
+                self.place, "registering"
+            ):  # MLflow counts a name's versions, and gives up after three races
                 own = version_tags(trained, sha256, _next_order(client))
                 with redirect_stderr(StringIO()):  # MLflow announces every version there
                     written = mlflow.register_model(model_uri, task.model, tags=own)
@@ -219,7 +221,7 @@ class Registry:
     @contextmanager
     def promoting(self) -> Iterator[None]:
         """Nobody else promotes meanwhile: compare, then `set_champion` and `note`, in one hold."""
-        with turn(self.place, "promotion"):
+        with exclusive_lock(self.place, "promotion"):
             yield
 
     def set_champion(self, version: Version) -> None:

@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from ...parallel.map_tasks import HERE, Crew, mapped
+from ...parallel.map_tasks import HERE, ExecutorConfig, run_all_tasks
 
 Key = tuple[int, ...]
 
@@ -134,14 +134,14 @@ class GeneticResult:
         return self.asked - self.evaluated
 
 
-def searched(
+def run_search(
     search: Search,
     evaluate: Evaluate,
     seed: int,
     journal: SearchJournal,
     progress: Progress | None = None,
     show: Callable[[Genes], str] = str,
-    crew: Crew = HERE,
+    crew: ExecutorConfig = HERE,
 ) -> GeneticResult:
     """The best of a first population and `generations` bred from it; the same for any number of workers, and any crew.
 
@@ -175,10 +175,12 @@ def _ranked(seen: Iterable[Genes], journal: SearchJournal) -> Genes:
     return min(seen, key=lambda genes: (journal.values[genes], genes))
 
 
-def _evaluated(missing: Sequence[Genes], evaluate: Evaluate, workers: int, crew: Crew) -> Iterable[tuple[Genes, float]]:
+def _evaluated(
+    missing: Sequence[Genes], evaluate: Evaluate, workers: int, crew: ExecutorConfig
+) -> Iterable[tuple[Genes, float]]:
     """Values as they come. Here by threads: PyTorch leaves Python's lock."""
     if workers == 1 or not crew.is_here:
-        return mapped(crew, _value, missing, shared=(evaluate,))
+        return run_all_tasks(crew, _value, missing, shared=(evaluate,))
     return _by_threads(missing, evaluate, workers)
 
 

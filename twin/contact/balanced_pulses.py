@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
-from ..contact_interface import ForcePulses, Strikes
+from ..contact_interface import ForcePulses, ImpactBatch
 from .anvil import anvil_pulses
 from .bodies import Bodies
 from .coupled import ImpactSolver
@@ -50,7 +50,7 @@ class StruckBodies:
     anvil: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, strikes: Strikes) -> Self:
+    def of(cls, strikes: ImpactBatch) -> Self:
         polymer = np.array([polymeric(setting) for setting in strikes.settings])
         anvil = np.array([setting.anvil is not None for setting in strikes.settings])
         return cls(_with_strengths(strikes), insulated(strikes), impedance(strikes), polymer, anvil)
@@ -165,7 +165,7 @@ def _prepared(struck: StruckBodies, effects: Sequence[ContactEffect]) -> Impacts
     return reduce(lambda impacts, effect: effect.prepare(impacts), effects, nominal)
 
 
-def _with_strengths(strikes: Strikes) -> Bodies:
+def _with_strengths(strikes: ImpactBatch) -> Bodies:
     """Bodies that do not yield where a yield strength is not known."""
     bodies = bodies_of(strikes)
     if bodies.impactor_yield_strength_pa is not None and bodies.target_yield_strength_pa is not None:

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from ...array_types import Complexes, Floats
 from ..contact_interface import ForcePulses
-from .impact import Course, ForceShape, ImpactPulse, peak_force
+from .impact import ForceHistory, ForceShape, ImpactPulse, peak_force
 from .impacts import Impacts
 from .integrate_contact import LEAST_FORCE, March, Nodes, Numbers, own_time, scales
 from .restitution_laws import Restitution
@@ -261,7 +261,7 @@ def coupled_impact(
         peak_force_n=peak,
         impulse_n_s=impulse,
         restitution=Restitution.bounded(np.minimum(back / impacts.bodies.impact_velocity_m_s, 1.0)),
-        shape=ForceShape(Course.of(solved), peak),
+        shape=ForceShape(ForceHistory.of(solved), peak),
         separation_velocity_m_s=back,
         deepest_indentation_m=deepest,
         permanent_indentation_m=permanent,

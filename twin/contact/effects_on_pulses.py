@@ -11,13 +11,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...array_types import Floats
-from ..contact_interface import ForcePulses, Strikes
+from ..contact_interface import ForcePulses, ImpactBatch
 from ..effects import Effect
 from .impact import impact, trimmed
 from .impacts import bodies_of, impedance, insulated
 
 
-def with_effects(pulses: ForcePulses, strikes: Strikes, effects: Sequence[Effect]) -> ForcePulses:
+def with_effects(pulses: ForcePulses, strikes: ImpactBatch, effects: Sequence[Effect]) -> ForcePulses:
     """The pulses of `strikes` as Hertz' impact changes under `effects`; of that impact itself, what it then is.
 
     Momentum and energy hold: an impulse of at most two momenta of the impactor stays below two of those that it has
@@ -43,7 +43,7 @@ def changed_force(force_n: Floats, without_n: Floats, with_n: Floats) -> Floats:
     return np.asarray(shape / shape.max(axis=1, keepdims=True) * peak * after / before)
 
 
-def _law_pulses(strikes: Strikes, effects: Sequence[Effect], points: int) -> ForcePulses:
+def _law_pulses(strikes: ImpactBatch, effects: Sequence[Effect], points: int) -> ForcePulses:
     place = impedance(strikes)
     solved = impact(bodies_of(strikes), effects, insulated=insulated(strikes), plate_impedance_n_s_m=place)
     return trimmed(solved, points)

@@ -26,7 +26,7 @@ from .restitution_laws import Restitution
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class ForceHistory:
     """Force at the nodes of n contacts, one contact after the other; between them, cubics through force and rate.
 
     Each contact's first node is its begin, phase 0, its last one its end, phase 1.
@@ -128,7 +128,7 @@ def solve(impacts: Impacts, steps: int = STEPS) -> ImpactPulse:
         peak_force_n=peak * force,
         impulse_n_s=impacts.mass_kg * velocity * (1 + back),
         restitution=Restitution.bounded(np.minimum(back, 1.0)),
-        shape=ForceShape(Course.of(solved), peak),
+        shape=ForceShape(ForceHistory.of(solved), peak),
         separation_velocity_m_s=back * velocity,
         deepest_indentation_m=solved.deepest * length,
         permanent_indentation_m=solved.permanent * length,
@@ -140,7 +140,7 @@ def solve(impacts: Impacts, steps: int = STEPS) -> ImpactPulse:
 class ForceShape:
     """Force over its peak, n x p, at phases (p,) or (n, p)."""
 
-    course: Course
+    course: ForceHistory
     peak: Floats
 
     def __call__(self, phase: Floats) -> Floats:

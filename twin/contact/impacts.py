@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
-from ..contact_interface import Strikes
+from ..contact_interface import ImpactBatch
 from ..effects import Effect, Value
 from ..setting import Setting
 from .bodies import Bodies
@@ -115,7 +115,7 @@ class ContactEffect(Effect):
         return np.broadcast_to(values, (n,))
 
 
-def bodies_of(strikes: Strikes) -> Bodies:
+def bodies_of(strikes: ImpactBatch) -> Bodies:
     """Tip, first layer hit, impactor's mass, plate's thickness; yield strengths where all materials tell their own."""
 
     def each(value: Callable[[Setting], float | None]) -> Floats | None:
@@ -138,12 +138,12 @@ def bodies_of(strikes: Strikes) -> Bodies:
     )
 
 
-def insulated(strikes: Strikes) -> NDArray[np.bool_]:
+def insulated(strikes: ImpactBatch) -> NDArray[np.bool_]:
     """Where an insulating layer lies on the target, (n,)."""
     return np.array([setting.insulator != "none" for setting in strikes.settings])
 
 
-def impedance(strikes: Strikes) -> Floats:
+def impedance(strikes: ImpactBatch) -> Floats:
     """Point impedance (N s/m, (n,)) of the plate's own material, whatever lies on it."""
     plates = [
         (s.plate.youngs_modulus_pa, s.plate.poisson_ratio, s.plate.density_kg_m3, s.plate_thickness_m)

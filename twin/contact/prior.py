@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
-from ..contact_interface import Extrapolation, ForcePulses, OutOfDomain, Strikes
+from ..contact_interface import Extrapolation, ForcePulses, ImpactBatch, OutOfDomain
 from ..effects import Effect, checked_effects
 from ..measured_shots import MeasuredShots
 from ..setting import Setting
@@ -126,11 +126,11 @@ class PriorContact:
         fixed = {effect.id for effect in self.effects}
         return (*uncertain_columns(fixed, self.hand_held), *DISCREPANCIES)
 
-    def pulses(self, strikes: Strikes, z: Floats | None = None) -> ForcePulses:
+    def pulses(self, strikes: ImpactBatch, z: Floats | None = None) -> ForcePulses:
         """Force at 65 phases; for `z` None of the mean of all that is drawn. Raises `ValueError` for another `z`."""
         return self._solved(strikes, z, at_tip=self.hand_held)
 
-    def pulses_on_plate(self, solver: ImpactSolver, strikes: Strikes, z: Floats | None = None) -> ForcePulses:
+    def pulses_on_plate(self, solver: ImpactSolver, strikes: ImpactBatch, z: Floats | None = None) -> ForcePulses:
         """As `pulses`, where `solver` gives the pulses of impacts on a plate that it knows, but for those on an anvil.
 
         `contact.plate_compliance` does not act on them. Measured shots have narrowed the other parameters beside it,
@@ -138,13 +138,13 @@ class PriorContact:
         """
         return self._solved(strikes, z, at_tip=self.hand_held, phases=COUPLED_PHASES, solver=solver)
 
-    def plate_pulses(self, strikes: Strikes, z: Floats | None, pulses: ForcePulses) -> ForcePulses:
+    def plate_pulses(self, strikes: ImpactBatch, z: Floats | None, pulses: ForcePulses) -> ForcePulses:
         """What of `pulses`, those of the same strikes and `z`, acts on the plate: below an anvil, what its joint
         carries; else the same."""
         rows = [row for row, setting in enumerate(strikes.settings) if setting.anvil is not None]
         if not self.hand_held or not rows:
             return pulses
-        below = Strikes([strikes.settings[row] for row in rows], strikes.impact_velocity_m_s[rows])
+        below = ImpactBatch([strikes.settings[row] for row in rows], strikes.impact_velocity_m_s[rows])
         carried = self._solved(below, None if z is None else z[rows], at_tip=False, phases=pulses.force_n.shape[1])
         time, force, turn = (x.copy() for x in (pulses.contact_time_s, pulses.force_n, pulses.compression_time_s))
         time[rows], force[rows], turn[rows] = carried.contact_time_s, carried.force_n, carried.compression_time_s
@@ -152,7 +152,7 @@ class PriorContact:
 
     def _solved(
         self,
-        strikes: Strikes,
+        strikes: ImpactBatch,
         z: Floats | None,
         *,
         at_tip: bool,
@@ -173,11 +173,11 @@ class PriorContact:
         random, narrowing = pulses(mean + np.einsum("nlk,nk->nl", root, z)), self.posterior.narrowing
         return random if narrowing == 1 else narrowed_pulses(random, pulses(mean), narrowing)
 
-    def outside(self, strikes: Strikes) -> list[tuple[OutOfDomain, ...]]:
+    def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]:
         """Nothing: yield, loss and layer are drawn."""
         return [() for _ in range(len(strikes))]
 
-    def extrapolation(self, strikes: Strikes) -> list[tuple[Extrapolation, ...]]:
+    def extrapolation(self, strikes: ImpactBatch) -> list[tuple[Extrapolation, ...]]:
         """For each strike the quantities beyond those of the learned shots; none where nothing was learned."""
         if not self.shots:
             return [() for _ in range(len(strikes))]
@@ -214,7 +214,7 @@ class PriorContact:
         return checked_effects(self.effects, ContactEffect)
 
     def _observables(self, learned: LearnedShots) -> Callable[[Floats, Floats], Floats]:
-        struck = StruckBodies.of(Strikes(learned.settings, learned.velocity_m_s))
+        struck = StruckBodies.of(ImpactBatch(learned.settings, learned.velocity_m_s))
 
         def logarithms(latent: Floats, log_velocity: Floats) -> Floats:
             repeated = struck.repeated(len(latent) // len(learned), np.exp(log_velocity))
@@ -223,7 +223,7 @@ class PriorContact:
 
         return logarithms
 
-    def _latent(self, strikes: Strikes) -> tuple[Floats, Floats]:
+    def _latent(self, strikes: ImpactBatch) -> tuple[Floats, Floats]:
         """Mean (n, latents) and lower root of the covariance (n, latents, latents) of each strike."""
         position = np.log(strikes.impact_velocity_m_s) / _GRID
         step = np.floor(position).astype(np.intp)

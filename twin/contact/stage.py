@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...array_types import Floats
-from ..contact_interface import ForcePulses, OutOfDomain, Strikes
+from ..contact_interface import ForcePulses, ImpactBatch, OutOfDomain
 from ..effects import Effect, checked_effects
 from .bodies import MissingQuantityError
 from .coupled import ImpactSolver
@@ -27,7 +27,7 @@ from .pulse import ContactPulse
 from .restitution_laws import LEAST
 
 
-def outside(strikes: Strikes, pulse: ContactPulse, effects: frozenset[str]) -> list[tuple[OutOfDomain, ...]]:
+def out_of_domain(strikes: ImpactBatch, pulse: ContactPulse, effects: frozenset[str]) -> list[tuple[OutOfDomain, ...]]:
     """For each strike; what one of the effects (by id) takes into account is not told."""
     checks = [
         _restitution(pulse),
@@ -45,7 +45,7 @@ def _restitution(pulse: ContactPulse) -> dict[int, OutOfDomain]:
     }
 
 
-def _yield(strikes: Strikes) -> dict[int, OutOfDomain]:
+def _yield(strikes: ImpactBatch) -> dict[int, OutOfDomain]:
     """Impacts fast enough to leave a mark; nothing where a yield strength is not known."""
     try:
         fastest = yield_velocity(bodies_of(strikes))
@@ -58,7 +58,7 @@ def _yield(strikes: Strikes) -> dict[int, OutOfDomain]:
     }
 
 
-def _insulator(strikes: Strikes) -> dict[int, OutOfDomain]:
+def _insulator(strikes: ImpactBatch) -> dict[int, OutOfDomain]:
     valid_range = "none; the law knows no layer"
     return {
         row: OutOfDomain("insulator", strikes.settings[row].insulator, valid_range) for row in _rows(insulated(strikes))
@@ -70,7 +70,7 @@ def _rows(chosen: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> Iterator[i
 
 
 @dataclass(frozen=True)
-class Spread:
+class LawUncertainty:
     """Mean absolute errors of a law's peak force and contact time, relative to what was measured; 0 knows no spread.
 
     Raises `ValueError` for an error that is negative or not finite.
@@ -109,18 +109,18 @@ def _log_deviation(error: float) -> float:
     return (low + high) / 2
 
 
-NO_SPREAD = Spread(0.0, 0.0, "none")
+NO_SPREAD = LawUncertainty(0.0, 0.0, "none")
 
 _TABLES = "thesis, Tables 5.2 (time) and 5.3 (force): 180 hammer blows"
 _ASSUMED = "assumed as the von Hann pulse's, of which it shares mass and stiffness"
 
 #: By the law's name. A table's mean error counts a law's bias as spread: most of Hunter's and Reed's is bias.
-SPREADS: Mapping[str, Spread] = {
-    "hann": Spread(0.2578, 0.25, _TABLES),
-    "hunter": Spread(0.5224, 0.27, _TABLES),
-    "reed": Spread(0.8153, 0.27, _TABLES),
-    "hertz": Spread(0.2578, 0.25, _ASSUMED),
-    "hunt-crossley": Spread(0.2578, 0.25, _ASSUMED),
+SPREADS: Mapping[str, LawUncertainty] = {
+    "hann": LawUncertainty(0.2578, 0.25, _TABLES),
+    "hunter": LawUncertainty(0.5224, 0.27, _TABLES),
+    "reed": LawUncertainty(0.8153, 0.27, _TABLES),
+    "hertz": LawUncertainty(0.2578, 0.25, _ASSUMED),
+    "hunt-crossley": LawUncertainty(0.2578, 0.25, _ASSUMED),
 }
 
 
@@ -142,7 +142,7 @@ class LawContact:
     law: str = "hertz"
     restitution: str | None = None
     effects: Sequence[Effect] = ()
-    spread: Spread | None = None
+    spread: LawUncertainty | None = None
 
     def __post_init__(self) -> None:
         contact_law(self.law, self.restitution)
@@ -161,10 +161,10 @@ class LawContact:
         return 1 if self._spread.stretch else 0
 
     @property
-    def _spread(self) -> Spread:
+    def _spread(self) -> LawUncertainty:
         return SPREADS.get(self.law, NO_SPREAD) if self.spread is None else self.spread
 
-    def pulses(self, strikes: Strikes, z: Floats | None = None) -> ForcePulses:
+    def pulses(self, strikes: ImpactBatch, z: Floats | None = None) -> ForcePulses:
         """Force at 65 phases. A random pulse is the mean one, longer and lower or shorter and higher by a log-normal
         factor: its impulse is the mean one's.
 
@@ -172,7 +172,7 @@ class LawContact:
         """
         return self._stretched(trimmed(self._solved(strikes), PHASES), z)
 
-    def pulses_on_plate(self, solver: ImpactSolver, strikes: Strikes, z: Floats | None = None) -> ForcePulses:
+    def pulses_on_plate(self, solver: ImpactSolver, strikes: ImpactBatch, z: Floats | None = None) -> ForcePulses:
         """As `pulses`, where `solver` gives the mean pulses of Hertz' impacts on a plate that it knows.
 
         `contact.plate_compliance` does not act: the solver's plate stands in its place. Raises `ValueError` for another
@@ -186,11 +186,11 @@ class LawContact:
                 impacts = effect.prepare(impacts)
         return self._stretched(solver(impacts, np.arange(len(strikes))), z)
 
-    def outside(self, strikes: Strikes) -> list[tuple[OutOfDomain, ...]]:
+    def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]:
         """Restitution that had to be clipped, impacts that yield and a layer that the law does not know."""
-        return outside(strikes, self._solved(strikes), frozenset(effect.id for effect in self.effects))
+        return out_of_domain(strikes, self._solved(strikes), frozenset(effect.id for effect in self.effects))
 
-    def _solved(self, strikes: Strikes) -> ContactPulse:
+    def _solved(self, strikes: ImpactBatch) -> ContactPulse:
         bodies = bodies_of(strikes)
         if not self.effects:
             return contact_law(self.law, self.restitution)(bodies)

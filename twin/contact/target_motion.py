@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
-from ..contact_interface import Strikes
+from ..contact_interface import ImpactBatch
 from .impacts import impedance
 
 #: Contact time of Hertz' impact times its velocity, over the deepest indentation.
@@ -67,7 +67,7 @@ class TargetMotion:
         )
 
     @classmethod
-    def of_strikes(cls, strikes: Strikes) -> Self:
+    def of_strikes(cls, strikes: ImpactBatch) -> Self:
         """Of the plates and anvils of settings."""
         return cls.of(impedance(strikes), np.array([setting.anvil is not None for setting in strikes.settings]))
 

@@ -75,7 +75,7 @@ _STEPS, _END = 256, 0.005
 _ROOM = (3, 6, 12, 24, 48)
 
 
-def seen_pulses(chain: SensorChain, pulses: ForcePulses) -> ForcePulses:
+def measured_pulses(chain: SensorChain, pulses: ForcePulses) -> ForcePulses:
     """Pulses (n, p) as measured, again at p phases; a filter's tail lengthens the contact, to 0.5 % of the peak.
 
     Contacts of one octave are seen together, in steps of the shortest: one of seconds beside one of microseconds would

@@ -97,7 +97,7 @@ class EachShot:
 
 
 @dataclass(frozen=True)
-class Alike:
+class SettingKernel:
     """Falls with the distance of the logarithms (a Gaussian of these lengths), and by a factor per other category."""
 
     lengths: tuple[float, float, float] = (1.0, 1.0, 0.7)
@@ -114,7 +114,7 @@ class Alike:
 
 
 #: A correlation of settings.
-OfSettings = Everywhere | SameWords | EachShot | Alike
+OfSettings = Everywhere | SameWords | EachShot | SettingKernel
 
 
 def level(octaves: Floats) -> Floats:

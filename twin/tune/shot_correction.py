@@ -18,7 +18,18 @@ import numpy as np
 
 from ...array_types import Floats
 from ..setting import Setting
-from .kernels import Alike, Coordinates, EachShot, Everywhere, OfLines, OfSettings, SamePlace, level, smooth, white
+from .kernels import (
+    Coordinates,
+    EachShot,
+    Everywhere,
+    OfLines,
+    OfSettings,
+    SamePlace,
+    SettingKernel,
+    level,
+    smooth,
+    white,
+)
 
 #: Added to the diagonal, as a share of its mean: the smallest that keeps 105 shots x 41 lines factorable.
 JITTER = 1e-9
@@ -45,8 +56,8 @@ TERMS: tuple[Term, ...] = (
     Term("line of all", 0.5, Everywhere(), white),
     Term("colour of the place", 1.2, SamePlace, smooth),
     Term("line of the place", 1.0, SamePlace, white),
-    Term("level of the setting", 1.4, Alike(), level),
-    Term("colour of the setting", 1.4, Alike(), smooth),
+    Term("level of the setting", 1.4, SettingKernel(), level),
+    Term("colour of the setting", 1.4, SettingKernel(), smooth),
     Term("level of the shot", 0.7, EachShot(), level),
     Term("line of the shot", 0.7, EachShot(), white),
 )

@@ -67,7 +67,7 @@ _EACH = 5
 
 
 @dataclass(frozen=True)
-class Avoid:
+class SettingToAvoid:
     """A setting not to fire, and why."""
 
     setting: Setting
@@ -75,32 +75,32 @@ class Avoid:
     level_error_db: float
 
 
-def avoided(
+def settings_to_avoid(
     outside: Sequence[Proposal], kept: Sequence[Proposal], refused: Sequence[Candidate], goal: Goal
-) -> list[Avoid]:
+) -> list[SettingToAvoid]:
     """The nearest of each kind: `outside` of the model's domain, likely to overtest of those `kept`, `refused`."""
     kinds = (_refused(refused, goal), _outside(outside, goal), _overtest(kept, goal))
     return [setting_to_avoid for kind in kinds for setting_to_avoid in _nearest(kind)]
 
 
-def _nearest(found: Iterator[Avoid]) -> list[Avoid]:
+def _nearest(found: Iterator[SettingToAvoid]) -> list[SettingToAvoid]:
     near = [candidate for candidate in found if abs(candidate.level_error_db) <= NEAR_DB]
     return sorted(near, key=lambda each: abs(each.level_error_db))[:_EACH]
 
 
-def _refused(candidates: Sequence[Candidate], goal: Goal) -> Iterator[Avoid]:
+def _refused(candidates: Sequence[Candidate], goal: Goal) -> Iterator[SettingToAvoid]:
     for candidate in candidates:
         error = float(np.mean(candidate.level_db - goal.level_db))
-        yield Avoid(candidate.setting, f"beyond the bench: {'; '.join(candidate.refused)}", error)
+        yield SettingToAvoid(candidate.setting, f"beyond the bench: {'; '.join(candidate.refused)}", error)
 
 
-def _outside(outside: Sequence[Proposal], goal: Goal) -> Iterator[Avoid]:
+def _outside(outside: Sequence[Proposal], goal: Goal) -> Iterator[SettingToAvoid]:
     for proposal in outside:
         error = float(np.mean(proposal.level_db - goal.level_db))
-        yield Avoid(proposal.setting, f"outside of the model: {'; '.join(proposal.outside)}", error)
+        yield SettingToAvoid(proposal.setting, f"outside of the model: {'; '.join(proposal.outside)}", error)
 
 
-def _overtest(kept: Sequence[Proposal], goal: Goal) -> Iterator[Avoid]:
+def _overtest(kept: Sequence[Proposal], goal: Goal) -> Iterator[SettingToAvoid]:
     """All but the first, which is the best there is even where it overtests."""
     for proposal in kept[1:]:
         over = proposal.level_db - goal.level_db - goal.upper_db
@@ -108,7 +108,7 @@ def _overtest(kept: Sequence[Proposal], goal: Goal) -> Iterator[Avoid]:
         if proposal.probability_overtest >= OVERTEST and over[line] > 0:
             words = f"{over[line]:.1f} dB above the upper edge at {goal.frequency_hz[line]:.0f} Hz expected"
             error = float(np.mean(proposal.level_db - goal.level_db))
-            yield Avoid(proposal.setting, f"overtests: {words}", error)
+            yield SettingToAvoid(proposal.setting, f"overtests: {words}", error)
 
 
 #: Draws of the forward model at the settings that are nearest without any shot.
@@ -139,7 +139,7 @@ class Tuned:
     """
 
     proposals: tuple[Proposal, ...]
-    avoid: tuple[Avoid, ...]
+    avoid: tuple[SettingToAvoid, ...]
     learned: ShotCorrection
     attainability: Attainability
 
@@ -184,7 +184,7 @@ def tune(
     apart = [p for p in ranked if id(p) not in stay]
     normals = rng.standard_normal((draws, goal.frequency_hz.size))
     evidence = Evidence(searcher, space, result, kept, apart, len(shots), at_least, normals)
-    avoid = tuple(avoided(apart, kept, result.refused, goal))
+    avoid = tuple(settings_to_avoid(apart, kept, result.refused, goal))
     return Tuned(tuple(distinct(kept)), avoid, learned, attainability(evidence, rng))
 
 

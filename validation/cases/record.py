@@ -34,7 +34,7 @@ from .effect_size import changes, gaps
 from .gun_case import gun_stage
 from .plates import CHANNELS, CasePlate, plate_of
 from .scale_cause import shown_by, whole_cause
-from .simulate_case import Played, played
+from .simulate_case import SimulatedCase, simulate_case
 
 _DATE = "2026-01-01"
 _FORCE = SensorBuild("force", "force", "N", 1e7)
@@ -50,7 +50,7 @@ def record_case(case: Case, folder: Path, seed: int, *, name: str | None = None)
         raise ValueError(f"{folder}: there is something already; expected a new or empty folder")
     folder.mkdir(parents=True, exist_ok=True)
     rows: list[dict[str, str]] = []
-    for number, run in enumerate(played(case, seed), start=1):
+    for number, run in enumerate(simulate_case(case, seed), start=1):
         rows.append(_row(case, number, run, folder))
     write_runs(folder, rows)
     if case.kind in ("plate", "chain"):
@@ -98,7 +98,7 @@ def _alone(case: Case, name: str) -> ActingCause:
     return whole_cause(replace(case, strengths={name: case.strengths[name]}))
 
 
-def _row(case: Case, number: int, run: Played, folder: Path) -> dict[str, str]:
+def _row(case: Case, number: int, run: SimulatedCase, folder: Path) -> dict[str, str]:
     """A row of runs.csv; its recording is written."""
     factors = {key: str(value) for key, value in run.setting.factors().items()}
     row = {"run": str(number), "repetition": str(run.repetition), **factors}

@@ -83,7 +83,7 @@ READING_U, HAND_SPREAD = 0.003, 0.12
 
 
 @dataclass(frozen=True, eq=False)
-class Played:
+class SimulatedCase:
     """One run as it is recorded; channels (n,) in SI."""
 
     setting: CaseSetting
@@ -93,7 +93,7 @@ class Played:
     channels: Mapping[str, Floats] = field(default_factory=dict)
 
 
-def played(case: Case, seed: int) -> Iterator[Played]:
+def simulate_case(case: Case, seed: int) -> Iterator[SimulatedCase]:
     """The runs of a case in their order."""
     runs = CaseRuns.of(case)
     rng = np.random.default_rng([seed, case.background.seed])
@@ -103,7 +103,7 @@ def played(case: Case, seed: int) -> Iterator[Played]:
     u = [READING_U * v if v and case.kind in ("gun", "chain") else None for v in recorded]
     channels = iter(recordings(runs, true, rng)) if case.kind != "gun" else ({} for _ in runs.rows)
     for (c, repetition), v, error, signals in zip(runs.rows, recorded, u, channels, strict=True):
-        yield Played(runs.plan[c], int(repetition) + 1, v, error, signals)
+        yield SimulatedCase(runs.plan[c], int(repetition) + 1, v, error, signals)
 
 
 def _speeds(runs: CaseRuns, rng: np.random.Generator) -> tuple[Floats, Floats]:

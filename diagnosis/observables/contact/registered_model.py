@@ -66,7 +66,7 @@ class RegisteredContactStage(ContactObservables):
         if not cases.shape[1]:
             return histories
         settings = [self.settings[int(row)] for row in cases[0]]
-        compression, force = tabulated(self.contact.pulses(contact_interface.Strikes(settings, cases[1])))
+        compression, force = tabulated(self.contact.pulses(contact_interface.ImpactBatch(settings, cases[1])))
         histories.compression_time_s[moving], histories.force_n[moving] = compression[places], force[places]
         return histories
 

@@ -13,7 +13,7 @@ import pytest
 from pyroshock.app.diagnose.job import DIAGNOSE, DiagnoseArguments
 from pyroshock.app.jobs import claims, heartbeat, queue, worker
 from pyroshock.app.jobs.claims import Claimed, Sighting, running, stop, take_over
-from pyroshock.app.jobs.heartbeat import beat, fail, give_back, look, stopped
+from pyroshock.app.jobs.heartbeat import fail, give_back, look, send_heartbeat, stopped
 from pyroshock.app.jobs.kind import Result, RunningJob
 from pyroshock.app.jobs.lease import FencedStore, Lease, LeaseLostError
 from pyroshock.app.jobs.queue import ask, get_job
@@ -90,7 +90,7 @@ def _try_everything(store: Store, key: int, late: Lease) -> None:
     for late_end in (lambda: fail(store, late, "late"), lambda: stopped(store, late), lambda: give_back(store, late)):
         with pytest.raises(LeaseLostError):
             late_end()
-    assert not beat(store, late, heartbeat.JobProgress(9, 9, "late")).held
+    assert not send_heartbeat(store, late, heartbeat.JobProgress(9, 9, "late")).held
     assert not look(store, late).held
     assert get_job(store, key) == before
 
@@ -255,7 +255,7 @@ def test_a_worker_that_wakes_too_late_ends_quietly(
     key = odd.ask(file_store).key
     first = claimed(file_store, "first")
     with monkeypatch.context() as patch:
-        patch.setattr(heartbeat, "beat", away)
+        patch.setattr(heartbeat, "send_heartbeat", away)
         patch.setattr(heartbeat, "look", away)
         over: list[bool] = []
         sleeper = threading.Thread(target=lambda: over.append(attempt(WorkerContext(file_store, "", LEASE_S), first)))
@@ -279,7 +279,7 @@ def test_a_diagnosis_and_a_plan_are_kept_once(store: Store, tmp_path: Path, monk
     """Two workers die: one when the work is done and before it is stored, one as its row is written, not committed."""
     url = store.engine.url.render_as_string(False)
     ingested(url, hammer_campaign(tmp_path / "spring", 1, 1, "spring"))
-    monkeypatch.setattr("pyroshock.app.diagnose.diagnosing.diagnosed", lambda *_: verdict(campaign="spring"))
+    monkeypatch.setattr("pyroshock.app.diagnose.diagnosing.run_diagnosis", lambda *_: verdict(campaign="spring"))
     before = rows(store, Diagnosis), rows(store, Plan)
     asked = [
         ask(store, DIAGNOSE, "Diagnosis of spring", DiagnoseArguments("spring")).key,

@@ -38,7 +38,7 @@ def store(filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iter
     matplotlib.use("agg")
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
     monkeypatch.setattr(twins, "solved", unsolved)
-    monkeypatch.setattr(diagnosing, "diagnosed", lambda store, db, asked, progress=None: made_up())
+    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda store, db, asked, progress=None: made_up())
     shutil.copy(filled / "lab.db", tmp_path)
     with ps.open(tmp_path / "lab.db", create=False) as store:
         yield store

@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from pyroshock.app.documents.line_styles import SERIES, STYLE, css, inks, light
+from pyroshock.app.documents.line_styles import SERIES, STYLE, css, light, series_styles
 from pyroshock.app.documents.pdf import drawing_of
 from pyroshock.app.documents.svg import MOST_POINTS, Cloud, Curve, agreement_chart, dot_keys, line_chart, line_keys
 from support.checks.well_formed import Page
@@ -77,11 +77,11 @@ def test_no_curves_make_an_empty_chart() -> None:
 def test_colours_on_paper_are_those_of_the_light_page() -> None:
     for name, colour in light().items():
         assert f"--{name}: {colour}" in STYLE + css()
-    assert inks()["before"].stroke == light()["before"]
+    assert series_styles()["before"].stroke == light()["before"]
 
 
 def test_every_series_is_drawn_on_screen_as_on_paper() -> None:
-    for name in inks():
+    for name in series_styles():
         assert re.search(rf"\.{name}\b", STYLE + css()) or name == "tick", name
 
 

@@ -20,7 +20,7 @@ from pyroshock.app.validate.validation import (
     ValidationRequest,
     configuration_names,
     predicted_folds,
-    validated,
+    run_validation,
 )
 from pyroshock.dataset.snapshot import build_snapshot, read_snapshot
 from pyroshock.training.fitting.session import train
@@ -130,7 +130,7 @@ def db(hammer_store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> s
 
 def test_campaign_is_scored(db: str) -> None:
     with opened(db) as store:
-        validation = validated(store, db, ValidationRequest("spring", contact="hertz"))
+        validation = run_validation(store, db, ValidationRequest("spring", contact="hertz"))
     data = validation.as_json()
     scores = {row["name"]: row for row in data["quantities"]}
     assert {"contact_time", "peak_force", "impulse"} <= scores.keys()
@@ -146,7 +146,7 @@ def test_measured_values_are_those_of_the_store(db: str) -> None:
     from sqlalchemy import select
 
     with opened(db) as store:
-        data = validated(store, db, ValidationRequest("spring", contact="hertz")).as_json()
+        data = run_validation(store, db, ValidationRequest("spring", contact="hertz")).as_json()
         with store.reading() as session:
             stored = sorted(session.scalars(select(Pulse.spline_peak_force_n)))
     measured = sorted(shot["quantities"]["peak_force"]["measured"] for shot in data["shots"])
@@ -155,14 +155,16 @@ def test_measured_values_are_those_of_the_store(db: str) -> None:
 
 def test_same_seed_same_scores(db: str) -> None:
     with opened(db) as store:
-        first, second = (validated(store, db, ValidationRequest("spring", contact="hertz")).as_json() for _ in "ab")
+        first, second = (
+            run_validation(store, db, ValidationRequest("spring", contact="hertz")).as_json() for _ in "ab"
+        )
     assert first["quantities"] == second["quantities"]
     assert first["failures"] == second["failures"]
 
 
 def test_unknown_campaign_is_named(db: str) -> None:
     with opened(db) as store, pytest.raises(LookupError, match="winter"):
-        validated(store, db, ValidationRequest("winter"))
+        run_validation(store, db, ValidationRequest("winter"))
 
 
 def test_campaign_without_a_shot_to_predict_says_why(db: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -171,7 +173,7 @@ def test_campaign_without_a_shot_to_predict_says_why(db: str, monkeypatch: pytes
         "pyroshock.app.validate.validation.campaign_shots", lambda *_: (shots_of([1]).take([]), reasons)
     )
     with opened(db) as store, pytest.raises(ValueError, match=r"to compare with: no mass of the impactor \(2\)"):
-        validated(store, db, ValidationRequest("spring"))
+        run_validation(store, db, ValidationRequest("spring"))
 
 
 # --- registered models ---
@@ -231,7 +233,7 @@ def test_model_without_its_pulses_is_called_seen(with_model: str, monkeypatch: p
 
 def test_output_says_what_model_had_seen(with_model: str) -> None:
     with opened(with_model) as store:
-        validation = validated(store, with_model, ValidationRequest("spring", contact="linear@1"))
+        validation = run_validation(store, with_model, ValidationRequest("spring", contact="linear@1"))
     assert "models:/linear/1 was refitted without the configurations of each fold" in validation.seen
 
 

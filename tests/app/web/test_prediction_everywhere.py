@@ -13,7 +13,7 @@ import pytest
 from pyroshock.app.predict.shots import VELOCITY_M_S
 from pyroshock.app.twins import building
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest
-from pyroshock.app.twins.twin_cache import TwinShelf
+from pyroshock.app.twins.twin_cache import TwinCache
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact_interface import Extrapolation
 from pyroshock.twin.prediction import Prediction, RestsOn
@@ -246,13 +246,13 @@ def test_twin_is_chosen_by_campaign_hammers_among_them(filled: Lab) -> None:
 
 
 def test_bench_without_a_gun_is_asked_by_its_velocity(filled: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
-    get = TwinShelf.get
+    get = TwinCache.get
 
-    def gunless(shelf: TwinShelf, request: TwinRequest) -> BuiltTwin:
+    def gunless(shelf: TwinCache, request: TwinRequest) -> BuiltTwin:
         built = get(shelf, request)
         return replace(built, twin=replace(built.twin, gun=None))
 
-    monkeypatch.setattr(TwinShelf, "get", gunless)
+    monkeypatch.setattr(TwinCache, "get", gunless)
     html = filled.client.get("/twin", params={"campaign": HAMMER, "contact": "hertz"}).text
     assert 'id="impact_velocity_m_s"' in html and 'id="tank_pressure_pa"' not in html
     answer = filled.client.get("/twin/answer", params={"campaign": HAMMER, "contact": "hertz"}).json()

@@ -18,7 +18,7 @@ from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.registry.contact_stage import RegisteredContact
 from pyroshock.twin.contact.impacts import ContactEffect
 from pyroshock.twin.contact.stage import LawContact
-from pyroshock.twin.contact_interface import ForcePulses, OutOfDomain, Strikes
+from pyroshock.twin.contact_interface import ForcePulses, ImpactBatch, OutOfDomain
 from pyroshock.twin.effects import catalogue, effect
 from support.records.contact_campaigns import MASS_KG, hammer_record
 from support.records.pulse_tables import pulse_table
@@ -39,12 +39,12 @@ class OneMass:
     label: str = "models:/few-phases@champion"
     normals: int = 0
 
-    def pulses(self, strikes: Strikes, z: Floats | None = None) -> ForcePulses:
+    def pulses(self, strikes: ImpactBatch, z: Floats | None = None) -> ForcePulses:
         hammer = [replace(setting, impactor_mass_kg=MASS_KG) for setting in strikes.settings]
-        found = LawContact().pulses(Strikes(hammer, strikes.impact_velocity_m_s), z)
+        found = LawContact().pulses(ImpactBatch(hammer, strikes.impact_velocity_m_s), z)
         return ForcePulses(found.contact_time_s, self.factor * found.force_n[:, ::4], found.compression_time_s)
 
-    def outside(self, strikes: Strikes) -> list[tuple[OutOfDomain, ...]]:
+    def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]:
         return [()] * len(strikes)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pyroshock.signals.channel import Channel, Sensor
 from pyroshock.signals.checks import Finding, run_checks, run_spectrum_checks
-from pyroshock.signals.checks.recording import judge_together
+from pyroshock.signals.checks.recording import check_recording_channels
 from pyroshock.signals.srs.spectrum import octave_grid, shock_response_spectrum
 
 RATE = 100_000.0
@@ -35,7 +35,7 @@ def findings(x, rate=RATE, lines=LINES, full_scale=None, **options) -> dict[str,
     x = np.ascontiguousarray(x, dtype=np.float64)
     spectrum = shock_response_spectrum(x, rate, lines, **options)
     channel = Channel(Sensor("probe", "acceleration", "m/s2", range=full_scale), x, rate)
-    told = judge_together([channel], run_checks(channel, ()) + run_spectrum_checks(channel, spectrum))
+    told = check_recording_channels([channel], run_checks(channel, ()) + run_spectrum_checks(channel, spectrum))
     return {finding.check: finding for finding in told if finding.severity != "note" or finding.check in NOTES}
 
 

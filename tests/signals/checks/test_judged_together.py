@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.ingest.processing import hits_of, judged
+from pyroshock.ingest.processing import check_recording, hits_of
 from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.signals.channel import Channel, Sensor
 
@@ -13,7 +13,7 @@ N = 12000
 
 
 def judge(*channels):
-    return judged(list(channels), hits_of(list(channels), ExtractionSettings(), None))
+    return check_recording(list(channels), hits_of(list(channels), ExtractionSettings(), None))
 
 
 def channel(name, x, quantity="acceleration", **more):

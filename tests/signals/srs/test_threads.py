@@ -3,7 +3,7 @@ from __future__ import annotations
 import threading
 
 import pytest
-from pyroshock.signals.srs.threads import checked_threads, processors, spread
+from pyroshock.signals.srs.threads import checked_threads, over_threads, processors
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3])
@@ -15,7 +15,7 @@ def test_every_task_is_done_once(tasks, threads):
         with lock:
             done.extend(range(start, stop))
 
-    spread(run, tasks, threads)
+    over_threads(run, tasks, threads)
     assert sorted(done) == list(range(tasks))
 
 
@@ -33,7 +33,7 @@ def test_a_busy_pool_is_not_waited_for():
         else:
             begun.wait(10)
 
-    spread(run, 8, 2)
+    over_threads(run, 8, 2)
     assert len(by) == 8
     assert sum(thread is not threading.main_thread() for thread in by.values()) == 1
 
@@ -44,7 +44,7 @@ def test_errors_reach_the_caller():
             raise ArithmeticError("task 3")
 
     with pytest.raises(ArithmeticError, match="task 3"):
-        spread(run, 8, 2)
+        over_threads(run, 8, 2)
 
 
 def test_as_many_threads_as_processors():

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from pyroshock.app.jobs import known_kinds
-from pyroshock.app.jobs.claims import Claimed, Hand, claim_waiting
+from pyroshock.app.jobs.claims import Claimed, WorkerIdentity, claim_waiting
 from pyroshock.app.jobs.kind import Ending, Kind, Result, RunningJob
 from pyroshock.app.jobs.queue import JobView, ask, this_host
 from pyroshock.app.jobs.worker import Worker
@@ -52,8 +52,8 @@ def odd(monkeypatch: pytest.MonkeyPatch) -> Odd:
     return found
 
 
-def hand(name: str = "a", lease_s: float = LEASE_S, host: str | None = None) -> Hand:
-    return Hand(name, host or this_host(), tuple(known_kinds.KINDS), lease_s)
+def hand(name: str = "a", lease_s: float = LEASE_S, host: str | None = None) -> WorkerIdentity:
+    return WorkerIdentity(name, host or this_host(), tuple(known_kinds.KINDS), lease_s)
 
 
 def claimed(store: Store, name: str = "dead", lease_s: float = LEASE_S) -> Claimed:

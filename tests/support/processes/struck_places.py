@@ -14,7 +14,7 @@ from typing import Any
 from pyroshock.schema import migrate
 from pyroshock.schema.session import StoreError, make_engine
 from pyroshock.training.registry.connection import EXPERIMENT
-from pyroshock.training.registry.model_storage import VARIABLE, place_beside
+from pyroshock.training.registry.model_storage import VARIABLE, storage_for
 from pyroshock.training.registry.registry import Registry
 from sqlalchemy import MetaData, Table, func, insert, select
 
@@ -179,7 +179,7 @@ def _empty_registry(databases: Databases, folder: Path) -> Registry:
 def _registry_at(uri: str, folder: Path) -> Registry:
     """As a command finds it that is started in `folder`."""
     with _environment({VARIABLE: uri}, folder):
-        return Registry(place_beside("sqlite:///lab.db", os.environ))
+        return Registry(storage_for("sqlite:///lab.db", os.environ))
 
 
 def _copied(databases: Databases, registry: Registry, folder: Path) -> tuple[Registry, Mapping[str, str]]:

@@ -13,7 +13,7 @@ from typing import Any
 from pyroshock.training.fitting import fitting, run_tasks
 
 FOLDER = Path(os.environ["WATCHED"])
-_attempted = fitting.attempted
+_attempted = fitting.try_fit
 
 
 def watched(task: Any, *others: Any) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyroshock.validation.case_results import CaseResult, Said, WithheldTruth
+from pyroshock.validation.case_results import CaseAnswer, CaseResult, WithheldTruth
 
 LEAK, DRAG, LAYER = "gun.blow_by", "gun.sliding_friction", "contact.layer_compliance"
 
@@ -20,7 +20,7 @@ def stranger(**other: Any) -> WithheldTruth:
 
 
 def says(truth: WithheldTruth, said: dict[str, float]) -> CaseResult:
-    return CaseResult(truth, Said.from_probabilities(truth.case, said))
+    return CaseResult(truth, CaseAnswer.from_probabilities(truth.case, said))
 
 
 def verdict(*causes: tuple[list[str], float, list[float] | None], **other: Any) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import numpy as np
 from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration, Series
 from pyroshock.twin.contact.impact import impact
 from pyroshock.twin.contact.impacts import ContactEffect, bodies_of, impedance
-from pyroshock.twin.contact_interface import Strikes
+from pyroshock.twin.contact_interface import ImpactBatch
 from pyroshock.twin.effects import Effect
 from pyroshock.twin.sensors.chain import SensorChain
 from pyroshock.twin.sensors.effect import SensorEffect
@@ -76,9 +76,9 @@ def recorded(
     return found
 
 
-def strikes_of(settings: Sequence[tuple[str, float, str, str]], velocity_m_s: np.ndarray) -> Strikes:
+def strikes_of(settings: Sequence[tuple[str, float, str, str]], velocity_m_s: np.ndarray) -> ImpactBatch:
     """The insulator is left out: without an anvil the twin knows none."""
-    return Strikes([_setting(*each) for each in settings], velocity_m_s)
+    return ImpactBatch([_setting(*each) for each in settings], velocity_m_s)
 
 
 def _setting(tip: str, radius: float, anvil: str, _insulator: str) -> Setting:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from pyroshock.array_types import Floats
-from pyroshock.twin.contact_interface import ForcePulses, OutOfDomain, Strikes
+from pyroshock.twin.contact_interface import ForcePulses, ImpactBatch, OutOfDomain
 from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.plate.modal import ModalPlate
 from pyroshock.twin.setting import THESIS, Setting
@@ -34,7 +34,7 @@ class HalfSine:
     label = "half-sine"
     normals = 2
 
-    def pulses(self, strikes: Strikes, z: Floats | None = None) -> ForcePulses:
+    def pulses(self, strikes: ImpactBatch, z: Floats | None = None) -> ForcePulses:
         mass = np.array([setting.impactor_mass_kg for setting in strikes.settings])
         time = np.full(len(strikes), self.contact_time_s)
         peak = np.pi * mass * strikes.impact_velocity_m_s / time
@@ -44,7 +44,7 @@ class HalfSine:
         shape[-1] = 0.0
         return ForcePulses(time, peak[:, None] * shape, time / 2)
 
-    def outside(self, strikes: Strikes) -> list[tuple[OutOfDomain, ...]]:
+    def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]:
         told = ((OutOfDomain("impact_velocity", float(u), "0 to 30"),) for u in strikes.impact_velocity_m_s)
         return [one if float(one[0].value) > 30 else () for one in told]
 

@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 from pyroshock.dataset.table import PulseTable
 from pyroshock.training.fitting import fitting
-from pyroshock.training.fitting.fitting import Ground
+from pyroshock.training.fitting.fitting import TrainingContext
 from pyroshock.training.registry import promotion
 from pyroshock.training.registry.connection import EXPERIMENT
-from pyroshock.training.registry.model_storage import place_beside
+from pyroshock.training.registry.model_storage import storage_for
 from pyroshock.training.registry.records import DatasetName
 from pyroshock.training.registry.registry import Registry
 
@@ -25,7 +25,7 @@ from support.records.pulse_tables import pulse_table
 
 def fresh_registry(folder: Path, store: str = "lab") -> Registry:
     """An empty registry beside the store `folder`/lab.db, with MLflow's tables in it."""
-    registry = Registry(place_beside(f"sqlite:///{folder / store}.db", {}))
+    registry = Registry(storage_for(f"sqlite:///{folder / store}.db", {}))
     database = registry.place.database
     assert database is not None
     shutil.copy(_template(), database)
@@ -46,18 +46,20 @@ def at_its_place(registry: Registry) -> Registry:
 def _template() -> Path:
     folder = Path(tempfile.mkdtemp(prefix="pyroshock-registry-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    registry = Registry(place_beside(f"sqlite:///{folder / 'lab.db'}", {}))
+    registry = Registry(storage_for(f"sqlite:///{folder / 'lab.db'}", {}))
     with registry.connection.client():
         pass
     assert registry.place.database is not None
     return registry.place.database
 
 
-def ground_in(registry: Registry, table: PulseTable | None = None, name: str = "spring", seed: int = 0) -> Ground:
+def ground_in(
+    registry: Registry, table: PulseTable | None = None, name: str = "spring", seed: int = 0
+) -> TrainingContext:
     """Three repetitions of 60 configurations; the hash tells tables of different names apart."""
     table = pulse_table(np.random.default_rng(1), repetitions=3) if table is None else table
     digest = "".join(f"{ord(letter) % 16:x}" for letter in name).ljust(64, "0")
-    return Ground(DatasetName(name, digest, "hammer"), table, seed, "reduced", registry.place.work)
+    return TrainingContext(DatasetName(name, digest, "hammer"), table, seed, "reduced", registry.place.work)
 
 
 def without_figures(monkeypatch) -> None:  # pytest's fixture

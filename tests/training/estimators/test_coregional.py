@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from pyroshock.training.estimators.base import Estimator
-from pyroshock.training.estimators.coregional import Coregional, principal, unturned
+from pyroshock.training.estimators.coregional import Coregional, principal, rotate_back
 from pyroshock.training.estimators.single_outputs import SingleOutputs
 from support.checks.estimator_checks import CHECKS, check_learns_known_law, fitted, known_law
 
@@ -132,7 +132,7 @@ def test_components_make_the_outputs(constant: int) -> None:
     y = np.random.default_rng(3).normal(size=(30, 4)) @ np.random.default_rng(4).normal(size=(4, 4))
     y = (y - y.mean(axis=0)) * (np.arange(4) >= constant)
     turn = principal(y)
-    scores = unturned(y, turn)
+    scores = rotate_back(y, turn)
     assert len(turn) == max(4 - constant, 1)
     np.testing.assert_allclose(scores @ turn, y, atol=1e-12)
     if constant < 4:

@@ -18,7 +18,7 @@ from pyroshock.training.estimators.network import (
     outputs_of,
     train_network,
 )
-from pyroshock.training.models.catalogue import Making, entry_of
+from pyroshock.training.models.catalogue import BuildOptions, entry_of
 from pyroshock.training.models.serialization import describe
 from sklearn.neural_network import MLPRegressor
 from support.checks.estimator_checks import fitted, known_law
@@ -167,7 +167,9 @@ def test_weights_of_another_size_are_refused() -> None:
 
 def test_presets_are_those_of_the_table() -> None:
     layers = {
-        name: describe(entry_of(name).make(Making()))["settings"]["model"]["settings"]["force"]["settings"]["layers"]
+        name: describe(entry_of(name).make(BuildOptions()))["settings"]["model"]["settings"]["force"]["settings"][
+            "layers"
+        ]
         for name in ("nn-narrow", "nn-medium", "nn-wide", "nn-bilayer", "nn-trilayer")
     }
     assert list(layers.values()) == [[10], [25], [100], [10, 10], [10, 10, 10]]

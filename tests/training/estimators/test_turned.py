@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pyroshock.training.estimators.base import Estimator
 from pyroshock.training.estimators.coregional import Coregional
 from pyroshock.training.estimators.linear import LinearPowers
-from pyroshock.training.estimators.rotated_outputs import Turned, repetition_covariance
+from pyroshock.training.estimators.rotated_outputs import RotatedOutputs, repetition_covariance
 from pyroshock.training.models.serialization import build, describe
 from support.checks.estimator_checks import CHECKS, check_settings_rebuild, fitted, known_law
 
@@ -36,7 +36,7 @@ def repeated(groups: int = 60, repetitions: int = 10) -> tuple[NDArray[Any], NDA
 @pytest.mark.parametrize("check", [c for c in CHECKS if c is not check_settings_rebuild], ids=lambda c: c.__name__)
 def test_promise(check: Callable[[Estimator], None], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("support.checks.estimator_checks.rebuilt", remade)  # its settings hold another estimator
-    check(Turned(LinearPowers()))
+    check(RotatedOutputs(LinearPowers()))
 
 
 def test_repetitions_tell_the_noise() -> None:
@@ -46,14 +46,14 @@ def test_repetitions_tell_the_noise() -> None:
 def test_without_repetitions_nothing_is_turned() -> None:
     x, y, _ = repeated()
     assert repetition_covariance(x, y, np.arange(len(x))) is None
-    turned = Turned(LinearPowers()).fit(x, y, np.arange(len(x)), np.random.default_rng(0))
+    turned = RotatedOutputs(LinearPowers()).fit(x, y, np.arange(len(x)), np.random.default_rng(0))
     np.testing.assert_allclose(turned.turn_, np.diag(1 / y.std(axis=0)))
 
 
 def test_linear_regression_does_not_mind() -> None:
     """Least squares of turned outputs, turned back, are least squares."""
     asked = known_law()[1]
-    turned, plain = fitted_of(Turned(LinearPowers())), fitted(LinearPowers())
+    turned, plain = fitted_of(RotatedOutputs(LinearPowers())), fitted(LinearPowers())
     np.testing.assert_allclose(turned.predict(asked.x).mean, plain.predict(asked.x).mean, rtol=1e-6, atol=1e-3)
 
 
@@ -68,7 +68,7 @@ def test_process_does_not_follow_the_noise() -> None:
     truth = np.sin(3 * x[:, :1]) + x[:, 1:] * [1.0, -2.0, 3.0]
     off = [
         np.sqrt(np.mean((estimator.fit(x, y, groups, np.random.default_rng(0)).predict(x).mean - truth) ** 2))
-        for estimator in (Turned(Coregional(rank=1, components=False)), Coregional(rank=1, components=False))
+        for estimator in (RotatedOutputs(Coregional(rank=1, components=False)), Coregional(rank=1, components=False))
     ]
     assert off[0] < off[1]
     assert off[0] < 0.2
@@ -76,6 +76,6 @@ def test_process_does_not_follow_the_noise() -> None:
 
 def test_spread_is_the_noise() -> None:
     x, y, groups = repeated()
-    spread = Turned(LinearPowers(powers=12)).fit(x, y, groups, np.random.default_rng(0)).predict(x).spread
+    spread = RotatedOutputs(LinearPowers(powers=12)).fit(x, y, groups, np.random.default_rng(0)).predict(x).spread
     assert spread is not None
     np.testing.assert_allclose(np.median(spread, axis=0), np.sqrt(NOISE.diagonal()), rtol=0.1)

@@ -13,7 +13,7 @@ from pyroshock.training.estimators.base import NotFittedError
 from pyroshock.training.estimators.contact_time import THESIS, ContactTimeProcess
 from pyroshock.training.estimators.coregional import Coregional
 from pyroshock.training.estimators.linear import LinearPowers
-from pyroshock.training.estimators.rotated_outputs import Turned
+from pyroshock.training.estimators.rotated_outputs import RotatedOutputs
 from pyroshock.training.estimators.single_outputs import SingleOutputs
 from pyroshock.training.estimators.trees import DecisionTree
 from pyroshock.training.models.analytic import Analytic
@@ -31,11 +31,11 @@ MODELS: dict[str, ContactModel] = {
     "pair, raw": Pair(Coregional(rank=2, iterations=20), ContactTimeProcess(choice=THESIS)),
     "pair, linear": Pair(LinearPowers(), LinearPowers()),
     "pair, momentum": Pair(LinearPowers(), ContactTimeProcess(choice={**THESIS, "log_time": True}), "momentum"),
-    "single pass, mixture": SinglePass(Turned(SingleOutputs(iterations=20, tuning_rows=120))),
-    "hybrid, mixture": Hybrid(process=Turned(SingleOutputs(iterations=20, tuning_rows=120))),
-    "single pass": SinglePass(Turned(Coregional(rank=2, components=False))),
+    "single pass, mixture": SinglePass(RotatedOutputs(SingleOutputs(iterations=20, tuning_rows=120))),
+    "hybrid, mixture": Hybrid(process=RotatedOutputs(SingleOutputs(iterations=20, tuning_rows=120))),
+    "single pass": SinglePass(RotatedOutputs(Coregional(rank=2, components=False))),
     "single pass, linear": SinglePass(LinearPowers()),
-    "hybrid": Hybrid(Analytic("hann"), Turned(Coregional(rank=2, components=False))),
+    "hybrid": Hybrid(Analytic("hann"), RotatedOutputs(Coregional(rank=2, components=False))),
     "hybrid, linear": Hybrid(Analytic("hertz"), LinearPowers()),
     "calibrated tree": Calibrated(Pair(DecisionTree(), DecisionTree())),
     "calibrated hybrid": Calibrated(Hybrid(Analytic("hertz"), LinearPowers())),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.training.models.base import propagated, residual_correlation
+from pyroshock.training.models.base import propagate_spread, residual_correlation
 
 HALF = np.array([[1.0, 0.5], [0.5, 1.0]])
 
@@ -12,7 +12,7 @@ HALF = np.array([[1.0, 0.5], [0.5, 1.0]])
 @pytest.mark.parametrize(("sign", "expected"), [(1.0, 3 + 4 + 2 * 3**0.5), (-1.0, 3 + 4 - 2 * 3**0.5)])
 def test_sum_and_difference(sign: float, expected: float) -> None:
     """Var(a + b) = Var a + Var b + 2 Cov(a, b)."""
-    spread = propagated(np.array([[[1.0, sign]]]), np.array([[3**0.5, 2.0]]), HALF)
+    spread = propagate_spread(np.array([[[1.0, sign]]]), np.array([[3**0.5, 2.0]]), HALF)
     assert spread[0, 0] ** 2 == pytest.approx(expected)
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.training.tuning.genetic import Genes, GeneticResult, Search, SearchJournal, searched
+from pyroshock.training.tuning.genetic import Genes, GeneticResult, Search, SearchJournal, run_search
 
 LEVELS = (3, 24, 21)
 SEARCH = Search(LEVELS, population=10, generations=6)
@@ -31,7 +31,7 @@ def without_file() -> SearchJournal:
 
 
 def test_finds_the_bottom() -> None:
-    found = searched(Search(LEVELS, 50, 30), bowl, 4, without_file())
+    found = run_search(Search(LEVELS, 50, 30), bowl, 4, without_file())
     assert found.value < bowl((1, 16, 5))  # a neighbour's
     assert bowl(found.genes) == found.value
 
@@ -40,7 +40,7 @@ def test_beats_chance() -> None:
     """With as many evaluations as it used itself, over ten seeds."""
     ours, theirs = [], []
     for seed in range(10):
-        found = searched(SEARCH, bowl, seed, without_file())
+        found = run_search(SEARCH, bowl, seed, without_file())
         rng = np.random.default_rng(seed)
         drawn = [tuple(map(int, rng.integers(LEVELS))) for _ in range(found.evaluated)]
         ours.append(found.value)
@@ -49,7 +49,7 @@ def test_beats_chance() -> None:
 
 
 def test_best_never_worsens() -> None:
-    best = searched(SEARCH, bowl, 2, without_file()).best
+    best = run_search(SEARCH, bowl, 2, without_file()).best
     assert len(best) == SEARCH.generations + 1
     assert list(best) == sorted(best, reverse=True)
 
@@ -61,14 +61,14 @@ def test_evaluates_nothing_twice() -> None:
         asked.append(genes)
         return bowl(genes)
 
-    found = searched(Search((2, 3, 2), population=8, generations=10), counted, 1, without_file())
+    found = run_search(Search((2, 3, 2), population=8, generations=10), counted, 1, without_file())
     assert len(asked) == len(set(asked)) == found.evaluated <= 12
     assert found.saved == found.asked - found.evaluated > 0
 
 
 def test_genes_are_levels() -> None:
     seen: list[Genes] = []
-    searched(SEARCH, lambda genes: seen.append(genes) or 0.0, 3, without_file())
+    run_search(SEARCH, lambda genes: seen.append(genes) or 0.0, 3, without_file())
     assert np.all((np.array(seen) >= 0) & (np.array(seen) < LEVELS))
 
 
@@ -79,7 +79,7 @@ def test_any_number_of_workers_finds_the_same() -> None:
         time.sleep(0.002 * (hash(genes) % 3))
         return bowl(genes)
 
-    assert searched(Search(LEVELS, 10, 6, workers=3), slow, 5, without_file()) == searched(
+    assert run_search(Search(LEVELS, 10, 6, workers=3), slow, 5, without_file()) == run_search(
         SEARCH, bowl, 5, without_file()
     )
 
@@ -91,17 +91,17 @@ def test_workers_work_at_once() -> None:
         meet.wait()
         return float(sum(genes))
 
-    searched(Search((4,), population=4, generations=0, elite=1, workers=2), together, 0, without_file())
+    run_search(Search((4,), population=4, generations=0, elite=1, workers=2), together, 0, without_file())
     assert not meet.broken
 
 
 def test_seeds_differ() -> None:
-    assert searched(SEARCH, bowl, 1, without_file()).best != searched(SEARCH, bowl, 2, without_file()).best
+    assert run_search(SEARCH, bowl, 1, without_file()).best != run_search(SEARCH, bowl, 2, without_file()).best
 
 
 def test_tells_progress() -> None:
     told: list[str] = []
-    searched(SEARCH, bowl, 1, without_file(), told.append, lambda genes: f"<{genes[0]}>")
+    run_search(SEARCH, bowl, 1, without_file(), told.append, lambda genes: f"<{genes[0]}>")
     assert len(told) == SEARCH.generations + 1
     assert told[-1].startswith("generation 6 of 6: ")
     assert "<1>" in told[-1]
@@ -116,7 +116,7 @@ def test_failing_evaluation_reaches_the_caller(tmp_path: Path) -> None:
         return bowl(genes)
 
     with pytest.raises(ArithmeticError, match="diverged"):
-        searched(SEARCH, fails, 1, SearchJournal(tmp_path / "journal", {}))
+        run_search(SEARCH, fails, 1, SearchJournal(tmp_path / "journal", {}))
     assert all(genes[0] != 2 for genes in SearchJournal(tmp_path / "journal", {}).values)
 
 
@@ -131,8 +131,7 @@ SCRIPT = """
 import signal, sys, time
 from pathlib import Path
 from test_genetic import SEARCH, bowl
-from pyroshock.training.tuning.genetic import searched
-from pyroshock.training.tuning.genetic import SearchJournal
+from pyroshock.training.tuning.genetic import SearchJournal, run_search
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -160,23 +159,25 @@ def test_killed_search_resumes_to_the_same_result(tmp_path: Path, kill: signal.S
     run.send_signal(kill)
     assert run.wait(timeout=30) != 0
     before = SearchJournal(path, {"of": "a test"}).values
-    assert 0 < len(before) < searched(SEARCH, bowl, 7, without_file()).evaluated
+    assert 0 < len(before) < run_search(SEARCH, bowl, 7, without_file()).evaluated
 
     fresh: list[Genes] = []
-    found = searched(SEARCH, lambda genes: fresh.append(genes) or bowl(genes), 7, SearchJournal(path, {"of": "a test"}))
-    assert found == searched(SEARCH, bowl, 7, without_file())
+    found = run_search(
+        SEARCH, lambda genes: fresh.append(genes) or bowl(genes), 7, SearchJournal(path, {"of": "a test"})
+    )
+    assert found == run_search(SEARCH, bowl, 7, without_file())
     assert not set(fresh) & set(before)
 
 
 def cut(path: Path, length: int) -> GeneticResult:
     """The search after its journal was cut to some bytes, as by a power failure."""
     path.write_bytes(path.read_bytes()[:length])
-    return searched(SEARCH, bowl, 7, SearchJournal(path, {}))
+    return run_search(SEARCH, bowl, 7, SearchJournal(path, {}))
 
 
 def test_torn_at_any_byte_resumes_to_the_same_result(tmp_path: Path) -> None:
     path = tmp_path / "journal"
-    whole = searched(SEARCH, bowl, 7, SearchJournal(path, {}))
+    whole = run_search(SEARCH, bowl, 7, SearchJournal(path, {}))
     content = path.read_bytes()
     for length in range(0, len(content), 211):
         path.write_bytes(content)

@@ -3,37 +3,39 @@
 from __future__ import annotations
 
 import pytest
-from pyroshock.parallel.map_tasks import HERE, Crew
-from pyroshock.training.tuning.genetic import Search, SearchJournal, searched
+from pyroshock.parallel.map_tasks import HERE, ExecutorConfig
+from pyroshock.training.tuning.genetic import Search, SearchJournal, run_search
 from support.processes import chores
 from support.processes.dask_clusters import dask_cluster
 
 SEARCH = Search((4, 9, 7), population=6, generations=2)
 
 
-@pytest.mark.parametrize("crew", [HERE, Crew(jobs=2)], ids=["here", "two"])
+@pytest.mark.parametrize("crew", [HERE, ExecutorConfig(jobs=2)], ids=["here", "two"])
 def test_any_crew_finds_the_same(crew, tmp_path):
     """And keeps the journal here."""
-    alone = searched(SEARCH, chores.away, 3, SearchJournal(None, {}))
+    alone = run_search(SEARCH, chores.away, 3, SearchJournal(None, {}))
     journal = SearchJournal(tmp_path / "journal", {})
-    assert searched(SEARCH, chores.away, 3, journal, crew=crew) == alone
+    assert run_search(SEARCH, chores.away, 3, journal, crew=crew) == alone
     assert len(SearchJournal(tmp_path / "journal", {}).values) == alone.evaluated
 
 
 def test_a_cluster_finds_the_same(tmp_path):
     pytest.importorskip("distributed", reason="no Dask: it comes with pyroshock[cluster]")
-    alone = searched(SEARCH, chores.away, 3, SearchJournal(None, {}))
+    alone = run_search(SEARCH, chores.away, 3, SearchJournal(None, {}))
     with dask_cluster(tmp_path, 2) as cluster:
-        crew = Crew("dask", scheduler=cluster.address)
-        assert searched(SEARCH, chores.away, 3, SearchJournal(None, {}), crew=crew) == alone
+        crew = ExecutorConfig("dask", scheduler=cluster.address)
+        assert run_search(SEARCH, chores.away, 3, SearchJournal(None, {}), crew=crew) == alone
 
 
 def test_what_was_found_costs_no_worker(tmp_path):
     path = tmp_path / "journal"
-    found = searched(SEARCH, chores.away, 3, SearchJournal(path, {}))
+    found = run_search(SEARCH, chores.away, 3, SearchJournal(path, {}))
     content = path.read_bytes()
     assert (
-        searched(SEARCH, chores.away, 3, SearchJournal(path, {}), crew=Crew("dask", scheduler="tcp://nobody:1"))
+        run_search(
+            SEARCH, chores.away, 3, SearchJournal(path, {}), crew=ExecutorConfig("dask", scheduler="tcp://nobody:1")
+        )
         == found
     )
     assert path.read_bytes() == content

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.twin.contact.impact import Course, peak_force
+from pyroshock.twin.contact.impact import ForceHistory, peak_force
 from pyroshock.twin.contact.integrate_contact import March, Nodes
 from scipy.interpolate import CubicHermiteSpline
 
@@ -34,19 +34,19 @@ def _by_scipy(nodes=NODES) -> np.ndarray:
 
 
 def test_between_nodes_lie_scipys_cubics() -> None:
-    assert Course.of(_march()).at(PHASES) == pytest.approx(_by_scipy(), rel=1e-13, abs=1e-15)
+    assert ForceHistory.of(_march()).at(PHASES) == pytest.approx(_by_scipy(), rel=1e-13, abs=1e-15)
 
 
 def test_each_contact_at_phases_of_its_own() -> None:
     """In any order of the phases, too."""
     own = np.stack([PHASES, PHASES[::-1], PHASES**2])
     expected = [CubicHermiteSpline(*one)(phases * one[0][-1]) for one, phases in zip(NODES, own, strict=True)]
-    assert Course.of(_march()).at(own) == pytest.approx(np.maximum(expected, 0.0), rel=1e-13, abs=1e-15)
+    assert ForceHistory.of(_march()).at(own) == pytest.approx(np.maximum(expected, 0.0), rel=1e-13, abs=1e-15)
 
 
 def test_no_force_pulls() -> None:
     falls = ((np.array([0.0, 1.0]), np.array([1.0, 0.0]), np.array([0.0, 2.0])),)
-    found = Course.of(_march(falls)).at(np.linspace(0, 1, 50))
+    found = ForceHistory.of(_march(falls)).at(np.linspace(0, 1, 50))
     assert CubicHermiteSpline(*falls[0])(0.8) < 0
     assert found.min() == 0
 
@@ -54,12 +54,12 @@ def test_no_force_pulls() -> None:
 def test_last_two_nodes_at_one_time() -> None:
     """The way left may be nothing: then the end is the last node."""
     twice = ((np.array([0.0, 1.0, 1.0]), np.array([0.0, 1.0, 0.25]), np.array([2.0, -1.0, -1.0])),)
-    assert Course.of(_march(twice)).at(np.array([0.0, 1.0])).tolist() == [[0.0, 0.25]]
+    assert ForceHistory.of(_march(twice)).at(np.array([0.0, 1.0])).tolist() == [[0.0, 0.25]]
 
 
 def test_a_node_a_digit_beyond_the_end_is_the_end() -> None:
     after = ((np.array([0.0, 0.5, 1.0 + 1e-15]), np.array([0.0, 1.0, 0.0]), np.array([2.0, 0.0, -2.0])),)
-    assert Course.of(_march(after, ends=[1.0])).phase.tolist() == [0.0, 0.5, 1.0]
+    assert ForceHistory.of(_march(after, ends=[1.0])).phase.tolist() == [0.0, 0.5, 1.0]
 
 
 def test_peak_is_the_greatest_of_nodes_and_cubics() -> None:

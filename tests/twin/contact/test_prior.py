@@ -16,7 +16,7 @@ from pyroshock.twin.contact.effects.plastic_yield import PlasticYield
 from pyroshock.twin.contact.prior import PriorContact
 from pyroshock.twin.contact.shot_update import lower_roots
 from pyroshock.twin.contact.uncertain_parameters import ANVIL_VOLUME, COLUMNS, HAND_MASS, UncertainParameter
-from pyroshock.twin.contact_interface import ForcePulses, Strikes
+from pyroshock.twin.contact_interface import ForcePulses, ImpactBatch
 from pyroshock.twin.measured_shots import MeasuredShots
 from pyroshock.twin.prediction import stratified_normals
 from pyroshock.twin.setting import THESIS, Setting
@@ -56,7 +56,7 @@ def shots_of(
 
 def draws(stage: PriorContact, setting: Setting, velocity: float, count: int = 64, seed: int = 0) -> ForcePulses:
     z = stratified_normals(count, stage.normals, np.random.default_rng(seed))
-    return stage.pulses(Strikes([setting] * count, np.full(count, velocity)), z)
+    return stage.pulses(ImpactBatch([setting] * count, np.full(count, velocity)), z)
 
 
 def band(values: np.ndarray) -> tuple[float, float]:
@@ -70,7 +70,7 @@ def test_every_draw_keeps_momentum_and_energy(setting: Setting, velocity: float,
     anvil may fly on with the impactor."""
     stage = PriorContact()
     z = np.random.default_rng(seed).standard_normal((16, stage.normals))
-    pulses = stage.pulses(Strikes([setting] * 16, np.full(16, velocity)), z)
+    pulses = stage.pulses(ImpactBatch([setting] * 16, np.full(16, velocity)), z)
     share = pulses.impulse_n_s / (setting.impactor_mass_kg * velocity)
     least = np.ones(16)
     if setting.anvil is not None:
@@ -107,25 +107,28 @@ def test_an_effect_that_is_given_is_not_drawn() -> None:
 
 
 def test_zero_normals_are_the_nominal_pulse() -> None:
-    stage, strikes = PriorContact(), Strikes([SETTING, replace(SETTING, anvil=THESIS["steel"])], np.array([2.0, 9.0]))
+    stage, strikes = (
+        PriorContact(),
+        ImpactBatch([SETTING, replace(SETTING, anvil=THESIS["steel"])], np.array([2.0, 9.0])),
+    )
     nominal, drawn = stage.pulses(strikes), stage.pulses(strikes, np.zeros((2, stage.normals)))
     np.testing.assert_allclose(drawn.force_n, nominal.force_n, rtol=1e-12)
 
 
 def test_a_pulse_does_not_depend_on_its_batch() -> None:
     unknown = replace(SETTING, tip=replace(THESIS["delrin"], yield_strength_pa=None))
-    many = Strikes([SETTING, unknown, replace(SETTING, anvil=THESIS["aluminum"])], np.array([3.0, 8.0, 30.0]))
+    many = ImpactBatch([SETTING, unknown, replace(SETTING, anvil=THESIS["aluminum"])], np.array([3.0, 8.0, 30.0]))
     stage = PriorContact().updated(shots_of([SETTING], [10.0], [100e3], [4e-4], [13.0]))
     z = np.random.default_rng(0).standard_normal((3, stage.normals))
     together = stage.pulses(many, z)
     for row in range(3):
-        alone = stage.pulses(Strikes([many.settings[row]], many.impact_velocity_m_s[[row]]), z[[row]])
+        alone = stage.pulses(ImpactBatch([many.settings[row]], many.impact_velocity_m_s[[row]]), z[[row]])
         np.testing.assert_allclose(alone.force_n[0], together.force_n[row], rtol=1e-9)
 
 
 def test_normals_of_another_shape_are_refused() -> None:
     with pytest.raises(ValueError, match=r"z has shape \(1, 2\): expected \(1, 11\)"):
-        PriorContact().pulses(Strikes([SETTING], np.ones(1)), np.zeros((1, 2)))
+        PriorContact().pulses(ImpactBatch([SETTING], np.ones(1)), np.zeros((1, 2)))
 
 
 def test_a_measured_shot_lies_in_the_prior_band_and_two_of_them_move_it_there() -> None:
@@ -161,13 +164,13 @@ def test_shots_without_velocity_or_pulse_teach_nothing() -> None:
 def test_what_lies_beyond_the_learned_shots_is_said() -> None:
     light = replace(SETTING, impactor_mass_kg=0.5)
     stage = PriorContact().updated(shots_of([SETTING, light], [5.0, 10.0], [9e4, 8e4], [4e-4] * 2, [8.0, 7.0]))
-    inside, fast = stage.extrapolation(Strikes([SETTING, replace(light, tip_radius_m=0.03)], np.array([7.0, 12.0])))
+    inside, fast = stage.extrapolation(ImpactBatch([SETTING, replace(light, tip_radius_m=0.03)], np.array([7.0, 12.0])))
     assert inside == ()
     assert [(each.quantity, each.asked, each.low, each.high) for each in fast] == [
         ("impact_velocity_m_s", 12.0, 5.0, 10.0),
         ("tip_radius_m", 0.03, 0.045, 0.045),
     ]
-    assert PriorContact().extrapolation(Strikes([SETTING], np.array([99.0]))) == [()]
+    assert PriorContact().extrapolation(ImpactBatch([SETTING], np.array([99.0]))) == [()]
 
 
 def test_it_goes_between_processes() -> None:
@@ -187,14 +190,14 @@ def test_roots_of_a_covariance_that_rounding_has_spoilt() -> None:
 def test_more_settings_than_are_kept_are_no_matter(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(prior, "_KEPT", 3)
     stage = PriorContact().updated(shots_of([SETTING], [10.0], [100e3], [4e-4], [13.0]))
-    many = Strikes([replace(SETTING, tip_radius_m=r) for r in np.linspace(0.02, 0.06, 9)], np.linspace(2, 20, 9))
+    many = ImpactBatch([replace(SETTING, tip_radius_m=r) for r in np.linspace(0.02, 0.06, 9)], np.linspace(2, 20, 9))
     np.testing.assert_array_equal(stage.pulses(many).force_n, stage.pulses(many).force_n)
 
 
 def test_a_hammers_anvil_passes_less_of_the_highest_frequencies_and_the_impulse_of_the_blow():
     """The joint's force on the plate is longer and lower than the tip's; without an anvil both are the same."""
     bare, anvil = setting(impactor_mass_kg=0.3), setting(impactor_mass_kg=0.3, anvil=THESIS["steel"])
-    stage, strikes = PriorContact(hand_held=True), Strikes([bare, anvil], np.array([3.0, 3.0]))
+    stage, strikes = PriorContact(hand_held=True), ImpactBatch([bare, anvil], np.array([3.0, 3.0]))
     tip = stage.pulses(strikes)
     plate = stage.plate_pulses(strikes, None, tip)
     assert np.array_equal(plate.force_n[0], tip.force_n[0])

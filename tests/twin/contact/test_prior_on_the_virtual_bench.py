@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from pyroshock.twin.contact.prior import PriorContact
-from pyroshock.twin.contact_interface import Strikes
+from pyroshock.twin.contact_interface import ImpactBatch
 from pyroshock.twin.measured_shots import MeasuredShots
 from pyroshock.twin.prediction import HIGH, LOW, stratified_normals
 from support.records.virtual_pulses import gun_shots, hammer_shots
@@ -30,7 +30,7 @@ def scores(stage: PriorContact, shots: MeasuredShots, velocity: Floats) -> Score
     measured = np.column_stack([shots.peak_force_n, shots.contact_time_s, shots.impulse_n_s])
     inside, errors = [], []
     for row, setting in enumerate(shots.settings):
-        strikes = Strikes([setting] * 64, np.full(64, velocity[row]))
+        strikes = ImpactBatch([setting] * 64, np.full(64, velocity[row]))
         pulses = stage.pulses(strikes, stratified_normals(64, stage.normals, rng))
         draws = np.column_stack([pulses.peak_force_n, pulses.contact_time_s, pulses.impulse_n_s])
         low, high = np.quantile(draws, (LOW, HIGH), axis=0, method="hazen")

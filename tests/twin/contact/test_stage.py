@@ -15,13 +15,13 @@ from pyroshock.twin.contact.hertz import hertz
 from pyroshock.twin.contact.impacts import bodies_of, impedance
 from pyroshock.twin.contact.laws import LAWS, hunt_crossley
 from pyroshock.twin.contact.restitution_laws import LEAST
-from pyroshock.twin.contact.stage import NO_SPREAD, SPREADS, LawContact, Spread
-from pyroshock.twin.contact_interface import ContactStage, Strikes
+from pyroshock.twin.contact.stage import NO_SPREAD, SPREADS, LawContact, LawUncertainty
+from pyroshock.twin.contact_interface import ContactStage, ImpactBatch
 from pyroshock.twin.setting import THESIS, Setting
 
 SETTING = Setting(0.5, THESIS["delrin"], 0.03, THESIS["aluminum"], 0.01, 5.0, impact_velocity_m_s=1.0)
 ANVIL = replace(SETTING, anvil=THESIS["steel"], insulator="polymeric")
-STRIKES = Strikes([SETTING, ANVIL, replace(SETTING, tip=THESIS["steel"])], np.array([0.5, 2.0, 20.0]))
+STRIKES = ImpactBatch([SETTING, ANVIL, replace(SETTING, tip=THESIS["steel"])], np.array([0.5, 2.0, 20.0]))
 STAGES = {
     **{law: LawContact(law) for law in LAWS},
     "hann, weir-tallon": LawContact("hann", "weir-tallon"),
@@ -80,9 +80,12 @@ def test_zero_normals_are_the_mean_pulse(stage: ContactStage) -> None:
 def test_scatter_keeps_the_impulse_and_has_about_the_tables_mean_error(law: str) -> None:
     """Mean |predicted - measured| / measured, over 5,000 draws: the tables' quadratic mean of force and time."""
     rng = np.random.default_rng(1)
-    strikes = Strikes([SETTING] * 5_000, np.ones(5_000))
+    strikes = ImpactBatch([SETTING] * 5_000, np.ones(5_000))
     stage = LawContact(law)
-    mean, drawn = stage.pulses(Strikes([SETTING], np.ones(1))), stage.pulses(strikes, rng.standard_normal((5_000, 1)))
+    mean, drawn = (
+        stage.pulses(ImpactBatch([SETTING], np.ones(1))),
+        stage.pulses(strikes, rng.standard_normal((5_000, 1))),
+    )
     np.testing.assert_allclose(drawn.impulse_n_s, float(mean.impulse_n_s[0]), rtol=1e-9)
     force = np.mean(np.abs(mean.peak_force_n - drawn.peak_force_n) / drawn.peak_force_n)
     time = np.mean(np.abs(mean.contact_time_s - drawn.contact_time_s) / drawn.contact_time_s)
@@ -93,8 +96,8 @@ def test_scatter_keeps_the_impulse_and_has_about_the_tables_mean_error(law: str)
 
 def test_small_spread_is_the_normals_own() -> None:
     """Of a small error s, sqrt(pi / 2) s; of two, their quadratic mean."""
-    assert Spread(0.01, 0.01, "assumed").stretch == pytest.approx(np.sqrt(np.pi / 2) * 0.01, 1e-3)
-    assert Spread(0.01, 0.02, "assumed").stretch == pytest.approx(np.sqrt(np.pi / 2 * 2.5e-4), 1e-3)
+    assert LawUncertainty(0.01, 0.01, "assumed").stretch == pytest.approx(np.sqrt(np.pi / 2) * 0.01, 1e-3)
+    assert LawUncertainty(0.01, 0.02, "assumed").stretch == pytest.approx(np.sqrt(np.pi / 2 * 2.5e-4), 1e-3)
 
 
 def test_a_law_without_spread_takes_no_normals() -> None:
@@ -140,13 +143,13 @@ def test_effects_that_know_a_thing_do_not_tell_it() -> None:
 
 
 def test_slow_soft_impact_lies_inside() -> None:
-    gentle = Strikes([replace(SETTING, tip=THESIS["polyurethane"])], np.array([0.2]))
+    gentle = ImpactBatch([replace(SETTING, tip=THESIS["polyurethane"])], np.array([0.2]))
     assert LawContact().outside(gentle) == [()]
 
 
 def test_unknown_strength_tells_nothing_of_yield() -> None:
     unknown = replace(SETTING, tip=replace(THESIS["delrin"], yield_strength_pa=None))
-    assert LawContact().outside(Strikes([unknown], np.array([9.0]))) == [()]
+    assert LawContact().outside(ImpactBatch([unknown], np.array([9.0]))) == [()]
 
 
 def test_effects_change_hertz_only() -> None:
@@ -169,7 +172,7 @@ def test_strikes_do_not_meet() -> None:
     stage = STAGES["effects"]
     together = stage.pulses(STRIKES).force_n
     alone = [
-        stage.pulses(Strikes([setting], STRIKES.impact_velocity_m_s[k : k + 1])).force_n[0]
+        stage.pulses(ImpactBatch([setting], STRIKES.impact_velocity_m_s[k : k + 1])).force_n[0]
         for k, setting in enumerate(STRIKES.settings)
     ]
     assert together == pytest.approx(np.array(alone), rel=1e-9)

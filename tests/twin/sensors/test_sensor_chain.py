@@ -6,10 +6,10 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from pyroshock.twin.contact_interface import ForcePulses, Strikes
+from pyroshock.twin.contact_interface import ForcePulses, ImpactBatch
 from pyroshock.twin.effects import catalogue, effect
 from pyroshock.twin.sensors.chain import SensorChain
-from pyroshock.twin.sensors.measured_pulses import seen_pulses
+from pyroshock.twin.sensors.measured_pulses import measured_pulses
 from support.records.twin_parts import HalfSine, setting
 
 
@@ -66,17 +66,17 @@ def test_effects_of_other_stages_and_doubles_are_refused():
 
 
 def pulses():
-    return HalfSine().pulses(Strikes([setting()] * 2, np.array([4.0, 8.0])))
+    return HalfSine().pulses(ImpactBatch([setting()] * 2, np.array([4.0, 8.0])))
 
 
 def test_pulses_without_effects_are_the_same_object():
     given = pulses()
-    assert seen_pulses(SensorChain(), given) is given
+    assert measured_pulses(SensorChain(), given) is given
 
 
 def test_gain_leaves_times_and_scales_forces():
     given = pulses()
-    seen = seen_pulses(SensorChain.of([effect("sensor.force_gain", gain=1.5)]), given)
+    seen = measured_pulses(SensorChain.of([effect("sensor.force_gain", gain=1.5)]), given)
     np.testing.assert_allclose(seen.contact_time_s, given.contact_time_s)
     np.testing.assert_allclose(seen.compression_time_s, given.compression_time_s, rtol=0.01)
     np.testing.assert_allclose(seen.force_n, 1.5 * given.force_n, atol=1e-3 * given.force_n.max())
@@ -84,7 +84,7 @@ def test_gain_leaves_times_and_scales_forces():
 
 def test_low_pass_lengthens_the_contact_and_keeps_the_impulse():
     given = pulses()
-    seen = seen_pulses(SensorChain.of([effect("sensor.force_bandwidth", time_constant_s=2e-5)]), given)
+    seen = measured_pulses(SensorChain.of([effect("sensor.force_bandwidth", time_constant_s=2e-5)]), given)
     assert np.all(seen.contact_time_s > 1.1 * given.contact_time_s)
     assert np.all(seen.peak_force_n < 0.995 * given.peak_force_n)
     np.testing.assert_allclose(seen.impulse_n_s, given.impulse_n_s, rtol=2e-3)
@@ -101,7 +101,7 @@ def of_lengths(*contact_time_s):
 def test_contact_of_seconds_takes_no_room_of_microseconds():
     """The series had steps of the shortest and the length of the longest: gigabytes for a hundred draws."""
     tracemalloc.start()
-    seen = seen_pulses(LOW_PASS, of_lengths(5e-5, *[5.0] * 100))
+    seen = measured_pulses(LOW_PASS, of_lengths(5e-5, *[5.0] * 100))
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 50e6
@@ -110,7 +110,7 @@ def test_contact_of_seconds_takes_no_room_of_microseconds():
 
 
 def test_a_pulse_is_seen_alike_whatever_is_beside_it():
-    alone, beside = (seen_pulses(LOW_PASS, of_lengths(*times)) for times in ((3e-4,), (5e-5, 3e-4, 2e-3)))
+    alone, beside = (measured_pulses(LOW_PASS, of_lengths(*times)) for times in ((3e-4,), (5e-5, 3e-4, 2e-3)))
     np.testing.assert_array_equal(beside.force_n[1], alone.force_n[0])
     assert beside.contact_time_s[1] == alone.contact_time_s[0]
 
@@ -118,4 +118,4 @@ def test_a_pulse_is_seen_alike_whatever_is_beside_it():
 def test_a_gain_for_each_shot_meets_its_own_pulse():
     gains = SensorChain.of([effect("sensor.force_gain", gain=np.array([1.0, 2.0]))])
     given = of_lengths(1e-4, 1e-2)
-    np.testing.assert_allclose(seen_pulses(gains, given).peak_force_n, [1, 2] * given.peak_force_n, rtol=1e-3)
+    np.testing.assert_allclose(measured_pulses(gains, given).peak_force_n, [1, 2] * given.peak_force_n, rtol=1e-3)

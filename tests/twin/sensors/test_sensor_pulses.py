@@ -8,7 +8,7 @@ from pyroshock.array_types import Floats
 from pyroshock.twin.contact_interface import ForcePulses
 from pyroshock.twin.effects import Value, effect
 from pyroshock.twin.sensors.chain import SensorChain
-from pyroshock.twin.sensors.measured_pulses import seen_pulses
+from pyroshock.twin.sensors.measured_pulses import measured_pulses
 
 #: Of a pulse's contact are its steps.
 STEPS = 256
@@ -62,7 +62,7 @@ def test_a_half_sine_is_seen_as_on_paper(share: float) -> None:
     """0.8: a tail of four contacts is seen to its end; 5: one of 26."""
     time = 3e-4
     given = half_sines(np.array([time]), np.array([7e3]))
-    agrees(seen_pulses(low_pass(share * time), given), given, 0, share * time, time / STEPS)
+    agrees(measured_pulses(low_pass(share * time), given), given, 0, share * time, time / STEPS)
 
 
 def test_pulses_of_several_octaves_and_sizes_are_each_seen_as_alone() -> None:
@@ -70,7 +70,7 @@ def test_pulses_of_several_octaves_and_sizes_are_each_seen_as_alone() -> None:
     time = OCTAVE_S * np.array([1.0, 1.999, 1.3, 9.0, 300.0])
     given = half_sines(time, np.array([5e3, 2.0, 8e4, 1e3, 30.0]))
     tau = OCTAVE_S * 0.2
-    seen = seen_pulses(low_pass(tau), given)
+    seen = measured_pulses(low_pass(tau), given)
     for row in range(3):
         agrees(seen, given, row, tau, time[0] / STEPS)
     agrees(seen, given, 3, tau, time[3] / STEPS)
@@ -80,25 +80,25 @@ def test_pulses_of_several_octaves_and_sizes_are_each_seen_as_alone() -> None:
 def test_a_long_tail_keeps_its_impulse_whatever_is_beside_it() -> None:
     tau, time = 1.6e-4, np.array([1.2e-4, 6.2e-5, 1e-4, 1.24e-4])
     given = half_sines(time, np.array([1e3, 1e3, 2e3, 5e3]))
-    together = seen_pulses(low_pass(tau), given)
+    together = measured_pulses(low_pass(tau), given)
     # What lies behind 0.5 % of the peak: tau times that, of some T / 2 and tau.
     np.testing.assert_allclose(together.impulse_n_s, given.impulse_n_s, rtol=0.012)
     for row in range(4):
-        alone = seen_pulses(low_pass(tau), ForcePulses(time[[row]], given.force_n[[row]], time[[row]] / 2))
+        alone = measured_pulses(low_pass(tau), ForcePulses(time[[row]], given.force_n[[row]], time[[row]] / 2))
         assert together.contact_time_s[row] == pytest.approx(alone.contact_time_s[0], rel=2e-3)
 
 
 def test_longest_of_an_octave_is_seen_to_its_end() -> None:
     time = OCTAVE_S * np.array([1.0, 1.999])
     given, tau = half_sines(time, np.array([1e3, 1e3])), OCTAVE_S * 0.01
-    agrees(seen_pulses(low_pass(tau), given), given, 1, tau, time[0] / STEPS)
+    agrees(measured_pulses(low_pass(tau), given), given, 1, tau, time[0] / STEPS)
 
 
 def test_each_pulse_has_its_own_low_pass() -> None:
     time = np.array([3e-4, 2e-3, 3.1e-4])
     tau = np.array([1e-4, 2e-4, 3e-5])
     given = half_sines(time, np.array([1e3, 2e3, 3e3]))
-    seen = seen_pulses(low_pass(tau), given)
+    seen = measured_pulses(low_pass(tau), given)
     for row, step in enumerate((3e-4, 2e-3, 3e-4)):
         agrees(seen, given, row, tau[row], step / STEPS)
 
@@ -106,9 +106,9 @@ def test_each_pulse_has_its_own_low_pass() -> None:
 def test_a_pulse_that_no_effect_changes_stays_as_it_is() -> None:
     given = half_sines(np.array([1e-4, 3e-3]), np.array([1e3, 2e3]))
     other_channel = SensorChain.of([effect("sensor.velocity_gain"), effect("sensor.mount_resonance")])
-    assert seen_pulses(other_channel, given) is given
-    assert seen_pulses(low_pass(np.zeros(2)), given) is given
-    second = seen_pulses(low_pass(np.array([0.0, 3e-4])), given)
+    assert measured_pulses(other_channel, given) is given
+    assert measured_pulses(low_pass(np.zeros(2)), given) is given
+    second = measured_pulses(low_pass(np.array([0.0, 3e-4])), given)
     np.testing.assert_array_equal(second.force_n[0], given.force_n[0])
     assert second.contact_time_s[0] == given.contact_time_s[0]
     assert second.contact_time_s[1] > given.contact_time_s[1]
@@ -121,7 +121,7 @@ def test_a_gain_moves_no_peak_to_before_where_it_was(at: int) -> None:
     phases = np.arange(100) / 99
     shape = np.interp(phases, [0, at / 99, 1], [0.0, 1e3, 0.0])
     given = ForcePulses(np.array([1e-3]), shape[None], np.array([4e-4]))
-    seen = seen_pulses(SensorChain.of([effect("sensor.force_gain", gain=2.0)]), given)
+    seen = measured_pulses(SensorChain.of([effect("sensor.force_gain", gain=2.0)]), given)
     assert 4e-4 <= seen.compression_time_s[0] <= 4e-4 + 0.5 * 1e-3 / STEPS
 
 
@@ -129,7 +129,7 @@ def test_peak_of_a_coarse_pulse_is_late_by_what_the_filter_makes_it() -> None:
     """A triangle of three points: y = F (t - tau (1 - exp(-t / tau))) / (T / 2), less twice that from T / 2 on."""
     time, tau = 1e-3, 1e-4
     given = ForcePulses(np.array([time]), np.array([[0.0, 500.0, 0.0]]), np.array([time / 2]))
-    seen = seen_pulses(low_pass(tau), given)
+    seen = measured_pulses(low_pass(tau), given)
     # y' = 0 behind the middle: exp(-s / tau) (2 - exp(-T / 2 tau)) = 1
     later = tau * np.log(2 - np.exp(-time / 2 / tau))
     assert seen.compression_time_s[0] - time / 2 == pytest.approx(later, abs=0.6 * time / STEPS)
@@ -138,7 +138,7 @@ def test_peak_of_a_coarse_pulse_is_late_by_what_the_filter_makes_it() -> None:
 def test_no_force_stays_none_beside_others() -> None:
     time = np.array([3e-4, 3e-4])
     given = half_sines(time, np.array([1e3, 0.0]))
-    seen = seen_pulses(low_pass(5e-5), given)
+    seen = measured_pulses(low_pass(5e-5), given)
     assert seen.contact_time_s[1] == 3e-4 and seen.compression_time_s[1] == 1.5e-4
     np.testing.assert_array_equal(seen.force_n[1], 0.0)
     agrees(seen, given, 0, 5e-5, 3e-4 / STEPS)

@@ -1,0 +1,32 @@
+// Zooming into a channel fetches that window: every sample of it, once they fit.
+"use strict";
+document.addEventListener("DOMContentLoaded", () => {
+  document.querySelectorAll("[data-channel]").forEach((element) => {
+    const said = element.closest("figure").querySelector(".shown");
+    let waiting = null, asked = 0;
+    const fetchWindow = async (from, to) => {
+      const number = ++asked;
+      const query = new URLSearchParams({ points: element.dataset.points });
+      if (from !== null) { query.set("start_s", from); query.set("stop_s", to); }
+      said.textContent = "Fetching…";
+      try {
+        const found = await pyroshock.asked(`/api/channels/${element.dataset.channel}?${query}`);
+        if (number !== asked) return;  // a later zoom is on its way
+        await Plotly.restyle(element, { x: [found.time_s.map((t) => t * 1e3)], y: [found.values] }, [0]);
+        element.dataset.samples = found.time_s.length;
+        element.dataset.exact = String(!found.decimated);
+        said.textContent = found.decimated
+          ? `Extremes of ${(found.stop - found.first).toLocaleString()} samples; zoom in for every sample.`
+          : `Every sample is shown (${found.time_s.length.toLocaleString()}).`;
+      } catch (error) { said.textContent = `Not fetched: ${error.message}`; }
+    };
+    const zoomed = (event) => {
+      clearTimeout(waiting);
+      if (event["xaxis.autorange"]) { waiting = setTimeout(() => fetchWindow(null, null), 100); return; }
+      if (event["xaxis.range[0]"] === undefined) return;
+      const [from, to] = [event["xaxis.range[0]"], event["xaxis.range[1]"]].map((t) => Number(t) / 1e3);
+      waiting = setTimeout(() => fetchWindow(from, to), 100);
+    };
+    const ready = setInterval(() => { if (element.on) { clearInterval(ready); element.on("plotly_relayout", zoomed); element.dataset.zoomable = "yes"; } }, 30);
+  });
+});

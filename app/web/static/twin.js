@@ -1,0 +1,76 @@
+// The sliders ask the twin while they move; the newest answer is shown, and its address is the page's.
+"use strict";
+document.addEventListener("DOMContentLoaded", () => {
+  const form = document.getElementById("shot");
+  const of = (id) => document.getElementById(id);
+  const fixed = JSON.parse(form.dataset.fixed);
+  const short = (value) => value === null ? "–" : Number(value.toPrecision(4)).toString().replace("-", "−");
+  const asked = () => {
+    const query = new URLSearchParams();
+    Object.entries(fixed).forEach(([key, value]) => value && query.set(key, value));
+    form.querySelectorAll("input, select").forEach((field) => field.value && query.set(field.name,
+      field.dataset.scale ? Number((field.value / field.dataset.scale).toPrecision(9)) : field.value));
+    return query;
+  };
+  // The lines of a list, or of the one in a box; nothing to say hides it.
+  const list = (place, lines) => {
+    place.hidden = !lines.length;
+    (place.querySelector("ul") || place).replaceChildren(...lines.map((line) => {
+      const item = document.createElement("li");
+      item.textContent = line;
+      return item;
+    }));
+  };
+  const show = (answer) => {
+    Object.entries(answer.figures).forEach(([name, figure]) => {
+      const place = of(name) && of(name).querySelector(".plot");
+      if (place) pyroshock.draw(place, figure);
+    });
+    of("numbers").tBodies[0].replaceChildren(...answer.numbers.map((row) => {
+      const line = document.createElement("tr"), head = document.createElement("th");
+      head.scope = "row"; head.textContent = row.quantity; line.append(head);
+      [row.mean, row.low, row.high].forEach((value) => { const cell = line.insertCell(); cell.className = "number"; cell.textContent = short(value); });
+      line.insertCell().textContent = row.unit.replace("m/s2", "m/s²");
+      return line;
+    }));
+    const prediction = answer.prediction;
+    of("rests-on").textContent = prediction.rests_on.sentence;
+    of("rests-on").hidden = !prediction.rests_on.sentence;
+    list(of("notes"), prediction.notes);
+    list(of("warnings"), prediction.warnings);
+    form.querySelectorAll("input[type=range]").forEach((field) => {
+      const warning = of(`${field.id}-warning`);
+      warning.textContent = answer.beside[field.id] || "";
+      warning.hidden = !warning.textContent;
+    });
+    of("link").href = answer.link;
+    history.replaceState(null, "", answer.link);
+  };
+  let busy = false, again = false, answers = 0;
+  const ask = async () => {
+    if (busy) { again = true; return; }
+    busy = true;
+    do {
+      again = false;
+      const begun = performance.now();
+      try {
+        const answer = await pyroshock.asked(`/twin/answer?${asked()}`);
+        show(answer);
+        of("why-not").hidden = true;
+        of("took").textContent = `${Math.round(performance.now() - begun)} ms`;
+        of("took").dataset.milliseconds = Math.round(performance.now() - begun);
+      } catch (error) { of("why-not").textContent = error.message; of("why-not").hidden = false; }
+      form.dataset.answers = ++answers;
+    } while (again);
+    busy = false;
+  };
+  // A text is asked for when it is whole, anything else while it moves.
+  form.addEventListener("change", (event) => { if (event.target.type === "text") ask(); });
+  form.addEventListener("input", (event) => {
+    if (event.target.type === "text") return;
+    const shown = of(`${event.target.id}-shown`);
+    if (shown) shown.textContent = short(Number(event.target.value));
+    ask();
+  });
+  form.addEventListener("submit", (event) => { event.preventDefault(); ask(); });
+});
