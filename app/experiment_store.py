@@ -217,7 +217,7 @@ class ExperimentStore:
 
         What is registered already is not trained again. `jobs` processes train at once.
         """
-        from ..parallel.map_tasks import ExecutorConfig
+        from ..parallel.executor import ExecutorConfig
         from ..training.fitting.session import Progress
         from .train.service import train_models, training_runs
 

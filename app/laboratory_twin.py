@@ -115,7 +115,7 @@ class LaboratoryTwin:
         """
         import pandas as pd
 
-        from ..parallel.map_tasks import ExecutorConfig
+        from ..parallel.executor import ExecutorConfig
         from .common.frames import step_bar, with_units
         from .predict.batch import bench_of_rows, predict_batch
         from .predict.service import shot_rows
@@ -215,7 +215,7 @@ def shipped_twin(
 
     Solved plates are kept below the current folder, as `pyroshock predict` keeps them.
     """
-    from .common.errors import DEFAULT_DB
+    from .common.default_store import DEFAULT_DB
 
     return laboratory_twin(
         None,

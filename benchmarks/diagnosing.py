@@ -24,7 +24,7 @@ from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.inference.problem import InferenceProblem
 from pyroshock.diagnosis.options import Options
 from pyroshock.diagnosis.reading import read_folder
-from pyroshock.parallel.map_tasks import ExecutorConfig
+from pyroshock.parallel.executor import ExecutorConfig
 from pyroshock.twin.effects import catalogue
 from pyroshock.validation import answer_sets
 from pyroshock.validation.baselines import BASELINES, Forest, GapProblem, features

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from pyroshock.app.impacts.cli import export_table
+from pyroshock.app.impacts.export import export_table
 from pyroshock.app.impacts.impact import impact_page
 from pyroshock.app.impacts.overlays import pulse_overlay
 from pyroshock.app.impacts.signals import channel_window

@@ -15,7 +15,8 @@ from functools import partial
 from sqlalchemy import delete, func, select, update
 from sqlalchemy.orm import Session
 
-from ..parallel.map_tasks import HERE, LOCAL, ExecutorConfig, run_all_tasks
+from ..parallel.executor import HERE, LOCAL, ExecutorConfig
+from ..parallel.map_tasks import run_all_tasks
 from ..schema.campaigns import Campaign
 from ..schema.impacts import ChannelFigures, Impact
 from ..schema.impacts import Pulse as PulseRow

@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 
 from ..diagnosis.options import Options
-from ..parallel.map_tasks import ExecutorConfig, run_all_tasks
+from ..parallel.executor import ExecutorConfig
+from ..parallel.map_tasks import run_all_tasks
 from ..schema.atomic_write import write_bytes, write_text
 from . import oracle_fit
 from .baselines import Forest

@@ -15,7 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..parallel.map_tasks import ExecutorConfig, run_all_tasks
+from ..parallel.executor import ExecutorConfig
+from ..parallel.map_tasks import run_all_tasks
 from .campaigns.base import RecordingTask, Row, Truth, VirtualBench
 from .campaigns.gun import VirtualGunBench
 from .campaigns.gun import set_up as set_up_gun

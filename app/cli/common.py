@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from ...parallel.map_tasks import BACKENDS, LOCAL, ExecutorConfig
+from ...parallel.executor import BACKENDS, LOCAL, ExecutorConfig
 from ...schema.addresses import HIDDEN, address_for_display, without_secrets
-from ..common.errors import DEFAULT_DB
+from ..common.default_store import DEFAULT_DB
 
 if TYPE_CHECKING:
     from ...schema.session import Store

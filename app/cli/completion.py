@@ -15,7 +15,7 @@ from pathlib import Path
 
 import click
 
-from ..common.errors import DEFAULT_DB
+from ..common.default_store import DEFAULT_DB
 
 Completion = Callable[[click.Context, click.Parameter, str], list[str]]
 

@@ -4,8 +4,6 @@ Whatever a user can mend is a `PyroshockError`. Each is also the built-in error 
 `except ValueError` works as well. Anything else that comes out of the library is a fault of the software.
 
 Errors that a person can mend, told from bugs of ours.
-
-Where the store is when nobody says so: in the folder that a person works in.
 """
 
 from __future__ import annotations
@@ -104,6 +102,3 @@ def words_of(error: Exception) -> str:
     """What to tell of it."""
     message = str(error)
     return f"{message}; {MAKE_ROOM}" if disk_is_full(error) and "make room" not in message else message
-
-
-DEFAULT_DB = "sqlite:///pyroshock.db"

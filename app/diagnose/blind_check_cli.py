@@ -11,7 +11,7 @@ import click
 from ..cli.common import errors_as_one_line, json_option, worker_options, write_json
 
 if TYPE_CHECKING:
-    from ...parallel.map_tasks import ExecutorConfig
+    from ...parallel.executor import ExecutorConfig
     from ...validation.report import Pool, Report
 
 

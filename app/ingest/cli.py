@@ -35,7 +35,7 @@ from ..common.frames import parse_quantity
 if TYPE_CHECKING:
     from ...ingest.calibration_points import CalibrationPoints
     from ...ingest.settings import ExtractionSettings
-    from ...parallel.map_tasks import ExecutorConfig
+    from ...parallel.executor import ExecutorConfig
     from ...signals.calibration import Calibration
 
 

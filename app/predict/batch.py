@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from ...ingest.column_names import MEASURED
 from ...ingest.tables import read_table
-from ...parallel.map_tasks import ExecutorConfig, run_all_tasks
+from ...parallel.executor import ExecutorConfig
+from ...parallel.map_tasks import run_all_tasks
 from ...schema.known_factors import BY_COLUMN, BY_NAME, KnownFactor, parse_number
 from ...schema.session import Store
 from ..common.table_files import write_batches

@@ -17,7 +17,7 @@ from ..cli.common import Function, db_option, json_option, note, open_if_exists,
 from ..cli.completion import campaign_names, material_names, plan_names
 
 if TYPE_CHECKING:
-    from ...parallel.map_tasks import ExecutorConfig
+    from ...parallel.executor import ExecutorConfig
     from ...schema.session import Store
     from ..twins.building import TwinRequest
     from .batch import PredictedShot, ShotRow

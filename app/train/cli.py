@@ -30,7 +30,7 @@ from ..cli.listed import Listing, listing_options
 
 if TYPE_CHECKING:
     from ...dataset.catalog import Withdrawal
-    from ...parallel.map_tasks import ExecutorConfig
+    from ...parallel.executor import ExecutorConfig
     from ...training.fitting.session import Session
     from ...training.models.catalogue import Budget
     from ...training.registry.records import Version

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ...dataset.snapshot import Snapshot
-    from ...parallel.map_tasks import ExecutorConfig
+    from ...parallel.executor import ExecutorConfig
     from ...schema.session import Store
     from ...training.fitting.session import Progress, Session
     from ...training.models.catalogue import Budget
@@ -219,7 +219,7 @@ def train_models(
 
     Raises as `model_catalogue.models_of`, `splits_of` and `read_snapshot`.
     """
-    from ...parallel.map_tasks import HERE
+    from ...parallel.executor import HERE
     from ...training.fitting import session as training_session
     from ...training.models.catalogue import models_of
 

@@ -7,7 +7,7 @@ import pytest
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.reextraction import preview_impacts, reextract, reextract_recording
 from pyroshock.ingest.settings import ExtractionSettings
-from pyroshock.parallel.map_tasks import ExecutorConfig
+from pyroshock.parallel.executor import ExecutorConfig
 from pyroshock.schema.impacts import Impact, Pulse
 from pyroshock.schema.recordings import RecordedChannel, Recording, SeriesChunk
 from pyroshock.schema.series import as_floats

@@ -9,7 +9,8 @@ import time
 import numpy as np
 import pytest
 from pyroshock.parallel import cluster
-from pyroshock.parallel.map_tasks import HERE, ExecutorConfig, run_all_tasks
+from pyroshock.parallel.executor import HERE, ExecutorConfig
+from pyroshock.parallel.map_tasks import run_all_tasks
 from support.processes import chores
 from support.processes.dask_clusters import dask_cluster
 

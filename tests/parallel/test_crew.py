@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 from pyroshock.parallel import cluster, map_tasks
-from pyroshock.parallel.map_tasks import ExecutorConfig
+from pyroshock.parallel.executor import ExecutorConfig
 
 NOBODY = "tcp://127.0.0.1:9"
 

@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-from pyroshock.parallel.map_tasks import HERE, ExecutorConfig, run_all_tasks
+from pyroshock.parallel.executor import HERE, ExecutorConfig
+from pyroshock.parallel.map_tasks import run_all_tasks
 from support.processes import chores
 
 TWO = ExecutorConfig(jobs=2)

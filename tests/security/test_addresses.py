@@ -85,9 +85,7 @@ def test_every_option_with_a_secret_is_known() -> None:
 
 
 def _commands() -> list[click.Command]:
-    made = [
-        getattr(importlib.import_module(f"pyroshock.app.cli.{module}"), name) for module, name, _ in COMMANDS.values()
-    ]
+    made = [getattr(importlib.import_module(module, "pyroshock"), name) for module, name, _ in COMMANDS.values()]
     return [each for command in made for each in (command, *getattr(command, "commands", {}).values())]
 
 

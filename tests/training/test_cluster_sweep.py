@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 import pytest
-from pyroshock.parallel.map_tasks import HERE, ExecutorConfig
+from pyroshock.parallel.executor import HERE, ExecutorConfig
 from pyroshock.training.fitting.fitting import task_of
 from pyroshock.training.fitting.run_tasks import run_trainings
 from pyroshock.training.fitting.session import Progress, train

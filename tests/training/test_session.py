@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pyroshock.dataset.table import split_of
-from pyroshock.parallel.map_tasks import ExecutorConfig
+from pyroshock.parallel.executor import ExecutorConfig
 from pyroshock.training.estimators.contact_time import ContactTimeProcess
 from pyroshock.training.evaluation.floor import floor_metrics
 from pyroshock.training.fitting import run_tasks

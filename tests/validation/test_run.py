@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyroshock.parallel.map_tasks import ExecutorConfig
+from pyroshock.parallel.executor import ExecutorConfig
 from pyroshock.validation import blind_check, case_plan, run_case
 from pyroshock.validation.cases import record
 from pyroshock.virtualbench.recorder import SealError

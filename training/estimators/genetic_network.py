@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
-from ...parallel.map_tasks import HERE, ExecutorConfig
+from ...parallel.executor import HERE, ExecutorConfig
 from ..tuning.folds import grouped_folds
 from ..tuning.genetic import CREEP, CROSSED, MUTATED, Genes, GeneticResult, Search, SearchJournal, run_search
 from .base import Arrays, Estimator, FitReport, Gaussian, NotFittedError, SettingValue, Standard

@@ -16,7 +16,7 @@ from typing import Any
 
 from ...dataset.domain import Domain
 from ...dataset.table import PulseTable, split_of
-from ...parallel.map_tasks import HERE, ExecutorConfig
+from ...parallel.executor import HERE, ExecutorConfig
 from ..evaluation.metrics import PulseErrors, pulse_errors
 from ..evaluation.summary import summary
 from ..models.base import ContactPrediction

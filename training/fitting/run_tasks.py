@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 
 from ...dataset.table import PulseTable, split_of
-from ...parallel.map_tasks import ExecutorConfig, run_all_tasks
+from ...parallel.executor import ExecutorConfig
+from ...parallel.map_tasks import run_all_tasks
 from ...parallel.task import one_thread
 from ..estimators.base import FitReport
 from ..models.catalogue import entry_of

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from ...parallel.map_tasks import HERE, ExecutorConfig
+from ...parallel.executor import HERE, ExecutorConfig
 from ..evaluation.floor import floor_text
 from ..evaluation.plot_style import png
 from ..registry.evaluate import Evaluation, evaluate_held_out

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from ...parallel.map_tasks import HERE, ExecutorConfig
+from ...parallel.executor import HERE, ExecutorConfig
 from ..estimators.base import Estimator
 from .base import ContactModel
 

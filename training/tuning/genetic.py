@@ -25,7 +25,8 @@ from typing import Any
 
 import numpy as np
 
-from ...parallel.map_tasks import HERE, ExecutorConfig, run_all_tasks
+from ...parallel.executor import HERE, ExecutorConfig
+from ...parallel.map_tasks import run_all_tasks
 
 Key = tuple[int, ...]
 

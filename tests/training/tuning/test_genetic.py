@@ -139,7 +139,7 @@ def slow(genes):
     time.sleep(0.03)
     return bowl(genes)
 
-searched(SEARCH, slow, 7, SearchJournal(Path(sys.argv[1]), {"of": "a test"}))
+run_search(SEARCH, slow, 7, SearchJournal(Path(sys.argv[1]), {"of": "a test"}))
 """
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from pyroshock.parallel.map_tasks import HERE, ExecutorConfig
+from pyroshock.parallel.executor import HERE, ExecutorConfig
 from pyroshock.training.tuning.genetic import Search, SearchJournal, run_search
 from support.processes import chores
 from support.processes.dask_clusters import dask_cluster
