@@ -16,7 +16,6 @@ import click
 from ..cli.common import db_option, format_cell, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names
 from ..cli.listed import Listing, listing_options
-from .export import export_table
 
 
 @click.command()
@@ -147,6 +146,8 @@ def export(
         pyroshock export impacts --out impacts.csv --columns run,tip_material,peak_force_n
         pyroshock export series --campaign spring --recording recordings/0001.mat --out 0001.parquet
     """
+    from .export import export_table
+
     with open_command_store(db) as store, store.reading() as session:
         from ..cli.listed import column_names
         from ..common.filters import parse_where
