@@ -5,14 +5,11 @@ from __future__ import annotations
 import re
 import shlex
 from pathlib import Path
-from typing import Any
 
 import pytest
 from doc_pages.running import place_in
 from pyroshock.app.cli.main import COMMANDS
-from pyroshock.ingest.readers import READERS
 from pyroshock.schema.tables import metadata
-from pyroshock.signals.checks import CHECKS
 from support.records import sealed_table
 from support.stores.hammer_stores import full_campaign
 from support.stores.registries import fresh_registry
@@ -43,23 +40,6 @@ def test_examples_of_the_commands_run(tmp_path, request):
             code, said = place.invoked(shlex.split(example))
             # The shipped specification is softer than what the shipped bench gives at its least pressure.
             assert code == (1 if example.startswith("tune") else 0), f"pyroshock {example}: {said}"
-
-
-def test_every_reader_has_a_row():
-    suffixes = {suffix for reader in READERS for suffix in reader.suffixes}
-    rows = set(
-        re.findall(
-            r"`(\.[a-z0-9]+)`", page("reference/campaigns.md")[page("reference/campaigns.md").index("## Readers") :]
-        )
-    )
-    assert rows == suffixes
-
-
-def test_every_check_has_a_row():
-    rows = set(re.findall(r"^\| `([a-z-]+)` \|", page("explanation/method.md"), re.MULTILINE))
-    functions: list[Any] = list(CHECKS)
-    names = {each.__name__.removeprefix("check_").replace("_", "-") for each in functions}
-    assert rows == names
 
 
 def test_every_table_has_a_row():

@@ -121,7 +121,7 @@ def test_methods_of_design_have_their_options() -> None:
 
 def test_designs_are_those_of_the_folder() -> None:
     found = {function.__name__ for function in designs.functions()}
-    assert {"augment", "balanced", "read_table", "factorial", "subset", "plackett_burman", "optimal"} < found
+    assert {"augment", "balance_levels", "read_table", "factorial", "subset", "plackett_burman", "optimal"} < found
     for function in designs.functions():
         words = section("designs", f"{function.__module__.rpartition('.')[2]}.{function.__name__}")
         assert escaped(first_line(function.__doc__)) in words

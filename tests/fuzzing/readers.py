@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import math
 from collections.abc import Callable, Sequence
@@ -12,10 +13,18 @@ import numpy as np
 from fuzzing.mutations import binary, containers, generated, tables
 from fuzzing.seeds import bare_lvm, mat_structures, oscilloscopes, recordings, wavs
 from fuzzing.target import ACCEPTED, Mutate, Target, Use, stacked
-from pyroshock.ingest.readers import AS_IN_FILE, OpenRecording, ReadingOptions, RecordingError, open_recording
+from pyroshock.ingest.readers import (
+    AS_IN_FILE,
+    OpenRecording,
+    ReadingOptions,
+    RecordingError,
+    open_recording,
+    reader_for,
+)
 from pyroshock.schema.base import to_plain
+from support.records.recipes import RECIPES
 
-_SHARED = tuple(f"ingest/readers/{part}.py" for part in ("recording", "clock", "contents", "matrix"))
+_SHARED = tuple(f"ingest/readers/{part}.py" for part in ("recording", "clock", "contents"))
 #: How a file of each suffix is damaged.
 FORMATS: dict[str, Mutate] = {
     ".csv": tables.damaged,
@@ -86,23 +95,37 @@ def _reader(
 
 _NAMES = ("force", "acceleration_1", "counts")
 GIVEN = ReadingOptions(_NAMES, 51200.0)
-_TEXT = "csv csv_layout text tektronix"
+_TEXT = "csv text"
+
+#: Suffixes of the same formats.
+_ALIASES = frozenset({".dat", ".hdf5"})
 
 READERS = (
     _reader("csv", ".csv", "csv", "csv-german", module=_TEXT),
     _reader("text", ".txt", "text", "text-bare", module=_TEXT, options=GIVEN),
     _reader("oscilloscope", ".csv", module=_TEXT, seeds=oscilloscopes, mutate=FORMATS[".txt"]),
     _reader("lvm", ".lvm", "lvm", "lvm-comma", module="lvm text"),
-    _reader("lvm-bare", ".lvm", module="lvm csv csv_layout text", options=GIVEN, seeds=bare_lvm),
+    _reader("lvm-bare", ".lvm", module="lvm csv text", options=GIVEN, seeds=bare_lvm),
     _reader("npz", ".npz", "npz", "npz-compressed", module="npz"),
     _reader("npy", ".npy", "npy", module="npy", options=GIVEN),
     _reader("wav", ".wav", "wav", module="wav", options=GIVEN, seeds=wavs),
-    _reader("mat5", ".mat", "mat5", "mat5-compressed", "mat5-time", module="mat mat5_elements"),
-    _reader("mat5-structure", ".mat", module="mat mat5_elements mat5_structs", seeds=mat_structures),
+    _reader("mat5", ".mat", "mat5", "mat5-compressed", "mat5-time", module="mat mat5"),
+    _reader("mat5-structure", ".mat", module="mat mat5", seeds=mat_structures),
     _reader("mat73", ".mat", "mat73", module="mat hdf5", mutate=MAT73),
     _reader("hdf5", ".h5", "hdf5", "hdf5-nested", module="hdf5"),
     _reader("parquet", ".parquet", "parquet", "parquet-frame", module="parquet"),
     _reader("tdms", ".tdms", "tdms", module="tdms"),
     _reader("uff", ".uff", "uff-ascii", "uff-binary", module="uff"),
     *([_reader("ide", ".ide", "ide", module="ide")] if find_spec("idelib") is not None else []),
+    *(
+        _reader(
+            name,
+            suffix,
+            name,
+            module=Path(inspect.getfile(type(reader_for(Path(f"a{suffix}"))))).stem,
+            mutate=binary.damaged,
+        )
+        for name, (suffix, _) in RECIPES.items()
+        if suffix not in FORMATS and suffix not in _ALIASES  # a format without mutations of its own
+    ),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 
 import pytest
-from pyroshock.parallel import cluster, map_tasks
+from pyroshock.parallel import cluster, executor
 from pyroshock.parallel.executor import ExecutorConfig
 
 NOBODY = "tcp://127.0.0.1:9"
@@ -26,7 +26,7 @@ def test_what_is_no_crew_is_refused(arguments, said):
 
 
 def test_missing_library_is_named_with_its_cure(monkeypatch):
-    monkeypatch.setattr(map_tasks, "find_spec", lambda _: None)
+    monkeypatch.setattr(executor, "find_spec", lambda _: None)
     with pytest.raises(ValueError, match=r"needs distributed.*pip install 'pyroshock\[cluster\]'"):
         ExecutorConfig("dask", scheduler=NOBODY)
 

@@ -220,8 +220,8 @@ def test_contact_time_is_searched_once_for_all(registry, monkeypatch):
         return FittingFailure(task.model, task.split, "not tried")
 
     monkeypatch.setattr(run_tasks, "_searched", search)
-    monkeypatch.setattr(run_tasks, "attempted", attempt)
-    monkeypatch.setattr(run_tasks, "attempted", attempt)
+    monkeypatch.setattr(run_tasks, "try_fit", attempt)
+    monkeypatch.setattr(run_tasks, "try_fit", attempt)
     models = ["hann", "nn-narrow", "gp", "nn-ga"]
     for _ in range(2):
         train(registry, ground_in(registry), models, SPLITS[:1])

@@ -38,7 +38,7 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         events.append("labels opened")
         return opened(*given)
 
-    monkeypatch.setattr(blind_check, "mapped", here)
+    monkeypatch.setattr(blind_check, "run_all_tasks", here)
     monkeypatch.setattr(blind_check, "open_labels", open_labels)
     monkeypatch.setattr(run_case, "diagnosed", diagnosed)
     monkeypatch.setattr(case_plan, "KINDS", ("gun",))
