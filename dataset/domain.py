@@ -150,7 +150,7 @@ class Domain:
         for limit in self.bench:
             yield limit, getattr(inputs, _BENCH[limit.predictor.name][0])
 
-    def _tell_unmet(self, x: Floats, rows: Integers, found: _Found) -> None:
+    def _tell_unmet(self, x: Floats, rows: Integers, reasons: _Found) -> None:
         """Levels that never met; the one that most others never met is named, of equals the first."""
         at = [i for i, limit in enumerate(self.limits) if limit.values]
         pairs = unmet(self.met, _positions(self.limits, x[rows]))
@@ -160,9 +160,9 @@ class Domain:
             other = int(next(b if a == worst else a for a, b in own_pairs.tolist() if worst in (a, b)))
             row, (i, j) = rows[number], (at[worst], at[other])
             stranger = f"{self.limits[j].predictor.name} {_text(self.limits[j].shown(x[row, j]))}"
-            found[row].append(self.limits[i].telling(x[row, i], f"was never recorded together with {stranger}"))
+            reasons[row].append(self.limits[i].telling(x[row, i], f"was never recorded together with {stranger}"))
 
-    def _tell_far(self, x: Floats, rows: Integers, found: _Found) -> None:
+    def _tell_far(self, x: Floats, rows: Integers, reasons: _Found) -> None:
         """Combinations of high leverage, or off the subspace of the recorded ones."""
         distances = self.subspace.distances(_encoded(self.limits, x[rows]))
         columns = np.repeat(np.arange(len(self.limits)), [_width(limit) for limit in self.limits])
@@ -171,7 +171,7 @@ class Domain:
             worst = int(np.bincount(columns, weights=distances.shares[number]).argmax())
             how = "off" if distances.off[number] > 1 else "far from"
             reason = f"lies, with the other predictors, {how} every combination that was recorded"
-            found[row].append(self.limits[worst].telling(x[row, worst], reason))
+            reasons[row].append(self.limits[worst].telling(x[row, worst], reason))
 
     def to_json(self) -> dict[str, Any]:
         """Plain data that `from_json` reads back."""
@@ -230,14 +230,14 @@ def _width(limit: Limit) -> int:
     return len(limit.values) if limit.predictor.levels else 1
 
 
-def _clean(found: _Found) -> Integers:
+def _clean(reasons: _Found) -> Integers:
     """Rows of which nothing is told yet."""
-    return np.array([row for row, row_limits in enumerate(found) if not row_limits], dtype=np.int64)
+    return np.array([row for row, row_limits in enumerate(reasons) if not row_limits], dtype=np.int64)
 
 
-def _tell(limit: Limit, column: Floats, outside: Any, found: _Found) -> None:
+def _tell(limit: Limit, column: Floats, outside: Any, reasons: _Found) -> None:
     for row in np.flatnonzero(outside):
-        found[row].append(limit.outside(float(column[row])))
+        reasons[row].append(limit.outside(float(column[row])))
 
 
 def _text(value: float | str) -> str:

@@ -143,13 +143,13 @@ def _name(entry: Mapping[str, Any], where: str) -> str:
     return name
 
 
-def _check_keys(entry: Mapping[str, Any], required: tuple[str, ...], known: tuple[str, ...], where: str) -> None:
+def _check_keys(entry: Mapping[str, Any], required: tuple[str, ...], expected: tuple[str, ...], where: str) -> None:
     for key in entry:
-        if key not in known:
-            raise ValueError(f"{where}: unknown key {key!r}; known: {', '.join(known)}")
+        if key not in expected:
+            raise ValueError(f"{where}: unknown key {key!r}; known: {', '.join(expected)}")
     for key in required:
         if key not in entry:
-            raise ValueError(f"{where}: key {key!r} is missing; known: {', '.join(known)}")
+            raise ValueError(f"{where}: key {key!r} is missing; known: {', '.join(expected)}")
 
 
 @dataclass(frozen=True, eq=False)

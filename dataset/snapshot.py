@@ -133,12 +133,12 @@ def _add(store: Store, session: Session, name: str, digest: str, draft: DatasetD
     _add_pulses(store, session, row.id, draft.table.pulse_id.tolist())
 
 
-def _fill_up(store: Store, session: Session, known: _Known, digest: str, draft: DatasetDraft) -> None:
+def _fill_up(store: Store, session: Session, settled: _Known, digest: str, draft: DatasetDraft) -> None:
     """Give a snapshot back the pulses that it lost by a deletion, when the same content was ingested again."""
-    own = set(session.scalars(select(SnapshotPulse.pulse_id).where(SnapshotPulse.snapshot_id == known.key)))
+    own = set(session.scalars(select(SnapshotPulse.pulse_id).where(SnapshotPulse.snapshot_id == settled.key)))
     lost = [key for key in draft.table.pulse_id.tolist() if key not in own]
     if lost and len(own) + len(lost) == len(draft.table.pulse_id):
-        _add_pulses(store, session, known.key, lost)
+        _add_pulses(store, session, settled.key, lost)
         mark_restored(session, digest)
 
 

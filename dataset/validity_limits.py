@@ -32,16 +32,16 @@ def positions(values: Floats, levels: Sequence[float]) -> Integers:
     return np.where(np.abs(values - level_values[at]) <= NEAR * np.abs(level_values[at]), at, -1)
 
 
-def unmet(met: Integers, asked: Integers) -> Integers:
-    """Pairs of columns whose levels never met, (m, 3): row of `asked`, and the two columns.
+def unmet(met: Integers, requested: Integers) -> Integers:
+    """Pairs of columns whose levels never met, (m, 3): row of `requested`, and the two columns.
 
-    `met` (k x q) and `asked` (n x q) hold positions of levels; -1 (no level) meets everything.
+    `met` (k x q) and `requested` (n x q) hold positions of levels; -1 (no level) meets everything.
     """
     unseen = [np.zeros((0, 3), dtype=np.int64)]
-    size = 1 + max(met.max(initial=0), asked.max(initial=0))
+    size = 1 + max(met.max(initial=0), requested.max(initial=0))
     for a, b in combinations(range(met.shape[1]), 2):
-        is_new = ~np.isin(asked[:, a] * size + asked[:, b], met[:, a] * size + met[:, b])
-        rows = np.flatnonzero(is_new & (asked[:, a] >= 0) & (asked[:, b] >= 0))
+        is_new = ~np.isin(requested[:, a] * size + requested[:, b], met[:, a] * size + met[:, b])
+        rows = np.flatnonzero(is_new & (requested[:, a] >= 0) & (requested[:, b] >= 0))
         unseen.append(np.column_stack([rows, np.full(rows.size, a), np.full(rows.size, b)]))
     return np.concatenate(unseen)
 

@@ -199,9 +199,9 @@ def _weighed(entries: Sequence[Cause], fraction: float | None) -> list[Cause]:
     return [replace(first, probability=p), *scaled]
 
 
-def _listed(known: Sequence[Cause], p_unknown: float) -> tuple[Cause, ...]:
+def _listed(causes: Sequence[Cause], p_unknown: float) -> tuple[Cause, ...]:
     """Entries by falling probability, of sum one."""
-    entries = [replace(entry, probability=entry.probability * (1 - p_unknown)) for entry in known]
+    entries = [replace(entry, probability=entry.probability * (1 - p_unknown)) for entry in causes]
     entries.append(Cause((UNKNOWN,), max(1 - sum(entry.probability for entry in entries), 0.0)))
     kept = [entry for entry in entries if entry.probability >= _LISTED or entry.effects[0] in (NONE, UNKNOWN)]
     total = sum(entry.probability for entry in kept) or 1.0

@@ -42,10 +42,10 @@ class UnknownMap:
     left: float = 1.66
     source: str = "development campaigns of the virtual bench (docs/blind-check/development/maps.jsonl)"
 
-    def __call__(self, log_odds: float, fraction: float | None, left: float | None, none: float = 0.0) -> float:
-        """`left`: rms of the gap that the effects leave held out, less the noise floor, in tolerances; `none`: the
+    def __call__(self, log_odds: float, fraction: float | None, remaining: float | None, none: float = 0.0) -> float:
+        """`remaining`: rms of the gap that the effects leave held out, less the noise floor, in tolerances; `none`: the
         probability of sets within tolerance. Without figures that are held out the odds alone decide."""
-        figures = np.array(unknown_features(log_odds, fraction, left, none))
+        figures = np.array(unknown_features(log_odds, fraction, remaining, none))
         logit = float(figures @ [self.intercept, self.odds, self.fraction, self.left])
         return float(1 / (1 + np.exp(-logit)))
 

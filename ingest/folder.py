@@ -145,10 +145,12 @@ def _load(path: Path) -> dict[str, Any]:
         raise IngestError(f"{path}: cannot be read: {error.strerror}") from error
 
 
-def _known_keys(table: Mapping[str, Any], known: tuple[str, ...], where: str) -> None:
-    places = [f"{where}.{key}" if where else key for key in table if key not in known]
+def _known_keys(table: Mapping[str, Any], expected: tuple[str, ...], where: str) -> None:
+    places = [f"{where}.{key}" if where else key for key in table if key not in expected]
     if places:
-        raise IngestError(*(f"{FILE}: unknown key {printable(place)}; known: {', '.join(known)}" for place in places))
+        raise IngestError(
+            *(f"{FILE}: unknown key {printable(place)}; known: {', '.join(expected)}" for place in places)
+        )
 
 
 def _table(data: Mapping[str, Any], key: str, *, required: bool = False) -> Mapping[str, Any]:
@@ -182,10 +184,10 @@ def _name(text: str, where: str) -> str:
     return text
 
 
-def _choice(table: Mapping[str, Any], key: str, where: str, known: tuple[str, ...]) -> str:
+def _choice(table: Mapping[str, Any], key: str, where: str, expected: tuple[str, ...]) -> str:
     value = _text(table, key, where, required=True)
-    if value not in known:
-        raise IngestError(f"{FILE}: {where}.{key} is {printable(value)}; expected one of {', '.join(known)}")
+    if value not in expected:
+        raise IngestError(f"{FILE}: {where}.{key} is {printable(value)}; expected one of {', '.join(expected)}")
     return value
 
 

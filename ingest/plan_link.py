@@ -137,10 +137,10 @@ def _mismatch(
     return "; ".join(wrong) or None
 
 
-def _agree(found: tuple[str, float | None], planned: tuple[str, float | None]) -> bool:
-    if found[1] is None or planned[1] is None:
-        return found[0] == planned[0]
-    return abs(found[1] - planned[1]) <= TOLERANCE * abs(planned[1])
+def _agree(level: tuple[str, float | None], planned: tuple[str, float | None]) -> bool:
+    if level[1] is None or planned[1] is None:
+        return level[0] == planned[0]
+    return abs(level[1] - planned[1]) <= TOLERANCE * abs(planned[1])
 
 
 def _link(

@@ -182,13 +182,13 @@ def _touches(
 def _measure(
     force: Floats,
     rest: RestLevel,
-    found: Segment,
+    segment_found: Segment,
     sampling_rate_hz: float,
     settings: ExtractionSettings,
     start_s: float,
     sign: int,
 ) -> ExtractedPulse:
-    first, last = found.contact.first, found.contact.last
+    first, last = segment_found.contact.first, segment_found.contact.last
     low, high = max(0, first - _MARGIN), min(force.size - 1, last + _MARGIN)
     window = force[low : high + 1] - rest.baseline
     # A sensor's gap inside the margin must not poison the spline: the contact itself holds no NaN by construction.
@@ -201,7 +201,7 @@ def _measure(
     top = int(np.argmax(fine))
     recorded = window[first - low : last - low + 1]
     return ExtractedPulse(
-        contact=found.contact,
+        contact=segment_found.contact,
         start_s=start_s + first / sampling_rate_hz,
         contact_time_s=span / sampling_rate_hz,
         compression_time_s=top * period,
@@ -211,18 +211,18 @@ def _measure(
         compression_impulse_n_s=_integral(fine[: top + 1], period),
         width_half_s=_width(recorded, 0.5) / sampling_rate_hz,
         width_tenth_s=_width(recorded, 0.1) / sampling_rate_hz,
-        samples_in_contact=int(np.count_nonzero(recorded > found.threshold - rest.baseline)),
+        samples_in_contact=int(np.count_nonzero(recorded > segment_found.threshold - rest.baseline)),
         spline_nrmse=nrmse(recorded, spline(first - low + np.arange(span + 1.0))),
-        segmentation_difference=found.difference,
+        segmentation_difference=segment_found.difference,
         force_points_n=spline(first - low + np.linspace(0.0, span, settings.points)),
         fine_force_n=fine,
         fine_period_s=period,
-        threshold_raised=found.raised,
-        truncated=found.truncated,
-        extra_hits=found.extra_hits,
+        threshold_raised=segment_found.raised,
+        truncated=segment_found.truncated,
+        extra_hits=segment_found.extra_hits,
         sign=sign,
         rest_n=rest.baseline,
-        threshold_n=found.threshold - rest.baseline,
+        threshold_n=segment_found.threshold - rest.baseline,
     )
 
 

@@ -103,13 +103,13 @@ def put_in_use(session: Session, impacts: Sequence[int], pulses: Sequence[int]) 
     session.execute(update(PulseRow).where(PulseRow.id.in_(pulses)).values(current=True))
 
 
-def add_versions(session: Session, found: HitReextraction) -> None:
+def add_versions(session: Session, hits: HitReextraction) -> None:
     """Store the pulses as the versions in use. Raises `ValueError` where they cannot be told apart."""
-    if found.mismatch is not None:
-        raise ValueError(found.mismatch)
-    key = settings_id(session, found.settings)
-    _retire(session, found.impacts)
-    pulses = zip(found.pulses, found.impacts, strict=True)
+    if hits.mismatch is not None:
+        raise ValueError(hits.mismatch)
+    key = settings_id(session, hits.settings)
+    _retire(session, hits.impacts)
+    pulses = zip(hits.pulses, hits.impacts, strict=True)
     session.add_all(PulseRow(**pulse_values(pulse, impact, key)) for pulse, impact in pulses)
 
 
@@ -271,34 +271,45 @@ def _read(store: Store, key: int, path: str, settings: ExtractionSettings) -> _R
             return _Read(key, path, impacts, damage=str(error))
 
 
-def _cut(one: _Read, settings: ExtractionSettings) -> HitReextraction | None:
-    return None if one.channels is None else reextract_recording_hits(one.channels, one.impacts, settings)
+def _cut(recording_read: _Read, settings: ExtractionSettings) -> HitReextraction | None:
+    return (
+        None
+        if recording_read.channels is None
+        else reextract_recording_hits(recording_read.channels, recording_read.impacts, settings)
+    )
 
 
 def _keep(
-    store: Store, one: _Read, found: HitReextraction | None, settings: ExtractionSettings, report: ReextractionReport
+    store: Store,
+    recording_read: _Read,
+    hits: HitReextraction | None,
+    settings: ExtractionSettings,
+    report: ReextractionReport,
 ) -> None:
-    if found is not None and not one.contacts:
-        _keep_figures(store, one, found, report)
+    if hits is not None and not recording_read.contacts:
+        _keep_figures(store, recording_read, hits, report)
         return
-    reason = one.damage or (found and found.mismatch)
+    reason = recording_read.damage or (hits and hits.mismatch)
     if reason:
-        report.skipped.append({"recording": one.path, "reason": reason})
-    elif one.impacts:
-        write = partial(_stored, recording=one.key, impacts=one.impacts, settings=settings, found=found)
+        report.skipped.append({"recording": recording_read.path, "reason": reason})
+    elif recording_read.impacts:
+        write = partial(
+            _stored, recording=recording_read.key, impacts=recording_read.impacts, settings=settings, hits=hits
+        )
         added, reused, measured = store.write(write, idempotent=True)
         report.added += added
         report.reused += reused
         report.measured += measured
 
 
-def _keep_figures(store: Store, one: _Read, found: HitReextraction, report: ReextractionReport) -> None:
+def _keep_figures(store: Store, recording_read: _Read, hits: HitReextraction, report: ReextractionReport) -> None:
     """The figures of a recording of accelerations alone."""
-    if len(found.figures) != len(one.impacts):
-        reason = f"not as many shocks found in its accelerations as the {len(one.impacts)} impacts that are stored"
-        report.skipped.append({"recording": one.path, "reason": reason})
+    if len(hits.figures) != len(recording_read.impacts):
+        count = len(recording_read.impacts)
+        reason = f"not as many shocks found in its accelerations as the {count} impacts that are stored"
+        report.skipped.append({"recording": recording_read.path, "reason": reason})
         return
-    write = partial(replace_figures, recording=one.key, impacts=one.impacts, figures=found.figures)
+    write = partial(replace_figures, recording=recording_read.key, impacts=recording_read.impacts, figures=hits.figures)
     report.measured += store.write(write, idempotent=True)
 
 
@@ -307,17 +318,17 @@ def _stored(
     recording: int,
     impacts: Sequence[int],
     settings: ExtractionSettings,
-    found: HitReextraction | None,
+    hits: HitReextraction | None,
 ) -> tuple[int, int, int]:
     """Pulses added, and put back in use; impacts whose accelerations were measured."""
     take_advisory_lock(session, f"recording {recording}")
     # Asked again in our turn: a second request for the same may have been faster.
     measured = 0
-    if found is not None and found.figures and not has_figures(session, impacts):
-        measured = replace_figures(session, recording, impacts, found.figures)
+    if hits is not None and hits.figures and not has_figures(session, impacts):
+        measured = replace_figures(session, recording, impacts, hits.figures)
     earlier = versions(session, impacts, settings)
-    if found is None or len(earlier) == len(impacts):
+    if hits is None or len(earlier) == len(impacts):
         put_in_use(session, impacts, earlier)
         return 0, len(earlier), measured
-    add_versions(session, found)
-    return len(found.pulses), 0, measured
+    add_versions(session, hits)
+    return len(hits.pulses), 0, measured

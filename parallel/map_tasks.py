@@ -74,18 +74,18 @@ def _manned(
     return process_pool(crew.jobs, function, shared) if isolated or crew.jobs > 1 else in_process(function, shared)
 
 
-def _outcomes(hands: WorkerPool, errands: dict[int, WorkerTask]) -> Iterator[tuple[int, Any]]:
+def _outcomes(pool: WorkerPool, tasks: dict[int, WorkerTask]) -> Iterator[tuple[int, Any]]:
     """Of every errand; those over which a worker died last, each tried again when nothing else is under way."""
-    rest, suspects = dict(errands), list[WorkerTask]()
+    rest, suspects = dict(tasks), list[WorkerTask]()
     while rest:
-        for number, result in hands.outcomes(list(rest.values())):
+        for number, result in pool.outcomes(list(rest.values())):
             errand = rest.pop(number)
             if isinstance(result, WorkerDied):
                 suspects.append(errand)
             else:
                 yield number, result
     for errand in suspects:
-        yield from hands.outcomes([errand])
+        yield from pool.outcomes([errand])
 
 
 def _lost(item: Item, lost: Callable[[Item], Result] | None) -> Result:

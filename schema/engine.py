@@ -133,11 +133,11 @@ def _configure_postgresql(engine: Engine) -> None:
         return connection
 
 
-def _may_come(said: str, known: bool) -> bool:
+def _may_come(message: str, is_known: bool) -> bool:
     """Whether a connection that failed may be had later. The driver gives no SQLSTATE to it, only words."""
-    if known:
-        return not any(words in said for words in _NEVER)
-    return any(words in said for words in _LATER)
+    if is_known:
+        return not any(words in message for words in _NEVER)
+    return any(words in message for words in _LATER)
 
 
 def _refuse_missing_folder(database: str | None) -> None:

@@ -131,24 +131,24 @@ def level_of(column: str, text: str, materials: MaterialNames) -> RunLevel:
     return RunLevel(factor.name, text)
 
 
-def _material_level(text: str, known: KnownFactor, materials: MaterialNames) -> RunLevel:
-    if known.optional_layer and text.lower() == NONE:
-        return RunLevel(known.name, NONE)
+def _material_level(text: str, factor: KnownFactor, materials: MaterialNames) -> RunLevel:
+    if factor.optional_layer and text.lower() == NONE:
+        return RunLevel(factor.name, NONE)
     material = materials(text)
     if material is None:
         raise LevelError("a material of the store (pyroshock materials lists and adds them)")
-    return RunLevel(known.name, material, material=material)
+    return RunLevel(factor.name, material, material=material)
 
 
-def _number_level(text: str, known: KnownFactor, si_unit: str) -> RunLevel:
+def _number_level(text: str, factor: KnownFactor, si_unit: str) -> RunLevel:
     try:
         cell = parse_number(text)
-        number = float(level_label(cell * known.scale))
+        number = float(level_label(cell * factor.scale))
     except ValueError as error:
-        raise LevelError(known.expected_number) from error
-    if not math.isfinite(number) or not known.allows(cell):
-        raise LevelError(known.expected_number)
-    return RunLevel(known.name, level_label(number), number, si_unit)
+        raise LevelError(factor.expected_number) from error
+    if not math.isfinite(number) or not factor.allows(cell):
+        raise LevelError(factor.expected_number)
+    return RunLevel(factor.name, level_label(number), number, si_unit)
 
 
 def _free_level(column: str, text: str) -> RunLevel:

@@ -108,6 +108,13 @@ def assigned_locals(tree: ast.Module) -> Iterator[ast.Name]:
     yield from walk(tree, False)
 
 
+def parameters(tree: ast.Module) -> Iterator[ast.arg]:
+    """Every parameter of a function; those of a lambda live for one expression and are left out."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            yield from (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)
+
+
 def duplicate_classes(files: Iterable[SourceFile]) -> dict[str, list[str]]:
     """Names of classes that are defined more than once, and where; a class may have the name of one of its bases."""
     places: dict[str, list[tuple[Path, ast.ClassDef]]] = defaultdict(list)
@@ -244,10 +251,13 @@ def problems(root: Path) -> list[str]:
     """Names that the lint refuses, with their places."""
     files = product_files(root)
     lines = [
-        f"{file.path}:{name.lineno}: {name.id!r} says nothing about what it holds; name it by its noun"
+        f"{file.path}:{line}: {name!r} says nothing about what it holds; name it by its noun"
         for file in files
-        for name in assigned_locals(file.tree)
-        if name.id in BANNED
+        for name, line in (
+            *((local.id, local.lineno) for local in assigned_locals(file.tree)),
+            *((parameter.arg, parameter.lineno) for parameter in parameters(file.tree)),
+        )
+        if name in BANNED
     ]
     for name, places in sorted(duplicate_classes(files).items()):
         lines.append(f"{places[0]}: class {name} is also defined in {', '.join(places[1:])}; one class, one name")

@@ -184,12 +184,12 @@ def rate(rows: Rows, right: Callable[[CaseResult], bool]) -> Rate:
     return Rate.of(right(row) for row in rows)
 
 
-def _first(said: CaseAnswer) -> str:
-    return said.labels[0] if said.labels else ""
+def _first(answer: CaseAnswer) -> str:
+    return answer.labels[0] if answer.labels else ""
 
 
-def _named(said: CaseAnswer) -> list[str]:
-    return _first(said).split("+")
+def _named(answer: CaseAnswer) -> list[str]:
+    return _first(answer).split("+")
 
 
 def stage_hits(rows: Sequence[CaseResult]) -> Rate:

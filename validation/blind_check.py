@@ -198,7 +198,7 @@ def _oracles(
     place: Path,
     work: Sequence[CaseTask],
     truths: Mapping[str, Opened],
-    said: Mapping[str, dict[str, Any]],
+    given_answers: Mapping[str, dict[str, Any]],
     options: Options,
     crew: ExecutorConfig,
     tell: Progress,
@@ -210,12 +210,12 @@ def _oracles(
         task
         for task in work
         if (len(truths[task.name].strengths) == 1 and not truths[task.name].within_tolerance)
-        or (task.tier in BENCHES and said[task.name].get("fitted"))
+        or (task.tier in BENCHES and given_answers[task.name].get("fitted"))
     ]
     requests = [
-        oracle_fit.OpenedTask(task, options, tuple(said[task.name].get("fitted", ())))
+        oracle_fit.OpenedTask(task, options, tuple(given_answers[task.name].get("fitted", ())))
         for task in wanted
-        if task.name not in oracle_fits and "added" not in said[task.name]
+        if task.name not in oracle_fits and "added" not in given_answers[task.name]
     ]
     answers = run_all_tasks(crew, oracle_fit.oracle, requests, lost=oracle_fit.lost, patience_s=PATIENCE_S)
     for done, (_, fit) in enumerate(answers, start=1):

@@ -39,7 +39,7 @@ class OpenedTask:
     fitted: tuple[dict[str, Any], ...]
 
 
-def oracle(asked: OpenedTask) -> dict[str, Any]:
+def oracle(task: OpenedTask) -> dict[str, Any]:
     """`fraction` of the right effect, held out by configuration; `true_fraction` that the answer's effects remove.
 
     The latter is measured against a recording of the same bench with next to no scatter; None for an answer without
@@ -47,20 +47,20 @@ def oracle(asked: OpenedTask) -> dict[str, Any]:
     """
     from threadpoolctl import threadpool_limits
 
-    case, seed = drawn(asked.task)
+    case, seed = drawn(task.task)
     try:
         with threadpool_limits(1):
-            stages, gap = _staged(case, seed, asked.options)
+            stages, gap = _staged(case, seed, task.options)
             # On a bench with many effects the right ones are not fitted: that is the diagnosis's own task.
-            best = _best(case, stages, gap, asked.options) if len(case.strengths) == 1 else {"fraction": None}
-            fit = {"case": asked.task.name, **best}
-            return fit | {"true_fraction": _true(case, seed, gap, asked) if asked.fitted else None}
+            best = _best(case, stages, gap, task.options) if len(case.strengths) == 1 else {"fraction": None}
+            fit = {"case": task.task.name, **best}
+            return fit | {"true_fraction": _true(case, seed, gap, task) if task.fitted else None}
     except Exception as error:  # noqa: BLE001 - an oracle that fails must not take the answers with it
-        return {"case": asked.task.name, "error": f"{type(error).__name__}: {error}"}
+        return {"case": task.task.name, "error": f"{type(error).__name__}: {error}"}
 
 
-def lost(asked: OpenedTask) -> dict[str, Any]:
-    return {"case": asked.task.name, "error": "its process died, or took too long"}
+def lost(task: OpenedTask) -> dict[str, Any]:
+    return {"case": task.task.name, "error": "its process died, or took too long"}
 
 
 def _staged(case: Case, seed: int, options: Options) -> tuple[tuple[Stage, ...], GapTable]:
@@ -82,11 +82,11 @@ def _best(case: Case, stages: Sequence[Stage], gap: GapTable, options: Options) 
     return {"fraction": held["fraction"], "before": held["before"], "after": held["after"]}
 
 
-def _true(case: Case, seed: int, gap: GapTable, asked: OpenedTask) -> float | None:
+def _true(case: Case, seed: int, gap: GapTable, task: OpenedTask) -> float | None:
     """With the scatter's part added to both sides, as the report has it."""
-    stages, quiet = _staged(replace(case, floor=_QUIET), seed, asked.options)
+    stages, quiet = _staged(replace(case, floor=_QUIET), seed, task.options)
     metric = GapMetric.of(quiet)
-    effects = [effect_from_json(effect) for effect in asked.fitted]
+    effects = [effect_from_json(effect) for effect in task.fitted]
     change = np.concatenate([_change(stage, effects) for stage in stages], axis=1)
     before, after = metric.rms(quiet.mean), metric.rms(quiet.mean - change)
     floor = metric.rms(np.sqrt(gap.floor_variance))

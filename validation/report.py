@@ -137,8 +137,8 @@ def table(tables: Sequence[CaseMetrics], heading: str, names: Sequence[str] | No
     return "\n".join([lines[0], "| " + " | ".join("-" * w for w in widths) + " |", *lines[1:]])
 
 
-def _tier(found: CaseMetrics) -> dict[str, Any]:
-    row = found.as_json()
+def _tier(metrics: CaseMetrics) -> dict[str, Any]:
+    row = metrics.as_json()
     return {"tier": row.pop("name"), **row}
 
 
@@ -153,27 +153,28 @@ def _number(value: float) -> str:
     return f"{value:.3f}" if math.isfinite(value) else "-"
 
 
-def _reliability(found: CaseMetrics) -> str:
-    rows = [f"| {b.probability:.2f} | {_rate(b.right)} |" for b in found.reliability.curve]
+def _reliability(metrics: CaseMetrics) -> str:
+    rows = [f"| {b.probability:.2f} | {_rate(b.right)} |" for b in metrics.reliability.curve]
     return "\n".join(["| said | right |", "| --- | --- |", *rows]) if rows else ""
 
 
-def _errors(found: CaseMetrics) -> str:
-    lines = [f"{n} times {answer} for {truth}" for truth, answer, n in found.mistaken]
-    lines += [f"no answer: {error}" for error in found.errors]
+def _errors(metrics: CaseMetrics) -> str:
+    lines = [f"{n} times {answer} for {truth}" for truth, answer, n in metrics.mistaken]
+    lines += [f"no answer: {error}" for error in metrics.errors]
     return "\n".join(["Most frequent errors:", *lines]) if lines else ""
 
 
-def _left_out(found: ExcludedEffect | None) -> str:
-    if found is None:
+def _left_out(excluded: ExcludedEffect | None) -> str:
+    if excluded is None:
         return ""
     lines = [
-        f"An effect left out of the catalogue, {found.n} cases:",
-        f"unknown {_rate(found.unknown)}, another effect {_rate(found.others)}, stage {_rate(found.stage)}",
-        f"put back: first, or in the first group {_rate(found.found)}; the gap shrinks by {_number(found.fraction)}",
+        f"An effect left out of the catalogue, {excluded.n} cases:",
+        f"unknown {_rate(excluded.unknown)}, another effect {_rate(excluded.others)}, stage {_rate(excluded.stage)}",
+        f"put back: first, or in the first group {_rate(excluded.found)}; "
+        f"the gap shrinks by {_number(excluded.fraction)}",
     ]
     instead = [
-        f"{effect}: " + ", ".join(f"{k} {n}" for k, n in counts.items()) for effect, counts in found.instead.items()
+        f"{effect}: " + ", ".join(f"{k} {n}" for k, n in counts.items()) for effect, counts in excluded.instead.items()
     ]
     return "\n".join([*lines, *instead])
 
@@ -182,9 +183,9 @@ def _left_out(found: ExcludedEffect | None) -> str:
 SCORED = "scored.jsonl"
 
 
-def write_rows(file: Path, asked: Mapping[str, Any], rows: Sequence[CaseResult]) -> None:
+def write_rows(file: Path, request: Mapping[str, Any], rows: Sequence[CaseResult]) -> None:
     """What was asked for on the first line, then a row each: the truth, what was said, and the oracle's shrinkage."""
-    lines = [json.dumps(dict(asked)), *(json.dumps(asdict(row)) for row in rows)]
+    lines = [json.dumps(dict(request)), *(json.dumps(asdict(row)) for row in rows)]
     write_text(file, "\n".join(lines) + "\n")
 
 

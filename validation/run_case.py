@@ -155,5 +155,5 @@ def featured(problem: GapProblem) -> list[float]:
     return [round(float(value), 3) for value in features(problem)]
 
 
-def _short(said: Mapping[str, float]) -> dict[str, float]:
-    return {name: float(f"{p:.6g}") for name, p in said.items() if p > 1e-9}
+def _short(probabilities: Mapping[str, float]) -> dict[str, float]:
+    return {name: float(f"{p:.6g}") for name, p in probabilities.items() if p > 1e-9}

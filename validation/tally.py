@@ -204,13 +204,13 @@ def said(case: str, answer: Mapping[str, Any], opened: Opened) -> CaseAnswer:
     return CaseAnswer.of(case, verdict, named_regions(opened, verdict["where"].get("factors", ())))
 
 
-def _simple(way: str, truth: WithheldTruth, answer: Mapping[str, Any], forest: Forest | None) -> CaseResult:
+def _simple(baseline: str, truth: WithheldTruth, answer: Mapping[str, Any], forest: Forest | None) -> CaseResult:
     if "simple" not in answer:
         return CaseResult(truth, CaseAnswer(truth.case, error=str(answer.get("error", "no answer"))))
-    if way == FOREST and forest is not None:
+    if baseline == FOREST and forest is not None:
         shares = forest.shares(truth.kind, np.array(answer["features"]))
         return CaseResult(truth, CaseAnswer.from_probabilities(truth.case, shares))
-    return CaseResult(truth, CaseAnswer.from_probabilities(truth.case, answer["simple"][way]))
+    return CaseResult(truth, CaseAnswer.from_probabilities(truth.case, answer["simple"][baseline]))
 
 
 def _left_out(

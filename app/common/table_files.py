@@ -84,9 +84,9 @@ _TEXT: dict[str, type[_Csv] | type[_Json]] = {".csv": _Csv, ".json": _Json}
 ENDINGS = (".csv", ".parquet", ".json")
 
 
-def check_columns(wanted: Iterable[str], known: Iterable[str]) -> None:
+def check_columns(wanted: Iterable[str], available: Iterable[str]) -> None:
     """Raises `LookupError` for the first wanted column that is not there; it lists those that are."""
-    columns = list(known)
+    columns = list(available)
     for name in wanted:
         if name not in columns:
             raise LookupError(f"no column {name!r}; columns: {', '.join(columns)}")

@@ -22,7 +22,7 @@ from .job import DIAGNOSE, DiagnoseArguments
 from .stored import kept_report, kept_verdict, list_diagnoses
 
 
-def diagnose_job(jobs: Jobs, store: Store, asked: DiagnoseArguments) -> JobView:
+def diagnose_job(jobs: Jobs, store: Store, arguments: DiagnoseArguments) -> JobView:
     """Queue a diagnosis; its result is the report (`diagnosis-report.md`).
 
     Raises `LookupError` for a campaign that is not in the store, for a path of the server's disk is nobody's to name,
@@ -30,16 +30,16 @@ def diagnose_job(jobs: Jobs, store: Store, asked: DiagnoseArguments) -> JobView:
     """
     from .request import check_effects
 
-    if not is_stored(store, asked.target):
-        raise LookupError(f"no campaign {asked.target!r} in the store; ingest it first")
-    check_effects(asked.with_effects, asked.without_effects)
-    return jobs.ask(store, DIAGNOSE, _title(asked), asked)
+    if not is_stored(store, arguments.target):
+        raise LookupError(f"no campaign {arguments.target!r} in the store; ingest it first")
+    check_effects(arguments.with_effects, arguments.without_effects)
+    return jobs.ask(store, DIAGNOSE, _title(arguments), arguments)
 
 
-def _title(asked: DiagnoseArguments) -> str:
-    parts = [f"Diagnosis of {asked.target}"]
-    parts += [f"with {', '.join(asked.with_effects)}"] if asked.with_effects else []
-    parts += [f"without {', '.join(asked.without_effects)}"] if asked.without_effects else []
+def _title(arguments: DiagnoseArguments) -> str:
+    parts = [f"Diagnosis of {arguments.target}"]
+    parts += [f"with {', '.join(arguments.with_effects)}"] if arguments.with_effects else []
+    parts += [f"without {', '.join(arguments.without_effects)}"] if arguments.without_effects else []
     return " ".join(parts)
 
 
@@ -107,19 +107,19 @@ def diagnosis(diagnosis: Key, store: OpenStore) -> dict[str, Any]:
 
 
 @router.post("/diagnoses/{diagnosis}/plan")
-def plan(diagnosis: Key, asked: PlanName, store: OpenStore) -> dict[str, Any]:
+def plan(diagnosis: Key, plan_name: PlanName, store: OpenStore) -> dict[str, Any]:
     """Write the next experiment that the diagnosis names into the store, as a plan."""
     with store.reading() as session:
         report = kept_report(session, diagnosis)
-    name = asked.name or f"{report['campaign']}-discriminate"
+    name = plan_name.name or f"{report['campaign']}-discriminate"
     stored, left_out = store_experiment(store, report["campaign"], report["next_runs"], name)
     return {**plan_as_json(stored), "left_out": list(left_out)}
 
 
 @router.post("/diagnoses/{diagnosis}/adopt")
-def adopted(diagnosis: Key, asked: EffectName, store: OpenStore) -> dict[str, Any]:
+def adopted(diagnosis: Key, effect_name: EffectName, store: OpenStore) -> dict[str, Any]:
     """Store effects as they were fitted as a new version of the twin: predictions use it from then on."""
     with store.reading() as session:
         verdict = kept_verdict(session, diagnosis)
-    row = adopt(store, verdict, asked.effect, diagnosis)
+    row = adopt(store, verdict, effect_name.effect, diagnosis)
     return {"version": row.version, "reason": row.reason}

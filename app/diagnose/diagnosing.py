@@ -54,23 +54,23 @@ def is_stored(store: Store | None, target: str) -> bool:
         return session.scalar(select(Campaign.id).where(Campaign.name == target)) is not None
 
 
-def record_of(store: Store | None, db: str, asked: DiagnosisRequest) -> CampaignRecord:
+def record_of(store: Store | None, db: str, request: DiagnosisRequest) -> CampaignRecord:
     """The campaign as it is diagnosed: the store's, else the folder's.
 
     Raises `LookupError` for what is neither, and as the ingest does for a folder that it refuses.
     """
     from ...diagnosis.reading import read_campaign, read_folder
 
-    if store is not None and is_stored(store, asked.target):
+    if store is not None and is_stored(store, request.target):
         with store.reading() as session:
-            record = read_campaign(session, asked.target)
-    elif Path(asked.target).is_dir():
-        record = read_folder(Path(asked.target))
+            record = read_campaign(session, request.target)
+    elif Path(request.target).is_dir():
+        record = read_folder(Path(request.target))
     else:
         names = ", ".join(_campaigns(store)) or "none"
-        raise LookupError(f"no campaign and no folder {asked.target!r}; campaigns: {names} (pyroshock ingest FOLDER)")
-    if asked.modes is not None or asked.bench is not None:
-        return _with_own_plate(record, db, asked)
+        raise LookupError(f"no campaign and no folder {request.target!r}; campaigns: {names} (pyroshock ingest FOLDER)")
+    if request.modes is not None or request.bench is not None:
+        return _with_own_plate(record, db, request)
     return _with_solved_plate(record, db)
 
 
@@ -81,12 +81,12 @@ def _campaigns(store: Store | None) -> list[str]:
         return list(session.scalars(select(Campaign.name).order_by(Campaign.name)))
 
 
-def _with_own_plate(record: CampaignRecord, db: str, asked: DiagnosisRequest) -> CampaignRecord:
+def _with_own_plate(record: CampaignRecord, db: str, request: DiagnosisRequest) -> CampaignRecord:
     """With the modal table, or the solved drawing, that the user brings."""
     from ..twins.benches import bench_of_file, shipped_bench, with_modes
 
-    bench = shipped_bench() if asked.bench is None else bench_of_file(asked.bench, shipped_bench())
-    bench = bench if asked.modes is None else with_modes(bench, asked.modes)
+    bench = shipped_bench() if request.bench is None else bench_of_file(request.bench, shipped_bench())
+    bench = bench if request.modes is None else with_modes(bench, request.modes)
     if bench.modes is not None:
         return replace(record, plate=bench.modes)
     from ..twins.building import MAX_MODE_HZ, plates_folder, solved
@@ -149,46 +149,46 @@ def simulator_of(store: Store | None, db: str, kind: str, text: str | None) -> C
         return registered_contact(session, db, name, in_use)
 
 
-def run_diagnosis(store: Store | None, db: str, asked: DiagnosisRequest, progress: Progress | None = None) -> Verdict:
+def run_diagnosis(store: Store | None, db: str, request: DiagnosisRequest, progress: Progress | None = None) -> Verdict:
     """The diagnosis. Raises `ValueError` and `LookupError` for what cannot be diagnosed, in one line: also for an
     effect of `with_effects` and `without_effects` that there is not, or that the campaign cannot show."""
     from ...diagnosis.diagnose import Options, diagnose
     from .plot_builder import pictures_of
 
-    record = record_of(store, db, asked)
+    record = record_of(store, db, request)
     options = Options(
-        seed=asked.seed,
-        tolerances=asked.tolerances,
-        uncertain={full_name(name): deviation for name, deviation in asked.uncertain.items()},
-        contact=simulator_of(store, db, record.kind, asked.simulator),
+        seed=request.seed,
+        tolerances=request.tolerances,
+        uncertain={full_name(name): deviation for name, deviation in request.uncertain.items()},
+        contact=simulator_of(store, db, record.kind, request.simulator),
     )
-    verdict = diagnose(record, options=_restricted(record, options, asked), progress=progress, draw=pictures_of)
-    sentences = restriction_sentences(asked.with_effects, asked.without_effects)
+    verdict = diagnose(record, options=_restricted(record, options, request), progress=progress, draw=pictures_of)
+    sentences = restriction_sentences(request.with_effects, request.without_effects)
     return replace(verdict, assumptions=(*sentences, *verdict.assumptions))
 
 
-def _restricted(record: CampaignRecord, options: Options, asked: DiagnosisRequest) -> Options:
+def _restricted(record: CampaignRecord, options: Options, request: DiagnosisRequest) -> Options:
     """The options with the effects that the user names. Whatever method diagnoses sees the effects that are left."""
-    if not (asked.with_effects or asked.without_effects):
+    if not (request.with_effects or request.without_effects):
         return options
     from ...diagnosis.chain import stages_of
 
     stages, _ = stages_of(record, options)
     detectable = [name for name in catalogue() if any(name in stage.shows for stage in stages)]
-    effects = considered_effects(record.name, detectable, asked.with_effects, asked.without_effects)
-    return replace(options, catalogue=effects, without=tuple(asked.without_effects))
+    effects = considered_effects(record.name, detectable, request.with_effects, request.without_effects)
+    return replace(options, catalogue=effects, without=tuple(request.without_effects))
 
 
-def keep(store: Store, verdict: Verdict, asked: DiagnosisRequest | None = None) -> int:
+def keep(store: Store, verdict: Verdict, request: DiagnosisRequest | None = None) -> int:
     """Store a diagnosis with its campaign, and what its page draws; its key.
 
-    What was `asked` is kept beside it, so that a what-if diagnosis asks the same; paths of this machine are not.
+    What was `request` is kept beside it, so that a what-if diagnosis asks the same; paths of this machine are not.
     """
     from .stored import verdict_to_json
 
     report, details = verdict_to_json(verdict)
-    if asked is not None:
-        details["options"] = _options_json(asked)
+    if request is not None:
+        details["options"] = _options_json(request)
 
     def add(session: Session) -> int:
         row = Diagnosis(
@@ -205,14 +205,14 @@ def keep(store: Store, verdict: Verdict, asked: DiagnosisRequest | None = None) 
     return store.write(add)
 
 
-def _options_json(asked: DiagnosisRequest) -> dict[str, Any]:
+def _options_json(request: DiagnosisRequest) -> dict[str, Any]:
     return {
-        "simulator": asked.simulator,
-        "tolerances": dict(asked.tolerances),
-        "uncertain": dict(asked.uncertain),
-        "seed": asked.seed,
-        "with_effects": list(asked.with_effects),
-        "without_effects": list(asked.without_effects),
+        "simulator": request.simulator,
+        "tolerances": dict(request.tolerances),
+        "uncertain": dict(request.uncertain),
+        "seed": request.seed,
+        "with_effects": list(request.with_effects),
+        "without_effects": list(request.without_effects),
     }
 
 

@@ -21,16 +21,16 @@ class DiagnoseArguments:
     without_effects: Sequence[str] = ()
 
 
-def _do(work: RunningJob, asked: DiagnoseArguments) -> Ending:
+def _do(work: RunningJob, arguments: DiagnoseArguments) -> Ending:
     from ..common.model_registry import models_extra
     from .diagnosing import is_stored, keep, report_json, run_diagnosis
     from .request import DiagnosisRequest
     from .summary import summary
 
-    if not is_stored(work.store, asked.target):  # a folder's path is nobody's to name from afar
-        raise LookupError(f"no campaign {asked.target!r} in the store; ingest it first")
+    if not is_stored(work.store, arguments.target):  # a folder's path is nobody's to name from afar
+        raise LookupError(f"no campaign {arguments.target!r} in the store; ingest it first")
     with models_extra():
-        question = DiagnosisRequest(**vars(asked))
+        question = DiagnosisRequest(**vars(arguments))
         verdict = run_diagnosis(work.store, work.db, question, work.step)
 
     def ending() -> Result:

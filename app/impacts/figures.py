@@ -124,9 +124,9 @@ def spectra_figure(overlay: SpectrumOverlay, sides: bool = False) -> Figure:
     return figure(traces, "frequency (Hz)", _HELD, log_x=True, log_y=True, hovermode="x")
 
 
-def _curves(overlay: SpectrumOverlay, one: ImpactSpectrum, colour: str, sides: bool) -> list[Trace]:
-    name = f"impact {one.impact}, {one.channel}"
-    spectrum = one.spectrum
+def _curves(overlay: SpectrumOverlay, impact_spectrum: ImpactSpectrum, colour: str, sides: bool) -> list[Trace]:
+    name = f"impact {impact_spectrum.impact}, {impact_spectrum.channel}"
+    spectrum = impact_spectrum.spectrum
     shown = {"": (spectrum.maximax, "solid")}
     if sides:
         shown = {" positive": (spectrum.positive, "solid"), " negative": (spectrum.negative, "dot")}
@@ -157,12 +157,12 @@ def _decibels(overlay: SpectrumOverlay, level: Floats) -> list[float | None]:
     return [None if math.isnan(value) else round(float(value), 2) for value in shown]
 
 
-def _width(each: ReferenceBand) -> float:
-    return each.db if each.db is not None else math.inf
+def _width(band: ReferenceBand) -> float:
+    return band.db if band.db is not None else math.inf
 
 
-def _band_name(each: ReferenceBand) -> str:
-    return "specification's tolerance" if each.db is None else f"±{each.db:g} dB"
+def _band_name(band: ReferenceBand) -> str:
+    return "specification's tolerance" if band.db is None else f"±{band.db:g} dB"
 
 
 def four_coordinate_figure(overlay: SpectrumOverlay) -> Figure:
@@ -186,17 +186,17 @@ def four_coordinate_figure(overlay: SpectrumOverlay) -> Figure:
     )
 
 
-def paper_lines(left: float, right: float, low: float, high: float) -> tuple[list[Trace], list[dict[str, Any]]]:
+def paper_lines(lowest: float, right: float, low: float, high: float) -> tuple[list[Trace], list[dict[str, Any]]]:
     """Diagonals of whole decades within a frame of Hz and m/s: v = a / (2 pi f) and v = 2 pi f d, and their names."""
     traces: list[Trace] = []
     words: list[dict[str, Any]] = []
-    corners = [(f, v) for f in (left, right) for v in (low, high)]
+    corners = [(f, v) for f in (lowest, right) for v in (low, high)]
     for exponent in _decades([2 * math.pi * f * v for f, v in corners]):
         acceleration = 10.0**exponent
-        _diagonal(traces, words, acceleration / (2 * math.pi), -1, (left, right, low, high), f"{acceleration:g} m/s²")
+        _diagonal(traces, words, acceleration / (2 * math.pi), -1, (lowest, right, low, high), f"{acceleration:g} m/s²")
     for exponent in _decades([v / (2 * math.pi * f) for f, v in corners]):
         displacement = 10.0**exponent
-        _diagonal(traces, words, 2 * math.pi * displacement, 1, (left, right, low, high), _length(displacement))
+        _diagonal(traces, words, 2 * math.pi * displacement, 1, (lowest, right, low, high), _length(displacement))
     return traces, words
 
 

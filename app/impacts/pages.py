@@ -73,7 +73,7 @@ def _listed(
     request: Request,
     what: str,
     rows: list[dict[str, Any]],
-    asked: dict[str, Any],
+    parameters: dict[str, Any],
     following: int | None,
     after: int | None,
 ) -> Response:
@@ -86,10 +86,10 @@ def _listed(
         what=what,
         rows=rows,
         columns=list(columns),
-        **asked,
-        following=query({**asked, "after": following}) if following else "",
-        beginning=(query(asked) or f"/{what}") if after else "",
-        compared=query({"campaign": asked["campaign"], "where": asked["where"]}),
+        **parameters,
+        following=query({**parameters, "after": following}) if following else "",
+        beginning=(query(parameters) or f"/{what}") if after else "",
+        compared=query({"campaign": parameters["campaign"], "where": parameters["where"]}),
     )
 
 
@@ -142,10 +142,10 @@ def _drawn(session: Session, signals: list[dict[str, Any]]) -> tuple[dict[int, F
 
 
 def _settings(
-    found: dict[str, Any], segmentation: str, threshold: float | None, smoothing: float | None
+    version: dict[str, Any], segmentation: str, threshold: float | None, smoothing: float | None
 ) -> ExtractionSettings:
     """What the form asks for; what it leaves open is as the version in use was cut."""
-    used: dict[str, Any] = next((pulse for pulse in found["pulses"] if pulse["in_use"] == "yes"), {})
+    used: dict[str, Any] = next((pulse for pulse in version["pulses"] if pulse["in_use"] == "yes"), {})
     setting_names = {field.name for field in fields(ExtractionSettings)}
     settings = replace(ExtractionSettings(), **{key: value for key, value in used.items() if key in setting_names})
     given = {"segmentation": segmentation or None, "threshold": threshold, "smoothing": smoothing}
@@ -153,14 +153,16 @@ def _settings(
 
 
 def _viewed(
-    store: Store, impact: int, recording: int | None, asked: ExtractionSettings | None
+    store: Store, impact: int, recording: int | None, settings: ExtractionSettings | None
 ) -> tuple[PulseView | None, str]:
     """The segmentation, with the preview of other settings; and why there is none."""
     try:
-        cut = preview_impacts(store, recording, asked) if asked is not None and recording is not None else None
+        cut = preview_impacts(store, recording, settings) if settings is not None and recording is not None else None
         pulse = cut.pulse_of(impact) if cut is not None else None
         with store.reading() as session:
-            view = pulse_view(session, impact, (pulse, asked) if pulse is not None and asked is not None else None)
+            view = pulse_view(
+                session, impact, (pulse, settings) if pulse is not None and settings is not None else None
+            )
     except (LookupError, SeriesError) as error:
         return None, str(error)
     return view, (cut.mismatch or "") if cut is not None else ""

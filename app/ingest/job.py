@@ -52,15 +52,15 @@ class IngestArguments:
     scratch: str | None = None
 
 
-def _ingest_do(work: RunningJob, asked: IngestArguments) -> Ending:
+def _ingest_do(work: RunningJob, arguments: IngestArguments) -> Ending:
     from ...ingest.load import ingest_folder
     from ...ingest.plan_link import link_to_plan
     from ...ingest.settings import ExtractionSettings
     from .service import training_notes
 
-    folder = _readable(work, asked)
-    report = ingest_folder(work.store, folder, ExtractionSettings(**asked.settings), progress=work.step)
-    links = link_to_plan(work.store, report.campaign, asked.plan)
+    folder = _readable(work, arguments)
+    report = ingest_folder(work.store, folder, ExtractionSettings(**arguments.settings), progress=work.step)
+    links = link_to_plan(work.store, report.campaign, arguments.plan)
     report.findings += training_notes(work.store, report.campaign)
     if links is not None:
         report.findings += links.as_findings()
@@ -68,17 +68,17 @@ def _ingest_do(work: RunningJob, asked: IngestArguments) -> Ending:
     return told(Result(f"/campaigns/{quote(report.campaign, safe='')}", _words(report, links), data))
 
 
-def _readable(work: RunningJob, asked: IngestArguments) -> Path:
+def _readable(work: RunningJob, arguments: IngestArguments) -> Path:
     """The folder, where it lies in an upload or below what this worker may read."""
-    folder = Path(asked.folder).resolve()
-    if asked.scratch is not None:
-        roots: tuple[Path, ...] = (Path(asked.scratch),) if is_scratch(Path(asked.scratch)) else ()
+    folder = Path(arguments.folder).resolve()
+    if arguments.scratch is not None:
+        roots: tuple[Path, ...] = (Path(arguments.scratch),) if is_scratch(Path(arguments.scratch)) else ()
     else:
         roots = work.folders
     if not any(folder.is_relative_to(root.resolve()) for root in roots):
         raise NotHereError(f"this one may not read {folder} (pyroshock work --data FOLDER)")
     if not folder.is_dir():
-        again = "upload it again" if asked.scratch else "give it as it is called now"
+        again = "upload it again" if arguments.scratch else "give it as it is called now"
         raise LookupError(f"no folder {str(folder)!r} any more; {again}")
     return folder
 
@@ -90,9 +90,9 @@ def _words(report: IngestReport, links: PlanLinks | None) -> str:
     return f"{report.campaign}: added {added}{aside}{linked}"
 
 
-def _after(asked: IngestArguments) -> None:
-    if asked.scratch is not None:
-        discard(Path(asked.scratch))
+def _after(arguments: IngestArguments) -> None:
+    if arguments.scratch is not None:
+        discard(Path(arguments.scratch))
 
 
 INGEST = Kind("ingest", IngestArguments, _ingest_do, _after)
@@ -106,14 +106,14 @@ class ExtractArguments:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-def _do(work: RunningJob, asked: ExtractArguments) -> Ending:
+def _do(work: RunningJob, arguments: ExtractArguments) -> Ending:
     from ...ingest.reextraction import reextract
     from ...ingest.settings import ExtractionSettings
 
-    report = reextract(work.store, asked.campaign, ExtractionSettings(**asked.settings), work.step)
+    report = reextract(work.store, arguments.campaign, ExtractionSettings(**arguments.settings), work.step)
     skipped_text = f"; {len(report.skipped)} recordings left as they were" if report.skipped else ""
     words = f"{report.added} pulses cut, {report.reused} earlier ones put back in use{skipped_text}"
-    return told(Result(f"/campaigns/{quote(asked.campaign, safe='')}", words, report.as_json()))
+    return told(Result(f"/campaigns/{quote(arguments.campaign, safe='')}", words, report.as_json()))
 
 
 EXTRACT = Kind("extract", ExtractArguments, _do)

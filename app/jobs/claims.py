@@ -70,18 +70,18 @@ def running(store: Store, hand: WorkerIdentity) -> list[Sighting]:
     return [Sighting(job, attempt, beat, deaths, lease_s or 0.0) for job, attempt, beat, deaths, lease_s in rows]
 
 
-def claim_waiting(store: Store, hand: WorkerIdentity, left: Collection[int] = ()) -> Claimed | None:
-    """The job that has waited longest, but for those `left` to others; None where there is none."""
-    query = select(Job.id).where(Job.state == WAITING, *hand.may(), Job.id.not_in(left)).order_by(Job.id).limit(1)
+def claim_waiting(store: Store, hand: WorkerIdentity, skipped: Collection[int] = ()) -> Claimed | None:
+    """The job that has waited longest, but for those `skipped` to others; None where there is none."""
+    query = select(Job.id).where(Job.state == WAITING, *hand.may(), Job.id.not_in(skipped)).order_by(Job.id).limit(1)
     if store.read(lambda session: session.scalar(query)) is None:
         return None  # asked first: on SQLite a claim takes the lock of all writers
-    return store.write(lambda session: _take(session, hand, query, died=False))
+    return store.write(lambda session: _take(session, hand, query, worker_died=False))
 
 
 def take_over(store: Store, hand: WorkerIdentity, silent: Sighting) -> Claimed | None:
     """A silent worker's job; None where it moved after all, or somebody else was faster."""
     query = select(Job.id).where(*_still(silent))
-    return store.write(lambda session: _take(session, hand, query, died=True))
+    return store.write(lambda session: _take(session, hand, query, worker_died=True))
 
 
 def mark_dead(store: Store, silent: Sighting) -> bool:
@@ -111,14 +111,14 @@ def _free(query: Any) -> Any:
     return query.with_for_update(skip_locked=True)
 
 
-def _take(session: Session, hand: WorkerIdentity, query: Any, died: bool) -> Claimed | None:
+def _take(session: Session, hand: WorkerIdentity, query: Any, worker_died: bool) -> Claimed | None:
     key = session.scalar(_free(query))
     if key is None:
         return None
     taken = {
         "state": RUNNING,
         "attempt": Job.attempt + 1,
-        "deaths": Job.deaths + int(died),
+        "deaths": Job.deaths + int(worker_died),
         "worker": hand.name,
         "lease_s": hand.lease_s,
         "beat": Job.beat + 1,

@@ -109,7 +109,7 @@ def quality(name: Name, store: OpenStore) -> dict[str, Any]:
 
 
 @router.post("/plans/{name}/runs/{run}")
-def tick(name: Name, run: Key, asked: Tick, store: OpenStore) -> dict[str, Any]:
+def tick(name: Name, run: Key, tick_request: Tick, store: OpenStore) -> dict[str, Any]:
     """Mark a run at the bench."""
-    ticked = tick_run(store, name, run, status=asked.status, note=asked.note)
+    ticked = tick_run(store, name, run, status=tick_request.status, note=tick_request.note)
     return {"run": ticked.run, "status": ticked.status, "reason": ticked.reason, "recorded": ticked.recorded}

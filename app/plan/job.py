@@ -56,12 +56,12 @@ class PlanArguments:
             )
 
 
-def _do(work: RunningJob, asked: PlanArguments) -> Ending:
+def _do(work: RunningJob, arguments: PlanArguments) -> Ending:
     from ..common.plan_tables import plan_as_json
     from .planning import store_draft
 
     work.step(0, 0, "making the design")
-    draft = asked.draft()
+    draft = arguments.draft()
 
     def ending() -> Result:
         plan = store_draft(work.store, draft)

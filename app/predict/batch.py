@@ -209,14 +209,14 @@ def predict_batch(
     return [predicted_by_row[number] for number in range(len(rows))]
 
 
-def write_figures(out: Path, found: Sequence[PredictedShot]) -> int:
+def write_figures(out: Path, shots: Sequence[PredictedShot]) -> int:
     """One row a shot, CSV or Parquet. Raises `ValueError` for another suffix."""
-    return write_batches(out, iter([_columns([shot.figures for shot in found])]))
+    return write_batches(out, iter([_columns([shot.figures for shot in shots])]))
 
 
-def write_spectra(out: Path, found: Sequence[PredictedShot]) -> int:
+def write_spectra(out: Path, shots: Sequence[PredictedShot]) -> int:
     """One row for each shot, sensor and line. Raises `ValueError` as `write_figures`, and where no plate answered."""
-    rows = [row for shot in found for row in shot.spectrum]
+    rows = [row for shot in shots for row in shot.spectrum]
     if not rows:
         raise ValueError(f"no spectrum to write to {out.name!r}: the twin has no plate")
     return write_batches(out, iter([_columns(rows)]))

@@ -76,19 +76,19 @@ class Many:
             raise LookupError(f"no plan {self.plan!r}: there is no store")
         return rows_of_plan(store, self.plan)
 
-    def tell(self, found: list[PredictedShot], json_to: str | None) -> None:
+    def tell(self, shots: list[PredictedShot], json_to: str | None) -> None:
         """Into the files that were asked for; as JSON or a table where no file takes the figures."""
         from ..common.number_format import finite
         from .batch import write_figures, write_spectra
 
         if self.spectra is not None:
-            note(f"written: {self.spectra}, {write_spectra(self.spectra, found)} lines")
+            note(f"written: {self.spectra}, {write_spectra(self.spectra, shots)} lines")
         if self.out is not None:
-            note(f"written: {self.out}, {write_figures(self.out, found)} shots")
+            note(f"written: {self.out}, {write_figures(self.out, shots)} shots")
         if json_to is not None:
-            write_json([finite({**shot.figures, "srs": list(shot.spectrum)}) for shot in found], json_to)
+            write_json([finite({**shot.figures, "srs": list(shot.spectrum)}) for shot in shots], json_to)
         elif self.out is None:
-            print_table((_short(shot) for shot in found), "")
+            print_table((_short(shot) for shot in shots), "")
 
 
 def refuse_typed(*names: str) -> None:
@@ -99,12 +99,12 @@ def refuse_typed(*names: str) -> None:
         raise ValueError(f"{', '.join(typed)}: of one shot; with --plan or --shots leave it out")
 
 
-def _short(each: PredictedShot) -> dict[str, object]:
-    row: dict[str, object] = {name: each.figures[name] for name in _SHOWN if name in each.figures}
+def _short(shot: PredictedShot) -> dict[str, object]:
+    row: dict[str, object] = {name: shot.figures[name] for name in _SHOWN if name in shot.figures}
     for name in _FIGURES:
-        low, high = (each.figures[f"predicted_{name}_{end}"] for end in ("low", "high"))
-        row |= {name: each.figures[f"predicted_{name}"], f"{name} 90 %": f"{low:.4g} to {high:.4g}"}
-    return row | {name: each.figures[name] for name in ("rests_on_shots", "extrapolation")}
+        low, high = (shot.figures[f"predicted_{name}_{end}"] for end in ("low", "high"))
+        row |= {name: shot.figures[f"predicted_{name}"], f"{name} 90 %": f"{low:.4g} to {high:.4g}"}
+    return row | {name: shot.figures[name] for name in ("rests_on_shots", "extrapolation")}
 
 
 #: Options of what the operator sets; `tune` and `predict` spell them alike.
@@ -302,25 +302,25 @@ def _option(argument: str) -> str:
     return f"--{argument.replace('_', '-')}"
 
 
-def _request(asked: dict[str, Any]) -> TwinRequest:
+def _request(options: dict[str, Any]) -> TwinRequest:
     """What the twin is made of."""
     from .arguments import twin_request
 
     return twin_request(
         _option,
-        campaign=asked["campaign"],
-        modes=asked["modes"],
-        bench=asked["bench"],
-        contact=asked["contact"],
-        effects=asked["effects"],
-        impact_points=tuple(_point(text, "--impact-at") for text in asked["impact_at"]),
-        sensors=tuple(_point(text, "--sensor-at") for text in asked["sensor_at"]),
-        plate=asked["plate"],
-        q=asked["q"],
-        frequencies=asked["frequencies"],
-        adopted=not asked["no_adopted"],
-        chain_height=asked["chain_height"] or 0.0,
-        coupled=asked["coupled"],
+        campaign=options["campaign"],
+        modes=options["modes"],
+        bench=options["bench"],
+        contact=options["contact"],
+        effects=options["effects"],
+        impact_points=tuple(_point(text, "--impact-at") for text in options["impact_at"]),
+        sensors=tuple(_point(text, "--sensor-at") for text in options["sensor_at"]),
+        plate=options["plate"],
+        q=options["q"],
+        frequencies=options["frequencies"],
+        adopted=not options["no_adopted"],
+        chain_height=options["chain_height"] or 0.0,
+        coupled=options["coupled"],
     )
 
 

@@ -193,20 +193,20 @@ def _number(
     }
 
 
-def _choices(built: BuiltTwin, known: Known) -> dict[str, Any]:
+def _choices(built: BuiltTwin, seen_levels: Known) -> dict[str, Any]:
     from ...twin.setting import BOUNDARY_CONDITIONS, INSULATORS
 
     names = sorted({material.name for material in built.materials.values()}, key=str.lower)
     positions = built.twin.plate.ensemble(built.plate.name)[0].impact_points if built.twin.sensor_names else ("#1",)
     tip = ShotRequest.tip_material if ShotRequest.tip_material in names else names[0]
     choices = {
-        "tip_material": _choice(names, tip, lambda name: _tip_known(built, known, name)),
-        "anvil_material": _choice([NONE, *names], NONE, _level_known(known, "factor.anvil_material")),
-        "insulator": _choice(INSULATORS, NONE, _level_known(known, "factor.insulator")),
+        "tip_material": _choice(names, tip, lambda name: _tip_known(built, seen_levels, name)),
+        "anvil_material": _choice([NONE, *names], NONE, _level_known(seen_levels, "factor.anvil_material")),
+        "insulator": _choice(INSULATORS, NONE, _level_known(seen_levels, "factor.insulator")),
         "impact_position": _choice(positions, positions[0], lambda _: True),
     }
     if is_used(built, "boundary_conditions"):
-        is_known = _level_known(known, "factor.boundary_conditions")
+        is_known = _level_known(seen_levels, "factor.boundary_conditions")
         choices["boundary_conditions"] = _choice(BOUNDARY_CONDITIONS, BOUNDARY_CONDITIONS[0], is_known)
     return choices
 
@@ -228,8 +228,8 @@ def _links_m(built: BuiltTwin, direction: int) -> list[float]:
     return heights
 
 
-def _choice(names: Sequence[str], default: str, known: Callable[[str], bool]) -> dict[str, Any]:
-    return {"options": [{"name": name, "known": known(name)} for name in names], "default": default}
+def _choice(names: Sequence[str], default: str, is_seen: Callable[[str], bool]) -> dict[str, Any]:
+    return {"options": [{"name": name, "known": is_seen(name)} for name in names], "default": default}
 
 
 def _known(built: BuiltTwin) -> Known:
@@ -242,17 +242,17 @@ def _known(built: BuiltTwin) -> Known:
     return dict(zip(contact.predictor_set.sources, contact.registered.domain.limits, strict=True))
 
 
-def _tip_known(built: BuiltTwin, known: Known, name: str) -> bool:
+def _tip_known(built: BuiltTwin, seen_levels: Known, name: str) -> bool:
     """A material is known by its properties, which are what a model learns from."""
     import numpy as np
 
     material = built.material(name)
     of = {"youngs_modulus": material.youngs_modulus_pa, "poisson_ratio": material.poisson_ratio}
     of |= {"density": material.density_kg_m3, "yield_strength": material.yield_strength_pa or np.nan}
-    pairs = ((known[f"tip.{key}"], value) for key, value in of.items() if f"tip.{key}" in known)
+    pairs = ((seen_levels[f"tip.{key}"], value) for key, value in of.items() if f"tip.{key}" in seen_levels)
     return all(bool(limit.inside(np.array([value]))[0]) for limit, value in pairs)
 
 
-def _level_known(known: Known, source: str) -> Callable[[str], bool]:
-    limit = known.get(source)
+def _level_known(seen_levels: Known, source: str) -> Callable[[str], bool]:
+    limit = seen_levels.get(source)
     return lambda name: limit is None or name in limit.range

@@ -101,7 +101,9 @@ def _achieved(key: str, source: str, pairs: Sequence[tuple[float, float, str]]) 
     )
 
 
-def _pressures(session: Session, campaign: Campaign, numbers: Mapping[int, Mapping[str, float]], found: _Found) -> None:
+def _pressures(
+    session: Session, campaign: Campaign, numbers: Mapping[int, Mapping[str, float]], achieved: _Found
+) -> None:
     query = (
         select(Shot.run, Shot.repetition, Shot.tank_pressure_pa, Shot.recorded_pressure_pa, PlannedRun.configuration_id)
         .outerjoin(PlannedRun, Shot.planned_run_id == PlannedRun.id)
@@ -111,7 +113,7 @@ def _pressures(session: Session, campaign: Campaign, numbers: Mapping[int, Mappi
     for run, repetition, given, recorded, planned in session.execute(query):
         assert recorded is not None
         wanted = numbers.get(planned, {}).get(PRESSURE, given)
-        found[PRESSURE, TRANSDUCER].append((wanted, recorded, f"run {run}, repetition {repetition}"))
+        achieved[PRESSURE, TRANSDUCER].append((wanted, recorded, f"run {run}, repetition {repetition}"))
 
 
 def _numbers(session: Session, configurations: set[int]) -> dict[int, dict[str, float]]:
@@ -181,8 +183,8 @@ _CAMPAIGN_DESIGN_STATES = ("runs", "done", "to do", "discarded")
 _HEADS = (*_CAMPAIGN_DESIGN_STATES, "repetitions recorded", "repetitions planned")
 
 
-def _states(found: dict[str, int]) -> list[Cell]:
-    return [sum(found.values()), found["done"], found["planned"], found["discarded"]]
+def _states(counts: dict[str, int]) -> list[Cell]:
+    return [sum(counts.values()), counts["done"], counts["planned"], counts["discarded"]]
 
 
 def _plan_row(plan: StoredPlan) -> list[Cell]:
@@ -209,21 +211,21 @@ def settings_section(achieved: Sequence[AchievedSetting]) -> Section:
 _COLUMNS = ("setting", "by", "repetitions", "mean deviation (%)", "rms (%)", "largest (%)", "there")
 
 
-def _row(found: AchievedSetting) -> list[Any]:
-    off = 100 * found.off
+def _row(achieved: AchievedSetting) -> list[Any]:
+    off = 100 * achieved.off
     at = int(np.argmax(np.abs(off)))
     exact = abs(off[at]) < 1e-7
     figures = [float(off.mean()), float(np.sqrt(np.mean(off**2))), float(off[at])]
-    cells = [0.0, 0.0, 0.0, None] if exact else [*(round(figure, 3) for figure in figures), found.where[at]]
-    return [setting(found.key).name, found.source, off.size, *cells]
+    cells = [0.0, 0.0, 0.0, None] if exact else [*(round(figure, 3) for figure in figures), achieved.where[at]]
+    return [setting(achieved.key).name, achieved.source, off.size, *cells]
 
 
-def _figure(found: AchievedSetting) -> Figure:
-    kind = setting(found.key)
-    x, y = kind.per_si * found.planned, kind.per_si * found.achieved
+def _figure(achieved: AchievedSetting) -> Figure:
+    kind = setting(achieved.key)
+    x, y = kind.per_si * achieved.planned, kind.per_si * achieved.achieved
     unit = f" ({kind.unit})" if kind.unit else ""
-    label = f"{kind.name}, {found.source}"
-    cloud = Cloud(label, x, y, found.where)
+    label = f"{kind.name}, {achieved.source}"
+    cloud = Cloud(label, x, y, achieved.where)
     return Figure(label, agreement_chart(label, [cloud], f"planned{unit}", f"achieved{unit}"))
 
 

@@ -130,16 +130,18 @@ def held_out(name: Name, version: Key, store: OpenStore, settings: Configured) -
 
 
 @router.post("/models/{name}/{version}/promote")
-def promoted(name: Name, version: Key, asked: Promotion, store: OpenStore, settings: Configured) -> dict[str, Any]:
+def promoted(name: Name, version: Key, promotion: Promotion, store: OpenStore, settings: Configured) -> dict[str, Any]:
     """Make a version the one in use, or hear why not: `promoted` says."""
-    decision = promote(store, settings.db, name, version, other=asked.on, forced=asked.force, reason=asked.reason)
+    decision = promote(
+        store, settings.db, name, version, other=promotion.on, forced=promotion.force, reason=promotion.reason
+    )
     return decision_json(decision)
 
 
-def train_job(jobs: Jobs, store: Store, asked: TrainArguments) -> JobView:
+def train_job(jobs: Jobs, store: Store, arguments: TrainArguments) -> JobView:
     """Queue a training; its result is `train --json`. Raises `LookupError`, `ValueError` for what there is not."""
-    splits_of(read_snapshot(store, asked.dataset).table, asked.split)
-    return jobs.ask(store, TRAIN, f"Training on {asked.dataset}", asked)
+    splits_of(read_snapshot(store, arguments.dataset).table, arguments.split)
+    return jobs.ask(store, TRAIN, f"Training on {arguments.dataset}", arguments)
 
 
 def extract_job(jobs: Jobs, store: Store, campaign: str, settings: ExtractionSettings) -> JobView:
@@ -175,12 +177,12 @@ class RepeatedExtraction(BaseModel):
 
 
 @router.post("/train")
-def train(asked: TrainingOptions, store: OpenStore, running: Running) -> dict[str, Any]:
+def train(options: TrainingOptions, store: OpenStore, running: Running) -> dict[str, Any]:
     """Train models on a dataset; answers with the job, whose result is `train --json`."""
-    return train_job(running, store, asked.asked()).as_json()
+    return train_job(running, store, options.asked()).as_json()
 
 
 @router.post("/campaigns/{name}/extract")
-def extract(name: Name, asked: RepeatedExtraction, store: OpenStore, running: Running) -> dict[str, Any]:
+def extract(name: Name, options: RepeatedExtraction, store: OpenStore, running: Running) -> dict[str, Any]:
     """Cut a campaign's pulses anew; answers with the job, whose result is `extract --json`."""
-    return extract_job(running, store, name, ExtractionSettings(**asked.model_dump())).as_json()
+    return extract_job(running, store, name, ExtractionSettings(**options.model_dump())).as_json()

@@ -116,26 +116,26 @@ def comparisons_of(
     return Comparisons(tuple(ranked), judged, tuple(comparisons), settings)
 
 
-def rows_of(found: Comparisons, metrics: Sequence[str]) -> list[dict[str, Any]]:
+def rows_of(comparisons: Comparisons, metrics: Sequence[str]) -> list[dict[str, Any]]:
     """JSON: the models as `train` lists them, on the common pulses; then a row for each pair and metric."""
     rows = []
-    for version in found.versions:
-        errors = found.judged.errors[version.label]
+    for version in comparisons.versions:
+        errors = comparisons.judged.errors[version.label]
         means = {metric: float(getattr(errors, metric).mean()) for metric in METRICS}
         own = {key: value for key, value in row_of(version).items() if key not in ("ci90", "coverage90")}
-        settings = dict(found.settings[version.label])
-        rows.append(own | {"metrics": means, "pulses": len(found.judged.pulses), "settings": settings})
+        settings = dict(comparisons.settings[version.label])
+        rows.append(own | {"metrics": means, "pulses": len(comparisons.judged.pulses), "settings": settings})
     for metric in metrics:
-        for comparison in found.comparisons:
+        for comparison in comparisons.comparisons:
             row = comparison.of(metric)
             rows.append(row.row() | {"p_value": finite(row.p_value), "verdict": row.verdict})
             rows[-1]["where"] = [row.row() for row in comparison.where(metric)]
     return rows
 
 
-def told(found: Comparisons, metrics: Sequence[str]) -> Iterator[str]:
+def told(comparisons: Comparisons, metrics: Sequence[str]) -> Iterator[str]:
     """Sentences: which is better in each metric, and each one's lead in the groups where it is beyond chance."""
-    for comparison in found.comparisons:
+    for comparison in comparisons.comparisons:
         for metric in metrics:
             yield comparison.of(metric).verdict
             groups = comparison.where(metric)

@@ -170,10 +170,10 @@ def _split_or_note(table: Any, text: str, seed: int) -> Any:
         return None
 
 
-def _tell_built(told: dict[str, Any], extractions: int) -> None:
-    note(f"dataset {told['name']}: {told['pulses']} pulses, hash {told['hash'][:12]}")
-    note(f"  {told['train']} to learn from, {told['test']} held out")
-    for row in told["left_out"]:
+def _tell_built(dataset: dict[str, Any], extractions: int) -> None:
+    note(f"dataset {dataset['name']}: {dataset['pulses']} pulses, hash {dataset['hash'][:12]}")
+    note(f"  {dataset['train']} to learn from, {dataset['test']} held out")
+    for row in dataset["left_out"]:
         note(f"  left out: {row['impacts']} ({row['reason']})")
     if extractions > 1:
         note("  the pulses are of several extractions; one for all: pyroshock extract CAMPAIGN, or --extraction")
@@ -209,15 +209,21 @@ def show(name: str, db: str, json_to: str | None, seed: int, plot: Path | None) 
         _show(snapshot, summary)
 
 
-def _show(snapshot: Any, told: dict[str, Any]) -> None:
+def _show(snapshot: Any, dataset: dict[str, Any]) -> None:
     from .datasets import correlation_rows, range_rows
 
-    click.echo(f"{told['name']}: {told['pulses']} pulses of {', '.join(told['campaigns'])}, hash {told['hash']}")
-    click.echo(f"{told['configurations']} configurations; velocity aside, predictors tell {told['treatments']} apart")
-    click.echo(f"quality rule {told['quality']}; extractions {', '.join(key[:12] for key in told['extractions'])}")
-    print_table(told["left_out"], "nothing was left out")
+    click.echo(
+        f"{dataset['name']}: {dataset['pulses']} pulses of {', '.join(dataset['campaigns'])}, hash {dataset['hash']}"
+    )
+    click.echo(
+        f"{dataset['configurations']} configurations; velocity aside, predictors tell {dataset['treatments']} apart"
+    )
+    click.echo(
+        f"quality rule {dataset['quality']}; extractions {', '.join(key[:12] for key in dataset['extractions'])}"
+    )
+    print_table(dataset["left_out"], "nothing was left out")
     click.echo()
-    print_table(told["splits"], "too few pulses for any split")
+    print_table(dataset["splits"], "too few pulses for any split")
     click.echo()
     print_table(range_rows(snapshot), "no predictors")
     click.echo()

@@ -31,11 +31,11 @@ class TrainArguments:
     budget: Budget = "reduced"
 
 
-def _do(work: RunningJob, asked: TrainArguments) -> Ending:
+def _do(work: RunningJob, arguments: TrainArguments) -> Ending:
     from ..common.model_registry import models_extra
 
     with models_extra():
-        session = _trained(work, asked)
+        session = _trained(work, arguments)
     if not session.versions and session.failures:
         raise ValueError(
             "; ".join(f"{failure.model} ({failure.split}): {failure.reason}" for failure in session.failures)
@@ -43,24 +43,24 @@ def _do(work: RunningJob, asked: TrainArguments) -> Ending:
     earlier = len(session.versions) - session.trained
     failed = f"; not trained: {', '.join(failure.model for failure in session.failures)}" if session.failures else ""
     words = f"{session.trained} trained, {earlier} found as they were trained before{failed}"
-    return told(Result("/models", words, _rows(work, asked, session)))
+    return told(Result("/models", words, _rows(work, arguments, session)))
 
 
-def _trained(work: RunningJob, asked: TrainArguments) -> Session:
+def _trained(work: RunningJob, arguments: TrainArguments) -> Session:
     from ...training.fitting.session import Progress, train
     from ..common.model_registry import ground_of, splits_of
 
     registry = fenced_registry_of(work)
-    ground = ground_of(work.store, asked.dataset, registry, asked.seed, asked.budget)
-    splits = splits_of(ground.table, asked.split)
-    return train(registry, ground, asked.models, splits, progress=Progress(work.step))
+    ground = ground_of(work.store, arguments.dataset, registry, arguments.seed, arguments.budget)
+    splits = splits_of(ground.table, arguments.split)
+    return train(registry, ground, arguments.models, splits, progress=Progress(work.step))
 
 
-def _rows(work: RunningJob, asked: TrainArguments, session: Session) -> list[dict[str, object]]:
+def _rows(work: RunningJob, arguments: TrainArguments, session: Session) -> list[dict[str, object]]:
     from ..common.model_registry import registry_of
     from .tables import json_row
 
-    floors = registry_of(work.db).floors(session.versions[0].dataset.hash, asked.seed) if session.versions else {}
+    floors = registry_of(work.db).floors(session.versions[0].dataset.hash, arguments.seed) if session.versions else {}
     return [json_row(version, floors) for version in session.versions]
 
 

@@ -42,9 +42,9 @@ def errors_figure(rows: Sequence[Mapping[str, Any]], metric: str) -> Figure:
     return categories(traces, "", metric.replace("_", " "))
 
 
-def against_figure(found: Mapping[str, Any], quantity: str) -> Figure:
+def against_figure(held_out: Mapping[str, Any], quantity: str) -> Figure:
     """Predicted over measured of held-out pulses, by tip material (`model_figures.held_out_figures`)."""
-    columns = found["points"]
+    columns = held_out["points"]
     name, scale = HEADINGS[quantity]
     values, tips = columns[quantity], columns["tip_material"]
     traces = []
@@ -67,9 +67,9 @@ def against_figure(found: Mapping[str, Any], quantity: str) -> Figure:
     return figure(traces, f"measured {name}", "predicted")
 
 
-def coverage_figure(found: Mapping[str, Any]) -> Figure | None:
+def coverage_figure(held_out: Mapping[str, Any]) -> Figure | None:
     """Share of held-out points within their intervals over the nominal share; None for a model without spread."""
-    coverage = found["coverage"]
+    coverage = held_out["coverage"]
     traces = [
         points(coverage["level"], coverage[key], name, colour, mode="lines+markers")
         for key, name, colour in (("force", "force", "c0"), ("time", "contact time", "c1"))

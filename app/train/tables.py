@@ -100,17 +100,19 @@ def _in_usual_order(versions: Iterable[Version]) -> list[Version]:
     return sorted(versions, key=lambda v: (usual.index(v.split) if v.split in usual else len(usual), v.split))
 
 
-def _row(name: str, splits: Sequence[str], found: Mapping[str, Version]) -> dict[str, Any]:
-    crown = " *" if any(version.champion_of for version in found.values()) else ""
-    row: dict[str, Any] = {"model": name + crown, "version": _joined(found.get(split) for split in splits)}
-    thesis = _thesis(next(iter(found.values())))
+def _row(name: str, splits: Sequence[str], versions_by_split: Mapping[str, Version]) -> dict[str, Any]:
+    crown = " *" if any(version.champion_of for version in versions_by_split.values()) else ""
+    row: dict[str, Any] = {"model": name + crown, "version": _joined(versions_by_split.get(split) for split in splits)}
+    thesis = _thesis(next(iter(versions_by_split.values())))
     for metric, heading in _SHOWN.items():
         for split in splits:
-            row[f"{heading} {short(split)}"] = _figure(found[split].metrics[metric]) if split in found else None
+            row[f"{heading} {short(split)}"] = (
+                _figure(versions_by_split[split].metrics[metric]) if split in versions_by_split else None
+            )
         if metric in _OF_THESIS:
             row[f"{heading} thesis"] = _short(thesis[metric].value) if metric in thesis else None
-    row["cover 90 %"] = _joined_numbers(found.get(split) for split in splits)
-    row["s"] = f"{sum(version.cost.seconds for version in found.values()):.1f}"
+    row["cover 90 %"] = _joined_numbers(versions_by_split.get(split) for split in splits)
+    row["s"] = f"{sum(version.cost.seconds for version in versions_by_split.values()):.1f}"
     return row
 
 

@@ -36,12 +36,12 @@ class Tuning(BaseModel):
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
 
 
-def tune_job(jobs: Jobs, store: Store, asked: Tuning) -> JobView:
+def tune_job(jobs: Jobs, store: Store, question: Tuning) -> JobView:
     """Queue a tuning; its result: proposals as of `tune --json`, whether the target is met, what to avoid, and notes.
 
     Raises `ValueError` for a target or factors that cannot be read.
     """
-    arguments = TuneArguments(**asked.model_dump())
+    arguments = TuneArguments(**question.model_dump())
     arguments.ask()
     return jobs.ask(store, TUNE, "Tuning to a spectrum", arguments)
 
@@ -50,6 +50,6 @@ router = APIRouter(tags=["twin"])
 
 
 @router.post("/tune")
-def tune(asked: Tuning, store: OpenStore, running: Running) -> dict[str, Any]:
+def tune(question: Tuning, store: OpenStore, running: Running) -> dict[str, Any]:
     """Settings of the bench for a spectrum; answers with the job, whose result is `tune --json`."""
-    return tune_job(running, store, asked).as_json()
+    return tune_job(running, store, question).as_json()

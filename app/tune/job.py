@@ -65,32 +65,32 @@ class TuneArguments:
         )
 
 
-def _do(work: RunningJob, asked: TuneArguments) -> Ending:
+def _do(work: RunningJob, arguments: TuneArguments) -> Ending:
     from ..common.model_registry import models_extra
     from .session import session_of
 
     work.step(0, 0, "building the twin")
     with models_extra():
-        session = session_of(work.store, work.db, asked.ask())
-    data = _answer(asked, session, session.run(work.step))
+        session = session_of(work.store, work.db, arguments.ask())
+    data = _answer(arguments, session, session.run(work.step))
     return told(Result(f"/tune/{work.job}", data["attainability"]["sentence"], data))
 
 
-def _answer(asked: TuneArguments, session: TuningSession, found: Tuned) -> dict[str, Any]:
+def _answer(arguments: TuneArguments, session: TuningSession, tuning: Tuned) -> dict[str, Any]:
     """`tune --json`, with whether the target is met, the target, what to avoid, and notes."""
     from .bench_adapter import avoid_json, proposal_json
 
     goal = session.goal
     return {
-        "attainability": finite(found.attainability.as_json()),
-        "proposals": [proposal_json(proposal, rank) for rank, proposal in enumerate(found.proposals[:SHOWN], 1)],
-        "avoid": [avoid_json(setting) for setting in found.avoid[:SHOWN]],
+        "attainability": finite(tuning.attainability.as_json()),
+        "proposals": [proposal_json(proposal, rank) for rank, proposal in enumerate(tuning.proposals[:SHOWN], 1)],
+        "avoid": [avoid_json(setting) for setting in tuning.avoid[:SHOWN]],
         "notes": list(session.notes),
         "frequency_hz": goal.frequency_hz.tolist(),
         "prescribed_m_s2": (10 ** (goal.level_db / 20)).tolist(),
         "lower_m_s2": (10 ** ((goal.level_db - goal.lower_db.clip(0, 200)) / 20)).tolist(),
         "upper_m_s2": (10 ** ((goal.level_db + goal.upper_db.clip(0, 200)) / 20)).tolist(),
-        "twin": {"campaign": asked.campaign, "contact": asked.contact, "plate": asked.plate},
+        "twin": {"campaign": arguments.campaign, "contact": arguments.contact, "plate": arguments.plate},
     }
 
 

@@ -23,13 +23,13 @@ from .job import TUNE
 router = APIRouter()
 
 
-def tuned_figure(found: Mapping[str, Any], most: int = 3) -> Figure:
+def tuned_figure(tuning: Mapping[str, Any], most: int = 3) -> Figure:
     """The first proposals in the tolerance of what is prescribed (`tuning.tune_job`'s result)."""
-    lines = found["frequency_hz"]
-    low, high = (np.asarray(found[key]) for key in ("lower_m_s2", "upper_m_s2"))
+    lines = tuning["frequency_hz"]
+    low, high = (np.asarray(tuning[key]) for key in ("lower_m_s2", "upper_m_s2"))
     traces = band(lines, low, high, "tolerance", "c7")
-    traces.append(line(lines, found["prescribed_m_s2"], "prescribed", "quiet", dash="dash"))
-    for i, proposal in enumerate(found["proposals"][:most]):
+    traces.append(line(lines, tuning["prescribed_m_s2"], "prescribed", "quiet", dash="dash"))
+    for i, proposal in enumerate(tuning["proposals"][:most]):
         name = f"proposal {proposal['rank']}: {proposal['probability_within']:.0%}"
         if i == 0:
             traces += band(lines, proposal["lower_m_s2"], proposal["upper_m_s2"], "90 % of the first", COLOURS[i])

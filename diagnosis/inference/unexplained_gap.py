@@ -82,11 +82,11 @@ class RunOrderDrift:
         return cls(slope, columns, covariance, means)
 
 
-def _about(values: Floats, known: Floats, member: Floats) -> Floats:
+def _about(values: Floats, known_mean: Floats, member: Floats) -> Floats:
     """(R, D) less the mean over the known runs of their configuration; 0 where there is none."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.nan_to_num((member @ values) / (member @ known))
-    return np.asarray((values - member.T @ mean) * known)
+        mean = np.nan_to_num((member @ values) / (member @ known_mean))
+    return np.asarray((values - member.T @ mean) * known_mean)
 
 
 def _drifting(time: Floats, member: Floats) -> Floats:

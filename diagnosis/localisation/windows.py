@@ -148,6 +148,6 @@ def _trimmed(window: NDArray[np.bool_], product: Floats, tolerance: float) -> ND
     return window & np.maximum.accumulate(large) & np.maximum.accumulate(large[::-1])[::-1]
 
 
-def _stretches(taken: NDArray[np.bool_]) -> tuple[tuple[int, int], ...]:
+def _stretches(inside: NDArray[np.bool_]) -> tuple[tuple[int, int], ...]:
     """First and last sample of each."""
-    return tuple((samples.start, samples.stop - 1) for (samples,) in find_objects(label(taken)[0]))
+    return tuple((samples.start, samples.stop - 1) for (samples,) in find_objects(label(inside)[0]))

@@ -51,13 +51,13 @@ def draw_hypercube(counts: Sequence[Ids], n: int, rng: np.random.Generator) -> I
     return np.stack(columns, axis=1)
 
 
-def repair_level_shares(found: Ids, pool: Ids, levels: Ids, counts: Sequence[Ids]) -> Ids:
+def repair_level_shares(treatments: Ids, pool: Ids, levels: Ids, counts: Sequence[Ids]) -> Ids:
     """Different treatments of the pool, (n,): as found (n,), but for those that are not; `levels` (size, axes).
 
     In their place come those of the pool whose levels are missing most.
     """
-    kept = np.intersect1d(found, pool)
-    for _ in range(len(found) - len(kept)):
+    kept = np.intersect1d(treatments, pool)
+    for _ in range(len(treatments) - len(kept)):
         free = np.setdiff1d(pool, kept)
         missing = [
             (level_counts - np.bincount(levels[kept, axis], minlength=len(level_counts)))[levels[free, axis]]
@@ -237,10 +237,10 @@ def _choose_directly(
     return _different(annealed, recorded, sizes, rng)
 
 
-def _different(found: Ids, recorded: Ids, sizes: tuple[int, ...], rng: np.random.Generator) -> Ids:
+def _different(treatments: Ids, recorded: Ids, sizes: tuple[int, ...], rng: np.random.Generator) -> Ids:
     """Repeats, which annealing hardly leaves, give way to treatments drawn at random."""
     seen, result = set(map(tuple, recorded.tolist())), []
-    for run in map(tuple, found.tolist()):
+    for run in map(tuple, treatments.tolist()):
         while run in seen:
             run = tuple(rng.integers(sizes).tolist())
         seen.add(run)

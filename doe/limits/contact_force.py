@@ -56,7 +56,7 @@ def raised_sine_peak_force(
 
 
 def hertz_contact(
-    tip: Elastic, struck: Elastic, *, tip_radius_m: float, bullet_mass_kg: float, impact_velocity_m_s: float
+    tip: Elastic, target: Elastic, *, tip_radius_m: float, bullet_mass_kg: float, impact_velocity_m_s: float
 ) -> HertzContact:
     """Contact time and peak force of a spherical tip on a flat target that is held still, without any loss.
 
@@ -68,7 +68,7 @@ def hertz_contact(
     not positive. Sources: Johnson, Contact Mechanics (1985), 11.4; thesis eq. 1.23 and 1.25 are the same for a sphere.
     """
     positive(tip_radius_m=tip_radius_m, bullet_mass_kg=bullet_mass_kg, impact_velocity_m_s=impact_velocity_m_s)
-    stiffness = 4 / 3 * math.sqrt(tip_radius_m) / (tip.compliance + struck.compliance)
+    stiffness = 4 / 3 * math.sqrt(tip_radius_m) / (tip.compliance + target.compliance)
     indentation_m = (5 * bullet_mass_kg * impact_velocity_m_s**2 / (4 * stiffness)) ** 0.4
     return HertzContact(HERTZ_TIME * indentation_m / impact_velocity_m_s, stiffness * indentation_m**1.5)
 

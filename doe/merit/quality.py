@@ -179,15 +179,15 @@ def aliases(space: Space, treatments: NDArray[np.int64]) -> tuple[Alias, ...]:
     return tuple(sorted(aliases, key=lambda alias: -abs(alias.correlation)))
 
 
-def alias_lines(found: tuple[Alias, ...]) -> list[str]:
+def alias_lines(confounded: tuple[Alias, ...]) -> list[str]:
     """Aliases as a person reads them: a line for each group that is one, and one for what is aliased in part."""
     groups: dict[str, list[str]] = {}
-    for alias in found:
+    for alias in confounded:
         if alias.full:
             groups.setdefault(alias.effect, []).append(f"{'-' if alias.correlation < 0 else ''}{alias.other}")
     listed = {other.lstrip("-") for others in groups.values() for other in others}
     lines = [" = ".join([effect, *others]) for effect, others in groups.items() if effect not in listed]
-    part = [abs(alias.correlation) for alias in found if not alias.full]
+    part = [abs(alias.correlation) for alias in confounded if not alias.full]
     if part:
         lines.append(f"{len(part)} pairs of effects are aliased in part, by up to {max(part):.2f}")
     return lines

@@ -76,15 +76,15 @@ def clock_above(clocks: dict[str, Clock], group: str) -> Clock | None:
     return clocks.get(group)
 
 
-def _agreeing(path: Path, stated: Clock | None, found: Clock) -> Clock:
+def _agreeing(path: Path, stated: Clock | None, clock: Clock) -> Clock:
     """One clock of two statements: the first rate, the second start and length."""
     if stated is None:
-        return found
-    if abs(stated.rate_hz - found.rate_hz) > _AGREEMENT * stated.rate_hz:
+        return clock
+    if abs(stated.rate_hz - clock.rate_hz) > _AGREEMENT * stated.rate_hz:
         raise RecordingError(
-            f"{path.name}: states two sampling rates, {stated.rate_hz} Hz and {found.rate_hz} Hz; expected one"
+            f"{path.name}: states two sampling rates, {stated.rate_hz} Hz and {clock.rate_hz} Hz; expected one"
         )
-    return Clock(stated.rate_hz, found.start_s, stated.samples or found.samples, found.header)
+    return Clock(stated.rate_hz, clock.start_s, stated.samples or clock.samples, clock.header)
 
 
 def _numbers(path: Path, array: Array) -> NDArray[np.float64]:

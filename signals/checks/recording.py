@@ -70,17 +70,17 @@ def _louder(channel: Channel, channels: Sequence[Channel]) -> str | None:
     return None if loudest is None or own_peak > QUIET_SHARE * _peak(loudest) else loudest.name
 
 
-def _same_sensor(one: Channel, other: Channel) -> bool:
+def _same_sensor(channel: Channel, other: Channel) -> bool:
     """Two accelerations at one position along different axes; where no axis is given, names that differ in a last x, y
     or z alone."""
-    if one.quantity != "acceleration" or one.quantity != other.quantity:
+    if channel.quantity != "acceleration" or channel.quantity != other.quantity:
         return False
-    if (one.sensor.position or "").strip().lower() != (other.sensor.position or "").strip().lower():
+    if (channel.sensor.position or "").strip().lower() != (other.sensor.position or "").strip().lower():
         return False
-    if one.sensor.axis and other.sensor.axis:
-        return one.sensor.axis.strip().lower() != other.sensor.axis.strip().lower()
-    ends = one.name[-1:].lower(), other.name[-1:].lower()
-    return one.name[:-1] == other.name[:-1] and ends[0] != ends[1] and set(ends) <= set("xyz")
+    if channel.sensor.axis and other.sensor.axis:
+        return channel.sensor.axis.strip().lower() != other.sensor.axis.strip().lower()
+    ends = channel.name[-1:].lower(), other.name[-1:].lower()
+    return channel.name[:-1] == other.name[:-1] and ends[0] != ends[1] and set(ends) <= set("xyz")
 
 
 def _peak(channel: Channel) -> float:

@@ -141,6 +141,6 @@ def relative_displacement(omega_rad_s: Floats, time_step_s: float, damping_ratio
     return RampInvariantFilter(-b / np.asarray(omega_rad_s) ** 2, _poles(step_values))
 
 
-def _poles(one: Steps) -> Floats:
-    cosine = 1 - one.g - one.damping_ratio * one.s
-    return np.stack([np.ones_like(cosine), -2 * cosine, np.exp(-2 * one.damping_ratio * one.theta)])
+def _poles(step: Steps) -> Floats:
+    cosine = 1 - step.g - step.damping_ratio * step.s
+    return np.stack([np.ones_like(cosine), -2 * cosine, np.exp(-2 * step.damping_ratio * step.theta)])

@@ -170,10 +170,10 @@ def run(records: Floats, oscillators: Steps, threads: int | None = None) -> Floa
     return extremes.transpose(2, 0, 1, 3).reshape(_FOUND, k, -1)[..., :f]
 
 
-def _blocks(each: Steps) -> Floats:
+def _blocks(steps: Steps) -> Floats:
     """Coefficients (blocks, 5, WIDTH); the last oscillator fills up the last block."""
-    rows = np.stack([each.g, each.s, each.h, -each.g - 2 * each.damping_ratio * each.s, each.g / each.theta])
-    f = each.theta.size
+    rows = np.stack([steps.g, steps.s, steps.h, -steps.g - 2 * steps.damping_ratio * steps.s, steps.g / steps.theta])
+    f = steps.theta.size
     filled = np.minimum(np.arange(-(-f // WIDTH) * WIDTH), f - 1)
     return np.ascontiguousarray(rows[:, filled].reshape(_COEFFICIENTS, -1, WIDTH).transpose(1, 0, 2))
 
@@ -188,7 +188,7 @@ def _first_sample(record):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True)
-def _run_block(record, table, twice_zeta, found):  # type: ignore[no-untyped-def]
+def _run_block(record, table, twice_zeta, extremes):  # type: ignore[no-untyped-def]
     g, s, h, m, k = load(table, 0), load(table, 1), load(table, 2), load(table, 3), load(table, 4)
     p = v = highest = lowest = furthest = spread(0.0)
     damping, before, dither = spread(twice_zeta), 0.0, _DITHER
@@ -203,15 +203,15 @@ def _run_block(record, table, twice_zeta, found):  # type: ignore[no-untyped-def
     error, rise = spread(before) - p, spread(-before)
     p, v = g * error + (s * v + (h * rise + p)), s * error + (m * v + (k * rise + v))
     for row, value in enumerate((highest, lowest, furthest, p, v)):
-        store(found, row, value)
+        store(extremes, row, value)
 
 
 @njit("(f8[:, ::1], f8[:, :, ::1], f8, i8, i8, f8[:, :, :, ::1])", nogil=True, cache=True)
-def _run_tasks(records, table, twice_zeta, start, stop, found):  # type: ignore[no-untyped-def]
+def _run_tasks(records, table, twice_zeta, start, stop, extremes):  # type: ignore[no-untyped-def]
     """Tasks count all blocks of the first record, then of the next."""
     for task in range(start, stop):
         i, block = task // len(table), task % len(table)
-        _run_block(records[i], table[block], twice_zeta, found[i, block])
+        _run_block(records[i], table[block], twice_zeta, extremes[i, block])
 
 
 @njit("(f8[::1], f8, f8, f8, f8, f8, f8[:, ::1])", nogil=True, cache=True)

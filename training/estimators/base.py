@@ -202,12 +202,12 @@ class LearnedArrays(Estimator):
         return inputs
 
 
-def _fits(found: tuple[int, ...], shape: Shape, lengths: dict[str, int]) -> bool:
-    if len(found) != len(shape):
+def _fits(found_shape: tuple[int, ...], shape: Shape, lengths: dict[str, int]) -> bool:
+    if len(found_shape) != len(shape):
         return False
     return all(
         length == (expected if isinstance(expected, int) else lengths.setdefault(expected, length))
-        for length, expected in zip(found, shape, strict=True)
+        for length, expected in zip(found_shape, shape, strict=True)
     )
 
 

@@ -59,9 +59,9 @@ def read_time_settings(split: str, ground: TrainingContext) -> TimeSettings | No
         return None  # not there, or not what we write
 
 
-def write_time_settings(found: TimeSettings, split: str, ground: TrainingContext) -> None:
+def write_time_settings(settings: TimeSettings, split: str, ground: TrainingContext) -> None:
     """For the next training on this split."""
-    replace_text(_file(split, ground), json.dumps(asdict(found)))
+    replace_text(_file(split, ground), json.dumps(asdict(settings)))
 
 
 def _file(split: str, ground: TrainingContext) -> Path:

@@ -160,9 +160,9 @@ def _words(pulses: PulseTable, name: str) -> list[str]:
     return [levels[int(value)] for value in pulses.column(name)]
 
 
-def _materials(part: str, names: list[str], struck: object) -> list[ElasticMaterial]:
+def _materials(part: str, names: list[str], target: object) -> list[ElasticMaterial]:
     def column(quantity: str) -> Floats | None:
-        values: Floats | None = getattr(struck, f"{part}_{quantity}")
+        values: Floats | None = getattr(target, f"{part}_{quantity}")
         return values
 
     modulus, poisson, density = (column(name) for name in ("youngs_modulus_pa", "poisson_ratio", "density_kg_m3"))

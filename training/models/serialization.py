@@ -69,9 +69,9 @@ def build(description: Mapping[str, Any]) -> ContactModel | Estimator:
     return built
 
 
-def describe(thing: ContactModel | Estimator) -> dict[str, Any]:
+def describe(part: ContactModel | Estimator) -> dict[str, Any]:
     """What `build` makes the same unfitted object of."""
-    return {"kind": thing.kind, "settings": thing.settings()}
+    return {"kind": part.kind, "settings": part.settings()}
 
 
 def parts_within(description: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:

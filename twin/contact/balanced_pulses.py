@@ -69,7 +69,7 @@ class StruckBodies:
 
 
 def balanced_pulses(
-    struck: StruckBodies,
+    bodies: StruckBodies,
     names: Sequence[str],
     latent: Floats,
     fixed: Sequence[ContactEffect],
@@ -88,10 +88,10 @@ def balanced_pulses(
     anvil: then the plate's own compliance does not act, and an impactor that does not come back keeps its impulse.
     """
     columns = dict(zip(names, latent.T, strict=True))
-    effects = drawn_effects(columns, struck.polymer)
+    effects = drawn_effects(columns, bodies.polymer)
     mass_first = 1 if "mass" in columns else 0  # others refer to the momentum
     effects = [*effects[:mass_first], *fixed, *effects[mass_first:]]
-    natural, momentum, least = _natural_pulses(struck, effects, columns, at_tip, phases, solver)
+    natural, momentum, least = _natural_pulses(bodies, effects, columns, at_tip, phases, solver)
     share = np.clip((natural.impulse_n_s - least) / (2 * momentum - least), _LEAST, _MOST)
     odds = share / (1 - share) * np.exp(np.clip(columns["restitution"], -_FAR, _FAR))
     impulse = least + (2 * momentum - least) * odds / (1 + odds)
@@ -128,7 +128,7 @@ def _mean_share(shape: Floats, power: Floats) -> Floats:
 
 
 def _natural_pulses(
-    struck: StruckBodies,
+    bodies: StruckBodies,
     effects: Sequence[ContactEffect],
     columns: Mapping[str, Floats],
     at_tip: bool,
@@ -136,12 +136,12 @@ def _natural_pulses(
     solver: ImpactSolver | None,
 ) -> tuple[ForcePulses, Floats, Floats]:
     """Pulses as they are solved, the momentum (N s, (n,)) before, and the least impulse."""
-    on_rigid_plate = _prepared(struck, [effect for effect in effects if effect.id != PlateCompliance.id])
-    impacts = _prepared(struck, effects)
-    momentum = np.asarray(impacts.mass_kg * struck.bodies.impact_velocity_m_s)
+    on_rigid_plate = _prepared(bodies, [effect for effect in effects if effect.id != PlateCompliance.id])
+    impacts = _prepared(bodies, effects)
+    momentum = np.asarray(impacts.mass_kg * bodies.bodies.impact_velocity_m_s)
     time, compression = np.empty(len(momentum)), np.empty(len(momentum))
     force, least = np.empty((len(momentum), phases)), momentum.copy()
-    rows = np.flatnonzero(~struck.anvil)
+    rows = np.flatnonzero(~bodies.anvil)
     if rows.size:
         if solver is None:
             pulses = trimmed(solve(impacts.take(rows), STEPS), phases)
@@ -149,19 +149,19 @@ def _natural_pulses(
             pulses = solver(on_rigid_plate.take(rows), rows)
             least[rows] = np.minimum(momentum[rows], pulses.impulse_n_s)
         time[rows], force[rows], compression[rows] = pulses.contact_time_s, pulses.force_n, pulses.compression_time_s
-    rows = np.flatnonzero(struck.anvil)
+    rows = np.flatnonzero(bodies.anvil)
     if rows.size:
         volume, stiffness = ANVIL_VOLUME.values(columns["anvil"][rows]), JOINT.values(columns["joint"][rows])
         mobility = (impacts.plate_mobility_m_n_s - on_rigid_plate.plate_mobility_m_n_s)[rows]
-        mass = struck.bodies.target_density_kg_m3[rows] * volume
+        mass = bodies.bodies.target_density_kg_m3[rows] * volume
         least[rows] *= mass / (impacts.mass_kg[rows] + mass)
         pulses = anvil_pulses(on_rigid_plate.take(rows), mass, stiffness, mobility, phases, at_tip=at_tip)
         time[rows], force[rows], compression[rows] = pulses.contact_time_s, pulses.force_n, pulses.compression_time_s
     return ForcePulses(time, np.maximum(force, 0.0), compression), momentum, least
 
 
-def _prepared(struck: StruckBodies, effects: Sequence[ContactEffect]) -> Impacts:
-    nominal = Impacts.of(struck.bodies, struck.insulated, struck.impedance_n_s_m)
+def _prepared(bodies: StruckBodies, effects: Sequence[ContactEffect]) -> Impacts:
+    nominal = Impacts.of(bodies.bodies, bodies.insulated, bodies.impedance_n_s_m)
     return reduce(lambda impacts, effect: effect.prepare(impacts), effects, nominal)
 
 

@@ -78,12 +78,12 @@ def areas(points: Floats, triangles: Indices) -> Floats:
     return np.asarray((ux * vy - uy * vx) / 2)
 
 
-def _ear_fatness(corners: Floats, triple: tuple[int, int, int], left: list[int]) -> float:
+def _ear_fatness(corners: Floats, triple: tuple[int, int, int], remaining: list[int]) -> float:
     """4 sqrt(3) area over the sum of squared sides: 1 for an equilateral triangle; -1 for what is no ear."""
     size = areas(corners, np.array([triple]))[0]
     a, b, c = corners[list(triple)]
     squares = float(np.sum((a - b) ** 2) + np.sum((b - c) ** 2) + np.sum((c - a) ** 2))
-    others = np.array([i for i in left if i not in triple])
+    others = np.array([i for i in remaining if i not in triple])
     sides = zip(triple, (*triple[1:], triple[0]), strict=True)
     parts = [areas(corners, np.array([[i, j, k] for k in others])) for i, j in sides]
     if size <= 1e-12 * squares or np.any(np.min(parts, axis=0) >= -1e-12 * squares):
@@ -131,9 +131,9 @@ def _opposite(triangle: Indices, side: tuple[int, int]) -> int:
     return next(int(corner) for corner in triangle.tolist() if corner not in side)
 
 
-def _cotangent(points: Floats, at: int, one: int, other: int) -> float:
+def _cotangent(points: Floats, at: int, corner: int, other: int) -> float:
     """Of the angle at a corner; two opposite angles of more than pi together have a negative sum of these."""
-    (ux, uy), (vx, vy) = (points[one] - points[at]).tolist(), (points[other] - points[at]).tolist()
+    (ux, uy), (vx, vy) = (points[corner] - points[at]).tolist(), (points[other] - points[at]).tolist()
     return float((ux * vx + uy * vy) / max(abs(ux * vy - uy * vx), 1e-300))
 
 

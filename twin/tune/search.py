@@ -105,11 +105,11 @@ class SearchResult:
 
 
 def search(
-    searcher: Searcher, space: TuningSpace, known: Iterable[Setting] = (), effort: Effort | None = None
+    searcher: Searcher, space: TuningSpace, extra: Iterable[Setting] = (), effort: Effort | None = None
 ) -> SearchResult:
-    """Candidates of a grid over all mounts, refined about the best; `known` settings (those fired) among them."""
+    """Candidates of a grid over all mounts, refined about the best; `extra` settings (those fired) among them."""
     effort = effort or Effort()
-    examined = searcher.candidates([*space.grid(effort.pressures, effort.masses), *known], "grid")
+    examined = searcher.candidates([*space.grid(effort.pressures, effort.masses), *extra], "grid")
     best = best_of_mounts(c for c in examined if not c.refused)[: effort.finalists]
     refused = best_of_mounts(c for c in examined if c.refused)
     for ratio in effort.ratios if best else ():

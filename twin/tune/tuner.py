@@ -83,8 +83,8 @@ def settings_to_avoid(
     return [setting_to_avoid for kind in kinds for setting_to_avoid in _nearest(kind)]
 
 
-def _nearest(found: Iterator[SettingToAvoid]) -> list[SettingToAvoid]:
-    near = [candidate for candidate in found if abs(candidate.level_error_db) <= NEAR_DB]
+def _nearest(to_avoid: Iterator[SettingToAvoid]) -> list[SettingToAvoid]:
+    near = [candidate for candidate in to_avoid if abs(candidate.level_error_db) <= NEAR_DB]
     return sorted(near, key=lambda each: abs(each.level_error_db))[:_EACH]
 
 

@@ -60,11 +60,11 @@ class VirtualBench(Protocol):
         ...
 
 
-def cell(row: Row, column: str, known: Sequence[str] = ()) -> str:
-    """A plan's cell. Raises `ValueError` where it is missing, or not one of the `known`."""
+def cell(row: Row, column: str, allowed: Sequence[str] = ()) -> str:
+    """A plan's cell. Raises `ValueError` where it is missing, or not one of the `allowed`."""
     text = str(row.get(column, "")).strip()
-    if not text or (known and text not in known):
-        expected = f"one of {', '.join(known)}" if known else "a value"
+    if not text or (allowed and text not in allowed):
+        expected = f"one of {', '.join(allowed)}" if allowed else "a value"
         raise ValueError(f"plan: run {row.get('run', '?')}: {column} is {text!r}; expected {expected}")
     return text
 

@@ -245,9 +245,9 @@ class VirtualGunBench:
         }
         return Taken(channels, [truth_of(shot, impact, origin, start, length)])
 
-    def _until_s(self, way: ValveWay | None) -> float:
+    def _until_s(self, valve_way: ValveWay | None) -> float:
         """How long a shot is followed: the recording, and what the valve takes before the trigger."""
-        slowest_s = TRIGGER_S if way is None else max(TRIGGER_S, 1.2 * way.moments_s[-1])
+        slowest_s = TRIGGER_S if valve_way is None else max(TRIGGER_S, 1.2 * valve_way.moments_s[-1])
         return DURATION_S - self.trigger.pre_trigger_s + slowest_s * max(1.0, self.effects["gun.valve_flow"])
 
     def _pressure(self, task: RecordingTask, rng: np.random.Generator) -> float:

@@ -16,9 +16,9 @@ from .gas import GAS_CONSTANT, Gas, ValveWay
 _build__all__ = ["GunBuild", "Projectile"]
 
 
-def _check_positive(thing: object, zero_allowed: frozenset[str] = frozenset()) -> None:
-    for field in fields(thing):  # type: ignore[arg-type]
-        value = getattr(thing, field.name)
+def _check_positive(part: object, zero_allowed: frozenset[str] = frozenset()) -> None:
+    for field in fields(part):  # type: ignore[arg-type]
+        value = getattr(part, field.name)
         low = value >= 0 if field.name in zero_allowed else value > 0
         if not (math.isfinite(value) and low):
             expected = "0 or more" if field.name in zero_allowed else "a positive number"
@@ -215,9 +215,9 @@ def setting_of(
     )
 
 
-def _way(way: ValveWay, valve: float, scatter: float) -> ValveWay:
+def _way(valve_way: ValveWay, valve: float, scatter: float) -> ValveWay:
     """As slow as effect and scatter make it; without a valve it is open from the beginning."""
-    return way.slowed(valve * scatter) if valve else ValveWay((0.0,), (1.0,))
+    return valve_way.slowed(valve * scatter) if valve else ValveWay((0.0,), (1.0,))
 
 
 SCATTERS = np.array([VALVE_SCATTER, LEAK_SCATTER, FRICTION_SCATTER])

@@ -166,10 +166,10 @@ def _gauge_pressures(setting: GunSetting, state: Floats) -> tuple[Floats, Floats
     return first - ambient, second - ambient, energy[2] / ahead - ambient
 
 
-def _passages(way: tuple[Floats, Floats, Floats], laser: float, length: float) -> tuple[tuple[float, float], ...]:
+def _passages(motion: tuple[Floats, Floats, Floats], laser: float, length: float) -> tuple[tuple[float, float], ...]:
     """From one end of the projectile in the beam to the other, whichever way it moves."""
-    edges = np.sort(np.concatenate([crossings(*way, laser - length), crossings(*way, laser)]))
-    middles = position_at(*way, (edges[:-1] + edges[1:]) / 2)
+    edges = np.sort(np.concatenate([crossings(*motion, laser - length), crossings(*motion, laser)]))
+    middles = position_at(*motion, (edges[:-1] + edges[1:]) / 2)
     inside = (laser - length < middles) & (middles < laser)
     return tuple((a, b) for (a, b), within in zip(pairwise(edges.tolist()), inside, strict=True) if within)
 

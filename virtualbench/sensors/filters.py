@@ -142,15 +142,15 @@ def offset_si(sensor: SensorBuild, effects: Mapping[str, float], day_fraction: f
     return (fault + effects["bench.drift"] * sensor.offset_drift * day_fraction) * sensor.si_per_unit
 
 
-def zero_shift(felt: Floats, period_s: float, share: float, decay_s: float) -> Floats:
-    """Offset (n,) of a piezoelectric gauge that is shocked by `felt` (n,), in its unit.
+def zero_shift(signal: Floats, period_s: float, share: float, decay_s: float) -> Floats:
+    """Offset (n,) of a piezoelectric gauge that is shocked by `signal` (n,), in its unit.
 
     Domains of the ceramic switch under stress and leave a charge that the amplifier lets go of slowly (Chu,
     Shock and Vibration Bulletin 57, 1987): `share` of the largest load so far, each load forgotten as
     exp(-t / decay_s). A load below what is left of a larger one adds nothing.
     """
     # the logarithm of a decaying peak hold is a running maximum of ln|x| + t / decay
-    time = np.arange(felt.size) * (period_s / decay_s)
+    time = np.arange(signal.size) * (period_s / decay_s)
     with np.errstate(divide="ignore"):
-        load = np.log(np.abs(felt)) + time
+        load = np.log(np.abs(signal)) + time
     return np.asarray(share * np.exp(np.maximum.accumulate(load) - time), dtype=np.float64)

@@ -207,7 +207,7 @@ def crossings(force, top, level, steps):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _crossing(row, left, threshold):  # type: ignore[no-untyped-def]
+def _crossing(row, side, threshold):  # type: ignore[no-untyped-def]
     """Straight between two points; the first of them where both are alike."""
-    here, there = row[left], row[left + 1]
-    return left + (threshold - here) / (there - here) if there != here else float(left)
+    here, there = row[side], row[side + 1]
+    return side + (threshold - here) / (there - here) if there != here else float(side)
