@@ -233,7 +233,7 @@ class ExperimentStore:
                 seed=seed,
                 budget="full" if budget == "full" else "reduced",
                 retrain=retrain,
-                crew=ExecutorConfig(jobs=jobs),
+                executor=ExecutorConfig(jobs=jobs),
                 progress=Progress(step),
             )
         return training_runs(session)

@@ -8,11 +8,12 @@ recordings leaves whole ones, and a repeat goes on where it stopped, because wha
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
+from ..parallel.read_ahead import default_jobs, map_ahead
 from ..schema.benches import material_names
 from ..schema.known_factors import MaterialNames
 from ..schema.rehearsal import RolledBackStore
@@ -27,11 +28,10 @@ from .folder import FILE as CAMPAIGN
 from .folder import CampaignFile, read_campaign_file, stated_kind_and_factors
 from .impact_speed import TargetMotion
 from .modes import ModalTableFile, read_modal_table
-from .parallel import Isolation, default_jobs, map_ahead
 from .plausibility import Told, check_bench
 from .processing import ProcessedRecording, process_recording
 from .readers import RecordingError
-from .readers.contents import one_line
+from .readers.contents import one_line, reading_apart
 from .recording_files import RecordingFiles
 from .report import IngestReport
 from .runs import MatchedImpact, RunRow, expected_hits, match, read_runs
@@ -79,45 +79,73 @@ def ingest_folder(
     Raises `IngestError`, with nothing stored, for a campaign that is refused or holds nothing usable.
     """
     settings = settings or ExtractionSettings()
+    # 1. Tables: campaign.toml, the table of runs and the modal table, held against each other.
     file, rows, modes, remarks = read_campaign_tables(store, folder, free_factors, confirmed)
     _refuse_unnamed(again, rows)
     target = CampaignStore(store, file, modes, rows, settings, again=again, target_motion=target_motion)
-    work = _plan(file, rows, target)
-    plate = campaign_plate_response(file, rows)
-    damaged: list[UnreadableRecording] = []
-    held: list[tuple[list[MatchedImpact], ProcessedRecording]] = []
-    jobs = jobs or default_jobs(sum(item.size_bytes for item in work))
-    crashing = any(RecordingFiles(folder, item.path).may_crash for item in work)
-    results = map_ahead(
-        partial(process, file, rows, settings, plate), work, jobs, Isolation(_lost, _patience_s, always=crashing)
-    )
-    rehearsed = isinstance(store, RolledBackStore)
-    if not rehearsed:
-        target.add_facts()
-    for done, (item, result) in enumerate(results, 1):
-        if isinstance(result, UnreadableRecording):
-            damaged.append(result)
-        else:
-            hits, recording = result
-            if rehearsed:
-                held.append((hits, recording.without_samples()))
-            else:
-                target.add_recording(recording, hits)
-        if progress:
-            progress(done, len(work), item.path)
-    if rehearsed:
-        target.add_facts()
-    for hits, recording in held:
-        target.add_recording(recording, hits)
+    # 2. Recordings that the store lacks.
+    pending = _pending_recordings(file, rows, target)
+    # 3. Read, check and extract, in processes beside this one.
+    results = _processed(folder, file, rows, settings, pending, jobs)
+    # 4. Store each recording in a transaction of its own, as it comes.
+    damaged = _store_recordings(store, target, results, len(pending), progress)
     target.add_rows_without_recording()
     if damaged and not target.holds_anything():
         raise IngestError(f"{file.folder}: no usable recording; {damaged[0].path}: {damaged[0].reason}")
     target.set_aside(damaged)
+    # 5. What the recordings show together, and the report.
     warn_of_sign(store, file.name)
     report = target.report()
     report.findings += remarks
     report.undeclared_factors = undeclared({name: None for row in rows for name in row.levels_by_factor}, file.factors)
     return report
+
+
+def _processed(
+    folder: Path,
+    file: CampaignFile,
+    rows: tuple[RunRow, ...],
+    settings: ExtractionSettings,
+    pending: list[PendingRecording],
+    jobs: int | None,
+) -> Iterator[tuple[PendingRecording, Outcome]]:
+    """Each pending recording with its hits, or with the reason for which it cannot be read, in their order."""
+    plate = campaign_plate_response(file, rows)
+    processes = jobs or default_jobs(sum(recording.size_bytes for recording in pending))
+    crashing = any(RecordingFiles(folder, recording.path).may_crash for recording in pending)
+    isolation = reading_apart(_lost, _patience_s, always=crashing)
+    return map_ahead(partial(process, file, rows, settings, plate), pending, processes, isolation)
+
+
+def _store_recordings(
+    store: Store,
+    target: CampaignStore,
+    results: Iterator[tuple[PendingRecording, Outcome]],
+    total: int,
+    progress: Progress | None,
+) -> list[UnreadableRecording]:
+    """Recordings into the store; those that cannot be read are given back. A rehearsal writes after all were read."""
+    damaged: list[UnreadableRecording] = []
+    postponed: list[tuple[list[MatchedImpact], ProcessedRecording]] = []
+    rehearsal = isinstance(store, RolledBackStore)
+    if not rehearsal:
+        target.add_facts()
+    for done, (pending, outcome) in enumerate(results, 1):
+        if isinstance(outcome, UnreadableRecording):
+            damaged.append(outcome)
+        else:
+            hits, recording = outcome
+            if rehearsal:
+                postponed.append((hits, recording.without_samples()))
+            else:
+                target.add_recording(recording, hits)
+        if progress:
+            progress(done, total, pending.path)
+    if rehearsal:
+        target.add_facts()
+    for hits, recording in postponed:
+        target.add_recording(recording, hits)
+    return damaged
 
 
 def read_campaign_tables(
@@ -180,7 +208,7 @@ def _modes(file: CampaignFile) -> ModalTableFile | None:
     return read_modal_table(file.folder, file.plate.modes, tuple(on_plate))
 
 
-def _plan(file: CampaignFile, rows: tuple[RunRow, ...], target: CampaignStore) -> list[PendingRecording]:
+def _pending_recordings(file: CampaignFile, rows: tuple[RunRow, ...], target: CampaignStore) -> list[PendingRecording]:
     """The recordings that the store lacks."""
     by_path: defaultdict[str, list[RunRow]] = defaultdict(list)
     for row in rows:

@@ -174,12 +174,12 @@ def reextract(
     campaign: str,
     settings: ExtractionSettings,
     progress: Callable[[int, int, str], None] | None = None,
-    crew: ExecutorConfig = HERE,
+    executor: ExecutorConfig = HERE,
 ) -> ReextractionReport:
     """Cut every recording of `campaign` again, one transaction each. Raises `LookupError` for an unknown campaign.
 
     A recording in which the new settings find another number of impacts is skipped and named: which pulse belongs to
-    which impact would be a guess. So is one with damaged samples. `crew` cuts; reading and storing stay here.
+    which impact would be a guess. So is one with damaged samples. `executor` cuts; reading and storing stay here.
     """
     report = ReextractionReport(campaign)
     with store.reading() as session:
@@ -189,7 +189,7 @@ def reextract(
         recordings = [(key, path) for key, path in session.execute(query.order_by(Recording.id))]
     read = (_read(store, key, path, settings) for key, path in recordings)
     for done, (recording, pulses) in enumerate(
-        run_all_tasks(crew, _cut, read, shared=(settings,), window=_window(crew)), 1
+        run_all_tasks(executor, _cut, read, shared=(settings,), window=_window(executor)), 1
     ):
         _keep(store, recording, pulses, settings, report)
         if progress:
@@ -248,11 +248,11 @@ class _Read:
     contacts: bool = True
 
 
-def _window(crew: ExecutorConfig) -> int:
+def _window(executor: ExecutorConfig) -> int:
     """Recordings that are in memory at a time."""
-    if crew.is_here:
+    if executor.is_here:
         return 1
-    return 4 * crew.jobs if crew.backend == LOCAL else _ON_A_CLUSTER
+    return 4 * executor.jobs if executor.backend == LOCAL else _ON_A_CLUSTER
 
 
 def _read(store: Store, key: int, path: str, settings: ExtractionSettings) -> _Read:

@@ -79,10 +79,10 @@ class _OnDask:
     function: Callable[..., Any]
     shared: Any
 
-    def outcomes(self, errands: Iterable[WorkerTask]) -> Generator[Outcome, None, None]:
+    def outcomes(self, tasks: Iterable[WorkerTask]) -> Generator[Outcome, None, None]:
         from joblib import Parallel, delayed, parallel_config
 
-        calls = [delayed(run_task)(self.function, errand, self.shared) for errand in errands]
+        calls = [delayed(run_task)(self.function, task, self.shared) for task in tasks]
         options = {"batch_size": 1, "pre_dispatch": "all", "return_as": "generator_unordered"}
         with parallel_config(_backend(self.client, self.address)):
             stream = Parallel(n_jobs=-1, **options)(calls)

@@ -15,7 +15,7 @@ BACKENDS = (LOCAL, DASK)
 class ExecutorConfig:
     """`jobs` processes of this machine (1: this process), or the workers of the cluster whose `scheduler` is named.
 
-    Raises `ValueError` for what is no crew, and where the library of its backend is not installed.
+    Raises `ValueError` for what is no executor, and where the library of its backend is not installed.
     """
 
     backend: str = LOCAL

@@ -24,7 +24,7 @@ from .working_directory import working_directory_closed
 class WorkerPool(Protocol):
     """Workers that are ready."""
 
-    def outcomes(self, errands: Iterable[WorkerTask]) -> Generator[Outcome, None, None]:
+    def outcomes(self, tasks: Iterable[WorkerTask]) -> Generator[Outcome, None, None]:
         """As they come. A task over which its worker died comes with `WorkerDied()`; then some may not come at all."""
         ...
 
@@ -76,9 +76,9 @@ class _Here:
     function: Callable[..., Any]
     shared: tuple[Any, ...]
 
-    def outcomes(self, errands: Iterable[WorkerTask]) -> Generator[Outcome, None, None]:
-        for errand in errands:
-            yield errand.number, self.function(errand.item, *self.shared)
+    def outcomes(self, tasks: Iterable[WorkerTask]) -> Generator[Outcome, None, None]:
+        for task in tasks:
+            yield task.number, self.function(task.item, *self.shared)
 
 
 @dataclass(frozen=True)
@@ -87,10 +87,10 @@ class _Beside:
     function: Callable[..., Any]
     shared: Any
 
-    def outcomes(self, errands: Iterable[WorkerTask]) -> Generator[Outcome, None, None]:
+    def outcomes(self, tasks: Iterable[WorkerTask]) -> Generator[Outcome, None, None]:
         """After a crash, those that were under way come with `WorkerDied()`: one of them did it."""
         under_way: dict[int, None] = {}
-        stream = self._stream(errands, under_way)
+        stream = self._stream(tasks, under_way)
         with cancel_after(stream):
             try:
                 for number, result in stream:
@@ -99,18 +99,18 @@ class _Beside:
             except BrokenProcessPool:
                 yield from ((number, WorkerDied()) for number in under_way)
 
-    def _stream(self, errands: Iterable[WorkerTask], under_way: dict[int, None]) -> Generator[Outcome, None, None]:
+    def _stream(self, tasks: Iterable[WorkerTask], under_way: dict[int, None]) -> Generator[Outcome, None, None]:
         from joblib import Parallel, delayed, parallel_config
 
         # A worker that has grown leaves after its task and another comes; nothing is lost, nobody need know.
         warnings.filterwarnings("ignore", "A worker stopped while some jobs were given", UserWarning)
 
         def calls() -> Iterator[Any]:
-            for errand in errands:
-                under_way[errand.number] = None
-                yield delayed(run_task)(self.function, errand, self.shared)
+            for task in tasks:
+                under_way[task.number] = None
+                yield delayed(run_task)(self.function, task, self.shared)
 
-        # joblib takes one process for none: it would work in this one. So there are two, and one errand at a time.
+        # joblib takes one process for none: it would work in this one. So there are two, and one task at a time.
         processes = max(2, self.jobs)
         options = {"batch_size": 1, "pre_dispatch": self.jobs, "max_nbytes": None, "return_as": "generator_unordered"}
         with parallel_config("loky", inner_max_num_threads=1, initializer=exit_with_parent, initargs=(os.getpid(),)):

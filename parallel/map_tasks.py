@@ -17,7 +17,7 @@ Result = TypeVar("Result")
 
 
 def run_all_tasks(
-    crew: ExecutorConfig,
+    executor: ExecutorConfig,
     function: Callable[..., Result],
     items: Iterable[Item],
     *,
@@ -31,7 +31,7 @@ def run_all_tasks(
 
     The function is one of a module's, which workers import by its name; items, what is shared and results can be
     pickled. Each worker gets `shared` once, and has one thread of linear algebra, so that the results are the same
-    wherever they are made. `isolated`, or `patience_s`, keeps a crew of one job too out of this process.
+    wherever they are made. `isolated`, or `patience_s`, keeps an executor of one job too out of this process.
 
     The items under way when a process dies (a C library can be crashed by a damaged file, or want all memory) are
     tried once more, alone; one that dies again gives `lost(item)`. A process is ended where its item takes longer
@@ -48,11 +48,11 @@ def run_all_tasks(
     batch = list(islice(rest, window))
     if not batch:
         return  # nobody is called for nothing
-    with _manned(crew, function, shared, isolated or patience_s is not None) as hands:
+    with _open_pool(executor, function, shared, isolated or patience_s is not None) as pool:
         while batch:
-            errands = {number: WorkerTask(number, item, watched and watched(item)) for number, item in batch}
-            for number, result in _outcomes(hands, errands):
-                item = errands[number].item
+            tasks = {number: WorkerTask(number, item, watched and watched(item)) for number, item in batch}
+            for number, result in _outcomes(pool, tasks):
+                item = tasks[number].item
                 yield item, _lost(item, lost) if isinstance(result, WorkerDied) else result
             batch = list(islice(rest, window))
 
@@ -61,31 +61,32 @@ def _always(patience_s: float) -> Callable[[Any], float]:
     return lambda _: patience_s
 
 
-def _manned(
-    crew: ExecutorConfig, function: Callable[..., Any], shared: tuple[Any, ...], isolated: bool
+def _open_pool(
+    executor: ExecutorConfig, function: Callable[..., Any], shared: tuple[Any, ...], isolated: bool
 ) -> AbstractContextManager[WorkerPool]:
-    if crew.backend == DASK:
+    if executor.backend == DASK:
         from .cluster import dask_pool
 
-        assert crew.scheduler is not None
-        return dask_pool(crew.scheduler, function, shared)
+        assert executor.scheduler is not None
+        return dask_pool(executor.scheduler, function, shared)
     from .local_backend import in_process, process_pool
 
-    return process_pool(crew.jobs, function, shared) if isolated or crew.jobs > 1 else in_process(function, shared)
+    run_here = not isolated and executor.jobs == 1
+    return in_process(function, shared) if run_here else process_pool(executor.jobs, function, shared)
 
 
 def _outcomes(pool: WorkerPool, tasks: dict[int, WorkerTask]) -> Iterator[tuple[int, Any]]:
-    """Of every errand; those over which a worker died last, each tried again when nothing else is under way."""
+    """Of every task; those over which a worker died last, each tried again when nothing else is under way."""
     rest, suspects = dict(tasks), list[WorkerTask]()
     while rest:
         for number, result in pool.outcomes(list(rest.values())):
-            errand = rest.pop(number)
+            task = rest.pop(number)
             if isinstance(result, WorkerDied):
-                suspects.append(errand)
+                suspects.append(task)
             else:
                 yield number, result
-    for errand in suspects:
-        yield from pool.outcomes([errand])
+    for task in suspects:
+        yield from pool.outcomes([task])
 
 
 def _lost(item: Item, lost: Callable[[Item], Result] | None) -> Result:

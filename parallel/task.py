@@ -118,21 +118,21 @@ class WorkerTask(NamedTuple):
 
 @dataclass(frozen=True)
 class WorkerDied:
-    """In the place of a result: the worker died over the errand."""
+    """In the place of a result: the worker died over the task."""
 
 
-#: An errand's number with what came of it.
+#: A task's number with what came of it.
 Outcome = tuple[int, Any]
 
 
-def run_task(function: Callable[..., Any], errand: WorkerTask, shared: Any) -> Outcome:
+def run_task(function: Callable[..., Any], task: WorkerTask, shared: Any) -> Outcome:
     """In a worker."""
     from joblib import parallel_config
 
     use_one_thread()
     # The function's own libraries get no workers of their own: on a cluster they would wait for each other.
-    with parallel_config("sequential"), _ended_after(errand.patience_s):
-        return errand.number, function(errand.item, *payload_contents(shared))
+    with parallel_config("sequential"), _ended_after(task.patience_s):
+        return task.number, function(task.item, *payload_contents(shared))
 
 
 @contextmanager

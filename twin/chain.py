@@ -104,7 +104,7 @@ class Twin:
         impact position there is none of.
         """
         rng = rng or np.random.default_rng(0)
-        velocity, normals, member = self._drawn(setting, draws, rng)
+        velocity, normals, member = self._draw_inputs(setting, draws, rng)
         factors = self._factors([setting], velocity.mean(keepdims=True), self.sensor_names, draws, rng)
         models = self._models(draws - len(velocity))
         return self._predicted(setting, velocity, normals, member, factors[: len(velocity), 0], measured_force, models)
@@ -123,23 +123,25 @@ class Twin:
         """Nominal maximax spectra (n, f), m/s2, at one sensor (the first); 0 for a bullet that stays in the barrel."""
         velocity = self.velocities(settings)
         nominal = self._maximax(settings, velocity, None, np.full(len(settings), _NOMINAL), sensor)
-        return nominal * self._factors(settings, velocity, self._asked(sensor)[:1], 0, None)[0, :, 0, 1:]
+        return nominal * self._factors(settings, velocity, self._selected_sensors(sensor)[:1], 0, None)[0, :, 0, 1:]
 
     def draws(
         self, settings: Sequence[Setting], count: int, rng: np.random.Generator, sensor: str | None = None
     ) -> Floats:
         """Random spectra (count, n, f), m/s2, as `spectra`; one draw has the same luck and plate for every setting."""
-        z, member = self._luck(count, rng)
+        z, member = self._sample_draws(count, rng)
         velocity = self._velocity_draws(settings, z)
         many = [setting for _ in range(count) for setting in settings]
         normals = np.repeat(z[:, self._gun_normals :], len(settings), axis=0)
         flat = self._maximax(many, velocity.ravel(), normals, np.repeat(member, len(settings)), sensor)
-        factors = self._factors(settings, self.velocities(settings), self._asked(sensor)[:1], count, rng)
+        factors = self._factors(settings, self.velocities(settings), self._selected_sensors(sensor)[:1], count, rng)
         return flat.reshape(count, len(settings), -1) * factors[:, :, 0, 1:]
 
     def accelerations(self, settings: Sequence[Setting], pulses: ForcePulses, sensor: str | None = None) -> Floats:
         """Measured accelerations (n, sensors, samples) of the nominal plate under pulses; of one sensor (n, 1, ...)."""
-        return self._felt(settings, pulses, np.full(len(settings), _NOMINAL), self._asked(sensor))
+        return self._measured_accelerations(
+            settings, pulses, np.full(len(settings), _NOMINAL), self._selected_sensors(sensor)
+        )
 
     def replayed_db(self, shots: MeasuredShots) -> Floats:
         """Levels of measured shots that the nominal plate shows under their measured forces, without calibration, dB re
@@ -181,7 +183,9 @@ class Twin:
 
     # --- one shot ---
 
-    def _drawn(self, setting: Setting, draws: int, rng: np.random.Generator) -> tuple[Floats, Floats | None, _Members]:
+    def _draw_inputs(
+        self, setting: Setting, draws: int, rng: np.random.Generator
+    ) -> tuple[Floats, Floats | None, _Members]:
         """Velocities (d,), the contact's normals (d, normals), members of the plate's ensemble (d,).
 
         Of those draws in which the bullet leaves the barrel: what strikes no target has no force.
@@ -191,7 +195,7 @@ class Twin:
             raise ValueError(self._stays(setting))
         if draws == 0:
             return velocity, None, np.full(1, _NOMINAL)
-        z, member = self._luck(draws, rng)
+        z, member = self._sample_draws(draws, rng)
         velocity = self._velocity_draws([setting], z)[:, 0]
         leaves = velocity > 0
         if not leaves.any():
@@ -214,7 +218,7 @@ class Twin:
         pulses = self.contact.pulses(strikes, normals) if measured is None else measured.repeated(len(velocity))
         seen = measured_pulses(self.sensors, pulses)
         on_plate = pulses if measured is not None else self._on_plate(strikes, normals, pulses)
-        accelerations = self._felt(many, on_plate, member, self.sensor_names)
+        accelerations = self._measured_accelerations(many, on_plate, member, self.sensor_names)
         spectra = self._spectra_of(accelerations, on_plate) * factors[..., 1:]
         accelerations *= factors[..., :1]
         measured_velocity = self.sensors.measured_velocity_m_s(velocity)
@@ -262,7 +266,7 @@ class Twin:
         models = self.models
         return models if stay <= 0 else {**models, "gun": f"{models['gun']}; {stay} draws stay in the barrel, left out"}
 
-    def _luck(self, count: int, rng: np.random.Generator) -> tuple[Floats, _Members]:
+    def _sample_draws(self, count: int, rng: np.random.Generator) -> tuple[Floats, _Members]:
         """Normals of gun and contact (count, normals of both), and a plate of the ensemble for each draw (count,)."""
         z = stratified_normals(count, self._gun_normals + self.contact.normals, rng)
         members = self.plate.members if self.calibration is None else 0
@@ -294,7 +298,7 @@ class Twin:
         return 0 if self.gun is None else self.gun.normals
 
     def _velocity_draws(self, settings: Sequence[Setting], z: Floats) -> Floats:
-        """True velocities (count, n) of the normals of `_luck`."""
+        """True velocities (count, n) of the normals of `_sample_draws`."""
         if self.gun is None:
             return np.tile(self.velocities(settings), (len(z), 1))
         return self.gun.velocity_draws(settings, self.sensors, z[:, : self.gun.normals])
@@ -310,7 +314,7 @@ class Twin:
         sensor: str | None,
     ) -> Floats:
         """(n, f) at one sensor; rows without a velocity stay 0."""
-        sensors = self._asked(sensor)[:1]
+        sensors = self._selected_sensors(sensor)[:1]
         if not sensors:
             raise ValueError("this twin has no plate: give its modes, or what they follow from")
         out = np.zeros((len(settings), self.frequency_hz.size))
@@ -319,7 +323,7 @@ class Twin:
             z = normals[rows] if normals is not None and normals.shape[1] else None
             strikes = ImpactBatch(some, velocity[rows])
             pulses = self._on_plate(strikes, z, self.contact.pulses(strikes, z))
-            felt = self._felt(some, pulses, member[rows], sensors)
+            felt = self._measured_accelerations(some, pulses, member[rows], sensors)
             out[rows] = self._spectra_of(felt, pulses)[:, 0]
         return out
 
@@ -327,12 +331,12 @@ class Twin:
         moving = np.flatnonzero(velocity > 0)
         return (moving[i : i + _CHUNK] for i in range(0, moving.size, _CHUNK))
 
-    def _asked(self, sensor: str | None) -> tuple[str, ...]:
+    def _selected_sensors(self, sensor: str | None) -> tuple[str, ...]:
         if sensor is not None and sensor not in self.sensor_names:
             raise LookupError(f"no sensor {sensor!r}; there are: {', '.join(self.sensor_names) or 'none'}")
         return self.sensor_names if sensor is None else (sensor,)
 
-    def _felt(
+    def _measured_accelerations(
         self, settings: Sequence[Setting], pulses: ForcePulses, member: _Members, sensors: tuple[str, ...]
     ) -> Floats:
         """Measured accelerations (n, sensors, samples), each of its own plate."""

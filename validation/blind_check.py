@@ -36,7 +36,7 @@ _PATIENCE_S = 300.0
 _TIERS = ("weak", "middle", "strong", "very strong", "two")
 
 
-def trained(count: int, seed: int, crew: ExecutorConfig, tell: Callable[[int, int, str], None]) -> Forest | None:
+def trained(count: int, seed: int, executor: ExecutorConfig, tell: Callable[[int, int, str], None]) -> Forest | None:
     """A forest of `count` campaigns. None without scikit-learn."""
     try:
         import sklearn  # noqa: F401
@@ -44,7 +44,7 @@ def trained(count: int, seed: int, crew: ExecutorConfig, tell: Callable[[int, in
         return None
     tasks = [CaseTask(f"learn-{i:05d}", _TIERS[i % len(_TIERS)], (_SEED + seed, i), _SPLIT) for i in range(count)]
     learnt: dict[str, dict[str, Any]] = {}
-    for task, row in run_all_tasks(crew, _learnt, tasks, lost=_lost, patience_s=_PATIENCE_S):
+    for task, row in run_all_tasks(executor, _learnt, tasks, lost=_lost, patience_s=_PATIENCE_S):
         learnt[task.name] = row
         tell(len(learnt), count, "campaigns to learn from")
     rows = [learnt[task.name] for task in tasks if learnt[task.name]]  # in their order: so are the forest's draws
@@ -108,7 +108,7 @@ class CaseJournal:
 #: Called with (done, total, what).
 Progress = Callable[[int, int, str], None]
 #: Who answers, unless others are asked.
-CREW = ExecutorConfig(jobs=2)
+EXECUTOR = ExecutorConfig(jobs=2)
 #: What of a diagnosis is scored: not the next experiment, and no ratings of pulses.
 OPTIONS = Options(plan=False, rate_pulses=False)
 _SETTINGS, _KEY, _SEALED, _PUBLISHED = "check.json", "key", "labels.sealed", "published.txt"
@@ -120,7 +120,7 @@ def run(
     seed: int,
     tiers: Sequence[str] = tuple(TIERS),
     *,
-    crew: ExecutorConfig = CREW,
+    executor: ExecutorConfig = EXECUTOR,
     folder: Path | None = None,
     progress: Progress | None = None,
     options: Options | None = None,
@@ -131,7 +131,7 @@ def run(
     kinds: Sequence[str] = (),
     patience_s: float = PATIENCE_S,
 ) -> Report:
-    """`cases` of each tier, answered by `crew` and scored.
+    """`cases` of each tier, answered by `executor` and scored.
 
     With a `folder` hashes, sealed labels, key and answers are kept there, and a check that was stopped goes on. The
     forest among the baselines learns from `learn_from` campaigns, by default as many as are scored; 0: no forest.
@@ -146,21 +146,21 @@ def run(
         request: dict[str, Any] = {"cases": cases, "seed": seed, "tiers": list(dict.fromkeys(tiers)), "split": split}
         request |= {"kinds": list(kinds)} if kinds else {}
         _same_check(place, request | {"shrinkage": options.shrink})
-        published = _published(place, work, crew, tell)
-        answers = _answers(place, [CaseJob(task, options, baselines) for task in work], crew, tell, patience_s)
+        published = _published(place, work, executor, tell)
+        answers = _answers(place, [CaseJob(task, options, baselines) for task in work], executor, tell, patience_s)
         learn = (len(work) if learn_from is None else learn_from) if baselines else 0
-        forest = trained(learn, seed, crew, tell) if learn else None
+        forest = trained(learn, seed, executor, tell) if learn else None
         opened = _opened(place, published)
         truths = dict(zip((task.name for task in work), opened, strict=True))
-        best = _oracles(place, work, truths, answers, options, crew, tell) if oracle else {}
+        best = _oracles(place, work, truths, answers, options, executor, tell) if oracle else {}
         write_rows(place / SCORED, request, rows_of(work, truths, answers, best))
     return Report(cases, seed, published=published, **scored(work, truths, answers, best, forest))
 
 
-def _published(place: Path, work: Sequence[CaseTask], crew: ExecutorConfig, tell: Progress) -> tuple[str, ...]:
+def _published(place: Path, work: Sequence[CaseTask], executor: ExecutorConfig, tell: Progress) -> tuple[str, ...]:
     """Hashes of all labels, before anything is diagnosed; those of an earlier start where there are some."""
     if not (place / _PUBLISHED).exists():
-        labels = _labels(work, crew, tell)
+        labels = _labels(work, executor, tell)
         key = new_key()
         (place / _SEALED).unlink(missing_ok=True)  # of a start that was stopped before it published
         write_bytes(place / _KEY, key)
@@ -181,13 +181,13 @@ def _opened(place: Path, published: Sequence[str]) -> list[Opened]:
 
 
 def _answers(
-    place: Path, work: Sequence[CaseJob], crew: ExecutorConfig, tell: Progress, patience_s: float
+    place: Path, work: Sequence[CaseJob], executor: ExecutorConfig, tell: Progress, patience_s: float
 ) -> dict[str, dict[str, Any]]:
     journal = CaseJournal(place / _ANSWERS)
     answers = journal.read()
     remaining_jobs = [job for job in work if job.task.name not in answers]
     tell(len(work) - len(remaining_jobs), len(work), "answers")
-    for job, answer in run_all_tasks(crew, answer_case, remaining_jobs, lost=lost, patience_s=patience_s):
+    for job, answer in run_all_tasks(executor, answer_case, remaining_jobs, lost=lost, patience_s=patience_s):
         journal.add(answer)
         answers[job.task.name] = answer
         tell(len(answers), len(work), "answers")
@@ -200,7 +200,7 @@ def _oracles(
     truths: Mapping[str, Opened],
     given_answers: Mapping[str, dict[str, Any]],
     options: Options,
-    crew: ExecutorConfig,
+    executor: ExecutorConfig,
     tell: Progress,
 ) -> dict[str, dict[str, Any]]:
     """For one effect with a gap beyond tolerance, and for the answers about benches that named an effect."""
@@ -217,7 +217,7 @@ def _oracles(
         for task in wanted
         if task.name not in oracle_fits and "added" not in given_answers[task.name]
     ]
-    answers = run_all_tasks(crew, oracle_fit.oracle, requests, lost=oracle_fit.lost, patience_s=PATIENCE_S)
+    answers = run_all_tasks(executor, oracle_fit.oracle, requests, lost=oracle_fit.lost, patience_s=PATIENCE_S)
     for done, (_, fit) in enumerate(answers, start=1):
         journal.add(fit)
         oracle_fits[fit["case"]] = fit
@@ -225,10 +225,10 @@ def _oracles(
     return oracle_fits
 
 
-def _labels(work: Sequence[CaseTask], crew: ExecutorConfig, tell: Progress) -> list[Opened]:
+def _labels(work: Sequence[CaseTask], executor: ExecutorConfig, tell: Progress) -> list[Opened]:
     """Of every task, in their order: nobody is to tell a case by when it was finished."""
     labels: dict[str, Opened] = {}
-    for task, label in run_all_tasks(crew, _labelled, work):
+    for task, label in run_all_tasks(executor, _labelled, work):
         labels[task.name] = label
         tell(len(labels), len(work), "labels sealed")
     return [labels[task.name] for task in work]

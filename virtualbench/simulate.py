@@ -144,10 +144,10 @@ def simulate(
             bench = replace(bench, trigger=trigger)
         tasks = bench.tasks(plan_rows, repetitions)
         seeds = sequence.spawn(len(tasks))
-        crew = ExecutorConfig(jobs=min(jobs or default_jobs(), len(tasks)))
+        executor = ExecutorConfig(jobs=min(jobs or default_jobs(), len(tasks)))
         truths_by_recording: dict[str, list[Truth]] = {}
         with closing(
-            run_all_tasks(crew, _make, zip(tasks, seeds, strict=True), shared=(bench, partial, suffix))
+            run_all_tasks(executor, _make, zip(tasks, seeds, strict=True), shared=(bench, partial, suffix))
         ) as made:
             for (task, _), truth in made:
                 truths_by_recording[task.name] = truth

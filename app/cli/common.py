@@ -226,7 +226,7 @@ Command = Callable[..., Any]
 
 
 def worker_options(jobs_help: str, jobs: int = 1) -> Callable[[Command], Command]:
-    """The command gets one argument `crew`, of a cluster that answers; `jobs` are the processes by default."""
+    """The command gets one argument `executor`, of a cluster that answers; `jobs` are the processes by default."""
 
     def decorated(command: Command) -> Command:
         @click.option("--jobs", type=click.IntRange(1), default=jobs, show_default=True, help=jobs_help)
@@ -241,9 +241,9 @@ def worker_options(jobs_help: str, jobs: int = 1) -> Callable[[Command], Command
         @wraps(command)
         def with_crew(*args: Any, jobs: int, backend: str, scheduler: str | None, **others: Any) -> Any:
             with errors_as_one_line():
-                crew = ExecutorConfig(backend, jobs, scheduler)
-                crew.check()
-            return command(*args, crew=crew, **others)
+                executor = ExecutorConfig(backend, jobs, scheduler)
+                executor.check()
+            return command(*args, executor=executor, **others)
 
         return with_crew
 

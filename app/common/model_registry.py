@@ -61,7 +61,7 @@ def registry_of(store_url: str) -> Registry:
     return Registry(storage_for(store_url, user_environment()))
 
 
-def ground_of(store: Store, dataset: str, registry: Registry, seed: int, budget: Budget) -> TrainingContext:
+def context_of(store: Store, dataset: str, registry: Registry, seed: int, budget: Budget) -> TrainingContext:
     """A dataset of the store, to train on."""
     from ...dataset.snapshot import read_snapshot
     from ...dataset.velocities import kind_of_snapshot

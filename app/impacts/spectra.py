@@ -21,9 +21,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...array_types import Floats
 from ...ingest.channel_mistakes import refuse_no_reading
-from ...ingest.parallel import Isolation, map_ahead
 from ...ingest.readers import ChannelInfo, OpenRecording, ReadingOptions, RecordingError, may_crash, open_recording
-from ...ingest.readers.contents import is_unit
+from ...ingest.readers.contents import is_unit, reading_apart
+from ...parallel.read_ahead import map_ahead
 from ...signals.channel import Channel, Sensor
 from ...signals.checks import Finding, run_checks, run_spectrum_checks
 from ...signals.checks.recording import check_recording_channels
@@ -71,7 +71,7 @@ def read_acceleration(
     """
     if not path.is_file() or not may_crash(path):
         return _read(path, channel, unit, rate_hz)
-    isolation: Isolation[Path, Acceleration] = Isolation(_lost, lambda _: PATIENCE_S, always=True)
+    isolation = reading_apart(_lost, lambda _: PATIENCE_S, always=True)
     ((_, reading),) = map_ahead(partial(_read, channel=channel, unit=unit, rate_hz=rate_hz), [path], 1, isolation)
     return reading
 

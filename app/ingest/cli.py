@@ -209,7 +209,7 @@ def _tell(report: Any, dry_run: bool) -> None:
 @db_option
 @json_option
 @settings_options
-def extract(campaign: str, crew: ExecutorConfig, db: str, json_to: str | None, **given: Any) -> None:
+def extract(campaign: str, executor: ExecutorConfig, db: str, json_to: str | None, **given: Any) -> None:
     """Cut the pulses of CAMPAIGN anew, from the stored series, with other settings.
 
     The new version is in use from then on; the old ones stay (`pyroshock show` lists them), and the same
@@ -225,7 +225,7 @@ def extract(campaign: str, crew: ExecutorConfig, db: str, json_to: str | None, *
 
         settings = settings_from(given)
         with progress_bar(campaign, "recordings") as step:
-            report = reextract(store, campaign, settings, crew=crew, progress=step)
+            report = reextract(store, campaign, settings, executor=executor, progress=step)
     note(f"{campaign}: {report.added} pulses cut, {report.reused} earlier ones put back in use")
     for item in report.skipped:
         note(f"  left as it was: {item['recording']}: {item['reason']}")

@@ -196,14 +196,14 @@ def bench_of_rows(
 
 
 def predict_batch(
-    bench: BatchContext, rows: Sequence[ShotRow], crew: ExecutorConfig, step: Step
+    bench: BatchContext, rows: Sequence[ShotRow], executor: ExecutorConfig, step: Step
 ) -> list[PredictedShot]:
     """All rows, in their order; the same seed, the same numbers, whoever reckons them.
 
     Raises as `predict_shot`, with the row's own words, and `ValueError` for a worker that was killed.
     """
     predicted_by_row: dict[int, PredictedShot] = {}
-    for number, result in run_all_tasks(crew, _one, list(enumerate(rows)), shared=(bench,)):
+    for number, result in run_all_tasks(executor, _one, list(enumerate(rows)), shared=(bench,)):
         predicted_by_row[number[0]] = result
         step(len(predicted_by_row), len(rows), _name(number[1]))
     return [predicted_by_row[number] for number in range(len(rows))]

@@ -228,7 +228,7 @@ def predict(
     shots: Path | None,
     out: Path | None,
     spectra: Path | None,
-    crew: ExecutorConfig,
+    executor: ExecutorConfig,
     db: str,
     json_to: str | None,
     **asked: Any,
@@ -261,7 +261,7 @@ def predict(
                 for remark in remarks:
                     note(remark)
                 with progress_bar("predicting", "shots") as step:
-                    predicted_shots = predict_batch(bench, rows, crew, step)
+                    predicted_shots = predict_batch(bench, rows, executor, step)
             many.tell(predicted_shots, json_to)
             return
         from ..twins.building import twin_of

@@ -64,7 +64,7 @@ def train(
     seed: int,
     budget: Budget,
     retrain: bool,
-    crew: ExecutorConfig,
+    executor: ExecutorConfig,
     db: str,
     json_to: str | None,
 ) -> None:
@@ -87,7 +87,7 @@ def train(
         with progress_bar("training", "models") as step:
             progress = Progress(step, tell_beside_bar)
             session, floors = train_models(
-                store, db, dataset, [models], splits, seed=seed, budget=budget, retrain=retrain, crew=crew,
+                store, db, dataset, [models], splits, seed=seed, budget=budget, retrain=retrain, executor=executor,
                 progress=progress,
             )  # fmt: skip
         earlier = len(session.versions) - session.trained
@@ -250,7 +250,7 @@ def models(
                 return
             versions = of_dataset(versions, dataset) if dataset is not None else versions
             versions = [version for version in versions if split in (None, version.split)]
-            floors = {ground: registry.floors(*ground) for ground in _grounds(versions)}
+            floors = {context: registry.floors(*context) for context in _grounds(versions)}
             listed = versions if every else newest(versions)
             wrong = damages(registry, listed)
         withdrawn = withdrawals_at(db) if listed else {}

@@ -51,7 +51,7 @@ def listed_versions(
 def version_rows(registry: Registry, versions: Sequence[Version]) -> list[dict[str, Any]]:
     """A row each, with what repetitions allow on its split, and `damaged`: what is wrong with its files, or None."""
     grounds = dict.fromkeys((version.dataset.hash, version.seed) for version in versions)
-    floors = {ground: registry.floors(*ground) for ground in grounds}
+    floors = {context: registry.floors(*context) for context in grounds}
     wrong = damages(registry, versions)
     rows = (version_row(version, floors[version.dataset.hash, version.seed]) for version in versions)
     return [row | {"damaged": wrong.get(row["label"])} for row in rows]

@@ -48,12 +48,12 @@ def _do(work: RunningJob, arguments: TrainArguments) -> Ending:
 
 def _trained(work: RunningJob, arguments: TrainArguments) -> Session:
     from ...training.fitting.session import Progress, train
-    from ..common.model_registry import ground_of, splits_of
+    from ..common.model_registry import context_of, splits_of
 
     registry = fenced_registry_of(work)
-    ground = ground_of(work.store, arguments.dataset, registry, arguments.seed, arguments.budget)
-    splits = splits_of(ground.table, arguments.split)
-    return train(registry, ground, arguments.models, splits, progress=Progress(work.step))
+    context = context_of(work.store, arguments.dataset, registry, arguments.seed, arguments.budget)
+    splits = splits_of(context.table, arguments.split)
+    return train(registry, context, arguments.models, splits, progress=Progress(work.step))
 
 
 def _rows(work: RunningJob, arguments: TrainArguments, session: Session) -> list[dict[str, object]]:

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..common.frames import axes_or_new, frame_of, titled_table
-from ..common.model_registry import ground_of, models_extra, pulses_on, reader_of, registry_of, splits_of
+from ..common.model_registry import context_of, models_extra, pulses_on, reader_of, registry_of, splits_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -212,7 +212,7 @@ def train_models(
     seed: int = 0,
     budget: Budget = "reduced",
     retrain: bool = False,
-    crew: ExecutorConfig | None = None,
+    executor: ExecutorConfig | None = None,
     progress: Progress | None = None,
 ) -> tuple[Session, dict[str, str]]:
     """Train models on splits of a dataset and register them: the session, and the repeatability floor by split.
@@ -225,19 +225,19 @@ def train_models(
 
     names = models_of(",".join(models))
     registry = registry_of(url)
-    ground = ground_of(store, dataset, registry, seed, budget)
-    wanted = splits_of(ground.table, splits)
+    context = context_of(store, dataset, registry, seed, budget)
+    wanted = splits_of(context.table, splits)
     with models_extra():
         session = training_session.train(
             registry,
-            ground,
+            context,
             names,
             wanted,
             retrain=retrain,
-            crew=crew or HERE,
+            executor=executor or HERE,
             progress=progress or training_session.Progress(),
         )
-        return session, registry.floors(ground.dataset.hash, seed)
+        return session, registry.floors(context.dataset.hash, seed)
 
 
 def training_runs(session: Session) -> TrainingRuns:

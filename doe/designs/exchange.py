@@ -37,11 +37,11 @@ class TabulatedCriterion:
         beside = (self.table * counts).sum(
             axis=1
         )  # no product of BLAS: its last digits depend on the number of threads
-        self.ground = sign * (2 * beside + kernel.alone(levels)) + penalty
+        self.baseline = sign * (2 * beside + kernel.alone(levels)) + penalty
 
     def height(self, runs: Ids) -> float:
         """The criterion of runs (n,), but for what the counts have alone."""
-        return float(self.table[np.ix_(runs, runs)].sum() + self.ground[runs].sum())
+        return float(self.table[np.ix_(runs, runs)].sum() + self.baseline[runs].sum())
 
 
 class DirectCriterion:
@@ -91,7 +91,7 @@ def anneal_tabulated(
     """The best runs (n, axes) met in `steps` steps from `levels` (n, axes): every swap of a run is looked at."""
 
     current, strides = levels.copy(), strides_of(sizes)
-    field = landscape.ground + 2 * landscape.table[current @ strides].sum(axis=0)
+    field = landscape.baseline + 2 * landscape.table[current @ strides].sum(axis=0)
     return np.asarray(annealed(landscape.table, field, current, strides, *_schedule(len(levels), steps, rng)))
 
 

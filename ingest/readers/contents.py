@@ -21,13 +21,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...parallel.read_ahead import Isolation
 from ...signals.units import SI_UNITS, UnitError, to_si
 from .base import RecordingError
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 RATE_NAMES = frozenset({"fs", "fs_hz", "sampling_rate", "sampling_rate_hz", "sample_rate", "sample_rate_hz"})
 RATE_UNITS = {"": 1.0, "hz": 1.0, "1/s": 1.0, "s/s": 1.0, "sps": 1.0, "khz": 1e3, "mhz": 1e6}
@@ -229,3 +233,11 @@ def limited(seconds: float) -> Iterator[None]:
         yield
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)
+
+
+def reading_apart(
+    lost: Callable[[Item], Result], patience_s: Callable[[Item], float], *, always: bool = False
+) -> Isolation[Item, Result]:
+    """How files are read in processes of their own: each ends when a C library never comes back."""
+    preload = ("pyroshock.ingest.load", "scipy.interpolate")
+    return Isolation(lost, patience_s, always, end_this_process_when_stuck, preload)

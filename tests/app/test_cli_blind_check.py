@@ -51,7 +51,7 @@ def test_options_reach_the_check(asked: list[dict[str, Any]], tmp_path: Path) ->
               "--folder", tmp_path, "--no-baselines")  # fmt: skip
     (one,) = asked
     assert one["tiers"] == ("weak", "strong")
-    assert (one["crew"].jobs, one["folder"], one["baselines"]) == (3, tmp_path, False)
+    assert (one["executor"].jobs, one["folder"], one["baselines"]) == (3, tmp_path, False)
 
 
 def test_shrinkage_may_be_left_out(asked: list[dict[str, Any]]) -> None:

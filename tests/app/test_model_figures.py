@@ -15,7 +15,7 @@ from pyroshock.training.registry.evaluate import Evaluation
 from pyroshock.training.registry.listing import row_of
 from pyroshock.training.registry.promotion import promote
 from support.records.pulse_tables import held_out, pulse_table
-from support.stores.registries import fresh_registry, ground_in, without_figures, without_judging_the_first
+from support.stores.registries import context_in, fresh_registry, without_figures, without_judging_the_first
 
 
 @pytest.fixture(scope="module")
@@ -26,11 +26,11 @@ def trained(tmp_path_factory):
         without_figures(patch)
         without_judging_the_first(patch)
         registry = fresh_registry(tmp_path_factory.mktemp("lab"))
-        ground = ground_in(registry)
-        train(registry, ground, ["tree", "linear", "hann"], ["repetitions"])
-        train(registry, ground, ["linear"], ["configurations"])
-        promote(registry, "tree", 1, lambda _: ground.table, forced=True, reason="to begin with")
-        yield registry, ground.table
+        training_context = context_in(registry)
+        train(registry, training_context, ["tree", "linear", "hann"], ["repetitions"])
+        train(registry, training_context, ["linear"], ["configurations"])
+        promote(registry, "tree", 1, lambda _: training_context.table, forced=True, reason="to begin with")
+        yield registry, training_context.table
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from pyroshock.training.fitting.session import train
 from support.checks.well_formed import Page, needs_nothing
 from support.records import verdicts
 from support.records.campaigns import gun_campaign
-from support.stores.registries import fresh_registry, ground_in, without_figures
+from support.stores.registries import context_in, fresh_registry, without_figures
 from support.stores.stores import counts, ingested, opened, pyroshock
 
 
@@ -30,7 +30,7 @@ def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
     registry = fresh_registry(place)
     with pytest.MonkeyPatch.context() as patch:
         without_figures(patch)
-        train(registry, ground_in(registry), ["hann", "linear"], ["repetitions"])
+        train(registry, context_in(registry), ["hann", "linear"], ["repetitions"])
     return place
 
 

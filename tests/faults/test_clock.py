@@ -19,7 +19,7 @@ from pyroshock.training.registry.promotion import promote
 from support.records import verdicts
 from support.records.campaigns import hammer_campaign
 from support.stores.hammer_stores import full_campaign
-from support.stores.registries import fresh_registry, ground_in, without_figures
+from support.stores.registries import context_in, fresh_registry, without_figures
 from support.stores.stores import content, ingested, opened, pyroshock
 
 time_machine = pytest.importorskip("time_machine")
@@ -85,22 +85,22 @@ def registry(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_model_registered_last_is_the_newest(registry, back):
-    ground = ground_in(registry)
-    train(registry, ground, ["hertz", "hann"], SPLITS, progress=Progress(step=back))
-    train(registry, ground, ["hertz"], SPLITS, retrain=True)
+    context = context_in(registry)
+    train(registry, context, ["hertz", "hann"], SPLITS, progress=Progress(step=back))
+    train(registry, context, ["hertz"], SPLITS, retrain=True)
     versions = registry.versions()
     assert [version.label for version in versions] == ["hertz@2", "hann@1", "hertz@1"]
     assert versions[0].registered_at < versions[2].registered_at
     assert in_order(reversed(versions)) == versions
     assert chosen(versions, "hertz").label == "hertz@2"
     assert [version.label for version in newest(versions)] == ["hertz@2", "hann@1"]
-    assert [v.label for v in train(registry, ground, ["hertz"], SPLITS).versions] == ["hertz@2"]
+    assert [v.label for v in train(registry, context, ["hertz"], SPLITS).versions] == ["hertz@2"]
 
 
 @pytest.mark.slow
 def test_comparison_takes_the_dataset_trained_on_last(registry, back):
     for name in ("spring", "autumn"):
-        train(registry, ground_in(registry, name=name), ["hertz", "hann"], SPLITS)
+        train(registry, context_in(registry, name=name), ["hertz", "hann"], SPLITS)
         back()
     found = versions_named(registry.versions(), (), None, "repetitions")
     assert {version.dataset.name for version in found} == {"autumn"}
@@ -110,16 +110,16 @@ def test_comparison_takes_the_dataset_trained_on_last(registry, back):
 def test_seconds_of_a_training_are_by_no_clock_that_is_set(registry, back, monkeypatch):
     fit = Analytic.fit
     monkeypatch.setattr(Analytic, "fit", lambda *given: (back(), fit(*given))[1])
-    (version,) = train(registry, ground_in(registry), ["hann"], SPLITS).versions
+    (version,) = train(registry, context_in(registry), ["hann"], SPLITS).versions
     assert 0 <= version.cost.seconds < 60
 
 
 @pytest.mark.slow
 def test_model_promoted_last_is_in_use(registry, back):
-    ground = ground_in(registry)
-    train(registry, ground, ["hann", "hertz", "linear"], SPLITS)
+    context = context_in(registry)
+    train(registry, context, ["hann", "hertz", "linear"], SPLITS)
     for name in ("hann", "hertz", "linear"):
-        promote(registry, name, 1, lambda _: ground.table, forced=True, reason=f"now {name}")
+        promote(registry, name, 1, lambda _: context.table, forced=True, reason=f"now {name}")
         back()
     with registry.connection.client() as client:  # as a kill would leave it, before the alias was taken from the other
         client.set_registered_model_alias("hann", "champion-hammer", "1")

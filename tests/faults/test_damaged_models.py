@@ -16,8 +16,8 @@ from pyroshock.training.registry.records import DatasetName, Version
 from pyroshock.training.registry.registry import Registry
 from support.stores.registries import (
     at_its_place,
+    context_in,
     fresh_registry,
-    ground_in,
     without_figures,
     without_judging_the_first,
 )
@@ -36,9 +36,9 @@ def trained(tmp_path_factory) -> Path:
         without_judging_the_first(patch)
         (folder / "made").mkdir()
         registry = fresh_registry(folder / "made")
-        ground = ground_in(registry)
-        train(registry, ground, MODELS, SPLITS)
-        promote(registry, "hann", 1, lambda _: ground.table, forced=True, reason="to begin with")
+        training_context = context_in(registry)
+        train(registry, training_context, MODELS, SPLITS)
+        promote(registry, "hann", 1, lambda _: training_context.table, forced=True, reason="to begin with")
     return (folder / "made").rename(folder / "moved")
 
 
@@ -107,7 +107,7 @@ def test_training_again_replaces_the_damaged_one_alone(registry):
     damage_files(registry, "linear@1", gone)
     damage_held_out(registry, "hertz@1")
     told: list[str] = []
-    session = train(registry, ground_in(registry), MODELS, SPLITS, progress=Progress(tell=told.append))
+    session = train(registry, context_in(registry), MODELS, SPLITS, progress=Progress(tell=told.append))
     assert [version.label for version in session.versions] == ["hann@1", "hertz@2", "linear@2"]
     assert damages(registry, session.versions) == {}
     assert [text.split(":")[0] for text in told[:2]] == ["hertz@1 is left out", "linear@1 is left out"]
@@ -116,26 +116,28 @@ def test_training_again_replaces_the_damaged_one_alone(registry):
 @pytest.mark.slow
 def test_damaged_model_of_another_split_stops_no_training(registry):
     damage_held_out(registry, "hann@1")
-    session = train(registry, ground_in(registry), ["hertz"], ["configurations"])
+    session = train(registry, context_in(registry), ["hertz"], ["configurations"])
     assert [version.label for version in session.versions] == ["hertz@2"]
 
 
 def test_damaged_model_is_not_promoted(registry):
     """Its held-out predictions, by which it is judged, are whole: nothing else would notice."""
     damage_files(registry, "linear@1", gone)
-    ground = ground_in(registry)
+    training_context = context_in(registry)
     with pytest.raises(ValueError, match=r"linear@1 cannot be promoted.*model\.json cannot be read"):
-        promote(registry, "linear", 1, lambda _: ground.table, forced=True, reason="all the same")
+        promote(registry, "linear", 1, lambda _: training_context.table, forced=True, reason="all the same")
     assert registry.champion("hammer").label == "hann@1"
 
 
 @pytest.mark.slow
 def test_damaged_champion_is_replaced_by_force_alone(registry):
     damage_held_out(registry, "hann@1")
-    ground = ground_in(registry)
+    training_context = context_in(registry)
     with pytest.raises(ValueError, match="hann@1"):
-        promote(registry, "linear", 1, lambda _: ground.table)
-    decision = promote(registry, "linear", 1, lambda _: ground.table, forced=True, reason="its files are gone")
+        promote(registry, "linear", 1, lambda _: training_context.table)
+    decision = promote(
+        registry, "linear", 1, lambda _: training_context.table, forced=True, reason="its files are gone"
+    )
     assert decision.promoted and "could not be judged on unseen configurations (hann@1" in decision.reason
     assert registry.champion("hammer").label == "linear@1"
 
@@ -159,15 +161,15 @@ def opened_store(url, registry, monkeypatch):
     """A store whose dataset is the table that the registry's models were trained on."""
     with opened(url, create=True):
         pass
-    ground = ground_in(registry)
+    training_context = context_in(registry)
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
-    monkeypatch.setattr("pyroshock.dataset.snapshot.read_snapshot", lambda _store, _name: ground)
+    monkeypatch.setattr("pyroshock.dataset.snapshot.read_snapshot", lambda _store, _name: training_context)
 
 
 @pytest.mark.slow
 def test_prediction_by_a_damaged_champion_is_refused(registry, tmp_path, monkeypatch):
     """It does not fall back to a law of contact without a word."""
-    gun = replace(ground_in(registry), dataset=DatasetName("shots", "f" * 64, "gun"))
+    gun = replace(context_in(registry), dataset=DatasetName("shots", "f" * 64, "gun"))
     train(registry, gun, ["hann"], SPLITS)
     promote(registry, "hann", 2, lambda _: gun.table, forced=True, reason="to begin with")
     url = f"sqlite:///{tmp_path / 'lab.db'}"

@@ -17,7 +17,7 @@ from support.records.campaigns import hammer_campaign
 from support.stores.databases import _execute
 from support.stores.many_databases import OnServer, on_server
 from support.stores.postgres_server import _account
-from support.stores.registries import fresh_registry, ground_in, without_figures
+from support.stores.registries import context_in, fresh_registry, without_figures
 from support.stores.stores import assert_whole, content, ingest, ingested, opened, pyroshock
 
 HITS = 2
@@ -122,14 +122,14 @@ def test_new_place_is_whole_or_made_with_room(disk, full_store, name, coarse_pla
 def test_training_on_a_full_disk_is_completed_with_room(disk, monkeypatch):
     without_figures(monkeypatch)
     registry = fresh_registry(disk.folder)
-    ground = ground_in(registry)
+    context = context_in(registry)
     disk.fill(leave_kb=400)
     with pytest.raises((OSError, RegistryError)) as refusal:
-        train(registry, ground, ["hann", "hertz", "linear"], ["repetitions"])
+        train(registry, context, ["hann", "hertz", "linear"], ["repetitions"])
     assert "make room" in words_of(refusal.value) and "lab-models" in words_of(refusal.value)
     disk.make_room()
     assert damages(registry, registry.versions()) == {}
-    session = train(registry, ground, ["hann", "hertz", "linear"], ["repetitions"])
+    session = train(registry, context, ["hann", "hertz", "linear"], ["repetitions"])
     assert [version.label for version in session.versions] == ["hann@1", "hertz@1", "linear@1"]
 
 

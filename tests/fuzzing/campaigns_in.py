@@ -27,7 +27,7 @@ _INGEST = (
     "ingest/excluded_recordings.py",
     "ingest/rows.py",
     "ingest/runs.py",
-    "ingest/parallel.py",
+    "parallel/read_ahead.py",
 )
 
 #: Faults that a refusal tells, and a line that says how many more there are.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 import pytest
-from pyroshock.ingest.parallel import Isolation, map_ahead
+from pyroshock.parallel.read_ahead import Isolation, map_ahead
 from support.processes.work_items import (
     dies_and_leaves_a_mark,
     dies_on_three,

@@ -153,7 +153,7 @@ def test_two_processes_cut_what_one_cuts(store, tmp_path):
     other = f"sqlite:///{tmp_path / 'other.db'}"
     with open_store(other, Writer("test", "0"), create=True) as second:
         ingest_folder(second, tmp_path / "c", jobs=1)
-        beside = reextract(second, "hammer", OTHER, crew=ExecutorConfig(jobs=2))
+        beside = reextract(second, "hammer", OTHER, executor=ExecutorConfig(jobs=2))
     alone = reextract(store, "hammer", OTHER)
     assert alone.added > 0
     assert beside.as_json() == alone.as_json()

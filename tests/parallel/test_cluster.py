@@ -31,7 +31,7 @@ def begun(folder) -> list[tuple[int, int]]:
 
 def test_results_are_those_of_this_process(lab):
     for function, shared in ((chores.scaled, (np.ones(300_000), 7)), (chores.product, ())):
-        here, there = (sorted(run_all_tasks(crew, function, range(5), shared=shared)) for crew in (HERE, lab))
+        here, there = (sorted(run_all_tasks(executor, function, range(5), shared=shared)) for executor in (HERE, lab))
         assert here == there
 
 
@@ -90,10 +90,10 @@ def wait_for(found) -> int:
 def test_item_that_kills_its_workers_costs_no_other(tmp_path):
     """Nannies start workers anew, Dask gives up after four; alone it is tried once more."""
     with dask_cluster(tmp_path, 2, "--nanny") as running:
-        crew = ExecutorConfig("dask", scheduler=running.address)
-        found = dict(run_all_tasks(crew, chores.deadly, range(8), lost=lambda number: -number))
+        executor = ExecutorConfig("dask", scheduler=running.address)
+        found = dict(run_all_tasks(executor, chores.deadly, range(8), lost=lambda number: -number))
         assert found == {n: -3 if n == 3 else n for n in range(8)}
-        ended = dict(run_all_tasks(crew, chores.endless, range(2, 5), lost=lambda number: -number, patience_s=1))
+        ended = dict(run_all_tasks(executor, chores.endless, range(2, 5), lost=lambda number: -number, patience_s=1))
         assert ended == {2: 2, 3: -3, 4: 4}
 
 

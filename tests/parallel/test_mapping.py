@@ -28,17 +28,17 @@ def gone_within(seconds: float, pids: list[int]) -> bool:
     return not any(map(psutil.pid_exists, pids))
 
 
-@pytest.mark.parametrize("crew", [HERE, TWO], ids=["here", "two"])
-def test_each_item_comes_with_its_result(crew):
-    assert sorted(run_all_tasks(crew, chores.squared, range(9))) == [(n, n * n) for n in range(9)]
-    assert list(run_all_tasks(crew, chores.squared, [])) == []
+@pytest.mark.parametrize("executor", [HERE, TWO], ids=["here", "two"])
+def test_each_item_comes_with_its_result(executor):
+    assert sorted(run_all_tasks(executor, chores.squared, range(9))) == [(n, n * n) for n in range(9)]
+    assert list(run_all_tasks(executor, chores.squared, [])) == []
 
 
-@pytest.mark.parametrize("crew", [HERE, TWO], ids=["here", "two"])
-def test_what_is_shared_reaches_every_call(crew):
-    found = run_all_tasks(crew, chores.scaled, range(5), shared=(np.ones(200_000), 7))
+@pytest.mark.parametrize("executor", [HERE, TWO], ids=["here", "two"])
+def test_what_is_shared_reaches_every_call(executor):
+    found = run_all_tasks(executor, chores.scaled, range(5), shared=(np.ones(200_000), 7))
     assert sorted(found) == [(n, n * 200_000 + 7.0) for n in range(5)]
-    assert dict(run_all_tasks(crew, chores.scaled, [1], shared=(np.ones(2), 1))) == {
+    assert dict(run_all_tasks(executor, chores.scaled, [1], shared=(np.ones(2), 1))) == {
         1: 3.0
     }  # not what was shared before
 
@@ -52,10 +52,10 @@ def test_one_job_works_here_and_two_do_not():
 
 
 def test_workers_have_one_thread_and_the_same_bits():
-    here, beside = (dict(run_all_tasks(crew, chores.product, range(3))) for crew in (HERE, TWO))
+    here, beside = (dict(run_all_tasks(executor, chores.product, range(3))) for executor in (HERE, TWO))
     assert here == beside
-    for crew in (HERE, TWO):
-        assert {count for _, counts in run_all_tasks(crew, chores.threads, range(2)) for count in counts} == {1}
+    for executor in (HERE, TWO):
+        assert {count for _, counts in run_all_tasks(executor, chores.threads, range(2)) for count in counts} == {1}
 
 
 def test_item_whose_process_dies_costs_no_other():
@@ -73,10 +73,10 @@ def test_item_that_takes_too_long_is_ended():
     assert found == {2: 2, 3: -3, 4: 4}
 
 
-@pytest.mark.parametrize("crew", [HERE, TWO], ids=["here", "two"])
-def test_error_of_the_function_ends_everything(crew):
+@pytest.mark.parametrize("executor", [HERE, TWO], ids=["here", "two"])
+def test_error_of_the_function_ends_everything(executor):
     with pytest.raises(LookupError, match="no chore 0"):
-        list(run_all_tasks(crew, chores.refused, [0]))
+        list(run_all_tasks(executor, chores.refused, [0]))
 
 
 def test_iterator_that_is_closed_cancels_the_rest(tmp_path):

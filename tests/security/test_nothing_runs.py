@@ -20,7 +20,7 @@ from pyroshock.training.fitting.fitting import fit_task, task_of
 from pyroshock.training.registry.records import Version
 from pyroshock.training.registry.registry import Registry
 from scipy.io import savemat
-from support.stores.registries import fresh_registry, ground_in, without_figures
+from support.stores.registries import context_in, fresh_registry, without_figures
 
 FS_HZ = 51200.0
 WAVE = np.sin(np.arange(4096) / 50)
@@ -49,8 +49,8 @@ def registered(tmp_path_factory: pytest.TempPathFactory) -> tuple[Registry, Vers
     with pytest.MonkeyPatch.context() as patch:
         without_figures(patch)
         registry = fresh_registry(tmp_path_factory.mktemp("registry"))
-        ground = ground_in(registry)
-        return registry, registry.record(fit_task(task_of("linear", "repetitions", ground), ground))
+        training_context = context_in(registry)
+        return registry, registry.record(fit_task(task_of("linear", "repetitions", training_context), training_context))
 
 
 def arrays_with(payload: object) -> bytes:

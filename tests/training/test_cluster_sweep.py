@@ -14,7 +14,7 @@ from pyroshock.training.fitting.run_tasks import run_trainings
 from pyroshock.training.fitting.session import Progress, train
 from support.processes.dask_clusters import dask_cluster
 from support.records.pulse_tables import pulse_table
-from support.stores.registries import fresh_registry, ground_in, without_figures
+from support.stores.registries import context_in, fresh_registry, without_figures
 
 pytest.importorskip("distributed", reason="no Dask: it comes with pyroshock[cluster]")
 
@@ -36,8 +36,8 @@ def test_sweep_outlives_a_killed_worker_and_is_that_of_one_process(tmp_path, mon
     """The worker is killed over a training that it holds, when another training is registered already."""
     without_figures(monkeypatch)
     registry = fresh_registry(tmp_path)
-    ground = ground_in(registry, pulse_table(np.random.default_rng(1), repetitions=2))
-    may_be_held = {task_of(HELD, split, ground).key for split in SPLITS}
+    context = context_in(registry, pulse_table(np.random.default_rng(1), repetitions=2))
+    may_be_held = {task_of(HELD, split, context).key for split in SPLITS}
     killed: list[tuple[str, int]] = []
 
     def kill(_: str) -> None:
@@ -52,14 +52,14 @@ def test_sweep_outlives_a_killed_worker_and_is_that_of_one_process(tmp_path, mon
     with dask_cluster(
         tmp_path, 2, "--preload", "support.processes.watched_worker", WATCHED=str(tmp_path), HELD=HELD
     ) as cluster:
-        crew = ExecutorConfig("dask", scheduler=cluster.address)
-        session = train(registry, ground, MODELS, SPLITS, crew=crew, progress=Progress(tell=kill))
+        executor = ExecutorConfig("dask", scheduler=cluster.address)
+        session = train(registry, context, MODELS, SPLITS, executor=executor, progress=Progress(tell=kill))
 
     (task, victim), workers = killed[0], {worker.pid for worker in cluster.workers}
     assert [pid for each, pid in begun(tmp_path) if each == task] == [victim, *(workers - {victim})]
     assert (session.trained, session.failures, len(registry.versions())) == (6, [], 6)
-    tasks = [task_of(version.name, version.split, ground) for version in session.versions]
-    here = {task.key: trained for task, trained in run_trainings(tasks, ground, HERE, silent, silent)}
+    tasks = [task_of(version.name, version.split, context) for version in session.versions]
+    here = {task.key: trained for task, trained in run_trainings(tasks, context, HERE, silent, silent)}
     for version in session.versions:
         assert version.metrics == here[version.task_key].metrics
         one, other = registry.held_out(version).prediction, here[version.task_key].held_out.prediction

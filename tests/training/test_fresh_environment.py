@@ -15,7 +15,7 @@ import pytest
 from pyroshock.training.fitting.fitting import fit_task, task_of
 from pyroshock.training.models.serialization import unpack
 from support.records.pulse_tables import frame_of_inputs
-from support.stores.registries import fresh_registry, ground_in, without_figures
+from support.stores.registries import context_in, fresh_registry, without_figures
 
 ROOT = Path(__file__).resolve().parents[2]
 MODEL = "tree"  # of a kind that needs a library beside numpy and scipy
@@ -37,10 +37,10 @@ def test_champion_predicts_the_same_in_a_fresh_environment(tmp_path, monkeypatch
     _need_the_index()
     without_figures(monkeypatch)
     registry = fresh_registry(tmp_path)
-    ground = ground_in(registry)
-    made = fit_task(task_of(MODEL, "repetitions", ground), ground)
+    context = context_in(registry)
+    made = fit_task(task_of(MODEL, "repetitions", context), context)
     registry.set_champion(registry.record(made))
-    inputs = ground.table.take(np.arange(0, len(ground.table), 30)).inputs
+    inputs = context.table.take(np.arange(0, len(context.table), 30)).inputs
     (tmp_path / "table.json").write_text(json.dumps(frame_of_inputs(inputs).to_dict("list")))
     with registry.connection.client():
         import mlflow

@@ -28,7 +28,7 @@ from pyroshock.training.registry.registry import Registry
 from sqlalchemy import make_url
 from support.records.pulse_tables import PREDICTORS, frame_of_inputs, inputs_at, pulse_table
 from support.stores.databases import _execute
-from support.stores.registries import fresh_registry, ground_in, without_figures, without_judging_the_first
+from support.stores.registries import context_in, fresh_registry, without_figures, without_judging_the_first
 
 
 @pytest.fixture
@@ -43,65 +43,65 @@ def first_unjudged(monkeypatch) -> None:
     without_judging_the_first(monkeypatch)
 
 
-def trained(ground: TrainingContext, model: str, split: str = "repetitions") -> Trained:
-    return fit_task(task_of(model, split, ground), ground)
+def trained(context: TrainingContext, model: str, split: str = "repetitions") -> Trained:
+    return fit_task(task_of(model, split, context), context)
 
 
 def test_version_reads_back_as_recorded(registry):
-    ground = ground_in(registry)
-    made = trained(ground, "linear")
+    context = context_in(registry)
+    made = trained(context, "linear")
     recorded = registry.record(made)
     listed = registry.versions()
     assert listed == [recorded]
     assert recorded.metrics == made.metrics
     assert (recorded.name, recorded.version, recorded.split, recorded.seed) == ("linear", 1, "repetitions", 0)
-    assert recorded.dataset == ground.dataset
+    assert recorded.dataset == context.dataset
 
 
 def test_loaded_model_predicts_the_same_bits(registry):
-    ground = ground_in(registry)
-    made = trained(ground, "linear")
-    answer = registry.load(registry.record(made)).predict(ground.table.inputs)
-    expected = unpack(*made.packed).predict(ground.table.inputs)
+    context = context_in(registry)
+    made = trained(context, "linear")
+    answer = registry.load(registry.record(made)).predict(context.table.inputs)
+    expected = unpack(*made.packed).predict(context.table.inputs)
     np.testing.assert_array_equal(answer.prediction.force_n, expected.force_n)
     np.testing.assert_array_equal(answer.prediction.contact_time_spread_s, expected.contact_time_spread_s)
 
 
 def test_model_names_what_lies_outside_its_domain(registry):
-    ground = ground_in(registry)
-    model = registry.load(registry.record(trained(ground, "linear")))
-    table = ground.table.take(np.arange(2))
+    context = context_in(registry)
+    model = registry.load(registry.record(trained(context, "linear")))
+    table = context.table.take(np.arange(2))
     fast = inputs_at(table, impact_velocity=9.0)
     assert [told[0].predictor for told in model.predict(fast).outside] == ["impact_velocity"] * 2
     assert model.predict(table.inputs).outside == ((), ())
 
 
 def test_model_refuses_other_predictors(registry):
-    ground = ground_in(registry)
-    model = registry.load(registry.record(trained(ground, "hann")))
-    inputs = ground.table.inputs
+    context = context_in(registry)
+    model = registry.load(registry.record(trained(context, "hann")))
+    inputs = context.table.inputs
     fewer = replace(inputs, predictors=inputs.predictors[1:], x=inputs.x[:, 1:])
     with pytest.raises(ValueError, match=r"hann@1 is asked with .* it knows"):
         model.predict(fewer)
 
 
 def test_held_out_predictions_are_those_of_the_metrics(registry):
-    ground = ground_in(registry)
-    made = trained(ground, "hann")
+    context = context_in(registry)
+    made = trained(context, "hann")
     held_out = registry.held_out(registry.record(made))
     np.testing.assert_array_equal(held_out.keys, made.held_out.keys)
     np.testing.assert_array_equal(held_out.prediction.force_n, made.held_out.prediction.force_n)
     assert held_out.prediction.force_spread_n is None
-    assert set(held_out.keys) | set(held_out.trained_on) == set(ground.table.key)
+    assert set(held_out.keys) | set(held_out.trained_on) == set(context.table.key)
     assert not set(held_out.keys) & set(held_out.trained_on)
 
 
 def test_mlflow_itself_predicts_from_a_table_with_pickle_forbidden(registry, monkeypatch):
     monkeypatch.setenv("MLFLOW_ALLOW_PICKLE_DESERIALIZATION", "false")
-    ground = ground_in(registry)
-    made = trained(ground, "linear")
+    context = context_in(registry)
+    made = trained(context, "linear")
     registry.set_champion(registry.record(made))
-    table = ground.table.take(np.arange(0, len(ground.table), 40))
+    table = context.table.take(np.arange(0, len(context.table), 40))
     with registry.connection.client():
         import mlflow
 
@@ -122,9 +122,9 @@ def test_mlflow_itself_predicts_from_a_table_with_pickle_forbidden(registry, mon
 
 
 def test_table_for_a_model_is_checked(registry):
-    ground = ground_in(registry)
-    served = ServedModel(unpack(*trained(ground, "hann").packed), ground.table.predictors)
-    table = frame_of_inputs(ground.table.take(np.arange(2)).inputs)
+    context = context_in(registry)
+    served = ServedModel(unpack(*trained(context, "hann").packed), context.table.predictors)
+    table = frame_of_inputs(context.table.take(np.arange(2)).inputs)
     assert list(served.predict(table.set_index(pandas.Index(["a", "b"]))).index) == ["a", "b"]
     with pytest.raises(ValueError, match="lacks the columns tip_radius_m; the model needs tip_radius_m, tip_youngs"):
         served.predict(table.drop(columns="tip_radius_m"))
@@ -135,7 +135,7 @@ def test_table_for_a_model_is_checked(registry):
     with pytest.raises(ValueError, match="column impact_velocity_m_s holds something that is no number"):
         served.predict(table.assign(impact_velocity_m_s=["fast", "slow"]))
     with pytest.raises(ValueError, match=r"a table .* is expected, not dict"):
-        served.predict({"x": ground.table.x})
+        served.predict({"x": context.table.x})
 
 
 REPORT = FitReport(
@@ -146,7 +146,7 @@ REPORT = FitReport(
 
 
 def test_what_was_searched_and_learned_reads_back(registry):
-    made = replace(trained(ground_in(registry), "hann"), fit_report=REPORT)
+    made = replace(trained(context_in(registry), "hann"), fit_report=REPORT)
     version = registry.record(made)
     settings, histories = registry.fit_settings(version), registry.fit_histories(version)
     assert settings == REPORT.parameters([predictor.name for predictor in PREDICTORS])
@@ -160,7 +160,7 @@ def test_what_was_searched_and_learned_reads_back(registry):
 
 @pytest.mark.parametrize("model", ["linear", "tree", "kernel-ridge"])
 def test_version_has_the_settings_and_histories_that_its_model_reports(registry, model):
-    made = trained(ground_in(registry), model)
+    made = trained(context_in(registry), model)
     version = registry.record(made)
     report = made.fit_report
     assert registry.fit_settings(version) == report.parameters([predictor.name for predictor in PREDICTORS])
@@ -172,7 +172,7 @@ def test_version_has_the_settings_and_histories_that_its_model_reports(registry,
 
 
 def test_runs_are_sorted_by_a_setting_that_is_a_number(registry):
-    made = trained(ground_in(registry), "hann")
+    made = trained(context_in(registry), "hann")
     for noise in (0.2, 0.05, 0.1):
         registry.record(replace(made, fit_report=FitReport({"force.noise": noise})))
     with registry.connection.client() as client:
@@ -183,12 +183,12 @@ def test_runs_are_sorted_by_a_setting_that_is_a_number(registry):
 
 
 def test_version_without_a_report_has_no_settings(registry):
-    version = registry.record(replace(trained(ground_in(registry), "hann"), fit_report=FitReport()))
+    version = registry.record(replace(trained(context_in(registry), "hann"), fit_report=FitReport()))
     assert (registry.fit_settings(version), registry.fit_histories(version)) == ({}, {})
 
 
 def test_datasets_are_inputs_with_their_hash_and_columns(registry):
-    made = trained(ground_in(registry), "hann")
+    made = trained(context_in(registry), "hann")
     version = registry.record(made)
     with registry.connection.client() as client:
         import mlflow
@@ -207,7 +207,7 @@ def test_datasets_are_inputs_with_their_hash_and_columns(registry):
 
 def test_tags_name_the_libraries_that_a_model_uses(registry):
     for model in ("hann", "tree"):
-        registry.record(trained(ground_in(registry), model))
+        registry.record(trained(context_in(registry), model))
     with registry.connection.client() as client:
         tags = {v.name: client.get_run(v.run_id).data.tags for v in registry.versions()}
     libraries = ("numpy", "scipy", "mlflow", "scikit-learn", "torch", "gpytorch", "optuna", "skops")
@@ -217,7 +217,7 @@ def test_tags_name_the_libraries_that_a_model_uses(registry):
 
 
 def test_metrics_belong_to_model_and_dataset(registry):
-    made = trained(ground_in(registry), "hann")
+    made = trained(context_in(registry), "hann")
     version = registry.record(made)
     with registry.connection.client() as client:
         run = client.get_run(version.run_id)
@@ -238,7 +238,7 @@ def test_empty_place_is_listed_without_making_anything(tmp_path):
 
 def test_process_settings_are_left_as_they_were(registry, monkeypatch):
     monkeypatch.setenv("MLFLOW_TRACKING_URI", "sqlite:////elsewhere.db")
-    registry.record(trained(ground_in(registry), "hann"))
+    registry.record(trained(context_in(registry), "hann"))
     assert os.environ["MLFLOW_TRACKING_URI"] == "sqlite:////elsewhere.db"
 
 
@@ -257,7 +257,7 @@ def test_threads_take_turns_with_the_address_of_a_registry(registry, tmp_path):
 
 
 def test_moved_folder_is_found_beside_its_store(registry, tmp_path):
-    version = registry.record(trained(ground_in(registry), "hann"))
+    version = registry.record(trained(context_in(registry), "hann"))
     there = tmp_path / "moved"
     there.mkdir()
     shutil.move(tmp_path / "lab-models", there / "lab-models")
@@ -268,14 +268,14 @@ def test_moved_folder_is_found_beside_its_store(registry, tmp_path):
 
 
 def test_vanished_files_are_told(registry, tmp_path):
-    version = registry.record(trained(ground_in(registry), "hann"))
+    version = registry.record(trained(context_in(registry), "hann"))
     shutil.rmtree(tmp_path / "lab-models" / "models")
     with pytest.raises(RegistryError, match="the files of hann@1 are gone"):
         registry.load(version)
 
 
 def test_changed_file_is_refused(registry, tmp_path):
-    version = registry.record(trained(ground_in(registry), "hann"))
+    version = registry.record(trained(context_in(registry), "hann"))
     (file,) = (tmp_path / "lab-models").glob("models/*/artifacts/data/*/model.json")
     file.write_text(file.read_text().replace('"hann"', '"reed"'))
     with pytest.raises(ModelFileError, match="not the file that was registered"):
@@ -284,10 +284,10 @@ def test_changed_file_is_refused(registry, tmp_path):
 
 def test_first_model_that_learned_nothing_of_other_configurations_is_refused(registry):
     """Repetitions are predicted to some per cent, other configurations by chance: the defect that the gate is for."""
-    ground = ground_in(registry, _without_law(ground_in(registry).table))
-    made = trained(ground, "linear")
+    context = context_in(registry, _without_law(context_in(registry).table))
+    made = trained(context, "linear")
     registry.record(made)
-    decision = promote(registry, "linear", 1, lambda _: ground.table)
+    decision = promote(registry, "linear", 1, lambda _: context.table)
     assert not decision.promoted
     assert decision.reason.startswith("without a model the contact law updated by the measured shots predicts unseen ")
     assert "configurations better than linear@1: mean CRPS" in decision.reason
@@ -313,11 +313,11 @@ def _scaled(table, factor):
 
 
 def test_worse_model_is_refused_and_the_refusal_kept(registry, first_unjudged):
-    ground = ground_in(registry, _two_repetitions())
-    registry.record(trained(ground, "hann"))
-    registry.record(trained(ground, "linear"))
-    promote(registry, "hann", 1, lambda _: ground.table, forced=True, reason="a start")
-    decision = promote(registry, "linear", 1, lambda _: ground.table)
+    context = context_in(registry, _two_repetitions())
+    registry.record(trained(context, "hann"))
+    registry.record(trained(context, "linear"))
+    promote(registry, "hann", 1, lambda _: context.table, forced=True, reason="a start")
+    decision = promote(registry, "linear", 1, lambda _: context.table)
     assert not decision.promoted
     assert decision.reason.startswith("hann@1 predicts unseen configurations better than linear@1")
     assert decision.figures["crps.candidate"] > decision.figures["crps.reference"]
@@ -330,13 +330,13 @@ def test_worse_model_is_refused_and_the_refusal_kept(registry, first_unjudged):
 
 
 def test_force_needs_a_reason_and_dethrones(registry, first_unjudged):
-    ground = ground_in(registry, _two_repetitions())
-    registry.record(trained(ground, "hann"))
-    registry.record(trained(ground, "linear"))
-    promote(registry, "hann", 1, lambda _: ground.table, forced=True, reason="a start")
+    context = context_in(registry, _two_repetitions())
+    registry.record(trained(context, "hann"))
+    registry.record(trained(context, "linear"))
+    promote(registry, "hann", 1, lambda _: context.table, forced=True, reason="a start")
     with pytest.raises(ValueError, match="--reason"):
-        promote(registry, "linear", 1, lambda _: ground.table, forced=True)
-    decision = promote(registry, "linear", 1, lambda _: ground.table, forced=True, reason="to show it")
+        promote(registry, "linear", 1, lambda _: context.table, forced=True)
+    decision = promote(registry, "linear", 1, lambda _: context.table, forced=True, reason="to show it")
     assert decision.promoted
     assert decision.reason.startswith("to show it; promoted by force although hann@1 predicts")
     assert [version.label for version in registry.versions() if version.champion_of] == ["linear@1"]
@@ -348,52 +348,52 @@ def test_force_needs_a_reason_and_dethrones(registry, first_unjudged):
 
 
 def test_single_configuration_cannot_be_judged(registry):
-    table = ground_in(registry).table
-    ground = ground_in(registry, table.take(table.configuration == table.configuration[0]))
-    registry.record(trained(ground, "hann"))
+    table = context_in(registry).table
+    context = context_in(registry, table.take(table.configuration == table.configuration[0]))
+    registry.record(trained(context, "hann"))
     with pytest.raises(ValueError, match="cannot be judged on unseen configurations: 1 configurations"):
-        promote(registry, "hann", 1, lambda _: ground.table)
-    decision = promote(registry, "hann", 1, lambda _: ground.table, forced=True, reason="the only one")
+        promote(registry, "hann", 1, lambda _: context.table)
+    decision = promote(registry, "hann", 1, lambda _: context.table, forced=True, reason="the only one")
     assert decision.promoted and decision.judged_on == "nothing"
 
 
 def test_each_predictor_set_has_its_champion(registry, first_unjudged):
-    ground = ground_in(registry)
-    registry.record(trained(ground, "linear"))
-    gun = replace(ground, dataset=DatasetName("shots", "f" * 64, "gun"))
+    context = context_in(registry)
+    registry.record(trained(context, "linear"))
+    gun = replace(context, dataset=DatasetName("shots", "f" * 64, "gun"))
     registry.record(trained(gun, "linear"))
     for version in (1, 2):
-        promote(registry, "linear", version, lambda _: ground.table, forced=True, reason="one for each set")
+        promote(registry, "linear", version, lambda _: context.table, forced=True, reason="one for each set")
     assert {v.version: v.champion_of for v in registry.versions()} == {1: "hammer", 2: "gun"}
 
 
 def test_version_states_its_kinds_and_how_much_it_learned_from(registry, first_unjudged):
-    ground = ground_in(registry)
-    stated = replace(ground.dataset, bench_kind="hammer", velocity_kind="integrated to the peak")
-    version = registry.record(trained(replace(ground, dataset=stated), "hann"))
+    context = context_in(registry)
+    stated = replace(context.dataset, bench_kind="hammer", velocity_kind="integrated to the peak")
+    version = registry.record(trained(replace(context, dataset=stated), "hann"))
     assert registry.versions()[0].dataset == version.dataset == stated
     assert registry.versions()[0].promoted_at == ""
-    promote(registry, "hann", 1, lambda _: ground.table, forced=True, reason="the only one")
+    promote(registry, "hann", 1, lambda _: context.table, forced=True, reason="the only one")
     assert registry.versions()[0].promoted_at
     assert registry.load(version).shots == len(registry.held_out(version).trained_on) > 0
 
 
 def test_other_kinds_of_velocity_are_not_judged_on_the_same_pulses(registry, first_unjudged):
-    ground = ground_in(registry)
+    context = context_in(registry)
     for model, kind in (("tree", "before contact"), ("hann", "integrated to the peak")):
-        registry.record(trained(replace(ground, dataset=replace(ground.dataset, velocity_kind=kind)), model))
-    promote(registry, "tree", 1, lambda _: ground.table, forced=True, reason="the only one")
+        registry.record(trained(replace(context, dataset=replace(context.dataset, velocity_kind=kind)), model))
+    promote(registry, "tree", 1, lambda _: context.table, forced=True, reason="the only one")
     with pytest.raises(
         ValueError, match="hann@1 velocities integrated to the peak and tree@1 velocities before contact"
     ):
-        promote(registry, "hann", 1, lambda _: ground.table, other=("autumn", ground.table))
+        promote(registry, "hann", 1, lambda _: context.table, other=("autumn", context.table))
 
 
 def test_champion_half_dethroned_is_no_second_one(registry):
     """A kill between setting the new alias and taking the old one away."""
-    ground = ground_in(registry)
+    context = context_in(registry)
     for model in ("hann", "hertz"):
-        registry.record(trained(ground, model))
+        registry.record(trained(context, model))
         registry.set_champion(registry.versions()[0])
     with registry.connection.client() as client:
         client.set_registered_model_alias("hann", "champion-hammer", "1")
@@ -401,12 +401,12 @@ def test_champion_half_dethroned_is_no_second_one(registry):
 
 
 def test_other_campaign_judges_models_without_its_configurations(registry, first_unjudged):
-    ground = ground_in(registry)
-    registry.record(trained(ground, "hann"))
-    registry.record(trained(ground, "linear"))
-    promote(registry, "hann", 1, lambda _: ground.table, forced=True, reason="a start")
+    context = context_in(registry)
+    registry.record(trained(context, "hann"))
+    registry.record(trained(context, "linear"))
+    promote(registry, "hann", 1, lambda _: context.table, forced=True, reason="a start")
     other = pulse_table(np.random.default_rng(2), repetitions=1, campaign="autumn")
-    decision = promote(registry, "linear", 1, lambda _: ground.table, other=("autumn", other))
+    decision = promote(registry, "linear", 1, lambda _: context.table, other=("autumn", other))
     judged = (False, "unseen configurations of autumn", 60)
     assert (decision.promoted, decision.judged_on, decision.pulses) == judged
 
@@ -457,7 +457,7 @@ def test_registry_on_postgresql(postgres_url, tmp_path, monkeypatch):
     try:
         uri = server.set(database=name).render_as_string(hide_password=False)
         registry = Registry(storage_for("sqlite:///lab.db", {"MLFLOW_TRACKING_URI": uri}))
-        version = registry.record(trained(ground_in(registry), "hann"))
+        version = registry.record(trained(context_in(registry), "hann"))
         assert registry.versions() == [version]
         assert registry.load(version).model.kind == "analytic"
     finally:

@@ -24,7 +24,7 @@ from pyroshock.training.models.catalogue import ZOO, BuildOptions, entry_of, mod
 from pyroshock.training.registry.locks import locked
 from pyroshock.training.registry.registry import Registry
 from support.records.pulse_tables import pulse_table
-from support.stores.registries import fresh_registry, ground_in, without_figures
+from support.stores.registries import context_in, fresh_registry, without_figures
 
 MODELS = ["hann", "hertz", "linear"]
 SPLITS = ["repetitions", "configurations"]
@@ -40,7 +40,7 @@ import mlflow
 from pyroshock.training.fitting import fitting, session
 from pyroshock.training.registry.model_storage import storage_for
 from pyroshock.training.registry.registry import Registry
-from support.stores.registries import ground_in
+from support.stores.registries import context_in
 fitting._figures = lambda *_: {"pulses.png": b"drawn"}
 session.summary_figures = lambda *_: {}
 register, left = mlflow.register_model, [int(os.environ.get("KILL", "-1"))]
@@ -51,7 +51,7 @@ def counted(*args, **extra):
     return register(*args, **extra)
 mlflow.register_model = counted
 registry = Registry(storage_for(f"sqlite:///{sys.argv[2]}/lab.db", {}))
-done = session.train(registry, ground_in(registry), ["hann", "hertz", "linear"], ["repetitions", "configurations"])
+done = session.train(registry, context_in(registry), ["hann", "hertz", "linear"], ["repetitions", "configurations"])
 print(done.trained)
 """
 
@@ -69,7 +69,7 @@ def start(folder: Path, **extra: str) -> subprocess.Popen[str]:
 
 
 def test_session_registers_every_model_on_every_split(registry):
-    session = train(registry, ground_in(registry), MODELS, SPLITS)
+    session = train(registry, context_in(registry), MODELS, SPLITS)
     wanted = [(model, split) for split in SPLITS for model in MODELS]
     assert [(version.name, version.split) for version in session.versions] == wanted
     assert (session.trained, session.failures) == (6, [])
@@ -77,49 +77,55 @@ def test_session_registers_every_model_on_every_split(registry):
 
 
 def test_repeat_trains_nothing_and_lists_the_same(registry):
-    ground = ground_in(registry)
-    first = train(registry, ground, MODELS, SPLITS)
-    again = train(registry, ground, MODELS, SPLITS)
+    training_context = context_in(registry)
+    first = train(registry, training_context, MODELS, SPLITS)
+    again = train(registry, training_context, MODELS, SPLITS)
     assert again.trained == 0
     assert again.versions == first.versions
 
 
 def test_retrain_adds_versions_of_the_same_numbers(registry):
-    ground = ground_in(registry)
-    (first,) = train(registry, ground, ["linear"], SPLITS[:1]).versions
-    (again,) = train(registry, ground, ["linear"], SPLITS[:1], retrain=True).versions
+    training_context = context_in(registry)
+    (first,) = train(registry, training_context, ["linear"], SPLITS[:1]).versions
+    (again,) = train(registry, training_context, ["linear"], SPLITS[:1], retrain=True).versions
     assert (first.version, again.version) == (1, 2)
     assert (first.metrics, first.sha256) == (again.metrics, again.sha256)
 
 
 def test_model_is_the_same_alone_and_among_all(registry, tmp_path):
     """The same seed, the same model, whatever was trained before it."""
-    ground = ground_in(registry)
-    among = train(registry, ground, MODELS, SPLITS).versions
+    training_context = context_in(registry)
+    among = train(registry, training_context, MODELS, SPLITS).versions
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     other = fresh_registry(elsewhere)
-    (alone,) = train(other, replace(ground, work=other.place.work), ["linear"], ["configurations"]).versions
+    (alone,) = train(other, replace(training_context, work=other.place.work), ["linear"], ["configurations"]).versions
     assert alone.sha256 == next(v for v in among if (v.name, v.split) == ("linear", "configurations")).sha256
 
 
 def test_what_decides_a_training_makes_it_another(registry, monkeypatch):
-    ground = ground_in(registry)
-    keys = {task_of("linear", "repetitions", each).key for each in (ground, replace(ground, seed=1))}
-    keys.add(task_of("linear", "configurations", ground).key)
-    keys.add(task_of("linear", "repetitions", ground_in(registry, name="autumn")).key)
-    keys.add(replace(task_of("linear", "repetitions", ground), settings={}).key)
+    training_context = context_in(registry)
+    keys = {
+        task_of("linear", "repetitions", each).key for each in (training_context, replace(training_context, seed=1))
+    }
+    keys.add(task_of("linear", "configurations", training_context).key)
+    keys.add(task_of("linear", "repetitions", context_in(registry, name="autumn")).key)
+    keys.add(replace(task_of("linear", "repetitions", training_context), settings={}).key)
     monkeypatch.setattr(training_task, "TRAINING_VERSION", training_task.TRAINING_VERSION + 1)
-    keys.add(task_of("linear", "repetitions", ground).key)
+    keys.add(task_of("linear", "repetitions", training_context).key)
     assert len(keys) == 6
 
 
 def test_model_that_cannot_learn_stops_no_other(registry):
-    ground = ground_in(registry)
-    table = replace(ground.table, impactor_mass_kg=np.full(len(ground.table), np.nan))
+    training_context = context_in(registry)
+    table = replace(training_context.table, impactor_mass_kg=np.full(len(training_context.table), np.nan))
     told: list[str] = []
     session = train(
-        registry, replace(ground, table=table), ["hann", "linear"], SPLITS[:1], progress=Progress(tell=told.append)
+        registry,
+        replace(training_context, table=table),
+        ["hann", "linear"],
+        SPLITS[:1],
+        progress=Progress(tell=told.append),
     )
     assert [version.name for version in session.versions] == ["linear"]
     assert [failure.model for failure in session.failures] == ["hann"]
@@ -128,9 +134,9 @@ def test_model_that_cannot_learn_stops_no_other(registry):
 
 
 def test_floor_of_each_split_is_kept(registry):
-    ground = ground_in(registry)
-    train(registry, ground, ["hann"], SPLITS)
-    floors = registry.floors(ground.dataset.hash, 0)
+    training_context = context_in(registry)
+    train(registry, training_context, ["hann"], SPLITS)
+    floors = registry.floors(training_context.dataset.hash, 0)
     assert set(floors) == set(SPLITS)
     # Times scatter by 2 %, and a mean of two or three repetitions adds its own.
     assert 0.01 < floor_metrics(floors["repetitions"], "treatment")["contact_time_error"].mean < 0.04
@@ -145,7 +151,7 @@ def test_kill_leaves_only_finished_models_and_repeat_completes(registry, tmp_pat
     assert sorted(version.name for version in left) == ["hann", "hertz"]
     assert all(len(registry.held_out(version).keys) and registry.load(version) for version in left)
 
-    session = train(registry, ground_in(registry), MODELS, SPLITS)
+    session = train(registry, context_in(registry), MODELS, SPLITS)
     assert session.trained == 4
     assert len(registry.versions()) == 6
     assert {version.run_id for version in left} < {version.run_id for version in session.versions}
@@ -157,11 +163,11 @@ def test_kill_leaves_only_finished_models_and_repeat_completes(registry, tmp_pat
 
 def test_run_that_a_kill_left_open_is_closed_by_a_repeat(registry):
     """Its model was registered, and the run was to be closed."""
-    ground = ground_in(registry)
-    (version,) = train(registry, ground, ["hann"], SPLITS[:1]).versions
+    training_context = context_in(registry)
+    (version,) = train(registry, training_context, ["hann"], SPLITS[:1]).versions
     with registry.connection.client() as client:
         client.update_run(version.run_id, "RUNNING")
-    assert train(registry, ground, ["hann"], SPLITS[:1]).trained == 0
+    assert train(registry, training_context, ["hann"], SPLITS[:1]).trained == 0
     with registry.connection.client() as client:
         assert client.get_run(version.run_id).info.status == "FINISHED"
 
@@ -177,22 +183,22 @@ def test_two_at_once_train_each_model_once(registry, tmp_path):
 
 def test_split_by_material(registry):
     """Its text holds a sign that MLflow does not take everywhere."""
-    ground = ground_in(registry)
-    (version,) = train(registry, ground, ["hann"], ["material=delrin"]).versions
+    training_context = context_in(registry)
+    (version,) = train(registry, training_context, ["hann"], ["material=delrin"]).versions
     assert registry.versions() == [version]
-    assert set(registry.floors(ground.dataset.hash, 0)) == {"material=delrin"}
-    delrin = ground.table.tip_material == "delrin"
-    assert set(registry.held_out(version).keys) == set(ground.table.key[delrin])
+    assert set(registry.floors(training_context.dataset.hash, 0)) == {"material=delrin"}
+    delrin = training_context.table.tip_material == "delrin"
+    assert set(registry.held_out(version).keys) == set(training_context.table.key[delrin])
 
 
 def test_interruption_before_the_summary_is_made_good(registry, monkeypatch):
-    ground = ground_in(registry)
+    training_context = context_in(registry)
     with monkeypatch.context() as broken, pytest.raises(KeyboardInterrupt):
         broken.setattr(Registry, "close_session", _interrupted)
-        train(registry, ground, ["hann"], SPLITS)
-    assert registry.floors(ground.dataset.hash, 0) == {}
-    assert train(registry, ground, ["hann"], SPLITS).trained == 0
-    assert set(registry.floors(ground.dataset.hash, 0)) == set(SPLITS)
+        train(registry, training_context, ["hann"], SPLITS)
+    assert registry.floors(training_context.dataset.hash, 0) == {}
+    assert train(registry, training_context, ["hann"], SPLITS).trained == 0
+    assert set(registry.floors(training_context.dataset.hash, 0)) == set(SPLITS)
 
 
 def _interrupted(*_: object) -> None:
@@ -224,31 +230,33 @@ def test_contact_time_is_searched_once_for_all(registry, monkeypatch):
     monkeypatch.setattr(run_tasks, "try_fit", attempt)
     models = ["hann", "nn-narrow", "gp", "nn-ga"]
     for _ in range(2):
-        train(registry, ground_in(registry), models, SPLITS[:1])
+        train(registry, context_in(registry), models, SPLITS[:1])
     assert searched == [120]
     assert given == {"hann": None} | {model: {"kernel": "rbf"} for model in models[1:]}
 
 
 def test_history_of_the_shared_search_is_registered_with_every_model_that_shares_it(registry, monkeypatch):
     """It is kept with what was found: a model that is trained later has it too."""
-    ground = ground_in(registry)
-    pulses = ground.table.take(split_of(ground.table, "repetitions", 0).train)
+    training_context = context_in(registry)
+    pulses = training_context.table.take(split_of(training_context.table, "repetitions", 0).train)
     process = ContactTimeProcess(iterations=2, search_rows=40)
     process.fit(pulses.x, pulses.contact_time_s[:, None], pulses.configuration, np.random.default_rng(1))
     searched = TimeSettings(process.tuned_, 1.5, {"search_error": [0.5, 0.25]})
-    run_tasks.write_time_settings(searched, "repetitions", ground)
-    shared, alone = train(registry, ground_in(registry), ["nn-narrow", "linear"], SPLITS[:1]).versions
+    run_tasks.write_time_settings(searched, "repetitions", training_context)
+    shared, alone = train(registry, context_in(registry), ["nn-narrow", "linear"], SPLITS[:1]).versions
     assert registry.fit_histories(shared)["time.search_error"] == [(0, 0.5), (1, 0.25)]
     assert registry.fit_settings(shared)["time.search_seconds"] == 1.5
     assert not any(name.startswith("time.search") for name in registry.fit_histories(alone))
 
 
 def test_file_of_a_search_by_older_software_is_read(registry):
-    ground = ground_in(registry)
-    run_tasks.write_time_settings(TimeSettings({"kernel": "rbf"}, 2.0, {"search_error": [1.0]}), "repetitions", ground)
-    (file,) = ground.work.glob("contact-time-*.json")
+    training_context = context_in(registry)
+    run_tasks.write_time_settings(
+        TimeSettings({"kernel": "rbf"}, 2.0, {"search_error": [1.0]}), "repetitions", training_context
+    )
+    (file,) = training_context.work.glob("contact-time-*.json")
     file.write_text('{"tuned": {"kernel": "matern"}, "seconds": 3.0}')
-    assert run_tasks.read_time_settings("repetitions", ground) == TimeSettings({"kernel": "matern"}, 3.0)
+    assert run_tasks.read_time_settings("repetitions", training_context) == TimeSettings({"kernel": "matern"}, 3.0)
 
 
 def test_contact_time_that_cannot_be_searched_fails_the_models_that_share_it(registry, monkeypatch):
@@ -256,7 +264,7 @@ def test_contact_time_that_cannot_be_searched_fails_the_models_that_share_it(reg
         raise ValueError("no two times differ")
 
     monkeypatch.setattr(run_tasks, "_searched", search)
-    session = train(registry, ground_in(registry), ["nn-narrow", "linear", "nn-ga"], SPLITS[:1])
+    session = train(registry, context_in(registry), ["nn-narrow", "linear", "nn-ga"], SPLITS[:1])
     assert [version.name for version in session.versions] == ["linear"]
     assert {(each.model, each.reason) for each in session.failures} == {
         ("nn-narrow", "no two times differ"),
@@ -290,10 +298,10 @@ def test_every_model_is_made_and_described(name):
 
 
 def test_budget_is_the_genetic_search_only(registry):
-    ground = ground_in(registry)
-    full = replace(ground, budget="full")
-    assert task_of("nn-ga", "repetitions", ground).key != task_of("nn-ga", "repetitions", full).key
-    assert task_of("hybrid", "repetitions", ground).key == task_of("hybrid", "repetitions", full).key
+    training_context = context_in(registry)
+    full = replace(training_context, budget="full")
+    assert task_of("nn-ga", "repetitions", training_context).key != task_of("nn-ga", "repetitions", full).key
+    assert task_of("hybrid", "repetitions", training_context).key == task_of("hybrid", "repetitions", full).key
 
 
 @pytest.mark.slow
@@ -304,6 +312,6 @@ def test_jobs_at_once_register_the_same(tmp_path):
     for folder, jobs in ((alone, 1), (together, 2)):
         folder.mkdir()
         registry = fresh_registry(folder)
-        session = train(registry, ground_in(registry, table), MODELS, SPLITS, crew=ExecutorConfig(jobs=jobs))
+        session = train(registry, context_in(registry, table), MODELS, SPLITS, executor=ExecutorConfig(jobs=jobs))
         found.append([(v.name, v.split, v.metrics, v.sha256) for v in session.versions])
     assert found[0] == found[1]

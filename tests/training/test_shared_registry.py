@@ -17,7 +17,7 @@ from pyroshock.training.registry.registry import Registry
 from sqlalchemy import make_url, text
 from support.processes.crowd import MODELS, complaints, together
 from support.stores.databases import _execute
-from support.stores.registries import ground_in, without_figures, without_judging_the_first
+from support.stores.registries import context_in, without_figures, without_judging_the_first
 from support.stores.stores import opened
 
 
@@ -47,13 +47,13 @@ def test_what_one_registers_another_reads_and_promotes(shared: ModelStorage, tmp
     without_figures(monkeypatch)
     without_judging_the_first(monkeypatch)
     one, other = Registry(shared), Registry(shared)
-    ground = ground_in(one)
-    version = one.record(fit_task(task_of("hann", "repetitions", ground), ground))
+    context = context_in(one)
+    version = one.record(fit_task(task_of("hann", "repetitions", context), context))
     monkeypatch.chdir(tmp_path)
     assert other.versions() == [version]
     assert other.load(version).model.kind == "analytic"
     assert len(other.held_out(version).keys)
-    decision = promote(other, "hann", version.version, lambda _: ground.table, forced=True, reason="a start")
+    decision = promote(other, "hann", version.version, lambda _: context.table, forced=True, reason="a start")
     assert (one.champion("hammer").label, one.decisions()) == (version.label, [decision])
     assert list(tmp_path.iterdir()) == []
 

@@ -22,7 +22,7 @@ from pyroshock.training.registry.records import Trained, Version
 from pyroshock.training.registry.registry import Registry
 from support.processes.tracking_servers import rest, tracking_server
 from support.records.pulse_tables import PREDICTORS, frame_of_inputs, pulse_table
-from support.stores.registries import fresh_registry, ground_in, without_figures
+from support.stores.registries import context_in, fresh_registry, without_figures
 
 REPORT = FitReport(
     {"force.kernel": "matern-5/2", "force.noise": 0.0125, "force.rank": 3},
@@ -55,17 +55,17 @@ def remote(server: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Regi
 
 
 def test_server_trains_lists_promotes_loads_and_predicts(remote, few_pulses):
-    ground = ground_in(remote, few_pulses)
-    session = train(remote, ground, ["hann", "linear"], ["repetitions"])
+    context = context_in(remote, few_pulses)
+    session = train(remote, context, ["hann", "linear"], ["repetitions"])
     assert (session.trained, session.failures) == (2, [])
-    assert train(remote, ground, ["hann", "linear"], ["repetitions"]).trained == 0
+    assert train(remote, context, ["hann", "linear"], ["repetitions"]).trained == 0
     by_name = {version.name: version for version in remote.versions()}
     assert by_name.keys() == {"hann", "linear"} and damages(remote, list(by_name.values())) == {}
-    decision = promote(remote, "linear", 1, lambda _: ground.table, forced=True, reason="the first")
+    decision = promote(remote, "linear", 1, lambda _: context.table, forced=True, reason="the first")
     assert decision.promoted and remote.decisions() == [decision]
     in_use = remote.champion("hammer")
-    expected = fit_task(task_of("linear", "repetitions", ground), ground)
-    inputs = ground.table.take(np.arange(4)).inputs
+    expected = fit_task(task_of("linear", "repetitions", context), context)
+    inputs = context.table.take(np.arange(4)).inputs
     forces = unpack(*expected.packed).predict(inputs).force_n
     np.testing.assert_array_equal(remote.load(in_use).predict(inputs).prediction.force_n, forces)
     np.testing.assert_array_equal(remote.held_out(in_use).keys, expected.held_out.keys)
@@ -74,8 +74,8 @@ def test_server_trains_lists_promotes_loads_and_predicts(remote, few_pulses):
 
 
 def test_server_tells_of_files_that_are_gone(remote, few_pulses, tmp_path_factory):
-    ground = ground_in(remote, few_pulses, name="gone")
-    version = remote.record(fit_task(task_of("hertz", "repetitions", ground), ground))
+    context = context_in(remote, few_pulses, name="gone")
+    version = remote.record(fit_task(task_of("hertz", "repetitions", context), context))
     assert remote.damage(version) is None
     for file in (tmp_path_factory.getbasetemp() / "server0").glob("files/**/model.json"):
         if '"hertz"' in file.read_text():
@@ -84,12 +84,12 @@ def test_server_tells_of_files_that_are_gone(remote, few_pulses, tmp_path_factor
 
 
 def made(registry: Registry, table: PulseTable) -> Trained:
-    ground = ground_in(registry, table, name="searched")
-    return replace(fit_task(task_of("reed", "repetitions", ground), ground), fit_report=REPORT)
+    context = context_in(registry, table, name="searched")
+    return replace(fit_task(task_of("reed", "repetitions", context), context), fit_report=REPORT)
 
 
 def test_server_answers_with_what_was_searched(remote, few_pulses, server):
-    session = remote.open_session(ground_in(remote, few_pulses, name="searched").dataset, 0)
+    session = remote.open_session(context_in(remote, few_pulses, name="searched").dataset, 0)
     check_answers(server, remote, remote.record(made(remote, few_pulses), session), session)
 
 
@@ -98,7 +98,7 @@ def test_mlflow_page_on_the_store_beside_a_laboratory(few_pulses, tmp_path, monk
     """By the command of docs/explanation/registry.md; its page asks what is asked here."""
     without_figures(monkeypatch)
     registry = fresh_registry(tmp_path)
-    session = registry.open_session(ground_in(registry, few_pulses).dataset, 0)
+    session = registry.open_session(context_in(registry, few_pulses).dataset, 0)
     version = registry.record(made(registry, few_pulses), session)
     registry.set_champion(version)
     options = ("--backend-store-uri", "sqlite:///lab-models.db", "--default-artifact-root", "lab-models")

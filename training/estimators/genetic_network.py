@@ -33,14 +33,14 @@ class GeneticNetwork(Estimator):
     `workers` (threads) gives the same network.
 
     Attributes, not settings, for they do not change what is found: `journal`, a file that keeps the search's state so
-    that an interrupted one resumes; `progress`, told after each generation; `crew`, which tries the candidates.
+    that an interrupted one resumes; `progress`, told after each generation; `executor`, which tries the candidates.
     `found_` is the outcome of `fit`.
     """
 
     kind = "genetic-network"
     journal: Path | None = None
     progress: Callable[[str], None] | None = None
-    crew: ExecutorConfig = HERE
+    executor: ExecutorConfig = HERE
     found_: GeneticResult | None = None
     network_: Network | None = None
 
@@ -62,7 +62,7 @@ class GeneticNetwork(Estimator):
         evaluate = _Fitness(x, y, left_out, self.iterations, seed)
         journal = SearchJournal(self.journal, self._fingerprint(seed, x, y, groups))
         with one_thread():
-            self.found_ = run_search(search, evaluate, seed, journal, self.progress, show, self.crew)
+            self.found_ = run_search(search, evaluate, seed, journal, self.progress, show, self.executor)
         return self._learn(*decoded(self.found_.genes), x, y, groups, _chance(seed, self.found_.genes))
 
     def refit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:

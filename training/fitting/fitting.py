@@ -87,27 +87,27 @@ class FittingFailure:
     reason: str
 
 
-def task_of(model: str, split: str, ground: TrainingContext) -> TrainingTask:
+def task_of(model: str, split: str, context: TrainingContext) -> TrainingTask:
     """The training that this would be."""
-    settings = entry_of(model).make(BuildOptions(budget=ground.budget)).settings()
-    return TrainingTask(model, settings, ground.dataset.hash, split, ground.seed)
+    settings = entry_of(model).make(BuildOptions(budget=context.budget)).settings()
+    return TrainingTask(model, settings, context.dataset.hash, split, context.seed)
 
 
 def fit_task(
     task: TrainingTask,
-    ground: TrainingContext,
+    context: TrainingContext,
     tuned: Mapping[str, Any] | None = None,
     tell: Callable[[str], None] | None = None,
-    crew: ExecutorConfig = HERE,
+    executor: ExecutorConfig = HERE,
 ) -> Trained:
     """Train and judge. What was fitted is packed and unpacked before it is judged: the figures are of what is stored.
 
-    `tuned` are the contact-time process's settings where they were found already; `crew` does what a model's own
+    `tuned` are the contact-time process's settings where they were found already; `executor` does what a model's own
     search tries, and `tell` hears of it. Raises `ValueError` where the model cannot learn from this dataset.
     """
-    split = split_of(ground.table, task.split, task.seed)
-    training, held_out = ground.table.take(split.train), ground.table.take(split.test)
-    model = entry_of(task.model).make(BuildOptions(ground.budget, tuned, journal_of(task, ground), tell, crew))
+    split = split_of(context.table, task.split, task.seed)
+    training, held_out = context.table.take(split.train), context.table.take(split.test)
+    model = entry_of(task.model).make(BuildOptions(context.budget, tuned, journal_of(task, context), tell, executor))
     with measure_resources() as meter:
         model.fit(training, task.rng)
     packed = pack(model)
@@ -116,7 +116,7 @@ def fit_task(
     rng = rng_of("bootstrap", task.dataset_hash, task.split, task.seed)
     return Trained(
         task=task,
-        dataset=ground.dataset,
+        dataset=context.dataset,
         packed=packed,
         predictors=training.predictors,
         domain=Domain.of(training),
@@ -130,21 +130,21 @@ def fit_task(
 
 def try_fit(
     task: TrainingTask,
-    ground: TrainingContext,
+    context: TrainingContext,
     tuned: Mapping[str, Any] | None = None,
     tell: Callable[[str], None] | None = None,
-    crew: ExecutorConfig = HERE,
+    executor: ExecutorConfig = HERE,
 ) -> Trained | FittingFailure:
     """`fit_task`, where a model that cannot learn from this dataset is no reason to stop."""
     try:
-        return fit_task(task, ground, tuned, tell, crew)
+        return fit_task(task, context, tuned, tell, executor)
     except ValueError as error:
         return FittingFailure(task.model, task.split, str(error))
 
 
-def journal_of(task: TrainingTask, ground: TrainingContext) -> Path:
+def journal_of(task: TrainingTask, context: TrainingContext) -> Path:
     """Where a search of this task keeps what it has done; gone once the model is registered."""
-    return ground.work / f"{task.key}.journal"
+    return context.work / f"{task.key}.journal"
 
 
 def _figures(model: str, held_out: PulseTable, prediction: ContactPrediction, errors: PulseErrors) -> dict[str, bytes]:

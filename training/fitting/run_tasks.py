@@ -45,28 +45,28 @@ class TimeSettings:
         return FitReport({"search_seconds": self.seconds}, histories=self.histories).under("time")
 
 
-def search_contact_time(split: str, ground: TrainingContext) -> TimeSettings:
+def search_contact_time(split: str, context: TrainingContext) -> TimeSettings:
     """Raises `ValueError` where nothing can be learned from the split."""
-    training = ground.table.take(split_of(ground.table, split, ground.seed).train)
-    return _searched(training, rng_of("contact-time", ground.dataset.hash, split, ground.seed))
+    training = context.table.take(split_of(context.table, split, context.seed).train)
+    return _searched(training, rng_of("contact-time", context.dataset.hash, split, context.seed))
 
 
-def read_time_settings(split: str, ground: TrainingContext) -> TimeSettings | None:
+def read_time_settings(split: str, context: TrainingContext) -> TimeSettings | None:
     """What was found earlier."""
     try:
-        return TimeSettings(**json.loads(_file(split, ground).read_text(encoding="utf-8")))
+        return TimeSettings(**json.loads(_file(split, context).read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError):
         return None  # not there, or not what we write
 
 
-def write_time_settings(settings: TimeSettings, split: str, ground: TrainingContext) -> None:
+def write_time_settings(settings: TimeSettings, split: str, context: TrainingContext) -> None:
     """For the next training on this split."""
-    replace_text(_file(split, ground), json.dumps(asdict(settings)))
+    replace_text(_file(split, context), json.dumps(asdict(settings)))
 
 
-def _file(split: str, ground: TrainingContext) -> Path:
-    of = f"{ground.dataset.hash[:16]}-{split.replace('/', '_')}-{ground.seed}-v{TRAINING_VERSION}"
-    return ground.work / f"contact-time-{of}.json"
+def _file(split: str, context: TrainingContext) -> Path:
+    of = f"{context.dataset.hash[:16]}-{split.replace('/', '_')}-{context.seed}-v{TRAINING_VERSION}"
+    return context.work / f"contact-time-{of}.json"
 
 
 def _searched(pulses: PulseTable, rng: np.random.Generator) -> TimeSettings:
@@ -97,8 +97,8 @@ class TaskWithContactTime:
     task: TrainingTask
     tuned: Mapping[str, Any] | None = None
 
-    def done(self, ground: TrainingContext) -> Outcome:
-        return try_fit(self.task, ground, self.tuned)
+    def done(self, context: TrainingContext) -> Outcome:
+        return try_fit(self.task, context, self.tuned)
 
     def failed(self, reason: str) -> FittingFailure:
         return FittingFailure(self.task.model, self.task.split, reason)
@@ -110,9 +110,9 @@ class TimeSearch:
 
     split: str
 
-    def done(self, ground: TrainingContext) -> TimeSettings | FittingFailure:
+    def done(self, context: TrainingContext) -> TimeSettings | FittingFailure:
         try:
-            return search_contact_time(self.split, ground)
+            return search_contact_time(self.split, context)
         except ValueError as error:
             return self.failed(str(error))
 
@@ -123,9 +123,9 @@ class TimeSearch:
 Errand = TaskWithContactTime | TimeSearch
 
 
-def done(errand: Errand, ground: TrainingContext) -> Outcome | TimeSettings:
+def done(errand: Errand, context: TrainingContext) -> Outcome | TimeSettings:
     """By a worker, which knows it by this name."""
-    return errand.done(ground)
+    return errand.done(context)
 
 
 def lost(errand: Errand) -> FittingFailure:
@@ -140,34 +140,34 @@ Times = dict[str, TimeSettings | FittingFailure]
 
 
 def run_trainings(
-    tasks: Sequence[TrainingTask], ground: TrainingContext, crew: ExecutorConfig, step: Step, tell: Tell
+    tasks: Sequence[TrainingTask], context: TrainingContext, executor: ExecutorConfig, step: Step, tell: Tell
 ) -> Iterator[tuple[TrainingTask, Outcome]]:
-    """Each task with what came of it, as it is finished. What a training comes to does not depend on the crew."""
+    """Each task with what came of it, as it is finished. What a training comes to does not depend on the executor."""
     remaining = {task.key: task for task in tasks}
 
     def show() -> None:
-        under_way = ", ".join(f"{task.model} ({task.split})" for task in list(remaining.values())[: crew.jobs])
+        under_way = ", ".join(f"{task.model} ({task.split})" for task in list(remaining.values())[: executor.jobs])
         step(len(tasks) - len(remaining), len(tasks), under_way)
 
     show()
-    for task, outcome in _outcomes(tasks, ground, crew, tell):
+    for task, outcome in _outcomes(tasks, context, executor, tell):
         del remaining[task.key]
         yield task, outcome
         show()
 
 
 def _outcomes(
-    tasks: Sequence[TrainingTask], ground: TrainingContext, crew: ExecutorConfig, tell: Tell
+    tasks: Sequence[TrainingTask], context: TrainingContext, executor: ExecutorConfig, tell: Tell
 ) -> Iterator[tuple[TrainingTask, Outcome]]:
     """First what stands alone, and the searches that others wait for; then the others.
 
-    Models that search are last and are fitted in this process, which keeps their journals: the crew tries their
+    Models that search are last and are fitted in this process, which keeps their journals: the executor tries their
     candidates.
     """
     sharing = [task for task in tasks if entry_of(task.model).shares_time]
     alone = [TaskWithContactTime(task) for task in tasks if task not in sharing]
     times: Times = {}
-    yield from _first(alone, dict.fromkeys(task.split for task in sharing), times, ground, crew)
+    yield from _first(alone, dict.fromkeys(task.split for task in sharing), times, context, executor)
     ready = list[TaskWithContactTime]()
     for task in sharing:
         contact_time = times[task.split]
@@ -176,11 +176,11 @@ def _outcomes(
         else:
             ready.append(TaskWithContactTime(task, contact_time.tuned))
     searching = [training for training in ready if entry_of(training.task.model).searches]
-    for task, outcome in _sent([training for training in ready if training not in searching], ground, crew):
+    for task, outcome in _sent([training for training in ready if training not in searching], context, executor):
         yield task, _with_search(outcome, times)
     for training in searching:
         with one_thread():
-            outcome = try_fit(training.task, ground, training.tuned, tell, crew)
+            outcome = try_fit(training.task, context, training.tuned, tell, executor)
         yield training.task, _with_search(outcome, times)
 
 
@@ -197,19 +197,19 @@ def _first(
     alone: Sequence[TaskWithContactTime],
     splits: Iterable[str],
     times: Times,
-    ground: TrainingContext,
-    crew: ExecutorConfig,
+    context: TrainingContext,
+    executor: ExecutorConfig,
 ) -> Iterator[tuple[TrainingTask, Outcome]]:
     """Trainings that need nothing; on the way `times` of the splits, where they were not found earlier."""
     searches = list[TimeSearch]()
     for split in splits:
-        if (kept := read_time_settings(split, ground)) is None:
+        if (kept := read_time_settings(split, context)) is None:
             searches.append(TimeSearch(split))
         else:
             times[split] = kept
     # The dear ones first where there are others to work meanwhile, and last where the first results would wait.
-    errands: list[Errand] = [*alone, *searches] if crew.is_here else [*searches, *alone]
-    for errand, result in run_all_tasks(crew, done, errands, shared=(ground,), lost=lost):
+    errands: list[Errand] = [*alone, *searches] if executor.is_here else [*searches, *alone]
+    for errand, result in run_all_tasks(executor, done, errands, shared=(context,), lost=lost):
         if isinstance(errand, TaskWithContactTime):
             assert not isinstance(result, TimeSettings)
             yield errand.task, result
@@ -217,12 +217,12 @@ def _first(
             assert isinstance(result, TimeSettings | FittingFailure)
             times[errand.split] = result
             if isinstance(result, TimeSettings):
-                write_time_settings(result, errand.split, ground)
+                write_time_settings(result, errand.split, context)
 
 
 def _sent(
-    trainings: Sequence[TaskWithContactTime], ground: TrainingContext, crew: ExecutorConfig
+    trainings: Sequence[TaskWithContactTime], context: TrainingContext, executor: ExecutorConfig
 ) -> Iterator[tuple[TrainingTask, Outcome]]:
-    for training, outcome in run_all_tasks(crew, done, trainings, shared=(ground,), lost=lost):
+    for training, outcome in run_all_tasks(executor, done, trainings, shared=(context,), lost=lost):
         assert not isinstance(outcome, TimeSettings)
         yield training.task, outcome

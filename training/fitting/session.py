@@ -69,22 +69,22 @@ class Progress:
 
 def train(
     registry: Registry,
-    ground: TrainingContext,
+    context: TrainingContext,
     models: Sequence[str],
     splits: Sequence[str],
     *,
     retrain: bool = False,
-    crew: ExecutorConfig = HERE,
+    executor: ExecutorConfig = HERE,
     progress: Progress = Progress(),
 ) -> Session:
     """Train every model on every split, and register each as soon as it is finished.
 
     A training whose result is registered (same dataset, split, seed, settings and `TRAINING_VERSION`) is not done
     again, unless `retrain`; so what was interrupted goes on by being started again. Another process that trains on the
-    same dataset is waited for. The `crew` trains; this process registers, alone.
+    same dataset is waited for. The `executor` trains; this process registers, alone.
     """
-    tasks = [task_of(model, split, ground) for split in splits for model in models]
-    what = f"training {ground.dataset.hash[:16]}"
+    tasks = [task_of(model, split, context) for split in splits for model in models]
+    what = f"training {context.dataset.hash[:16]}"
     with exclusive_lock(
         registry.place, what, lambda: progress.tell("another process trains on this dataset; waiting for it")
     ):
@@ -92,20 +92,20 @@ def train(
         registry.close_runs(trained_before.values())
         to_do = [task for task in tasks if task.key not in trained_before]
         session = Session()
-        summed_up = registry.floors(ground.dataset.hash, ground.seed).keys() >= set(splits)
-        run = None if summed_up and not to_do else registry.open_session(ground.dataset, ground.seed)
-        for task, outcome in run_trainings(to_do, ground, crew, progress.step, progress.tell):
+        summed_up = registry.floors(context.dataset.hash, context.seed).keys() >= set(splits)
+        run = None if summed_up and not to_do else registry.open_session(context.dataset, context.seed)
+        for task, outcome in run_trainings(to_do, context, executor, progress.step, progress.tell):
             if isinstance(outcome, FittingFailure):
                 session.failures.append(outcome)
                 progress.tell(f"{task.model} not trained on {task.split}: {outcome.reason}")
                 continue
             trained_before[task.key] = registry.record(outcome, run)
             session.trained += 1
-            journal_of(task, ground).unlink(missing_ok=True)
+            journal_of(task, context).unlink(missing_ok=True)
             progress.tell(_told(outcome))
         session.versions = [trained_before[task.key] for task in tasks if task.key in trained_before]
         if run is not None:
-            _sum_up(registry, ground, run, splits)
+            _sum_up(registry, context, run, splits)
     return session
 
 
@@ -120,19 +120,19 @@ def _told(trained: Trained) -> str:
     return f"{trained.task.model}, {trained.task.split}: force NRMSE {nrmse:.4f} in {trained.cost.seconds:.1f} s"
 
 
-def _sum_up(registry: Registry, ground: TrainingContext, run: str, splits: Sequence[str]) -> None:
+def _sum_up(registry: Registry, context: TrainingContext, run: str, splits: Sequence[str]) -> None:
     """What stands over all models, earlier ones too: each split's floor and figures, in the run over all trainings."""
     figures: dict[str, bytes] = {}
-    floors = {split: floor_text(ground.table, ground.dataset.hash, split, ground.seed) for split in splits}
+    floors = {split: floor_text(context.table, context.dataset.hash, split, context.seed) for split in splits}
     versions = newest(
         version
         for version in registry.versions()
-        if (version.dataset.hash, version.seed) == (ground.dataset.hash, ground.seed)
+        if (version.dataset.hash, version.seed) == (context.dataset.hash, context.seed)
     )
     versions = intact_versions(registry, versions)
     for split in splits:
         of_split = {version.name: version for version in reversed(versions) if version.split == split}
         if of_split:
-            judged = evaluate_held_out(registry, list(of_split.values()), lambda _hash: ground.table)
+            judged = evaluate_held_out(registry, list(of_split.values()), lambda _hash: context.table)
             figures |= summary_figures(judged, split)
     registry.close_session(run, figures, floors)

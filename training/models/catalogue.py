@@ -19,22 +19,22 @@ class BuildOptions:
     """What may differ from training to training. `budget` is the genetic search's.
 
     `tuned_time` are settings of the contact-time process that were found already; None lets the model search.
-    `journal` is where a search keeps what it has done, `tell` hears of it, and `crew` does it: none changes a model.
+    `journal` is where a search keeps what it has done, `tell` hears of it, `executor` does it; none changes a model.
     """
 
     budget: Budget = "reduced"
     tuned_time: Mapping[str, Any] | None = None
     journal: Path | None = None
     tell: Callable[[str], None] | None = None
-    crew: ExecutorConfig = HERE
+    executor: ExecutorConfig = HERE
 
 
 @dataclass(frozen=True)
 class ModelSpec:
-    """A model of the zoo.
+    """A model that `train` knows by name.
 
-    `shares_time` models take the contact-time process that was searched once for all. One that `searches` has a crew
-    of its own for it.
+    `shares_time` models take the contact-time process that was searched once for all. One that `searches` has an
+    executor of its own for it.
     """
 
     make: Callable[[BuildOptions], ContactModel]
@@ -108,7 +108,7 @@ def _genetic(making: BuildOptions) -> ContactModel:
 
     full = {"population": 50, "generations": 50} if making.budget == "full" else {}
     network = GeneticNetwork(**full)
-    network.journal, network.progress, network.crew = making.journal, making.tell, making.crew
+    network.journal, network.progress, network.executor = making.journal, making.tell, making.executor
     return _beside_time_process(network, making, "none")
 
 

@@ -142,11 +142,11 @@ def run_search(
     journal: SearchJournal,
     progress: Progress | None = None,
     show: Callable[[Genes], str] = str,
-    crew: ExecutorConfig = HERE,
+    executor: ExecutorConfig = HERE,
 ) -> GeneticResult:
-    """The best of a first population and `generations` bred from it; the same for any number of workers, and any crew.
+    """The best of a first population and `generations` bred from it; the same for any workers and any executor.
 
-    A crew of this process works in `search.workers` threads; to another `evaluate` is sent, pickled.
+    An executor of this process works in `search.workers` threads; to another `evaluate` is sent, pickled.
     """
     population = _first(search, np.random.default_rng([seed, 0]))
     best, evaluated, seen, requested = list[float](), list[int](), set[Genes](), 0
@@ -156,7 +156,7 @@ def run_search(
             population = _bred(search, population, values, np.random.default_rng([seed, generation]))
         # High levels first: where they are the dear ones, no worker is left with the dearest at the end.
         missing = sorted({genes for genes in population if genes not in journal.values}, reverse=True)
-        for genes, value in _evaluated(missing, evaluate, search.workers, crew):
+        for genes, value in _evaluated(missing, evaluate, search.workers, executor):
             journal.add(genes, value)
         seen.update(population)
         requested += search.population if generation == 0 else search.population - search.elite
@@ -177,11 +177,11 @@ def _ranked(seen: Iterable[Genes], journal: SearchJournal) -> Genes:
 
 
 def _evaluated(
-    missing: Sequence[Genes], evaluate: Evaluate, workers: int, crew: ExecutorConfig
+    missing: Sequence[Genes], evaluate: Evaluate, workers: int, executor: ExecutorConfig
 ) -> Iterable[tuple[Genes, float]]:
     """Values as they come. Here by threads: PyTorch leaves Python's lock."""
-    if workers == 1 or not crew.is_here:
-        return run_all_tasks(crew, _value, missing, shared=(evaluate,))
+    if workers == 1 or not executor.is_here:
+        return run_all_tasks(executor, _value, missing, shared=(evaluate,))
     return _by_threads(missing, evaluate, workers)
 
 

@@ -19,7 +19,7 @@ from pyroshock.training.registry.promotion import promote
 from pyroshock.training.registry.registry import Registry
 from support.checks.well_formed import Page, needs_nothing
 from support.records.pulse_tables import pulse_table
-from support.stores.registries import fresh_registry, ground_in, without_figures, without_judging_the_first
+from support.stores.registries import context_in, fresh_registry, without_figures, without_judging_the_first
 
 Read = Callable[[str], PulseTable]
 
@@ -32,7 +32,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> tuple[Registry, Read]:
     with pytest.MonkeyPatch.context() as patch:
         without_figures(patch)
         without_judging_the_first(patch)
-        train(registry, ground_in(registry, table), ["hann", "linear"], ["repetitions", "configurations"])
+        train(registry, context_in(registry, table), ["hann", "linear"], ["repetitions", "configurations"])
         promote(registry, "hann", 1, lambda _: table, forced=True, reason="to begin with")
     promote(registry, "linear", 1, lambda _: table, forced=True, reason="to <i>try</i> it")
     return registry, lambda _: table

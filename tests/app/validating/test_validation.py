@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.app.common.model_registry import ground_of, registry_of
+from pyroshock.app.common.model_registry import context_of, registry_of
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.building import TwinRequest, twin_of
 from pyroshock.app.validate.validation import (
@@ -186,7 +186,7 @@ def with_model(db: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     with opened(db) as store:
         build_snapshot(store, "pulses", ["spring"])
         registry = fresh_registry(tmp_path)
-        train(registry, ground_of(store, "pulses", registry, 0, "reduced"), ["linear"], ["repetitions"])
+        train(registry, context_of(store, "pulses", registry, 0, "reduced"), ["linear"], ["repetitions"])
     return db
 
 

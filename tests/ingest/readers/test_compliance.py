@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pyroshock.ingest.parallel import Isolation, map_ahead
 from pyroshock.ingest.readers import READERS, ReadingOptions, RecordingError, may_crash, open_recording, reader_for
+from pyroshock.parallel.read_ahead import Isolation, map_ahead
 from support.records.recipes import Truth
 
 few = settings(max_examples=12)

@@ -53,7 +53,7 @@ def _template() -> Path:
     return registry.place.database
 
 
-def ground_in(
+def context_in(
     registry: Registry, table: PulseTable | None = None, name: str = "spring", seed: int = 0
 ) -> TrainingContext:
     """Three repetitions of 60 configurations; the hash tells tables of different names apart."""

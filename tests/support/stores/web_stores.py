@@ -85,7 +85,7 @@ def filled_lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _train(store: Store, folder: Path, patch: pytest.MonkeyPatch) -> None:
-    from pyroshock.app.common.model_registry import ground_of
+    from pyroshock.app.common.model_registry import context_of
     from pyroshock.dataset.snapshot import build_snapshot
     from pyroshock.training.fitting.session import train
 
@@ -94,8 +94,8 @@ def _train(store: Store, folder: Path, patch: pytest.MonkeyPatch) -> None:
     without_figures(patch)
     build_snapshot(store, DATASET, [HAMMER])
     registry = fresh_registry(folder)
-    ground = ground_of(store, DATASET, registry, 0, "reduced")
-    train(registry, ground, ["linear", "tree"], ["repetitions"])
+    training_context = context_of(store, DATASET, registry, 0, "reduced")
+    train(registry, training_context, ["linear", "tree"], ["repetitions"])
 
 
 def _plan_and_diagnose(store: Store) -> None:

@@ -12,10 +12,9 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
-from ..parallel.working_directory import working_directory_closed
-from .readers.contents import end_this_process_when_stuck
+from .working_directory import working_directory_closed
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -32,17 +31,24 @@ def default_jobs(total_bytes: int) -> int:
     return min(4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
 
 
+def _nothing() -> None:
+    pass
+
+
 @dataclass(frozen=True)
 class Isolation(Generic[Item, Result]):
     """What stands in for an item whose process dies (a C library can be crashed by a damaged file, or never return).
 
     `patience_s(item)` is the time after which its process is ended; with `always`, not even a single item, or a
-    single job, runs in this process.
+    single job, runs in this process. `begin` is called first in each process, and modules of `preload` are imported
+    once for all of them.
     """
 
     lost: Callable[[Item], Result]
     patience_s: Callable[[Item], float]
     always: bool = False
+    begin: Callable[[], None] = _nothing
+    preload: tuple[str, ...] = ()
 
 
 def map_ahead(
@@ -69,12 +75,12 @@ def map_ahead(
             yield item, _alone(function, item, isolation)
 
 
-def _pool(jobs: int) -> ProcessPoolExecutor:
+def _pool(jobs: int, isolation: Isolation[Any, Any]) -> ProcessPoolExecutor:
     # Processes are forked from a clean server, not from this one, which may hold connections and threads; the
     # server has imported what they need, so that each does not do it again.
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["pyroshock.ingest.load", "scipy.interpolate"])
-    return ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin)
+    context.set_forkserver_preload(list(isolation.preload))
+    return ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin, initargs=(isolation.begin,))
 
 
 def _watched(function: Callable[[Item], Result], patience_s: float, item: Item) -> Result:
@@ -87,8 +93,8 @@ def _watched(function: Callable[[Item], Result], patience_s: float, item: Item) 
             faulthandler.cancel_dump_traceback_later()
 
 
-def _begin() -> None:
-    end_this_process_when_stuck()
+def _begin(begin: Callable[[], None]) -> None:
+    begin()
     _end_with_parent()
 
 
@@ -113,7 +119,7 @@ def _until_a_crash(
 ) -> Iterator[tuple[Item, Result]]:
     """Work off `rest`; after a crash `under_way` holds the items of which one did it."""
     waiting: deque[tuple[Item, Future[Result]]] = deque()
-    with working_directory_closed(), _pool(jobs) as pool:
+    with working_directory_closed(), _pool(jobs, isolation) as pool:
         try:
             while rest or waiting:
                 while rest and len(waiting) < 2 * jobs:
@@ -131,7 +137,7 @@ def _until_a_crash(
 
 
 def _alone(function: Callable[[Item], Result], item: Item, isolation: Isolation[Item, Result]) -> Result:
-    with working_directory_closed(), _pool(1) as pool:
+    with working_directory_closed(), _pool(1, isolation) as pool:
         try:
             return pool.submit(_watched, function, isolation.patience_s(item), item).result()
         except BrokenProcessPool:
