@@ -17,7 +17,7 @@ from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
 from pyroshock.twin.contact.stage import NO_SPREAD, LawContact
 from pyroshock.twin.contact_interface import ContactStage, ForcePulses, ImpactBatch
 from pyroshock.twin.coupled_contact import CoupledContact
-from pyroshock.twin.plate.build import ConstantDamping, PlateBuild, places
+from pyroshock.twin.plate.build import ConstantDamping, PlateBuild, named_points
 from pyroshock.twin.plate.modes import solve_plate
 from pyroshock.twin.plate.stage import PlateStage
 from pyroshock.twin.setting import THESIS, Setting
@@ -59,8 +59,8 @@ def twins(thickness_m: float) -> dict[str, ContactStage]:
             outline_m=build.outline_m,
             thickness_m=thickness_m,
             material=THESIS["aluminum"],
-            impact_points=places({"#1": build.impact_points_m[0]}),
-            sensors=places({"acceleration_1": build.sensors[0].position_m}),
+            impact_points=named_points({"#1": build.impact_points_m[0]}),
+            sensors=named_points({"acceleration_1": build.sensors[0].position_m}),
             damping=ConstantDamping(0.005),
         ),
         HIGHEST_HZ,

@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 from pyroshock.array_types import Floats
-from pyroshock.twin.plate.build import PlateBuild, places
+from pyroshock.twin.plate.build import PlateBuild, named_points
 from pyroshock.twin.plate.modal import ModalPlate
 from pyroshock.twin.plate.modes import cached_plate, solve_plate
 from pyroshock.twin.plate.response import PlateResponse, respond
@@ -30,8 +30,8 @@ BUILD = PlateBuild(
     OUTLINE_M,
     0.010,
     THESIS["aluminum"],
-    places({"#1": (0.47, 0.28), "#2": (0.31, 0.37), "#3": (0.68, 0.22)}),
-    places({"acceleration_1": (0.22, 0.20), "acceleration_2": (0.73, 0.37)}),
+    named_points({"#1": (0.47, 0.28), "#2": (0.31, 0.37), "#3": (0.68, 0.22)}),
+    named_points({"acceleration_1": (0.22, 0.20), "acceleration_2": (0.73, 0.37)}),
 )
 
 

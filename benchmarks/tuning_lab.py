@@ -19,7 +19,7 @@ from pyroshock.app.twins.measured_shots import CampaignPlate, read_measured_shot
 from pyroshock.dataset.rows import stored_materials
 from pyroshock.schema.session import Store, Writer, open_store
 from pyroshock.twin.chain import Twin
-from pyroshock.twin.plate.build import PlateBuild, places
+from pyroshock.twin.plate.build import PlateBuild, named_points
 from pyroshock.twin.plate.modes import cached_plate
 from pyroshock.twin.plate.stage import PlateStage
 from pyroshock.twin.setting import THESIS
@@ -116,7 +116,7 @@ def _twin(store: Store, url: str, folder: Path, contact: str | None) -> Twin:
 
 
 def _build(material: str) -> PlateBuild:
-    return PlateBuild(OUTLINE_M, THICKNESS_M, THESIS[material], places(IMPACTS_M), places(SENSORS_M))
+    return PlateBuild(OUTLINE_M, THICKNESS_M, THESIS[material], named_points(IMPACTS_M), named_points(SENSORS_M))
 
 
 def _measured(store: Store) -> FiredShots:

@@ -215,7 +215,7 @@ def select_pulses(
     if not members:
         levels = levels_of(session, (row["configuration_id"] for row in rows))
         facts = missing_words(missing_facts(rows, levels, chosen, materials))
-        raise ValueError(f"no usable pulse in {', '.join(names)}: {_told(left_out)}{facts and f'; {facts}'}")
+        raise ValueError(f"no usable pulse in {', '.join(names)}: {_reasons_text(left_out)}{facts and f'; {facts}'}")
     entered = [member.row for member in members]
     kind = one_kind(entered) if changed is None else CHOICES.get(velocity or "")
     table = table_of(members, chosen)
@@ -308,7 +308,7 @@ def _without_twins(members: list[Member], force: Mapping[int, str], left_out: Co
     return list(first.values())
 
 
-def _told(left_out: Counter[str]) -> str:
+def _reasons_text(left_out: Counter[str]) -> str:
     """The reasons, the most frequent first."""
     if not left_out:
         return "the campaign has no impacts (shots alone carry no force)"

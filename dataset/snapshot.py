@@ -86,7 +86,7 @@ def build_snapshot(
 
     def freeze(session: Session) -> _Known | None:
         # Another process may be building it too: the loser of the race is run again, and finds it.
-        existing = _known(session, name, digest)
+        existing = _find_snapshot(session, name, digest)
         if existing is None:
             _add(store, session, name, digest, draft)
         else:
@@ -111,7 +111,7 @@ class _Known:
     definition: dict[str, Any]
 
 
-def _known(session: Session, name: str, digest: str) -> _Known | None:
+def _find_snapshot(session: Session, name: str, digest: str) -> _Known | None:
     """The snapshot of this content. Raises `SnapshotError` where there is none and the name is taken."""
     same = session.scalars(select(DatasetSnapshot).where(DatasetSnapshot.content_hash == digest)).one_or_none()
     if same is not None:

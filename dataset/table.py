@@ -190,15 +190,15 @@ def _groups(values: NDArray[np.str_]) -> list[NDArray[np.intp]]:
 
 
 def _configurations(table: PulseTable, seed: int) -> tuple[Mask, str]:
-    return _drawn(table.configuration, seed, "configurations"), "a fifth of the configurations"
+    return _fifth_of_values(table.configuration, seed, "configurations"), "a fifth of the configurations"
 
 
 def _treatments(table: PulseTable, seed: int) -> tuple[Mask, str]:
     what = "a fifth of the combinations that the predictors other than the velocity tell apart"
-    return _drawn(table.treatment, seed, "treatments"), what
+    return _fifth_of_values(table.treatment, seed, "treatments"), what
 
 
-def _drawn(values: NDArray[np.str_], seed: int, what: str) -> Mask:
+def _fifth_of_values(values: NDArray[np.str_], seed: int, what: str) -> Mask:
     """All rows of a fifth of the values."""
     distinct = sorted(set(values.tolist()), key=lambda value: (_lot(seed, what, value), value))
     return np.isin(values, distinct[: _share_of(len(distinct))])

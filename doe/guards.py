@@ -233,12 +233,12 @@ def _shot(
             raise ValueError(f"run {run}: {TANK_PRESSURE} is {row[TANK_PRESSURE]}, which drives no {mass:g} kg out")
     else:
         level = _text(row, "velocity_level", run)
-        velocity = _known(levels_m_s, level, "velocity level", run)
-        pressure = _known(pressures_pa, (level, mass), "pressure of level and mass", run)
+        velocity = _lookup(levels_m_s, level, "velocity level", run)
+        pressure = _lookup(pressures_pa, (level, mass), "pressure of level and mass", run)
     plate, anvil, tip = (_text(row, f"{part}_material", run) for part in ("plate", "anvil", "tip"))
     contact = hertz_contact(
-        _known(materials, tip, "material", run),
-        _known(materials, plate if anvil == "none" else anvil, "material", run),
+        _lookup(materials, tip, "material", run),
+        _lookup(materials, plate if anvil == "none" else anvil, "material", run),
         tip_radius_m=1e-3 * _number(row, "tip_radius_mm", run),
         bullet_mass_kg=mass,
         impact_velocity_m_s=velocity,
@@ -262,14 +262,14 @@ def _chain_height_m(row: Mapping[str, str], run: str) -> float:
     return cell * factor.scale
 
 
-def _known(table: Mapping[K, V], key: K, what: str, run: str) -> V:
+def _lookup(table: Mapping[K, V], key: K, what: str, run: str) -> V:
     if key not in table:
         raise ValueError(f"run {run}: {what} {key!r} is not known; expected one of {', '.join(map(repr, table))}")
     return table[key]
 
 
 def _text(row: Mapping[str, str], column: str, run: str) -> str:
-    return _known(row, column, "column", run)
+    return _lookup(row, column, "column", run)
 
 
 def _number(row: Mapping[str, str], column: str, run: str) -> float:

@@ -192,7 +192,7 @@ class Space:
                 values_text = ", ".join(f"{name} = {texts[name]}" for name in rule.factors)
                 raise ValueError(f"{values_text} is not feasible: {rule}")
         return [
-            _place(axis, places, tuple(level[factor.name] for factor in axis.factors))
+            _treatment_number(axis, places, tuple(level[factor.name] for factor in axis.factors))
             for axis, places in zip(self.axes, self._places, strict=True)
         ]
 
@@ -211,7 +211,7 @@ def _stratified(axis: Axis) -> Axis:
     return Axis(axis.name, (parts,), tuple((index,) for index in range(axis.strata)))
 
 
-def _place(axis: Axis, places: Mapping[tuple[int, ...], int], levels: tuple[int, ...]) -> int:
+def _treatment_number(axis: Axis, places: Mapping[tuple[int, ...], int], levels: tuple[int, ...]) -> int:
     if levels not in places:  # an axis made by hand may leave out more than the rules do
         labels = "/".join(factor.levels[level] for factor, level in zip(axis.factors, levels, strict=True))
         raise ValueError(f"{axis.name} = {labels} is not feasible; expected one of {', '.join(axis.labels)}")

@@ -138,10 +138,10 @@ def derived_force(
     }
     sensor = Sensor(NAME, "force", "N", position=plate.source.impact_position)
     channel = Channel(sensor, force.astype(np.float32), rate, first.start_s + begin / rate, header)
-    return channel, _told(plate, residual)
+    return channel, _residual_finding(plate, residual)
 
 
-def _told(plate: TransferFunctions, residual: float) -> Finding:
+def _residual_finding(plate: TransferFunctions, residual: float) -> Finding:
     severity: Severity = "note" if residual <= _RESIDUALS[0] else "warning" if residual <= _RESIDUALS[1] else "reject"
     place = "" if plate.source.impact_position else "; that both struck one place is assumed, for nobody states where"
     message = (

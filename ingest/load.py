@@ -113,7 +113,7 @@ def _processed(
     plate = campaign_plate_response(file, rows)
     processes = jobs or default_jobs(sum(recording.size_bytes for recording in pending))
     crashing = any(RecordingFiles(folder, recording.path).may_crash for recording in pending)
-    isolation = reading_apart(_lost, _patience_s, always=crashing)
+    isolation = reading_apart(_unreadable_recording, _patience_s, always=crashing)
     return map_ahead(partial(process, file, rows, settings, plate), pending, processes, isolation)
 
 
@@ -290,7 +290,7 @@ def _impact_rows(file: CampaignFile, rows: list[RunRow]) -> int:
     return 0
 
 
-def _lost(work: PendingRecording) -> Outcome:
+def _unreadable_recording(work: PendingRecording) -> Outcome:
     reason = f"crashed by it, or did not end within {_patience_s(work):.0f} s; the file is damaged"
     return _damaged(work, f"the library that reads it was {reason}")
 

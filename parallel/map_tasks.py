@@ -53,7 +53,7 @@ def run_all_tasks(
             tasks = {number: WorkerTask(number, item, watched and watched(item)) for number, item in batch}
             for number, result in _outcomes(pool, tasks):
                 item = tasks[number].item
-                yield item, _lost(item, lost) if isinstance(result, WorkerDied) else result
+                yield item, _lost_result(item, lost) if isinstance(result, WorkerDied) else result
             batch = list(islice(rest, window))
 
 
@@ -89,7 +89,7 @@ def _outcomes(pool: WorkerPool, tasks: dict[int, WorkerTask]) -> Iterator[tuple[
         yield from pool.outcomes([task])
 
 
-def _lost(item: Item, lost: Callable[[Item], Result] | None) -> Result:
+def _lost_result(item: Item, lost: Callable[[Item], Result] | None) -> Result:
     if lost is None:
         raise ValueError(
             f"the process that worked on {reprlib.repr(item)} died twice, for memory perhaps; repeat with fewer jobs"

@@ -212,17 +212,17 @@ def _of_quality(condition: Condition) -> ColumnElement[bool]:
             f"condition {condition_text!r}; expected {QUALITY}= or {QUALITY}!= one of {', '.join(QUALITIES)}"
         )
     graver = QUALITIES[QUALITIES.index(wanted) + 1 : -1]
-    unsaid = [not_(_said(*graver))] if graver else []
+    unsaid = [not_(_has_finding_of(*graver))] if graver else []
     if wanted == NOT_JUDGED:
         matches: ColumnElement[bool] = Impact.recording_id.is_(None)
     elif wanted == QUALITIES[0]:
         matches = and_(Impact.recording_id.is_not(None), *unsaid)
     else:
-        matches = and_(_said(wanted), *unsaid)
+        matches = and_(_has_finding_of(wanted), *unsaid)
     return matches if condition.operator == "=" else not_(matches)
 
 
-def _said(*severities: str) -> ColumnElement[bool]:
+def _has_finding_of(*severities: str) -> ColumnElement[bool]:
     """Whether a finding of such a severity counts against an impact."""
     its_own = or_(QualityFinding.impact_id == Impact.id, QualityFinding.impact_id.is_(None))
     finding = exists().where(QualityFinding.recording_id == Impact.recording_id, its_own)

@@ -61,7 +61,7 @@ def upgrade(engine: Engine, revision: str = "head") -> None:
     """Move the store up to `revision`, in one transaction."""
     from alembic import command
 
-    with _told(engine):
+    with _database_errors(engine):
         command.upgrade(config(engine), revision)
 
 
@@ -78,12 +78,12 @@ def downgrade(engine: Engine, revision: str) -> None:
     """Move the store back to `revision` ("base" empties it)."""
     from alembic import command
 
-    with _told(engine):
+    with _database_errors(engine):
         command.downgrade(config(engine), revision)
 
 
 @contextmanager
-def _told(engine: Engine) -> Iterator[None]:
+def _database_errors(engine: Engine) -> Iterator[None]:
     """What the database refuses, as an error of ours: above all that this is not the owner's login."""
     try:
         yield

@@ -78,13 +78,14 @@ _BUSY = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 def is_transient(error: BaseException) -> bool:
     """Whether the same transaction, begun again, may succeed with nothing changed but the time."""
     return any(
-        _state(cause) in _UNDONE or _code(cause) & 0xFF in _BUSY or _lost(cause) for cause in _database_errors(error)
+        _state(cause) in _UNDONE or _code(cause) & 0xFF in _BUSY or _connection_lost(cause)
+        for cause in _database_errors(error)
     )
 
 
 def is_disconnect(error: BaseException) -> bool:
     """Whether the connection broke: at a COMMIT nobody knows then whether it was stored."""
-    return any(_lost(cause) for cause in _database_errors(error))
+    return any(_connection_lost(cause) for cause in _database_errors(error))
 
 
 def is_unique_violation(error: BaseException) -> bool:
@@ -100,7 +101,7 @@ def _database_errors(error: BaseException | None) -> Iterator[DBAPIError]:
         error = error.__cause__
 
 
-def _lost(error: DBAPIError) -> bool:
+def _connection_lost(error: DBAPIError) -> bool:
     """The driver gives no SQLSTATE to what the server did not say: refused, closed, timed out."""
     if error.connection_invalidated:
         return True

@@ -63,14 +63,14 @@ class GapProblem:
 
 def _changes(inference: InferenceProblem, laws: Sequence[EffectLaw]) -> dict[str, Floats]:
     """Places without an answer are left out, and so is an effect that has none."""
-    points = [((law, u),) for law in laws for u in _places(law.size)]
+    points = [((law, u),) for law in laws for u in _prior_grid(law.size)]
     table = np.concatenate(inference.changes(points), axis=1)
     effects = np.array([law.id for ((law, _),) in points])
     answered = np.isfinite(table).all(axis=1)
     return {str(name): table[answered & (effects == name)] for name in dict.fromkeys(effects[answered])}
 
 
-def _places(count: int) -> Floats:
+def _prior_grid(count: int) -> Floats:
     """(M, `count`): a grid that is even in the prior's probability."""
     from scipy.special import ndtri
 

@@ -119,7 +119,7 @@ def bench_figures(name: str, rows: Rows) -> BenchFigures:
         one_named=Rate.of(bool(set(row.label.effects) & _any_named(row)) for row in rows if row.label.effects),
         shares_error=_mean([abs(_stated(row, e) - row.label.shares.get(e, 0.0)) for row, e in compared]),
         shapley_error=_mean([abs(_stated(row, e) - row.label.shapley.get(e, 0.0)) for row, e in compared]),
-        shares_held=Rate.of(_held(row, effect) for row, effect in compared),
+        shares_held=Rate.of(_interval_holds(row, effect) for row, effect in compared),
         unknown_first=Rate.of(row.said.labels[:1] == (UNKNOWN,) for row in rows),
         seconds=(_percentile(seconds, 50), _percentile(seconds, 95)),
         memory_mb=max(memory, default=math.nan),
@@ -204,7 +204,7 @@ def _stated(row: CaseResult, effect: str) -> float:
     return row.said.shares[effect][0] if effect in row.said.shares else 0.0
 
 
-def _held(row: CaseResult, effect: str) -> bool:
+def _interval_holds(row: CaseResult, effect: str) -> bool:
     if effect not in row.said.shares:
         return False
     _, low, high = row.said.shares[effect]

@@ -23,11 +23,11 @@ from ..parallel.map_tasks import run_all_tasks
 from ..schema.atomic_write import write_bytes, write_text
 from . import oracle_fit
 from .baselines import Forest
-from .case_plan import BENCHES, TIERS, CaseTask, drawn, tasks
+from .case_plan import BENCHES, TIERS, CaseTask, case_of_task, tasks
 from .cases.case import Label as Opened
 from .cases.record import label_of, new_key, open_labels, publish, record_case, seal_labels
 from .report import SCORED, Report, write_rows
-from .run_case import PATIENCE_S, CaseJob, answer_case, lost
+from .run_case import PATIENCE_S, CaseJob, answer_case, answer_of_lost_worker
 from .tally import rows_of, scored
 
 #: Kept apart from the seeds of cases.
@@ -44,7 +44,7 @@ def trained(count: int, seed: int, executor: ExecutorConfig, tell: Callable[[int
         return None
     tasks = [CaseTask(f"learn-{i:05d}", _TIERS[i % len(_TIERS)], (_SEED + seed, i), _SPLIT) for i in range(count)]
     learnt: dict[str, dict[str, Any]] = {}
-    for task, row in run_all_tasks(executor, _learnt, tasks, lost=_lost, patience_s=_PATIENCE_S):
+    for task, row in run_all_tasks(executor, _learnt, tasks, lost=_empty_answer, patience_s=_PATIENCE_S):
         learnt[task.name] = row
         tell(len(learnt), count, "campaigns to learn from")
     rows = [learnt[task.name] for task in tasks if learnt[task.name]]  # in their order: so are the forest's draws
@@ -67,7 +67,7 @@ def _learnt(task: CaseTask) -> dict[str, Any]:
     from .baselines import GapProblem
     from .run_case import featured
 
-    case, seed = drawn(task)
+    case, seed = case_of_task(task)
     with threadpool_limits(1), tempfile.TemporaryDirectory(prefix="pyroshock-blind-") as place:
         record_case(case, Path(place) / "campaign", seed)
         try:
@@ -78,7 +78,7 @@ def _learnt(task: CaseTask) -> dict[str, Any]:
     return {"kind": case.kind, "truth": "+".join(case.cause), "features": featured(GapProblem.of(gap))}
 
 
-def _lost(_: CaseTask) -> dict[str, Any]:
+def _empty_answer(_: CaseTask) -> dict[str, Any]:
     return {}
 
 
@@ -142,7 +142,7 @@ def run(
     """
     tell, options = progress or (lambda *_: None), options or OPTIONS
     work = tasks(cases, seed, tiers, split, kinds)
-    with _place(folder) as place:
+    with _work_folder(folder) as place:
         request: dict[str, Any] = {"cases": cases, "seed": seed, "tiers": list(dict.fromkeys(tiers)), "split": split}
         request |= {"kinds": list(kinds)} if kinds else {}
         _same_check(place, request | {"shrinkage": options.shrink})
@@ -187,7 +187,9 @@ def _answers(
     answers = journal.read()
     remaining_jobs = [job for job in work if job.task.name not in answers]
     tell(len(work) - len(remaining_jobs), len(work), "answers")
-    for job, answer in run_all_tasks(executor, answer_case, remaining_jobs, lost=lost, patience_s=patience_s):
+    for job, answer in run_all_tasks(
+        executor, answer_case, remaining_jobs, lost=answer_of_lost_worker, patience_s=patience_s
+    ):
         journal.add(answer)
         answers[job.task.name] = answer
         tell(len(answers), len(work), "answers")
@@ -217,7 +219,9 @@ def _oracles(
         for task in wanted
         if task.name not in oracle_fits and "added" not in given_answers[task.name]
     ]
-    answers = run_all_tasks(executor, oracle_fit.oracle, requests, lost=oracle_fit.lost, patience_s=PATIENCE_S)
+    answers = run_all_tasks(
+        executor, oracle_fit.oracle, requests, lost=oracle_fit.oracle_without_answer, patience_s=PATIENCE_S
+    )
     for done, (_, fit) in enumerate(answers, start=1):
         journal.add(fit)
         oracle_fits[fit["case"]] = fit
@@ -235,11 +239,11 @@ def _labels(work: Sequence[CaseTask], executor: ExecutorConfig, tell: Progress) 
 
 
 def _labelled(task: CaseTask) -> Opened:
-    return label_of(*drawn(task))
+    return label_of(*case_of_task(task))
 
 
 @contextmanager
-def _place(folder: Path | None) -> Iterator[Path]:
+def _work_folder(folder: Path | None) -> Iterator[Path]:
     if folder is None:
         with tempfile.TemporaryDirectory(prefix="pyroshock-blind-check-") as name:
             yield Path(name)

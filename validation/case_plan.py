@@ -143,7 +143,7 @@ def _in_turn(cases: int, seed: int, tier: str, split: str, kinds: Sequence[str])
 
 
 @lru_cache(maxsize=64)
-def drawn(task: CaseTask) -> tuple[Case, int]:
+def case_of_task(task: CaseTask) -> tuple[Case, int]:
     """The case of a task and the seed of its recording. Raises `ValueError` where no case comes of it."""
     rng = np.random.default_rng(task.seed)
     if task.tier in BENCHES:

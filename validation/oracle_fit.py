@@ -22,7 +22,7 @@ from ..diagnosis.options import Options
 from ..diagnosis.reading import read_folder
 from ..training.evaluation.summary import fraction
 from ..twin.effects import Effect, catalogue, effect_from_json
-from .case_plan import CaseTask, drawn
+from .case_plan import CaseTask, case_of_task
 from .cases.case import Case
 from .cases.record import record_case
 
@@ -47,7 +47,7 @@ def oracle(task: OpenedTask) -> dict[str, Any]:
     """
     from threadpoolctl import threadpool_limits
 
-    case, seed = drawn(task.task)
+    case, seed = case_of_task(task.task)
     try:
         with threadpool_limits(1):
             stages, gap = _staged(case, seed, task.options)
@@ -59,7 +59,7 @@ def oracle(task: OpenedTask) -> dict[str, Any]:
         return {"case": task.task.name, "error": f"{type(error).__name__}: {error}"}
 
 
-def lost(task: OpenedTask) -> dict[str, Any]:
+def oracle_without_answer(task: OpenedTask) -> dict[str, Any]:
     return {"case": task.task.name, "error": "its process died, or took too long"}
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..diagnosis.options import Options
 from ..twin.effects import catalogue
-from .case_plan import BENCHES, LEFT_OUT, CaseTask, drawn
+from .case_plan import BENCHES, LEFT_OUT, CaseTask, case_of_task
 from .cases.record import record_case
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def answer_case(job: CaseJob) -> dict[str, Any]:
     """A line of the journal. An error of the diagnosis is an answer, too: {"case", "error"}."""
     from threadpoolctl import threadpool_limits
 
-    case, seed = drawn(job.task)
+    case, seed = case_of_task(job.task)
     with threadpool_limits(1), tempfile.TemporaryDirectory(prefix="pyroshock-blind-") as place:
         folder = Path(place) / "campaign"
         record_case(case, folder, seed)
@@ -82,7 +82,7 @@ def answer_case(job: CaseJob) -> dict[str, Any]:
     return {"case": job.task.name, **answer}
 
 
-def lost(job: CaseJob) -> dict[str, Any]:
+def answer_of_lost_worker(job: CaseJob) -> dict[str, Any]:
     """What stands for a case whose process died, or never ended."""
     return {"case": job.task.name, "error": "its process died, or took too long", "seconds": None}
 

@@ -165,7 +165,7 @@ def rows_of(
     return [
         CaseResult(
             label(task, truths[task.name]),
-            said(task.name, answers[task.name], truths[task.name]),
+            scored_answer(task.name, answers[task.name], truths[task.name]),
             oracles.get(task.name),
         )
         for task in work
@@ -190,7 +190,7 @@ def _by(names: Sequence[str], rows: Sequence[CaseResult]) -> tuple[CaseMetrics, 
     return tuple(figures(name, some) for name, some in rows_by_name.items())
 
 
-def said(case: str, answer: Mapping[str, Any], opened: Opened) -> CaseAnswer:
+def scored_answer(case: str, answer: Mapping[str, Any], opened: Opened) -> CaseAnswer:
     """An answer of the journal as it is scored."""
     seconds = answer.get("seconds")
     if "verdict" not in answer:
@@ -222,6 +222,6 @@ def _left_out(
     if not work:
         return None
     names = [task.name for task in work]
-    without = [said(name, answers[name], truths[name]) for name in names]
-    added = [said(name, answers[name].get("added", {}), truths[name]) for name in names]
+    without = [scored_answer(name, answers[name], truths[name]) for name in names]
+    added = [scored_answer(name, answers[name].get("added", {}), truths[name]) for name in names]
     return left_out([labels[name] for name in names], without, added)

@@ -206,12 +206,12 @@ def command_line(arguments: Sequence[str]) -> str:
     program = Path(arguments[0]).name
     before, words = "", ["pyroshock" if program == "__main__.py" else program]  # as `python -m pyroshock` calls it
     for word in arguments[1:]:
-        words.append(_shown(word, before))
+        words.append(_hide_secret(word, before))
         before = word
     return " ".join(words)
 
 
-def _shown(word: str, before: str) -> str:
+def _hide_secret(word: str, before: str) -> str:
     option, equals, value = word.partition("=")
     if before in SECRET_OPTIONS:
         return HIDDEN

@@ -97,7 +97,7 @@ class LazyGroup(click.Group):
         except click.ClickException as error:
             from ...schema.addresses import without_secrets
 
-            click.echo(f"pyroshock: {' '.join(without_secrets(_told(error)).split())}", err=True)
+            click.echo(f"pyroshock: {' '.join(without_secrets(_message_of(error)).split())}", err=True)
             sys.exit(2)
         except (click.Abort, KeyboardInterrupt):
             click.echo("pyroshock: interrupted; what was stored is whole, and a repeat goes on from there", err=True)
@@ -109,7 +109,7 @@ class LazyGroup(click.Group):
             formatter.write_dl([(name, text) for name, (_, _, text) in COMMANDS.items()])
 
 
-def _told(error: click.ClickException) -> str:
+def _message_of(error: click.ClickException) -> str:
     """The error, and which commands there are where one was asked for that there is not."""
     message = error.format_message()
     context = error.ctx if isinstance(error, click.UsageError) else None

@@ -79,7 +79,7 @@ def blind_check(
             report = run(
                 cases,
                 SEEDS[split] if seed is None else seed,
-                _known(tiers),
+                _tiers_named(tiers),
                 executor=executor,
                 folder=folder,
                 progress=step,
@@ -113,7 +113,7 @@ def _pooled(folders: tuple[Path, ...]) -> Pool:
     return Pool(tuple(checks), tables(rows), kinds(rows), bench_tables(rows, tuple(BENCHES)))
 
 
-def _known(tiers: tuple[str, ...]) -> tuple[str, ...]:
+def _tiers_named(tiers: tuple[str, ...]) -> tuple[str, ...]:
     """Tiers by name, or by the name of several, every one where none is named. Raises `ValueError` for another one."""
     from ...validation.case_plan import GROUPS, TIERS
 

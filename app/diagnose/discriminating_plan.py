@@ -87,7 +87,7 @@ def _experiment(session: Session, campaign: str, next_runs: Sequence[Mapping[str
     rows = _rows(next_runs, _usual_levels(session, row))
     left_out: tuple[str, ...] = ()
     if row.gun is not None:
-        beyond = _beyond(rows, gun_bench(row.gun), _elastic(session))
+        beyond = _unsafe_rows(rows, gun_bench(row.gun), _elastic(session))
         left_out = tuple(f"left out, beyond the bench: {_words(rows[i])}: {why}" for i, why in beyond.items())
         rows = [cells for i, cells in enumerate(rows) if i not in beyond]
         next_runs = [run for i, run in enumerate(next_runs) if i not in beyond]
@@ -175,7 +175,7 @@ def _elastic(session: Session) -> dict[str, Elastic]:
     return {word.lower(): constants[name] for word in constants if (name := names(word)) is not None}
 
 
-def _beyond(rows: Sequence[Row], bench: GunBench, materials: Mapping[str, Elastic]) -> dict[int, str]:
+def _unsafe_rows(rows: Sequence[Row], bench: GunBench, materials: Mapping[str, Elastic]) -> dict[int, str]:
     """Rows that the bench does not withstand, or that never leave the barrel, and why."""
     reasons = {}
     for i, row in enumerate(rows):

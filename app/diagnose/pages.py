@@ -143,7 +143,7 @@ def diagnosis(request: Request, diagnosis: Key, store: OpenStore) -> Response:
         facts: dict[str, Any] = {"diagnosed_at": row.diagnosed_at, "written_by": row.simulator}
         options = kept_options(session, diagnosis)
         try:
-            drawn = _drawn(kept_verdict(session, diagnosis))
+            drawn = _charts_of(kept_verdict(session, diagnosis))
             older = ""
         except LookupError as error:
             drawn, older = _Drawn(), str(error)
@@ -175,7 +175,7 @@ class _Drawn:
     adoptable: Sequence[str] = ()
 
 
-def _drawn(verdict: Verdict) -> _Drawn:
+def _charts_of(verdict: Verdict) -> _Drawn:
     from .report import EFFECT_COLUMNS, EFFECTS, FIRST_SECTIONS, section_html, sections
     from .request import restrictions_among
     from .summary import summary

@@ -109,11 +109,11 @@ def _figure(figure: Figure, sheet: PdfDocument, count: int) -> list[Any]:
 def _keys(keys: Sequence[tuple[str, str]]) -> str:
     """The marks of a legend in their colours."""
     return " &nbsp;&nbsp; ".join(
-        f'<font color="{_colour(kind)}">{_sign(kind)}</font>&nbsp;{_whole(words)}' for kind, words in keys
+        f'<font color="{_colour(kind)}">{_sign(kind)}</font>&nbsp;{_unbroken(words)}' for kind, words in keys
     )
 
 
-def _whole(words: str) -> str:
+def _unbroken(words: str) -> str:
     """Some words that no line ends within; many."""
     return _safe(words.replace(" ", "\u00a0") if len(words) <= 40 else words)
 

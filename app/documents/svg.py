@@ -210,7 +210,7 @@ def agreement_chart(
     frame = AxesFrame(ends, ends, logarithmic)
     marks = [_diagonal(frame), *(_diagonal(frame, 1 + sign * off, "tolerance") for sign in (-1, 1) if off)]
     for cloud in clouds:
-        keep = _kept(cloud.x, cloud.y, frame, MOST_POINTS // len(clouds))
+        keep = _thinned_points(cloud.x, cloud.y, frame, MOST_POINTS // len(clouds))
         names = [cloud.names[i] for i in keep]
         marks.append(dots(frame, cloud.x[keep], cloud.y[keep], f"dot-{series(cloud.colour)}", names))
     return chart(label, frame, marks, x_title, y_title)
@@ -227,7 +227,7 @@ def dot_keys(clouds: Sequence[Cloud]) -> tuple[tuple[str, str], ...]:
     return tuple((f"dot-{series(cloud.colour)}", cloud.name) for cloud in clouds) if len(clouds) > 1 else ()
 
 
-def _kept(x: Floats, y: Floats, frame: AxesFrame, most: int) -> list[int]:
+def _thinned_points(x: Floats, y: Floats, frame: AxesFrame, most: int) -> list[int]:
     """Points that can be drawn, evenly thinned to `most`."""
     good = np.isfinite(x) & np.isfinite(y)
     if frame.logarithmic:

@@ -110,7 +110,7 @@ def impact(
     view, why_not = _viewed(store, impact, recording, settings if preview else None)
     with store.reading() as session:
         signals = [] if recording is None else list_signals(session, recording)
-        figures, damaged = _drawn(session, signals)
+        figures, damaged = _channel_charts(session, signals)
     lists = ("pulses", "channel_figures", "findings", "channels")
     return page(
         request,
@@ -130,7 +130,7 @@ def impact(
     )
 
 
-def _drawn(session: Session, signals: list[dict[str, Any]]) -> tuple[dict[int, Figure], dict[int, str]]:
+def _channel_charts(session: Session, signals: list[dict[str, Any]]) -> tuple[dict[int, Figure], dict[int, str]]:
     """Channels as charts, and why one is none: a damaged series keeps no page from being shown."""
     figures, damaged = {}, {}
     for signal in signals:

@@ -71,12 +71,12 @@ def read_acceleration(
     """
     if not path.is_file() or not may_crash(path):
         return _read(path, channel, unit, rate_hz)
-    isolation = reading_apart(_lost, lambda _: PATIENCE_S, always=True)
+    isolation = reading_apart(_unreadable, lambda _: PATIENCE_S, always=True)
     ((_, reading),) = map_ahead(partial(_read, channel=channel, unit=unit, rate_hz=rate_hz), [path], 1, isolation)
     return reading
 
 
-def _lost(path: Path) -> Acceleration:
+def _unreadable(path: Path) -> Acceleration:
     raise RecordingError(f"{path.name}: the library that reads it was crashed by it, or did not end; it is damaged")
 
 

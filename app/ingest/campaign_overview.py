@@ -164,7 +164,7 @@ def list_campaigns_page(
     if text:
         query = query.where(func.lower(Campaign.name).contains(text.lower(), autoescape=True))
     if after is not None:
-        query = query.where(_beyond(session, after))
+        query = query.where(_beyond_plan(session, after))
     campaigns = session.execute(query.order_by(Campaign.date.desc(), Campaign.name).limit(limit + 1)).all()
     shown = campaigns[:limit]
     keys = [key for key, *_ in shown]
@@ -185,7 +185,7 @@ def list_campaigns_page(
     return rows, shown[-1].name if len(campaigns) > limit else None
 
 
-def _beyond(session: Session, name: str) -> ColumnElement[bool]:
+def _beyond_plan(session: Session, name: str) -> ColumnElement[bool]:
     date = session.scalar(select(Campaign.date).where(Campaign.name == name))
     if date is None:
         raise LookupError(f"no campaign {name!r} to go on from; begin at the first page")

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from ..jobs.kind import Ending, Kind, NotHereError, Result, RunningJob, told
+from ..jobs.kind import Ending, Kind, NotHereError, Result, RunningJob, ending_of
 
 if TYPE_CHECKING:
     from ...ingest.plan_link import PlanLinks
@@ -65,7 +65,7 @@ def _ingest_do(work: RunningJob, arguments: IngestArguments) -> Ending:
     if links is not None:
         report.findings += links.as_findings()
     data = report.as_json()
-    return told(Result(f"/campaigns/{quote(report.campaign, safe='')}", _words(report, links), data))
+    return ending_of(Result(f"/campaigns/{quote(report.campaign, safe='')}", _words(report, links), data))
 
 
 def _readable(work: RunningJob, arguments: IngestArguments) -> Path:
@@ -113,7 +113,7 @@ def _do(work: RunningJob, arguments: ExtractArguments) -> Ending:
     report = reextract(work.store, arguments.campaign, ExtractionSettings(**arguments.settings), work.step)
     skipped_text = f"; {len(report.skipped)} recordings left as they were" if report.skipped else ""
     words = f"{report.added} pulses cut, {report.reused} earlier ones put back in use{skipped_text}"
-    return told(Result(f"/campaigns/{quote(arguments.campaign, safe='')}", words, report.as_json()))
+    return ending_of(Result(f"/campaigns/{quote(arguments.campaign, safe='')}", words, report.as_json()))
 
 
 EXTRACT = Kind("extract", ExtractArguments, _do)

@@ -149,7 +149,7 @@ async def uploaded(request: Request, store: Store, jobs: Jobs, settings: Setting
     """The job that ingests what a form brings: `files`, and settings of the extraction. Raises `UploadError`."""
     async with request.form(max_files=MOST_FILES) as form:
         plan, segmentation, threshold = (form.get(name) for name in ("plan", "segmentation", "threshold"))
-        chosen = ExtractionSettings(segmentation=_way(segmentation), threshold=_number(threshold, 0.005))
+        chosen = ExtractionSettings(segmentation=_method_of(segmentation), threshold=_number(threshold, 0.005))
         sent = [
             (upload.filename or "", upload.file) for upload in form.getlist("files") if isinstance(upload, UploadFile)
         ]
@@ -163,7 +163,7 @@ async def uploaded(request: Request, store: Store, jobs: Jobs, settings: Setting
             raise
 
 
-def _way(text: object) -> Way:
+def _method_of(text: object) -> Way:
     """Checked by the settings themselves."""
     return cast(Way, text or "walk")
 

@@ -22,7 +22,7 @@ Reason = Annotated[Text, Form(max_length=4000)]
 
 @router.get("/campaigns/{name}/delete")
 def ask_campaign(request: Request, name: Name, store: OpenStore, settings: Configured) -> Response:
-    return _asked(request, standing_on(store, settings.db, name), f"/campaigns/{part(name)}/delete")
+    return _confirmation_page(request, standing_on(store, settings.db, name), f"/campaigns/{part(name)}/delete")
 
 
 @router.post("/campaigns/{name}/delete")
@@ -34,7 +34,7 @@ def delete(name: Name, store: OpenStore, settings: Configured, reason: Reason) -
 @router.get("/impacts/{impact}/discard")
 def ask_recording(request: Request, impact: Key, store: OpenStore, settings: Configured) -> Response:
     campaign, path = recording_of(store, impact)
-    return _asked(request, standing_on(store, settings.db, campaign, path), f"/impacts/{impact}/discard")
+    return _confirmation_page(request, standing_on(store, settings.db, campaign, path), f"/impacts/{impact}/discard")
 
 
 @router.post("/impacts/{impact}/discard")
@@ -55,7 +55,7 @@ def recording_of(store: Store, impact: int) -> tuple[str, str]:
         return impact_page(session, impact)["campaign"], session.get_one(Recording, key).path
 
 
-def _asked(request: Request, standing: dict[str, Any], address: str) -> Response:
+def _confirmation_page(request: Request, standing: dict[str, Any], address: str) -> Response:
     return page(
         request,
         "removal.html",

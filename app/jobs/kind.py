@@ -90,6 +90,6 @@ class Kind(Generic[Arguments]):
         return asdict(arguments)  # type: ignore[call-overload, no-any-return]  # a dataclass
 
 
-def told(result: Result) -> Ending:
+def ending_of(result: Result) -> Ending:
     """The ending of work that has stored everything already, each row under its natural key."""
     return lambda: result

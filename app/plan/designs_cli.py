@@ -69,7 +69,7 @@ def _ranges(_: click.Context, __: click.Parameter, given: tuple[str, ...]) -> di
     return ranges
 
 
-def _making(function: Function) -> Function:
+def _design_options(function: Function) -> Function:
     """Options of every command that makes a plan."""
     for option in (
         db_option,
@@ -106,7 +106,7 @@ def _method_command(name: str, method: DesignMethod) -> click.Command:
         own = {option.name: given.pop(option.name) for option in method.options}
         _make(given.pop("name"), name, given, own)
 
-    command = _making(make)
+    command = _design_options(make)
     for option in reversed(method.options):
         command = click.option(f"--{option.name}", **_of_option(option))(command)
     if "runs" in method.takes:

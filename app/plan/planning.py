@@ -139,7 +139,7 @@ def draft_plan(
         raise ValueError("the plan has no name; expected one")
     if repetitions < 1:
         raise ValueError(f"repetitions is {repetitions}; expected 1 or more")
-    text = with_ranges(factors if factors is not None else shipped_factors(_kind(kind)), ranges or {})
+    text = with_ranges(factors if factors is not None else shipped_factors(_checked_kind(kind)), ranges or {})
     design, numbers = _design(method, space_from_text(text), runs, table, seed, options or {})
     return PlanDraft(name, text, design, gun_bench(gun), repetitions, numbers, description)
 
@@ -160,7 +160,7 @@ def store_draft(store: Store, draft: PlanDraft) -> StoredPlan:
         return read_plan(session, draft.name)
 
 
-def _kind(text: str) -> Kind:
+def _checked_kind(text: str) -> Kind:
     if text not in get_args(Kind):
         raise ValueError(f"kind is {text!r}; expected one of {', '.join(get_args(Kind))}")
     return cast(Kind, text)

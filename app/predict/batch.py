@@ -203,7 +203,7 @@ def predict_batch(
     Raises as `predict_shot`, with the row's own words, and `ValueError` for a worker that was killed.
     """
     predicted_by_row: dict[int, PredictedShot] = {}
-    for number, result in run_all_tasks(executor, _one, list(enumerate(rows)), shared=(bench,)):
+    for number, result in run_all_tasks(executor, _predict_row, list(enumerate(rows)), shared=(bench,)):
         predicted_by_row[number[0]] = result
         step(len(predicted_by_row), len(rows), _name(number[1]))
     return [predicted_by_row[number] for number in range(len(rows))]
@@ -222,7 +222,7 @@ def write_spectra(out: Path, shots: Sequence[PredictedShot]) -> int:
     return write_batches(out, iter([_columns(rows)]))
 
 
-def _one(item: tuple[int, ShotRow], bench: BatchContext) -> PredictedShot:
+def _predict_row(item: tuple[int, ShotRow], bench: BatchContext) -> PredictedShot:
     row = item[1]
     try:
         prediction = predict_shot(bench.twins[row.twin], row.shot, draws=bench.draws, seed=bench.seed)

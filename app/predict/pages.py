@@ -23,7 +23,7 @@ from ..web.dependencies import OpenStore
 from ..web.figures_base import COLOURS, Figure, Trace, band, figure, line
 from ..web.rendering import page, query
 from .predicting import TANK_PRESSURE_PA, field_warnings, predict_shot, prediction_json
-from .shots import VELOCITY_M_S, Asked, PredictionOptions, Twins, shown, sliders
+from .shots import VELOCITY_M_S, Asked, PredictionOptions, Twins, link_arguments, sliders
 from .tables import quantity_rows
 
 #: Points of an acceleration on the screen, and how much of it is shown.
@@ -138,7 +138,7 @@ def answered(twins: Twins, question: PredictionOptions) -> dict[str, Any]:
         "figures": prediction_figures(prediction),
         "numbers": list(quantity_rows(prediction)),
         "beside": field_warnings(prediction),
-        "link": "/twin" + query(shown(question)),
+        "link": "/twin" + query(link_arguments(question)),
         "seconds": time.perf_counter() - begun,
     }
 

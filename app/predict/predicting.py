@@ -66,7 +66,7 @@ def check_used(built: BuiltTwin, factors: Mapping[str, Value], boundary_conditio
     ignored = {name: value for name, value in given.items() if not is_used(built, name)}
     if ignored:
         words = ", ".join(f"{name} = {value}" for name, value in ignored.items())
-        raise ValueError(f"{words}: no stage of this twin uses it{_why(ignored)}; {_taken(built)}")
+        raise ValueError(f"{words}: no stage of this twin uses it{_why(ignored)}; {_contact_inputs(built)}")
 
 
 def store_factors(store: Store | None) -> frozenset[str]:
@@ -107,7 +107,7 @@ def _why(ignored: Collection[str]) -> str:
     return "" if resembled_column is None else f" (it resembles the column {resembled_column})"
 
 
-def _taken(built: BuiltTwin) -> str:
+def _contact_inputs(built: BuiltTwin) -> str:
     from ...training.registry.contact_stage import RegisteredContact
 
     contact = built.twin.contact

@@ -92,7 +92,7 @@ class PredictionOptions(BaseModel):
 Asked = Annotated[PredictionOptions, Query()]
 
 
-def shown(question: PredictionOptions) -> dict[str, Any]:
+def link_arguments(question: PredictionOptions) -> dict[str, Any]:
     """What a link to this question carries."""
     return question.model_dump(exclude_defaults=True)
 
@@ -156,7 +156,7 @@ def sliders(built: BuiltTwin, factors: Space | None = None) -> dict[str, Any]:
     limits, of = read_limits(space.bench), {factor.name: factor for factor in space.factors}
     masses, radii = _owned(of, "bullet_mass", 1.0), _owned(of, "tip_radius", 1e-3)
     highest = min(limits.max_tank_pressure_pa, limits.max_regulated_pressure_pa, limits.max_valve_pressure_pa)
-    values, mass = _known(built), built.bench.impactor_mass_kg
+    values, mass = _seen_in_training(built), built.bench.impactor_mass_kg
     ends = {
         "tank_pressure_pa": (LEAST_PRESSURE_PA, highest, TANK_PRESSURE_PA, (), None),
         "impact_velocity_m_s": (_LEAST_M_S, limits.max_impact_velocity_m_s, VELOCITY_M_S, (), "impact.velocity"),
@@ -232,7 +232,7 @@ def _choice(names: Sequence[str], default: str, is_seen: Callable[[str], bool]) 
     return {"options": [{"name": name, "known": is_seen(name)} for name in names], "default": default}
 
 
-def _known(built: BuiltTwin) -> Known:
+def _seen_in_training(built: BuiltTwin) -> Known:
     """By source, what the registered model was trained on; nothing for a law, which holds everywhere."""
     from ...training.registry.contact_stage import RegisteredContact
 

@@ -232,7 +232,7 @@ def shots_section(shots: Shots) -> Section:
     blocks: list[Block] = [_sentence(shots, judged)]
     if judged:
         blocks += [_chart(judged), _by_setting(judged)]
-    blocks.append(_each(shots))
+    blocks.append(_shots_table(shots))
     if len(shots) > _MOST:
         blocks.append(Paragraph(f"The first {_MOST} of {len(shots)}; pyroshock shots lists all.", quiet=True))
     return Section("Shots: measured against model velocity", blocks)
@@ -290,7 +290,7 @@ def _by_setting(judged: Shots) -> Table:
     return Table("By setting: mean ± standard deviation of the shots.", heads, rows)
 
 
-def _each(shots: Shots) -> Table:
+def _shots_table(shots: Shots) -> Table:
     rows = []
     for shot in shots[:_MOST]:
         off, spread = _off(shot), shot["measured_velocity_u_m_s"]

@@ -123,11 +123,11 @@ def _tell_errors(app: FastAPI) -> None:
 
     async def refused(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
-        return told(request, error.status_code, str(error.detail), dict(error.headers or {}))
+        return error_response(request, error.status_code, str(error.detail), dict(error.headers or {}))
 
     async def unreadable(request: Request, error: Exception) -> Response:
         assert isinstance(error, RequestValidationError)
-        return told(request, 422, "; ".join(map(_complaint, error.errors())))
+        return error_response(request, 422, "; ".join(map(_complaint, error.errors())))
 
     app.add_exception_handler(HTTPException, refused)
     app.add_exception_handler(RequestValidationError, unreadable)
@@ -137,14 +137,14 @@ def _tell_errors(app: FastAPI) -> None:
         try:
             return await go_on(request)
         except ValidationError as error:  # of a record that a page makes of its form
-            return told(request, 422, "; ".join(map(_complaint, error.errors())))
+            return error_response(request, 422, "; ".join(map(_complaint, error.errors())))
         except Exception as error:
             if not is_for_the_user(error):
                 raise
-            return told(request, status_of(error), str(error))
+            return error_response(request, status_of(error), str(error))
 
 
-def told(request: Request, status: int, why: str, headers: dict[str, str] | None = None) -> Response:
+def error_response(request: Request, status: int, why: str, headers: dict[str, str] | None = None) -> Response:
     """An error as who asked can read it."""
     why = without_secrets(why)
     if request.url.path.startswith("/api"):

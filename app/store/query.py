@@ -147,7 +147,7 @@ _UNKNOWN_COLUMN = re.compile(r'no such column: (?:\w+\.)?(\w+)|column (?:\w+\.)?
 
 
 @contextmanager
-def asked(engine: Engine, statement: Statement, timeout_s: float) -> Iterator[Iterator[Batch]]:
+def run_statement(engine: Engine, statement: Statement, timeout_s: float) -> Iterator[Iterator[Batch]]:
     """Gives the answer in batches of columns; the first batch has the columns also where there are no rows.
 
     Bytes are shown as their size, two columns of one name as `name` and `name_2`. Raises `QueryError`.
@@ -244,12 +244,16 @@ def _postgresql(engine: Engine, statement: Statement, timeout_s: float) -> Itera
 def _batches(cursor: Any) -> Iterator[Batch]:
     names = _unique([column[0] for column in cursor.description])
     rows = cursor.fetchmany(ROWS)
-    yield dict(zip(names, map(_shown, zip(*rows, strict=True)), strict=True)) if rows else {name: [] for name in names}
+    yield (
+        dict(zip(names, map(_printable_values, zip(*rows, strict=True)), strict=True))
+        if rows
+        else {name: [] for name in names}
+    )
     while rows := cursor.fetchmany(ROWS):
-        yield dict(zip(names, map(_shown, zip(*rows, strict=True)), strict=True))
+        yield dict(zip(names, map(_printable_values, zip(*rows, strict=True)), strict=True))
 
 
-def _shown(column: tuple[Any, ...]) -> list[Any]:
+def _printable_values(column: tuple[Any, ...]) -> list[Any]:
     if bytes in set(map(type, column)):
         return [f"<{len(value)} bytes>" if isinstance(value, bytes) else value for value in column]
     return list(column)

@@ -67,14 +67,14 @@ def query(
     if (statement is not None) + tables + (schema is not None) != 1:
         raise click.UsageError('give one statement ("select ..."), --tables, or --schema TABLE')
     with open_command_store(db) as store:
-        from .query import Statement, asked, list_columns, list_tables
+        from .query import Statement, list_columns, list_tables, run_statement
 
         if statement is None:
             rows = list_tables() if schema is None else list_columns(schema)
             _write(iter([{name: [row[name] for row in rows] for name in rows[0]}]), ending, out)
             return
         seconds = 60.0 if timeout == _TIMEOUT else _parse_timeout(timeout)
-        with asked(store.engine, Statement(statement, dict(parameters)), seconds) as batches:
+        with run_statement(store.engine, Statement(statement, dict(parameters)), seconds) as batches:
             limited = batches if limit is None else _first_rows(batches, limit)
             _write(limited, ending, out)
 

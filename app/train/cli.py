@@ -143,7 +143,7 @@ def compare(
         pyroshock compare hybrid@3 hybrid@7 --out difference.png
     """
     with open_command_store(db) as store:
-        from .comparing import draw, metrics_named, rows_of, told
+        from .comparing import comparison_sentences, draw, metrics_named, rows_of
         from .service import compare_versions
 
         wanted = metrics_named(metric)
@@ -156,7 +156,7 @@ def compare(
             return
         click.echo(f"{len(comparison.judged.pulses)} held-out pulses that none of them was trained on")
         print_table(comparison.table(wanted), "")
-        for line in told(comparison, wanted):
+        for line in comparison_sentences(comparison, wanted):
             click.echo(line)
         if settings := comparison.settings_table():
             click.echo("What each training searched and found:")
@@ -262,7 +262,7 @@ def models(
         if listing.json_to is not None:
             rows = ((version, json_row(version, floors[version.dataset.hash, version.seed])) for version in listed)
             write_json(
-                [row | _damaged(wrong.get(version.label)) | _lost(version, withdrawn) for version, row in rows],
+                [row | _damaged(wrong.get(version.label)) | _lost_pulses(version, withdrawn) for version, row in rows],
                 listing.json_to,
             )
             return
@@ -289,7 +289,7 @@ def _tell_version(registry: Registry, version: Version, json_to: str | None) -> 
     print_table(rows, "no settings: nothing was searched, or older software trained it")
 
 
-def _lost(version: Version, withdrawn: dict[str, Withdrawal]) -> dict[str, int]:
+def _lost_pulses(version: Version, withdrawn: dict[str, Withdrawal]) -> dict[str, int]:
     """Pulses that the model was trained on, or judged by, and that are no longer in the store."""
     withdrawal = withdrawn.get(version.dataset.hash)
     return {} if withdrawal is None else {"withdrawn_pulses": withdrawal.lost}

@@ -133,7 +133,7 @@ def rows_of(comparisons: Comparisons, metrics: Sequence[str]) -> list[dict[str, 
     return rows
 
 
-def told(comparisons: Comparisons, metrics: Sequence[str]) -> Iterator[str]:
+def comparison_sentences(comparisons: Comparisons, metrics: Sequence[str]) -> Iterator[str]:
     """Sentences: which is better in each metric, and each one's lead in the groups where it is beyond chance."""
     for comparison in comparisons.comparisons:
         for metric in metrics:

@@ -47,7 +47,7 @@ def _list(db: str, listing: Listing) -> None:
         from ...dataset.catalog import list_snapshots, list_withdrawals
 
         withdrawals = list_withdrawals(session)
-        rows = [{**row, "withdrawn": _lost(withdrawals.get(row["hash"]))} for row in list_snapshots(session)]
+        rows = [{**row, "withdrawn": _count_lost(withdrawals.get(row["hash"]))} for row in list_snapshots(session)]
     listing.show(
         rows,
         "no datasets yet; freeze one: pyroshock dataset build NAME --from CAMPAIGN",
@@ -57,7 +57,7 @@ def _list(db: str, listing: Listing) -> None:
         note(withdrawal.words)
 
 
-def _lost(withdrawal: Withdrawal | None) -> int:
+def _count_lost(withdrawal: Withdrawal | None) -> int:
     return 0 if withdrawal is None else withdrawal.lost
 
 

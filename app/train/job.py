@@ -13,7 +13,7 @@ from ...training.registry.connection import user_environment
 from ...training.registry.model_storage import storage_for
 from ...training.registry.records import Trained, Version
 from ...training.registry.registry import Registry
-from ..jobs.kind import Ending, Kind, Result, RunningJob, told
+from ..jobs.kind import Ending, Kind, Result, RunningJob, ending_of
 
 if TYPE_CHECKING:
     from ...training.fitting.session import Session
@@ -43,7 +43,7 @@ def _do(work: RunningJob, arguments: TrainArguments) -> Ending:
     earlier = len(session.versions) - session.trained
     failed = f"; not trained: {', '.join(failure.model for failure in session.failures)}" if session.failures else ""
     words = f"{session.trained} trained, {earlier} found as they were trained before{failed}"
-    return told(Result("/models", words, _rows(work, arguments, session)))
+    return ending_of(Result("/models", words, _rows(work, arguments, session)))
 
 
 def _trained(work: RunningJob, arguments: TrainArguments) -> Session:

@@ -129,9 +129,9 @@ class ModelComparison:
     @property
     def sentences(self) -> list[str]:
         """Which version is better, by how much, where, and whether that is beyond chance."""
-        from .comparing import told
+        from .comparing import comparison_sentences
 
-        return list(told(self.comparisons, (self.metric,)))
+        return list(comparison_sentences(self.comparisons, (self.metric,)))
 
     def to_frame(self) -> pd.DataFrame:
         """The mean errors of each version in every metric, the best first."""

@@ -149,14 +149,14 @@ def outside_of(twin: Twin) -> Outside:
     def outside(settings: Sequence[Setting]) -> list[tuple[str, ...]]:
         out_of_domain = twin.contact.outside(ImpactBatch(settings, twin.velocities(settings)))
         return [
-            tuple(f"{o.predictor} = {_shown(o.value)}, learned: {o.range}" for o in entries)
+            tuple(f"{o.predictor} = {_setting_value_text(o.value)}, learned: {o.range}" for o in entries)
             for entries in out_of_domain
         ]
 
     return outside
 
 
-def _shown(value: float | str) -> str:
+def _setting_value_text(value: float | str) -> str:
     return value if isinstance(value, str) else f"{value:.4g}"
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..common.number_format import finite
-from ..jobs.kind import Ending, Kind, Result, RunningJob, told
+from ..jobs.kind import Ending, Kind, Result, RunningJob, ending_of
 
 if TYPE_CHECKING:
     from ...twin.tune.tuner import Tuned
@@ -73,7 +73,7 @@ def _do(work: RunningJob, arguments: TuneArguments) -> Ending:
     with models_extra():
         session = session_of(work.store, work.db, arguments.ask())
     data = _answer(arguments, session, session.run(work.step))
-    return told(Result(f"/tune/{work.job}", data["attainability"]["sentence"], data))
+    return ending_of(Result(f"/tune/{work.job}", data["attainability"]["sentence"], data))
 
 
 def _answer(arguments: TuneArguments, session: TuningSession, tuning: Tuned) -> dict[str, Any]:

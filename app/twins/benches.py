@@ -149,9 +149,9 @@ def bench_of_file(path: Path, bench: Bench) -> Bench:
     """The tables [gun] and [plate] of a TOML file in place of those of `bench`. Raises `ValueError` naming the key."""
     try:
         table = toml_table(read_toml_text(path))
-        _known(table, ("gun", "plate"), "the file")
+        _check_keys(table, ("gun", "plate"), "the file")
         if "gun" in table:
-            _known(table["gun"], tuple(f.name for f in fields(GunBench)), "[gun]", every=True)
+            _check_keys(table["gun"], tuple(f.name for f in fields(GunBench)), "[gun]", every=True)
             bench = replace(bench, gun=GunBench(**table["gun"]), gun_source=path.name, kind=GUN)
         return _with_plate_table(bench, table["plate"], path) if "plate" in table else bench
     except (ValueError, TypeError, OverflowError, RecursionError) as error:
@@ -162,7 +162,7 @@ _PLATE_KEYS = ("material", "thickness_m", "outline_m", "damping_ratio", "impact_
 
 
 def _with_plate_table(bench: Bench, table: Mapping[str, Any], path: Path) -> Bench:
-    _known(table, _PLATE_KEYS, "[plate]")
+    _check_keys(table, _PLATE_KEYS, "[plate]")
     thickness = float(table.get("thickness_m", bench.drawing.thickness_m))
     drawing = replace(bench.drawing, thickness_m=thickness)
     if "outline_m" in table:
@@ -185,7 +185,7 @@ def with_modes(bench: Bench, path: Path) -> Bench:
     return replace(bench, modes=read_modal_table(path), modes_source=f"modal table {path.name}")
 
 
-def _known(table: Mapping[str, Any], keys: tuple[str, ...], where: str, *, every: bool = False) -> None:
+def _check_keys(table: Mapping[str, Any], keys: tuple[str, ...], where: str, *, every: bool = False) -> None:
     if not isinstance(table, Mapping):
         raise ValueError(f"{where} is {table!r:.100}; expected a table")
     for key in table:

@@ -417,15 +417,15 @@ def solved(drawing: PlateDrawing, material: ElasticMaterial, highest_hz: float, 
     import scipy.linalg  # noqa: F401 - its own BLAS must be there to be limited
     from threadpoolctl import threadpool_limits
 
-    from ...twin.plate.build import ConstantDamping, PlateBuild, places
+    from ...twin.plate.build import ConstantDamping, PlateBuild, named_points
     from ...twin.plate.modes import cached_plate
 
     build = PlateBuild(
         outline_m=drawing.outline_m,
         thickness_m=drawing.thickness_m,
         material=material,
-        impact_points=places(drawing.impact_points),
-        sensors=places(drawing.sensors),
+        impact_points=named_points(drawing.impact_points),
+        sensors=named_points(drawing.sensors),
         damping=ConstantDamping(drawing.damping_ratio),
     )
     # Dense blocks of some hundred rows: more threads of linear algebra only get into each other's way, ten times over.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..jobs.kind import Ending, Kind, Result, RunningJob, told
+from ..jobs.kind import Ending, Kind, Result, RunningJob, ending_of
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ def _do(work: RunningJob, arguments: ValidateArguments) -> Ending:
     with models_extra():
         validation = run_validation(work.store, work.db, ValidationRequest(**vars(arguments)), work.step)
     data = validation.as_json()
-    return told(Result(f"/validations/{work.job}", f"{arguments.campaign}: {data['verdict']}", data))
+    return ending_of(Result(f"/validations/{work.job}", f"{arguments.campaign}: {data['verdict']}", data))
 
 
 VALIDATE = Kind("validate", ValidateArguments, _do)

@@ -95,7 +95,7 @@ def _trend(residual: Floats, order: Floats, group: Rows, rng: np.random.Generato
         return _Trend(np.zeros(values.shape[1]), np.ones(values.shape[1]))
     unit = values / np.maximum(np.linalg.norm(values, axis=0), 1e-300)
     observed = np.abs(time @ unit)
-    steepest = [np.abs(time[_within(group, rng)] @ unit).max() for _ in range(permutations)]
+    steepest = [np.abs(time[_permutation_within(group, rng)] @ unit).max() for _ in range(permutations)]
     p_value = (1 + (np.array(steepest)[:, None] >= observed).sum(axis=0)) / (1 + permutations)
     weight = np.maximum((np.isfinite(deviation) * time[:, None] ** 2).sum(axis=0), 1e-300)
     return _Trend(time @ values / weight, p_value)
@@ -171,7 +171,7 @@ def _centred(values: Floats, group: Rows) -> Floats:
     return np.asarray(values - mean[group])
 
 
-def _within(group: Rows, rng: np.random.Generator) -> Rows:
+def _permutation_within(group: Rows, rng: np.random.Generator) -> Rows:
     """A permutation that keeps groups."""
     permutation = np.empty(len(group), dtype=np.intp)
     permutation[np.argsort(group, kind="stable")] = np.lexsort((rng.random(len(group)), group))

@@ -99,11 +99,11 @@ def from_surface(space: Space, coded: Floats, ordered: list[int]) -> Ids:
     rows = np.zeros((len(crossed), len(coded), len(space.axes)), dtype=np.int64)
     rows[:, :, others] = np.array(crossed, dtype=np.int64).reshape(len(crossed), 1, len(others))
     for column, index in enumerate(ordered):
-        rows[:, :, index] = _places(space.axes[index], coded[:, column])
+        rows[:, :, index] = _level_positions(space.axes[index], coded[:, column])
     return rows.reshape(-1, len(space.axes))
 
 
-def _places(axis: Axis, coded: Floats) -> Ids:
+def _level_positions(axis: Axis, coded: Floats) -> Ids:
     if np.abs(coded).max() > 1 + 1e-9:
         raise ValueError(
             f"{axis.name}: a run lies at {np.abs(coded).max():.3g} times its range; expected within the range: a "

@@ -111,7 +111,7 @@ def anneal(
         if partners < len(levels):
             others = rng.choice(len(levels), size=partners, replace=False)
         swaps = swaps_of(surface, current, strides, row, others)
-        choice = _drawn(swaps.change.ravel(), temperature, draw)
+        choice = _drawn_change(swaps.change.ravel(), temperature, draw)
         if choice is None:
             continue
         place, axis = divmod(choice, len(sizes))
@@ -144,7 +144,7 @@ def swaps_of(surface: DirectCriterion, levels: Ids, strides: Ids, row: int, part
     return Swaps(partners, become, change)
 
 
-def _drawn(change: Floats, temperature: float, draw: float) -> int | None:
+def _drawn_change(change: Floats, temperature: float, draw: float) -> int | None:
     """Which change is made, by the Boltzmann distribution; None for none."""
     floor = min(0.0, float(change.min()))
     total = np.exp((floor - change) / temperature).cumsum()

@@ -78,7 +78,7 @@ def assign_values(space: Space, strata: Ids, recorded: Ids, rng: np.random.Gener
     as far as the factor's steps are fine enough. Which run gets which value is the best of several draws: fewest
     repeated treatments first, then the least centred discrepancy.
     """
-    drawn = [_drawn(space, strata, rng) for _ in range(_DRAWS)]
+    drawn = [_drawn_levels(space, strata, rng) for _ in range(_DRAWS)]
     return min(drawn, key=lambda rows: _unevenness(space, np.vstack([recorded, rows])))
 
 
@@ -86,7 +86,7 @@ def _unevenness(space: Space, rows: Ids) -> tuple[int, float]:
     return len(rows) - len(np.unique(rows, axis=0)), discrepancy(centres(space, rows), "CD")
 
 
-def _drawn(space: Space, strata: Ids, rng: np.random.Generator) -> Ids:
+def _drawn_levels(space: Space, strata: Ids, rng: np.random.Generator) -> Ids:
     rows = strata.copy()
     for index, axis in enumerate(space.axes):
         if axis.continuous:

@@ -27,7 +27,7 @@ _SETTINGS_COLUMNS = 3
 _WHOLE = "0.0% to 100.0%"
 
 
-def beside(lines: list[str]) -> Layout | None:
+def header_beside_samples(lines: list[str]) -> Layout | None:
     """The old form, of one channel: `Record Length,2500,Points,-0.0005,0.02` and so on; None for any other file.
 
     Settings stand in the first three columns, time in seconds and the channel in the next two.
@@ -103,7 +103,7 @@ class CsvReader(ArrayReader):
         whole = text.endswith("\n")
         text = text if whole else text + "\n"
         lines = text[: 1 << 18].split("\n")[:-1]
-        layout = beside(lines) or above(sniff(path, lines, options))
+        layout = header_beside_samples(lines) or above(sniff(path, lines, options))
         contents = table_contents(path, text, layout)
         samples = contents.arrays[0].samples if contents.arrays else 0
         refuse_fewer(path, layout, samples)

@@ -87,10 +87,10 @@ def _refuse_false_count(path: Path, head: bytes, order: str) -> tuple[str, bool]
     """
     if len(head) < 16 or struct.unpack(f"{order}I", head[:4])[0] != MATRIX:
         raise RecordingError(f"{path.name}: a variable does not start as a matrix; it is damaged")
-    flag_bytes, position = _whole(path, head, 8, order)
+    flag_bytes, position = _element_bytes(path, head, 8, order)
     flags = struct.unpack(f"{order}I", flag_bytes[:4])[0]
-    dimensions, position = _whole(path, head, position, order)
-    name_bytes, position = _whole(path, head, position, order)
+    dimensions, position = _element_bytes(path, head, position, order)
+    name_bytes, position = _element_bytes(path, head, position, order)
     name = name_bytes.decode("latin1")
     if flags & 0xFF == _MAT5_ELEMENTS_CHAR_CLASS or flags & 0xFF in _NUMERIC_CLASSES:
         shape = struct.unpack(f"{order}{len(dimensions) // 4}i", dimensions)
@@ -111,7 +111,7 @@ def _refuse_false_count(path: Path, head: bytes, order: str) -> tuple[str, bool]
     return name, bool(flags & _COMPLEX_FLAG)
 
 
-def _whole(path: Path, head: bytes, position: int, order: str) -> tuple[bytes, int]:
+def _element_bytes(path: Path, head: bytes, position: int, order: str) -> tuple[bytes, int]:
     """The bytes of a part that precedes the numbers, and where the next begins: scipy believes any count there."""
     _, count, array_name, after = tag(head, position, order)
     if len(array_name) != count:

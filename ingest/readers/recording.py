@@ -120,7 +120,7 @@ class ArraysRecording(OpenRecording):
         self._name_by_place: dict[str, str] = {}
         clocks, header, channels = clocks_of(path, contents, options.sampling_rate_hz), _header(contents), []
         for name, array in _named(path, contents.arrays):
-            self._name_by_place |= dict.fromkeys(_places(array), name)
+            self._name_by_place |= dict.fromkeys(_channel_positions(array), name)
             clock = _own_clock(path, array) or clock_above(clocks, array.group)
             reason = _why_not(array, clock)
             if reason is not None or clock is None:
@@ -202,7 +202,7 @@ def _named(path: Path, arrays: list[Array]) -> list[tuple[str, Array]]:
     return named
 
 
-def _places(array: Array) -> list[str]:
+def _channel_positions(array: Array) -> list[str]:
     """A channel by its place in the file, as HDF5 and as MATLAB write it: `bench/force`, `bench.force`."""
     return [f"{array.group}/{array.name}", f"{array.group}.{array.name}".replace("/", ".")] if array.group else []
 

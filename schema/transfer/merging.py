@@ -222,10 +222,10 @@ def _refuse_another(rule: MergeRule, row: Row, here: Row) -> None:
                 if name.endswith("_id")
                 else f"{name} is {ours[name]!r:.60} here, {value!r:.60} in the file"
             )
-            raise MergeRefusedError(f"{_called(rule, row)} is another one in this store: {what}; {rule.advice}")
+            raise MergeRefusedError(f"{_row_title(rule, row)} is another one in this store: {what}; {rule.advice}")
 
 
-def _called(rule: MergeRule, row: Row) -> str:
+def _row_title(rule: MergeRule, row: Row) -> str:
     """A row by its natural key, in words."""
     named = [f"{name} {row[name]!r}" for name in rule.key if not name.endswith("_id")]
     return f"{rule.table.removesuffix('s').replace('_', ' ')} ({', '.join(named)})"

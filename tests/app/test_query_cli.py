@@ -241,7 +241,7 @@ def test_a_large_answer_does_not_fill_memory(tmp_path):
     import tracemalloc
 
     from pyroshock.app.common.table_files import write_batches
-    from pyroshock.app.store.query import asked
+    from pyroshock.app.store.query import run_statement
     from pyroshock.schema.engine import make_engine
 
     url = f"sqlite:///{tmp_path / 'numbers.db'}"
@@ -252,7 +252,7 @@ def test_a_large_answer_does_not_fill_memory(tmp_path):
     peaks = []
     for last in ("10000", "100000"):
         tracemalloc.start()
-        with asked(make_engine(url), Statement(sql, {"last": last}), 60) as batches:
+        with run_statement(make_engine(url), Statement(sql, {"last": last}), 60) as batches:
             assert write_batches(tmp_path / "x.csv", batches) == int(last)
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()

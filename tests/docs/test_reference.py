@@ -13,7 +13,7 @@ from pyroshock.doe.designs.methods import METHODS
 from pyroshock.ingest.readers import READERS
 from pyroshock.schema.tables import metadata
 from pyroshock.signals.checks import CHECKS, SPECTRUM_CHECKS
-from pyroshock.training.models.catalogue import ZOO
+from pyroshock.training.models.catalogue import MODEL_SPECS
 from pyroshock.training.models.serialization import KINDS
 from pyroshock.twin.effects import catalogue
 
@@ -129,7 +129,7 @@ def test_designs_are_those_of_the_folder() -> None:
 
 def test_models_and_kinds_are_all_told() -> None:
     names = re.findall(r"^\| `([\w-]+)` \| \[", section("models", "Models by name"), re.MULTILINE)
-    assert names == list(ZOO)
+    assert names == list(MODEL_SPECS)
     for kind in KINDS:
         assert escaped(first_line(models.class_of(kind).__doc__)) in section("models", kind)
     assert "[coregional](#coregional)" in page("models")

@@ -20,7 +20,7 @@ from pyroshock.training.fitting.fitting import FittingFailure, task_of
 from pyroshock.training.fitting.run_tasks import TimeSettings
 from pyroshock.training.fitting.session import Progress, train
 from pyroshock.training.models import training_task
-from pyroshock.training.models.catalogue import ZOO, BuildOptions, entry_of, models_of
+from pyroshock.training.models.catalogue import MODEL_SPECS, BuildOptions, entry_of, models_of
 from pyroshock.training.registry.locks import locked
 from pyroshock.training.registry.registry import Registry
 from support.records.pulse_tables import pulse_table
@@ -275,8 +275,8 @@ def test_contact_time_that_cannot_be_searched_fails_the_models_that_share_it(reg
 def test_names_of_models_are_those_of_the_contract():
     wanted = "tree ensemble svr kernel-ridge linear pls gp coregional-gp nn-narrow nn-medium nn-wide nn-bilayer"
     wanted += " nn-trilayer nn-ga single-pass hybrid hunter reed hann hertz hunt-crossley"
-    assert set(wanted.split()) <= set(ZOO)
-    assert models_of("all") == list(ZOO)
+    assert set(wanted.split()) <= set(MODEL_SPECS)
+    assert models_of("all") == list(MODEL_SPECS)
     assert models_of("gp, hybrid,gp") == ["gp", "hybrid"]
 
 
@@ -288,7 +288,7 @@ def test_unknown_models_are_refused(text, said):
         models_of(text)
 
 
-@pytest.mark.parametrize("name", ZOO)
+@pytest.mark.parametrize("name", MODEL_SPECS)
 def test_every_model_is_made_and_described(name):
     """Its settings are JSON, and make the same model again."""
     from pyroshock.training.models.serialization import build, describe

@@ -42,7 +42,7 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     monkeypatch.setattr(blind_check, "open_labels", open_labels)
     monkeypatch.setattr(run_case, "diagnosed", diagnosed)
     monkeypatch.setattr(case_plan, "KINDS", ("gun",))
-    case_plan.drawn.cache_clear()
+    case_plan.case_of_task.cache_clear()
     return events
 
 
@@ -120,7 +120,7 @@ def test_effect_left_out_is_not_in_the_catalogue(told: list[str], monkeypatch: p
 
     monkeypatch.setattr(run_case, "diagnosed", diagnosed)
     (task,) = case_plan.tasks(1, 3, [case_plan.LEFT_OUT])
-    (effect,) = case_plan.drawn(task)[0].strengths
+    (effect,) = case_plan.case_of_task(task)[0].strengths
     report = check(tiers=[case_plan.LEFT_OUT], cases=1)
     assert asked[0] is not None
     assert effect not in asked[0]
@@ -130,9 +130,9 @@ def test_effect_left_out_is_not_in_the_catalogue(told: list[str], monkeypatch: p
 
 
 def test_same_seed_same_cases(told: list[str]) -> None:
-    first = [case_plan.drawn(task) for task in case_plan.tasks(2, 5, ["middle"])]
-    case_plan.drawn.cache_clear()
-    assert [case_plan.drawn(task) for task in case_plan.tasks(2, 5, ["middle"])[::-1]] == first[::-1]
+    first = [case_plan.case_of_task(task) for task in case_plan.tasks(2, 5, ["middle"])]
+    case_plan.case_of_task.cache_clear()
+    assert [case_plan.case_of_task(task) for task in case_plan.tasks(2, 5, ["middle"])[::-1]] == first[::-1]
     assert first[0] != first[1]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from pyroshock.validation.case_plan import BENCHES, SEEDS, SPLITS, drawn, tasks
+from pyroshock.validation.case_plan import BENCHES, SEEDS, SPLITS, case_of_task, tasks
 
 
 def test_kinds_take_turns_on_benches() -> None:
@@ -28,9 +28,9 @@ def test_every_split_has_a_seed_of_its_own() -> None:
 
 def test_realistic_case_is_drawn_again_alike() -> None:
     task = tasks(1, 1, ["realistic"], kinds=["hammer"])[0]
-    case, seed = drawn(task)
-    drawn.cache_clear()
-    assert drawn(task) == (case, seed)
+    case, seed = case_of_task(task)
+    case_of_task.cache_clear()
+    assert case_of_task(task) == (case, seed)
     assert len(case.strengths) > 1
 
 

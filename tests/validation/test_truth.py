@@ -70,7 +70,7 @@ def test_right_effect_shrinks_the_gap(monkeypatch: pytest.MonkeyPatch) -> None:
     from pyroshock.validation import oracle_fit as module
 
     case = draw_case("gun", "very strong", np.random.default_rng(1), cause="gun.dead_volume", number=0, decoy=False)
-    monkeypatch.setattr(module, "drawn", lambda task: (case, 5))
+    monkeypatch.setattr(module, "case_of_task", lambda task: (case, 5))
     none = effect("gun.dead_volume", volume_m3=0.0).as_json()
     found = oracle(OpenedTask(TASK, Options(), (none,)))
     assert found["fraction"] > 0.8

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import Any
 
-from pyroshock.training.models.catalogue import ZOO, BuildOptions
+from pyroshock.training.models.catalogue import MODEL_SPECS, BuildOptions
 from pyroshock.training.models.serialization import KINDS, describe
 
 from .markdown import code, escaped, joined, prose, table
@@ -16,7 +16,7 @@ from .markdown import code, escaped, joined, prose, table
 
 def page() -> str:
     """The models by their names, then a section a kind."""
-    rows = [(code(name), _made_of(describe(entry.make(BuildOptions())))) for name, entry in ZOO.items()]
+    rows = [(code(name), _made_of(describe(entry.make(BuildOptions())))) for name, entry in MODEL_SPECS.items()]
     return joined(
         "## Models by name",
         f"What {code('pyroshock train --models')} takes; settings are those that differ from a kind's own.",

@@ -36,7 +36,7 @@ class RotatedOutputs(Estimator):
         return {"inner": {"kind": self.inner.kind, "settings": self.inner.settings()}}
 
     def fit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
-        self.turn_ = _turn(x, y, groups)
+        self.turn_ = _rotation(x, y, groups)
         self.inner_ = copy.deepcopy(self.inner).fit(x, y @ self.turn_, groups, rng)
         return self
 
@@ -74,7 +74,7 @@ class RotatedOutputs(Estimator):
         return self
 
 
-def _turn(x: Floats, y: Floats, groups: NDArray[Any]) -> Floats:
+def _rotation(x: Floats, y: Floats, groups: NDArray[Any]) -> Floats:
     deviation = y.std(axis=0)
     scale = 1.0 / np.where(deviation > 0, deviation, 1.0)
     noise = repetition_covariance(x, y * scale, groups)

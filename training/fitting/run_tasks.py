@@ -128,7 +128,7 @@ def done(errand: Errand, context: TrainingContext) -> Outcome | TimeSettings:
     return errand.done(context)
 
 
-def lost(errand: Errand) -> FittingFailure:
+def failure_of_lost_worker(errand: Errand) -> FittingFailure:
     """In the place of what a worker that died would have given."""
     return errand.failed("its process died twice, for memory perhaps; repeat with fewer jobs")
 
@@ -176,7 +176,9 @@ def _outcomes(
         else:
             ready.append(TaskWithContactTime(task, contact_time.tuned))
     searching = [training for training in ready if entry_of(training.task.model).searches]
-    for task, outcome in _sent([training for training in ready if training not in searching], context, executor):
+    for task, outcome in _send_trainings(
+        [training for training in ready if training not in searching], context, executor
+    ):
         yield task, _with_search(outcome, times)
     for training in searching:
         with one_thread():
@@ -209,7 +211,7 @@ def _first(
             times[split] = kept
     # The dear ones first where there are others to work meanwhile, and last where the first results would wait.
     errands: list[Errand] = [*alone, *searches] if executor.is_here else [*searches, *alone]
-    for errand, result in run_all_tasks(executor, done, errands, shared=(context,), lost=lost):
+    for errand, result in run_all_tasks(executor, done, errands, shared=(context,), lost=failure_of_lost_worker):
         if isinstance(errand, TaskWithContactTime):
             assert not isinstance(result, TimeSettings)
             yield errand.task, result
@@ -220,9 +222,9 @@ def _first(
                 write_time_settings(result, errand.split, context)
 
 
-def _sent(
+def _send_trainings(
     trainings: Sequence[TaskWithContactTime], context: TrainingContext, executor: ExecutorConfig
 ) -> Iterator[tuple[TrainingTask, Outcome]]:
-    for training, outcome in run_all_tasks(executor, done, trainings, shared=(context,), lost=lost):
+    for training, outcome in run_all_tasks(executor, done, trainings, shared=(context,), lost=failure_of_lost_worker):
         assert not isinstance(outcome, TimeSettings)
         yield training.task, outcome

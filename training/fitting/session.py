@@ -88,7 +88,7 @@ def train(
     with exclusive_lock(
         registry.place, what, lambda: progress.tell("another process trains on this dataset; waiting for it")
     ):
-        trained_before = {} if retrain else _found(registry, {task.key for task in tasks}, progress.tell)
+        trained_before = {} if retrain else _newest_trainings(registry, {task.key for task in tasks}, progress.tell)
         registry.close_runs(trained_before.values())
         to_do = [task for task in tasks if task.key not in trained_before]
         session = Session()
@@ -102,20 +102,20 @@ def train(
             trained_before[task.key] = registry.record(outcome, run)
             session.trained += 1
             journal_of(task, context).unlink(missing_ok=True)
-            progress.tell(_told(outcome))
+            progress.tell(_training_line(outcome))
         session.versions = [trained_before[task.key] for task in tasks if task.key in trained_before]
         if run is not None:
             _sum_up(registry, context, run, splits)
     return session
 
 
-def _found(registry: Registry, keys: set[str], tell: Callable[[str], None]) -> dict[str, Version]:
+def _newest_trainings(registry: Registry, keys: set[str], tell: Callable[[str], None]) -> dict[str, Version]:
     """The newest version of each of these trainings; one whose files are damaged is trained anew."""
     wanted = [version for version in reversed(registry.versions()) if version.task_key in keys]
     return {version.task_key: version for version in intact_versions(registry, wanted, tell)}
 
 
-def _told(trained: Trained) -> str:
+def _training_line(trained: Trained) -> str:
     nrmse = trained.metrics["force_nrmse"].mean
     return f"{trained.task.model}, {trained.task.split}: force NRMSE {nrmse:.4f} in {trained.cost.seconds:.1f} s"
 

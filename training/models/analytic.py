@@ -12,7 +12,7 @@ from ...twin.contact.bodies import Bodies, MissingQuantityError
 from ...twin.contact.laws import contact_law
 from ...twin.contact.pulse import ContactPulse
 from ..estimators.base import Arrays, NotFittedError
-from .base import ContactModel, ContactPrediction, check_same_predictors, spelled, taken
+from .base import ContactModel, ContactPrediction, check_same_predictors, get_array, spelled
 
 #: Quantity of the bodies: predictor (Table 4.3).
 _COLUMNS = {
@@ -74,7 +74,7 @@ class Analytic(ContactModel):
         return {"predictors": self._fitted()}
 
     def restore(self, arrays: Arrays) -> Self:
-        self.predictors_ = taken(arrays, "predictors", self.kind)
+        self.predictors_ = get_array(arrays, "predictors", self.kind)
         return self
 
     def _fitted(self) -> Texts:
@@ -92,10 +92,10 @@ def bodies(inputs: Inputs) -> Bodies:
     mass = inputs.column(_MASS) if varied else inputs.impactor_mass_kg
     return Bodies.of(
         **{quantity: inputs.column(name) for quantity, name in _COLUMNS.items()},
-        impactor_mass_kg=_known(mass),
-        plate_thickness_m=_known(inputs.plate_thickness_m),
+        impactor_mass_kg=_finite_or_none(mass),
+        plate_thickness_m=_finite_or_none(inputs.plate_thickness_m),
     )
 
 
-def _known(values: Floats) -> Floats | None:
+def _finite_or_none(values: Floats) -> Floats | None:
     return None if np.any(np.isnan(values)) else values

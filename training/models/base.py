@@ -172,7 +172,7 @@ def restored(part: _P, prefix: str, arrays: Arrays) -> _P:
     return own(part).restore(own_arrays)
 
 
-def taken(arrays: Arrays, name: str, kind: str) -> Any:
+def get_array(arrays: Arrays, name: str, kind: str) -> Any:
     """One array. Raises `ValueError` where it is missing."""
     if name not in arrays:
         raise ValueError(f"a model of kind {kind!r} is restored from arrays with {name!r}, which is missing")

@@ -19,7 +19,7 @@ from ...dataset.table import Inputs, PulseTable
 from ..estimators.base import Arrays, FitReport, NotFittedError, Standard
 from ..gp.kernels import squared_distances
 from ..tuning.folds import grouped_folds
-from .base import ContactModel, ContactPrediction, impulse, own, prefixed, restored, taken
+from .base import ContactModel, ContactPrediction, get_array, impulse, own, prefixed, restored
 from .serialization import describe
 
 #: How far alike reaches, in deviations of the predictors; the last is a mean over all.
@@ -165,9 +165,9 @@ class Calibrated(ContactModel):
         }
 
     def restore(self, arrays: Arrays) -> Self:
-        self.factors_ = taken(arrays, "factors", self.kind)
-        self.relative_ = taken(arrays, "relative", self.kind)
-        x, squares, reach = (taken(arrays, name, self.kind) for name in ("x", "squares", "reach"))
+        self.factors_ = get_array(arrays, "factors", self.kind)
+        self.relative_ = get_array(arrays, "relative", self.kind)
+        x, squares, reach = (get_array(arrays, name, self.kind) for name in ("x", "squares", "reach"))
         self.difficulty_ = tuple(Difficulty(x, squares[:, i], float(reach[i])) for i in range(2))
         self.impulse_ = float(arrays["impulse"]) if "impulse" in arrays else None
         self.model_ = restored(self.model, "model", arrays)

@@ -44,18 +44,18 @@ class ModelSpec:
 
 def entry_of(name: str) -> ModelSpec:
     """Raises `LookupError` that names those there are."""
-    if name not in ZOO:
-        raise LookupError(f"no model {name!r}; there are: {', '.join(ZOO)}")
-    return ZOO[name]
+    if name not in MODEL_SPECS:
+        raise LookupError(f"no model {name!r}; there are: {', '.join(MODEL_SPECS)}")
+    return MODEL_SPECS[name]
 
 
 def models_of(names: str) -> list[str]:
     """Names from a comma list, or of "all". Raises `LookupError` for an unknown one, `ValueError` for none."""
     if names.strip() == "all":
-        return list(ZOO)
+        return list(MODEL_SPECS)
     chosen = list(dict.fromkeys(name.strip() for name in names.split(",") if name.strip()))
     if not chosen:
-        raise ValueError(f"no model is named; name some of {', '.join(ZOO)}, or all")
+        raise ValueError(f"no model is named; name some of {', '.join(MODEL_SPECS)}, or all")
     for name in chosen:
         entry_of(name)
     return chosen
@@ -134,7 +134,7 @@ def _hybrid(_making: BuildOptions) -> ContactModel:
 
 
 #: The cheap ones first, so that the first results come soon.
-ZOO: dict[str, ModelSpec] = {
+MODEL_SPECS: dict[str, ModelSpec] = {
     "hunter": _law("hunter"),
     "reed": _law("reed"),
     "hann": _law("hann"),

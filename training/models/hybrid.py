@@ -25,6 +25,7 @@ from .base import (
     check_same_predictors,
     correlation_with,
     faintest_mean_force,
+    get_array,
     impulse,
     momentum,
     own,
@@ -33,7 +34,6 @@ from .base import (
     residual_correlation,
     restored,
     spelled,
-    taken,
 )
 from .serialization import describe
 
@@ -213,10 +213,10 @@ class Hybrid(ContactModel):
         }
 
     def restore(self, arrays: Arrays) -> Self:
-        self._predictors = taken(arrays, "predictors", self.kind)
-        self.allowance_ = float(taken(arrays, "allowance", self.kind))
-        self._correlation = taken(arrays, "correlation", self.kind)
-        self._end_noise = taken(arrays, "end_noise", self.kind)
+        self._predictors = get_array(arrays, "predictors", self.kind)
+        self.allowance_ = float(get_array(arrays, "allowance", self.kind))
+        self._correlation = get_array(arrays, "correlation", self.kind)
+        self._end_noise = get_array(arrays, "end_noise", self.kind)
         self.base_ = restored(self.base, "base", arrays)
         self.process_ = restored(self.process, "process", arrays)
         return self

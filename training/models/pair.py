@@ -15,6 +15,7 @@ from .base import (
     ContactPrediction,
     check_same_predictors,
     faintest_mean_force,
+    get_array,
     momentum,
     own,
     positive_pulses,
@@ -22,7 +23,6 @@ from .base import (
     prefixed,
     restored,
     spelled,
-    taken,
 )
 from .serialization import describe
 
@@ -122,7 +122,7 @@ class Pair(ContactModel):
         }
 
     def restore(self, arrays: Arrays) -> Self:
-        self._predictors = taken(arrays, "predictors", self.kind)
-        self._least = taken(arrays, "least", self.kind)
+        self._predictors = get_array(arrays, "predictors", self.kind)
+        self._least = get_array(arrays, "least", self.kind)
         self.force_, self.time_ = restored(self.force, "force", arrays), restored(self.time, "time", arrays)
         return self

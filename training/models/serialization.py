@@ -126,7 +126,7 @@ def unpack(document: dict[str, Any], arrays: Arrays) -> ContactModel:
     except ModelFileError:
         raise
     except _BROKEN as error:
-        raise ModelFileError(f"no model can be made of this file: {_said(error)}") from error
+        raise ModelFileError(f"no model can be made of this file: {_error_line(error)}") from error
 
 
 def write_model(packed: Packed, about: dict[str, Any], folder: Path) -> str:
@@ -157,7 +157,7 @@ def read_model(folder: Path, sha256: str | None = None) -> tuple[ContactModel, d
     except ModelFileError as error:
         raise ModelFileError(f"{folder}: {error}") from error
     except _BROKEN as error:
-        raise ModelFileError(f"{folder / MODEL_FILE} is no description of a model: {_said(error)}") from error
+        raise ModelFileError(f"{folder / MODEL_FILE} is no description of a model: {_error_line(error)}") from error
 
 
 def read_files(folder: Path, sha256: str | None = None) -> tuple[dict[str, Any], bytes]:
@@ -173,7 +173,7 @@ def read_files(folder: Path, sha256: str | None = None) -> tuple[dict[str, Any],
         document: dict[str, Any] = json.loads(text)
         intact = _digest(packed) == document["arrays_sha256"]
     except _BROKEN as error:
-        raise ModelFileError(f"{folder / MODEL_FILE} is no description of a model: {_said(error)}") from error
+        raise ModelFileError(f"{folder / MODEL_FILE} is no description of a model: {_error_line(error)}") from error
     if not intact:
         raise ModelFileError(f"{folder / ARRAYS_FILE} is not the file that {MODEL_FILE} was written with")
     return document, packed
@@ -184,7 +184,7 @@ def _read_arrays(packed: bytes) -> Arrays:
         with np.load(io.BytesIO(packed), allow_pickle=False) as file:
             return {name: file[name] for name in file.files}
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, *_BROKEN) as error:
-        raise ModelFileError(f"{ARRAYS_FILE} holds no plain arrays: {_said(error)}") from error
+        raise ModelFileError(f"{ARRAYS_FILE} holds no plain arrays: {_error_line(error)}") from error
 
 
 def _refuse_objects(arrays: Arrays) -> None:
@@ -197,5 +197,5 @@ def _digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def _said(error: Exception) -> str:
+def _error_line(error: Exception) -> str:
     return f"{type(error).__name__}: {error}"

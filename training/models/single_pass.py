@@ -15,6 +15,7 @@ from .base import (
     ContactPrediction,
     check_same_predictors,
     faintest_mean_force,
+    get_array,
     momentum,
     own,
     positive_pulses,
@@ -23,7 +24,6 @@ from .base import (
     residual_correlation,
     restored,
     spelled,
-    taken,
 )
 from .serialization import describe
 
@@ -104,9 +104,9 @@ class SinglePass(ContactModel):
         }
 
     def restore(self, arrays: Arrays) -> Self:
-        self._predictors = taken(arrays, "predictors", self.kind)
-        self._faintest = taken(arrays, "faintest", self.kind)
-        self._correlation = taken(arrays, "correlation", self.kind)
+        self._predictors = get_array(arrays, "predictors", self.kind)
+        self._faintest = get_array(arrays, "faintest", self.kind)
+        self._correlation = get_array(arrays, "correlation", self.kind)
         self.process_ = restored(self.process, "process", arrays)
         return self
 

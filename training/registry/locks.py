@@ -79,11 +79,11 @@ def locked(file: Path, waiting: Callable[[], None] | None = None) -> Iterator[No
     """
     file.parent.mkdir(parents=True, exist_ok=True)
     with closing(sqlite3.connect(file, timeout=0.0, isolation_level=None)) as connection:
-        if not _taken(connection):
+        if not _is_locked(connection):
             if waiting is not None:
                 waiting()
             connection.execute("PRAGMA busy_timeout = 500")
-            while not _taken(connection):
+            while not _is_locked(connection):
                 pass
         try:
             yield
@@ -91,7 +91,7 @@ def locked(file: Path, waiting: Callable[[], None] | None = None) -> Iterator[No
             connection.execute("ROLLBACK")
 
 
-def _taken(connection: sqlite3.Connection) -> bool:
+def _is_locked(connection: sqlite3.Connection) -> bool:
     try:
         connection.execute("BEGIN EXCLUSIVE")
     except sqlite3.OperationalError as error:

@@ -71,7 +71,7 @@ def storage_for(store_url: str, environment: Mapping[str, str]) -> ModelStorage:
     where models' files go. Raises `ValueError` for a folder as tracking URI, which MLflow no longer takes, and for a
     URI that is none.
     """
-    return _with_files(_place(store_url, environment.get(VARIABLE)), environment.get(FILES))
+    return _with_files(_storage_of(store_url, environment.get(VARIABLE)), environment.get(FILES))
 
 
 def _with_files(place: ModelStorage, given: str | None) -> ModelStorage:
@@ -83,17 +83,17 @@ def _with_files(place: ModelStorage, given: str | None) -> ModelStorage:
     return replace(place, folder=folder.absolute())
 
 
-def _place(store_url: str, given: str | None) -> ModelStorage:
+def _storage_of(store_url: str, given: str | None) -> ModelStorage:
     if given:
         if given == store_url:
             raise ValueError(f"{VARIABLE} is the store's own database; MLflow's tables need one of their own")
-        return _given(given)
+        return _storage_at(given)
     database = _database(store_url)
     stem = database.with_name(f"{database.stem}-models") if database else Path.cwd() / "pyroshock-models"
     return ModelStorage(f"sqlite:///{stem.with_name(stem.name + '.db')}", stem)
 
 
-def _given(uri: str) -> ModelStorage:
+def _storage_at(uri: str) -> ModelStorage:
     if uri.startswith(("http://", "https://")):
         return ModelStorage(uri, Path.cwd() / "pyroshock-models")
     try:

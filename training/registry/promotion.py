@@ -63,12 +63,12 @@ def promote(
             why = _joined(reason, "it was in use already")
             decision = _decision(candidate, champion, True, forced, why)
         else:
-            decision = _judged(registry, candidate, champion, read, other, forced, reason)
+            decision = _decide_promotion(registry, candidate, champion, read, other, forced, reason)
         registry.decide(decision, candidate)
     return decision
 
 
-def _judged(
+def _decide_promotion(
     registry: Registry,
     candidate: Version,
     champion: Version | None,
@@ -209,7 +209,7 @@ def _decision(
         judged_against="nothing",
         pulses=0,
         figures={},
-        who=_who(),
+        who=_user_and_host(),
         when=datetime.now(UTC),
     )
 
@@ -218,7 +218,7 @@ def _joined(*parts: str) -> str:
     return "; ".join(part.strip() for part in parts if part.strip())
 
 
-def _who() -> str:
+def _user_and_host() -> str:
     try:
         user = getpass.getuser()
     except (KeyError, OSError):  # a container's user without a name

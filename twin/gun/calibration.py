@@ -172,7 +172,7 @@ class VelocityPosterior:
         return replace(members, log=log), np.asarray(members.amplification * np.sqrt(variance))
 
 
-def _places(settings: _Settings, pressure_pa: Floats, mass_kg: Floats) -> Floats:
+def _shot_coordinates(settings: _Settings, pressure_pa: Floats, mass_kg: Floats) -> Floats:
     """(n, 2), about the shots' centre."""
     centre = np.log(settings.pressure_pa).mean(), np.log(settings.mass_kg).mean()
     at = np.log(np.maximum(pressure_pa, 1.0)) - centre[0], np.log(mass_kg) - centre[1]
@@ -182,8 +182,8 @@ def _places(settings: _Settings, pressure_pa: Floats, mass_kg: Floats) -> Floats
 def _kernel(settings: _Settings, pressure_pa: Floats, mass_kg: Floats) -> Floats:
     """Covariance (n, c) of delta of unit size: a constant, slopes and curvature that grow outside, and what changes
     on the way."""
-    a = _places(settings, pressure_pa, mass_kg)
-    b = _places(settings, settings.pressure_pa, settings.mass_kg)
+    a = _shot_coordinates(settings, pressure_pa, mass_kg)
+    b = _shot_coordinates(settings, settings.pressure_pa, settings.mass_kg)
     product = a @ b.T
     apart = ((a[:, None] - b[None]) ** 2).sum(axis=2)
     return np.asarray(0.5 + product / 4 + product**2 / 16 + np.exp(-apart / 2) / 2)
@@ -191,7 +191,7 @@ def _kernel(settings: _Settings, pressure_pa: Floats, mass_kg: Floats) -> Floats
 
 def _alone(settings: _Settings, pressure_pa: Floats, mass_kg: Floats) -> Floats:
     """Variance (n,) of the same."""
-    square = (_places(settings, pressure_pa, mass_kg) ** 2).sum(axis=1)
+    square = (_shot_coordinates(settings, pressure_pa, mass_kg) ** 2).sum(axis=1)
     return np.asarray(1 + square / 4 + square**2 / 16)
 
 

@@ -134,8 +134,8 @@ class GunPrior:
     def _interpolated(self, tank_pa: Floats, bullet_mass_kg: Floats) -> tuple[Floats, Floats]:
         """Shares (K, n), linear in ln p and ln m between nodes, and their slopes by ln p; at the table's ends the last
         node's."""
-        p, at_p = _place(tank_pa, _PRESSURES)
-        m, at_m = _place(np.asarray(bullet_mass_kg), _MASSES)
+        p, at_p = _node_below(tank_pa, _PRESSURES)
+        m, at_m = _node_below(np.asarray(bullet_mass_kg), _MASSES)
         self._fire(p, np.broadcast_to(m, p.shape))
         masses, members = self._shares.shape[1:]
         node = (p * masses + m) * members + np.arange(members)[:, None]
@@ -157,7 +157,7 @@ class GunPrior:
             self._shares[node[0], node[1]] = _fired_shares(self, pressure, mass)
 
 
-def _place(values: Floats, nodes: Floats) -> tuple[NDArray[np.intp], Floats]:
+def _node_below(values: Floats, nodes: Floats) -> tuple[NDArray[np.intp], Floats]:
     """The node below and the share of the way to the next, by logarithms."""
     at = np.log(np.maximum(values, nodes[0]) / nodes[0]) / np.log(nodes[1] / nodes[0])
     below = np.minimum(at.astype(np.intp), nodes.size - 2)
@@ -190,7 +190,7 @@ def gun_prior(
     drawn = [kind for kind in _kinds() if kind.id not in {effect.id for effect in stated}]
     columns = sum(2 + len(kind.parameters()) for kind in drawn) + 3
     z = iter(stratified_normals(members, columns, np.random.default_rng(seed)).T)
-    effects = (*stated, *(_drawn(kind, z) for kind in drawn))
+    effects = (*stated, *(_drawn_effect(kind, z) for kind in drawn))
     offset, pressure_gain, velocity_gain = (
         _typical(identity) * next(z) for identity in ("pressure_offset", "pressure_gain", "velocity_gain")
     )
@@ -203,7 +203,7 @@ def _kinds() -> list[type[GunEffect]]:
     return [kind for kind in catalogue().values() if issubclass(kind, GunEffect)]
 
 
-def _drawn(kind: type[GunEffect], z: Any) -> GunEffect:
+def _drawn_effect(kind: type[GunEffect], z: Any) -> GunEffect:
     """With its prior odds it acts, by one of its laws (`regimes`), each as likely as any other."""
     from scipy.special import ndtr
 

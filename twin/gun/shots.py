@@ -168,17 +168,17 @@ def _one_chamber(shot: ShotInputs, effects: Sequence[GunEffect], coarser: float)
     shots = GunShots(np.zeros(n), np.full(n, np.nan), np.full(n, Status.NOT_STARTED, dtype=np.int_))
     rows = np.flatnonzero(starting_force_n(shot) > 0)
     if rows.size:
-        shots.put(rows, _moved(Chamber(shot.take(rows), [effect.take(rows) for effect in effects], coarser)))
+        shots.put(rows, _shots_of_chamber(Chamber(shot.take(rows), [effect.take(rows) for effect in effects], coarser)))
     return shots
 
 
 def _two_chambers(shot: ShotInputs, effects: Sequence[GunEffect], coarser: float) -> GunShots:
     from .chambers import TwoChambers
 
-    return _moved(TwoChambers(shot, effects, coarser))
+    return _shots_of_chamber(TwoChambers(shot, effects, coarser))
 
 
-def _moved(chamber: Chamber) -> GunShots:
+def _shots_of_chamber(chamber: Chamber) -> GunShots:
     ends = chamber.run()
     velocity = np.where(ends.reached, ends.state[1], 0.0)
     status = np.where(ends.reached, Status.LEFT, np.where(ends.state[0] > 0, Status.STOPPED, Status.NOT_STARTED))

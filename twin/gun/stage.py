@@ -72,7 +72,7 @@ class GunStage:
         """The central true velocities of impact (n,), m/s: medians of the guns whose bullet leaves the barrel; 0 where
         fewer than one in twenty does. Raises `ValueError` where eq. 2.16 gives more than the escape speed of the gas.
         """
-        velocity = _given(settings)
+        velocity = _given_velocities(settings)
         for rows, pressure, mass, profile in self._fired_settings(settings, sensors):
             if self.unknown_effects:
                 velocity[rows] = _central(self._guns(pressure, mass, sensors, profile)[0])
@@ -83,7 +83,7 @@ class GunStage:
     def velocity_draws(self, settings: Sequence[Setting], sensors: SensorChain, z: Floats) -> Floats:
         """True velocities (d, n), m/s, of normals z (d, normals): a draw is one gun for all settings, and 0 where its
         bullet stays in the barrel. Raises as `velocities`."""
-        velocity = np.tile(_given(settings), (len(z), 1))
+        velocity = np.tile(_given_velocities(settings), (len(z), 1))
         for rows, pressure, mass, profile in self._fired_settings(settings, sensors):
             if self.unknown_effects:
                 velocity[:, rows] = self._shot(pressure, mass, sensors, z, profile)
@@ -121,7 +121,7 @@ class GunStage:
     def extrapolation(self, settings: Sequence[Setting]) -> list[tuple[Extrapolation, ...]]:
         """For each setting, which of tank pressure and bullet mass lie beyond those of the shots that were learned
         from; empty within them, where the velocity is given, and where nothing was learned."""
-        return [() if self.shots is None else _beyond(setting, self.shots) for setting in settings]
+        return [() if self.shots is None else _extrapolations(setting, self.shots) for setting in settings]
 
     @property
     def sentence(self) -> str:
@@ -228,11 +228,11 @@ def _central(log_velocity: Floats) -> Floats:
     return np.asarray(np.where(leaving_guns < _LEAST_LEAVING * len(log_velocity), 0.0, velocity))
 
 
-def _given(settings: Sequence[Setting]) -> Floats:
+def _given_velocities(settings: Sequence[Setting]) -> Floats:
     return np.array([setting.impact_velocity_m_s or 0.0 for setting in settings], dtype=np.float64)
 
 
-def _beyond(setting: Setting, shots: VelocityShots) -> tuple[Extrapolation, ...]:
+def _extrapolations(setting: Setting, shots: VelocityShots) -> tuple[Extrapolation, ...]:
     if setting.tank_pressure_pa is None:
         return ()
     compared = (

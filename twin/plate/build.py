@@ -97,7 +97,7 @@ class PointSpring:
     stiffness_n_m: float
 
 
-def places(points: Mapping[str, Point]) -> tuple[NamedPoint, ...]:
+def named_points(points: Mapping[str, Point]) -> tuple[NamedPoint, ...]:
     """`{"#1": (0.1, 0.2)}` as a plate takes it."""
     return tuple(NamedPoint(name, (float(x), float(y))) for name, (x, y) in points.items())
 

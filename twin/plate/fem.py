@@ -74,7 +74,7 @@ def free_unknowns(build: PlateBuild, basis: Any, frame: PlateFrame) -> Any:
     """Columns span what the held edges leave, corner by corner of the mesh; orthonormal there."""
     from scipy.sparse import coo_matrix
 
-    rules, fixed = _held(build, basis, frame)
+    rules, fixed = _constraints(build, basis, frame)
     columns: list[tuple[int, int, float]] = []
     count = 0
     for node, dofs in enumerate(basis.nodal_dofs.T):
@@ -94,7 +94,7 @@ def free_unknowns(build: PlateBuild, basis: Any, frame: PlateFrame) -> Any:
     return coo_matrix((np.array(values), (np.array(rows), np.array(cols))), shape=(basis.N, count)).tocsc()
 
 
-def _held(build: PlateBuild, basis: Any, frame: PlateFrame) -> tuple[dict[int, list[Floats]], set[int]]:
+def _constraints(build: PlateBuild, basis: Any, frame: PlateFrame) -> tuple[dict[int, list[Floats]], set[int]]:
     """What is zero at corners of the mesh, by corner, and the slopes across sides that are."""
     rules: dict[int, list[Floats]] = defaultdict(list)
     fixed: set[int] = set()

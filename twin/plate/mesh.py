@@ -157,7 +157,7 @@ def mesh_of(build: PlateBuild, length_m: float) -> Any:
     corners = with_corners(canonical(sides), ends)
     mesh = MeshTri(np.ascontiguousarray(corners.T), np.ascontiguousarray(flipped(corners, ears(corners)).T))
     sharp = np.concatenate([ends, _turning_in(canonical(sides))])
-    while np.any(large := _longest(mesh) > _wanted(mesh, sharp, length_m)):
+    while np.any(large := _longest(mesh) > _target_side(mesh, sharp, length_m)):
         mesh = mesh.refined(np.flatnonzero(large))
         mesh = _improved(mesh)
     return mesh
@@ -189,7 +189,7 @@ def _longest(mesh: Any) -> Floats:
     return np.asarray(np.max([np.linalg.norm(x - y, axis=0) for x, y in ((a, b), (b, c), (c, a))], axis=0))
 
 
-def _wanted(mesh: Any, sharp: Floats, length_m: float) -> Floats:
+def _target_side(mesh: Any, sharp: Floats, length_m: float) -> Floats:
     """The longest side that is wanted of each triangle."""
     middle = mesh.p[:, mesh.t].mean(axis=1).T
     if not len(sharp):

@@ -157,7 +157,7 @@ def refined(poles: Complexes, records: Floats, step_s: float, iterations: int) -
     for _ in range(iterations):
         step, _ = basis.step(*basis.projected(records))
         for halving in range(_HALVINGS):
-            next_basis = Basis.of(moved(basis.poles, step / 2**halving), records.shape[0], step_s)
+            next_basis = Basis.of(stepped_poles(basis.poles, step / 2**halving), records.shape[0], step_s)
             if (next_size := float(np.sum(next_basis.residual(records) ** 2))) < size:
                 break
         else:
@@ -168,7 +168,7 @@ def refined(poles: Complexes, records: Floats, step_s: float, iterations: int) -
     return basis.poles
 
 
-def moved(poles: Complexes, step: Complexes) -> Complexes:
+def stepped_poles(poles: Complexes, step: Complexes) -> Complexes:
     """Poles after a step (M,); they keep ringing and decaying."""
     after, omega = poles + step, poles.imag
     return np.minimum(after.real, -1e-5 * omega) + 1j * np.maximum(after.imag, 0.2 * omega)

@@ -117,7 +117,7 @@ def _lines(goal: Goal) -> str:
 
 
 def _obstacle(evidence: Evidence, rng: np.random.Generator) -> Obstacle:
-    beyond = _beyond(evidence, rng)
+    beyond = _bench_obstacles(evidence, rng)
     if not evidence.kept:
         return beyond[0] if beyond and beyond[0].probability_without >= evidence.at_least else _refused(evidence)
     apart = [*_outside(evidence), *beyond]
@@ -136,7 +136,7 @@ def _obstacle(evidence: Evidence, rng: np.random.Generator) -> Obstacle:
 # --- limits of the bench ---
 
 
-def _beyond(evidence: Evidence, rng: np.random.Generator) -> list[Obstacle]:
+def _bench_obstacles(evidence: Evidence, rng: np.random.Generator) -> list[Obstacle]:
     """The best setting that the bench must not, or cannot, fire; none where no such setting can be computed."""
     candidates = best_of_mounts(_candidates_beyond(evidence))[:_JUDGED]
     if not candidates:

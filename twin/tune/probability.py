@@ -65,11 +65,11 @@ def proposals(
     """Every candidate judged, best first. All see the same draws, so that they differ by what they are."""
     normals = rng.standard_normal((draws, goal.frequency_hz.size))
     beyond = outside or [()] * len(candidates)
-    judged = [_judged(c, learned, goal, normals, o) for c, o in zip(candidates, beyond, strict=True)]
+    judged = [_proposal_of(c, learned, goal, normals, o) for c, o in zip(candidates, beyond, strict=True)]
     return sorted(judged, key=lambda p: p.rank, reverse=True)
 
 
-def _judged(
+def _proposal_of(
     candidate: Candidate, learned: ShotCorrection, goal: Goal, normals: Floats, outside: tuple[str, ...]
 ) -> Proposal:
     covariance = learned.covariance_db2(candidate.setting)

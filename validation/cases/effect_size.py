@@ -18,7 +18,7 @@ from .contact_case import CasePulse, cell_reading, strikes
 from .designs import design
 from .gun_case import ln_truth, ln_velocity
 from .plates import changed, plate_of
-from .ringing import accelerations, felt, levels_db, pulses_of
+from .ringing import accelerations, levels_db, pulses_of, sensor_readings
 from .unknown_effects import READINGS
 
 #: At which spectra are worked out: rate, length, and when contact begins.
@@ -84,7 +84,7 @@ def in_plate(kind: str, number: int, cause: ActingCause) -> Floats:
     shown = _ringing(kind, number, cause)
     if not misread:
         return np.asarray(shown - nominal)
-    return np.asarray(shown - levels_under(kind, number, tuple(_shown(kind, number, cause))))
+    return np.asarray(shown - levels_under(kind, number, tuple(_load_cell_pulses(kind, number, cause))))
 
 
 def _read(kind: str, number: int, cause: ActingCause, speeds: Floats) -> list[CasePulse]:
@@ -92,7 +92,7 @@ def _read(kind: str, number: int, cause: ActingCause, speeds: Floats) -> list[Ca
     return _outside(kind, number, cause, strikes(design(kind, number), speeds, cause.table, cause.laws))
 
 
-def _shown(kind: str, number: int, cause: ActingCause) -> list[CasePulse]:
+def _load_cell_pulses(kind: str, number: int, cause: ActingCause) -> list[CasePulse]:
     """What the load cell shows of the nominal pulses."""
     return _outside(kind, number, cause, list(nominal_pulses(kind, number)))
 
@@ -113,7 +113,7 @@ def _ringing(kind: str, number: int, cause: ActingCause) -> Floats:
         peak = float(pulse.force_n.max())
         true = accelerations(outside.modes(modes, peak, loudest, order), pulse, START_S, RATE_HZ, SAMPLES)
         shown = outside.acceleration(setting, true, RATE_HZ, order, peak / loudest)
-        rows.append(levels_db(felt(shown, RATE_HZ, cause.table, cause.laws), plate, RATE_HZ))
+        rows.append(levels_db(sensor_readings(shown, RATE_HZ, cause.table, cause.laws), plate, RATE_HZ))
     return np.array(rows)
 
 

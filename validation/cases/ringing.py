@@ -73,7 +73,7 @@ def accelerations(
     return respond(modes, grid, pulse.on(grid - start_s), time, bandwidth_hz=np.inf)
 
 
-def felt(acceleration: Floats, rate_hz: float, strengths: Mapping[str, float], laws: str = "") -> Floats:
+def sensor_readings(acceleration: Floats, rate_hz: float, strengths: Mapping[str, float], laws: str = "") -> Floats:
     """What the accelerometers show (S, n) of true accelerations."""
     if laws:
         return accelerations_read(acceleration, rate_hz, strengths, laws, MOUNT_HZ)

@@ -168,7 +168,7 @@ def run_order(case: Case) -> NDArray[np.int64]:
     return np.asarray(rng.permutation(runs.reshape(-1, 2)))
 
 
-def places(case: Case) -> tuple[float, ...]:
+def run_positions(case: Case) -> tuple[float, ...]:
     """Mean place of each configuration's runs in the order of runs, 0 to 1."""
     rows = run_order(case)
     at = np.linspace(0, 1, len(rows))

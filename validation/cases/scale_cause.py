@@ -15,7 +15,7 @@ from ...virtualbench.second_laws import law_of
 from .case import TIERS, ActingCause, Case
 from .designs import design
 from .effect_size import gap
-from .run_scatter import places
+from .run_scatter import run_positions
 from .unknowns import FAMILIES
 
 
@@ -154,7 +154,7 @@ def ratio_of(case: Case) -> float:
 def whole_cause(case: Case) -> ActingCause:
     """What acts in a case."""
     drifting = case.unknown is not None and FAMILIES[case.unknown].drift
-    order = places(case) if drifting else ()
+    order = run_positions(case) if drifting else ()
     return ActingCause(tuple(sorted(case.strengths.items())), case.unknown or "", case.amount, order, case.laws)
 
 
@@ -171,7 +171,7 @@ def sized(case: Case, name: str, sign: int, ratio: float, rng: np.random.Generat
     """The case with a cause of a given gap over floor; where the strongest is too weak, with less noise."""
     if name in FAMILIES and FAMILIES[name].drift:
         case = replace(case, blocked=True)
-    order = places(case) if name in FAMILIES else ()
+    order = run_positions(case) if name in FAMILIES else ()
     noise_is_free = name in RANGES and RANGES[name].low > 0  # what is known of it leaves only the noise free
     fitted_strength = (
         None

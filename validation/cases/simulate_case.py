@@ -17,7 +17,7 @@ from .designs import CaseSetting
 from .effect_size import loudest_n
 from .gun_case import ln_reading, ln_truth, ln_velocity
 from .plates import changed, plate_of
-from .ringing import SAMPLES, accelerations, felt, pulses_of
+from .ringing import SAMPLES, accelerations, pulses_of, sensor_readings
 from .run_scatter import CaseRuns, PlateBackground, heavy, warped
 from .unknown_effects import READINGS
 
@@ -45,7 +45,7 @@ def recordings(runs: CaseRuns, speeds: Floats, rng: np.random.Generator) -> Iter
             now = runs.outside.modes(plate.applied(modes, int(runs.which[r]), rng), loud * loudest, loudest, order)
             ringing = accelerations(now, pulse, start, case.sampling_rate_hz, length) * plate.gains(rng)
             ringing = runs.outside.acceleration(setting, ringing, case.sampling_rate_hz, order, loud)
-            felt_by = felt(ringing, case.sampling_rate_hz, case.strengths, case.laws)
+            felt_by = sensor_readings(ringing, case.sampling_rate_hz, case.strengths, case.laws)
             hiss = ACCELERATION_NOISE * np.abs(felt_by).max(axis=1, keepdims=True)
             felt_by = felt_by + hiss * rng.standard_normal(felt_by.shape)
             signals |= {f"acceleration_{k}": row for k, row in enumerate(felt_by, start=1)}

@@ -32,9 +32,9 @@ from .ringing import (
     add_pulse,
     blow,
     echoes_at,
-    felt,
     plate_stage,
     response_at,
+    ringing_accelerations,
     settling_s,
     solved_plates,
 )
@@ -293,7 +293,7 @@ class VirtualGunBench:
             blow(start_s, impact.time_s, impact.plate_force_n, RATE_HZ, PLATE_RATIO, settling_s(PLATE, self.effects))
         ]
         shape, response = plate.shape_impact[point], response_at(plate, point)
-        accelerations = felt(blows, samples, plate, shape, response, PLATE, RATE_HZ, self.effects)
+        accelerations = ringing_accelerations(blows, samples, plate, shape, response, PLATE, RATE_HZ, self.effects)
         return out | {sensor.name: row for sensor, row in zip(PLATE, accelerations, strict=True)}
 
 

@@ -25,9 +25,9 @@ from .ringing import (
     add_pulse,
     blow,
     echoes_at,
-    felt,
     plate_stage,
     response_at,
+    ringing_accelerations,
     settling_s,
     solved_plates,
 )
@@ -136,7 +136,7 @@ class HammerBench:
             for start, impact in zip(starts, impacts, strict=True)
         ]
         response, shape = response_at(plate, point), plate.shape_impact[point]
-        return list(felt(blows, samples, plate, shape, response, PLATE, RATE_HZ, self.effects))
+        return list(ringing_accelerations(blows, samples, plate, shape, response, PLATE, RATE_HZ, self.effects))
 
 
 def set_up(rows: Sequence[Row], effects: Effects, rng: np.random.Generator, *, echoes: bool = False) -> HammerBench:

@@ -115,7 +115,7 @@ _BLOCK, _BLOCKS = 1024, 8
 _SILENT = 1e-9
 
 
-def felt(
+def ringing_accelerations(
     blows: Sequence[Blow],
     samples: int,
     modes: PlateModes,
@@ -136,13 +136,13 @@ def felt(
         window = response(hit.time_s, hit.force_n)
         taken_over = _add_window(out, hit, window, sensors, rate_hz, effects)
         state = _ring(out, at, taken_over, state, roots, weights, rate_hz)
-        state = state + _given(hit, roots, (hit.first + _kept(hit)) / rate_hz)
+        state = state + _states_after(hit, roots, (hit.first + _unaffected_samples(hit)) / rate_hz)
         at = taken_over
     _ring(out, at, samples, state, roots, weights, rate_hz)
     return out
 
 
-def _kept(hit: Blow) -> int:
+def _unaffected_samples(hit: Blow) -> int:
     """Samples of a blow's window that do not see its end through the anti-alias filter."""
     return hit.time_s.size // hit.ratio - anti_alias_reach() - 1
 
@@ -157,8 +157,8 @@ def _add_window(
 ) -> int:
     """Add a blow's own response to `out`; returns the sample from which the modes ring freely."""
     for row, (signal, sensor) in enumerate(zip(window, sensors, strict=True)):
-        add_at(out[row], hit.first, analog(hit.time_s, signal, sensor, rate_hz, effects)[: _kept(hit)])
-    return int(min(max(hit.first + _kept(hit), 0), out.shape[1]))
+        add_at(out[row], hit.first, analog(hit.time_s, signal, sensor, rate_hz, effects)[: _unaffected_samples(hit)])
+    return int(min(max(hit.first + _unaffected_samples(hit), 0), out.shape[1]))
 
 
 def _roots(modes: PlateModes) -> Complex:
@@ -185,7 +185,7 @@ def _weights(
     return np.asarray(modes.shapes * np.array(felt_by) * bare, dtype=np.complex128)
 
 
-def _given(hit: Blow, roots: Complex, at_s: float) -> Complex:
+def _states_after(hit: Blow, roots: Complex, at_s: float) -> Complex:
     """The states (m,) that a blow leaves at a time after it: its force under exp(lambda (t - tau)), trapezoid rule."""
     acting = slice(int(np.argmax(hit.force_n != 0)), hit.over + 1)
     period = float(hit.time_s[1] - hit.time_s[0])

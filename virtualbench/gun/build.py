@@ -211,11 +211,11 @@ def setting_of(
         entrance_loss=gun.entrance_loss,
         tank_heat_w_k=heat * gun.tank_heat_transfer_w_m2_k * gun.tank_wall_m2,
         barrel_heat_w_m_k=heat * gun.barrel_heat_transfer_w_m2_k * math.pi * gun.bore_diameter_m,
-        valve_way=_way(valve_way or ValveWay((0.0, gun.valve_opening_time_s), (0.0, 1.0)), valve, scatter[0]),
+        valve_way=_valve_way_of(valve_way or ValveWay((0.0, gun.valve_opening_time_s), (0.0, 1.0)), valve, scatter[0]),
     )
 
 
-def _way(valve_way: ValveWay, valve: float, scatter: float) -> ValveWay:
+def _valve_way_of(valve_way: ValveWay, valve: float, scatter: float) -> ValveWay:
     """As slow as effect and scatter make it; without a valve it is open from the beginning."""
     return valve_way.slowed(valve * scatter) if valve else ValveWay((0.0,), (1.0,))
 

@@ -26,7 +26,7 @@ from .motion import ENERGY_OUT, HEAT_IN, MASS_OUT, RESISTED, V, X, volumes
 
 def position_at(time_s: Floats, position_m: Floats, velocity_m_s: Floats, moment_s: Floats) -> Floats:
     """Position (k,) at moments (k,), from points (n,); before the first and after the last it stays where it is."""
-    k, step, share = _place(time_s, moment_s)
+    k, step, share = _step_of_moment(time_s, moment_s)
     rest = 1 - share
     ends = rest**2 * (1 + 2 * share) * position_m[k] + share**2 * (3 - 2 * share) * position_m[k + 1]
     return np.asarray(ends + share * rest * step * (rest * velocity_m_s[k] - share * velocity_m_s[k + 1]))
@@ -34,13 +34,13 @@ def position_at(time_s: Floats, position_m: Floats, velocity_m_s: Floats, moment
 
 def velocity_at(time_s: Floats, position_m: Floats, velocity_m_s: Floats, moment_s: Floats) -> Floats:
     """The slope of `position_at` (k,)."""
-    k, step, share = _place(time_s, moment_s)
+    k, step, share = _step_of_moment(time_s, moment_s)
     rest = 1 - share
     chord = 6 * share * rest * (position_m[k + 1] - position_m[k]) / step
     return np.asarray(chord + rest * (1 - 3 * share) * velocity_m_s[k] + share * (3 * share - 2) * velocity_m_s[k + 1])
 
 
-def _place(time_s: Floats, moment_s: Floats) -> tuple[NDArray[np.intp], Floats, Floats]:
+def _step_of_moment(time_s: Floats, moment_s: Floats) -> tuple[NDArray[np.intp], Floats, Floats]:
     """The step in which each moment lies, its length, and the share of it that has gone."""
     moment = np.clip(moment_s, time_s[0], time_s[-1])
     k = np.clip(np.searchsorted(time_s, moment, side="right") - 1, 0, time_s.size - 2)

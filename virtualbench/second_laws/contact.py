@@ -90,12 +90,12 @@ def contact_forces(
     Raises `RuntimeError` for an impact that does not end.
     """
     return [
-        _struck(impactor, target, strengths, split, float(speed), steps_per_contact)
+        _closing_motion(impactor, target, strengths, split, float(speed), steps_per_contact)
         for impactor, target, speed in zip(impactors, targets, velocities_m_s, strict=True)
     ]
 
 
-def _struck(
+def _closing_motion(
     impactor: Impactor, target: ImpactTarget, strengths: Mapping[str, float], split: str, speed: float, steps: int
 ) -> tuple[float, Floats]:
     modulus = 1 / (impactor.tip.compliance_1_pa + target.face.compliance_1_pa)

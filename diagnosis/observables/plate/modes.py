@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ....array_types import Floats, Rows
 from ....twin.effects import catalogue
 from ....twin.plate.modal import ModalPlate, PlateEffect
-from ....twin.plate.poles import Basis, damping_ratios, frequencies_hz, moved, poles_of, refined, search_poles
+from ....twin.plate.poles import Basis, damping_ratios, frequencies_hz, poles_of, refined, search_poles, stepped_poles
 from .signals import AccelerationBlock, PlateSignals
 from .spectra import RingingWindow, delays_s, excited, levels, phases
 
@@ -167,7 +167,7 @@ class Reading:
         for run, channels, end in zip(runs, measured, ends, strict=True):
             columns = slice(end - channels.sum(), end)
             step, jtj = basis.step(amplitudes[:, columns], timed[:, columns])
-            poles, amplitude = moved(basis.poles, step), basis.shifted(amplitudes[:, columns], step)
+            poles, amplitude = stepped_poles(basis.poles, step), basis.shifted(amplitudes[:, columns], step)
             self.frequency[run], self.damping[run] = np.log(frequencies_hz(poles)), np.log(damping_ratios(poles))
             self.level[run, channels] = np.log(np.maximum(np.abs(amplitude), _SILENCE) * scale[columns]).T
             self.phase[run, channels] = np.angle(amplitude).T

@@ -29,15 +29,15 @@ _NOT_CONTENT = ("id", "fingerprint", "written_by_id")
 
 def check_fingerprints(connection: Connection, _: Scope) -> Iterator[IntegrityFinding]:
     """Configurations, parts of benches and extraction settings whose content is another than their fingerprint's."""
-    yield from _told("configurations", _configurations(connection))
+    yield from _hash_findings("configurations", _configurations(connection))
     for model in (Gun, Hammer):
-        yield from _told(model.__tablename__, _parts(connection, model.__table__))  # type: ignore[arg-type]
-    yield from _told("plates", _plates(connection))
-    yield from _told("modal_tables", _modal_tables(connection))
-    yield from _told("extraction_settings", _settings(connection))
+        yield from _hash_findings(model.__tablename__, _parts(connection, model.__table__))  # type: ignore[arg-type]
+    yield from _hash_findings("plates", _plates(connection))
+    yield from _hash_findings("modal_tables", _modal_tables(connection))
+    yield from _hash_findings("extraction_settings", _settings(connection))
 
 
-def _told(table: str, rows: Iterable[tuple[int, str, object]]) -> Iterator[IntegrityFinding]:
+def _hash_findings(table: str, rows: Iterable[tuple[int, str, object]]) -> Iterator[IntegrityFinding]:
     for key, fingerprint, content in rows:
         computed = fingerprint_of(content)
         if computed != fingerprint:

@@ -7,12 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.twin.plate import modes
-from pyroshock.twin.plate.build import PlateBuild, places
+from pyroshock.twin.plate.build import PlateBuild, named_points
 from pyroshock.twin.plate.modes import solve_plate
 from pyroshock.twin.setting import THESIS
 
 BUILD = PlateBuild(
-    ((0.0, 0.0), (0.5, 0.0), (0.4, 0.4)), 0.01, THESIS["steel"], places({"#1": (0.3, 0.1)}), places({"a": (0.35, 0.2)})
+    ((0.0, 0.0), (0.5, 0.0), (0.4, 0.4)),
+    0.01,
+    THESIS["steel"],
+    named_points({"#1": (0.3, 0.1)}),
+    named_points({"a": (0.35, 0.2)}),
 )
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.twin.plate.build import PlateBuild, PointMass, PointSpring, RayleighDamping, places
+from pyroshock.twin.plate.build import PlateBuild, PointMass, PointSpring, RayleighDamping, named_points
 from pyroshock.twin.plate.fem import elements_of
 from pyroshock.twin.plate.modes import solve_plate
 from pyroshock.twin.plate.outline import Clamped, SimplySupported
@@ -22,8 +22,8 @@ def build(outline=SQUARE, **fields):
     fields = {"thickness_m": THIN, "material": STEEL, **fields}
     return PlateBuild(
         outline_m=outline,
-        impact_points=places({"#1": (0.3, 0.35), "#2": (0.1, 0.15)}),
-        sensors=places({"a": (0.9, 0.3), "b": (0.0, 0.0)}),
+        impact_points=named_points({"#1": (0.3, 0.35), "#2": (0.1, 0.15)}),
+        sensors=named_points({"a": (0.9, 0.3), "b": (0.0, 0.0)}),
         **fields,
     )
 
@@ -75,8 +75,8 @@ def test_a_turned_and_shifted_plate_has_the_same_frequencies():
         tuple(map(tuple, (np.array(ELL) @ turn.T + (3, -2)).tolist())),
         THIN,
         STEEL,
-        places({"#1": tuple(turn @ (0.3, 0.35) + (3, -2))}),
-        places({"a": tuple(turn @ (0.1, 0.7) + (3, -2))}),
+        named_points({"#1": tuple(turn @ (0.3, 0.35) + (3, -2))}),
+        named_points({"a": tuple(turn @ (0.1, 0.7) + (3, -2))}),
     )
     np.testing.assert_allclose(
         solve_plate(moved, 150.0).frequency_hz, solve_plate(build(ELL), 150.0).frequency_hz, rtol=1e-3
@@ -177,7 +177,7 @@ def test_a_law_of_damping_is_followed():
 
 def test_points_off_the_plate_are_refused():
     with pytest.raises(ValueError, match="off the plate"):
-        solve_plate(replace(build(ELL), sensors=places({"a": (0.9, 0.7)})), 30.0)
+        solve_plate(replace(build(ELL), sensors=named_points({"a": (0.9, 0.7)})), 30.0)
 
 
 @pytest.mark.parametrize(
@@ -203,8 +203,8 @@ def test_the_virtual_bench_has_the_same_frequencies():
 
     peer = modes(resonant_plate("aluminum", "free", np.random.default_rng(0)), Effects.none(), max_frequency_hz=10e3)
     ours = build(OUTLINE_M, thickness_m=0.01, material=THESIS["aluminum"])
-    ours = replace(ours, sensors=places({"a": (0.22, 0.20), "b": (0.73, 0.37)}))
-    found = solve_plate(replace(ours, impact_points=places({"#1": (0.47, 0.28)})), 10e3)
+    ours = replace(ours, sensors=named_points({"a": (0.22, 0.20), "b": (0.73, 0.37)}))
+    found = solve_plate(replace(ours, impact_points=named_points({"#1": (0.47, 0.28)})), 10e3)
     elastic = slice(3, min(found.frequency_hz.size, peer.frequencies_hz.size))
     error = found.frequency_hz[elastic] / peer.frequencies_hz[elastic] - 1
     assert np.max(np.abs(error)) < 4e-3

@@ -15,7 +15,7 @@ from pyroshock.twin.plate.build import (
     PointMass,
     PointSpring,
     RayleighDamping,
-    places,
+    named_points,
 )
 from pyroshock.twin.plate.fem import _across_along, _located, elements_of, on_stretch
 from pyroshock.twin.plate.mesh import areas, counter_clockwise, mesh_of, stretch
@@ -37,7 +37,7 @@ STEEL = ElasticMaterial("steel", 200e9, 0.3, 7800.0)
 
 def plate(thickness_m: float) -> PlateBuild:
     square = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
-    return PlateBuild(square, thickness_m, STEEL, places({"#1": (0.3, 0.3)}), places({"a": (0.6, 0.6)}))
+    return PlateBuild(square, thickness_m, STEEL, named_points({"#1": (0.3, 0.3)}), named_points({"a": (0.6, 0.6)}))
 
 
 def flexural_hz(thickness_m: float, wavenumber_1_m: float) -> float:
@@ -254,7 +254,7 @@ def test_a_mesh_is_fine_about_what_is_sharp_and_nowhere_else() -> None:
     """A corner that turns in, at (0.5, 0.4), and the ends of a clamp."""
     ell = ((0.0, 0.0), (1.0, 0.0), (1.0, 0.4), (0.5, 0.4), (0.5, 0.8), (0.0, 0.8))
     for outline in (ell, ell[::-1]):
-        build = replace(plate(0.01), outline_m=outline, sensors=places({"a": (0.2, 0.2)}))
+        build = replace(plate(0.01), outline_m=outline, sensors=named_points({"a": (0.2, 0.2)}))
         mesh = mesh_of(build, 0.2)
         corners = mesh.p[:, mesh.t]
         size = np.max([np.linalg.norm(corners[:, i] - corners[:, i - 1], axis=0) for i in range(3)], axis=0)
@@ -317,7 +317,7 @@ def test_a_square_that_is_clamped_all_around(turned: float) -> None:
     """35.985 by Ritz (Leissa, NASA SP-160, has 35.992): omega a^2 sqrt(rho h / D)."""
     c, s = np.cos(turned), np.sin(turned)
     square = tuple((c * x - s * y, s * x + c * y) for x, y in plate(0.005).outline_m)
-    middle = places({"a": ((c - s) / 2, (s + c) / 2)})
+    middle = named_points({"a": ((c - s) / 2, (s + c) / 2)})
     build = replace(
         plate(0.005),
         outline_m=square,

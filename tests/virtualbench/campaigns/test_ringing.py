@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.virtualbench.campaigns.ringing import blow, felt
+from pyroshock.virtualbench.campaigns.ringing import blow, ringing_accelerations
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.plate.modes import PlateModes
 from pyroshock.virtualbench.sensors import SensorBuild, analog
@@ -47,7 +47,7 @@ def in_one_piece(starts, samples, effects):
 
 def in_blows(starts, samples, effects):
     blows = [blow(s, PULSE_S, PULSE_N, FS_HZ, RATIO, 3e-3) for s in starts]
-    return felt(blows, samples, MODES, MODES.shape_impact[0], response, SENSORS, FS_HZ, effects)
+    return ringing_accelerations(blows, samples, MODES, MODES.shape_impact[0], response, SENSORS, FS_HZ, effects)
 
 
 @pytest.mark.parametrize("mounting", [0.0, 1.0, 3.0], ids=["rigid", "45 kHz", "15 kHz"])
@@ -70,8 +70,12 @@ def test_blow_at_the_record_s_ends_is_cut():
 
 def test_blow_without_force_moves_nothing():
     nothing = blow(0.01, PULSE_S, 0 * PULSE_N, FS_HZ, RATIO, 1e-3)
-    assert not felt([nothing], 900, MODES, MODES.shape_impact[0], response, SENSORS, FS_HZ, Effects.default()).any()
+    assert not ringing_accelerations(
+        [nothing], 900, MODES, MODES.shape_impact[0], response, SENSORS, FS_HZ, Effects.default()
+    ).any()
 
 
 def test_no_blow_no_motion():
-    assert not felt([], 100, MODES, MODES.shape_impact[0], response, SENSORS, FS_HZ, Effects.none()).any()
+    assert not ringing_accelerations(
+        [], 100, MODES, MODES.shape_impact[0], response, SENSORS, FS_HZ, Effects.none()
+    ).any()

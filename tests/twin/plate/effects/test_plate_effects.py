@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from pyroshock.twin.effects import catalogue, effect, effect_from_json
-from pyroshock.twin.plate.build import PlateBuild, PointMass, PointSpring, places
+from pyroshock.twin.plate.build import PlateBuild, PointMass, PointSpring, named_points
 from pyroshock.twin.plate.modal import ModalPlate, PlateEffect, with_effects
 from pyroshock.twin.plate.modes import solve_plate
 from pyroshock.twin.setting import THESIS
@@ -16,7 +16,7 @@ from pyroshock.twin.setting import THESIS
 PLATE_EFFECTS = ["plate.boundary", "plate.damping", "plate.sensor_mass", "plate.stiffness"]
 OUTLINE = ((0.0, 0.1), (0.62, 0.0), (1.0, 0.38), (0.3, 0.6))
 SPOTS = {"a": (0.22, 0.2), "b": (0.73, 0.37)}
-BUILD = PlateBuild(OUTLINE, 0.01, THESIS["aluminum"], places({"#1": (0.47, 0.28)}), places(SPOTS))
+BUILD = PlateBuild(OUTLINE, 0.01, THESIS["aluminum"], named_points({"#1": (0.47, 0.28)}), named_points(SPOTS))
 
 
 @pytest.fixture(scope="module")
