@@ -200,8 +200,10 @@ def _relative(prediction: ContactPrediction, force_spread: Floats, time_spread: 
 def _log_correlation(impulse: float, force: Floats, time: Floats) -> Floats:
     """That (n,) with which the log impulse deviates by `impulse` times what force and time would give apart: of
     a^2 + b^2 + 2 r a b, a and b the relative spreads (n,)."""
-    both = np.maximum(2 * force * time, np.finfo(np.float64).tiny)
-    return np.asarray(np.clip((impulse**2 - 1) * (force**2 + time**2) / both, -1.0, 1.0))
+    both, apart = 2 * force * time, force**2 + time**2
+    # Where one of them hardly spreads, the quotient is beyond any bound, and only its sign counts.
+    ratio = np.divide(apart, both, out=np.full_like(apart, np.inf), where=both > 1e-12 * apart)
+    return np.asarray(np.clip((impulse**2 - 1) * ratio, -1.0, 1.0))
 
 
 def _joined(parts: list[Floats | None], order: NDArray[np.intp]) -> Floats | None:
