@@ -10,7 +10,6 @@ import pytest
 from doc_pages.running import place_in
 from pyroshock.app.cli.main import COMMANDS
 from pyroshock.schema.tables import metadata
-from support.records import sealed_table
 from support.stores.hammer_stores import full_campaign
 from support.stores.registries import fresh_registry
 
@@ -46,13 +45,3 @@ def test_every_table_has_a_row():
     tables = page("reference/store.md").split("\n## ")[0]
     rows = [line.split("|")[1] for line in tables.splitlines() if line.startswith("| `")]
     assert {name for row in rows for name in re.findall(r"`(\w+)`", row)} == set(metadata.tables)
-
-
-def test_sealed_figures_are_those_of_the_kept_rows() -> None:
-    rows = sealed_table.rows_of_checks()
-    shown = page("explanation/diagnosis.md").splitlines()
-    wanted = [*sealed_table.lines(rows), *sealed_table.of_kinds(rows)]
-    missing = [line for line in wanted if line not in shown]
-    assert len(rows) == 1600
-    assert len(wanted) == 17
-    assert missing == []

@@ -1,4 +1,4 @@
-"""Figures of benches in the tables of diagnosis.md: `PYTHONPATH=tests python -m support.records.before_table`."""
+"""Figures of benches on the page of the blind check: `PYTHONPATH=tests python -m support.records.blind_check_table`."""
 
 from __future__ import annotations
 
@@ -10,13 +10,11 @@ from pyroshock.validation.bench_figures import BenchFigures, Quantile, bench_tab
 from pyroshock.validation.case_plan import BENCHES
 from pyroshock.validation.report import pooled
 
-FOLDER = Path(__file__).resolve().parents[3] / "docs" / "blind-check" / "before"
-#: The same of the joint inference.
-NOW = FOLDER.with_name("now")
+FOLDER = Path(__file__).resolve().parents[3] / "docs" / "blind-check" / "now"
 
 
 def lines(folder: Path = FOLDER) -> Iterator[str]:
-    """Rows of the table without its head."""
+    """Rows of the table without its head: every tier, each followed by its kinds."""
     rows = pooled(sorted(folder.glob("*.jsonl")))[1]
     for each in bench_tables(rows, tuple(BENCHES)):
         yield _line(each)
@@ -49,4 +47,4 @@ def _rate(rate: Rate) -> str:
 
 
 if __name__ == "__main__":
-    print("\n".join([*lines(), "", *lines(NOW)]))
+    print("\n".join(lines()))
