@@ -22,7 +22,7 @@ help: ## list these commands
 setup: .venv/.pyroshock-dev ## everything to develop with, and the commit hooks (CONTRIBUTING.md)
 	@$(BIN)/pre-commit install -c .pre-commit-config.yaml >/dev/null && echo "ready: make test"
 
-demo: .venv/.pyroshock-run ## the product from end to end, in a few minutes
+demo: .venv/.pyroshock-models ## the product from end to end, in a few minutes
 	@$(BIN)/pyroshock demo
 
 # A file's tests share what they set up, hence a file is one worker's. The workers share the cores, hence one thread each:
@@ -157,6 +157,11 @@ $(SHARED_BY_TESTS:%=.cache/mypy/%):
 	@echo "Installing pyroshock into .venv; the first time takes a few minutes."
 	@$(PYTHON) -m venv .venv
 	@$(PIP) install -e .
+	@touch $@
+
+.venv/.pyroshock-models: .venv/.pyroshock-run
+	@echo "Installing the extra for models; the first time takes a few minutes."
+	@$(PIP) install -e '.[models]'
 	@touch $@
 
 .venv/.pyroshock-test: .venv/.pyroshock-run

@@ -1,9 +1,13 @@
-"""`demo`: the main job, on measurements that ship with the software."""
+"""`demo`: the whole way from measured shots to a smaller gap, in five chapters."""
 
 from __future__ import annotations
 
 import shutil
 import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,12 +17,24 @@ from ..cli.common import json_option, note, open_command_store, print_table, wri
 
 if TYPE_CHECKING:
     from ...schema.session import Store
+    from .chapters import TrainedModel
     from .demo import GunComparison
 
 #: The rehearsal's run sheet, among the results.
 SHEET = "rehearsal-sheet.html"
 #: The predicted shot, drawn.
 SHOT = "predicted-shot.png"
+#: The picture of each chapter.
+PICTURES = {1: "demo.png", 2: "rehearsal.png", 3: "contact-model.png", 4: "validation.png", 5: "diagnosis.png"}
+TITLES = {
+    1: "Five measured gun shots beside the thesis",
+    2: "A campaign on the virtual bench",
+    3: "A contact model",
+    4: "Predictions of shots that the twin has not seen",
+    5: "A gap between twin and bench",
+}
+#: The user's own campaign, in the last line.
+NEXT = "ingest my-campaign/"
 
 
 @click.command()
@@ -30,65 +46,103 @@ SHOT = "predicted-shot.png"
     help="Folder of the results.",
 )
 @click.option("--db", metavar="URL", help="Store to fill. [sqlite:///OUT/demo.db]")
+@click.option(
+    "--chapters",
+    type=click.IntRange(1, len(TITLES)),
+    default=len(TITLES),
+    show_default=True,
+    help="Stop after so many.",
+)
 @json_option
-def demo(out: Path, db: str | None, json_to: str | None) -> None:
-    """Ingest five measured gun shots and a real hammer hit, and hold them against what was published.
+def demo(out: Path, db: str | None, chapters: int, json_to: str | None) -> None:
+    """Show the product in five chapters: measured shots beside the thesis, a virtual campaign, a contact model, its
+    validation, and a gap that a diagnosis shrinks.
 
     \b
     Example:
         pyroshock demo --out results
+        pyroshock demo --chapters 2
     """
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise click.UsageError(f"cannot make the folder {str(out)!r}: {error.strerror}") from error
     url = db or f"sqlite:///{out / 'demo.db'}"
-    picture = out / "demo.png"
     with open_command_store(url, create=True) as store:
-        from . import demo as job
-
-        for report in job.ingest_examples(store):
-            counts = f"{report.recordings} recordings, {report.impacts} impacts, {report.shots} shots"
-            note(f"ingested {report.campaign}: {counts}")
-        with store.reading() as session:
-            comparison = job.compare_with_table_5_1(session)
-            hit = job.hit_figures(session)
-            job.draw(session, comparison, picture)
-        rehearsal = _rehearse(store, out)
-        prediction, notes = job.predict_a_shot(store, url)
-    from ..predict.tables import plot_prediction, quantity_rows
-
-    plot_prediction(prediction, out / SHOT)
-    predicted = list(quantity_rows(prediction))
+        story = _Story(store, url, out, silent=json_to is not None)
+        for number, chapter in CHAPTERS.items():
+            if number <= chapters and number not in story.skipped:
+                with story.chapter(number):
+                    chapter(story)
     if json_to is not None:
-        data: dict[str, Any] = {"shots": comparison.rows, "hit": hit}
-        data["mean_error_percent"] = comparison.mean_error_percent
-        data["stated_mean_error_percent"] = comparison.stated_mean_error_percent
-        data["rehearsal"], data["prediction"] = rehearsal, predicted
-        write_json(data, json_to)
+        write_json(story.data, json_to)
         return
-    click.echo("Five gun shots (Table 3.1), our prediction beside Table 5.1 of the thesis:")
-    print_table(comparison.rows, "none")
-    for line in _error_lines(comparison):
-        click.echo(line)
-    click.echo("\nOne hit of a modal hammer, cut from its LabVIEW record:")
-    print_table([hit], "none")
-    click.echo(
-        "\nA campaign before the first real one: planned, played on the virtual bench, ingested, held against its plan:"
-    )
-    print_table([rehearsal], "none")
-    click.echo("\nA shot that was not fired, the same bullet at 0.5 bar, with its 90 % bands:")
-    print_table(predicted, "none")
-    for line in notes:
-        note(line)
-    from ...schema.addresses import address_for_display
+    _tell_addresses(out, url, [*PICTURES.values(), SHOT, SHEET])
 
-    address = address_for_display(url)
-    files = "\n  ".join(str(out.resolve() / name) for name in ("demo.png", SHOT, SHEET))
-    click.echo(f"\nThe results are here:\n  {files}\n  store: {address}")
-    command = "pyroshock" if shutil.which("pyroshock") else sys.argv[0]
-    click.echo(f"Look around:\n  {command} impacts --db {address}\n  {command} shots --db {address}")
-    click.echo(f"As pages, with pyroshock[web]:\n  {command} serve --db {address} --open")
+
+@dataclass
+class _Story:
+    """The demo as far as it is told: `data` for --json, and `skipped`, the chapters whose extra is not installed."""
+
+    store: Store
+    url: str
+    out: Path
+    silent: bool
+    data: dict[str, Any] = field(default_factory=dict)
+    skipped: set[int] = field(default_factory=set)
+
+    @contextmanager
+    def chapter(self, number: int) -> Iterator[None]:
+        """The chapter's heading before, its picture and its seconds after it."""
+        blank = "\n" if number > 1 else ""
+        self.tell(f"{blank}Chapter {number} of {len(TITLES)}. {TITLES[number]}")
+        begun = time.monotonic()
+        yield
+        if number not in self.skipped:
+            self.tell(f"Picture: {self.out / PICTURES[number]} ({time.monotonic() - begun:.0f} s)")
+
+    def picture(self, number: int) -> Path:
+        return self.out / PICTURES[number]
+
+    def tell(self, line: str) -> None:
+        if not self.silent:
+            click.echo(line)
+
+    def table(self, title: str, rows: Sequence[dict[str, Any]]) -> None:
+        if not self.silent:
+            click.echo(title)
+            print_table(rows, "none")
+
+
+def _measured_shots(story: _Story) -> None:
+    from ..predict.tables import plot_prediction, quantity_rows
+    from . import demo as job
+
+    for report in job.ingest_examples(story.store):
+        counts = f"{report.recordings} recordings, {report.impacts} impacts, {report.shots} shots"
+        note(f"ingested {report.campaign}: {counts}")
+    with story.store.reading() as session:
+        comparison = job.compare_with_table_5_1(session)
+        hit = job.hit_figures(session)
+        job.draw(session, comparison, story.picture(1))
+    prediction, notes = job.predict_a_shot(story.store, story.url)
+    plot_prediction(prediction, story.out / SHOT)
+    predicted = list(quantity_rows(prediction))
+    story.data |= {
+        "shots": comparison.rows,
+        "hit": hit,
+        "mean_error_percent": comparison.mean_error_percent,
+        "stated_mean_error_percent": comparison.stated_mean_error_percent,
+        "prediction": predicted,
+    }
+    story.table("Five gun shots (Table 3.1), our prediction beside Table 5.1 of the thesis:", comparison.rows)
+    for line in _error_lines(comparison):
+        story.tell(line)
+    story.table("\nOne hit of a modal hammer, cut from its LabVIEW record:", [hit])
+    story.table("\nA shot that was not fired, the same bullet at 0.5 bar, with its 90 % bands:", predicted)
+    if not story.silent:
+        for line in notes:
+            note(line)
 
 
 def _error_lines(comparison: GunComparison) -> tuple[str, str]:
@@ -105,14 +159,103 @@ def _error_lines(comparison: GunComparison) -> tuple[str, str]:
     )
 
 
-def _rehearse(store: Store, out: Path) -> dict[str, Any]:
+def _virtual_campaign(story: _Story) -> None:
     from ...doe.plans import read_plan
     from ...doe.sheet import write_sheet
     from ..common.progress import progress_bar
-    from ..plan import rehearsal
+    from .virtual_campaign import REHEARSAL, draw_campaign, fire_campaign
 
-    with progress_bar(rehearsal.NAME, "recordings") as step:
-        came = rehearsal.rehearse(store, out / rehearsal.NAME, step)
-    with store.reading() as session:
-        write_sheet(read_plan(session, rehearsal.NAME), out / SHEET)
-    return came.as_row()
+    with progress_bar(REHEARSAL.name, "recordings") as step:
+        result = fire_campaign(story.store, REHEARSAL, story.out / REHEARSAL.name, step)
+    with story.store.reading() as session:
+        write_sheet(read_plan(session, REHEARSAL.name), story.out / SHEET)
+    draw_campaign(story.store, REHEARSAL.name, story.picture(2))
+    story.data["rehearsal"] = result.as_row()
+    story.tell(
+        f"The software plans {result.planned} runs, fires {result.shots} shots on the virtual bench, ingests the "
+        f"recordings, and links them to the plan: {result.done} of {result.planned} runs are done."
+    )
+    story.tell(
+        f"The shots have {result.median_ratio:.2f} times the velocity of the nominal gun (median): the virtual bench "
+        "has losses that the nominal gun does not have."
+    )
+
+
+def _contact_model(story: _Story) -> None:
+    from ..common.model_registry import MissingExtraError
+    from ..common.progress import progress_bar
+    from .chapters import draw_model, train_model
+
+    try:
+        with progress_bar("training", "models") as step:
+            model = train_model(story.store, story.url, step)
+    except MissingExtraError as error:
+        story.skipped |= {3, 4}
+        story.tell(f"Chapters 3 and 4 are skipped, since they need the extra `models`: {error}.")
+        return
+    draw_model(story.store, story.url, model, story.picture(3))
+    story.data["contact_model"] = model.as_json()
+    for sentence in _model_sentences(model):
+        story.tell(sentence)
+
+
+def _model_sentences(model: TrainedModel) -> tuple[str, str]:
+    from .chapters import METRIC, MODELS
+
+    error = model.version.metrics[METRIC]
+    return (
+        f"The software trains {' and '.join(MODELS)} on the {model.pulses} usable pulses of the campaign. "
+        f"{model.version.label} predicts the force of configurations that it has not seen with an error of "
+        f"{100 * error.mean:.1f} % of the peak (90 % interval {100 * error.low:.1f} to {100 * error.high:.1f} %).",
+        f"{model.decision.sentence}.",
+    )
+
+
+def _validation(story: _Story) -> None:
+    from ..common.progress import progress_bar
+    from .chapters import draw_validation, validate_model, validation_json
+
+    with progress_bar("validation", "shots") as step:
+        validation = validate_model(story.store, story.url, step)
+    draw_validation(validation, story.picture(4))
+    story.data["validation"] = validation_json(validation)
+    story.tell(
+        "The twin predicts each shot of the campaign after it has learned from the shots of other configurations "
+        "alone, and each prediction has a 90 % band."
+    )
+    story.tell(validation.sentence)
+
+
+def _gap(story: _Story) -> None:
+    from ..common.progress import progress_bar
+    from ..diagnose.wording import effect_title
+    from .chapters import EFFECT, LEAK, STRENGTH, diagnose_gap, diagnosis_json, draw_diagnosis
+    from .virtual_campaign import fire_campaign
+
+    with progress_bar(LEAK.name, "recordings") as step:
+        result = fire_campaign(story.store, LEAK, story.out / LEAK.name, step)
+    with progress_bar("diagnosis", "steps") as step:
+        diagnosis = diagnose_gap(story.store, story.url, step)
+    draw_diagnosis(diagnosis, story.picture(5))
+    story.data["diagnosis"] = diagnosis_json(diagnosis)
+    story.tell(
+        f"The virtual bench fires {result.shots} more shots with an effect switched on: {effect_title(EFFECT)}, "
+        f"{STRENGTH:g} times as strong as usual. The diagnosis does not know which."
+    )
+    story.tell(diagnosis.sentence)
+
+
+CHAPTERS = {1: _measured_shots, 2: _virtual_campaign, 3: _contact_model, 4: _validation, 5: _gap}
+
+
+def _tell_addresses(out: Path, url: str, names: Sequence[str]) -> None:
+    """Where everything is, and what to do next."""
+    from ...schema.addresses import address_for_display
+
+    address = address_for_display(url)
+    files = "\n  ".join(str(path) for name in names if (path := out.resolve() / name).is_file())
+    click.echo(f"\nThe results are here:\n  {files}\n  store: {address}")
+    command = "pyroshock" if shutil.which("pyroshock") else sys.argv[0]
+    click.echo(f"Look around:\n  {command} impacts --db {address}\n  {command} shots --db {address}")
+    click.echo(f"As pages, with pyroshock[web]:\n  {command} serve --db {address} --open")
+    click.echo(f"Next, with your own recordings:\n  {command} {NEXT} --db sqlite:///pyroshock.db")

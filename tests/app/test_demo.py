@@ -1,20 +1,31 @@
-"""The main job: five measured shots and a real hit, held against the published figures."""
+"""The demo: measured shots held against the published figures, a virtual campaign, a model, a diagnosis."""
 
 from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import pytest
 from click.testing import CliRunner
 from pyroshock.app.cli.main import main
+from pyroshock.app.common.model_registry import MissingExtraError
+from pyroshock.app.demo import chapters, cli, virtual_campaign
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory, coarse_plates):
-    """The folder of the results, and what the command said."""
+def small_campaign():
+    """The rehearsal with a few shots: the virtual bench takes a second for each."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(virtual_campaign, "REHEARSAL", replace(virtual_campaign.REHEARSAL, runs=4, repetitions=2))
+        yield
+
+
+@pytest.fixture(scope="module")
+def told(tmp_path_factory, coarse_plates, small_campaign):
+    """The folder of the results of two chapters, and what the command said."""
     out = tmp_path_factory.mktemp("demo") / "results"
-    result = CliRunner().invoke(main, ["demo", "--out", str(out)])
+    result = CliRunner().invoke(main, ["demo", "--out", str(out), "--chapters", "2"])
     assert result.exit_code == 0, result.stderr
     return out, result.stdout
 
@@ -22,7 +33,7 @@ def told(tmp_path_factory, coarse_plates):
 @pytest.fixture(scope="module")
 def demo(told):
     """A second run over the same folder, as JSON."""
-    result = CliRunner().invoke(main, ["demo", "--out", str(told[0]), "--json"])
+    result = CliRunner().invoke(main, ["demo", "--out", str(told[0]), "--chapters", "2", "--json"])
     assert result.exit_code == 0, result.stderr
     return told[0], json.loads(result.stdout)
 
@@ -68,8 +79,10 @@ def test_hit_is_the_published_one(demo):
 
 def test_picture_and_store_are_where_it_says(told):
     out, said = told
-    assert str(out / "demo.png") in said
-    assert (out / "demo.png").read_bytes().startswith(b"\x89PNG")
+    for number in (1, 2):
+        assert f"Chapter {number} of 5. {cli.TITLES[number]}" in said
+        assert str(out / cli.PICTURES[number]) in said
+        assert (out / cli.PICTURES[number]).read_bytes().startswith(b"\x89PNG")
     assert (out / "demo.db").is_file()
     assert "mean absolute error 4.06 %" in said
     assert "the travel of 0.90 m and the friction of 1.464 were identified from the printed predictions" in said
@@ -79,12 +92,49 @@ def test_picture_and_store_are_where_it_says(told):
 def test_rehearsal_works_its_plan_off(demo):
     out, data = demo
     rehearsal = data["rehearsal"]
-    assert rehearsal["planned"] == rehearsal["done"] == rehearsal["shots"]
+    assert rehearsal["planned"] == rehearsal["done"]
+    assert rehearsal["shots"] == 2 * rehearsal["planned"]
     assert 0.4 < rehearsal["median_ratio"] < 1.2  # the virtual bench is another gun than the nominal one
     assert "rehearsal" in (out / "rehearsal-sheet.html").read_text(encoding="utf-8")
 
 
 def test_demo_twice_is_the_same(demo):
     out, first = demo
-    again = CliRunner().invoke(main, ["demo", "--out", str(out), "--json"])
+    again = CliRunner().invoke(main, ["demo", "--out", str(out), "--chapters", "2", "--json"])
     assert json.loads(again.stdout) == first
+
+
+def test_last_line_is_for_the_own_data(told):
+    assert told[1].rstrip().splitlines()[-1].endswith("ingest my-campaign/ --db sqlite:///pyroshock.db")
+
+
+def test_missing_extra_skips_model_and_validation(told, monkeypatch):
+    """One sentence names the extra, and the demo ends well."""
+
+    def lacking(*_):
+        raise MissingExtraError("mlflow is not installed; models need it: pip install 'pyroshock[models]'")
+
+    monkeypatch.setattr(chapters, "train_model", lacking)
+    monkeypatch.delitem(cli.CHAPTERS, 1)
+    monkeypatch.delitem(cli.CHAPTERS, 2)
+    result = CliRunner().invoke(main, ["demo", "--out", str(told[0]), "--chapters", "4"])
+    assert result.exit_code == 0, result.stderr
+    assert "Chapters 3 and 4 are skipped" in result.stdout and "pyroshock[models]" in result.stdout
+    assert "Chapter 4 of 5" not in result.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+def test_whole_story_twice(tmp_path, monkeypatch):
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    told = CliRunner().invoke(main, ["demo", "--out", str(tmp_path)])
+    assert told.exit_code == 0, told.stderr
+    for number, picture in cli.PICTURES.items():
+        assert f"Chapter {number} of 5" in told.stdout
+        assert (tmp_path / picture).read_bytes().startswith(b"\x89PNG")
+    data = json.loads(CliRunner().invoke(main, ["demo", "--out", str(tmp_path), "--json"]).stdout)
+    assert data["rehearsal"]["done"] == data["rehearsal"]["planned"] == virtual_campaign.REHEARSAL.runs
+    assert data["contact_model"]["promoted"]
+    assert data["validation"]["calibrated"]
+    assert any(effect["effect"] == chapters.EFFECT for effect in data["diagnosis"]["effects"][:2])
+    assert data["diagnosis"]["held_out_fraction"] > 0.5

@@ -1,4 +1,4 @@
-"""A store as `make demo` leaves it, with what its pages need beyond, made once and copied for each file of tests."""
+"""A store as the demo's first chapters leave it, with what its pages need beyond; each file of tests has a copy."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def _done(*words: str | Path) -> None:
 
 @pytest.fixture(scope="session")
 def demo_store(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of `make demo`, and in its store: two models of the rehearsal's pulses, and a diagnosis.
+    """The folder of the demo's first chapters, and in its store: two models of the rehearsal's pulses, and a diagnosis.
 
     The plates of the virtual bench have few modes, as in the demo's own tests: solving for all takes half a minute.
     """
@@ -41,7 +41,7 @@ def demo_store(tmp_path_factory: pytest.TempPathFactory) -> Path:
         patch.setattr(fitting, "_figures", lambda *_: {})
         patch.setattr("pyroshock.training.fitting.session.summary_figures", lambda *_: {})
         patch.delenv("MLFLOW_TRACKING_URI", raising=False)
-        _done("demo", "--out", out)
+        _done("demo", "--out", out, "--chapters", "2")
         _done("dataset", "build", "guns", "--from", "rehearsal", "--db", url)
         _done("train", "guns", "--models", "linear,hann", "--split", "configurations", "--db", url)
     with opened(url) as store:

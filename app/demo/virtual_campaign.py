@@ -1,0 +1,147 @@
+"""The demo's virtual campaigns: planned, fired on the virtual bench, ingested, and linked to their plans."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...doe.plans import StoredPlan, UnknownPlanError, read_plan
+from ...ingest.load import ingest_folder
+from ...ingest.plan_link import link_campaign
+from ...schema.listings import iter_shots
+from ...schema.session import Store
+from ..common.nominal_velocity import with_predictions
+from ..common.plots import MEASURED, QUIET, new_figure, save
+from ..plan.planning import make_plan
+from ..plan.rehearsal import NAME, SEED, RehearsalResult, simulate_plan
+
+if TYPE_CHECKING:
+    from ..common.progress import Step
+
+#: One plate without anvil, so that the virtual bench solves one plate only, and levels at which its load cells do not
+#: saturate: 36 combinations.
+FACTORS = """
+name = "demo"
+kind = "gun"
+
+[[factors]]
+name = "plate_material"
+kind = "categorical"
+levels = ["aluminum"]
+
+[[factors]]
+name = "anvil_material"
+kind = "categorical"
+levels = ["none"]
+
+[[factors]]
+name = "insulator"
+kind = "categorical"
+levels = ["none"]
+
+[[factors]]
+name = "tip_material"
+kind = "categorical"
+levels = ["PLA", "aluminum", "steel"]
+
+[[factors]]
+name = "tip_radius"
+column = "tip_radius_mm"
+kind = "numeric"
+unit = "mm"
+levels = [30, 60]
+
+[[factors]]
+name = "bullet_mass"
+column = "bullet_mass_kg"
+kind = "numeric"
+unit = "kg"
+levels = [0.4, 0.8]
+
+[[factors]]
+name = "velocity_level"
+kind = "ordered"
+levels = ["low", "medium", "high"]
+unit = "m/s"
+values = [8, 11, 14]
+"""
+
+
+@dataclass(frozen=True)
+class VirtualCampaign:
+    """A campaign of the virtual bench: `effects` are strengths by name, the others have their usual strength of 1."""
+
+    name: str
+    runs: int
+    repetitions: int
+    seed: int
+    effects: Mapping[str, float] = field(default_factory=dict)
+
+
+#: Chapters 2 to 4.
+REHEARSAL = VirtualCampaign(NAME, runs=24, repetitions=2, seed=SEED)
+
+
+def fire_campaign(store: Store, campaign: VirtualCampaign, folder: Path, step: Step) -> RehearsalResult:
+    """Plan, simulate and ingest a campaign; what is there already is not made again."""
+    plan = _plan_of(store, campaign)
+    if not (folder / "campaign.toml").is_file():
+        step(0, len(plan.runs) * campaign.repetitions, "solving the plate")
+        simulate_plan(plan, folder, seed=campaign.seed, effects=campaign.effects, progress=step)
+    report = ingest_folder(store, folder, progress=step)
+    link_campaign(store, campaign.name, campaign.name)
+    with store.reading() as session:
+        runs = read_plan(session, campaign.name).runs
+        shots = list(with_predictions(session, iter_shots(session, campaign.name)))
+    ratios = np.array(
+        [s["measured_velocity_m_s"] / s["predicted_velocity_m_s"] for s in shots if s["measured_velocity_m_s"]]
+    )
+    return RehearsalResult(
+        planned=len(runs),
+        done=sum(run.status == "done" for run in runs),
+        shots=len(shots),
+        findings=len(report.findings),
+        median_ratio=float(np.median(ratios)),
+        spread=float(np.std(ratios)),
+    )
+
+
+def _plan_of(store: Store, campaign: VirtualCampaign) -> StoredPlan:
+    with store.reading() as session:
+        try:
+            return read_plan(session, campaign.name)
+        except UnknownPlanError:
+            pass
+    return make_plan(
+        store,
+        "lhs",
+        campaign.name,
+        runs=campaign.runs,
+        repetitions=campaign.repetitions,
+        seed=campaign.seed,
+        factors=FACTORS,
+    )
+
+
+def draw_campaign(store: Store, name: str, path: Path) -> None:
+    """Left: the levels of the plan from run to run. Right: measured velocities over those of the nominal gun."""
+    from ...doe.plots import draw_runs
+
+    with store.reading() as session:
+        plan = read_plan(session, name)
+        shots = [s for s in with_predictions(session, iter_shots(session, name)) if s["measured_velocity_m_s"]]
+    figure = new_figure(11, 4.2)
+    left, right = figure.subplots(1, 2)
+    draw_runs(left, plan.space, plan.treatments("planned", "done"))
+    left.set_title(f"The plan: {len(plan.runs)} runs, dark for low and bright for high levels")
+    nominal = [shot["predicted_velocity_m_s"] for shot in shots]
+    right.plot([0, max(nominal)], [0, max(nominal)], color=QUIET, label="as the nominal gun")
+    right.plot(nominal, [shot["measured_velocity_m_s"] for shot in shots], "o", color=MEASURED, label="virtual shots")
+    right.set(xlabel="velocity of the nominal gun (m/s)", ylabel="velocity on the virtual bench (m/s)")
+    right.set_title(f"{len(shots)} shots on the virtual bench")
+    right.legend(frameon=False)
+    save(figure, path)
