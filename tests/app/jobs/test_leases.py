@@ -1,4 +1,4 @@
-"""A dead worker's job is the next one's, and what a late one still writes is not stored."""
+"""A dead worker's job is the next one's, and what a late one still writes or registers is not stored."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ from collections.abc import Iterator
 from dataclasses import replace
 from datetime import datetime, timedelta, tzinfo
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from pyroshock.app.jobs import claims, heartbeat, job_updates, queue, run_job
 from pyroshock.app.jobs.claims import Claimed, Sighting, running, take_over
 from pyroshock.app.jobs.cleanup import stop
+from pyroshock.app.jobs.fenced_registry import FencedRegistry
 from pyroshock.app.jobs.fenced_store import FencedStore
 from pyroshock.app.jobs.job_updates import beat, fail, give_back, look, stopped
 from pyroshock.app.jobs.kinds.diagnose import DIAGNOSE, DiagnoseArguments
@@ -27,6 +30,7 @@ from pyroshock.schema.engine import StoreError
 from pyroshock.schema.jobs import DONE, FAILED, RUNNING, STOPPED, WAITING
 from pyroshock.schema.plans import Plan
 from pyroshock.schema.session import Store
+from pyroshock.training.registry.registry import Registry
 from sqlalchemy import func, select
 from support.processes.odd_jobs import LEASE_S, Odd, claimed, hand, odd, work_off, working
 from support.records.campaigns import hammer_campaign
@@ -35,7 +39,48 @@ from support.stores.databases import fresh_database
 from support.stores.stores import ingested, opened
 from support.stores.web_stores import FACTORS
 
+# --- Models of a training that was taken over: registered by the one that holds the lease, and not again by the other
+
 __all__ = ["odd"]
+
+
+@pytest.fixture
+def fenced_store(sqlite_url: str) -> Iterator[Store]:
+    with opened(sqlite_url, create=True) as found:
+        yield found
+
+
+def fenced_registry(fenced_store: Store, lease: Lease) -> FencedRegistry:
+    url = fenced_store.engine.url.render_as_string(False)
+    return FencedRegistry(RunningJob(lease.job, FencedStore(fenced_store, lease, "test"), url, lambda *_: None))
+
+
+def test_only_the_holder_registers_and_nobody_twice(
+    fenced_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    registered: list[Any] = []
+
+    def record(self: Registry, trained: Any, session: str | None = None) -> Any:
+        registered.append(SimpleNamespace(task_key=trained.task.key))
+        return registered[-1]
+
+    monkeypatch.setattr(Registry, "record", record)
+    monkeypatch.setattr(Registry, "versions", lambda self: registered)
+    one, two = (SimpleNamespace(task=SimpleNamespace(key=key)) for key in ("one", "two"))
+    odd.ask(fenced_store)
+    late = fenced_registry(fenced_store, claimed(fenced_store).lease)
+    late.record(one)  # of a trained model, its task's key
+    taken = take_over(fenced_store, hand("next"), running(fenced_store, hand())[0])
+    assert taken is not None
+    mine = fenced_registry(fenced_store, taken.lease)
+    assert mine.record(one) is registered[0]
+    with pytest.raises(LeaseLostError):
+        late.record(two)
+    mine.record(two)
+    assert [each.task_key for each in registered] == ["one", "two"]
+
+
+# --- A dead worker's job is the next one's, and what a late one still writes is not stored --------------------------
 
 PLANNED = PlanArguments("spring", "factorial", "hammer", repetitions=1, seed=1, factors=FACTORS)
 
@@ -114,7 +159,7 @@ def test_a_worker_that_writes_cannot_lose_its_job_meanwhile(store: Store, odd: O
     stopped(store, lease)
 
 
-def test_a_job_without_its_worker_is_done_once(store: Store, odd: Odd) -> None:
+def test_a_job_without_its_worker_is_done_once_or_stopped(store: Store, odd: Odd) -> None:
     key = odd.ask(store).key
     claimed(store)
     began = time.monotonic()
@@ -122,6 +167,11 @@ def test_a_job_without_its_worker_is_done_once(store: Store, odd: Odd) -> None:
     assert time.monotonic() - began >= LEASE_S
     found = get_job(store, key)
     assert (found.state, found.attempt) == (DONE, 2)
+    key = odd.ask(store).key
+    claimed(store)
+    assert stop(store, key).state == RUNNING
+    work_off(store)
+    assert get_job(store, key).state == STOPPED
 
 
 def test_twenty_workers_get_a_job_each(store: Store, odd: Odd) -> None:
@@ -227,14 +277,6 @@ def test_a_job_that_kills_its_workers_fails_with_words(file_store: Store, odd: O
     found = get_job(file_store, key)
     assert found.state == FAILED
     assert "3 workers in turn were killed at it" in str(found.error)
-
-
-def test_a_dead_workers_job_can_be_stopped(file_store: Store, odd: Odd) -> None:
-    key = odd.ask(file_store).key
-    claimed(file_store)
-    assert stop(file_store, key).state == RUNNING
-    work_off(file_store)
-    assert get_job(file_store, key).state == STOPPED
 
 
 def test_a_worker_that_wakes_too_late_ends_quietly(
