@@ -25,7 +25,6 @@ from pyroshock.twin.effects import Effect, catalogue, effect
 from sqlalchemy import func
 from support.records import verdicts
 from support.records.campaigns import GUN_TOML, gun_campaign, hammer_campaign
-from support.records.twin_parts import unsolved
 from support.stores.stores import ingested, opened, pyroshock
 
 VALVE = effect("gun.valve_flow")
@@ -69,14 +68,12 @@ def test_campaigns_of_the_same_gun_use_it(store: Store) -> None:
     assert used(store, "other") == used(store, "hammer") == []
 
 
-def test_newest_version_counts_alone(store: Store) -> None:
+def test_newest_version_counts_alone_and_none_is_the_way_back(store: Store) -> None:
     adopt(store, of_gun("spring", VALVE), VALVE.id)
+    with store.reading() as session:  # an effect by hand goes before
+        assert effects_in_use(session, "spring", (VALVE,)) == ((), ())
     assert adopt(store, of_gun("summer", GAIN), GAIN.id).version == 2
     assert used(store, "spring") == [GAIN.id]
-
-
-def test_none_is_the_way_back(store: Store) -> None:
-    adopt(store, of_gun("spring", VALVE), VALVE.id)
     adopt(store, of_gun("spring"), "none")
     assert used(store, "spring") == []
 
@@ -95,14 +92,10 @@ def test_two_that_act_together_are_adopted_together(store: Store) -> None:
     assert used(store, "spring") == [VALVE.id, GAIN.id]
 
 
-def test_effect_by_hand_goes_before_the_adopted_one(store: Store) -> None:
-    adopt(store, of_gun("spring", VALVE), VALVE.id)
-    with store.reading() as session:
-        assert effects_in_use(session, "spring", (VALVE,)) == ((), ())
-
-
 def test_numbers_come_back_as_they_were(store: Store) -> None:
-    adopt(store, of_gun("spring", GAIN), GAIN.id)
+    row = adopt(store, of_gun("spring", GAIN), GAIN.id)
+    source = {"kind": "fitted", "where": "diagnosis of spring"}
+    assert row.configuration["sources"] == {"sensor.velocity_gain.gain": source}
     with store.reading() as session:
         (found,) = adopted_for(session, "spring")
     assert found.effects == (GAIN,)
@@ -110,17 +103,21 @@ def test_numbers_come_back_as_they_were(store: Store) -> None:
     assert found.note.endswith("version 1, diagnosis of spring)")
 
 
-def test_row_says_where_each_number_is_from(store: Store) -> None:
-    row = adopt(store, of_gun("spring", GAIN), GAIN.id)
-    assert row.configuration["sources"] == {
-        "sensor.velocity_gain.gain": {"kind": "fitted", "where": "diagnosis of spring"}
-    }
-
-
 def test_likeliest_of_a_group_is_what_was_fitted() -> None:
     whole = replace(verdicts.verdict(), fits={})
     effects, probability = fitted(whole, "contact.layer_compliance")
     assert effects == (verdicts.LAYER,) and probability == pytest.approx(0.8 * 0.93)
+
+
+def test_own_fit_goes_before_that_of_a_larger_set_whose_numbers_first_steps_take() -> None:
+    joint = "gun.valve_flow+gun.back_pressure+gun.blow_by"
+    only = replace(verdicts.gun(), fits={joint: JOINT}, causes=(verdicts.gun().causes[0],))
+    assert fitted(only, "gun.valve_flow+gun.back_pressure") == (JOINT[:2], None)
+    alone = effect("gun.valve_flow", loss_coefficient=40.0)
+    made = replace(verdicts.gun(), fits={**verdicts.gun().fits, "gun.valve_flow": (alone,)})
+    assert fitted(made, "gun.valve_flow")[0] == (alone,)
+    with pytest.raises(LookupError, match=r"has: gun.valve_flow\+gun.back_pressure\+gun.blow_by, gun.valve_flow\+gun"):
+        fitted(verdicts.gun(), "gun.back_pressure+gun.blow_by")
 
 
 JOINT = (verdicts.VALVE, verdicts.ATMOSPHERE, verdicts.LEAK)
@@ -138,23 +135,6 @@ JOINT = (verdicts.VALVE, verdicts.ATMOSPHERE, verdicts.LEAK)
 )
 def test_sets_and_single_effects_of_a_fit_can_be_adopted(wanted, effects, probability) -> None:
     assert fitted(verdicts.gun(), wanted) == (effects, pytest.approx(probability))
-
-
-def test_first_steps_of_the_path_take_the_numbers_of_the_set_that_holds_them() -> None:
-    joint = "gun.valve_flow+gun.back_pressure+gun.blow_by"
-    only = replace(verdicts.gun(), fits={joint: JOINT}, causes=(verdicts.gun().causes[0],))
-    assert fitted(only, "gun.valve_flow+gun.back_pressure") == (JOINT[:2], None)
-
-
-def test_own_fit_goes_before_that_of_a_larger_set() -> None:
-    alone = effect("gun.valve_flow", loss_coefficient=40.0)
-    made = replace(verdicts.gun(), fits={**verdicts.gun().fits, "gun.valve_flow": (alone,)})
-    assert fitted(made, "gun.valve_flow")[0] == (alone,)
-
-
-def test_set_that_is_no_fit_is_refused_with_those_that_are() -> None:
-    with pytest.raises(LookupError, match=r"has: gun.valve_flow\+gun.back_pressure\+gun.blow_by, gun.valve_flow\+gun"):
-        fitted(verdicts.gun(), "gun.back_pressure+gun.blow_by")
 
 
 @pytest.mark.parametrize("wanted", ["contact.plate_compliance", "gun.magic", "unknown"])
@@ -192,36 +172,16 @@ def test_number_that_was_taken_meanwhile_is_tried_anew(store: Store, monkeypatch
     assert adopt(store, of_gun("spring", GAIN), GAIN.id).version == 2
 
 
-@pytest.mark.parametrize("identity", list(catalogue()))
-def test_every_effect_acts_at_a_stage(identity: str) -> None:
-    stage = acts_at(identity)
-    assert stage in adopted_effects.STAGES
-    assert identity.startswith(("sensor.", f"{stage}."))
+def test_every_effect_acts_at_a_stage_and_a_sensor_s_at_what_it_reads() -> None:
+    for identity in catalogue():
+        stage = acts_at(identity)
+        assert stage in adopted_effects.STAGES
+        assert identity.startswith(("sensor.", f"{stage}."))
+    stages = {"pressure_gain": "gun", "velocity_gain": "gun", "force_bandwidth": "contact", "zero_shift": "plate"}
+    assert {name: acts_at(f"sensor.{name}") for name in stages} == stages
 
 
-@pytest.mark.parametrize(
-    ("identity", "stage"),
-    [
-        ("sensor.pressure_gain", "gun"),
-        ("sensor.velocity_gain", "gun"),
-        ("sensor.force_bandwidth", "contact"),
-        ("sensor.zero_shift", "plate"),
-    ],
-)
-def test_sensor_belongs_to_what_it_reads(identity: str, stage: str) -> None:
-    assert acts_at(identity) == stage
-
-
-@pytest.fixture
-def quick(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Plates need no solution."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
-
-    monkeypatch.setattr(twins, "solved", unsolved)
-
-
-@pytest.mark.usefixtures("quick")
+@pytest.mark.usefixtures("quick_twins")
 def test_adopted_effect_changes_what_is_predicted(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The way round: diagnose --adopt, predict, predict --no-adopted, --adopt none."""
     shot = ("predict", "--tank-pressure", "5bar", "--campaign", "spring", "--contact", "hertz", "--draws", "4",
@@ -234,7 +194,7 @@ def test_adopted_effect_changes_what_is_predicted(lab: str, monkeypatch: pytest.
 
     nominal, _ = velocity()
     found = of_gun("spring", VALVE)
-    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: found)
+    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: found)
     told = pyroshock("diagnose", "spring", "--db", lab, "--adopt", VALVE.id)
     assert told.exit_code == 0 and "adopted as version 1: diagnosis of spring: gun.valve_flow" in told.stderr
     adopted, notes = velocity()
@@ -248,7 +208,7 @@ def test_adopted_effect_changes_what_is_predicted(lab: str, monkeypatch: pytest.
     assert velocity()[0] == nominal
 
 
-@pytest.mark.usefixtures("quick")
+@pytest.mark.usefixtures("quick_twins")
 def test_bench_of_a_file_is_another_one(lab: str, tmp_path: Path) -> None:
     with opened(lab) as store:
         adopt(store, of_gun("spring", VALVE), VALVE.id)
@@ -259,13 +219,13 @@ def test_bench_of_a_file_is_another_one(lab: str, tmp_path: Path) -> None:
 
 
 def test_unknown_effect_is_one_line(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: of_gun("spring", VALVE))
+    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: of_gun("spring", VALVE))
     result = pyroshock("diagnose", "spring", "--db", lab, "--adopt", "gun.magic")
     assert result.exit_code == 2
     assert "has no fit of 'gun.magic'" in result.stderr.strip().splitlines()[-1]
 
 
-@pytest.mark.usefixtures("quick")
+@pytest.mark.usefixtures("quick_twins")
 def test_registered_model_holds_what_the_bench_does(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
     layer = verdicts.LAYER
     with opened(lab) as store:
@@ -285,7 +245,7 @@ def test_registered_model_holds_what_the_bench_does(lab: str, monkeypatch: pytes
     assert by_law.twin.contact.label == f"hertz + {layer.id}"
 
 
-@pytest.mark.usefixtures("quick")
+@pytest.mark.usefixtures("quick_twins")
 def test_model_of_another_bench_has_not_learned_it(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Explicit effects act on any model; adopted ones on a model whose pulses are of another gun."""
     layer, given = verdicts.LAYER, effect("contact.effective_mass")
@@ -301,7 +261,7 @@ def test_model_of_another_bench_has_not_learned_it(lab: str, monkeypatch: pytest
             assert getattr(built.twin.contact, "effects") == expected  # noqa: B009
 
 
-@pytest.mark.usefixtures("quick")
+@pytest.mark.usefixtures("quick_twins")
 def test_other_plate_keeps_its_nominal_law(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
     damping = effect("plate.damping", factor=2.0)
     with opened(lab) as store:
@@ -327,6 +287,6 @@ def test_tune_leaves_it_out_where_asked(lab: str, monkeypatch: pytest.MonkeyPatc
 
 
 def test_effect_that_is_not_first_is_told(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: of_gun("spring", VALVE))
+    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: of_gun("spring", VALVE))
     result = pyroshock("diagnose", "spring", "--db", lab, "--adopt", VALVE.id)
     assert "gun.valve_flow is not what the diagnosis says first: contact.layer_compliance" in result.stderr

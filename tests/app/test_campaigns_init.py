@@ -17,17 +17,10 @@ from support.stores.stores import ingest, ingested, opened, pyroshock
 
 #: What a person writes, by the key that it stands for.
 FILLED = {
-    "date": '"2026-11-01"',
-    "mass_kg": "0.32",
-    "tank_volume_m3": "0.0095",
-    "bore_diameter_m": "0.049",
-    "projectile_diameter_m": "0.048",
-    "travel_m": "0.9",
-    "friction_coefficient": "1.4",
-    "heat_capacity_ratio": "1.4",
-    "efficiency": "0.5",
-    "sampling_rate_hz": f"{FS_HZ}",
-}
+    "date": '"2026-11-01"', "mass_kg": "0.32", "tank_volume_m3": "0.0095", "bore_diameter_m": "0.049",
+    "projectile_diameter_m": "0.048", "travel_m": "0.9", "friction_coefficient": "1.4", "heat_capacity_ratio": "1.4",
+    "efficiency": "0.5", "sampling_rate_hz": f"{FS_HZ}",
+}  # fmt: skip
 #: Formats whose files have no names for their channels -> the names that these get.
 BARE = {
     "text-bare": ("column_1", "column_2", "column_3"),
@@ -144,10 +137,8 @@ def test_each_kind_from_recordings(sqlite_url, tmp_path, kind):
     result = started(folder, "--kind", kind, "--recordings", "recordings")
     assert "--dry-run" in result.stderr
     rows = rows_of(folder)
-    assert [(row["run"], row["repetition"], row["recording"]) for row in rows] == [
-        ("1", "1", "recordings/1.npz"),
-        ("2", "1", "recordings/2.npz"),
-    ]
+    told = [(row["run"], row["repetition"], row["recording"]) for row in rows]
+    assert told == [(number, "1", f"recordings/{number}.npz") for number in "12"]
     assert ingest(sqlite_url, folder).exit_code == 2
     fill_in(folder, force="N", acc="g")
     replace_where(folder, 'quantity = "g"', 'quantity = "acceleration"')
@@ -161,10 +152,9 @@ def test_each_kind_from_recordings(sqlite_url, tmp_path, kind):
 
 
 def test_drop_has_no_hammer(tmp_path):
-    started_folder = tmp_path / "drops"
-    write_recording(started_folder / "1.npz", {"acceleration_1": record()})
-    started(started_folder, "--kind", "drop")
-    text = (started_folder / "campaign.toml").read_text(encoding="utf-8")
+    write_recording(tmp_path / "1.npz", {"acceleration_1": record()})
+    started(tmp_path, "--kind", "drop")
+    text = (tmp_path / "campaign.toml").read_text(encoding="utf-8")
     assert "\n[bench.hammer]" not in text
     assert "accelerometers alone" in text
 
@@ -197,23 +187,18 @@ def test_plan_with_recordings(sqlite_url, tmp_path, recordings, named):
     assert "".join(row["recording"][0] for row in rows_of(folder)) == named
 
 
-def test_plan_with_another_number_of_recordings_is_refused(sqlite_url, tmp_path):
+def test_plan_of_another_kind_or_number_of_recordings_is_refused(sqlite_url, tmp_path):
     gun_plan(sqlite_url)
     folder = tmp_path / "shots"
     write_recording(folder / "1.npz", {"force": record()})
-    arguments = ("--kind", "gun", "--plan", "shots", "--recordings", ".", "--db", sqlite_url)
-    result = pyroshock("campaigns", "init", folder, *arguments)
-    assert result.exit_code == 2
-    assert "1 recordings for a plan of 3 runs and 6 repetitions" in result.stderr
-    assert not (folder / "campaign.toml").exists()
-
-
-def test_plan_of_another_kind_is_refused(sqlite_url, tmp_path):
-    gun_plan(sqlite_url)
-    arguments = ("--kind", "drop", "--plan", "shots", "--db", sqlite_url)
-    result = pyroshock("campaigns", "init", tmp_path / "c", *arguments)
-    assert (result.exit_code, len(result.stderr.splitlines())) == (2, 1)
-    assert "'shots' is one of a gun" in result.stderr
+    for arguments, said in (
+        (("--kind", "gun", "--recordings", "."), "1 recordings for a plan of 3 runs and 6 repetitions"),
+        (("--kind", "drop"), "'shots' is one of a gun"),
+    ):
+        result = pyroshock("campaigns", "init", folder, *arguments, "--plan", "shots", "--db", sqlite_url)
+        assert (result.exit_code, len(result.stderr.splitlines())) == (2, 1)
+        assert said in result.stderr
+        assert not (folder / "campaign.toml").exists()
 
 
 @pytest.mark.parametrize("name", ["campaign.toml", "runs.csv", "runs.xlsx"])

@@ -50,20 +50,10 @@ def test_every_command_has_help_with_an_example():
 
 
 def test_ingest_prints_the_contract(tmp_path):
-    report = json_of("ingest", EXAMPLES / "first-shots", "--db", f"sqlite:///{tmp_path}/x.db")
-    assert report == {
-        "campaign": "first-shots",
-        "recordings": 0,
-        "impacts": 0,
-        "shots": 5,
-        "set_aside": [],
-        "findings": [],
-    }
-
-
-def test_json_before_the_folder_is_understood(tmp_path):
-    result = run("ingest", "--json", EXAMPLES / "first-shots", "--db", f"sqlite:///{tmp_path}/x.db")
-    assert json.loads(result.stdout)["shots"] == 5
+    words = (EXAMPLES / "first-shots", "--db", f"sqlite:///{tmp_path}/x.db")
+    none = {"recordings": 0, "impacts": 0, "set_aside": [], "findings": []}
+    assert json_of("ingest", *words) == {"campaign": "first-shots", "shots": 5, **none}
+    assert json.loads(run("ingest", "--json", *words).stdout)["campaign"] == "first-shots"
 
 
 def test_json_goes_to_a_file(filled, tmp_path):
@@ -84,37 +74,15 @@ def test_unknown_command_is_told_which_there_are(words, said):
     assert run(*words, code=2).stderr.startswith(f"pyroshock: {said}")
 
 
-def test_campaigns_have_the_contracts_keys(filled):
-    assert list(json_of("campaigns", "--db", filled)[0]) == [
-        "name",
-        "kind",
-        "date",
-        "impacts",
-        "shots",
-        "planned",
-        "done",
-    ]
-
-
-def test_impacts_have_the_contracts_keys(filled):
+def test_listings_have_the_contracts_keys(filled):
+    campaign = json_of("campaigns", "--db", filled)[0]
+    assert list(campaign) == ["name", "kind", "date", "impacts", "shots", "planned", "done"]
     row = json_of("impacts", "--db", filled)[0]
     expected = {"id", "campaign", "run", "repetition", "impact_velocity_m_s", "contact_time_s", "peak_force_n"}
     assert expected | {"impulse_n_s", "compression_time_s", "quality", "tip_material"} <= set(row)
-
-
-def test_shots_have_the_contracts_keys(filled):
     rows = json_of("shots", "--db", filled, "--campaign", "first-shots")
-    assert set(rows[0]) == {
-        "id",
-        "campaign",
-        "run",
-        "repetition",
-        "tank_pressure_pa",
-        "bullet_mass_kg",
-        "measured_velocity_m_s",
-        "measured_velocity_u_m_s",
-        "predicted_velocity_m_s",
-    }
+    expected = {"id", "campaign", "run", "repetition", "tank_pressure_pa", "bullet_mass_kg"}
+    assert set(rows[0]) == expected | {"measured_velocity_m_s", "measured_velocity_u_m_s", "predicted_velocity_m_s"}
     assert [row["tank_pressure_pa"] for row in rows] == pytest.approx([23190, 26510, 61580, 40420, 57840])
 
 
@@ -229,12 +197,9 @@ def test_a_finding_says_of_which_channel_it_is(sqlite_url, tmp_path):
     assert line.split()[:3] == ["reject", "dropouts", "a2"]
 
 
-def test_show_draws(filled, tmp_path):
+def test_show_draws_what_it_can(filled, tmp_path):
     run("show", 1, "--db", filled, "--plot", tmp_path / "x.png")
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_plot_of_unknown_kind_is_refused(filled, tmp_path):
     assert "'x.doc'" in run("show", 1, "--db", filled, "--plot", tmp_path / "x.doc", code=2).stderr
 
 
@@ -243,17 +208,12 @@ def test_material_is_added_once_and_then_known(tmp_path):
     run("init", "--db", url)
     words = ["materials", "add", "titanium", "--youngs-modulus", "114GPa", "--poisson-ratio", "0.34"]
     words += ["--density", "4430kg/m3", "--yield-strength", "880MPa", "--source", "data sheet", "--db", url]
+    bare = [word.removesuffix("GPa") for word in words]
+    assert "'114'; expected a number with a unit, such as 1Pa" in run(*bare, code=2).stderr
     run(*words)
     found = next(m for m in json_of("materials", "--db", url) if m["name"] == "titanium")
     assert (found["youngs_modulus_pa"], found["density_kg_m3"]) == (114e9, 4430.0)
     assert "known already" in run(*words, code=2).stderr
-
-
-def test_bare_number_is_refused_with_the_unit(tmp_path):
-    run("init", "--db", f"sqlite:///{tmp_path}/x.db")
-    words = ["materials", "add", "t", "--youngs-modulus", "114", "--poisson-ratio", "0.3", "--density", "1kg/m3"]
-    words += ["--yield-strength", "1MPa", "--source", "s", "--db", f"sqlite:///{tmp_path}/x.db"]
-    assert "'114'; expected a number with a unit, such as 1Pa" in run(*words, code=2).stderr
 
 
 def test_extract_keeps_the_old_version_and_returns_to_it(tmp_path):

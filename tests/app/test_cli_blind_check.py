@@ -36,12 +36,9 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
     return found
 
 
-def test_tables_for_people(asked: list[dict[str, Any]]) -> None:
+def test_tables_for_people_and_json_without_nan(asked: list[dict[str, Any]]) -> None:
     result = pyroshock("blind-check", "--cases", "2", "--seed", "1")
     assert (result.exit_code, result.stdout) == (0, "| tier | first |\n")
-
-
-def test_json_has_tiers_and_baselines_and_no_nan(asked: list[dict[str, Any]]) -> None:
     found = json.loads(pyroshock("blind-check", "--cases", "2", "--seed", "1", "--json").stdout)
     assert found == {"tiers": [{"tier": "strong", "first": 1.0, "ece": None}], "baselines": []}
 
@@ -52,6 +49,9 @@ def test_options_reach_the_check(asked: list[dict[str, Any]], tmp_path: Path) ->
     (one,) = asked
     assert one["tiers"] == ("weak", "strong")
     assert (one["executor"].jobs, one["folder"], one["baselines"]) == (3, tmp_path, False)
+    pyroshock("blind-check", "--cases", "2", "--tier", "foreign", "--kind", "gun", "--time-limit", "60")
+    assert asked[1]["tiers"] == ("foreign one", "foreign two", "foreign full scale")
+    assert (asked[1]["kinds"], asked[1]["patience_s"]) == (("gun",), 60.0)
 
 
 def test_shrinkage_may_be_left_out(asked: list[dict[str, Any]]) -> None:
@@ -61,9 +61,14 @@ def test_shrinkage_may_be_left_out(asked: list[dict[str, Any]]) -> None:
     assert [(one["options"].shrink, one["oracle"]) for one in asked] == [(True, True), (False, False)]
 
 
-def test_unknown_tier_is_one_line(asked: list[dict[str, Any]]) -> None:
-    result = pyroshock("blind-check", "--cases", "2", "--seed", "1", "--tier", "easy")
-    assert result.exit_code == 2 and "--tier is 'easy'; expected one of weak, middle, strong" in result.stderr
+def test_what_cannot_be_checked_is_one_line(asked: list[dict[str, Any]], tmp_path: Path) -> None:
+    for words, said in (
+        (("--cases", "2", "--seed", "1", "--tier", "easy"), "--tier is 'easy'; expected one of weak, middle, strong"),
+        ((), "--cases is missing"),
+        (("--pool", tmp_path), "finish this check with blind-check --folder first"),
+    ):
+        result = pyroshock("blind-check", *words)
+        assert result.exit_code == 2 and said in result.stderr
     assert not asked
 
 
@@ -71,18 +76,6 @@ def test_seed_is_the_splits_own_unless_given(asked: list[dict[str, Any]]) -> Non
     for split in ("development", "sealed"):
         pyroshock("blind-check", "--cases", "2", "--split", split)
     assert [(one["seed"], one["split"]) for one in asked] == [(SEEDS[s], s) for s in ("development", "sealed")]
-
-
-def test_number_of_cases_has_no_default() -> None:
-    result = pyroshock("blind-check")
-    assert result.exit_code == 2 and "--cases is missing" in result.stderr
-
-
-def test_foreign_is_three_tiers(asked: list[dict[str, Any]]) -> None:
-    pyroshock("blind-check", "--cases", "2", "--tier", "foreign", "--kind", "gun", "--time-limit", "60")
-    (one,) = asked
-    assert one["tiers"] == ("foreign one", "foreign two", "foreign full scale")
-    assert (one["kinds"], one["patience_s"]) == (("gun",), 60.0)
 
 
 def test_finished_checks_make_one_table(asked: list[dict[str, Any]], tmp_path: Path) -> None:
@@ -98,8 +91,3 @@ def test_finished_checks_make_one_table(asked: list[dict[str, Any]], tmp_path: P
     assert [each["seed"] for each in found["pooled"]] == [3, 4]
     assert (found["tiers"][0]["tier"], found["tiers"][0]["first"]["value"]) == ("strong", 1.0)
     assert not asked
-
-
-def test_pool_of_a_check_that_is_not_finished_is_one_line(tmp_path: Path) -> None:
-    result = pyroshock("blind-check", "--pool", tmp_path)
-    assert result.exit_code == 2 and "finish this check with blind-check --folder first" in result.stderr

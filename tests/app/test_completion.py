@@ -92,12 +92,9 @@ def test_the_option_goes_before_the_environment(store, monkeypatch):
     assert completed("dataset", "--db", store, "build", "x", "--from", "") == ["first-shots"]
 
 
-def test_effects_are_those_of_the_catalogue():
+def test_commands_and_effects_of_the_catalogue_are_offered():
     assert sorted(completed("diagnose", "x", "--with", "")) == sorted(catalogue())
     assert completed("diagnose", "x", "--without", "gun.leak,sensor.zero") == ["gun.leak,sensor.zero_shift"]
-
-
-def test_commands_are_offered_without_importing_them():
     assert completed("") == list(COMMANDS)
     assert completed("pl") == ["plan"]
     assert "--sort" in completed("impacts", "--s")
@@ -105,17 +102,9 @@ def test_commands_are_offered_without_importing_them():
 
 @pytest.mark.parametrize(
     "address",
-    [
-        "sqlite:///missing.db",
-        "sqlite:///damaged.db",
-        "sqlite:///no/folder/lab.db",
-        "sqlite://",
-        "postgresql+psycopg://nobody@127.0.0.1:1/lab",
-        "nonsense",
-        "mysql://x",
-        "",
-    ],
-)
+    ["sqlite:///missing.db", "sqlite:///damaged.db", "sqlite:///no/folder/lab.db", "sqlite://", "nonsense", "mysql://x",
+     "postgresql+psycopg://nobody@127.0.0.1:1/lab", ""],
+)  # fmt: skip
 @pytest.mark.parametrize("words", [("validate", ""), ("promote", "")])
 def test_no_store_has_no_names_and_is_not_made(address, words, monkeypatch, tmp_path):
     (tmp_path / "damaged.db").write_bytes(b"no database at all" * 100)
@@ -147,14 +136,9 @@ def test_bash_completes(store, tmp_path):
     """As a person has it: the script of the documentation is sourced, and bash asks it for a word."""
     script = BashComplete(main, {}, "pyroshock", "_PYROSHOCK_COMPLETE").source()
     asked = "COMP_WORDS=(pyroshock validate fi) COMP_CWORD=2; _pyroshock_completion pyroshock; echo ${COMPREPLY[@]}"
+    words = [shutil.which("bash") or "", "--norc", "-c", f"{script}\n{asked}"]
     environment = program(tmp_path) | {"PYROSHOCK_DB": store}
-    ran = subprocess.run(
-        [shutil.which("bash") or "", "--norc", "-c", f"{script}\n{asked}"],
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=60,
-    )
+    ran = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=60)
     assert (ran.stdout.strip(), ran.stderr) == ("first-shots", "")
 
 

@@ -53,18 +53,10 @@ def test_build_tells_the_contract(url):
 
 
 @pytest.mark.parametrize("words", [["--from", "spring", "autumn"], ["--from", "spring", "--from", "autumn"]])
-def test_several_campaigns(url, words):
-    assert as_json(url, "build", "d", *words)["pulses"] == 5 * HITS
-
-
-def test_split_is_counted_as_asked(url):
-    told = as_json(url, "build", "d", "--from", "spring", "autumn", "--split", "campaign=autumn")
-    assert (told["train"], told["test"]) == (4 * HITS, HITS)
-
-
-def test_same_content_is_told(url):
-    done(url, "build", "d", "--from", "spring")
-    assert "frozen already under the name d; nothing was added" in done(url, "build", "e", "--from", "spring").stderr
+def test_several_campaigns_are_split_as_asked(url, words):
+    told = as_json(url, "build", "d", *words, "--split", "campaign=autumn")
+    assert (told["pulses"], told["train"], told["test"]) == (5 * HITS, 4 * HITS, HITS)
+    assert "frozen already under the name d; nothing was added" in done(url, "build", "e", *words).stderr
 
 
 @pytest.mark.parametrize("words", [["list"], []])
@@ -104,11 +96,8 @@ def test_export_is_exact(url, tmp_path, suffix):
     done(url, "build", "d", "--from", "spring")
     out = tmp_path / f"d.{suffix}"
     done(url, "export", "d", "--out", out)
-    rows = (
-        list(csv.DictReader(out.read_text().splitlines()))
-        if suffix == "csv"
-        else pd.read_parquet(out).to_dict("records")
-    )
+    of_text = csv.DictReader(out.read_text().splitlines()) if suffix == "csv" else ()
+    rows = list(of_text) or pd.read_parquet(out).to_dict("records")
     with opened(url) as store:
         table = read_snapshot(store, "d").table
     assert [float(row["force_07_n"]) for row in rows] == table.force_n[:, 6].tolist()
@@ -138,13 +127,10 @@ def test_error_is_one_line(url, words, said):
     assert said in result.stderr
 
 
-def test_unknown_split_freezes_nothing(url):
+def test_unknown_split_freezes_nothing_and_unknown_suffixes_are_refused(url, tmp_path):
     result = run(url, "build", "d", "--from", "spring", "--split", "halves")
     assert result.exit_code == 2 and "expected one of repetitions" in result.stderr
     assert as_json(url, "list") == []
-
-
-def test_unknown_suffix_is_refused(url, tmp_path):
     done(url, "build", "d", "--from", "spring")
     assert "ends in .csv or .parquet" in run(url, "export", "d", "--out", tmp_path / "d.xlsx").stderr
     assert "cannot draw 'd.txt'" in run(url, "show", "d", "--plot", tmp_path / "d.txt").stderr

@@ -38,18 +38,12 @@ def demo(told):
     return told[0], json.loads(result.stdout)
 
 
-def test_predictions_are_the_thesis_to_a_hundredth(demo):
-    for row in demo[1]["shots"]:
-        assert row["predicted_m_s"] == pytest.approx(row["thesis_m_s"], abs=0.01), row
-
-
-def test_uncertainties_are_the_printed_ones(demo):
+def test_predictions_uncertainties_and_errors_are_those_of_the_thesis(demo):
     """To the last printed digit; for test 4 eq. 5.2 gives 0.1854, of which the thesis prints 0.18."""
     for row in demo[1]["shots"]:
+        assert row["predicted_m_s"] == pytest.approx(row["thesis_m_s"], abs=0.01), row
         assert row["u_m_s"] == pytest.approx(row["thesis_u_m_s"], abs=0.006 if row["test"] == 4 else 0.005), row
-
-
-def test_mean_error_is_the_thesis_one(demo):
+        assert row["error_%"] == pytest.approx(row["thesis_error_%"], abs=0.1), row
     assert demo[1]["mean_error_percent"] == pytest.approx(4.07, abs=0.01)
 
 
@@ -64,11 +58,6 @@ def test_error_with_the_stated_travel_is_that_of_the_closed_law(demo):
         errors.append(abs(row["measured_m_s"] - predicted_m_s) / row["measured_m_s"] * 100)
     assert demo[1]["stated_mean_error_percent"] == pytest.approx(sum(errors) / 5, rel=1e-9)
     assert demo[1]["stated_mean_error_percent"] == pytest.approx(4.29, abs=0.005)
-
-
-def test_errors_are_the_printed_ones(demo):
-    for row in demo[1]["shots"]:
-        assert row["error_%"] == pytest.approx(row["thesis_error_%"], abs=0.1), row
 
 
 def test_hit_is_the_published_one(demo):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 from click.testing import Result
@@ -43,6 +44,13 @@ def plan(*words: str | Path) -> Result:
     return pyroshock("plan", *words)
 
 
+def discriminated(url: str, campaign: str = "spring", *words: str) -> list[dict[str, Any]]:
+    """Runs of the plan that the experiment of the campaign's diagnosis gives."""
+    result = plan("discriminate", campaign, "--db", url, *words, "--json")
+    assert result.exit_code == 0, result.stderr
+    return json.loads(result.stdout)["runs"]
+
+
 def test_sheet_and_status_know_the_plan(lab: str, tmp_path: Path) -> None:
     diagnosed(lab, NEXT)
     result = plan("discriminate", "spring", "--db", lab)
@@ -52,20 +60,36 @@ def test_sheet_and_status_know_the_plan(lab: str, tmp_path: Path) -> None:
     sheet = (tmp_path / "sheet.csv").read_text(encoding="utf-8-sig")
     assert "tank_pressure_bar" in sheet and "0.45" in sheet and "discriminate" not in sheet
     assert "1 to do" in plan("status", "spring-discriminate", "--db", lab).stdout
+    again = plan("discriminate", "spring", "--db", lab)
+    assert again.exit_code == 2 and "choose another name" in again.stderr
+    assert plan("discriminate", "spring", "--db", lab, "--name", "again").exit_code == 0
 
 
-def test_run_has_the_shots_that_are_needed_and_the_rest_as_usual(lab: str) -> None:
-    diagnosed(lab, NEXT)
-    (run,) = json.loads(plan("discriminate", "spring", "--db", lab, "--json").stdout)["runs"]
-    assert run["repetitions"] == 4
-    assert run["tank_pressure_pa"] == 45_000.0 and run["bullet_mass_kg"] == 0.1428
-    assert run["tip_material"] == "PLA"
+@pytest.mark.parametrize(
+    ("campaign", "runs", "expected"),
+    [
+        ("spring", [NEXT], {"repetitions": 4, "tank_pressure_pa": 45_000.0, "bullet_mass_kg": 0.1428,
+                            "tip_material": "PLA"}),
+        ("spring", [NEXT, NextRun("separates A from C", dict(NEXT.settings), 7)], {"repetitions": 7}),
+        ("spring", [NextRun("by their own names, in SI", {"tank_pressure": 45_000.0, "bullet_mass": 0.1428}, 3)],
+         {"tank_pressure_pa": 45_000.0}),
+        ("hammer", [NextRun("why", {"tip_material": "steel", "tip_radius_mm": 30.0}, 3)],
+         {"tip_radius_m": 0.03, "hammer_speed": "low"}),
+    ],
+    ids=["needed", "same setting twice", "own names", "hammer"],
+)  # fmt: skip
+def test_run_has_the_shots_that_are_needed_and_the_rest_as_usual(
+    lab: str, campaign: str, runs: list[NextRun], expected: dict[str, object]
+) -> None:
+    diagnosed(lab, *runs, campaign=campaign)
+    (run,) = discriminated(lab, campaign)
+    assert {name: run[name] for name in expected} == expected
 
 
 def test_each_setting_is_a_run(lab: str) -> None:
     other = NextRun("separates A from C", {"tank_pressure_bar": 0.3, "bullet_mass_kg": 0.2, "tip_material": "steel"}, 2)
     diagnosed(lab, NEXT, other)
-    runs = json.loads(plan("discriminate", "spring", "--db", lab, "--name", "two", "--json").stdout)["runs"]
+    runs = discriminated(lab, "spring", "--name", "two")
     assert [(run["repetitions"], run["tip_material"]) for run in runs] == [(4, "PLA"), (2, "steel")]
 
 
@@ -78,18 +102,6 @@ def test_recorded_shots_are_linked_to_it(lab: str, tmp_path: Path) -> None:
     result = pyroshock("ingest", folder, "--plan", "spring-discriminate", "--db", lab, "--jobs", "1")
     assert result.exit_code == 0, result.stderr
     assert "1 done" in plan("status", "spring-discriminate", "--db", lab).stdout
-
-
-def test_hammer_needs_no_gun(lab: str) -> None:
-    diagnosed(lab, NextRun("why", {"tip_material": "steel", "tip_radius_mm": 30.0}, 3), campaign="hammer")
-    (run,) = json.loads(plan("discriminate", "hammer", "--db", lab, "--json").stdout)["runs"]
-    assert run["tip_radius_m"] == 0.03 and run["hammer_speed"] == "low"
-
-
-def test_factor_by_its_own_name_is_in_si(lab: str) -> None:
-    diagnosed(lab, NextRun("why", {"tank_pressure": 45_000.0, "bullet_mass": 0.1428}, 3))
-    (run,) = json.loads(plan("discriminate", "spring", "--db", lab, "--json").stdout)["runs"]
-    assert run["tank_pressure_pa"] == 45_000.0
 
 
 def test_shot_beyond_the_bench_is_refused(lab: str) -> None:
@@ -106,19 +118,11 @@ def test_shot_beyond_the_bench_is_left_out_of_others(lab: str) -> None:
     assert "left out, beyond the bench: tank_pressure_bar 0.45, bullet_mass_kg 1.5" in result.stderr
 
 
-def test_same_setting_twice_is_one_run(lab: str) -> None:
-    diagnosed(lab, NEXT, NextRun("separates A from C", dict(NEXT.settings), 7))
-    (run,) = json.loads(plan("discriminate", "spring", "--db", lab, "--json").stdout)["runs"]
-    assert run["repetitions"] == 7
-
-
 def test_nothing_to_tell_apart_is_a_negative_answer(lab: str) -> None:
     diagnosed(lab)
     result = plan("discriminate", "spring", "--db", lab)
-    assert (
-        result.exit_code == 1
-        and "names no setting that separates causes; its report says what to do next" in result.stderr
-    )
+    assert result.exit_code == 1
+    assert "names no setting that separates causes; its report says what to do next" in result.stderr
 
 
 def test_campaign_that_nobody_diagnosed_is(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -127,19 +131,9 @@ def test_campaign_that_nobody_diagnosed_is(lab: str, monkeypatch: pytest.MonkeyP
     assert len(json.loads(pyroshock("diagnose", "spring", "--list", "--db", lab, "--json").stdout)) == 1
 
 
-def test_second_plan_needs_a_name(lab: str) -> None:
-    diagnosed(lab, NEXT)
-    plan("discriminate", "spring", "--db", lab)
-    again = plan("discriminate", "spring", "--db", lab)
-    assert again.exit_code == 2 and "choose another name" in again.stderr
-    assert plan("discriminate", "spring", "--db", lab, "--name", "again").exit_code == 0
-
-
 def test_factors_are_exactly_the_rows() -> None:
-    rows = [
-        {"tank_pressure_bar": "0.5", "tip_material": 'st"eel', "pad": "3"},
-        {"tank_pressure_bar": "0.25", "tip_material": "PLA", "pad": "10"},
-    ]
+    columns = ("tank_pressure_bar", "tip_material", "pad")
+    rows = [dict(zip(columns, cells, strict=True)) for cells in (("0.5", 'st"eel', "3"), ("0.25", "PLA", "10"))]
     space = space_from_text(factors_toml("gun", rows))
     assert space.rows(space.treatments(rows)) == rows
     assert [factor.levels for factor in space.factors] == [("0.25", "0.5"), ('st"eel', "PLA"), ("3", "10")]

@@ -36,9 +36,7 @@ from support.stores.stores import ingested, opened
 LINES = np.array([200.0, 500.0, 1250.0])
 SENSORS = ("acceleration_1", "acceleration_2")
 _LAYERS = {"anvil_material": "none", "insulator": "none", "tip_material": "aluminum", "tip_radius_mm": "30"}
-HAMMER_ROWS = [
-    {"run": "1", "impact_position": "#2", "hammer_speed": "high", **_LAYERS, "boundary_conditions": "fixed"},
-]
+HAMMER_ROWS = [{"run": "1", "impact_position": "#2", "hammer_speed": "high", **_LAYERS, "boundary_conditions": "fixed"}]
 GUN_ROWS = [
     {"run": str(run), "plate_material": plate, **_LAYERS, "bullet_mass_kg": "0.5", "tank_pressure_bar": bar}
     for run, (plate, bar) in enumerate([("aluminum", "0.4"), ("aluminum", "0.6"), ("steel", "0.4")], 1)
@@ -66,12 +64,10 @@ def session(campaigns):
         session.rollback()
 
 
-def read(session, campaign, sensors=SENSORS):
+def read(session, campaign, sensors=SENSORS, **more):
     known, bench = stored_materials(session), bench_of_campaign(session, campaign)
-    return read_measured_shots(
-        session, campaign, frequency_hz=LINES, q=10.0, sensors=sensors, plate=struck_plate(bench),
-        material=lambda name: known[name.lower()],
-    )  # fmt: skip
+    given = {"plate": struck_plate(bench), "material": lambda name: known[name.lower()]} | more
+    return read_measured_shots(session, campaign, frequency_hz=LINES, q=10.0, sensors=sensors, **given)
 
 
 def sealed(campaigns, kind):
@@ -174,11 +170,7 @@ def test_hits_without_mass_and_force_are_left_out(session):
 
 
 def test_of_many_shots_evenly_picked_ones_are_read(session):
-    known, bench = stored_materials(session), bench_of_campaign(session, "gun")
-    shots, _ = read_measured_shots(
-        session, "gun", frequency_hz=LINES, q=10.0, sensors=SENSORS, plate=struck_plate(bench), most=3,
-        material=lambda name: known[name.lower()],
-    )  # fmt: skip
+    shots, _ = read(session, "gun", most=3)
     assert [s.tank_pressure_pa for s in shots.settings] == pytest.approx([0.4e5, 0.6e5, 0.4e5])
 
 
@@ -186,11 +178,8 @@ def test_settings_that_are_not_known_and_sensors_that_are_not_there_are_told(ses
     shots, left_out = read(session, "hammer", ("acceleration_1", "acceleration_9"))
     assert np.isnan(shots.peak_acceleration_m_s2[:, 1]).all()
     assert left_out[0] == "run 1, repetition 1: no channel acceleration_9"
-    nothing = {"aluminum": THESIS["aluminum"]}
-    shots, left_out = read_measured_shots(
-        session, "gun", frequency_hz=LINES, q=10.0, sensors=SENSORS, plate=CampaignPlate("aluminum", 0.01, 0.345),
-        material=lambda name: nothing[name],
-    )  # fmt: skip
+    nothing, plate = {"aluminum": THESIS["aluminum"]}, CampaignPlate("aluminum", 0.01, 0.345)
+    shots, left_out = read(session, "gun", plate=plate, material=lambda name: nothing[name])
     assert len(shots) == 4
     assert left_out == ("run 3, repetition 1: 'steel'", "run 3, repetition 2: 'steel'")
     with pytest.raises(LookupError, match="no campaign 'autumn'"):
@@ -226,15 +215,6 @@ def test_a_campaigns_shots_teach_every_stage(built):
     )
 
 
-def test_a_twin_that_does_not_learn_says_so(built):
-    twin = built(learn=False).twin
-    assert (twin.gun.shots, twin.contact.shots, twin.calibration.shots) == (None, 0, 0)
-    assert twin.rests_on.sentence == (
-        "The bands rest on no measured shot of this bench: they show the documented ranges of yield, loss, plate and "
-        "layer."
-    )
-
-
 def test_configurations_are_left_out_of_every_stage(built, session):
     first, *_, last = read(session, "gun")[0].configuration.tolist()
     twin = built(without_configurations=frozenset((first, last))).twin
@@ -247,19 +227,20 @@ def test_another_bench_keeps_what_still_applies(built, tmp_path):
     (tmp_path / "plate.toml").write_text("[plate]\nthickness_m = 0.02\n")
     twin = built(bench=tmp_path / "plate.toml").twin
     assert (len(twin.gun.shots), twin.contact.shots, twin.calibration.shots) == (6, 6, 0)
-    gun = "\n".join(
-        f"{key} = {value}"
-        for key, value in {
-            "tank_volume_m3": 0.02, "bore_diameter_m": 0.049, "projectile_diameter_m": 0.048, "travel_m": 0.9,
-            "friction_coefficient": 0.2, "heat_capacity_ratio": 1.4, "efficiency": 1.0,
-        }.items()
-    )  # fmt: skip
-    (tmp_path / "gun.toml").write_text(f"[gun]\n{gun}\n")
+    gun = "tank_volume_m3 = 0.02\nbore_diameter_m = 0.049\nprojectile_diameter_m = 0.048\ntravel_m = 0.9\n"
+    gun += "friction_coefficient = 0.2\nheat_capacity_ratio = 1.4\nefficiency = 1.0\n"
+    (tmp_path / "gun.toml").write_text(f"[gun]\n{gun}")
     twin = built(bench=tmp_path / "gun.toml").twin
     assert (twin.gun.shots, twin.contact.shots, twin.calibration.shots) == (None, 6, 6)
 
 
-def test_a_law_by_name_learns_spectra_alone(built):
+def test_a_twin_that_does_not_learn_says_so_and_a_law_by_name_learns_spectra_alone(built):
+    twin = built(learn=False).twin
+    assert (twin.gun.shots, twin.contact.shots, twin.calibration.shots) == (None, 0, 0)
+    assert twin.rests_on.sentence == (
+        "The bands rest on no measured shot of this bench: they show the documented ranges of yield, loss, plate and "
+        "layer."
+    )
     twin = built(contact="hertz").twin
     assert twin.calibration.shots == 6
     assert twin.rests_on.sentence == (

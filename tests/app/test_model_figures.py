@@ -68,9 +68,16 @@ def test_rows_are_filtered_by_split_and_dataset(trained):
         listed_versions(registry, dataset="winter")
 
 
-def test_row_without_a_floor_has_none(trained):
-    row = version_row(version_of(trained, "tree@1"), {})
-    assert row["metrics"]["cost"]["floor"] == {"configuration": None, "treatment": None}
+def test_version_alone_and_pulses_that_are_gone_are_said(trained, read):
+    one = version_of(trained, "tree@1")
+    with pytest.raises(ValueError, match="2 versions to compare; choose two or more"):
+        side_by_side(trained[0], [one, one], read)
+    other = pulse_table(np.random.default_rng(9), repetitions=3, campaign="other")
+    table, _ = held_out(other, np.random.default_rng(0))
+    with pytest.raises(ValueError, match="60 held-out pulses are in no dataset of the store"):
+        held_out_figures(trained[0], one, lambda _: table)
+    without_floor = version_row(one, {})["metrics"]["cost"]["floor"]
+    assert without_floor == {"configuration": None, "treatment": None}
 
 
 def test_versions_side_by_side_differ_as_their_means_do(trained, read):
@@ -86,12 +93,6 @@ def test_versions_side_by_side_differ_as_their_means_do(trained, read):
         assert row["ci90"][0] <= row["difference"] <= row["ci90"][1]
         assert 0 < row["p_value"] <= 1
     json.dumps(found, allow_nan=False)
-
-
-def test_one_version_alone_is_not_compared(trained, read):
-    one = version_of(trained, "tree@1")
-    with pytest.raises(ValueError, match="2 versions to compare; choose two or more"):
-        side_by_side(trained[0], [one, one], read)
 
 
 def test_points_are_the_held_out_pulses(trained, read):
@@ -148,14 +149,6 @@ def test_coverage_of_known_scatter_is_the_level(monkeypatch):
     points = found["points"]
     assert (found["pulses"], len(points["key"])) == (n, 100)
     assert np.subtract(points["peak_force_n"]["high"], points["peak_force_n"]["low"]) == pytest.approx(32.9)
-
-
-def test_pulses_that_are_gone_are_said(trained):
-    table, _ = held_out(
-        pulse_table(np.random.default_rng(9), repetitions=3, campaign="other"), np.random.default_rng(0)
-    )
-    with pytest.raises(ValueError, match="60 held-out pulses are in no dataset of the store"):
-        held_out_figures(trained[0], version_of(trained, "tree@1"), lambda _: table)
 
 
 def test_version_whose_files_are_damaged_is_marked(trained):

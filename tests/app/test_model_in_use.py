@@ -26,7 +26,6 @@ from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.registry.records import Cost, DatasetName, RegisteredModel, Version
 from support.records.campaigns import gun_campaign
 from support.records.pulse_tables import PREDICTORS, pulse_table
-from support.records.twin_parts import unsolved
 from support.stores.hammer_stores import full_campaign
 from support.stores.stores import ingested, opened
 
@@ -79,11 +78,8 @@ def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def lab(filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    monkeypatch.setattr(twins, "solved", unsolved)
-    for name in ("MLFLOW_TRACKING_URI", "PYROSHOCK_DB"):
-        monkeypatch.delenv(name, raising=False)
-    return f"sqlite:///{shutil.copy(filled, tmp_path)}"
+def lab(filled: Path, quick_twins: Path) -> str:
+    return f"sqlite:///{shutil.copy(filled, quick_twins)}"
 
 
 @pytest.fixture
@@ -171,8 +167,7 @@ def test_table_gives_every_predictor(
 
 
 def test_question_of_the_web_gives_every_predictor() -> None:
-    shot = PredictionOptions.model_validate(
-        {"boundary_conditions": "fixed", "factor": ["plate_mass_kg=9", "lot=B"]}
-    ).shot()
+    given = {"boundary_conditions": "fixed", "factor": ["plate_mass_kg=9", "lot=B"]}
+    shot = PredictionOptions.model_validate(given).shot()
     assert (shot.boundary_conditions, shot.factors) == ("fixed", {"plate_mass_kg": 9.0, "lot": "B"})
     assert shot.bullet_mass_kg is None

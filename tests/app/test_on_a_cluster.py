@@ -42,18 +42,8 @@ def done(*words):
 def test_predictions_of_a_table(folder, cluster):
     (folder / "shots.csv").write_text(SHOTS)
     for name, where in (("here", ()), ("there", cluster)):
-        done(
-            "predict",
-            "--shots",
-            "shots.csv",
-            "--draws",
-            "8",
-            "--out",
-            f"{name}.csv",
-            "--spectra",
-            f"{name}-s.csv",
-            *where,
-        )
+        files = ("--out", f"{name}.csv", "--spectra", f"{name}-s.csv")
+        done("predict", "--shots", "shots.csv", "--draws", "8", *files, *where)
     assert (folder / "here.csv").read_bytes() == (folder / "there.csv").read_bytes()
     assert (folder / "here-s.csv").read_bytes() == (folder / "there-s.csv").read_bytes()
 

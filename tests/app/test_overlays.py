@@ -94,18 +94,12 @@ def test_more_than_can_be_drawn_are_thinned_and_counted(store):
 def test_filter_and_all_campaigns(store):
     where = (Condition("peak_force_n", ">", 150.0),)
     assert overlay(store, where=where, campaign=None).matching == 4
+    none = overlay(store, where=(Condition("peak_force_n", ">", 1e9),))
+    assert (none.groups, none.drawn, none.matching) == ((), 0, 0)
 
 
-def test_no_match_is_an_empty_picture(store):
-    found = overlay(store, where=(Condition("peak_force_n", ">", 1e9),))
-    assert (found.groups, found.drawn, found.matching) == ((), 0, 0)
-
-
-def test_unknown_factor_lists_the_known(store):
+def test_unknown_factor_lists_the_known_and_one_point_is_no_curve(store):
     with pytest.raises(UnknownFieldError, match=r"'colour'.*tip_material, tip_radius"):
         overlay(store, "colour")
-
-
-def test_one_point_is_no_curve(store):
     with pytest.raises(ValueError, match="points is 1"):
         overlay(store, points=1)

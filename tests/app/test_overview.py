@@ -16,24 +16,13 @@ from pyroshock.schema.session import Writer, open_store
 from sqlalchemy import select
 from support.records.campaigns import gun_campaign, hammer_campaign, write_runs
 
-FACTORS = """
-name = "gun"
-kind = "gun"
-
-[[factors]]
-name = "bullet_mass"
-column = "bullet_mass_kg"
-kind = "numeric"
-unit = "kg"
-levels = [0.1428, 0.2]
-
-[[factors]]
-name = "velocity_level"
-kind = "ordered"
-levels = ["low", "high"]
-unit = "m/s"
-values = [10, 20]
-"""
+FACTORS = (
+    'name = "gun"\nkind = "gun"\n'
+    '[[factors]]\nname = "bullet_mass"\ncolumn = "bullet_mass_kg"\nkind = "numeric"\nunit = "kg"\n'
+    "levels = [0.1428, 0.2]\n"
+    '[[factors]]\nname = "velocity_level"\nkind = "ordered"\nlevels = ["low", "high"]\nunit = "m/s"\n'
+    "values = [10, 20]\n"
+)
 #: run -> tank pressure (bar), mass, velocity level, state
 PLANNED = {
     1: ("0.25", "0.1428", "low", None),
@@ -146,13 +135,6 @@ def test_another_campaign_s_shots_are_not_this_one_s(gun, tmp_path):
     assert overview(gun, "gun")["counts"]["shots"] == 4
 
 
-def test_plan_of_the_campaign_s_own_name_is_shown_before_the_first_shot(store, tmp_path):
-    add_plan(store, name="gun")
-    ingest_folder(store, gun_campaign(tmp_path / "g"), jobs=1)
-    (plan,) = overview(store, "gun")["plans"]
-    assert (plan["plan"], plan["planned"], plan["recorded"]) == ("gun", 3, 0)
-
-
 def test_plan_without_its_factors_has_no_planned_velocity(store, tmp_path):
     add_plan(store, factors="")
     ingest_folder(store, gun_campaign(tmp_path / "g"), jobs=1)
@@ -211,7 +193,10 @@ def test_findings_are_counted_by_check_the_worst_first(store, tmp_path):
     ]
 
 
-def test_unknown_campaign_lists_the_known(store, tmp_path):
+def test_plan_of_the_campaign_s_own_name_is_shown_before_the_first_shot(store, tmp_path):
+    add_plan(store, name="gun")
     ingest_folder(store, gun_campaign(tmp_path / "g"), jobs=1)
+    (plan,) = overview(store, "gun")["plans"]
+    assert (plan["plan"], plan["planned"], plan["recorded"]) == ("gun", 3, 0)
     with pytest.raises(LookupError, match=r"no campaign 'z'.*gun"):
         overview(store, "z")

@@ -53,17 +53,13 @@ def test_record_is_upright_and_holds_the_contact(store):
     assert found.time_s[-1] - found.time_s[0] == pytest.approx(2 * (version.stop_s - version.start_s), rel=0.1)
 
 
-def test_spline_lies_on_the_record(store):
+def test_curves_are_the_stored_pulse_and_lie_on_the_record(store):
     found = view(store)
     (version,) = found.versions
     inside = (found.time_s >= version.start_s) & (found.time_s <= version.stop_s)
     spline = np.interp(found.time_s[inside], version.time_s, version.force_n)
     np.testing.assert_allclose(spline, found.force_n[inside], atol=5.0)
     assert version.rest_n == pytest.approx(-REST_N, abs=0.1)
-
-
-def test_curves_are_the_stored_pulse(store):
-    (version,) = view(store).versions
     with store.reading() as session:
         row = session.get_one(Pulse, version.key)
         np.testing.assert_allclose(version.force_n - version.rest_n, as_floats(row.fine_force_n, "pulse"), atol=1e-9)

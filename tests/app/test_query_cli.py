@@ -60,35 +60,25 @@ def test_csv_and_json_hold_the_same_rows(store, tmp_path):
 
 
 @pytest.mark.parametrize("ending", ["csv", "json", "parquet"])
-def test_a_file_holds_the_answer(store, tmp_path, ending):
-    out = tmp_path / f"x.{ending}"
-    query(store, "select run, tank_pressure_pa from shots order by run", "--out", out)
-    assert list(READERS[ending](out)["tank_pressure_pa"]) == pytest.approx(
-        [
-            row["tank_pressure_pa"]
-            for row in json.loads(query(store, "select * from shots order by run", "--json").stdout)
-        ]
-    )
+def test_a_file_holds_the_answer_also_one_without_rows(store, tmp_path, ending):
+    out, sql = tmp_path / f"x.{ending}", "select run, tank_pressure_pa from shots order by run"
+    query(store, sql, "--out", out)
+    expected = [row["tank_pressure_pa"] for row in json.loads(query(store, sql, "--json").stdout)]
+    assert list(READERS[ending](out)["tank_pressure_pa"]) == pytest.approx(expected)
+    query(store, "select id, name from campaigns where name = 'none'", "--out", tmp_path / f"none.{ending}")
+    assert len(READERS[ending](tmp_path / f"none.{ending}")) == 0
 
 
-@pytest.mark.parametrize("ending", ["csv", "json", "parquet"])
-def test_an_answer_without_rows_is_a_file_all_the_same(store, tmp_path, ending):
-    out = tmp_path / f"x.{ending}"
-    query(store, "select id, name from campaigns where name = 'none'", "--out", out)
-    assert len(READERS[ending](out)) == 0
+def test_bytes_columns_of_one_name_limits_and_numbers(store):
+    def row(*words):
+        (found,) = json.loads(query(store, *words, "--json").stdout)
+        return found
 
-
-def test_bytes_are_a_size(store):
-    (row,) = json.loads(query(store, "select frame from series_chunks limit 1", "--json").stdout)
-    assert row["frame"].startswith("<") and row["frame"].endswith(" bytes>")
-
-
-def test_columns_of_one_name_stay_apart(store):
-    (row,) = json.loads(query(store, "select 1 as a, 2 as a", "--json").stdout)
-    assert row == {"a": 1, "a_2": 2}
-
-
-def test_limit_is_of_rows(store):
+    frame = row("select frame from series_chunks limit 1")["frame"]
+    assert frame.startswith("<") and frame.endswith(" bytes>")
+    assert row("select 1 as a, 2 as a") == {"a": 1, "a_2": 2}
+    sql = "select count(*) as n from shots where tank_pressure_pa > :low and run <= :last"
+    assert row(sql, "-p", "low", "1.5e4", "-p", "last", "3")["n"] == 3
     assert query(store, "select id from shots", "--limit", "2", "--csv").stdout.count("\n") == 3
 
 
@@ -97,12 +87,6 @@ def test_parameters_are_bound(store, name):
     sql = "select count(*) as n from campaigns where name = :campaign and ':other' <> ''"
     (row,) = json.loads(query(store, sql, "-p", "campaign", name, "--json").stdout)
     assert row["n"] == (name == "first-shots")
-
-
-def test_numbers_as_parameters(store):
-    sql = "select count(*) as n from shots where tank_pressure_pa > :low and run <= :last"
-    (row,) = json.loads(query(store, sql, "-p", "low", "1.5e4", "-p", "last", "3", "--json").stdout)
-    assert row["n"] == 3
 
 
 @pytest.mark.parametrize(
@@ -139,34 +123,16 @@ def test_nothing_is_changed(store, sql, tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_transaction_stays_one_that_reads(store):
-    refused(store, "select set_config('transaction_read_only', 'off', true)")
-
-
-def test_a_refused_change_names_the_right_command(store):
-    assert "pyroshock runs discard" in refused(store, "delete from impacts")
-    assert "pyroshock ingest" in refused(store, "with a as (select 1) insert into factors (name) select 'x'")
-
-
-def test_an_unknown_table_lists_the_tables(store):
-    assert "no table 'impact' in the store; tables: campaigns," in refused(store, "select * from impact")
-
-
-def test_an_unknown_column_suggests_close_ones(store):
-    error = refused(store, "select p.peak_force from pulses p")
-    assert "no column 'peak_force' in pulses; did you mean peak_force_n" in error
-
-
-def test_what_takes_too_long_is_stopped(store):
-    endless = (
-        "with recursive n(i) as (select 1 union all select i + 1 from n where i > 0) select max(i / 1000000) from n"
-    )
-    assert "longer than 0.2 s" in refused(store, endless, "--timeout", "200ms")
-
-
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
+        (("delete from impacts",), "pyroshock runs discard"),
+        (("with a as (select 1) insert into factors (name) select 'x'",), "pyroshock ingest"),
+        (("select set_config('transaction_read_only', 'off', true)",), ""),
+        (("select * from impact",), "no table 'impact' in the store; tables: campaigns,"),
+        (("select p.peak_force from pulses p",), "no column 'peak_force' in pulses; did you mean peak_force_n"),
+        (("with recursive n(i) as (select 1 union all select i + 1 from n where i > 0) select max(i / 1000000) from n",
+          "--timeout", "200ms"), "longer than 0.2 s"),
         (("select :a",), "no value for :a"),
         (("select 1", "-p", "a", "1"), "the statement has no :a"),
         (("",), "the statement is empty"),
@@ -178,7 +144,7 @@ def test_what_takes_too_long_is_stopped(store):
         ((), 'give one statement ("select ...")'),
         (("select 1", "--tables"), "give one statement"),
     ],
-)
+)  # fmt: skip
 def test_what_cannot_be_asked_is_one_line(store, words, expected, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert expected in refused(store, *words)
@@ -189,27 +155,14 @@ def test_tables_and_columns_are_listed_with_units(store):
     assert tables["shots"] == "One firing"
     columns = {row["column"]: row["unit"] for row in json.loads(query(store, "--schema", "shots", "--json").stdout)}
     assert columns["tank_pressure_pa"] == "Pa" and columns["run"] is None
-
-
-@pytest.mark.parametrize(
-    ("column", "unit"),
-    [
-        ("peak_acceleration_m_s2", "m/s²"),
-        ("impulse_n_s", "N s"),
-        ("velocity_m_s", "m/s"),
-        ("contact_time_s", "s"),
-        ("density_kg_m3", "kg/m³"),
-        ("status", None),
-        ("samples", None),
-    ],
-)
-def test_a_unit_is_the_end_of_the_name(column, unit):
-    assert unit_of(column) == unit
-
-
-def test_what_a_column_refers_to_is_listed():
     rows = {row["column"]: row for row in list_columns("pulses")}
     assert rows["impact_id"]["refers to"] == "impacts.id"
+
+
+def test_a_unit_is_the_end_of_the_name():
+    units = {"peak_acceleration_m_s2": "m/s²", "impulse_n_s": "N s", "velocity_m_s": "m/s", "contact_time_s": "s"}
+    units |= {"density_kg_m3": "kg/m³", "status": None, "samples": None}
+    assert {column: unit_of(column) for column in units} == units
 
 
 def test_a_read_only_file_is_asked_too(tmp_path):
@@ -224,15 +177,10 @@ def test_a_read_only_file_is_asked_too(tmp_path):
 def test_colons_in_text_and_casts_are_no_parameters():
     statement = Statement("select ':a', b::text, \":c\" -- :d\n, :e /* :f */ where :e > :g", {"e": "1", "g": "007"})
     assert statement.names() == ["e", "g"]
-    assert statement.for_postgresql() == (
-        "select ':a', b::text, \":c\" -- :d\n, $1 /* :f */ where $1 > $2",
-        ["1", "007"],
-    )
+    bound = "select ':a', b::text, \":c\" -- :d\n, $1 /* :f */ where $1 > $2"
+    assert statement.for_postgresql() == (bound, ["1", "007"])
     assert statement.for_sqlite()[1] == {"e": 1, "g": "007"}
-
-
-def test_quoted_words_begin_no_statement():
-    with pytest.raises(QueryError, match="DELETE is refused"):
+    with pytest.raises(QueryError, match="DELETE is refused"):  # a comment begins no statement
         Statement("-- select\ndelete from shots", {}).check()
 
 

@@ -37,14 +37,10 @@ def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def lab(filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The store of `filled`, where the test may write; its registry is read where it lies."""
-    monkeypatch.setenv("MLFLOW_TRACKING_URI", f"sqlite:///{fresh_registry_file(filled)}")
+    (registry,) = [file for file in filled.glob("*.db") if file.name != "lab.db"]
+    monkeypatch.setenv("MLFLOW_TRACKING_URI", f"sqlite:///{registry}")
     shutil.copy(filled / "lab.db", tmp_path)
     return tmp_path
-
-
-def fresh_registry_file(place: Path) -> Path:
-    (found,) = [file for file in place.glob("*.db") if file.name != "lab.db"]
-    return found
 
 
 def report(lab: Path, subject: str, out: str) -> Result:
@@ -77,11 +73,17 @@ def test_words_mean_what_they_say(lab: Path, subject: str, meant: tuple[str, str
     assert heading(lab, subject) == meant
 
 
-def test_diagnosis_of_a_campaign_is_its_newest(lab: Path) -> None:
-    report(lab, "diagnosis:spring", "page.html")
-    assert "Model and measurement agree" in (lab / "page.html").read_text(encoding="utf-8")
-    report(lab, "diagnosis:1", "page.html")
-    assert "Most probably it is the compliance" in (lab / "page.html").read_text(encoding="utf-8")
+def test_diagnosis_of_a_campaign_is_its_newest_and_a_report_changes_nothing(lab: Path) -> None:
+    before = counts(f"sqlite:///{lab / 'lab.db'}")
+    for subject, words in (
+        ("diagnosis:spring", "Model and measurement agree"),
+        ("diagnosis:1", "Most probably it is the compliance"),
+        ("spring", "spring"),
+        ("linear@1", "linear@1"),
+    ):
+        report(lab, subject, "page.html")
+        assert words in (lab / "page.html").read_text(encoding="utf-8")
+    assert counts(f"sqlite:///{lab / 'lab.db'}") == before
 
 
 @pytest.mark.parametrize(
@@ -114,27 +116,17 @@ def test_pdf_is_the_same_each_time(lab: Path, subject: str) -> None:
     assert (lab / "a.pdf").read_bytes() == (lab / "b.pdf").read_bytes()
 
 
-def test_file_is_replaced_and_its_folder_made(lab: Path) -> None:
+def test_file_is_replaced_and_its_folder_made(lab: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (lab / "new").mkdir()
     (lab / "new" / "page.html").write_text("old")
     assert report(lab, "spring", "new/page.html").exit_code == 0
     assert report(lab, "spring", "newer/page.html").exit_code == 0
     assert (lab / "new" / "page.html").read_bytes() == (lab / "newer" / "page.html").read_bytes()
     assert not list(lab.rglob("*.part"))
-
-
-def test_other_endings_are_refused_before_any_work(lab: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(any_module, "report_on", lambda *_: pytest.fail("worked before it looked at the ending"))
     result = report(lab, "spring", "page.docx")
     assert result.exit_code == 2
     assert "expected a name that ends in .html or .pdf" in result.stderr
-
-
-def test_report_changes_nothing(lab: Path) -> None:
-    before = counts(f"sqlite:///{lab / 'lab.db'}")
-    for subject in ("spring", "diagnosis:1", "linear@1"):
-        report(lab, subject, "page.html")
-    assert counts(f"sqlite:///{lab / 'lab.db'}") == before
 
 
 def test_campaigns_need_no_models_installed(lab: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -95,9 +95,18 @@ def test_it_answers_and_ends_when_it_is_told(
     assert_whole(db, 1)
 
 
-def test_a_token_is_needed_where_others_reach_it(db: str) -> None:
+def test_what_keeps_it_from_starting_is_named(db: str, tmp_path: Path) -> None:
     assert "--token" in refused("--db", db, "--host", "0.0.0.0", "--port", "0")
     assert "5 characters" in refused("--db", db, "--host", "0.0.0.0", "--token", "short")
+    assert "192.0.2.1" in refused("--db", db, "--host", "192.0.2.1", "--token", "x" * 16, "--port", "0")
+    assert "nowhere" in refused("--db", f"sqlite:///{tmp_path}/nowhere/lab.db", "--port", "0")
+    assert "no-data" in refused("--db", db, "--data", str(tmp_path / "no-data"))
+    assert not (tmp_path / "nowhere").exists()
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = str(taken.getsockname()[1])
+        assert port in refused("--db", db, "--port", port)
 
 
 def test_with_a_token_it_serves_who_brings_it(db: str, tmp_path: Path, started: list[subprocess.Popen[str]]) -> None:
@@ -108,21 +117,3 @@ def test_with_a_token_it_serves_who_brings_it(db: str, tmp_path: Path, started: 
     with pytest.raises(urllib.error.HTTPError, match="401"):
         got(address)
     assert "spring" in got(address + "api/campaigns", {"Authorization": f"Bearer {word}"})
-
-
-def test_a_taken_port_is_named(db: str) -> None:
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        port = taken.getsockname()[1]
-        assert str(port) in refused("--db", db, "--port", str(port))
-
-
-def test_folders_that_are_not_there_are_named(db: str, tmp_path: Path) -> None:
-    assert "nowhere" in refused("--db", f"sqlite:///{tmp_path}/nowhere/lab.db", "--port", "0")
-    assert "no-data" in refused("--db", db, "--data", str(tmp_path / "no-data"))
-    assert not (tmp_path / "nowhere").exists()
-
-
-def test_an_address_that_is_not_this_machine_s_is_named(db: str) -> None:
-    assert "192.0.2.1" in refused("--db", db, "--host", "192.0.2.1", "--token", "x" * 16, "--port", "0")

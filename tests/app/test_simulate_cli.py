@@ -31,34 +31,28 @@ def refused(*words: str | Path) -> str:
     return result.stderr
 
 
-def test_unknown_plan_is_named(url, tmp_path):
-    assert "no plan 'q' in the store; there: p" in refused("q", "--out", tmp_path / "c", "--db", url)
-
-
 @pytest.mark.parametrize(
-    ("effect", "said"),
+    ("plan", "effect", "said"),
     [
-        ("gun.ghosts=1", "unknown effect 'gun.ghosts'"),
-        ("gun.blow_by=much", "expected NAME=STRENGTH"),
-        ("gun.blow_by=-1", "no sign"),
-        ("gun.blow_by=nan", "finite"),
+        ("q", "gun.blow_by=1", "no plan 'q' in the store; there: p"),
+        ("p", "gun.ghosts=1", "unknown effect 'gun.ghosts'"),
+        ("p", "gun.blow_by=much", "expected NAME=STRENGTH"),
+        ("p", "gun.blow_by=-1", "no sign"),
+        ("p", "gun.blow_by=nan", "finite"),
     ],
 )
-def test_effect_that_there_is_none_of(url, tmp_path, effect, said):
-    assert said in refused("p", "--out", tmp_path / "c", "--db", url, "--effect", effect)
+def test_plan_or_effect_that_there_is_none_of(url, tmp_path, plan, effect, said):
+    assert said in refused(plan, "--out", tmp_path / "c", "--db", url, "--effect", effect)
     assert not (tmp_path / "c").exists()
 
 
-def test_folder_that_holds_something_is_left_alone(url, tmp_path):
+def test_folder_that_holds_something_is_left_alone_and_discarded_runs_are_not_played(url, tmp_path):
     (tmp_path / "c").mkdir()
     (tmp_path / "c" / "theirs.txt").write_text("mine")
     assert "expected a new or empty folder" in refused("p", "--out", tmp_path / "c", "--db", url)
     assert [path.name for path in (tmp_path / "c").iterdir()] == ["theirs.txt"]
-
-
-def test_plan_of_discarded_runs_is_nothing_to_play(url, tmp_path):
     assert pyroshock("plan", "discard", "p", "4", "--reason", "broke", "--db", url).exit_code == 0
-    assert "no run that is not discarded" in refused("p", "--out", tmp_path / "c", "--db", url)
+    assert "no run that is not discarded" in refused("p", "--out", tmp_path / "d", "--db", url)
 
 
 @pytest.mark.slow
@@ -71,20 +65,11 @@ def test_simulated_campaign_works_its_plan_off(url, tmp_path):
     assert "2 repetitions linked, 1 runs done" in done.stderr
 
 
-@pytest.mark.parametrize(
-    ("share", "before", "expected"),
-    [
-        (None, None, None),
-        ("10%", None, Trigger(0.1, 0.3)),
-        ("none", "500ms", Trigger(None, 0.5)),
-        (None, "0.2s", Trigger(0.05, 0.2)),
-    ],
-)
-def test_options_say_when_the_recorder_begins(share, before, expected):
-    assert trigger_of(share, before) == expected
-
-
-@pytest.mark.parametrize("share", ["10", "0%", "x%", "100%"])
-def test_a_share_that_triggers_nothing_is_refused(share):
-    with pytest.raises(ValueError, match=r"--trigger is .* expected a share such as 5%, or none"):
-        trigger_of(share, None)
+def test_options_say_when_the_recorder_begins():
+    assert trigger_of(None, None) is None
+    assert trigger_of("10%", None) == Trigger(0.1, 0.3)
+    assert trigger_of("none", "500ms") == Trigger(None, 0.5)
+    assert trigger_of(None, "0.2s") == Trigger(0.05, 0.2)
+    for share in ("10", "0%", "x%", "100%"):
+        with pytest.raises(ValueError, match=r"--trigger is .* expected a share such as 5%, or none"):
+            trigger_of(share, None)

@@ -80,31 +80,26 @@ def done(result: Result) -> Result:
 def test_train_json_has_the_rows_of_the_contract(lab):
     result = done(lab("train", "spring", "--models", "hann,linear", "--json"))
     rows = json.loads(result.stdout)
-    assert [(row["model"], row["version"], row["split"]) for row in rows] == [
-        ("hann", 1, "repetitions"),
-        ("linear", 1, "repetitions"),
-        ("hann", 2, "configurations"),
-        ("linear", 2, "configurations"),
-    ]
+    order = ((1, "repetitions"), (2, "configurations"))
+    expected = [(model, version, split) for version, split in order for model in ("hann", "linear")]
+    assert [(row["model"], row["version"], row["split"]) for row in rows] == expected
     assert all(tuple(row["metrics"]) == METRICS and row["seconds"] >= 0 for row in rows)
     low, high = rows[1]["ci90"]["force_nrmse"]
     assert low < rows[1]["metrics"]["force_nrmse"] < high
     assert 0 < rows[1]["floor"]["treatment"]["force_nrmse"] < rows[1]["metrics"]["force_nrmse"]
     assert rows[1]["thesis"]["force_nrmse"] == 0.9932  # Table 4.5
     assert "linear, configurations: force NRMSE" in result.stderr
+    listed = json.loads(done(lab("models", "--dataset", "spring", "--json")).stdout)
+    assert sorted(map(json.dumps, listed)) == sorted(map(json.dumps, rows))
+    assert json.loads(done(lab("models", "--split", "materials", "--json")).stdout) == []
+    again = done(lab("train", "spring", "--models", "hann")).stderr
+    assert "0 trained, 2 found as they were trained before" in again
 
 
 def test_gun_models_have_no_figures_of_the_thesis(lab, monkeypatch):
     monkeypatch.setattr(_Snapshot, "predictors", shipped("gun"))
     rows = json.loads(done(lab("train", "spring", "--models", "linear", "--json")).stdout)
     assert [row["thesis"] for row in rows] == [None, None]
-
-
-def test_models_lists_what_train_gave(lab):
-    trained = json.loads(done(lab("train", "spring", "--models", "hann,linear", "--json")).stdout)
-    listed = json.loads(done(lab("models", "--dataset", "spring", "--json")).stdout)
-    assert sorted(map(json.dumps, listed)) == sorted(map(json.dumps, trained))
-    assert json.loads(done(lab("models", "--split", "materials", "--json")).stdout) == []
 
 
 def test_table_shows_both_splits_the_floor_and_the_thesis(lab):
@@ -117,11 +112,6 @@ def test_table_shows_both_splits_the_floor_and_the_thesis(lab):
     column = slice(table[0].index("time thesis"), table[0].index("impulse rep."))
     tree = next(line for line in table if line.startswith("tree"))
     assert tree[column].strip() == "0.0581"  # Table 4.4
-
-
-def test_repeat_says_that_nothing_was_trained(lab):
-    done(lab("train", "spring", "--models", "hann"))
-    assert "0 trained, 2 found as they were trained before" in done(lab("train", "spring", "--models", "hann")).stderr
 
 
 def test_compare_json_tells_which_is_better(lab):
@@ -148,27 +138,19 @@ def reporting_laws(monkeypatch):
     monkeypatch.setattr(Analytic, "fit_report", report)
 
 
-def test_compare_shows_settings_side_by_side(lab, reporting_laws):
+def test_compare_and_models_show_settings_and_histories(lab, reporting_laws):
     done(lab("train", "spring", "--models", "hann,hertz", "--split", "repetitions"))
     lines = done(lab("compare", "hann@1", "hertz@1")).stdout.splitlines()
     table = lines[lines.index("What each training searched and found:") + 1 :]
     cells = [line.split() for line in table]
     names = cells[0][1:]
     assert cells[0][0] == "setting" and set(names) == {"hann@1", "hertz@1"}
-    assert [row[0] for row in cells[1:]] and {row[0] for row in cells[1:]} == {
-        "force.kernel", "force.noise", "force.rank",
-    }  # fmt: skip
+    assert {row[0] for row in cells[1:]} == {"force.kernel", "force.noise", "force.rank"}
     rank = next(dict(zip(names, row[1:], strict=True)) for row in cells if row[0] == "force.rank")
     assert rank == {"hann@1": "3", "hertz@1": "-"}
     rows = json.loads(done(lab("compare", "hann@1", "hertz@1", "--json")).stdout)
-    assert {row["model"]: row["settings"]["force.kernel"] for row in rows if "model" in row} == {
-        "hann": "hann",
-        "hertz": "hertz",
-    }
-
-
-def test_models_shows_one_version_with_settings_and_histories(lab, reporting_laws):
-    done(lab("train", "spring", "--models", "hann", "--split", "repetitions"))
+    kernels = {row["model"]: row["settings"]["force.kernel"] for row in rows if "model" in row}
+    assert kernels == {"hann": "hann", "hertz": "hertz"}
     row = json.loads(done(lab("models", "hann@1", "--json")).stdout)
     assert row["settings"] == {"force.kernel": "hann", "force.noise": 0.25, "force.rank": 3}
     assert row["histories"] == {"force.loss": [[0, 2.0], [1, 1.0]]}
@@ -189,8 +171,8 @@ def test_compare_without_names_takes_the_best_and_all_others(lab, tmp_path):
 
 def test_compare_needs_pulses_in_common(lab):
     """Held out by configuration and of another campaign: no pulse is both."""
-    done(lab("train", "spring", "--models", "hann", "--split", "repetitions"))
-    done(lab("train", "autumn", "--models", "hann", "--split", "repetitions"))
+    for name in ("spring", "autumn"):
+        done(lab("train", name, "--models", "hann", "--split", "repetitions"))
     result = lab("compare", "hann@1", "hann@2")
     assert result.exit_code == 2
     assert "no held-out pulse in common" in result.stderr
@@ -279,11 +261,6 @@ def test_unusable_input_is_one_line(lab, words, said):
     assert len(result.stderr.splitlines()) == 1
 
 
-def test_models_of_a_fresh_lab(lab):
-    assert "no models yet; train some" in done(lab("models")).stdout
-    assert json.loads(done(lab("models", "--json")).stdout) == []
-
-
 def test_model_that_cannot_learn_is_told_and_the_others_listed(lab, monkeypatch):
     monkeypatch.setattr("pyroshock.training.models.analytic.Analytic.fit", _refuses)
     result = lab("train", "spring", "--models", "hann,linear", "--split", "repetitions", "--json")
@@ -312,6 +289,8 @@ def test_missing_extra_says_how_to_get_it(lab, monkeypatch, words):
     assert result.stderr.strip().endswith("mlflow is not installed; models need it: pip install 'pyroshock[models]'")
 
 
-def test_names_of_predictors_are_those_of_the_synthetic_table():
-    """The synthetic campaign stands in for a hammer's: the same set, in the same order."""
+def test_models_of_a_fresh_lab(lab):
+    """The synthetic campaign stands in for a hammer's: the same set of predictors, in the same order."""
+    assert "no models yet; train some" in done(lab("models")).stdout
+    assert json.loads(done(lab("models", "--json")).stdout) == []
     assert shipped("hammer").predictors == PREDICTORS

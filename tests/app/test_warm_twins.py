@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.predict.predicting import ShotRequest, predicted_json
-from pyroshock.app.twins import building as twins
 from pyroshock.app.twins import twin_cache as twin_stamps
 from pyroshock.app.twins import twin_cache as warm_twins
 from pyroshock.app.twins.adopted_effects import adopt
@@ -25,20 +24,15 @@ from pyroshock.training.registry.records import DatasetName
 from pyroshock.twin.effects import effect
 from pyroshock.twin.plate.response import PlateResponse
 from support.records import verdicts
-from support.records.twin_parts import unsolved
 from support.stores.stores import opened
 
 FEW = (200.0, 400.0, 800.0)
 
 
 @pytest.fixture
-def quick(tmp_path, monkeypatch):
-    """Plates need no solution, nothing is registered."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
-
-    monkeypatch.setattr(twins, "solved", unsolved)
-    return f"sqlite:///{tmp_path / 'lab.db'}"
+def quick(quick_twins):
+    """The address of a store."""
+    return f"sqlite:///{quick_twins / 'lab.db'}"
 
 
 @pytest.fixture
@@ -62,7 +56,7 @@ class Counted:
 
 @pytest.fixture
 def counted(monkeypatch):
-    monkeypatch.setattr(warm_twins, "warm_up", lambda _: None)
+    monkeypatch.setattr(warm_twins, "warmed", lambda _: None)
     return Counted()
 
 
@@ -79,11 +73,8 @@ def test_twin_is_built_once(store, quick, counted):
 
 def test_threads_that_ask_for_the_same_wait_for_one(store, quick, counted):
     shelf, found = shelf_of(store, quick, counted), []
-    threads = [threading.Thread(target=lambda: found.append(shelf.get(TwinRequest()))) for _ in range(8)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    with ThreadPoolExecutor(8) as pool:
+        pool.map(lambda _: found.append(shelf.get(TwinRequest())), range(8))
     assert (len(found), len({id(each) for each in found}), counted.times) == (8, 1, 1)
 
 
@@ -99,7 +90,7 @@ def test_last_few_are_kept(store, quick, counted):
 
 
 def test_failure_is_not_kept(store, quick, monkeypatch):
-    monkeypatch.setattr(warm_twins, "warm_up", lambda _: None)
+    monkeypatch.setattr(warm_twins, "warmed", lambda _: None)
     answers = [LookupError("no campaign 'winter'"), SimpleNamespace()]
 
     def build(*_):
@@ -114,33 +105,28 @@ def test_failure_is_not_kept(store, quick, monkeypatch):
     assert shelf.get(TwinRequest(campaign="winter")) is not None
 
 
-def test_adopted_effect_makes_a_new_twin(store, quick, counted):
-    shelf = shelf_of(store, quick, counted)
-    shelf.get(TwinRequest())
+def _effect(store, _table):
     adopt(store, verdicts.verdict(campaign="first-shots"), "gun.valve_flow")
-    shelf.get(TwinRequest())
-    assert counted.times == 2
 
 
-def test_new_material_makes_a_new_twin(store, quick, counted):
-    shelf = shelf_of(store, quick, counted)
-    shelf.get(TwinRequest())
+def _material(store, _table):
+    more = {"youngs_modulus_pa": 1.1e11, "poisson_ratio": 0.34, "density_kg_m3": 4430.0, "yield_strength_pa": 8.8e8}
     with store.writing() as session:
-        session.add(
-            Material(name="titanium", youngs_modulus_pa=1.1e11, poisson_ratio=0.34, density_kg_m3=4430.0,
-                     yield_strength_pa=8.8e8, source="sheet")
-        )  # fmt: skip
-    shelf.get(TwinRequest())
-    assert counted.times == 2
+        session.add(Material(name="titanium", source="sheet", **more))
 
 
-def test_changed_modal_table_makes_a_new_twin(store, quick, counted, tmp_path):
-    table = tmp_path / "modes.csv"
-    table.write_text("a")
-    shelf, request = shelf_of(store, quick, counted), TwinRequest(modes=table)
-    shelf.get(request)
+def _table(_store, table):
     table.write_text("b")
     os.utime(table, (1, 1))
+
+
+@pytest.mark.parametrize("change", [_effect, _material, _table])
+def test_new_effect_material_or_modal_table_makes_a_new_twin(store, quick, counted, tmp_path, change):
+    table = tmp_path / "modes.csv"
+    table.write_text("a")
+    shelf, request = shelf_of(store, quick, counted), TwinRequest(modes=table if change is _table else None)
+    shelf.get(request)
+    change(store, table)
     shelf.get(request)
     assert counted.times == 2
 
@@ -181,6 +167,8 @@ def in_use(tmp_path, monkeypatch):
 def test_another_champion_makes_a_new_twin(store, quick, counted, in_use):
     shelf = shelf_of(store, quick, counted)
     shelf.get(TwinRequest())
+    shelf.get(TwinRequest())
+    assert (counted.times, in_use.asked) == (1, 1)
     in_use.changed("a training began")
     shelf.get(TwinRequest())
     assert (counted.times, in_use.asked) == (1, 2)
@@ -188,13 +176,6 @@ def test_another_champion_makes_a_new_twin(store, quick, counted, in_use):
     in_use.changed("and its model is the champion")
     shelf.get(TwinRequest())
     assert (counted.times, in_use.asked) == (2, 3)
-
-
-def test_champion_is_asked_for_once_while_nothing_changes(store, quick, counted, in_use):
-    shelf = shelf_of(store, quick, counted)
-    for _ in range(5):
-        shelf.get(TwinRequest())
-    assert in_use.asked == 1
 
 
 def test_law_does_not_depend_on_the_registry(store, quick, counted, in_use):
@@ -230,17 +211,8 @@ def test_threads_predict_the_same(store, quick):
     twin = TwinCache(store, quick).get(TwinRequest(frequency_hz=FEW))
     shots = [ShotRequest(tank_pressure_pa=pressure) for pressure in np.linspace(1e5, 7e5, 6).tolist()]
     alone: list[dict[str, Any]] = [predicted_json(twin, shot) for shot in shots]
-    together: list[dict[str, Any]] = [{}] * len(shots)
-
-    def ask(i: int) -> None:
-        together[i] = predicted_json(twin, shots[i])
-
-    threads = [threading.Thread(target=ask, args=(i,)) for i in range(len(shots))]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert together == alone
+    with ThreadPoolExecutor(len(shots)) as pool:
+        assert list(pool.map(lambda shot: predicted_json(twin, shot), shots)) == alone
 
 
 def test_shipped_bench_needs_no_store(quick):

@@ -25,10 +25,8 @@ from support.stores.stores import content, counts
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
 ROUNDS = int(os.environ.get("PYROSHOCK_ROUNDS", "1"))
-MODES = """mode,frequency_hz,damping_ratio,shape_impact,shape_impact_2,shape_a
-1,400,0.01,0.3,0.1,0.4
-2,1500,0.01,-0.2,0.3,0.3
-"""
+MODES = "mode,frequency_hz,damping_ratio,shape_impact,shape_impact_2,shape_a\n"
+MODES += "1,400,0.01,0.3,0.1,0.4\n2,1500,0.01,-0.2,0.3,0.3\n"
 #: Told of a diagnosis by when it was made; everything else of the store is compared row by row.
 _DATED = ("diagnoses", "twin_configurations", "dataset_snapshots", "snapshot_pulses")
 SHOT = ("--campaign", "gun", "--draws", "8", "--frequencies", "200:4000:3")
@@ -130,10 +128,7 @@ def _work(lab: Lab, out: Path, rng: np.random.Generator) -> list[list[Command]]:
         [("extract", "cut", "--threshold", "0.02"), ("dataset", "build", "all", "--from", "spring")],
     ]
     more: list[list[Command]] = [
-        ingests(),
-        ingests(),
-        ingests(),
-        ingests(),
+        *(ingests() for _ in range(4)),
         [_trains("spring", "hertz", "hann")],
         [_trains("spring", "hann", "reed"), ("models", "--dataset", "spring")],
         [_trains("autumn", "hann", "hertz"), ("models",)],

@@ -68,20 +68,10 @@ def test_what_was_stored_is_read_on_a_full_disk(disk, campaign):
     assert pyroshock("impacts", "--db", url).exit_code == 0
 
 
-OUTPUTS = {
-    "pulses.csv": "export pulses --out",
-    "pulses.parquet": "export pulses --out",
-    "series.csv": "export series --out",
-    "impacts.json": "impacts --json",
-    "report.html": "report hammer --out",
-    "report.pdf": "report hammer --out",
-    "impact.png": "show 1 --plot",
-    "sheet.html": "plan sheet autumn --out",
-    "sheet.csv": "plan sheet autumn --out",
-    "sheet.xlsx": "plan sheet autumn --out",
-}
-
-
+OUTPUTS = {"series.csv": "export series --out", "impacts.json": "impacts --json", "impact.png": "show 1 --plot"}
+OUTPUTS |= dict.fromkeys(("pulses.csv", "pulses.parquet"), "export pulses --out")
+OUTPUTS |= dict.fromkeys(("report.html", "report.pdf"), "report hammer --out")
+OUTPUTS |= dict.fromkeys(("sheet.html", "sheet.csv", "sheet.xlsx"), "plan sheet autumn --out")
 QUICK = ("series.csv", "impacts.json", "sheet.html")
 
 

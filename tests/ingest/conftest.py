@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from pyroshock.schema.session import Store, Writer, open_store
 from support.records.campaigns import gun_campaign, hammer_campaign
 from support.stores.stores import counts, ingest, ingested
 
@@ -25,9 +26,38 @@ def store_in_use(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
+def store(sqlite_url: str) -> Iterator[Store]:
+    """A new store in a file."""
+    with open_store(sqlite_url, Writer("test", "0"), create=True) as store:
+        yield store
+
+
+@pytest.fixture
+def any_store(tables_url: str) -> Iterator[Store]:
+    """A new store of either kind."""
+    with open_store(tables_url, Writer("test", "0"), create=True) as store:
+        yield store
+
+
+@pytest.fixture
 def used_url(store_in_use: Path, tmp_path: Path) -> str:
     """A store that holds other campaigns already."""
     return f"sqlite:///{shutil.copy(store_in_use, tmp_path / 'used.db')}"
+
+
+@pytest.fixture(scope="session")
+def hammer_in_a_store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of `hammer.db` and of the good hammer campaign in it, to be copied."""
+    folder = tmp_path_factory.mktemp("hammer")
+    ingested(f"sqlite:///{folder / 'hammer.db'}", hammer_campaign(folder / "campaign"))
+    return folder
+
+
+@pytest.fixture
+def stored_hammer(hammer_in_a_store: Path, tmp_path: Path, sqlite_url: str) -> tuple[str, Path]:
+    """A store of the good hammer campaign alone, and its folder: ingested once, then copied."""
+    shutil.copyfile(hammer_in_a_store / "hammer.db", sqlite_url.removeprefix("sqlite:///"))
+    return sqlite_url, shutil.copytree(hammer_in_a_store / "campaign", tmp_path / "campaign")
 
 
 @pytest.fixture

@@ -55,6 +55,9 @@ def test_only_fault_is_one_line(sqlite_url, hammer_folder):
     write_runs(hammer_folder, with_cell(hammer_rows(), "tip_material", "cheese"))
     (line,) = lines_of(sqlite_url, hammer_folder)
     assert line.startswith("pyroshock: runs.csv: row 2, column 'tip_material': 'cheese'; expected")
+    (hammer_folder / "campaign.toml").write_text("[campaign\n", encoding="utf-8")
+    _, *below = lines_of(sqlite_url, hammer_folder)
+    assert "not TOML" in below[0] and "row 2, column 'tip_material': 'cheese'" in below[1]
 
 
 def test_faults_of_one_file_are_headed_by_its_name(sqlite_url, gun_folder):
@@ -72,14 +75,6 @@ def test_table_is_read_in_spite_of_a_kind_that_is_none(sqlite_url, gun_folder):
     assert len(below) == 2
     assert "'guns'" in below[0]
     assert "column 'bullet_mass_kg': 'heavy'" in below[1]
-
-
-def test_table_of_a_folder_without_readable_toml_is_read(sqlite_url, hammer_folder):
-    (hammer_folder / "campaign.toml").write_text("[campaign\n", encoding="utf-8")
-    write_runs(hammer_folder, with_cell(hammer_rows(), "run", "one"))
-    _, *below = lines_of(sqlite_url, hammer_folder)
-    assert "not TOML" in below[0]
-    assert "row 2, column 'run': 'one'" in below[1]
 
 
 def test_first_faults_are_listed_and_the_others_counted(sqlite_url, hammer_folder):
@@ -117,18 +112,14 @@ def test_rows_of_another_length_do_not_hide_the_others(sqlite_url, hammer_folder
     assert "row 3, column 'tip_material'" in below[1]
 
 
-def test_missing_table_is_one_fault(hammer_folder):
-    (hammer_folder / "campaign.toml").write_text("[bench.hammer]\nmass_kg = 1\n", encoding="utf-8")
-    assert faults_of(hammer_folder) == ("campaign.toml: no table [campaign]; expected name, kind and date there",)
-
-
-def test_plate_that_is_half_described_has_a_fault_for_each_key(hammer_folder):
-    with (hammer_folder / "campaign.toml").open("a", encoding="utf-8") as file:
+def test_missing_table_is_one_fault_and_each_key_of_a_plate_has_its_own(hammer_folder):
+    toml = hammer_folder / "campaign.toml"
+    with toml.open("a", encoding="utf-8") as file:
         file.write('[bench.plate]\nmaterial = "steel"\nthickness_m = "thick"\noutline_m = 3\n')
-    assert [fault.split(" is ")[0] for fault in faults_of(hammer_folder)] == [
-        "campaign.toml: bench.plate.thickness_m",
-        "campaign.toml: bench.plate.outline_m",
-    ]
+    told = [fault.split(" is ")[0] for fault in faults_of(hammer_folder)]
+    assert told == [f"campaign.toml: bench.plate.{key}" for key in ("thickness_m", "outline_m")]
+    toml.write_text("[bench.hammer]\nmass_kg = 1\n", encoding="utf-8")
+    assert faults_of(hammer_folder) == ("campaign.toml: no table [campaign]; expected name, kind and date there",)
 
 
 def test_columns_that_resemble_known_ones_are_all_named(hammer_folder):

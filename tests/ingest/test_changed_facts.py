@@ -31,11 +31,7 @@ def refused_again(url, folder):
     ("old", "new", "words"),
     [
         ('unit = "N"', 'unit = "kN"', ("channels.force.unit is 'kN'", "'N' in the store")),
-        (
-            'unit = "N"',
-            'unit = "N"\nsensitivity = 0.01',
-            ("channels.force.sensitivity is 0.01", "not given in the store"),
-        ),
+        ('unit = "N"', 'unit = "N"\nsensitivity = 0.01', ("channels.force.sensitivity is 0.01", "not given in the")),
         ("range = 10000.0", "range = 5000.0", ("channels.force.range is 5000.0", "10000.0 in the store")),
         ("range = 10000.0\n", "", ("channels.force.range is not given", "10000.0 in the store")),
         ('position = "tip"', 'position = "plate"', ("channels.force.position is 'plate'", "'tip' in the store")),
@@ -45,12 +41,15 @@ def refused_again(url, folder):
             'quantity = "acceleration"\nunit = "m/s2"',
             ("channels.force.quantity is 'acceleration'", "'force' in the store"),
         ),
+        ("mass_kg = 0.32", "mass_kg = 0.4", ("bench.hammer.mass_kg is 0.4", "0.32 in the store")),
+        ("[bench.hammer]\nmass_kg = 0.32\n", "", ("bench.hammer.mass_kg is not given", "0.32 in the store")),
+        ("2026-03-02", "2026-03-09", ("campaign.date is 2026-03-09", "2026-03-02 in the store")),
     ],
 )
-def test_changed_channel_is_refused(sqlite_url, hammer_folder, old, new, words):
-    ingested(sqlite_url, hammer_folder)
-    replace_in(hammer_folder / "campaign.toml", old, new)
-    told = refused_again(sqlite_url, hammer_folder)
+def test_changed_channel_or_bench_is_refused_with_both_values(stored_hammer, old, new, words):
+    url, folder = stored_hammer
+    replace_in(folder / "campaign.toml", old, new)
+    told = refused_again(url, folder)
     for word in (*words, "another name"):
         assert word in told
 
@@ -66,13 +65,21 @@ def test_recordings_added_later_do_not_take_another_unit(sqlite_url, tmp_path):
         assert set(session.scalars(select(RecordedChannel.unit))) == {"N"}
 
 
-def test_all_changes_are_told_at_once(sqlite_url, hammer_folder):
-    ingested(sqlite_url, hammer_folder)
-    replace_in(hammer_folder / "campaign.toml", 'unit = "N"', 'unit = "kN"')
-    replace_in(hammer_folder / "campaign.toml", "range = 10000.0", "range = 5.0")
-    told = refused_again(sqlite_url, hammer_folder)
+def test_all_changes_are_told_at_once(stored_hammer):
+    url, folder = stored_hammer
+    replace_in(folder / "campaign.toml", 'unit = "N"', 'unit = "kN"')
+    replace_in(folder / "campaign.toml", "range = 10000.0", "range = 5.0")
+    told = refused_again(url, folder)
     assert "channels.force.unit" in told
     assert "channels.force.range" in told
+
+
+def test_second_force_channel_is_refused(stored_hammer):
+    """Several force channels are summed: the same column would hold one cell's force and an array's."""
+    url, folder = stored_hammer
+    with (folder / "campaign.toml").open("a", encoding="utf-8") as file:
+        file.write('[channels.force_2]\nquantity = "force"\nunit = "N"\n')
+    assert "force channels are force, force_2 in campaign.toml, force in the store" in refused_again(url, folder)
 
 
 def test_the_same_meaning_in_other_words_is_no_change(sqlite_url, hammer_folder):
@@ -85,47 +92,19 @@ def test_the_same_meaning_in_other_words_is_no_change(sqlite_url, hammer_folder)
     assert "nothing new" in ingested(sqlite_url, hammer_folder).stderr
 
 
-def test_second_force_channel_is_refused(sqlite_url, hammer_folder):
-    """Several force channels are summed: the same column would hold one cell's force and an array's."""
-    ingested(sqlite_url, hammer_folder)
-    with (hammer_folder / "campaign.toml").open("a", encoding="utf-8") as file:
-        file.write('[channels.force_2]\nquantity = "force"\nunit = "N"\n')
-    told = refused_again(sqlite_url, hammer_folder)
-    assert "force channels are force, force_2 in campaign.toml, force in the store" in told
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ("mass_kg = 0.32", "mass_kg = 0.4", ("bench.hammer.mass_kg is 0.4", "0.32 in the store")),
-        ("[bench.hammer]\nmass_kg = 0.32\n", "", ("bench.hammer.mass_kg is not given", "0.32 in the store")),
-        ("2026-03-02", "2026-03-09", ("campaign.date is 2026-03-09", "2026-03-02 in the store")),
-    ],
-)
-def test_changed_bench_is_told_with_both_values(sqlite_url, hammer_folder, old, new, words):
-    ingested(sqlite_url, hammer_folder)
-    replace_in(hammer_folder / "campaign.toml", old, new)
-    told = refused_again(sqlite_url, hammer_folder)
-    for word in (*words, "another name"):
-        assert word in told
-
-
-def test_changed_gun_is_told_with_both_values(sqlite_url, gun_folder):
-    ingested(sqlite_url, gun_folder)
-    replace_in(gun_folder / "campaign.toml", "travel_m = 0.9", "travel_m = 0.85")
-    told = refused_again(sqlite_url, gun_folder)
-    assert "bench.gun.travel_m is 0.85" in told
-    assert "0.9 in the store" in told
-
-
-def test_changed_plate_is_told_with_both_values(sqlite_url, hammer_folder):
+def test_changed_gun_and_plate_are_told_with_both_values(sqlite_url, hammer_folder, tmp_path):
+    gun = gun_campaign(tmp_path / "gun")
     with (hammer_folder / "campaign.toml").open("a", encoding="utf-8") as file:
         file.write('[bench.plate]\nmaterial = "steel"\nthickness_m = 0.01\n')
-    ingested(sqlite_url, hammer_folder)
-    replace_in(hammer_folder / "campaign.toml", "thickness_m = 0.01", "thickness_m = 0.012")
-    told = refused_again(sqlite_url, hammer_folder)
-    assert "bench.plate.thickness_m is 0.012" in told
-    assert "0.01 in the store" in told
+    ingested(sqlite_url, hammer_folder, gun)
+    for folder, key, old, new in (
+        (gun, "bench.gun.travel_m", "0.9", "0.85"),
+        (hammer_folder, "bench.plate.thickness_m", "0.01", "0.012"),
+    ):
+        name = key.rpartition(".")[2]
+        replace_in(folder / "campaign.toml", f"{name} = {old}", f"{name} = {new}")
+        told = refused_again(sqlite_url, folder)
+        assert f"{key} is {new}" in told and f"{old} in the store" in told
 
 
 def test_changed_modal_table_is_told_with_both_values(sqlite_url, tmp_path):
@@ -152,10 +131,10 @@ def test_changed_modal_table_is_told_with_both_values(sqlite_url, tmp_path):
         ("tip_material", "", ("tip_material is not given", "aluminum in the store")),
     ],
 )
-def test_changed_row_is_told_with_both_values(sqlite_url, hammer_folder, column, value, words):
-    ingested(sqlite_url, hammer_folder)
-    write_runs(hammer_folder, with_cell(hammer_rows(), column, value))
-    told = refused_again(sqlite_url, hammer_folder)
+def test_changed_row_is_told_with_both_values(stored_hammer, column, value, words):
+    url, folder = stored_hammer
+    write_runs(folder, with_cell(hammer_rows(), column, value))
+    told = refused_again(url, folder)
     for word in words:
         assert word in told
 

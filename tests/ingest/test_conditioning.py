@@ -56,13 +56,19 @@ def made_record(*, noise: float = 0.0, damping: float = 0.02, rigid: float = 1.0
     return Record(force, output, np.array(starts), b.ravel(), a)
 
 
+def response_of(record: Record, **how: object):
+    """The transfer function by the hits of the record."""
+    how = {"starts": record.starts, "segment": SEGMENT} | how
+    return estimate_transfer_function(record.output, record.force, RATE_HZ, **how)
+
+
 @pytest.fixture(scope="module")
 def clean() -> Record:
     return made_record()
 
 
 def test_h1_is_the_systems_response(clean: Record) -> None:
-    tf = estimate_transfer_function(clean.output, clean.force, RATE_HZ, starts=clean.starts, segment=SEGMENT)
+    tf = response_of(clean)
     truth = freqz(clean.numerator, clean.denominator, tf.frequency_hz, fs=RATE_HZ)[1]
     assert np.abs(tf.response / truth - 1)[tf.frequency_hz < 20_000].max() < 1e-6
     assert tf.coherence[tf.frequency_hz < 20_000].min() > 1 - 1e-6
@@ -70,7 +76,7 @@ def test_h1_is_the_systems_response(clean: Record) -> None:
 
 def test_h1_under_noise_is_within_three_percent_where_there_is_energy() -> None:
     record = made_record(noise=1e-3)
-    tf = estimate_transfer_function(record.output, record.force, RATE_HZ, starts=record.starts, segment=SEGMENT)
+    tf = response_of(record)
     truth = freqz(record.numerator, record.denominator, tf.frequency_hz, fs=RATE_HZ)[1]
     energy = tf.frequency_hz < 2000
     assert np.abs(tf.response / truth - 1)[energy].max() < 0.03
@@ -87,9 +93,7 @@ def test_welch_finds_a_steadily_driven_system(clean: Record) -> None:
 
 def test_exponential_window_adds_its_own_damping(clean: Record) -> None:
     """Response at frequency f and decay a is the system's at the complex frequency f + a / 2 pi i."""
-    tf = estimate_transfer_function(
-        clean.output, clean.force, RATE_HZ, starts=clean.starts, segment=1000, end_weight=0.01
-    )
+    tf = response_of(clean, segment=1000, end_weight=0.01)
     assert tf.decay_1_s == pytest.approx(-math.log(0.01) * RATE_HZ / 1000)
     z = np.exp((2j * np.pi * tf.frequency_hz + tf.decay_1_s) / RATE_HZ)
     truth = np.polyval(clean.numerator, z) / np.polyval(clean.denominator, z)
@@ -97,7 +101,7 @@ def test_exponential_window_adds_its_own_damping(clean: Record) -> None:
 
 
 def test_coherence_of_one_hit_is_one(clean: Record) -> None:
-    tf = estimate_transfer_function(clean.output, clean.force, RATE_HZ, starts=clean.starts[:1], segment=SEGMENT)
+    tf = response_of(clean, starts=clean.starts[:1])
     assert tf.coherence[:-1] == pytest.approx(np.ones(SEGMENT // 2))  # the made system has no response at the last bin
 
 
@@ -105,8 +109,7 @@ def test_coherence_of_one_hit_is_one(clean: Record) -> None:
 @pytest.mark.parametrize(("noise", "bound"), [(0.0, 0.01), (1e-3, 0.03)])
 def test_deconvolution_returns_the_hits(noise: float, bound: float, end_weight: float) -> None:
     record = made_record(noise=noise)
-    how = {"starts": record.starts[:-1], "segment": SEGMENT, "end_weight": end_weight}
-    tf = estimate_transfer_function(record.output, record.force, RATE_HZ, **how)
+    tf = response_of(record, starts=record.starts[:-1], end_weight=end_weight)
     found = deconvolve(hit_windows(record.output, record.starts, SEGMENT), tf, RATE_HZ)
     truth = hit_windows(record.force, record.starts, SEGMENT)
     # Under an exponential window noise is weighted up towards the end: the contact is what counts.
@@ -114,20 +117,15 @@ def test_deconvolution_returns_the_hits(noise: float, bound: float, end_weight: 
     assert np.abs(found - truth)[:, compared].max() < bound * truth.max()
 
 
-def test_raw_output_is_far_from_the_hits(clean: Record) -> None:
-    """What the bounds above are worth: the resonance is 28 % of the peak before it is removed."""
-    assert np.abs(clean.output - clean.force).max() > 0.28 * clean.force.max()
-
-
 def test_whole_record_and_windows_agree(clean: Record) -> None:
-    tf = estimate_transfer_function(clean.output, clean.force, RATE_HZ, starts=clean.starts, segment=SEGMENT)
+    tf = response_of(clean)
     whole = hit_windows(deconvolve(clean.output, tf, RATE_HZ), clean.starts, SEGMENT)
     windows = deconvolve(hit_windows(clean.output, clean.starts, SEGMENT), tf, RATE_HZ)
     assert np.abs(whole - windows)[:, 20:-20].max() < 0.01 * clean.force.max()
 
 
 def test_records_end_does_not_wrap_to_its_beginning(clean: Record) -> None:
-    tf = estimate_transfer_function(clean.output, clean.force, RATE_HZ, starts=clean.starts, segment=SEGMENT)
+    tf = response_of(clean)
     stop = int(clean.starts[-1]) + 60  # cut while the last hit still rings
     found = deconvolve(clean.output[int(clean.starts[-1]) - 2000 : stop], tf, RATE_HZ)
     assert np.abs(found[:1000]).max() < 0.01 * clean.force.max()
@@ -137,7 +135,7 @@ def test_records_end_does_not_wrap_to_its_beginning(clean: Record) -> None:
 @given(st.floats(-8, -1), st.integers(0, 2**32 - 1))
 def test_regularisation_bounds_the_noise(power: float, seed: int) -> None:
     record = made_record()
-    tf = estimate_transfer_function(record.output, record.force, RATE_HZ, starts=record.starts, segment=SEGMENT)
+    tf = response_of(record)
     noise = np.random.default_rng(seed).standard_normal(SEGMENT)
     found = deconvolve(noise, tf, RATE_HZ, 10**power)
     bound = 1 / (2 * math.sqrt(10**power) * tf.largest_gain)
@@ -146,7 +144,7 @@ def test_regularisation_bounds_the_noise(power: float, seed: int) -> None:
 
 def test_normalised_response_leaves_a_rigid_body_alone(clean: Record) -> None:
     record = made_record(rigid=-1 / 0.32)
-    tf = estimate_transfer_function(record.output, record.force, RATE_HZ, starts=record.starts, segment=SEGMENT)
+    tf = response_of(record)
     plain = rigid_body_normalised(tf, (20, 500))
     assert plain.unit == "1"
     assert plain.response[1:30] == pytest.approx(np.ones(29), abs=0.01)
@@ -158,16 +156,10 @@ def test_normalised_response_leaves_a_rigid_body_alone(clean: Record) -> None:
 
 def test_force_from_acceleration_is_the_force() -> None:
     record = made_record(rigid=-1 / 5.0)
-    tf = estimate_transfer_function(record.output, record.force, RATE_HZ, starts=record.starts, segment=SEGMENT)
+    tf = response_of(record)
     normalised = rigid_body_normalised(tf, (20, 500))
     found = force_from_acceleration(hit_windows(record.output, record.starts, SEGMENT), normalised, 5.0, RATE_HZ)
     assert np.abs(found - hit_windows(record.force, record.starts, SEGMENT)).max() < 0.01 * record.force.max()
-
-
-def test_force_from_acceleration_refuses_a_force_response(clean: Record) -> None:
-    tf = estimate_transfer_function(clean.output, clean.force, RATE_HZ, starts=clean.starts, segment=SEGMENT)
-    with pytest.raises(TransferFunctionError, match="expected a normalised one"):
-        force_from_acceleration(clean.output, tf, 5.0, RATE_HZ)
 
 
 def test_each_hit_is_cleaned_by_the_others() -> None:
@@ -181,6 +173,8 @@ def test_each_hit_is_cleaned_by_the_others() -> None:
 
 
 def test_cleaned_hits_have_lost_the_resonance(clean: Record) -> None:
+    """What the bounds are worth: the resonance is 28 % of the peak before it is removed."""
+    assert np.abs(clean.output - clean.force).max() > 0.28 * clean.force.max()
     cleaned = clean_acceleration(clean.output, clean.force, RATE_HZ, clean.starts, segment=SEGMENT, band_hz=(20, 500))
     truth = hit_windows(clean.force, clean.starts, SEGMENT)
     assert np.abs(cleaned - truth).max() < 0.015 * truth.max()
@@ -196,36 +190,27 @@ def test_cleaned_hits_have_lost_the_resonance(clean: Record) -> None:
     ],
 )
 def test_impossible_estimate_is_refused(clean: Record, change: dict[str, object], message: str) -> None:
-    how = {"starts": clean.starts, "segment": SEGMENT} | change
     with pytest.raises(TransferFunctionError, match=message):
-        estimate_transfer_function(clean.output, clean.force, RATE_HZ, **how)
+        response_of(clean, **change)
 
 
 def test_silence_excites_nothing(clean: Record) -> None:
     with pytest.raises(TransferFunctionError, match="nothing was excited"):
-        estimate_transfer_function(clean.output, np.zeros_like(clean.force), RATE_HZ, starts=clean.starts)
+        response_of(replace(clean, force=np.zeros_like(clean.force)))
 
 
-def test_other_sampling_rate_is_refused(clean: Record) -> None:
-    tf = estimate_transfer_function(clean.output, clean.force, RATE_HZ, starts=clean.starts, segment=SEGMENT)
+def test_what_a_response_does_not_fit_is_refused(clean: Record) -> None:
+    tf = response_of(clean)
     with pytest.raises(TransferFunctionError, match="51200 Hz, signal at 50000"):
         deconvolve(clean.output, tf, 50_000.0)
-
-
-def test_no_rigid_body_is_refused(clean: Record) -> None:
-    tf = estimate_transfer_function(clean.output, clean.force, RATE_HZ, starts=clean.starts, segment=SEGMENT)
     with pytest.raises(TransferFunctionError, match="no rigid body"):
         rigid_body_normalised(replace(tf, response=1j * tf.response), (20, 500))
     with pytest.raises(TransferFunctionError, match="no coherent bin"):
         rigid_body_normalised(tf, (1.0, 2.0))
-
-
-def test_long_record_under_an_exponential_window_is_refused(clean: Record) -> None:
-    tf = estimate_transfer_function(
-        clean.output, clean.force, RATE_HZ, starts=clean.starts, segment=1000, end_weight=0.1
-    )
+    with pytest.raises(TransferFunctionError, match="expected a normalised one"):
+        force_from_acceleration(clean.output, tf, 5.0, RATE_HZ)
     with pytest.raises(TransferFunctionError, match="one window per hit"):
-        deconvolve(clean.output, tf, RATE_HZ)
+        deconvolve(clean.output, response_of(clean, segment=1000, end_weight=0.1), RATE_HZ)
 
 
 # --- delay -----------------------------------------------------------------------------------------------------------
@@ -283,14 +268,8 @@ def test_force_of_measured_hits_from_the_acceleration_of_others(real_data: Path)
         hits = np.concatenate([record[k] for k in record if k.startswith(position)]).astype(np.float64)
         for hit, (force, _, _, a1z) in enumerate(hits):
             others = np.delete(hits, hit, axis=0)
-            tf = estimate_transfer_function(
-                others[:, 3].ravel(),
-                others[:, 0].ravel(),
-                20_000.0,
-                starts=np.arange(len(others)) * 5000 + 180,
-                segment=4800,
-                end_weight=0.01,
-            )
+            how = {"starts": np.arange(len(others)) * 5000 + 180, "segment": 4800, "end_weight": 0.01}
+            tf = estimate_transfer_function(others[:, 3].ravel(), others[:, 0].ravel(), 20_000.0, **how)
             found = deconvolve(a1z[180:4980], tf, 20_000.0)[:80]
             likeness.append(np.corrcoef(found, force[180:260])[0, 1])
             peaks.append(found.max() / force.max() - 1)
@@ -303,7 +282,7 @@ def test_force_of_measured_hits_from_the_acceleration_of_others(real_data: Path)
 
 @pytest.mark.bench
 def test_ten_seconds_of_record_take_less_than_60_ms(clean: Record) -> None:
-    tf = estimate_transfer_function(clean.output, clean.force, RATE_HZ, starts=clean.starts, segment=SEGMENT)
+    tf = response_of(clean)
     record = np.resize(clean.output, 512_000)
 
     def best_of_ten(signal: np.ndarray) -> float:

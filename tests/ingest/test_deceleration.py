@@ -129,12 +129,9 @@ def test_what_precedes_the_onset_is_not_used() -> None:
 @pytest.mark.parametrize(
     ("noise", "foot", "begun"),
     [
-        (0.0, 0.0049, False),
-        (0.0, 0.0051, True),
-        (0.01, 0.039, False),
-        (0.01, 0.041, True),
-        (0.001, 0.0049, False),
-        (0.001, 0.0051, True),
+        (n, share, begun)
+        for n, low, high in ((0.0, 0.0049, 0.0051), (0.01, 0.039, 0.041), (0.001, 0.0049, 0.0051))
+        for share, begun in ((low, False), (high, True))
     ],
 )
 def test_contact_begins_above_a_share_of_its_peak_or_four_deviations(noise: float, foot: float, begun: bool) -> None:
@@ -197,12 +194,8 @@ def test_top_outside_the_samples_is_not_believed(beside: float) -> None:
     peak = 1 if beside < 0 else PEAK
     result = impact_velocity(record, RATE_HZ, 0 if beside < 0 else PEAK - 30, peak, noise_m_s2=0.1)
     assert result.end_of_compression_sample == peak
-    onset = result.onset_sample
-    assert result.velocity_u_m_s == pytest.approx(_as_at_the_peak(record, peak, 0.1, onset), rel=1e-6)
-
-
-def _as_at_the_peak(record: np.ndarray, peak: int, noise: float, onset: float) -> float:
-    return uncertainty(record, peak, noise, onset, peak)
+    at_the_peak = uncertainty(record, peak, 0.1, result.onset_sample, peak)
+    assert result.velocity_u_m_s == pytest.approx(at_the_peak, rel=1e-6)
 
 
 @pytest.mark.parametrize("height", [1.0, HEIGHT])
@@ -282,9 +275,8 @@ def test_noise_is_that_of_the_two_hundred_samples_that_end_four_before_the_conta
 def test_sixteen_quiet_samples_are_enough() -> None:
     values = with_quiet(np.resize([1.0, -1.0, 4.0, -4.0], 16), 20)
     peak = int(values.argmax())
-    assert impact_velocity(values, RATE_HZ, 20, peak) == impact_velocity(
-        values, RATE_HZ, 20, peak, noise_m_s2=1.4826 * 2.5
-    )
+    given = impact_velocity(values, RATE_HZ, 20, peak, noise_m_s2=1.4826 * 2.5)
+    assert impact_velocity(values, RATE_HZ, 20, peak) == given
 
 
 @pytest.mark.parametrize(("first", "quiet"), [(0, 0), (2, 0), (4, 0), (5, 1), (19, 15)])

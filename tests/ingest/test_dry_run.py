@@ -47,11 +47,10 @@ def test_dry_run_beside_a_stored_part_tells_what_is_new(tables_url, tmp_path):
     assert content(tables_url) == before
 
 
-def test_dry_run_refuses_what_an_ingest_refuses(tables_url, tmp_path):
-    folder = hammer_campaign(tmp_path / "campaign")
-    ingested(tables_url, folder)
+def test_dry_run_refuses_what_an_ingest_refuses(stored_hammer):
+    url, folder = stored_hammer
     replace_in(folder / "campaign.toml", "mass_kg = 0.32", "mass_kg = 0.5")
-    message, _ = tried(tables_url, folder, code=2)
+    message, _ = tried(url, folder, code=2)
     assert "mass_kg" in message
     assert len(message.splitlines()) == 1
 

@@ -90,10 +90,7 @@ def test_depth_is_the_median_of_the_passage() -> None:
         # A spike between the quarters, long before the edge goes on, and a half that is met by a sample.
         ([0.2, 0.3, 0.3, 0.3, 0.8, 0.3, 0.3, 0.3, 0.5, 0.7, 0.8], [3.4, 4.6, 8]),
         # A spike at the last sample below a quarter, a dip at the first above three quarters.
-        (
-            [0.1, 0.15, 0.9, 0.2, 0.3, 0.4, 0.6, 0.7, 0.8, 0.1, 0.9, 0.9],
-            [1 + 7 / 15, 2 + 4 / 7, 5.5, 8 + 3 / 7, 9.5],
-        ),
+        ([0.1, 0.15, 0.9, 0.2, 0.3, 0.4, 0.6, 0.7, 0.8, 0.1, 0.9, 0.9], [22 / 15, 18 / 7, 5.5, 59 / 7, 9.5]),
     ],
 )
 def test_edge_is_the_mean_of_its_crossings_between_the_quarters(edge: list[float], crossings: list[float]) -> None:
@@ -145,10 +142,22 @@ def test_within_eight_deviations_is_refused_with_its_numbers(margin: float, sign
         muzzle_velocity(signal, RATE_HZ, LENGTH_M)
 
 
-@pytest.mark.parametrize("samples", [0, 1, 500])
-def test_nothing_but_rest_is_no_passage(samples: int) -> None:
-    with pytest.raises(NoPassageError, match="departs from rest by 0 at most, and its noise is 0;"):
-        muzzle_velocity(np.zeros(samples), RATE_HZ, LENGTH_M)
+@pytest.mark.parametrize(
+    ("signal", "message"),
+    [
+        *((np.zeros(n), r"departs from rest by 0 at most, and its noise is 0;") for n in (0, 1, 500)),
+        (blocked((60, 64), (90, 93), (120, 124)), "^no passage: only short spikes$"),
+        (
+            blocked((60, 64), (90, 93), (120, 124), (150, 200)),
+            "^no whole passage: the beam is blocked at sample 150 and not freed by the record's end, sample 199$",
+        ),
+        (blocked((0, 12)), "never free on one side"),
+    ],
+    ids=["nothing", "one sample", "rest", "spikes", "not freed", "begun before"],
+)
+def test_record_without_a_whole_passage_is_refused(signal: np.ndarray, message: str) -> None:
+    with pytest.raises(NoPassageError, match=message):
+        muzzle_velocity(signal, RATE_HZ, LENGTH_M)
 
 
 @pytest.mark.parametrize(("share", "first"), [(0.2, 120), (0.3, 120), (1 / 3, 120), (0.36, 50), (0.6, 50)])
@@ -160,33 +169,11 @@ def test_passage_is_deeper_than_a_third_of_the_deepest(share: float, first: int)
     assert result.leave_sample == pytest.approx(first + 39.5)
 
 
-@pytest.mark.parametrize("short", [1, 2, 3, 4])
-def test_fewer_than_five_samples_are_a_spike(short: int) -> None:
-    signal = blocked((60, 60 + short), (120, 160))
-    assert muzzle_velocity(signal, RATE_HZ, LENGTH_M).enter_sample == 119.5
-
-
-@pytest.mark.parametrize("samples", [5, 6, 7])
-def test_five_samples_are_a_passage(samples: int) -> None:
+@pytest.mark.parametrize("samples", range(1, 8))
+def test_fewer_than_five_samples_are_a_spike_and_five_a_passage(samples: int) -> None:
     result = muzzle_velocity(blocked((60, 60 + samples), (120, 160)), RATE_HZ, LENGTH_M)
-    assert (result.enter_sample, result.leave_sample) == (59.5, 59.5 + samples)
-
-
-def test_short_spikes_alone_are_named() -> None:
-    with pytest.raises(NoPassageError, match=r"^no passage: only short spikes$"):
-        muzzle_velocity(blocked((60, 64), (90, 93), (120, 124)), RATE_HZ, LENGTH_M)
-
-
-def test_beam_that_is_not_freed_is_named_with_its_samples() -> None:
-    signal = blocked((60, 64), (90, 93), (120, 124), (150, 200))
-    message = "no whole passage: the beam is blocked at sample 150 and not freed by the record's end, sample 199"
-    with pytest.raises(NoPassageError, match=f"^{message}$"):
-        muzzle_velocity(signal, RATE_HZ, LENGTH_M)
-
-
-def test_passage_that_began_before_the_record_is_refused() -> None:
-    with pytest.raises(NoPassageError, match="never free on one side"):
-        muzzle_velocity(blocked((0, 12)), RATE_HZ, LENGTH_M)
+    edges = (59.5, 59.5 + samples) if samples >= 5 else (119.5, 159.5)
+    assert (result.enter_sample, result.leave_sample) == edges
 
 
 def test_passage_between_the_records_outermost_samples_is_whole() -> None:

@@ -7,52 +7,22 @@ import pytest
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.impacts import Impact, Pulse, Shot
 from pyroshock.schema.recordings import QualityFinding
-from pyroshock.schema.session import Writer, open_store
 from sqlalchemy import select
 
 RATE = 51200.0
 MASS = 0.32
 
-HAMMER = """
-[campaign]
-name = "hammer"
-kind = "hammer"
-date = "2026-01-01"
-[bench.hammer]
-mass_kg = 0.32
-[channels.force]
-quantity = "force"
-unit = "N"
-[channels.head]
-quantity = "acceleration"
-unit = "g"
-position = "hammer"
-"""
-
-GUN = """
-[campaign]
-name = "gun"
-kind = "gun"
-date = "2026-01-01"
-[channels.laser]
-quantity = "voltage"
-unit = "V"
-position = "muzzle"
-[channels.tank]
-quantity = "pressure"
-unit = "bar"
-sensitivity = 0.5621
-offset_v = 0.3624
-[channels.cell]
-quantity = "force"
-unit = "kN"
-"""
-
-
-@pytest.fixture
-def store(sqlite_url):
-    with open_store(sqlite_url, Writer("test", "0"), create=True) as store:
-        yield store
+HAMMER = (
+    '[campaign]\nname = "hammer"\nkind = "hammer"\ndate = "2026-01-01"\n[bench.hammer]\nmass_kg = 0.32\n'
+    '[channels.force]\nquantity = "force"\nunit = "N"\n'
+    '[channels.head]\nquantity = "acceleration"\nunit = "g"\nposition = "hammer"\n'
+)
+GUN = (
+    '[campaign]\nname = "gun"\nkind = "gun"\ndate = "2026-01-01"\n'
+    '[channels.laser]\nquantity = "voltage"\nunit = "V"\nposition = "muzzle"\n'
+    '[channels.tank]\nquantity = "pressure"\nunit = "bar"\nsensitivity = 0.5621\noffset_v = 0.3624\n'
+    '[channels.cell]\nquantity = "force"\nunit = "kN"\n'
+)
 
 
 def campaign(folder, toml, runs, **recordings):
@@ -157,20 +127,13 @@ def test_shot_is_measured_by_laser_and_transducer(store, tmp_path):
         assert pulse.impulse_n_s == pytest.approx(3000 * 2 / np.pi * 2e-3, rel=0.01)
 
 
-def test_laser_without_bullet_length_says_what_is_missing(store, tmp_path):
-    ingest_folder(store, campaign(tmp_path / "c", GUN, RUNS.format(""), a=gun_record()))
-    with store.reading() as session:
-        assert session.scalars(select(Shot.measured_velocity_m_s)).one() is None
-        message = session.scalars(
-            select(QualityFinding.message).where(QualityFinding.check == "no-bullet-length")
-        ).one()
-    assert "bullet_length_mm" in message
-
-
-def test_load_cell_array_is_summed(store, tmp_path):
+def test_load_cell_array_is_summed_and_a_missing_bullet_length_told(store, tmp_path):
     toml = GUN + '[channels.cell_2]\nquantity = "force"\nunit = "N"\n'
     record = gun_record()
     record["cell_2"] = record["cell"] * 1e3
-    ingest_folder(store, campaign(tmp_path / "c", toml, RUNS.format(85), a=record))
+    ingest_folder(store, campaign(tmp_path / "c", toml, RUNS.format(""), a=record))
     with store.reading() as session:
         assert session.scalars(select(Pulse.peak_force_n)).one() == pytest.approx(6000, rel=0.01)
+        assert session.scalars(select(Shot.measured_velocity_m_s)).one() is None
+        query = select(QualityFinding.message).where(QualityFinding.check == "no-bullet-length")
+        assert "bullet_length_mm" in session.scalars(query).one()

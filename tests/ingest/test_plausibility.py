@@ -47,7 +47,7 @@ def campaign(path, **cells):
         (1.5, None),
         (2.0, None),
         (4.0, "warning"),
-        (8.0, "reject"),
+        (8, "reject"),
     ],
 )
 def test_impulse_is_held_against_mass_and_velocity(sqlite_url, tmp_path, ratio, severity):

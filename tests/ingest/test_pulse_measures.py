@@ -45,22 +45,16 @@ def test_half_sine_between_its_samples():
     assert pulse.compression_impulse_n_s == pytest.approx(pulse.impulse_n_s / 2, rel=1e-9)
 
 
-def test_width_of_a_record_that_begins_or_ends_inside_counts_from_its_end():
+def test_width_counts_from_the_end_of_a_record_to_where_a_flat_top_falls_and_without_shoulders():
     (late,) = extract_pulses(record(TRIANGLE[4:], before=0), RATE, EXACT)
     assert (late.width_half_s, late.width_tenth_s) == (pytest.approx(5e-3), pytest.approx(9e-3))
     assert (late.compression_time_s, late.compression_impulse_n_s) == (0.0, 0.0)
     (early,) = extract_pulses(record(TRIANGLE[:7], after=0), RATE, EXACT)
     assert (early.width_half_s, early.width_tenth_s) == (pytest.approx(4e-3), pytest.approx(5.6e-3))
-
-
-def test_width_of_a_flat_top_goes_to_where_it_falls():
-    (pulse,) = extract_pulses(record(np.full(6, 80.0)), RATE, EXACT)
-    assert pulse.width_half_s == pytest.approx(6e-3)
-
-
-def test_shoulders_at_half_the_peak_are_outside_of_its_width():
-    (pulse,) = extract_pulses(record(np.array([0.0, 50, 50, 100, 50, 50, 0])), RATE, EXACT)
-    assert pulse.width_half_s == pytest.approx(2e-3)
+    (flat,) = extract_pulses(record(np.full(6, 80.0)), RATE, EXACT)  # to where it falls
+    assert flat.width_half_s == pytest.approx(6e-3)
+    (shoulders,) = extract_pulses(record(np.array([0.0, 50, 50, 100, 50, 50, 0])), RATE, EXACT)  # are outside
+    assert shoulders.width_half_s == pytest.approx(2e-3)
 
 
 def test_sample_at_the_threshold_is_not_in_contact():

@@ -8,7 +8,7 @@ from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.reextraction import preview_impacts, reextract, reextract_recording
 from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.parallel.executor import ExecutorConfig
-from pyroshock.schema.impacts import Impact, Pulse
+from pyroshock.schema.impacts import Pulse
 from pyroshock.schema.recordings import RecordedChannel, Recording, SeriesChunk
 from pyroshock.schema.series import as_floats
 from pyroshock.schema.session import Writer, count_rows, open_store
@@ -45,11 +45,16 @@ def in_use(store):
         return {row.impact_id: (row.id, row.settings.settings["threshold"]) for row in rows}
 
 
-def test_preview_changes_no_row(store):
+def test_preview_changes_no_row_and_stored_settings_preview_the_stored_pulse(store):
+    """An untouched setting shows what is there: the preview is the extraction itself, not a likeness."""
     before, used = count_rows(store), in_use(store)
     found = preview_impacts(store, recordings(store)[0], OTHER)
     assert (len(found.pulses), found.mismatch) == (2, None)
     assert (count_rows(store), in_use(store)) == (before, used)
+    found = preview_impacts(store, recordings(store)[0], ExtractionSettings())
+    with store.reading() as session:
+        row = session.scalars(select(Pulse).where(Pulse.impact_id == found.impacts[0])).one()
+        np.testing.assert_array_equal(as_floats(row.fine_force_n, "pulse"), found.pulses[0].fine_force_n)
 
 
 def test_what_is_stored_is_what_was_previewed(store):
@@ -66,28 +71,11 @@ def test_what_is_stored_is_what_was_previewed(store):
             assert found.pulse_of(impact) is pulse
 
 
-def test_stored_settings_preview_the_stored_pulse(store):
-    """An untouched setting shows what is there: the preview is the extraction itself, not a likeness."""
-    found = preview_impacts(store, recordings(store)[0], ExtractionSettings())
-    impact, pulse = found.impacts[0], found.pulses[0]
-    with store.reading() as session:
-        row = session.scalars(select(Pulse).where(Pulse.impact_id == impact)).one()
-        np.testing.assert_array_equal(as_floats(row.fine_force_n, "pulse"), pulse.fine_force_n)
-
-
-def test_other_recordings_are_left_alone(store):
-    first, second = recordings(store)
-    reextract_recording(store, first, OTHER)
-    with store.reading() as session:
-        query = select(Pulse).join(Impact).where(Impact.recording_id == second)
-        assert {row.settings.settings["threshold"] for row in session.scalars(query)} == {0.005}
-
-
 def test_same_settings_again_put_the_old_version_back_in_use(store):
     recording, before = recordings(store)[0], in_use(store)
     reextract_recording(store, recording, OTHER)
     rows = count_rows(store)
-    assert {threshold for _, threshold in in_use(store).values()} == {0.005, 0.05}
+    assert {threshold for _, threshold in in_use(store).values()} == {0.005, 0.05}  # another recording's are left alone
     report = reextract_recording(store, recording, ExtractionSettings())
     assert (report.added, report.reused) == (0, 2)
     assert (in_use(store), count_rows(store)) == (before, rows)
@@ -123,30 +111,19 @@ def test_one_pulse_is_in_use_per_impact(store):
         assert session.scalar(select(func.count()).select_from(Pulse)) == 4 * 3
 
 
-def test_unknown_recording_is_named(store):
-    with pytest.raises(LookupError, match="no recording 99"):
-        preview_impacts(store, 99, OTHER)
-    with pytest.raises(LookupError, match="no recording 99"):
-        reextract_recording(store, 99, OTHER)
-
-
-def test_recording_that_was_set_aside_has_nothing_to_cut(store):
-    with store.writing() as session:
-        session.add(
-            Recording(campaign_id=1, path="bad.mat", sha256="0" * 64, size_bytes=1, format="mat",
-                      status="set aside", reason="truncated")
-        )  # fmt: skip
-    with pytest.raises(LookupError, match=r"'bad.mat' of campaign 'hammer' was set aside.*truncated"):
-        preview_impacts(store, recordings(store)[-1], OTHER)
-
-
-def test_recording_without_an_impact_has_nothing_to_cut(store):
-    with store.writing() as session:
-        session.add(
-            Recording(campaign_id=1, path="idle.mat", sha256="0" * 64, size_bytes=1, format="mat", status="stored")
-        )
-    with pytest.raises(LookupError, match=r"'idle.mat' of campaign 'hammer' has no impact"):
-        reextract_recording(store, recordings(store)[-1], OTHER)
+def test_recording_that_is_unknown_set_aside_or_without_an_impact_is_named(store):
+    for call in (preview_impacts, reextract_recording):
+        with pytest.raises(LookupError, match="no recording 99"):
+            call(store, 99, OTHER)
+    own = {"campaign_id": 1, "sha256": "0" * 64, "size_bytes": 1, "format": "mat"}
+    for path, more, message in (
+        ("bad.mat", {"status": "set aside", "reason": "truncated"}, "was set aside.*truncated"),
+        ("idle.mat", {"status": "stored"}, "has no impact"),
+    ):
+        with store.writing() as session:
+            session.add(Recording(path=path, **own, **more))
+        with pytest.raises(LookupError, match=rf"'{path}' of campaign 'hammer' {message}"):
+            preview_impacts(store, recordings(store)[-1], OTHER)
 
 
 def test_two_processes_cut_what_one_cuts(store, tmp_path):

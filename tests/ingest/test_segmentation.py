@@ -35,8 +35,28 @@ def test_rest_is_median_and_deviation_of_normal_noise(samples):
     assert (level.baseline, level.noise) == (pytest.approx(7.0, abs=0.15), pytest.approx(3.0, rel=0.04))
 
 
-def test_record_of_gaps_rests_at_zero():
+def test_record_of_gaps_rests_at_zero() -> None:
     assert rest_level(np.full(10, np.nan)) == QUIET
+
+
+@pytest.mark.parametrize(
+    ("samples", "settings", "events"),
+    [
+        ({}, ExtractionSettings(), []),
+        ({10: 5.0, 12: 8.0}, ExtractionSettings(separation_s=0.0), [[10], [12]]),
+        ({0: 9.0, 49: 10.0}, ExtractionSettings(), [[0], [49]]),
+        ({10: 5.0, 40: 8.0, 45: 6.0}, ExtractionSettings(separation_s=1.0), [[10], [40, 45]]),
+        # of the first two, ten samples lie between the fall and the next rise
+        ({10: 5.0, 21: 8.0, 40: 6.0}, ExtractionSettings(separation_s=1.1), [[21, 10], [40]]),
+        ({10: 5.0, 21: 8.0, 40: 6.0}, ExtractionSettings(separation_s=1.0), [[10], [21], [40]]),
+    ],
+    ids=["silence", "no separation", "ends of the record", "from the contact before", "one event", "two events"],
+)
+def test_contacts_a_separation_apart_are_two_events(samples, settings, events):
+    force = np.zeros(50)
+    force[list(samples)] = list(samples.values())
+    assert [each.tolist() for each in find_events(force, QUIET, 10.0, settings)] == events
+    assert find_events(np.zeros(0), QUIET, 10.0, settings) == []
 
 
 @pytest.mark.parametrize(
@@ -86,16 +106,6 @@ def test_contact_of_known_samples():
     assert (by_mask.contact.first, by_mask.contact.last) == (2, 6)
 
 
-def test_contact_ends_at_the_first_sample_that_does_not_exceed_the_threshold():
-    found = segment(CONTACT[::-1], np.array([4]), QUIET, tenth())
-    assert (found.walk, found.mask) == ((1, 6), (1, 5))
-
-
-def test_threshold_counts_from_the_rest():
-    found = segment(CONTACT + 100.0, np.array([4]), RestLevel(100.0, 0.0), tenth())
-    assert (found.walk, found.threshold) == ((2, 7), 101.0)
-
-
 def test_noise_raises_the_threshold_above_its_share():
     noisy = segment(CONTACT, np.array([4]), RestLevel(0.0, 1.25), tenth())
     assert (noisy.walk, noisy.threshold, noisy.raised) == ((2, 6), 2.5, True)
@@ -111,9 +121,13 @@ def test_record_inside_a_contact_is_truncated_at_its_own_end(cut):
     assert found.mask == ((0, 3) if cut.start else (2, 6))
 
 
-def test_gap_ends_a_contact():
+def test_contact_ends_at_the_first_sample_that_does_not_exceed_the_threshold():
+    found = segment(CONTACT[::-1], np.array([4]), QUIET, tenth())
+    assert (found.walk, found.mask) == ((1, 6), (1, 5))
+    raised = segment(CONTACT + 100.0, np.array([4]), RestLevel(100.0, 0.0), tenth())  # counts from the rest
+    assert (raised.walk, raised.threshold) == ((2, 7), 101.0)
     force = CONTACT.copy()
-    force[6] = np.nan
+    force[6] = np.nan  # a gap ends it
     assert segment(force, np.array([4]), QUIET, tenth()).walk == (2, 6)
 
 
@@ -133,34 +147,6 @@ def test_peaks_outside_of_the_contact_are_further_hits():
     assert ends.extra_hits == 0
 
 
-def test_contacts_a_separation_apart_are_two_events():
-    force = np.zeros(100)
-    force[[10, 21, 40]] = 5.0, 8.0, 6.0
-    # of the first two, ten samples lie between the fall and the next rise
-    one = find_events(force, QUIET, 10.0, ExtractionSettings(separation_s=1.1))
-    assert [each.tolist() for each in one] == [[21, 10], [40]]
-    two = find_events(force, QUIET, 10.0, ExtractionSettings(separation_s=1.0))
-    assert [each.tolist() for each in two] == [[10], [21], [40]]
-
-
-def test_separation_counts_from_the_contact_before():
-    force = np.zeros(100)
-    force[[10, 40, 45]] = 5.0, 8.0, 6.0
-    found = find_events(force, QUIET, 10.0, ExtractionSettings(separation_s=1.0))
-    assert [each.tolist() for each in found] == [[10], [40, 45]]
-
-
-def test_without_a_separation_every_run_is_an_event():
-    force = np.zeros(20)
-    force[[10, 12]] = 5.0, 8.0
-    found = find_events(force, QUIET, 10.0, ExtractionSettings(separation_s=0.0))
-    assert [each.tolist() for each in found] == [[10], [12]]
-
-
-def test_empty_record_has_no_event():
-    assert find_events(np.zeros(0), QUIET, 10.0, ExtractionSettings()) == []
-
-
 def test_events_exceed_share_and_noise_both():
     force = np.zeros(100)
     force[[10, 30, 50]] = 100.0, 10.0, 11.0
@@ -170,12 +156,6 @@ def test_events_exceed_share_and_noise_both():
     assert [each.tolist() for each in find_events(force, RestLevel(0.0, 1.1), 1.0, far)] == [[10]]
     assert find_events(force, RestLevel(0.0, 10.1), 1.0, far) == []
     assert [each.tolist() for each in find_events(force + 50, RestLevel(50.0, 0.0), 1.0, far)] == [[10], [50]]
-
-
-def test_contacts_at_the_ends_of_a_record_are_events():
-    force = np.zeros(50)
-    force[[0, 49]] = 9.0, 10.0
-    assert [each.tolist() for each in find_events(force, QUIET, 1.0, ExtractionSettings())] == [[0], [49]]
 
 
 def test_drift_between_hits_does_not_tilt_the_threshold():

@@ -33,6 +33,22 @@ def report_of(url, folder):
     return json.loads(result.stdout), result.stderr
 
 
+@pytest.fixture
+def reported(sqlite_url, tmp_path):
+    """`reported(recordings, **arrays)`: what is told of a campaign whose first recording holds these arrays."""
+
+    def report(recordings=2, **arrays):
+        folder = hammer_campaign(tmp_path / "c", recordings=recordings)
+        write_recording(folder / recording_name(1), arrays)
+        return report_of(sqlite_url, folder)[0]
+
+    return report
+
+
+def two_blows():
+    return force_record(blows(1, 2), np.random.default_rng(0))
+
+
 @pytest.mark.parametrize("number", [1, 2], ids=["npz", "mat"])
 def test_truncated_recording_is_set_aside_and_the_others_stored(sqlite_url, tmp_path, number):
     folder = hammer_campaign(tmp_path / "c", recordings=3)
@@ -51,21 +67,15 @@ def test_truncated_recording_is_set_aside_and_the_others_stored(sqlite_url, tmp_
     assert_whole(sqlite_url, 2)
 
 
-def test_set_aside_again_adds_no_row(sqlite_url, tmp_path):
+def test_set_aside_again_adds_no_row_and_a_mended_recording_takes_its_place(sqlite_url, tmp_path):
     folder = hammer_campaign(tmp_path / "c", recordings=3)
+    good = (folder / recording_name(2)).read_bytes()
     cut(folder / recording_name(2))
     first, _ = report_of(sqlite_url, folder)
     before = counts(sqlite_url)
     second, _ = report_of(sqlite_url, folder)
     assert counts(sqlite_url) == before
     assert second == first
-
-
-def test_mended_recording_takes_its_place(sqlite_url, tmp_path):
-    folder = hammer_campaign(tmp_path / "c", recordings=3)
-    good = (folder / recording_name(2)).read_bytes()
-    cut(folder / recording_name(2))
-    ingested(sqlite_url, folder)
     (folder / recording_name(2)).write_bytes(good)
     report, _ = report_of(sqlite_url, folder)
     assert (report["recordings"], report["set_aside"]) == (3, [])
@@ -81,33 +91,36 @@ def test_campaign_with_nothing_usable_is_refused(refused, tmp_path):
     refused(folder, "no usable recording", recording_name(1))
 
 
-def test_missing_channel_is_named(sqlite_url, tmp_path):
-    folder = hammer_campaign(tmp_path / "c", recordings=2)
-    record = force_record(blows(1, 2), np.random.default_rng(0))
-    write_recording(folder / recording_name(1), {"strain": record})
-    report, _ = report_of(sqlite_url, folder)
-    assert report["set_aside"][0]["recording"] == recording_name(1)
-    assert "'force'" in report["set_aside"][0]["reason"]
-    assert "strain" in report["set_aside"][0]["reason"]
+def with_sample(value):
+    """A number that no sensor gives: figures of it overflowed, with warnings of NumPy in place of a reason."""
+    record = two_blows().astype(np.float64)
+    record[7] = value
+    return record
 
 
-def test_fewer_hits_than_rows_set_the_recording_aside(sqlite_url, tmp_path):
-    folder = hammer_campaign(tmp_path / "c", recordings=2)
-    record = force_record(blows(1, 1), np.random.default_rng(0))
-    write_recording(folder / recording_name(1), {"force": record})
-    report, _ = report_of(sqlite_url, folder)
-    assert "1 impacts found for 2 rows" in report["set_aside"][0]["reason"]
-    assert report["impacts"] == 2
+@pytest.mark.parametrize(
+    ("arrays", "reasons"),
+    [
+        ({"strain": two_blows()}, ("'force'", "strain")),
+        ({"force": force_record(blows(1, 1), np.random.default_rng(0))}, ("1 impacts found for 2 rows",)),
+        ({"force": with_sample(1e200)}, ("'force' holds 1e+200 at sample 7; no sensor",)),
+        ({"force": with_sample(-1e101)}, ("'force' holds -1e+101 at sample 7; no sensor",)),
+    ],
+    ids=["missing channel", "fewer hits than rows", "1e200", "-1e101"],
+)
+def test_recording_that_cannot_be_used_is_set_aside_with_its_reason(reported, arrays, reasons):
+    report = reported(**arrays)
+    (aside,) = report["set_aside"]
+    assert (aside["recording"], report["impacts"]) == (recording_name(1), 2)
+    assert all(reason in aside["reason"] for reason in reasons)
 
 
-def test_more_hits_than_rows_keep_the_main_peaks(sqlite_url, tmp_path):
-    folder = hammer_campaign(tmp_path / "c", recordings=1)
+def test_more_hits_than_rows_keep_the_main_peaks(reported):
     made = blows(1, 2)
     weak = type(made[0])(0.6, made[0].peak_n * 0.2, made[0].width_s)
     record = force_record([*made, weak], np.random.default_rng(0))
     padded = np.pad(record, (0, max(0, round(0.8 * FS_HZ) - record.size))).astype(np.float32)
-    write_recording(folder / recording_name(1), {"force": padded})
-    report, _ = report_of(sqlite_url, folder)
+    report = reported(1, force=padded)
     assert (report["impacts"], report["set_aside"]) == (2, [])
 
 
@@ -136,24 +149,20 @@ def test_file_whose_unit_contradicts_the_campaign_is_set_aside(sqlite_url, tmp_p
     assert "'kN' by the file, in 'N' by campaign.toml" in report["set_aside"][0]["reason"]
 
 
-def test_silent_recording_keeps_its_impacts_without_pulse(sqlite_url, tmp_path):
-    folder = hammer_campaign(tmp_path / "c", recordings=2)
-    noise = np.random.default_rng(0).normal(size=20000).astype(np.float32)
-    write_recording(folder / recording_name(1), {"force": noise})
-    report, _ = report_of(sqlite_url, folder)
+def test_silent_recording_keeps_its_impacts_without_pulse(sqlite_url, reported):
+    report = reported(force=np.random.default_rng(0).normal(size=20000).astype(np.float32))
     assert (report["impacts"], report["set_aside"]) == (4, [])
     assert "no-contact" in {f["check"] for f in report["findings"]}
     listed = json.loads(pyroshock("impacts", "--db", sqlite_url, "--json").stdout)
     assert [(i["run"], i["peak_force_n"] is None, i["quality"]) for i in listed][:2] == [(1, True, "reject")] * 2
 
 
-def test_ingest_error_leaves_an_existing_campaign_alone(sqlite_url, tmp_path):
-    folder = hammer_campaign(tmp_path / "c", recordings=2)
-    ingested(sqlite_url, folder)
-    before = counts(sqlite_url)
+def test_ingest_error_leaves_an_existing_campaign_alone(stored_hammer):
+    url, folder = stored_hammer
+    before = counts(url)
     (folder / "runs.csv").write_text("run,repetition\n")
-    assert ingest(sqlite_url, folder).exit_code == 2
-    assert counts(sqlite_url) == before
+    assert ingest(url, folder).exit_code == 2
+    assert counts(url) == before
 
 
 def test_reason_that_cannot_be_printed_is_stored(database_url, tmp_path):
@@ -171,25 +180,11 @@ def test_reason_that_cannot_be_printed_is_stored(database_url, tmp_path):
     assert "\x1b" not in notes
 
 
-def test_number_beyond_double_precision_in_a_header_is_stored(sqlite_url, tmp_path):
+def test_number_beyond_double_precision_in_a_header_is_stored(sqlite_url, reported):
     """NumPy's longdouble has no Python float in it: the ingest ended in a traceback."""
-    folder = hammer_campaign(tmp_path / "c", recordings=1)
-    record = force_record(blows(1, 2), np.random.default_rng(0))
-    write_recording(folder / recording_name(1), {"force": record, "gain": np.longdouble("0.25")})
-    report_of(sqlite_url, folder)
+    reported(1, force=two_blows(), gain=np.longdouble("0.25"))
     with opened(sqlite_url) as store, store.reading() as session:
         assert session.scalars(select(RecordedChannel)).one().header["gain"] == 0.25
-
-
-@pytest.mark.parametrize("value", [1e200, -1e101])
-def test_number_that_no_sensor_gives_sets_the_recording_aside(sqlite_url, tmp_path, value):
-    """Figures of it overflowed, with warnings of NumPy in place of a reason."""
-    folder = hammer_campaign(tmp_path / "c", recordings=2)
-    record = force_record(blows(1, 2), np.random.default_rng(0)).astype(np.float64)
-    record[7] = value
-    write_recording(folder / recording_name(1), {"force": record})
-    report, _ = report_of(sqlite_url, folder)
-    assert f"'force' holds {value:.3g} at sample 7; no sensor" in report["set_aside"][0]["reason"]
 
 
 def test_name_in_a_header_that_is_no_text_is_stored(sqlite_url, tmp_path):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.impacts import Impact
-from pyroshock.schema.session import Writer, open_store
 from sqlalchemy import select
 from support.records.campaigns import gun_campaign, hammer_campaign
 from support.stores.counting import statements
@@ -17,19 +16,13 @@ OF_A_RECORDING = 14
 
 
 @pytest.fixture
-def store(tables_url):
-    with open_store(tables_url, Writer("test", "0"), create=True) as store:
-        yield store
-
-
-@pytest.fixture
-def asked(store, tmp_path):
+def asked(any_store, tmp_path):
     """`asked(name, recordings, hits)`: how many statements the ingest of such a campaign takes."""
 
     def count(name, recordings=2, hits=2):
         folder = hammer_campaign(tmp_path / name, recordings, hits, name=name)
-        with statements(store) as said:
-            ingest_folder(store, folder, jobs=1)
+        with statements(any_store) as said:
+            ingest_folder(any_store, folder, jobs=1)
         return len(said)
 
     count("first", 6)  # its configurations are known to all later ones
@@ -44,19 +37,19 @@ def test_recording_costs_few(asked):
     assert asked("six", 6) - asked("two", 2) <= 4 * OF_A_RECORDING
 
 
-def test_shots_without_recording_cost_no_statement_each(store, tmp_path):
-    ingest_folder(store, gun_campaign(tmp_path / "first", 9, name="first"), jobs=1)
+def test_shots_without_recording_cost_no_statement_each(any_store, tmp_path):
+    ingest_folder(any_store, gun_campaign(tmp_path / "first", 9, name="first"), jobs=1)
     asked = []
     for shots in (3, 9):
         folder = gun_campaign(tmp_path / f"{shots}", shots, name=f"{shots}")
-        with statements(store) as said:
-            ingest_folder(store, folder, jobs=1)
+        with statements(any_store) as said:
+            ingest_folder(any_store, folder, jobs=1)
         asked.append(len(said))
     assert asked[0] == asked[1]
 
 
-def test_keys_follow_the_order_of_hits(store, tmp_path):
-    ingest_folder(store, hammer_campaign(tmp_path / "c", 3, 7), jobs=1)
-    with store.reading() as session:
+def test_keys_follow_the_order_of_hits(any_store, tmp_path):
+    ingest_folder(any_store, hammer_campaign(tmp_path / "c", 3, 7), jobs=1)
+    with any_store.reading() as session:
         order = session.execute(select(Impact.run, Impact.repetition).order_by(Impact.id)).all()
     assert order == [(run, repetition) for run in (1, 2, 3) for repetition in range(1, 8)]

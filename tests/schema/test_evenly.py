@@ -31,12 +31,9 @@ def store(new_database):
                 session.add(Impact(id=i, campaign_id=1, run=i, repetition=1, configuration_id=key))
             session.flush()
             for settings in (1, 2):
-                session.add_all(
-                    pulse_row(
-                        i, id=1000 * settings + i, settings_id=settings, current=settings == 2, peak_force_n=float(i)
-                    )
-                    for i in range(1, IMPACTS + 1)
-                )
+                own = {"settings_id": settings, "current": settings == 2}
+                keys_of = ((i, 1000 * settings + i) for i in range(1, IMPACTS + 1))
+                session.add_all(pulse_row(i, id=key, peak_force_n=float(i), **own) for i, key in keys_of)
         yield store
 
 
@@ -62,12 +59,6 @@ def test_filter_is_taken_before_the_thinning(store):
     found, total = keys(store, 8, Condition("tip_material", "=", "steel"), Condition("peak_force_n", ">", 30.0))
     assert (len(found), total) == (8, 22)
     assert all(key % 1000 % 3 == 0 and key % 1000 > 30 for key in found)
-
-
-def test_no_match_is_no_pulse(store):
     assert keys(store, 8, Condition("tip_material", "=", "gold")) == ([], 0)
-
-
-def test_none_wanted_is_refused(store):
     with pytest.raises(ValueError, match="most is 0"):
         keys(store, 0)

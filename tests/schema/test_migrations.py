@@ -113,15 +113,12 @@ def test_diagnosis_of_an_older_store_says_to_diagnose_again(old_store):
     assert len(drawn) == (0 if older else 1)
 
 
-def test_migrations_make_the_models_tables(database_url):
-    with open_store(database_url, WRITER, create=True) as store:
-        assert migrate.differences(store.engine) == []
-
-
 def test_every_migration_has_a_way_back(database_url):
+    assert migrate.known_revisions()[-1] == migrate.HEAD
     engine = make_engine(database_url)
     for revision in migrate.known_revisions():
         migrate.upgrade(engine, revision)
+    assert migrate.differences(engine) == []
     for revision in ["base", *migrate.known_revisions()[:-1]][::-1]:
         migrate.downgrade(engine, revision)
     assert migrate.current_revision(engine) is None
@@ -130,29 +127,18 @@ def test_every_migration_has_a_way_back(database_url):
     engine.dispose()
 
 
-def _stamp(url, revision):
-    engine = make_engine(url)
-    with engine.begin() as connection:
-        connection.exec_driver_sql(f"UPDATE alembic_version SET version_num = '{revision}'")
-    engine.dispose()
-
-
-def test_newer_store_is_refused(database_url):
+def test_newer_store_is_refused_and_an_older_one_names_the_command(database_url, monkeypatch):
     open_store(database_url, WRITER, create=True).close()
-    _stamp(database_url, "9999")
+    with monkeypatch.context() as patch:
+        patch.setattr(migrate, "HEAD", "9998")
+        with pytest.raises(StoreVersionError, match="pyroshock db upgrade --db"):
+            open_store(database_url, WRITER)
+    engine = make_engine(database_url)
+    with engine.begin() as connection:
+        connection.exec_driver_sql("UPDATE alembic_version SET version_num = '9999'")
+    engine.dispose()
     with pytest.raises(StoreVersionError, match=r"9999.*update pyroshock"):
         open_store(database_url, WRITER)
     result = CliRunner().invoke(main, ["db", "upgrade", "--db", database_url])
     assert result.exit_code == 2
     assert "update pyroshock" in result.stderr
-
-
-def test_older_store_names_the_command(database_url, monkeypatch):
-    open_store(database_url, WRITER, create=True).close()
-    monkeypatch.setattr(migrate, "HEAD", "9998")
-    with pytest.raises(StoreVersionError, match="pyroshock db upgrade --db"):
-        open_store(database_url, WRITER)
-
-
-def test_head_is_the_newest_revision():
-    assert migrate.known_revisions()[-1] == migrate.HEAD

@@ -119,31 +119,21 @@ def test_two_that_wait_for_each_other_both_write(server: Store) -> None:
     assert len(units) == 1
 
 
-def test_lost_connection_is_made_anew(server: Store) -> None:
+@pytest.mark.parametrize("writes", [True, False], ids=["write", "read"])
+def test_lost_connection_is_made_anew(server: Store, writes: bool) -> None:
     attempts = []
 
-    def add(session: Session) -> None:
+    def work(session: Session) -> None:
         attempts.append(1)
-        session.add(Factor(name="speed"))
-        session.flush()
+        if writes:
+            session.add(Factor(name="speed"))
+            session.flush()
         if len(attempts) == 1:
             session.execute(text("SELECT pg_terminate_backend(pg_backend_pid())"))
+        session.scalar(select(func.count()).select_from(Factor))
 
-    server.write(add)
-    assert (len(attempts), names(server)) == (2, ["speed"])
-
-
-def test_reading_goes_on_after_a_lost_connection(server: Store) -> None:
-    attempts = []
-
-    def look(session: Session) -> int:
-        attempts.append(1)
-        if len(attempts) == 1:
-            session.execute(text("SELECT pg_terminate_backend(pg_backend_pid())"))
-        return session.scalar(select(func.count()).select_from(Factor)) or 0
-
-    assert server.read(look) == 0
-    assert len(attempts) == 2
+    (server.write if writes else server.read)(work)
+    assert (len(attempts), names(server)) == (2, ["speed"] * writes)
 
 
 @pytest.mark.parametrize("idempotent", [True, False])

@@ -89,16 +89,13 @@ def test_nothing_within_the_limits_takes_long_or_much(name: str) -> None:
     assert peak < 100e6
 
 
-def test_of_a_larger_file_no_more_is_read(tmp_path: Path) -> None:
+def test_a_mark_of_byte_order_is_no_part_of_the_text_and_no_more_is_read_of_a_larger_file(tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_bytes(b"\xef\xbb\xbfa = 1\n")
+    assert toml_table(read_toml_text(tmp_path / "a.toml")) == {"a": 1}
     with (tmp_path / "large.toml").open("wb") as file:
         file.truncate(50 * 2**30)  # takes no room on the disk
     with pytest.raises(ValueError, match="53,687,091,200 bytes; expected TOML of at most 262,144 bytes"):
         read_toml_text(tmp_path / "large.toml")
-
-
-def test_a_mark_of_byte_order_is_no_part_of_the_text(tmp_path: Path) -> None:
-    (tmp_path / "a.toml").write_bytes(b"\xef\xbb\xbfa = 1\n")
-    assert toml_table(read_toml_text(tmp_path / "a.toml")) == {"a": 1}
 
 
 READERS: dict[str, Callable[[Path], object]] = {
@@ -127,14 +124,11 @@ def test_the_command_names_the_file_of_factors(tmp_path: Path) -> None:
 
 def test_the_window_refuses_what_is_typed_and_what_is_uploaded(tmp_path: Path) -> None:
     with window(f"sqlite:///{tmp_path / 'lab.db'}") as (client, _):
-        typed = post_json(client, "/api/plans", {"name": "x", "factors": DEEP})
-        assert typed.status_code == 422
-        assert "factors: the key 'a.a." in typed.text
-        assert "16,001 parts" in typed.text
         target = "frequency_hz,level_g\n100,10\n1000,100\n"
-        tuned = post_json(client, "/api/tune", {"target": target, "factors": DEEP})
-        assert tuned.status_code == 422
-        assert "factors: the key 'a.a." in tuned.text
+        for address, more in (("plans", {"name": "x"}), ("tune", {"target": target})):
+            typed = post_json(client, f"/api/{address}", {**more, "factors": DEEP})
+            assert typed.status_code == 422
+            assert "factors: the key 'a.a." in typed.text and "16,001 parts" in typed.text
         files = [("files", ("c/campaign.toml", io.BytesIO(DEEP.encode()))), ("files", ("c/runs.csv", b"run\n1\n"))]
         sent = client.post("/api/ingest/upload", files=files, headers={"X-CSRF-Token": token(client)})
         job = json.dumps(ended(client, sent), ensure_ascii=False)

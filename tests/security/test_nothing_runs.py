@@ -119,10 +119,6 @@ def npz_of_objects(path: Path, trap: Path) -> None:
     np.savez(path, allow_pickle=True, fs=FS_HZ, force=np.array([Payload(trap)] * 64, dtype=object))
 
 
-def npz_that_is_a_pickle(path: Path, trap: Path) -> None:
-    path.write_bytes(pickle.dumps(Payload(trap)))
-
-
 def npz_of_pickles(path: Path, trap: Path) -> None:
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("force.npy", pickle.dumps(Payload(trap)))
@@ -145,10 +141,8 @@ def parquet_with_a_pickled_type(path: Path, trap: Path) -> None:
     import pyarrow
     from pyarrow import parquet
 
-    plan = {
-        b"ARROW:extension:name": b"arrow.py_extension_type",
-        b"ARROW:extension:metadata": pickle.dumps(Payload(trap)),
-    }
+    plan = {b"ARROW:extension:name": b"arrow.py_extension_type"}
+    plan[b"ARROW:extension:metadata"] = pickle.dumps(Payload(trap))
     field = pyarrow.field("force", pyarrow.float64(), metadata=plan)
     parquet.write_table(pyarrow.table([WAVE], schema=pyarrow.schema([field])), path)
 
@@ -160,7 +154,7 @@ def csv_of_code(path: Path, trap: Path) -> None:
 
 FILES = {
     "objects.npz": npz_of_objects,
-    "pickle.npz": npz_that_is_a_pickle,
+    "pickle.npz": lambda path, trap: path.write_bytes(pickle.dumps(Payload(trap))),
     "pickles.npz": npz_of_pickles,
     "objects.mat": mat_of_objects,
     "pickles.h5": hdf5_of_pickles,

@@ -62,9 +62,8 @@ def program(tmp_path: Path) -> list[str]:
 
 
 def done(command: list[str], db: str, cwd: Path) -> str:
-    result = subprocess.run(
-        command, cwd=cwd, env=environment(db), capture_output=True, text=True, timeout=PATIENCE_S, check=False
-    )
+    how = {"capture_output": True, "text": True, "timeout": PATIENCE_S, "check": False}
+    result = subprocess.run(command, cwd=cwd, env=environment(db), **how)
     assert result.returncode == 0, result.stdout + result.stderr
     return result.stdout
 

@@ -51,9 +51,15 @@ def test_check_tells_scripts_and_people(care_copy):
 
 
 @pytest.mark.slow
-def test_check_of_nothing_is_unusable_input(care_copy, tmp_path):
+def test_check_of_nothing_and_copy_of_an_older_store_are_refused(care_copy, tmp_path):
     assert "no store at" in run("db", "check", "--db", url_of(tmp_path / "none.db"), code=2).stderr
     assert "known: " in run("db", "check", "--campaign", "winter", "--db", care_copy, code=2).stderr
+    engine = make_engine(care_copy)
+    migrate.downgrade(engine, "0003")
+    engine.dispose()
+    refused = run("db", "copy", care_copy, url_of(tmp_path / "new.db"), code=2)
+    assert "pyroshock db upgrade" in refused.stderr
+    assert not (tmp_path / "new.db").exists()
 
 
 @pytest.mark.slow
@@ -105,16 +111,6 @@ def test_copy_says_what_it_made_and_where_models_stay(care_copy, tmp_path, monke
     assert "holds a store already" in run("db", "copy", care_copy, target, code=2).stderr
 
 
-@pytest.mark.slow
-def test_copy_of_an_older_store_names_the_upgrade(care_copy, tmp_path):
-    engine = make_engine(care_copy)
-    migrate.downgrade(engine, "0003")
-    engine.dispose()
-    refused = run("db", "copy", care_copy, url_of(tmp_path / "new.db"), code=2)
-    assert "pyroshock db upgrade" in refused.stderr
-    assert not (tmp_path / "new.db").exists()
-
-
 def test_a_campaign_goes_to_another_laboratory_and_back(care_copy, tmp_path):
     run("db", "export", HAMMER, "--out", tmp_path / "s.pyroshock", "--db", care_copy)
     there = url_of(tmp_path / "there.db")
@@ -162,19 +158,15 @@ def test_damage_is_named_by_exports_and_left_out_on_request(damaged, tmp_path):
 @pytest.mark.slow
 def test_a_changed_sample_without_a_checksum_is_found_by_its_hash(care_copy, tmp_path):
     """A store that was filled before frames had one: a slice is read, the whole is not taken for what was recorded."""
-    from pyroshock.schema.series import encode
+    from pyroshock.schema.series import decode, encode
     from pyroshock.schema.tables import metadata
 
-    with opened(care_copy) as store:
-        with store.reading() as session:
-            table = metadata.tables["series_chunks"]
-            frame = session.execute(table.select().where(table.c.channel_id == 4, table.c.number == 0)).one().frame
-        import numpy as np
-        from pyroshock.schema.series import decode
-
-        samples = decode(frame, "<f4")
-        samples[100] = np.float32(7.5)
-        bare = encode(samples)[:-4]
+    with opened(care_copy) as store, store.reading() as session:
+        table = metadata.tables["series_chunks"]
+        frame = session.execute(table.select().where(table.c.channel_id == 4, table.c.number == 0)).one().frame
+    samples = decode(frame, "<f4")
+    samples[100] = 7.5
+    bare = encode(samples)[:-4]
     execute(care_copy, "UPDATE series_chunks SET frame = :bare WHERE channel_id = 4 AND number = 0", bare=bare)
     (line,) = run("db", "check", "--db", care_copy, code=1).stdout.splitlines()
     assert "recording recordings/test-02.mat, channel acceleration_1: its samples have the SHA-256" in line

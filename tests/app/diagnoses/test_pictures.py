@@ -29,24 +29,12 @@ def drawn(gaps: list[float], units: list[str] | None = None, most: int = 6) -> l
     return [each.name for each in residual_pictures(observables, gap, None, np.full(gap.shape, 1e-4), most)]
 
 
-def test_largest_gaps_are_drawn_in_their_order() -> None:
+def test_largest_gaps_are_drawn_in_their_order_and_what_agrees_is_left_out_but_for_one() -> None:
     assert drawn([2.0, 9.0, 4.0, 5.0], most=2) == ["o1", "o3"]
-
-
-def test_what_agrees_is_left_out_but_for_one() -> None:
     assert drawn([0.2, 9.0, 0.3]) == ["o1"]
     assert drawn([0.2, 0.1, 0.3]) == ["o2"]
-
-
-def test_no_unit_takes_all_the_room() -> None:
-    assert drawn([9.0, 8.0, 7.0, 3.0], ["1", "1", "1", "dB"], most=2) == ["o0", "o3"]
-
-
-def test_observable_without_values_is_not_drawn() -> None:
+    assert drawn([9.0, 8.0, 7.0, 3.0], ["1", "1", "1", "dB"], most=2) == ["o0", "o3"]  # no unit takes all the room
     assert drawn([float("nan"), 2.0]) == ["o1"]
-
-
-def test_nothing_to_draw_is_nothing() -> None:
     assert drawn([]) == []
 
 
@@ -73,6 +61,9 @@ def test_pulse_after_the_true_effect_is_the_measured_one() -> None:
     heavy = effect("contact.effective_mass", mass_factor=1.3)
     record = hammer_record([heavy], repetitions=2)
     stage = ContactObservables(record)
+    without = pictures_of(GapTable.of(record, [stage]), [stage])
+    assert all(residual.after is None for residual in without.residuals)
+    assert all(curve.after is None for curve in without.curves)  # no cause, no after
     (curve,) = pictures_of(GapTable.of(record, [stage]), [stage], [heavy]).curves
     assert curve.after is not None
     peak = curve.measured.max()
@@ -92,11 +83,3 @@ def test_spectra_are_drawn_for_each_channel() -> None:
         assert curve.after is not None and curve.logarithmic
         np.testing.assert_allclose(curve.measured / curve.before, 1.3, rtol=0.02)
         np.testing.assert_allclose(curve.after / curve.measured, 1.0, rtol=0.02)
-
-
-def test_without_a_cause_there_is_no_after() -> None:
-    record = hammer_record(repetitions=2)
-    stage = ContactObservables(record)
-    found = pictures_of(GapTable.of(record, [stage]), [stage])
-    assert all(picture.after is None for picture in found.residuals)
-    assert all(picture.after is None for picture in found.curves)

@@ -26,14 +26,10 @@ MADE = {
 @pytest.mark.parametrize("made", MADE.values(), ids=MADE)
 def test_two_to_five_full_sentences(made: Verdict) -> None:
     steps = recommendations(made)
+    assert next_experiment(made)
     assert 2 <= len(steps) <= 5
     for step in steps:
         assert step[0].isupper() and step.endswith(".")
-
-
-@pytest.mark.parametrize("made", MADE.values(), ids=MADE)
-def test_there_is_always_a_line_on_the_next_experiment(made: Verdict) -> None:
-    assert next_experiment(made)
 
 
 @pytest.mark.parametrize("made", [verdicts.unknown(), UNKNOWN_ALONE], ids=["where", "nowhere"])
@@ -50,10 +46,7 @@ def test_set_that_predicts_is_adopted_by_a_command() -> None:
     assert recommendations(verdicts.gun())[0].endswith(command)
     spaced = recommendations(verdicts.gun(campaign="spring 2"))[0]
     assert "pyroshock diagnose 'spring 2' --adopt" in spaced
-
-
-def test_effect_that_does_not_predict_is_not_adopted() -> None:
-    path = (replace(verdicts.gun().path[0], fraction=0.2),)
+    path = (replace(verdicts.gun().path[0], fraction=0.2),)  # does not predict
     assert recommendations(verdicts.gun(path=path))[0].startswith("Do not adopt the flow resistance of the valve, ")
 
 
@@ -65,29 +58,30 @@ def test_next_run_is_told_with_plain_names() -> None:
     )
 
 
-def test_run_that_cannot_decide_says_what_to_measure_instead() -> None:
-    why = "separates gun.valve_flow from gun.barrel_loss only to 0.2 of the 4 standard deviations that it takes"
-    (line,) = next_experiment(verdicts.verdict(next_runs=(NextRun(why, {"tank_pressure_bar": 0.9}, 30),)))
-    assert line.startswith(
-        "Even 30 runs at tank_pressure_bar = 0.9 would not separate the flow resistance of the valve"
-    )
-    assert effect_check("gun.valve_flow") in line
-
-
-def test_measurement_instead_of_a_run_is_of_what_two_sets_do_not_share() -> None:
-    why = "separates gun.valve_flow from gun.blow_by+gun.valve_flow only to 0.2 of the 4 standard deviations"
-    (line,) = next_experiment(verdicts.verdict(next_runs=(NextRun(why, {"tank_pressure_bar": 0.9}, 30),)))
-    assert line == (
-        "Even 30 runs at tank_pressure_bar = 0.9 would not separate the flow resistance of the valve from the leak "
-        "past the projectile with the flow resistance of the valve; measure the clearance between projectile and "
-        "barrel with a bore gauge instead."
-    )
-
-
-def test_run_with_a_reason_of_its_own_keeps_it() -> None:
-    run = NextRun("shows whether gun.blow_by acts", {"tank_pressure_bar": 0.9}, 1)
-    (line,) = next_experiment(verdicts.verdict(next_runs=(run,)))
-    assert line == "Fire 1 run at tank_pressure_bar = 0.9: this shows whether the leak past the projectile acts."
+@pytest.mark.parametrize(
+    ("why", "runs", "line"),
+    [
+        (
+            "separates gun.valve_flow from gun.barrel_loss only to 0.2 of the 4 standard deviations that it takes", 30,
+            "Even 30 runs at tank_pressure_bar = 0.9 would not separate the flow resistance of the valve from the flow "
+            f"resistance of the barrel; measure {effect_check('gun.valve_flow')} or {effect_check('gun.barrel_loss')} "
+            "instead.",
+        ),
+        (
+            "separates gun.valve_flow from gun.blow_by+gun.valve_flow only to 0.2 of the 4 standard deviations", 30,
+            "Even 30 runs at tank_pressure_bar = 0.9 would not separate the flow resistance of the valve from the leak "
+            "past the projectile with the flow resistance of the valve; measure the clearance between projectile and "
+            "barrel with a bore gauge instead.",
+        ),
+        (
+            "shows whether gun.blow_by acts", 1,
+            "Fire 1 run at tank_pressure_bar = 0.9: this shows whether the leak past the projectile acts.",
+        ),
+    ],
+)  # fmt: skip
+def test_run_that_cannot_decide_says_what_to_measure_instead(why: str, runs: int, line: str) -> None:
+    run = NextRun(why, {"tank_pressure_bar": 0.9}, runs)
+    assert next_experiment(verdicts.verdict(next_runs=(run,))) == (line,)
 
 
 def test_group_without_a_run_is_told_apart_by_a_measurement() -> None:
@@ -145,10 +139,6 @@ def test_nearest_effects_say_what_each_takes_and_all_together() -> None:
     first = recommendations(verdicts.unknown())[0]
     assert "the damping of the contact, which takes 31 % of the error away" in first
     assert "the plastic yield of tip or target 14 %; the effects of the path together take 38 %" in first
-
-
-def test_unknown_without_shares_falls_back_to_the_next_causes() -> None:
     bare = replace(verdicts.unknown(), effects=(), path=(), unexplained=None)
-    assert recommendations(bare)[0] == (
-        "The nearest answer of the catalogue is the flow resistance of the valve (8 %)."
-    )
+    told = "The nearest answer of the catalogue is the flow resistance of the valve (8 %)."
+    assert recommendations(bare)[0] == told

@@ -16,21 +16,16 @@ def in_stages(*shares: float) -> Verdict:
     return verdicts.gun(where=Where(stage=stages))
 
 
-def test_size_is_told_in_tolerances_and_in_noise() -> None:
-    assert summary(verdicts.gun()).startswith(
+def test_size_shares_and_what_the_fit_has_not_seen_are_told() -> None:
+    told = summary(verdicts.gun())
+    assert told.startswith(
         "The model error is 42 times the tolerance and 99 times the measurement noise; it arises in the gun."
     )
-
-
-def test_shares_stand_with_their_intervals_and_what_remains() -> None:
     assert (
         "The flow resistance of the valve causes 61 % of it (52 to 68 %), the atmosphere ahead of the projectile 27 % "
         "(20 to 33 %) and the leak past the projectile 9 % (5 to 12 %); 3 % (1 to 6 %) remains unexplained."
-    ) in summary(verdicts.gun())
-
-
-def test_last_sentence_is_of_configurations_that_were_not_fitted() -> None:
-    assert summary(verdicts.gun()).endswith("has not seen, 97 % of the error above the noise disappears.")
+    ) in told
+    assert told.endswith("has not seen, 97 % of the error above the noise disappears.")
     path = (replace(verdicts.gun().path[0], fraction=-0.2),)
     assert "has not seen, none of the error" in summary(verdicts.gun(path=path))
 
@@ -123,14 +118,9 @@ def test_noise_that_is_not_known_is_left_out() -> None:
     assert nothing.startswith("The model error is of unknown size; ")
 
 
-def test_nearest_effects_are_those_that_take_most_where_they_were_not_fitted() -> None:
-    assert [effect.effect for effect in nearest_effects(verdicts.unknown())] == [
-        "contact.viscous_loss",
-        "contact.plastic_yield",
-    ]
-
-
-def test_held_out_fraction_is_that_of_the_path_else_of_the_first_cause() -> None:
+def test_nearest_effects_and_the_fraction_are_of_where_they_were_not_fitted() -> None:
+    nearest = [effect.effect for effect in nearest_effects(verdicts.unknown())]
+    assert nearest == ["contact.viscous_loss", "contact.plastic_yield"]
     assert held_out_fraction(verdicts.gun()) == 0.97
     assert held_out_fraction(verdicts.verdict()) == 0.94
     assert held_out_fraction(verdicts.verdict(shrinkage=())) is None

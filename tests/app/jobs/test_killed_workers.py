@@ -57,8 +57,7 @@ def begun(store: Store, key: int, url: str, folder: Path) -> subprocess.Popen[st
 
 def test_a_killed_workers_ingest_is_finished_by_the_next(tmp_path: Path, sqlite_url: str) -> None:
     folder = hammer_campaign(tmp_path / "spring", RECORDINGS, 1)
-    undisturbed = f"sqlite:///{tmp_path / 'undisturbed.db'}"
-    ingested(undisturbed, folder)
+    ingested(undisturbed := f"sqlite:///{tmp_path / 'undisturbed.db'}", folder)
     with opened(sqlite_url, create=True) as store:
         key = asked_ingest(store, folder)
         worker = begun(store, key, sqlite_url, folder)
@@ -151,6 +150,5 @@ def test_workers_killed_at_any_moment_leave_every_effect_once(tmp_path: Path, da
 
 def measured(url: str) -> dict[str, list[str]]:
     """What ingest and extraction have stored."""
-    return {
-        name: rows for name, rows in content(url).items() if name in ("recordings", "channels", "impacts", "pulses")
-    }
+    rows = content(url)
+    return {name: rows[name] for name in ("recordings", "channels", "impacts", "pulses")}

@@ -1,4 +1,4 @@
-"""A dead worker's job is the next one's, and what a late one still writes is not stored."""
+"""A dead worker's job is the next one's, and what a late one still writes or registers is not stored."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from datetime import datetime, timedelta, tzinfo
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from pyroshock.app.diagnose.job import DIAGNOSE, DiagnoseArguments
@@ -19,11 +21,13 @@ from pyroshock.app.jobs.lease import FencedStore, Lease, LeaseLostError
 from pyroshock.app.jobs.queue import ask, get_job
 from pyroshock.app.jobs.worker import Watch, WorkerContext, attempt
 from pyroshock.app.plan.job import PLAN, PlanArguments
+from pyroshock.app.train.job import FencedRegistry
 from pyroshock.schema.campaigns import Plan
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.engine import StoreError
 from pyroshock.schema.jobs import DONE, FAILED, RUNNING, STOPPED, WAITING
 from pyroshock.schema.session import Store
+from pyroshock.training.registry.registry import Registry
 from sqlalchemy import func, select
 from support.processes.odd_jobs import LEASE_S, Odd, claimed, hand, odd, work_off, working
 from support.records.campaigns import hammer_campaign
@@ -32,7 +36,48 @@ from support.stores.databases import fresh_database
 from support.stores.stores import ingested, opened
 from support.stores.web_stores import FACTORS
 
+# --- Models of a training that was taken over: registered by the one that holds the lease, and not again by the other
+
 __all__ = ["odd"]
+
+
+@pytest.fixture
+def fenced_store(sqlite_url: str) -> Iterator[Store]:
+    with opened(sqlite_url, create=True) as found:
+        yield found
+
+
+def fenced_registry(fenced_store: Store, lease: Lease) -> FencedRegistry:
+    url = fenced_store.engine.url.render_as_string(False)
+    return FencedRegistry(RunningJob(lease.job, FencedStore(fenced_store, lease, "test"), url, lambda *_: None))
+
+
+def test_only_the_holder_registers_and_nobody_twice(
+    fenced_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    registered: list[Any] = []
+
+    def record(self: Registry, trained: Any, session: str | None = None) -> Any:
+        registered.append(SimpleNamespace(task_key=trained.task.key))
+        return registered[-1]
+
+    monkeypatch.setattr(Registry, "record", record)
+    monkeypatch.setattr(Registry, "versions", lambda self: registered)
+    one, two = (SimpleNamespace(task=SimpleNamespace(key=key)) for key in ("one", "two"))
+    odd.ask(fenced_store)
+    late = fenced_registry(fenced_store, claimed(fenced_store).lease)
+    late.record(one)  # of a trained model, its task's key
+    taken = take_over(fenced_store, hand("next"), running(fenced_store, hand())[0])
+    assert taken is not None
+    mine = fenced_registry(fenced_store, taken.lease)
+    assert mine.record(one) is registered[0]
+    with pytest.raises(LeaseLostError):
+        late.record(two)
+    mine.record(two)
+    assert [each.task_key for each in registered] == ["one", "two"]
+
+
+# --- A dead worker's job is the next one's, and what a late one still writes is not stored --------------------------
 
 PLANNED = PlanArguments("spring", "factorial", "hammer", repetitions=1, seed=1, factors=FACTORS)
 
@@ -111,7 +156,7 @@ def test_a_worker_that_writes_cannot_lose_its_job_meanwhile(store: Store, odd: O
     stopped(store, lease)
 
 
-def test_a_job_without_its_worker_is_done_once(store: Store, odd: Odd) -> None:
+def test_a_job_without_its_worker_is_done_once_or_stopped(store: Store, odd: Odd) -> None:
     key = odd.ask(store).key
     claimed(store)
     began = time.monotonic()
@@ -119,6 +164,11 @@ def test_a_job_without_its_worker_is_done_once(store: Store, odd: Odd) -> None:
     assert time.monotonic() - began >= LEASE_S
     found = get_job(store, key)
     assert (found.state, found.attempt) == (DONE, 2)
+    key = odd.ask(store).key
+    claimed(store)
+    assert stop(store, key).state == RUNNING
+    work_off(store)
+    assert get_job(store, key).state == STOPPED
 
 
 def test_twenty_workers_get_a_job_each(store: Store, odd: Odd) -> None:
@@ -226,14 +276,6 @@ def test_a_job_that_kills_its_workers_fails_with_words(file_store: Store, odd: O
     assert "3 workers in turn were killed at it" in str(found.error)
 
 
-def test_a_dead_workers_job_can_be_stopped(file_store: Store, odd: Odd) -> None:
-    key = odd.ask(file_store).key
-    claimed(file_store)
-    assert stop(file_store, key).state == RUNNING
-    work_off(file_store)
-    assert get_job(file_store, key).state == STOPPED
-
-
 def test_a_worker_that_wakes_too_late_ends_quietly(
     file_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -255,7 +297,7 @@ def test_a_worker_that_wakes_too_late_ends_quietly(
     key = odd.ask(file_store).key
     first = claimed(file_store, "first")
     with monkeypatch.context() as patch:
-        patch.setattr(heartbeat, "send_heartbeat", away)
+        patch.setattr(heartbeat, "beat", away)
         patch.setattr(heartbeat, "look", away)
         over: list[bool] = []
         sleeper = threading.Thread(target=lambda: over.append(attempt(WorkerContext(file_store, "", LEASE_S), first)))

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+import shutil
 from dataclasses import replace
+from importlib.resources import files
 from pathlib import Path
 
 import pyroshock as ps
 import pytest
 from pyroshock.app.diagnose import diagnosing
 from pyroshock.app.diagnose.service import GapDiagnosis
-from pyroshock.app.twins import building as twins
 from pyroshock.diagnosis.verdict import Cause, EffectShare, PathStep, Unexplained, Verdict
 from support.records import verdicts
 from support.records.campaigns import gun_campaign
-from support.records.twin_parts import unsolved
 from support.stores.stores import ingested, pyroshock
+
+FIRST_SHOTS = str(files("pyroshock") / "examples" / "first-shots")
 
 
 @pytest.fixture(scope="module")
@@ -28,21 +29,28 @@ def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def store(filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ps.ExperimentStore]:
+def store(filled: Path, notebook: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """A copy of the store; every diagnosis is a made-up one."""
-    import shutil
-
-    import matplotlib
-    import matplotlib.pyplot as plt
-
-    matplotlib.use("agg")
-    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
-    monkeypatch.setattr(twins, "solved", unsolved)
-    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda store, db, asked, progress=None: made_up())
+    monkeypatch.setattr(diagnosing, "diagnosed", lambda store, db, asked, progress=None: made_up())
     shutil.copy(filled / "lab.db", tmp_path)
     with ps.open(tmp_path / "lab.db", create=False) as store:
         yield store
-    plt.close("all")
+
+
+def test_diagnosis_of_shots_is_that_of_the_command(notebook: None) -> None:
+    with ps.open("lab.db") as store:
+        store.ingest(FIRST_SHOTS, progress=False)
+        report = store.diagnose("first-shots", progress=False)
+        printed = json.loads(pyroshock("diagnose", "first-shots", "--db", store.url, "--json").stdout)
+        assert {**json.loads(json.dumps(report.to_json())), "seconds": 0} == {**printed, "seconds": 0}
+        effects = report.effects
+        assert effects["share"].is_monotonic_decreasing and effects["share"].sum() <= 1.0 + 1e-9
+        assert report.fraction == (printed["path"][-1]["fraction"] if printed["path"] else None)
+        name, fitted = next(iter(report.fitted.items()))
+        twin = store.twin(campaign="first-shots", effects=fitted)
+        assert name.split("+")[0].split(".")[1] in " ".join(twin.models.values())
+        with pytest.raises(ps.InvalidValueError, match=r"adopting gun.valve_flow needs a campaign of the store"):
+            store.diagnose(FIRST_SHOTS, adopt="gun.valve_flow", progress=False)
 
 
 def made_up() -> Verdict:
@@ -78,17 +86,14 @@ def test_parts_are_frames(report: GapDiagnosis) -> None:
     assert report.sentence.startswith("The model error is 4.1 times the tolerance")
     assert report.sentence in report._repr_html_()
     assert report.fitted["contact.layer_compliance"] == (verdicts.LAYER,)
+    axes = report.plot()
+    assert {label.get_text() for label in axes.get_yticklabels()} == set(effects["effect"])
+    assert axes.get_xlabel().startswith("share of the squared gap")
 
 
 def test_fraction_without_a_path_is_that_of_the_cause() -> None:
     assert GapDiagnosis(verdicts.verdict()).fraction == 0.94
     assert GapDiagnosis(verdicts.verdict(shrinkage=())).fraction is None
-
-
-def test_plot_names_effects_and_axis(report: GapDiagnosis) -> None:
-    axes = report.plot()
-    assert {label.get_text() for label in axes.get_yticklabels()} == set(report.effects["effect"])
-    assert axes.get_xlabel().startswith("share of the squared gap")
 
 
 def test_diagnosis_is_kept_and_read_back(store: ps.ExperimentStore, report: GapDiagnosis) -> None:
@@ -120,14 +125,11 @@ def test_adopted_effect_acts_from_now_on(store: ps.ExperimentStore, report: GapD
     assert store.diagnoses()["adopted"].tolist() == ["version 1: contact.layer_compliance"]
 
 
-def test_what_cannot_be_adopted_is_refused(store: ps.ExperimentStore, report: GapDiagnosis) -> None:
+def test_what_cannot_be_adopted_or_added_is_refused(store: ps.ExperimentStore, report: GapDiagnosis) -> None:
     with pytest.raises(ps.NotFoundError, match=r"no fit of 'gun\.blow_by'; it has: contact"):
         store.adopt(report, effect="gun.blow_by")
     with pytest.raises(ps.InvalidValueError, match="ingest it"):
         store.adopt(replace(report, number=None))
-
-
-def test_diagnosis_without_an_effect_adds_none(store: ps.ExperimentStore, report: GapDiagnosis) -> None:
     unknown = replace(report, verdict=verdicts.verdict(causes=(Cause(("unknown",), 1.0),)))
     with pytest.raises(ps.InvalidValueError, match="is unknown, which has no effect to add"):
         store.twin(campaign="spring", frequencies="200:400:3", effects=unknown)

@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pint
 import pyroshock as ps
 import pytest
@@ -35,17 +37,24 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def store(lab: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ps.ExperimentStore]:
-    import matplotlib
-    import matplotlib.pyplot as plt
-
-    matplotlib.use("agg")
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+def store(lab: Path, notebook: None, monkeypatch: pytest.MonkeyPatch) -> Iterator[ps.ExperimentStore]:
     monkeypatch.setattr(twins, "solved", partial(unsolved, points=1))
     with ps.open(lab / "lab.db", create=False) as store:
         yield store
-    plt.close("all")
+
+
+def test_a_target_in_five_forms(tmp_path: Path) -> None:
+    frequency, level = np.array([100.0, 1000.0, 5000.0]), np.array([200.0, 2000.0, 2000.0])
+    frame = pd.DataFrame({"frequency_hz": frequency, "level_m_s2": level})
+    frame.to_csv(tmp_path / "spec.csv", index=False)
+    series = pd.Series(level, index=frequency)
+    targets = [target_of(given, "6dB") for given in (tmp_path / "spec.csv", series, frame, (frequency, level))]
+    targets.append(target_of(targets[0]))
+    for target in targets:
+        np.testing.assert_allclose(target.level_m_s2, targets[0].level_m_s2)
+        np.testing.assert_allclose(target.upper_db, targets[0].upper_db)
+    with pytest.raises(ValueError, match="level"):
+        target_of(pd.Series([-1.0, 1.0], index=[100.0, 200.0]))
 
 
 @pytest.fixture

@@ -6,7 +6,6 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 import pandas as pd
 import pyroshock as ps
@@ -17,8 +16,6 @@ from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.laboratory_twin import LaboratoryTwin
 from pyroshock.app.predict.cli import predict
 from pyroshock.app.predict.service import ShotPrediction
-from pyroshock.app.twins import building as twins
-from support.records.twin_parts import unsolved
 from support.stores.stores import opened
 
 LINES = "200:4000:3"
@@ -35,18 +32,7 @@ def url(tmp_path_factory: pytest.TempPathFactory) -> str:
     return url
 
 
-@pytest.fixture(autouse=True)
-def quick(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Plates need no solution, no figure opens a window, and none stays."""
-    import matplotlib.pyplot as plt
-
-    monkeypatch.chdir(tmp_path)
-    for name in ("MLFLOW_TRACKING_URI", "PYROSHOCK_DB"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(twins, "solved", unsolved)
-    matplotlib.use("agg")
-    yield
-    plt.close("all")
+pytestmark = pytest.mark.usefixtures("notebook")
 
 
 @pytest.fixture
@@ -80,11 +66,16 @@ def test_twin_without_a_store_is_that_of_the_command_line() -> None:
 def test_coupled_twin_at_given_places_is_that_of_the_command_line() -> None:
     twin = ps.shipped_twin(frequencies=LINES, contact="hertz", coupled=True, sensors=[(0.3, 0.3), (0.6, 0.3)], q=25)
     words = ("--contact", "hertz", "--coupled", "--sensor-at", "0.3,0.3", "--sensor-at", "0.6,0.3", "--q", "25")
-    assert twin.predict(velocity=2.0, draws=FEW).to_json() == printed("--velocity", "2m/s", *words)
+    found = twin.predict(velocity=2.0, draws=FEW)
+    assert found.to_json() == printed("--velocity", "2m/s", *words)
+    with pytest.raises(ps.NotFoundError, match="no sensor 'roof'"):
+        found.srs["roof"]
 
 
 def test_numbers_have_bands_and_units(shot: ShotPrediction) -> None:
     units = {"velocity": "m/s", "peak_force": "N", "contact_time": "s", "compression_time": "s", "impulse": "N s"}
+    for series in (shot.force, *shot.srs.values(), *shot.acceleration.values()):
+        assert np.all(series.lower <= series.upper)
     for name, unit in units.items():
         number = getattr(shot, name)
         assert number.unit == unit and number.ci90 == (number.lower, number.upper)
@@ -102,6 +93,7 @@ def test_series_are_frames_with_units(shot: ShotPrediction) -> None:
     assert frame.attrs["units"] == {"frequency_hz": "Hz", "mean": "m/s2", "lower": "m/s2", "upper": "m/s2"}
     assert shot.force.to_frame()["upper"].tolist() == told["force"]["upper"]
     both = shot.srs.to_frame()
+    assert list(both.columns.names) == ["sensor", "value"]
     assert list(both.columns.get_level_values("sensor").unique()) == list(shot.srs)
     np.testing.assert_array_equal(shot.srs.mean, frame["mean"])
 
@@ -185,38 +177,29 @@ def test_effect_is_added_and_replaced(twin: LaboratoryTwin) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("function", "arguments", "message"),
     [
-        ({"tank_pressure": "5 kg"}, "tank_pressure is '5 kg'; expected a unit such as 'Pa'"),
-        ({"tank_pressure": "5"}, "tank_pressure is '5'; expected a number with a unit"),
-        ({"tank_pressure": 1e5, "velocity": 2.0}, "velocity and tank_pressure: expected one of them"),
-        ({"tip": "cheese"}, "no material 'cheese'; there are: "),
-        ({"draws": -1}, "draws is -1; expected 0"),
-        ({"factors": {"colour": "red"}}, "colour = red: no stage of this twin uses it; the contact is the law"),
+        ("predict", {"tank_pressure": "5 kg"}, "tank_pressure is '5 kg'; expected a unit such as 'Pa'"),
+        ("predict", {"tank_pressure": "5"}, "tank_pressure is '5'; expected a number with a unit"),
+        ("predict", {"bullet_mass": "1 bar"}, "bullet_mass is '1 bar'"),
+        ("predict", {"tank_pressure": 1e5, "velocity": 2.0}, "velocity and tank_pressure: expected one of them"),
+        ("predict", {"tip": "cheese"}, "no material 'cheese'; there are: "),
+        ("predict", {"draws": -1}, "draws is -1; expected 0"),
+        ("predict", {"factors": {"colour": "red"}}, "colour = red: no stage of this twin uses it; the contact is the"),
+        ("twin", {"q": 0.5}, "q is 0.5; expected"),
+        ("twin", {"frequencies": [100.0, -1.0]}, "frequencies is [100.0, -1.0]; expected positive numbers"),
+        ("twin", {"effects": "plate.damping:factor=much"}, "effects 'plate.damping:factor=much'"),
+        ("twin", {"effects": ["gun.gremlins"]}, "gun.gremlins"),
+        ("twin", {"coupled": True, "contact": "hann"}, "coupled with the contact 'hann'"),
+        ("twin", {"campaign": "autumn"}, "autumn"),
+        ("twin", {"chain_height": "10 mm"}, "chain height 10 mm"),
     ],
 )
-def test_error_names_the_argument(twin: LaboratoryTwin, arguments: dict[str, object], message: str) -> None:
-    with pytest.raises(ps.PyroshockError) as caught:
-        twin.predict(**arguments)
-    assert message in str(caught.value) and "--" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"q": 0.5}, "q is 0.5; expected"),
-        ({"frequencies": [100.0, -1.0]}, "frequencies is [100.0, -1.0]; expected positive numbers"),
-        ({"effects": "plate.damping:factor=much"}, "effects 'plate.damping:factor=much'"),
-        ({"coupled": True, "contact": "hann"}, "coupled with the contact 'hann'"),
-        ({"campaign": "autumn"}, "autumn"),
-        ({"chain_height": "10 mm"}, "chain height 10 mm"),
-    ],
-)
-def test_error_of_a_twin_names_the_argument(
-    store: ps.ExperimentStore, arguments: dict[str, object], message: str
+def test_error_names_the_argument(
+    store: ps.ExperimentStore, twin: LaboratoryTwin, function: str, arguments: dict[str, object], message: str
 ) -> None:
     with pytest.raises(ps.PyroshockError) as caught:
-        store.twin(**arguments)
+        (twin.predict if function == "predict" else store.twin)(**arguments)
     assert message in str(caught.value) and "--" not in str(caught.value)
 
 

@@ -11,25 +11,16 @@ import pyroshock as ps
 import pytest
 from click.testing import CliRunner
 from pyroshock.app.demo.demo import ingest_examples
-from pyroshock.app.twins import building as twins
 from pyroshock.app.validate.cli import validate
-from support.records.twin_parts import unsolved
 from support.stores.stores import opened
 
 
 @pytest.fixture
-def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ps.ExperimentStore]:
-    import matplotlib
-    import matplotlib.pyplot as plt
-
-    matplotlib.use("agg")
-    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
-    monkeypatch.setattr(twins, "solved", unsolved)
+def store(tmp_path: Path, notebook: None) -> Iterator[ps.ExperimentStore]:
     with opened(f"sqlite:///{tmp_path / 'lab.db'}", create=True) as opened_store:
         ingest_examples(opened_store)
     with ps.open(tmp_path / "lab.db", create=False) as store:
         yield store
-    plt.close("all")
 
 
 def test_validation_is_that_of_the_command_line(store: ps.ExperimentStore) -> None:

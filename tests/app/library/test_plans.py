@@ -12,48 +12,20 @@ from matplotlib.figure import Figure
 from pyroshock.doe.designs.methods import METHODS
 from pyroshock.signals.units import registry
 
-FEW = """
-name = "few"
-kind = "gun"
-[[factors]]
-name = "plate_material"
-kind = "categorical"
-levels = ["aluminum", "steel"]
-change = 3
-[[factors]]
-name = "anvil_material"
-kind = "categorical"
-levels = ["none"]
-[[factors]]
-name = "insulator"
-kind = "categorical"
-levels = ["none"]
-[[factors]]
-name = "tip_material"
-kind = "categorical"
-levels = ["PLA", "steel"]
-[[factors]]
-name = "tip_radius"
-column = "tip_radius_mm"
-kind = "numeric"
-unit = "mm"
-levels = [30, 60]
-[[factors]]
-name = "bullet_mass"
-column = "bullet_mass_kg"
-kind = "continuous"
-unit = "kg"
-low = 0.2
-high = 1
-[[factors]]
-name = "tank_pressure"
-column = "tank_pressure_bar"
-kind = "continuous"
-unit = "bar"
-low = 2
-high = 6
-step = 0.05
-"""
+#: Categorical factors, a radius of two levels, and ranges of mass and pressure.
+FEW = 'name = "few"\nkind = "gun"\n' + "".join(
+    f"[[factors]]\n{factor}\n"
+    for factor in (
+        'name = "plate_material"\nkind = "categorical"\nlevels = ["aluminum", "steel"]\nchange = 3',
+        'name = "anvil_material"\nkind = "categorical"\nlevels = ["none"]',
+        'name = "insulator"\nkind = "categorical"\nlevels = ["none"]',
+        'name = "tip_material"\nkind = "categorical"\nlevels = ["PLA", "steel"]',
+        'name = "tip_radius"\ncolumn = "tip_radius_mm"\nkind = "numeric"\nunit = "mm"\nlevels = [30, 60]',
+        'name = "bullet_mass"\ncolumn = "bullet_mass_kg"\nkind = "continuous"\nunit = "kg"\nlow = 0.2\nhigh = 1',
+        'name = "tank_pressure"\ncolumn = "tank_pressure_bar"\nkind = "continuous"\nunit = "bar"\nlow = 2\nhigh = 6\n'
+        "step = 0.05",
+    )
+)
 
 RADII = {"tip_radius": ("30 mm", "60 mm")}
 #: Limits of a range in the forms that a notebook may have.
@@ -116,13 +88,7 @@ def test_sheet_is_text_or_a_file(store, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("low", "high"),
-    [
-        (1e5, 6e5),
-        ("1 bar", "6 bar"),
-        ("100 kPa", 6e5),
-        (registry().Quantity(1, "bar"), registry().Quantity(0.6, "MPa")),
-    ],
+    ("low", "high"), [(1e5, 6e5), ("1 bar", "6 bar"), ("100 kPa", 6e5), (ONE_BAR, SIX_BAR)], ids=str
 )
 def test_limits_are_numbers_in_si_texts_and_quantities(store, low, high) -> None:
     plan = store.plan.sobol("s", runs=8, seed=1, ranges={"tank_pressure": (low, high)})
@@ -179,13 +145,8 @@ def test_table_is_a_file_or_a_frame(store, tmp_path: Path) -> None:
     import pandas as pd
 
     table = pd.DataFrame(
-        {
-            "run": [5, 2],
-            "plate_material": "steel",
-            "anvil_material": "none",
-            "insulator": "none",
-            "tip_material": ["PLA", "steel"],
-        }
+        {"run": [5, 2], "plate_material": "steel", "anvil_material": "none", "insulator": "none"}
+        | {"tip_material": ["PLA", "steel"]}
         | {"tip_radius_mm": [30, 60], "bullet_mass_kg": [0.25, 0.5], "tank_pressure_bar": [2.05, 4]}
     )
     table.to_csv(tmp_path / "table.csv", index=False)
@@ -228,30 +189,14 @@ def test_plan_is_fired_with_the_options_of_the_command(store, tmp_path: Path, mo
 
     monkeypatch.setattr("pyroshock.virtualbench.simulate.simulate", fake)
     plan = store.plan.lhs("summer", runs=2, seed=1, factors=FEW)
-    folder = plan.simulate(
-        str(tmp_path / "a"),
-        seed=3,
-        effects={"gun.blow_by": 3, "plate.damping": 0},
-        echoes=True,
-        name="b",
-        repetitions=2,
-        trigger=0.1,
-        pre_trigger="500 ms",
-        jobs=2,
+    effects = {"gun.blow_by": 3, "plate.damping": 0}
+    more = {"echoes": True, "name": "b", "repetitions": 2, "trigger": 0.1, "pre_trigger": 0.5, "jobs": 2}
+    folder = plan.simulate(str(tmp_path / "a"), seed=3, effects=effects, **more)
+    words = (
+        "--effect gun.blow_by=3 --effect plate.damping=0 --echoes --name b --repetitions 2 "
+        "--trigger 10% --pre-trigger 500ms --jobs 2 --seed 3"
     )
-    words = [
-        "--effect",
-        "gun.blow_by=3",
-        "--effect",
-        "plate.damping=0",
-        "--echoes",
-        "--name",
-        "b",
-        "--repetitions",
-        "2",
-    ]
-    words += ["--trigger", "10%", "--pre-trigger", "500ms", "--jobs", "2", "--seed", "3"]
-    result = pyroshock("simulate", "summer", "--out", tmp_path / "a", "--db", store.url, *words)
+    result = pyroshock("simulate", "summer", "--out", tmp_path / "a", "--db", store.url, *words.split())
     assert result.exit_code == 0, result.output
     assert folder == tmp_path / "a"
     assert calls[0] == calls[1]
@@ -281,13 +226,6 @@ def test_what_cannot_be_fired_is_refused(store, tmp_path: Path, options, message
     with pytest.raises(ps.InvalidValueError, match=message):
         plan.simulate(tmp_path / "summer", progress=False, **options)
     assert not (tmp_path / "summer").exists()
-
-
-def test_trigger_is_a_share_and_a_time_in_si() -> None:
-    from pyroshock.app.plan.rehearsal import trigger_of
-    from pyroshock.virtualbench.gun.fire import Trigger
-
-    assert trigger_of(0.1, 0.5) == trigger_of("10%", "500 ms") == Trigger(0.1, 0.5)
 
 
 @pytest.mark.slow

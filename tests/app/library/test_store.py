@@ -27,14 +27,6 @@ def lab(tmp_path_factory):
         yield store
 
 
-@pytest.fixture(scope="module")
-def fired(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("gun")
-    with ps.open(f"sqlite:///{folder / 'gun.db'}") as store:
-        store.ingest(_FIRST_SHOTS, progress=False)
-        yield store
-
-
 def _printed(command, store, *arguments):
     result = CliRunner().invoke(command, ["--db", store.url, "--json", *arguments])
     assert result.exit_code == 0, result.output
@@ -45,8 +37,19 @@ def _printed(command, store, *arguments):
 def test_impacts_are_those_of_the_command(lab, where):
     conditions = [where] if where else []
     printed = _printed(impacts, lab, *(word for each in conditions for word in ("--where", each)))
-    frame = lab.impacts(where=conditions)
-    assert len(frame) == len(printed) and len(frame) > 0
+    _assert_same_rows(lab.impacts(where=conditions), printed)
+
+
+def test_shots_are_those_of_the_command(tmp_path):
+    with ps.open(f"sqlite:///{tmp_path / 'gun.db'}") as store:
+        store.ingest(_FIRST_SHOTS, progress=False)
+        frame = store.shots()
+        _assert_same_rows(frame, _printed(shots, store))
+    assert len(frame) == 5
+
+
+def _assert_same_rows(frame, printed):
+    assert len(frame) == len(printed) > 0
     for (_, row), wanted in zip(frame.iterrows(), printed, strict=True):
         assert {name: None if pd.isna(row[name]) else row[name] for name in wanted} == wanted
         assert all(pd.isna(row[name]) for name in set(frame.columns) - set(wanted))
@@ -59,8 +62,19 @@ def test_columns_units_sorting_and_limit(lab):
     assert list(frame["peak_force_n"]) == sorted(lab.impacts()["peak_force_n"], reverse=True)[:3]
 
 
-def test_no_impacts_are_an_empty_frame(lab):
+def test_campaigns_and_the_store_itself(lab):
+    frame = lab.campaigns()
+    assert list(frame["name"]) == ["spring"] and list(frame["impacts"]) == [4 * HITS]
+    assert "lab.db" in repr(lab) and "spring" in lab._repr_html_()
     assert lab.impacts(where="peak_force_n>1e12").empty
+
+
+def test_a_dry_run_stores_nothing(lab, tmp_path):
+    report = lab.ingest(full_campaign(tmp_path / "autumn", "autumn"), dry_run=True, progress=False)
+    assert report.added["impacts"] == 4 * HITS and "nothing is stored" in repr(report)
+    assert list(lab.campaigns()["name"]) == ["spring"]
+    with pytest.raises(ps.PyroshockError, match="no such folder"):
+        lab.ingest(tmp_path / "winter", progress=False)
 
 
 @pytest.mark.parametrize(
@@ -76,19 +90,6 @@ def test_no_impacts_are_an_empty_frame(lab):
 def test_what_is_wrong_is_named(lab, arguments, kind, words):
     with pytest.raises(kind, match=words):
         lab.impacts(**arguments)
-
-
-def test_shots_are_those_of_the_command(fired):
-    printed = _printed(shots, fired)
-    frame = fired.shots()
-    assert len(frame) == len(printed) == 5
-    for (_, row), wanted in zip(frame.iterrows(), printed, strict=True):
-        assert {name: None if pd.isna(row[name]) else row[name] for name in wanted} == wanted
-
-
-def test_campaigns(lab):
-    frame = lab.campaigns()
-    assert list(frame["name"]) == ["spring"] and list(frame["impacts"]) == [4 * HITS]
 
 
 def test_a_pulse_has_the_figures_of_the_listing(lab):
@@ -154,12 +155,6 @@ def test_channels_by_name(lab):
     assert recording.plot()[-1].get_xlabel() == "time (ms)"
 
 
-def test_a_dry_run_stores_nothing(lab, tmp_path):
-    report = lab.ingest(full_campaign(tmp_path / "autumn", "autumn"), dry_run=True, progress=False)
-    assert report.added["impacts"] == 4 * HITS and "nothing is stored" in repr(report)
-    assert list(lab.campaigns()["name"]) == ["spring"]
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [({"target_motion": "floor"}, "target_motion is 'floor'"), ({"smothing": 0.5}, "smothing")],
@@ -167,11 +162,6 @@ def test_a_dry_run_stores_nothing(lab, tmp_path):
 def test_options_of_an_ingest_are_checked(lab, tmp_path, arguments, words):
     with pytest.raises(ps.InvalidValueError, match=words):
         lab.ingest(tmp_path, **arguments)
-
-
-def test_a_folder_that_is_none(lab, tmp_path):
-    with pytest.raises(ps.PyroshockError, match="no such folder"):
-        lab.ingest(tmp_path / "winter", progress=False)
 
 
 def test_a_dataset_is_frozen_once(lab):
@@ -189,7 +179,3 @@ def test_a_store_that_is_not_there(tmp_path):
     with pytest.raises(ps.StorageError, match=r"no store|no such"):
         ps.open(tmp_path / "lab.db", create=False)
     assert not (tmp_path / "lab.db").exists()
-
-
-def test_the_store_shows_itself_without_its_password(lab):
-    assert "lab.db" in repr(lab) and "spring" in lab._repr_html_()

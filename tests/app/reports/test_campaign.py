@@ -188,17 +188,15 @@ def test_pulses_are_grouped_by_configuration(hits: Store) -> None:
         "anvil_material", "insulator", "tip_material", "tip_radius_m", "boundary_conditions", "impact_position"
     }  # fmt: skip
     assert (pulses.rejected, pulses.without) == (0, 0)
-
-
-def test_table_of_pulses_has_mean_and_spread(hits: Store) -> None:
+    assert telling_factor(type(pulses)(pulses.groups * 3, 0, 0)) in pulses.varied
+    assert telling_factor(type(pulses)(pulses.groups[:1], 0, 0)) is None
     found = tables(document(hits, "hits"))["Mean ± standard deviation over the pulses of a configuration."]
-    column = list(found.columns).index("impact velocity (m/s)")
+    told = dict(zip(found.columns, found.rows[0], strict=True))
     # 0.61 to 0.65 m/s in the first run, in steps of 0.01
-    assert found.rows[0][column] == "0.630 ± 0.016"
-    assert found.rows[0][list(found.columns).index("tip radius (mm)")] == 30
+    assert (told["impact velocity (m/s)"], told["tip radius (mm)"]) == ("0.630 ± 0.016", 30)
 
 
-def test_rejected_pulses_are_left_out_and_told(hits: Store) -> None:
+def test_rejected_pulses_and_recordings_set_aside_are_told(hits: Store) -> None:
     with hits.writing() as session:
         impact = session.scalars(select(Impact).order_by(Impact.id)).first()
         assert impact is not None and impact.recording_id is not None
@@ -207,34 +205,18 @@ def test_rejected_pulses_are_left_out_and_told(hits: Store) -> None:
             message="two blows <script>", evidence={},
         )  # fmt: skip
         session.add(finding)
+        torn = {"path": "recordings/torn.mat", "status": "set aside", "reason": "it ends early"}
+        key = session.scalars(select(Campaign.id)).one()
+        session.add(Recording(campaign_id=key, sha256="0" * 64, size_bytes=1, format="mat", **torn))
     found = document(hits, "hits")
+    aside = tables(found)["Recordings that were set aside."]
+    assert list(aside.rows) == [["recordings/torn.mat", "it ends early"]]
     assert "Left out: 1 rejected." in told(found)
     table = tables(found)["Mean ± standard deviation over the pulses of a configuration."]
     assert [row[list(table.columns).index("pulses")] for row in table.rows] == [HITS - 1, HITS, HITS, HITS]
     (doubt,) = [row for row in tables(found)["Rejects and warnings."].rows if row[0] == "reject"]
     assert doubt[1:] == ["double-hit", "recordings/test-01.npz", 1, 1, "two blows <script>"]
     assert ["reject", "double-hit", None, 1] in tables(found)["Findings by check."].rows
-
-
-def test_recordings_set_aside_are_listed(hits: Store) -> None:
-    with hits.writing() as session:
-        campaign = session.scalars(select(Campaign)).one()
-        session.add(
-            Recording(
-                campaign_id=campaign.id, path="recordings/torn.mat", sha256="0" * 64, size_bytes=1, format="mat",
-                status="set aside", reason="it ends early",
-            )
-        )  # fmt: skip
-    aside = tables(document(hits, "hits"))["Recordings that were set aside."]
-    assert list(aside.rows) == [["recordings/torn.mat", "it ends early"]]
-
-
-def test_telling_factor_is_the_one_that_sets_the_force(hits: Store) -> None:
-    with hits.reading() as session:
-        pulses = pulses_of(session, "hits")
-    tripled = pulses.groups * 3
-    assert telling_factor(type(pulses)(tripled, 0, 0)) in pulses.varied
-    assert telling_factor(type(pulses)(pulses.groups[:1], 0, 0)) is None
 
 
 def test_more_configurations_than_colours_are_told_by_a_factor(tmp_path: Path) -> None:
@@ -247,12 +229,6 @@ def test_more_configurations_than_colours_are_told_by_a_factor(tmp_path: Path) -
         with store.reading() as session:
             assert len(pulses_of(session, "many").groups) == 10
     assert "Mean pulses by configuration, in the colour of the" in text
-
-
-def test_whole_report_is_written_both_ways(hits: Store) -> None:
-    found = document(hits, "hits")
-    assert needs_nothing(Page(html_of(found)))
-    assert pdf_of(found) == pdf_of(document(hits, "hits"))
 
 
 def test_empty_campaign_has_a_report_too(tmp_path: Path) -> None:
@@ -269,6 +245,9 @@ def test_empty_campaign_has_a_report_too(tmp_path: Path) -> None:
     assert pdf_of(found).startswith(b"%PDF")
 
 
-def test_unknown_campaign_is_refused_with_those_there_are(hits: Store) -> None:
+def test_whole_report_is_written_both_ways(hits: Store) -> None:
+    found = document(hits, "hits")
+    assert needs_nothing(Page(html_of(found)))
+    assert pdf_of(found) == pdf_of(document(hits, "hits"))
     with pytest.raises(LookupError, match="known: hits"):
         document(hits, "autumn")

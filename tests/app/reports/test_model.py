@@ -67,10 +67,8 @@ def test_a_law_has_no_figures_of_coverage(lab: tuple[Registry, Read]) -> None:
     table = blocks(report(lab, "hann@1"), "Figures by split")[0]
     assert isinstance(table, Table)
     assert not any("band" in str(row[0]) for row in table.rows)
-    told = [
-        block.text for block in blocks(report(lab, "hann@1"), "On the pulses held out") if isinstance(block, Paragraph)
-    ]
-    assert any("gives no spread" in text for text in told)
+    held_out = blocks(report(lab, "hann@1"), "On the pulses held out")
+    assert any("gives no spread" in block.text for block in held_out if isinstance(block, Paragraph))
 
 
 def test_predictions_stand_beside_measurements(lab: tuple[Registry, Read]) -> None:

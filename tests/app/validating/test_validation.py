@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 from pyroshock.app.common.model_registry import context_of, registry_of
-from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.building import TwinRequest, twin_of
 from pyroshock.app.validate.validation import (
     NOTHING,
@@ -23,12 +22,14 @@ from pyroshock.app.validate.validation import (
     run_validation,
 )
 from pyroshock.dataset.snapshot import build_snapshot, read_snapshot
+from pyroshock.schema.impacts import Impact, Pulse
 from pyroshock.training.fitting.session import train
 from pyroshock.training.registry.contact_stage import RegisteredContact
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.measured_shots import MeasuredShots
 from pyroshock.twin.setting import THESIS, Setting
-from support.records.twin_parts import HalfSine, unsolved
+from sqlalchemy import select
+from support.records.twin_parts import HalfSine
 from support.stores.hammer_stores import copied, filled_store, full_campaign
 from support.stores.registries import fresh_registry, without_figures
 from support.stores.stores import opened
@@ -72,19 +73,13 @@ def folds_of(shots: MeasuredShots, folds: int = 5) -> tuple[int, list[list[int]]
     return number, made, draws
 
 
-def test_every_configuration_is_left_out_once() -> None:
+def test_every_configuration_is_left_out_once_few_ones_one_by_one() -> None:
     number, made, draws = folds_of(shots_of(np.repeat(np.arange(7), 3).tolist()))
     assert number == 5
     assert sorted(key for group in made for key in group) == list(range(7))
     assert list(draws) == list(range(21))
-
-
-def test_few_configurations_are_left_out_one_by_one() -> None:
     number, made, _ = folds_of(shots_of([3, 3, 5, 8]))
     assert (number, sorted(made)) == (3, [[3], [5], [8]])
-
-
-def test_single_configuration_is_predicted_by_a_twin_without_it() -> None:
     number, made, draws = folds_of(shots_of([4, 4]))
     assert (number, made, len(draws)) == (0, [[4]], 2)
 
@@ -122,16 +117,18 @@ def hammer_store(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def db(hammer_store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
-    monkeypatch.setattr(twins, "solved", unsolved)
-    return copied(hammer_store, tmp_path)
+def db(hammer_store: Path, quick_twins: Path) -> str:
+    return copied(hammer_store, quick_twins)
 
 
 def test_campaign_is_scored(db: str) -> None:
     with opened(db) as store:
-        validation = run_validation(store, db, ValidationRequest("spring", contact="hertz"))
-    data = validation.as_json()
+        data, again = (run_validation(store, db, ValidationRequest("spring", contact="hertz")).as_json() for _ in "ab")
+        with store.reading() as session:
+            stored = sorted(session.scalars(select(Pulse.spline_peak_force_n)))
+    assert data["quantities"] == again["quantities"] and data["failures"] == again["failures"]
+    measured = sorted(shot["quantities"]["peak_force"]["measured"] for shot in data["shots"])
+    assert measured == pytest.approx(stored)
     scores = {row["name"]: row for row in data["quantities"]}
     assert {"contact_time", "peak_force", "impulse"} <= scores.keys()
     assert "velocity" not in scores  # a hammer's velocity is given to the twin
@@ -141,39 +138,16 @@ def test_campaign_is_scored(db: str) -> None:
     assert len(data["shots"]) == 20
 
 
-def test_measured_values_are_those_of_the_store(db: str) -> None:
-    from pyroshock.schema.impacts import Pulse
-    from sqlalchemy import select
-
-    with opened(db) as store:
-        data = run_validation(store, db, ValidationRequest("spring", contact="hertz")).as_json()
-        with store.reading() as session:
-            stored = sorted(session.scalars(select(Pulse.spline_peak_force_n)))
-    measured = sorted(shot["quantities"]["peak_force"]["measured"] for shot in data["shots"])
-    assert measured == pytest.approx(stored)
-
-
-def test_same_seed_same_scores(db: str) -> None:
-    with opened(db) as store:
-        first, second = (
-            run_validation(store, db, ValidationRequest("spring", contact="hertz")).as_json() for _ in "ab"
-        )
-    assert first["quantities"] == second["quantities"]
-    assert first["failures"] == second["failures"]
-
-
-def test_unknown_campaign_is_named(db: str) -> None:
-    with opened(db) as store, pytest.raises(LookupError, match="winter"):
-        run_validation(store, db, ValidationRequest("winter"))
-
-
 def test_campaign_without_a_shot_to_predict_says_why(db: str, monkeypatch: pytest.MonkeyPatch) -> None:
     reasons = tuple(f"run {run}, repetition 1: no mass of the impactor" for run in (1, 2))
     monkeypatch.setattr(
         "pyroshock.app.validate.validation.campaign_shots", lambda *_: (shots_of([1]).take([]), reasons)
     )
-    with opened(db) as store, pytest.raises(ValueError, match=r"to compare with: no mass of the impactor \(2\)"):
-        run_validation(store, db, ValidationRequest("spring"))
+    with opened(db) as store:
+        with pytest.raises(LookupError, match="winter"):
+            run_validation(store, db, ValidationRequest("winter"))
+        with pytest.raises(ValueError, match=r"to compare with: no mass of the impactor \(2\)"):
+            run_validation(store, db, ValidationRequest("spring"))
 
 
 # --- registered models ---
@@ -202,7 +176,7 @@ def test_model_is_refitted_without_configurations(with_model: str) -> None:
         table = read_snapshot(store, "pulses").table
         left_out = np.unique(table.configuration)[:1]
         with store.reading() as session:
-            keys = _keys(session)
+            keys = sorted(set(session.scalars(select(Impact.configuration_id))))
             (key,) = [key for key in keys if configuration_names(session, [key]) == {str(left_out[0])}]
         refitted, seen = UnseenContact(store, with_model, contact).without([key])
         trained_on = registry_of(with_model).held_out(contact.registered.version).trained_on
@@ -214,19 +188,15 @@ def test_model_is_refitted_without_configurations(with_model: str) -> None:
     assert not np.allclose(found.force_n, contact.registered.model.predict(table.inputs).force_n)
 
 
-def test_model_that_had_not_seen_them_stays(with_model: str) -> None:
-    with opened(with_model) as store:
-        contact = contact_of(store, with_model)
-        found, seen = UnseenContact(store, with_model, contact).without([])
-    assert (found, seen) == (contact, NOTHING)
-
-
-def test_model_without_its_pulses_is_called_seen(with_model: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_model_that_had_not_seen_them_stays_and_one_without_its_pulses_is_called_seen(
+    with_model: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def gone(*_: object) -> None:
         raise LookupError("no dataset")
 
     with opened(with_model) as store:
         contact = contact_of(store, with_model)
+        assert UnseenContact(store, with_model, contact).without([]) == (contact, NOTHING)
         monkeypatch.setattr("pyroshock.app.validate.validation.read_snapshot", gone)
         assert UnseenContact(store, with_model, contact).without([1]) == (contact, SEEN)
 
@@ -235,10 +205,3 @@ def test_output_says_what_model_had_seen(with_model: str) -> None:
     with opened(with_model) as store:
         validation = run_validation(store, with_model, ValidationRequest("spring", contact="linear@1"))
     assert "models:/linear/1 was refitted without the configurations of each fold" in validation.seen
-
-
-def _keys(session: Any) -> list[int]:
-    from pyroshock.schema.impacts import Impact
-    from sqlalchemy import select
-
-    return sorted(set(session.scalars(select(Impact.configuration_id))))

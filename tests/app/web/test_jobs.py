@@ -17,7 +17,6 @@ from pyroshock.app.jobs.kind import RunningJob
 from pyroshock.app.jobs.queue import ask, get_job
 from pyroshock.schema.jobs import DONE, WAITING
 from pyroshock.twin.tune.attainability import Attainability, Obstacle
-from starlette.testclient import TestClient
 from support.processes.odd_jobs import Odd, claimed, odd, work_off
 from support.processes.web_client import ended, post, post_json, sqlite, window
 from support.records.campaigns import gun_campaign
@@ -70,10 +69,8 @@ def test_a_job_outlives_its_server(tmp_path: Path, odd: Odd) -> None:
         for job in (first, second):
             until(lambda job=job: get_job(store, job.key).ended)  # type: ignore[misc]
         listed = client.get("/api/jobs").json()
-        assert [(job["label"], job["state"], job["attempt"]) for job in listed] == [
-            ("odd b", DONE, 1),
-            ("odd a", DONE, 2),
-        ]
+        states = [(job["label"], job["state"], job["attempt"]) for job in listed]
+        assert states == [("odd b", DONE, 1), ("odd a", DONE, 2)]
         assert client.get(f"/api/jobs?limit=1&before={second.key}").json() == listed[1:]
         assert "Attempt 2" in client.get(f"/jobs/{first.key}").text
 
@@ -188,14 +185,8 @@ def test_a_folder_beyond_those_of_a_worker_is_not_read(tmp_path: Path) -> None:
         assert get_job(store, key).state == DONE
 
 
-def test_the_jobs_of_scripts(tmp_path: Path, client_store: tuple[TestClient, Any]) -> None:
-    client, _ = client_store
-    assert post_json(client, "/api/campaigns/unknown/extract", {}).status_code == 404
-    assert post_json(client, "/api/train", {"dataset": "unknown"}).status_code == 404
-    assert "no-such-model" in post_json(client, "/api/train", {"dataset": "a", "models": "no-such-model"}).text
-
-
-@pytest.fixture
-def client_store(tmp_path: Path):
-    with window(sqlite(tmp_path)) as found:
-        yield found
+def test_the_jobs_of_scripts(tmp_path: Path) -> None:
+    with window(sqlite(tmp_path)) as (client, _):
+        assert post_json(client, "/api/campaigns/unknown/extract", {}).status_code == 404
+        assert post_json(client, "/api/train", {"dataset": "unknown"}).status_code == 404
+        assert "no-such-model" in post_json(client, "/api/train", {"dataset": "a", "models": "no-such-model"}).text

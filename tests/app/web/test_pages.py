@@ -53,9 +53,6 @@ def test_an_empty_store_says_what_to_do(empty: Lab, address: str, words: str) ->
     answer = empty.client.get(address)
     assert answer.status_code == 200
     assert words in answer.text
-
-
-def test_the_address_of_the_server_leads_to_the_campaigns(empty: Lab) -> None:
     assert empty.client.get("/").headers["location"] == "/campaigns"
 
 
@@ -184,12 +181,7 @@ def test_a_bad_address_is_answered_in_words(filled: Lab, address: str, status: i
         ("/plans", {"name": "x", "description": "\x07"}, 422, "description"),
         ("/plans", {"name": PLAN}, 422, "in the store already"),
         ("/plans", {"name": "x", "method": "guess"}, 422, "guess"),
-        (
-            "/plans",
-            {"name": "x", "lhs.criterion": "guess"},
-            422,
-            "expected one of balance, random",
-        ),
+        ("/plans", {"name": "x", "lhs.criterion": "guess"}, 422, "expected one of balance, random"),
         (f"/plans/{AT}/runs/1", {"status": "lost"}, 422, "lost"),
         (f"/plans/{AT}/runs/1", {"status": "discarded"}, 422, "reason"),
         (f"/plans/{AT}/runs/9", {"status": "done"}, 422, "no run 9"),
@@ -488,9 +480,6 @@ def test_the_twin_is_validated_by_a_job(filled: Lab) -> None:
     assert job["result"]["verdict"] in report.text
     assert job["address"] in filled.client.get("/validations").text
     assert filled.added(before) == {}
-
-
-def test_validation_over_the_api_is_that_of_the_command(filled: Lab) -> None:
     job = ended(filled.client, post_json(filled.client, "/api/validate", {"campaign": GUN}))
     assert (job["state"], job["error"]) == ("done", None)
     assert [row["name"] for row in job["result"]["quantities"]] == ["velocity"]

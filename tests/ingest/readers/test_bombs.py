@@ -50,13 +50,8 @@ def npz_that_declares(path):
 def npz_that_inflates(path):
     """300 MB of zeros in 300 kB: within what the header declares, and beyond 1000 times the file."""
     np.savez(path, fs=51200.0)
-    with (
-        zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED, compresslevel=9) as archive,
-        archive.open("force.npy", "w") as out,
-    ):
-        out.write(npy_header(37_500_000))
-        for _ in range(300):
-            out.write(bytes(1_000_000))
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        archive.writestr("force.npy", npy_header(37_500_000) + bytes(300_000_000))
 
 
 def mat_that_declares(path, compressed=False):
@@ -99,42 +94,38 @@ def parquet_of_one_value(path):
     pq.write_table(table, path)
 
 
-def tdms_that_declares(path):
-    """One channel of 1000 samples whose index says ten thousand million bytes."""
+def write_tdms(path, *parts, **properties):
+    """One channel of 1000 samples."""
     from nptdms import ChannelObject, TdmsWriter
 
     with TdmsWriter(path) as writer:
-        writer.write_segment([ChannelObject("shot", "force", np.arange(1000.0), {"wf_increment": 1 / 51200})])
-    content = path.read_bytes()
+        channel = ChannelObject("shot", "force", np.arange(1000.0), {"wf_increment": 1 / 51200, **properties})
+        writer.write_segment([*parts, channel])
+    return path.read_bytes()
+
+
+def tdms_that_declares(path):
+    """1000 samples whose index says ten thousand million bytes."""
+    content = write_tdms(path)
     path.write_bytes(content.replace(struct.pack("<IIQ", 10, 1, 1000), struct.pack("<IIQ", 10, 1, MANY)))
 
 
 def tdms_of_many_scales(path):
     """A property of twelve bytes, for which npTDMS makes a list of 2**40 entries."""
-    from nptdms import ChannelObject, TdmsWriter
-
-    properties = {"wf_increment": 1 / 51200, "NI_Number_Of_Scales": 2**40}
-    with TdmsWriter(path) as writer:
-        writer.write_segment([ChannelObject("shot", "force", np.arange(1000.0), properties)])
+    write_tdms(path, NI_Number_Of_Scales=2**40)
 
 
 def tdms_of_many_scales_in_the_file(path):
     """... where the group's own number hides the file's."""
-    from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
+    from nptdms import GroupObject, RootObject
 
     parts = [RootObject({"NI_Number_Of_Scales": 2**40}), GroupObject("shot", {"NI_Number_Of_Scales": 1})]
-    with TdmsWriter(path) as writer:
-        writer.write_segment([*parts, ChannelObject("shot", "force", np.arange(1000.0), {"wf_increment": 1 / 51200})])
+    write_tdms(path, *parts)
 
 
 def tdms_of_a_long_text(path):
     """A unit of 4 GB: Python makes room for as much as a file is asked for."""
-    from nptdms import ChannelObject, TdmsWriter
-
-    with TdmsWriter(path) as writer:
-        properties = {"wf_increment": 1 / 51200, "unit_string": "newton"}
-        writer.write_segment([ChannelObject("shot", "force", np.arange(1000.0), properties)])
-    content = path.read_bytes()
+    content = write_tdms(path, unit_string="newton")
     path.write_bytes(content.replace(struct.pack("<I", 6) + b"newton", struct.pack("<I", 0xFFFFFFF0) + b"newton"))
 
 
@@ -164,11 +155,7 @@ BOMBS = {
     "hdf5-time-declares": (".h5", hdf5_whose_time_declares, DECLARES),
     "parquet-one-value": (".parquet", parquet_of_one_value, DECLARES),
     "mat-long-name": (".mat", mat_of_a_long_name, "declares 4294967280 bytes before its numbers"),
-    "mat-long-text": (
-        ".mat",
-        mat_of_a_long_text,
-        "'operator' declares 9 samples of 1 bytes and holds 4294967280 bytes",
-    ),
+    "mat-long-text": (".mat", mat_of_a_long_text, "'operator' declares 9 samples of 1 bytes and holds 4294967280"),
     "tdms-many-scales": (".tdms", tdms_of_many_scales, "NI_Number_Of_Scales is 1099511627776"),
     "tdms-many-scales-in-the-file": (".tdms", tdms_of_many_scales_in_the_file, "NI_Number_Of_Scales is 1099511627776"),
     "tdms-long-text": (".tdms", tdms_of_a_long_text, "Error decoding string from bytes"),

@@ -39,31 +39,33 @@ def test_whole_elements_are_taken(tmp_path):
     refuse_cut(tmp_path / "shot.ide")
 
 
-def test_the_recorder_is_told_in_the_header(make_recording, tmp_path):
-    pytest.importorskip("idelib", reason="the extra [ide] is not installed")
-    truth = make_recording("ide", tmp_path / "shot.ide")
-    with open_recording(tmp_path / "shot.ide") as recording:
-        header = recording.info("force").header
-        assert (header["ProductName"], header["RecorderSerial"], header["sensor"]) == ("Slam Stick C", 428, "Load cell")
-        np.testing.assert_array_equal(recording.read("force", 5, 9), truth.channels["force"][5:9])
-
-
-@pytest.mark.parametrize("expression", [b"9**9**9*9", b"().__x__ ", b"1.0/0.000", b"exp(1)/20"])
-def test_a_time_scale_is_never_run(make_recording, tmp_path, expression):
+@pytest.fixture
+def shot(make_recording, tmp_path):
+    """A file and what it holds; `scaled` writes another time scale into it."""
     pytest.importorskip("idelib", reason="the extra [ide] is not installed")
     path = tmp_path / "shot.ide"
-    make_recording("ide", path)
+    return path, make_recording("ide", path)
+
+
+def scaled(path, expression):
     content = path.read_bytes()
     assert content.count(b"1.0/50000") == 1
     path.write_bytes(content.replace(b"1.0/50000", expression))
-    with pytest.raises(RecordingError, match=r"^shot\.ide: .*is no number and no ratio of two"):
-        open_recording(path)
 
 
-def test_a_time_scale_can_be_a_number(make_recording, tmp_path):
-    pytest.importorskip("idelib", reason="the extra [ide] is not installed")
-    path = tmp_path / "shot.ide"
-    make_recording("ide", path)
-    path.write_bytes(path.read_bytes().replace(b"1.0/50000", b"  0.00004"))
+def test_the_recorder_is_told_in_the_header_and_a_time_scale_can_be_a_number(shot):
+    path, truth = shot
+    with open_recording(path) as recording:
+        header = recording.info("force").header
+        assert (header["ProductName"], header["RecorderSerial"], header["sensor"]) == ("Slam Stick C", 428, "Load cell")
+        np.testing.assert_array_equal(recording.read("force", 5, 9), truth.channels["force"][5:9])
+    scaled(path, b"  0.00004")
     with open_recording(path) as recording:
         assert recording.info("force").sampling_rate_hz == 25_000.0
+
+
+@pytest.mark.parametrize("expression", [b"9**9**9*9", b"().__x__ ", b"1.0/0.000", b"exp(1)/20"])
+def test_a_time_scale_is_never_run(shot, expression):
+    scaled(shot[0], expression)
+    with pytest.raises(RecordingError, match=r"^shot\.ide: .*is no number and no ratio of two"):
+        open_recording(shot[0])

@@ -12,6 +12,8 @@ from scipy.io import wavfile
 
 RATE_HZ = 51200
 WAVE = np.column_stack([np.sin(np.arange(200) / 7), np.linspace(-1, 0.999, 200)])
+#: The head of the samples: 800 bytes.
+SIZE = b"data" + struct.pack("<I", 800)
 
 
 @pytest.mark.parametrize(
@@ -51,23 +53,15 @@ def test_columns_name_the_channels(tmp_path):
         assert [c.name for c in recording.channels] == ["acc"]
     with pytest.raises(RecordingError, match=r"has 2 channels, and 1 columns are named \(force\)"):
         open_recording(tmp_path / "shot.wav", ReadingOptions(("force",)))
-
-
-def test_another_rate_than_the_given_is_refused(tmp_path):
-    wavfile.write(tmp_path / "shot.wav", 48000, WAVE.astype("f4"))
-    with pytest.raises(RecordingError, match=r"sampling rate of 48000.0 Hz, and 51200.0 Hz is given for it"):
-        open_recording(tmp_path / "shot.wav", ReadingOptions(sampling_rate_hz=51200.0))
+    with pytest.raises(RecordingError, match=r"sampling rate of 51200.0 Hz, and 48000.0 Hz is given for it"):
+        open_recording(tmp_path / "shot.wav", ReadingOptions(sampling_rate_hz=48000.0))
 
 
 @pytest.mark.parametrize(
     ("old", "new", "reason"),
     [
-        (
-            b"data" + struct.pack("<I", 800),
-            b"data" + struct.pack("<I", 0xFFFFFFF0),
-            "is cut: a part of it ends at byte",
-        ),
-        (b"data" + struct.pack("<I", 800), b"data" + struct.pack("<I", 799), "do not go into 799 bytes in blocks of 4"),
+        (SIZE, b"data" + struct.pack("<I", 0xFFFFFFF0), "is cut: a part of it ends at byte"),
+        (SIZE, b"data" + struct.pack("<I", 799), "do not go into 799 bytes in blocks of 4"),
         (b"fmt ", b"fmt_", "has no chunks 'fmt ' and 'data'"),
         (struct.pack("<HH", 1, 2), struct.pack("<HH", 6, 2), "format 6 with 16 bits; expected PCM"),
         (struct.pack("<HH", 1, 2), struct.pack("<HH", 1, 0), "0 channels of 16 bits"),

@@ -57,13 +57,8 @@ DAMAGES = {
 }  # fmt: skip
 
 
-def test_a_sound_store_is_found_sound(care_copy):
-    assert found(care_copy) == []
-    assert found(care_copy, fast=True) == []
-    assert found(care_copy, HAMMER) == []
-
-
-def test_each_damage_is_found_at_its_place(care_store):
+def test_each_damage_is_found_at_its_place_and_a_sound_store_sound(care_store):
+    assert found(care_store) == found(care_store, fast=True) == found(care_store, HAMMER) == []
     for statement in DAMAGES:
         execute(care_store, statement, **({"other": "0" * 64} if ":other" in statement else {}))
     flip(care_store, "series_chunks", "frame", "channel_id = 1 AND number = 1", 40)

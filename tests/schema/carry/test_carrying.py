@@ -165,16 +165,13 @@ def test_campaigns_come_one_after_another(care_source, spring, tmp_path, sqlite_
     assert {name for name in both if both[name] != mine[name]} <= STAY_BEHIND | _SEEDED
 
 
-def test_a_damaged_campaign_is_not_exported_and_others_are(care_copy, tmp_path):
+def test_a_damaged_campaign_is_not_exported_and_no_file_written_over(care_copy, tmp_path):
     execute(care_copy, "DELETE FROM series_chunks WHERE channel_id = 1 AND number = 1")
     with pytest.raises(StoreError, match=r"campaign spring is not whole.*test-01\.npz, channel force, chunk 1"):
         exported(care_copy, tmp_path / "x.pyroshock")
     assert list(tmp_path.glob("x.pyroshock*")) == []
     exported(care_copy, tmp_path / "gun.pyroshock", GUN)
-
-
-def test_a_file_that_is_there_is_not_written_over(care_copy, tmp_path):
     (tmp_path / "x").write_text("mine")
     with pytest.raises(StoreError, match="is there already"):
-        exported(care_copy, tmp_path / "x")
+        exported(care_copy, tmp_path / "x", GUN)
     assert (tmp_path / "x").read_text() == "mine"

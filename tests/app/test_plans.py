@@ -1,4 +1,4 @@
-"""The commands of `plan`, as a laboratory uses them."""
+"""Plans made by one function for the command line and the web, and the commands of `plan`."""
 
 from __future__ import annotations
 
@@ -7,9 +7,103 @@ import json
 from pathlib import Path
 
 import pytest
-from pyroshock.doe.plans import read_plan
+from pyroshock.app.plan.planning import make_plan
+from pyroshock.app.plan.quality import plan_page
+from pyroshock.doe.designs.methods import METHODS
+from pyroshock.doe.plans import PlanExistsError, add_plan, discard_run, read_plan, tick_run
+from pyroshock.doe.space import gun_space, shipped_factors
 from support.records.campaigns import gun_campaign, write_runs
 from support.stores.stores import opened, pyroshock
+
+# --- plans made by one function for the command line and the web, and what a page shows of their quality ------------
+
+
+@pytest.fixture
+def store(tmp_path):
+    with opened(f"sqlite:///{tmp_path / 'lab.db'}", create=True) as store:
+        yield store
+
+
+def read(store, name):
+    with store.reading() as session:
+        return read_plan(session, name)
+
+
+def test_same_seed_makes_the_same_plan(store):
+    first, second = (make_plan(store, "lhs", name, runs=12, repetitions=2, seed=7) for name in ("a", "b"))
+    assert [run.row for run in first.runs] == [run.row for run in second.runs]
+    assert (len(first.runs), first.method, first.seed, first.runs[0].repetitions) == (12, "lhs", 7, 2)
+    assert all(run.settings["tank_pressure_bar"] > 0 for run in first.runs)
+    drawn = make_plan(store, "lhs", "drawn", runs=12)
+    again = make_plan(store, "lhs", "again", runs=12, seed=drawn.seed)
+    assert [run.row for run in drawn.runs] == [run.row for run in again.runs]
+
+
+def test_factorial_of_a_hammer_has_every_treatment(store):
+    made = make_plan(store, "factorial", "h", kind="hammer", seed=1)
+    assert len({json.dumps(dict(run.row)) for run in made.runs}) == len(made.runs) == made.space.size == 180
+
+
+@pytest.mark.parametrize(
+    ("method", "own", "said"),
+    [
+        ("magic", {}, f"method is 'magic'; expected one of {', '.join(METHODS)}"),
+        ("lhs", {}, "runs is None; expected 1 or more"),
+        ("lhs", {"runs": 3, "seed": -1}, "seed is -1; expected 0 or more"),
+        ("lhs", {"runs": 3, "repetitions": 0}, "repetitions is 0; expected 1 or more"),
+        ("lhs", {"runs": 3, "kind": "sling"}, "kind is 'sling'; expected one of hammer, gun"),
+        ("import", {}, "no table to import"),
+        ("lhs", {"runs": 3, "options": {"face": "ccf"}}, "unknown option 'face'; the method has: criterion"),
+        ("lhs", {"runs": 3, "ranges": {"humidity": (1, 2)}}, "no factor 'humidity'"),
+        ("plackett-burman", {}, "anvil_material\\+insulator has 5 levels without order"),
+    ],
+)
+def test_what_cannot_be_planned_stores_nothing(store, method, own, said):
+    with pytest.raises(ValueError, match=said):
+        make_plan(store, method, "a", **own)
+    with pytest.raises(ValueError, match="the plan has no name"):
+        make_plan(store, "lhs", " ", runs=3)
+    with pytest.raises(LookupError, match="no plan 'a'"):
+        read(store, "a")
+
+
+def test_page_counts_levels_changes_and_states(store):
+    """Two treatments that differ in the tip alone, fired a a b: one change of tip, no other."""
+    space = gun_space()
+    treatments = space.all_treatments()
+    tips = [axis.name for axis in space.axes].index("tip_material")
+    alike = treatments[(treatments == treatments[0])[:, [i for i in range(treatments.shape[1]) if i != tips]].all(1)]
+    from pyroshock.doe.designs.base import Design
+
+    add_plan(store, "p", shipped_factors("gun"), Design(space, alike[[0, 0, 1]], "lhs", 1), repetitions=1)
+    tick_run(store, "p", 1, status="done")
+    page = plan_page(read(store, "p"))
+    assert page["counts"] == {"planned": 2, "done": 1, "discarded": 0, "begun": 0}
+    assert {each["factor"]: each["changes"] for each in page["changes"] if each["changes"]} == {"tip_material": 1}
+    levels = next(each for each in page["levels"] if each["axis"] == "tip_material")
+    assert [each["runs"] for each in levels["levels"]] == [2, 1, 0]
+    assert levels["share"] == 1.0
+    # of positions -1, 0, 1 the levels' means are -0.5 and 1: between groups 2 * 0.25 + 1 of 2
+    assert next(each["share"] for each in page["time"] if each["axis"] == "tip_material") == pytest.approx(0.75)
+    runs = next(each for each in page["figures"] if each["name"] == "runs")
+    assert (runs["value"], runs["text"], runs["better"]) == (3, "3", "neither")
+    json.dumps(page, allow_nan=False)
+
+
+def test_page_of_a_plan_without_runs_is_empty(store):
+    make_plan(store, "lhs", "a", runs=1, seed=1)
+    with pytest.raises(PlanExistsError, match="'a' is in the store already"):
+        make_plan(store, "lhs", "a", runs=4, seed=1)
+    assert len(read(store, "a").runs) == 1
+    json.dumps(plan_page(read(store, "a")), allow_nan=False)
+    discard_run(store, "a", 1, "tip broke")
+    page = plan_page(read(store, "a"))
+    assert page == {"counts": {"planned": 0, "done": 0, "discarded": 1, "begun": 0}} | {
+        name: [] for name in ("figures", "levels", "changes", "time")
+    }
+
+
+# --- the commands of `plan`, as a laboratory uses them --------------------------------------------------------------
 
 COLUMNS = (
     "run", "plate_material", "anvil_material", "insulator", "tip_material", "tip_radius_mm", "bullet_mass_kg",
@@ -60,18 +154,15 @@ def test_imported_table_goes_out_as_it_came(url, tmp_path):
 
 def test_velocity_levels_become_pressures_for_each_mass(url, tmp_path):
     runs = as_json("import", "p", table(tmp_path / "in.csv"), "--db", url)["runs"]
+    first = runs[0]
+    assert (first["run"], first["position"], first["status"], first["repetitions"]) == (7, 1, "planned", 10)
+    assert first["tip_radius_m"] == 0.03
     pressures = {run["bullet_mass_kg"]: run["tank_pressure_pa"] for run in runs}
     from pyroshock.app.plan.planning import gun_bench
     from pyroshock.twin.gun.nominal import muzzle_velocity
 
     fired = {mass: float(muzzle_velocity(gun_bench(None), p, mass)) for mass, p in pressures.items()}
     assert fired == pytest.approx({0.2: 7.0, 0.5: 22.0, 1.0: 14.0}, rel=1e-3)
-
-
-def test_json_is_in_si(url, tmp_path):
-    run = as_json("import", "p", table(tmp_path / "in.csv"), "--db", url)["runs"][0]
-    assert (run["run"], run["position"], run["status"], run["repetitions"]) == (7, 1, "planned", 10)
-    assert run["tip_radius_m"] == 0.03
 
 
 def test_run_beyond_the_bench_is_refused_with_its_number(url, tmp_path):
@@ -128,28 +219,16 @@ def test_aliases_of_a_screening_plan_are_told(url):
     assert "categorical=first-last" in refused.stderr
 
 
-def test_hammer_factorial_has_180_configurations(url):
-    made = as_json("factorial", "h", "--db", url, "--kind", "hammer", "--seed", "3")
-    treatments = {json.dumps({k: v for k, v in run.items() if k not in ("run", "position")}) for run in made["runs"]}
-    assert (len(made["runs"]), len(treatments), made["seed"]) == (180, 180, 3)
-
-
 def test_recorded_campaign_works_the_plan_off(url, tmp_path):
     done("import", "gun", table(tmp_path / "in.csv"), "--db", url, "--repetitions", "1")
     runs = as_json("status", "gun", "--db", url)["runs"]
     folder = gun_campaign(tmp_path / "g", 1)
-    keys = ("run", "plate_material", "anvil_material", "insulator", "tip_material")
+    keys = ("run", "plate_material", "anvil_material", "insulator", "tip_material", "bullet_mass_kg")
     rows = [
-        {key: run[key] for key in keys}
-        | {
-            "repetition": 1,
-            "tip_radius_mm": 1e3 * run["tip_radius_m"],
-            "bullet_mass_kg": run["bullet_mass_kg"],
-            "tank_pressure_bar": run["tank_pressure_pa"] * 1.01e-5,
-            "measured_velocity_m_s": 9.0,
-        }
+        {key: run[key] for key in keys} | {"repetition": 1, "tip_radius_mm": 1e3 * run["tip_radius_m"]}
+        | {"tank_pressure_bar": run["tank_pressure_pa"] * 1.01e-5, "measured_velocity_m_s": 9.0}
         for run in runs
-    ]
+    ]  # fmt: skip
     rows[1]["tip_material"] = "steel"
     write_runs(folder, rows)
     result = pyroshock("ingest", folder, "--db", url, "--json")
@@ -167,29 +246,21 @@ def test_unknown_plan_of_an_ingest_is_named(url, tmp_path):
     assert "no plan 'spring'" in result.stderr
 
 
-def test_discarded_run_leaves_the_table(url, tmp_path):
-    done("import", "p", table(tmp_path / "in.csv"), "--db", url)
-    done("discard", "p", "3", "--reason", "tip broke", "--db", url)
-    done("sheet", "p", "--out", tmp_path / "s.html", "--db", url)
-    assert "tip broke" in (tmp_path / "s.html").read_text(encoding="utf-8")
-    assert as_json("--db", url)[0]["discarded"] == 1
-
-
-def test_nothing_to_replace_is_said(url, tmp_path):
-    done("import", "p", table(tmp_path / "in.csv"), "--db", url)
-    result = plan("augment", "p", "--db", url)
-    assert result.exit_code == 2 and "--runs N" in result.stderr
-
-
 def test_added_runs_are_repeated_as_the_plans(url, tmp_path):
     done("import", "p", table(tmp_path / "in.csv"), "--repetitions", "4", "--db", url)
+    result = plan("augment", "p", "--db", url)
+    assert result.exit_code == 2 and "--runs N" in result.stderr
     done("augment", "p", "--runs", "1", "--db", url)
     done("augment", "p", "--runs", "1", "--repetitions", "2", "--db", url)
     with opened(url) as store, store.reading() as session:
         assert [run.repetitions for run in read_plan(session, "p").runs] == [4, 4, 4, 4, 2]
 
 
-def test_plans_are_listed(url, tmp_path):
+def test_plans_are_listed_and_a_discarded_run_leaves_the_table(url, tmp_path):
     done("import", "p", table(tmp_path / "in.csv"), "--db", url)
     (row,) = as_json("--db", url)
     assert (row["name"], row["kind"], row["method"], row["runs"], row["planned"]) == ("p", "gun", "import", 3, 3)
+    done("discard", "p", "3", "--reason", "tip broke", "--db", url)
+    done("sheet", "p", "--out", tmp_path / "s.html", "--db", url)
+    assert "tip broke" in (tmp_path / "s.html").read_text(encoding="utf-8")
+    assert as_json("--db", url)[0]["discarded"] == 1

@@ -1,15 +1,23 @@
-"""Charts are true to their numbers, and every mark has its ink on paper."""
+"""Charts of reports are true to their numbers, and paper can draw every mark of them."""
 
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pyroshock.app.diagnose.report_charts import path_chart, path_rows, share_chart, share_rows
 from pyroshock.app.documents.line_styles import SERIES, STYLE, css, light, series_styles
 from pyroshock.app.documents.pdf import drawing_of
 from pyroshock.app.documents.svg import MOST_POINTS, Cloud, Curve, agreement_chart, dot_keys, line_chart, line_keys
+from pyroshock.diagnosis.verdict import EffectShare, GapSize, PathStep, Unexplained, Verdict
 from support.checks.well_formed import Page
+from support.records import verdicts
+
+# --- charts are true to their numbers, and every mark has its ink on paper ------------------------------------------
 
 X = np.linspace(0.0, 1.0, 11)
 
@@ -50,9 +58,11 @@ def test_what_a_logarithm_has_not_is_left_out() -> None:
     assert len(Page(svg).of("circle")) == 2
 
 
-def test_many_points_are_thinned() -> None:
+def test_many_points_are_thinned_and_none_make_an_empty_chart() -> None:
     x = np.linspace(0, 1, 50_000)
     assert len(Page(agreement_chart("v", [cloud(x, x), cloud(x, x)], "a", "b")).of("circle")) == MOST_POINTS
+    assert Page(line_chart("p", [], "t", "f")).of("polyline") == []
+    assert Page(agreement_chart("p", [], "t", "f")).of("circle") == []
 
 
 def test_spread_is_shaded_on_either_side() -> None:
@@ -69,18 +79,10 @@ def test_legend_names_each_colour_once_and_in_order() -> None:
     assert dot_keys([cloud(X, X, "a", 0), cloud(X, X, "b", SERIES)]) == (("dot-0", "a"), ("dot-0", "b"))
 
 
-def test_no_curves_make_an_empty_chart() -> None:
-    assert Page(line_chart("p", [], "t", "f")).of("polyline") == []
-    assert Page(agreement_chart("p", [], "t", "f")).of("circle") == []
-
-
-def test_colours_on_paper_are_those_of_the_light_page() -> None:
+def test_series_and_colours_on_paper_are_those_of_the_light_page() -> None:
     for name, colour in light().items():
         assert f"--{name}: {colour}" in STYLE + css()
     assert series_styles()["before"].stroke == light()["before"]
-
-
-def test_every_series_is_drawn_on_screen_as_on_paper() -> None:
     for name in series_styles():
         assert re.search(rf"\.{name}\b", STYLE + css()) or name == "tick", name
 
@@ -103,3 +105,71 @@ def test_paper_shows_the_marks_where_the_screen_does() -> None:
 def test_what_paper_does_not_know_is_refused(bad: str) -> None:
     with pytest.raises(ValueError, match=r"rect|strange"):
         drawing_of(f'<svg viewBox="0 0 360 220">{bad}</svg>', "Helvetica", 100.0)
+
+
+# --- The picture of a diagnosis: the waterfall is true to the path, the bars to the shares, and paper can draw both
+
+NAN = float("nan")
+
+
+def test_waterfall_goes_from_the_error_before_to_what_remains() -> None:
+    rows = path_rows(verdicts.gun())
+    assert [(row.name, round(row.start, 6), round(row.end, 6)) for row in rows] == [
+        ("before: the nominal model", 0.0, 42.0),
+        ("+ flow resistance of the valve", 16.4, 42.0),
+        ("+ atmosphere ahead of the projectile", 5.0, 16.4),
+        ("+ leak past the projectile", 1.26, 5.0),
+        ("what remains", 0.0, 1.26),
+        ("with a learned correction (no cause)", 0.0, 0.85),
+        ("measurement noise", 0.0, 0.424),
+    ]
+    assert [row.value for row in rows[1:4]] == ["61 % gone", "88 % gone", "97 % gone"]
+    worse = path_rows(verdicts.gun(path=(PathStep("gun.valve_flow", 0.5, -0.2),)))[1]
+    assert (worse.start, worse.end, worse.kind) == (50.0, 42.0, "bar-error")
+    assert path_chart(verdicts.verdict()) == share_chart(verdicts.verdict()) == ""
+    assert path_chart(verdicts.gun(gap=GapSize("rms", NAN, NAN, 0.01, True))) == ""
+
+
+def test_bars_are_shares_with_their_intervals_and_what_is_unexplained_beside() -> None:
+    rows = share_rows(verdicts.gun())
+    assert [(row.end, row.interval) for row in rows] == [
+        (61.0, pytest.approx((52.0, 68.0))),
+        (27.0, pytest.approx((20.0, 33.0))),
+        (9.0, pytest.approx((5.0, 12.0))),
+        (0.0, pytest.approx((0.0, 2.0))),
+        (3.0, pytest.approx((1.0, 6.0))),
+    ]
+    assert [row.kind for row in rows] == ["bar-named", "bar-named", "bar-named", "bar-other", "bar-error"]
+    assert rows[-1].name == "unexplained"
+
+
+@pytest.mark.parametrize("made", [verdicts.gun(), verdicts.unknown()], ids=["gun", "unknown"])
+def test_charts_are_well_formed_and_drawn_on_paper(made: Verdict) -> None:
+    for chart in (path_chart(made), share_chart(made)):
+        assert Page(chart).of("svg")[0]["aria-label"]
+        assert drawing_of(chart, "Helvetica", 300.0).width == 300.0
+
+
+@given(
+    st.lists(st.floats(-2, 2) | st.just(NAN), min_size=1, max_size=12),
+    st.floats(1e-9, 1e6),
+    st.floats(-1, 2) | st.just(NAN),
+)
+def test_bars_stay_in_the_frame(shares: list[float], before: float, after: float) -> None:
+    effects = tuple(EffectShare(f"gun.{i}", 0.5, share, (share - 1, share + 1), 0.0) for i, share in enumerate(shares))
+    made = verdicts.gun(
+        gap=GapSize("rms", before, 0.5 * before, 0.01, True),
+        effects=effects,
+        unexplained=Unexplained(after, (after, after)),
+        path=(PathStep("gun.0", abs(after) * before, after),),
+    )
+    for chart in (path_chart(made), share_chart(made)):
+        for tag in Page(chart).of("polygon") if chart else ():
+            x = [float(pair.split(",")[0]) for pair in (tag["points"] or "").split()]
+            assert 0 <= min(x) <= max(x) <= 360
+
+
+def test_effect_that_has_no_name_is_drawn_by_its_id() -> None:
+    odd = replace(verdicts.gun().effects[0], effect="gun.<magic>")
+    chart = share_chart(verdicts.gun(effects=(odd,)))
+    assert "gun.&lt;magic&gt;" in chart and "gun.<magic>" not in chart

@@ -1,10 +1,13 @@
-"""Spectra of impacts over each other: each the one that its record has alone, and the bands about them."""
+"""Spectra of impacts over each other, and the specifications that they are held against."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from pyroshock.app.impacts.overlays import MOST_SPECTRA, spectrum_overlay
+from pyroshock.app.impacts.spectra import MOST_BYTES, MOST_POINTS, source_name, target_from_upload
 from pyroshock.schema.campaigns import Configuration
 from pyroshock.schema.impacts import ExtractionSettingsRow, Impact
 from pyroshock.schema.session import Writer, open_store
@@ -12,7 +15,10 @@ from pyroshock.signals.channel import Sensor
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.chain import default_lines
 from pyroshock.twin.srs.target import ramps
+from pyroshock.twin.srs.target_csv import read_target
 from support.stores.recorded import add_recording, pulse_row
+
+# --- spectra of impacts over each other: each the one that its record has alone, and the bands about them -----------
 
 RATE, SAMPLES = 50_000.0, 5000
 PLATE = Sensor("plate", "acceleration", "m/s2", position="plate")
@@ -69,10 +75,6 @@ def test_mean_in_decibels_lies_midway(store):
     np.testing.assert_allclose(loud, 2 * quiet, rtol=1e-9)
     np.testing.assert_allclose(found.reference.level_m_s2, np.sqrt(2) * quiet, rtol=1e-9)
     np.testing.assert_allclose(found.comparison.error_db, [[-3.0103] * quiet.size, [3.0103] * quiet.size], atol=1e-4)
-
-
-def test_bands_are_three_and_six_decibels_wide(store):
-    found = overlay(store, 1, 2, channel="plate")
     assert [band.db for band in found.bands] == [3.0, 6.0]
     for band in found.bands:
         level = found.reference.level_m_s2
@@ -107,29 +109,91 @@ def test_silent_and_missing_channels_are_told(store):
     assert found.left_out == ("impact 5: no acceleration was recorded", "impact 2: head is silent")
 
 
-def test_lines_beyond_half_the_rate_are_left_away(store):
-    found = overlay(store, 1, frequency_hz=np.array([100.0, 1000.0, 30_000.0]))
-    np.testing.assert_array_equal(found.frequency_hz, [100.0, 1000.0])
-    with pytest.raises(ValueError, match="half the sampling rate"):
-        overlay(store, 1, frequency_hz=np.array([30_000.0]))
-
-
-def test_quality_is_the_oscillators(store):
+def test_quality_is_the_oscillators_and_lines_beyond_half_the_rate_are_left_away(store):
     sharp, blunt = (overlay(store, 1, q=q).spectra[0].spectrum.maximax.max() for q in (50.0, 5.0))
     assert sharp > 1.5 * blunt
+    found = overlay(store, 1, frequency_hz=np.array([100.0, 1000.0, 30_000.0]))
+    np.testing.assert_array_equal(found.frequency_hz, [100.0, 1000.0])
 
 
-def test_nothing_to_show_says_why(store):
-    with pytest.raises(ValueError, match=r"no acceleration of these impacts has a spectrum: impact 5: no acceleration"):
-        overlay(store, 5)
-    with pytest.raises(ValueError, match="impact 1: no acceleration 'roof' was recorded"):
-        overlay(store, 1, channel="roof")
+@pytest.mark.parametrize(
+    ("impacts", "named", "kind", "said"),
+    [
+        ((5,), {}, ValueError, "no acceleration of these impacts has a spectrum: impact 5: no acceleration"),
+        ((1,), {"channel": "roof"}, ValueError, "impact 1: no acceleration 'roof' was recorded"),
+        ((), {}, ValueError, "0 impacts"),
+        (range(MOST_SPECTRA + 1), {}, ValueError, f"expected 1 to {MOST_SPECTRA}"),
+        ((99,), {}, LookupError, "no impact 99"),
+        ((1,), {"frequency_hz": np.array([30_000.0])}, ValueError, "half the sampling rate"),
+    ],
+)
+def test_nothing_to_show_says_why(store, impacts, named, kind, said):
+    with pytest.raises(kind, match=said):
+        overlay(store, *impacts, **named)
 
 
-def test_impacts_are_counted_and_known(store):
-    with pytest.raises(ValueError, match="0 impacts"):
-        overlay(store)
-    with pytest.raises(ValueError, match=f"expected 1 to {MOST_SPECTRA}"):
-        overlay(store, *range(MOST_SPECTRA + 1))
-    with pytest.raises(LookupError, match="no impact 99"):
-        overlay(store, 99)
+# --- uploaded specifications: read as a file is, and refused with file, line and value ------------------------------
+
+SPEC = "frequency_hz,level_g,tolerance_db\n100,5,6\n1000,50,6\n10000,50,9\n"
+
+
+def test_upload_is_what_the_file_is(tmp_path):
+    (tmp_path / "spec.csv").write_text(SPEC, encoding="utf-8")
+    file, upload = read_target(tmp_path / "spec.csv"), target_from_upload(SPEC, "spec.csv")
+    for name in ("frequency_hz", "level_m_s2", "upper_db", "lower_db"):
+        np.testing.assert_array_equal(getattr(upload, name), getattr(file, name))
+    assert upload.level_m_s2[0] == pytest.approx(5 * 9.80665)
+    made = target_from_upload(SPEC.encode(), "spec.csv", "+9/-3dB")  # goes before the file's
+    assert (set(made.upper_db), set(made.lower_db)) == ({9.0}, {3.0})
+    with pytest.raises(ValueError, match="tolerance is 'six'"):
+        target_from_upload(SPEC, "spec.csv", "six")
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (SPEC.replace("50,6", "loud,6"), r"spec.csv, line 3: level_g is 'loud'; expected a positive number"),
+        (SPEC.replace("1000,", "-1000,"), r"spec.csv, line 3: frequency_hz is '-1000'"),
+        (SPEC.replace("10000,", "1e9,"), r"spec.csv: frequency_hz is 1e\+09; expected 0.01 to 1e\+06 Hz"),
+        (SPEC.replace(",tolerance_db", ""), r"spec.csv, line 2: 3 fields; expected 2"),
+        ("", "spec.csv: is empty"),
+        (b"\xff\xfe\x00", "spec.csv: byte 0 is no UTF-8"),
+        ("frequency_hz,level_g\n" + "x" * 200_000 + ",1\n2,1\n", "spec.csv: no CSV table"),
+        ("frequency_hz,level_g,slope_db_per_octave\n1,1,\n100000,,99999\n", r"line 3: slope_db_per_octave is '99999'"),
+        ("#" * (MOST_BYTES + 1), f"{MOST_BYTES + 1} bytes; expected a specification of at most {MOST_BYTES}"),
+    ],
+    ids=["level", "frequency", "range", "fields", "empty", "encoding", "field", "slope", "size"],
+)
+def test_what_is_wrong_is_named_with_line_and_value(content, said):
+    with pytest.raises(ValueError, match=said):
+        target_from_upload(content, "spec.csv")
+
+
+def test_too_many_points_are_refused():
+    rows = "".join(f"{100 + i},1\n" for i in range(MOST_POINTS + 1))
+    with pytest.raises(ValueError, match=f"{MOST_POINTS + 1} points; expected at most {MOST_POINTS}"):
+        target_from_upload("frequency_hz,level_g\n" + rows, "spec.csv", "6dB")
+
+
+def test_name_of_an_upload_is_no_path():
+    told = {
+        "../../etc/spec.csv": "spec.csv",
+        "C:\\lab\\spec.csv": "spec.csv",
+        "a\nb.csv": "ab.csv",
+        "": "specification",
+    }
+    assert {given: source_name(given) for given in told} == told
+
+
+@given(st.one_of(st.text(max_size=300), st.binary(max_size=300)), st.booleans())
+@settings(max_examples=300)
+def test_any_content_is_read_or_refused(content, with_header):
+    head = "frequency_hz,level_g,slope_db_per_octave,upper_db\n100,1,,3\n"
+    if with_header:
+        content = head + content if isinstance(content, str) else head.encode() + content
+    try:
+        target = target_from_upload(content, "spec.csv")
+    except ValueError as error:
+        assert str(error)
+    else:
+        assert np.isfinite(target.level_m_s2).all() and target.lines().size >= 1

@@ -1,15 +1,20 @@
-"""Windows of a stored channel: exact where they are short, with every peak where they are long."""
+"""What a screen shows of a stored channel: exact where it is short, with every peak where it is long."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.app.impacts.signals import channel_window, list_signals
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from pyroshock.app.impacts.signals import FEWEST_POINTS, bucket_length, channel_window, envelope, list_signals
 from pyroshock.ingest import stored
 from pyroshock.schema.series import read_slice
 from pyroshock.schema.session import Writer, open_store
 from pyroshock.signals.channel import Sensor
 from support.stores.recorded import add_recording
+
+# --- windows of a stored channel: exact where they are short, with every peak where they are long -------------------
 
 RATE, START_S, SAMPLES = 100_000.0, -0.25, 300_000
 G = 9.80665
@@ -55,13 +60,10 @@ def test_short_window_has_every_sample(store, recorded):
     first, last = 123_400, 123_499
     found = window(store, "force", START_S + first / RATE, START_S + last / RATE, 100)
     assert not found.decimated
+    assert window(store, "force", START_S + 1 / RATE, START_S + 101 / RATE, 100).decimated  # one sample more
     assert (found.first, found.stop) == (first, last + 1)
     np.testing.assert_array_equal(found.values, 1e3 * recorded[first : last + 1].astype(np.float64))
     np.testing.assert_allclose(found.time_s, START_S + np.arange(first, last + 1) / RATE, rtol=0, atol=1e-12)
-
-
-def test_one_sample_more_than_the_points_is_decimated(store):
-    assert window(store, "force", START_S + 1 / RATE, START_S + 101 / RATE, 100).decimated
 
 
 def test_laboratory_unit_undoes_the_conversion(store, recorded):
@@ -70,9 +72,6 @@ def test_laboratory_unit_undoes_the_conversion(store, recorded):
     assert (si.unit, lab.unit, lab.quantity) == ("m/s2", "g", "acceleration")
     np.testing.assert_allclose(lab.values, (recorded[:51].astype(np.float64) - 0.5) / -0.01, rtol=1e-12)
     np.testing.assert_allclose(si.values, lab.values * G, rtol=1e-9)
-
-
-def test_recorded_unit_is_the_file_s_number(store, recorded):
     lab = window(store, "force", START_S, START_S + 50 / RATE, laboratory_unit=True)
     np.testing.assert_array_equal(lab.values, recorded[:51])
 
@@ -109,17 +108,71 @@ def test_channels_of_a_recording_are_listed_with_their_keys(store):
     assert shock["stop_s"] == pytest.approx(START_S + (SAMPLES - 1) / RATE)
 
 
-def test_unknown_channel_is_named(store):
+def test_unknown_channel_window_that_is_none_and_too_few_points_are_refused(store):
     with store.reading() as session, pytest.raises(LookupError, match="no channel 999"):
         channel_window(session, 999)
-
-
-@pytest.mark.parametrize("ends", [(1.0, 0.0), (float("nan"), 1.0), (0.0, float("inf"))])
-def test_window_that_is_none_is_refused(store, ends):
-    with pytest.raises(ValueError, match="expected two numbers in rising order"):
-        window(store, "force", *ends)
-
-
-def test_too_few_points_are_refused(store):
+    for ends in ((1.0, 0.0), (float("nan"), 1.0), (0.0, float("inf"))):
+        with pytest.raises(ValueError, match="expected two numbers in rising order"):
+            window(store, "force", *ends)
     with pytest.raises(ValueError, match="points is 2; expected 4 or more"):
         window(store, points=2)
+
+
+# --- what a screen shows of a series: every peak, in order, in at most so many points -------------------------------
+
+NUMBERS = st.one_of(
+    arrays(np.float64, st.integers(1, 400), elements=st.floats(-1e6, 1e6)),
+    arrays(np.int16, st.integers(1, 400)),
+    arrays(np.float32, st.integers(1, 400), elements=st.sampled_from([0.0, 1.0, -1.0, 2.5])),
+)
+POINTS = st.integers(FEWEST_POINTS, 80)
+
+
+@given(NUMBERS, POINTS)
+@settings(max_examples=200)
+def test_every_bucket_keeps_its_extremes_and_few_points_hold_both_ends(values, points):
+    kept, length = envelope(values, points), bucket_length(values.size, points)
+    assert 0 < kept.size <= points
+    assert (np.diff(kept) > 0).all()
+    assert (kept[0], kept[-1]) == (0, values.size - 1)
+    for start in range(0, values.size, length):
+        mine = kept[(kept >= start) & (kept < start + length)]
+        bucket = values[start : start + length]
+        assert values[mine].min() == bucket.min()
+        assert values[mine].max() == bucket.max()
+
+
+@given(NUMBERS, st.integers(0, 200))
+@settings(max_examples=50)
+def test_what_fits_is_left_as_it_is(values, room):
+    points = max(FEWEST_POINTS, values.size + room)
+    np.testing.assert_array_equal(envelope(values, points), np.arange(values.size))
+
+
+@given(st.integers(5, 5000), POINTS)
+@settings(max_examples=100)
+def test_a_single_spike_is_never_lost(samples, points):
+    values = np.zeros(samples)
+    spike = samples // 3
+    values[spike] = 1.0
+    assert spike in envelope(values, points)
+
+
+def test_extremes_of_a_bucket_stand_in_order_of_time():
+    falling_first = np.array([0.0, -5, 1, 9, 0, 0, 8, 0, -7, 0, 0, 0])
+    np.testing.assert_array_equal(envelope(falling_first, 6), [0, 1, 3, 6, 8, 11])
+
+
+def test_gap_keeps_the_extremes_of_what_is_there():
+    values = np.zeros(1000)
+    values[100:300], values[400], values[401] = np.nan, 3.0, -2.0
+    kept = envelope(values, 50)
+    assert {400, 401} <= set(kept.tolist())
+    assert np.isnan(values[kept]).any()
+
+
+def test_nothing_has_no_points_and_too_few_are_refused():
+    assert envelope(np.zeros(0), 10).size == 0
+    for points in (-1, 0, 3):
+        with pytest.raises(ValueError, match=f"points is {points}; expected 4 or more"):
+            envelope(np.zeros(3), points)

@@ -1,0 +1,19 @@
+"""A folder of the test's own, without a registry or a store of anybody's, and plates that need no solution."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from pyroshock.app.twins import building
+from support.records.twin_parts import unsolved
+
+
+@pytest.fixture
+def quick_twins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """That folder, the current one; twins are built at once."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("MLFLOW_TRACKING_URI", "PYROSHOCK_DB"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(building, "solved", unsolved)
+    return tmp_path

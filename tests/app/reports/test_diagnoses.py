@@ -1,0 +1,222 @@
+"""The report on a diagnosis: its page, and one that is kept in the store."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pyroshock.app.diagnose.diagnosing import keep, report_json
+from pyroshock.app.diagnose.report import diagnosis_document, document_of, page, verdict_of, waterfall, write_page
+from pyroshock.app.diagnose.summary import summary
+from pyroshock.app.documents.document import Bars, ChartRow, Paragraph
+from pyroshock.app.documents.page import html_of
+from pyroshock.app.documents.pdf import pdf_of
+from pyroshock.diagnosis.verdict import GapSize, Pictures, StageShare, Verdict, Where
+from pyroshock.schema.diagnoses import Diagnosis
+from support.checks.pdf_text import pdf_text
+from support.checks.well_formed import Page, needs_nothing
+from support.records import verdicts
+from support.records.campaigns import gun_campaign
+from support.stores.stores import ingested, opened
+
+# --- the page of a diagnosis: whole, well formed, everything escaped, and its bars true to the numbers --------------
+
+HOSTILE = "<script>alert('x')</script>&\"quoted\""
+
+
+PARTS = (
+    "Most probably it is the compliance of the insulating layer or", "contact.plate_compliance (20 %)", "93 %",
+    "insulator = polymeric", "peak force (contact)", "4 runs at tank_pressure_bar = 0.3",
+    "floor of 2 observables assumed", "there was no error to reduce", "steel, 0.3 bar",
+)  # fmt: skip
+
+
+def test_page_is_whole_and_holds_every_part() -> None:
+    found = Page(page(verdicts.verdict()))
+    tags = {tag for tag, _ in found.elements}
+    assert not tags & {"script", "link", "img", "iframe"}
+    assert not any(key in ("src", "href") for _, attributes in found.elements for key in attributes)
+    assert [part for part in PARTS if part not in found.text] == []
+    kinds = [attributes.get("class") for tag, attributes in found.elements if tag in ("polygon", "circle")]
+    assert kinds.count("floor") == 1
+    assert kinds.count("before") == kinds.count("after") == 5  # the sixth configuration was not measured
+
+
+def test_page_begins_with_the_sentence_and_what_to_do_next() -> None:
+    sentence = "The diagnosis considers only gun.valve_flow (--with), and no other effect."
+    whole = Page(page(verdicts.gun(assumptions=(sentence,)))).text
+    text = " ".join(whole.split())
+    assert f"Restriction {sentence}" in text
+    body = text.partition("Diagnosis spring ")[2]
+    assert body.startswith("The model error is 42 times the tolerance and 99 times the measurement noise; it arises in")
+    assert body.partition("What to do next")[2].startswith(" Adopt these effects")
+    assert text.index("What to do next") < text.index("+ flow resistance of the valve") < text.index("Causes")
+    for part in ("gun.dead_volume", "the atmosphere ahead of the projectile", "52 to 68\u00a0%", "unexplained"):
+        assert part in whole, part
+    assert "Shares of the effects" not in Page(page(verdicts.verdict())).text
+
+
+def test_unknown_names_an_experiment_on_its_page() -> None:
+    text = Page(page(verdicts.unknown())).text
+    experiment = text.partition("The next experiment")[2].partition("Assumptions")[0]
+    assert "Fire three repetitions" in experiment and "needed" not in experiment
+
+
+def test_residuals_of_logarithms_are_per_cent_of_the_simulated_value() -> None:
+    """A force of twice the simulated one is 100 % above it."""
+    picture = replace(verdicts.pictures().residuals[0], before=np.full(6, np.log(2.0)), after=None)
+    chart = Page(page(verdicts.verdict(pictures=Pictures((), (picture,)))))
+    assert "measured over simulated (%)" in chart.text
+    assert "configuration 1: 100" in chart.text
+    missing = replace(picture, before=np.full(6, np.nan))
+    assert "nan" not in page(verdicts.verdict(pictures=Pictures((), (missing,)))).replace("finance", "")
+
+
+def test_agreement_makes_a_page_too_and_divides_by_nothing() -> None:
+    text = Page(page(replace(verdicts.none(), gap=GapSize("rms", 0.0, 0.0, 0.01, False)))).text
+    assert "No pictures are kept with this diagnosis." in text
+    assert "rms: 0; measurement noise 0," in text
+
+
+def test_words_of_a_campaign_are_escaped() -> None:
+    whole = verdicts.verdict()
+    stage = replace(whole.where.stage[0], name=HOSTILE)
+    curve = replace(whole.pictures.curves[0], title=HOSTILE, x_name=HOSTILE, y_unit=HOSTILE)
+    residual = replace(whole.pictures.residuals[0], name=HOSTILE, stage=HOSTILE, unit=HOSTILE)
+    hostile = replace(
+        whole,
+        campaign=HOSTILE,
+        simulator=HOSTILE,
+        where=replace(whole.where, stage=(stage,), drift=(HOSTILE,)),
+        shrinkage=(replace(whole.shrinkage[0], held_out_by=HOSTILE, more={HOSTILE: (1.0, 2.0)}),),
+        next_runs=(replace(whole.next_runs[0], why=HOSTILE, settings={HOSTILE: HOSTILE}),),
+        assumptions=(HOSTILE,),
+        pictures=Pictures((HOSTILE,) * 6, (residual,), (curve,)),
+    )
+    text = page(hostile)
+    assert "<script" not in text
+    assert HOSTILE in Page(text).text
+
+
+def test_page_suits_a_telephone_and_a_dark_room(tmp_path: Path) -> None:
+    write_page(verdicts.verdict(), tmp_path / "new" / "page.html")
+    text = (tmp_path / "new" / "page.html").read_text(encoding="utf-8")
+    assert "width=device-width" in text and "prefers-color-scheme: dark" in text
+    assert not re.search(r"(?<!-)width: ?[4-9]\d\dpx", text)
+
+
+@given(
+    before=st.floats(1e-6, 1e3),
+    floor=st.floats(0, 1e3),
+    shares=st.lists(st.floats(-0.5, 1.5), max_size=3),
+)
+def test_waterfall_stays_on_its_track(before: float, floor: float, shares: list[float]) -> None:
+    stages = tuple(StageShare(name, share, (share, share), 1.0) for name, share in zip("abc", shares, strict=False))
+    gap = GapSize("rms", before, floor, 0.01, before > floor)
+    steps = waterfall(verdicts.verdict(gap=gap, where=Where(stage=stages)))
+    assert all(-1e-9 <= step.start <= step.end <= 1 + 1e-9 for step in steps)
+
+
+def test_waterfall_goes_down_to_the_floor() -> None:
+    gap = GapSize("rms", 2.0, 1.0, 0.01, True)
+    stages = (StageShare("contact", 0.75, (0.7, 0.8), 3.0), StageShare("gun", 0.25, (0.2, 0.3), 1.0))
+    steps = waterfall(verdicts.verdict(gap=gap, where=Where(stage=stages)))
+    assert [(s.name, s.start, s.end) for s in steps] == [
+        ("model error", 0.0, 1.0),
+        ("contact", pytest.approx(1 - 0.75 * 0.75), 1.0),
+        ("gun", pytest.approx(0.25), pytest.approx(1 - 0.75 * 0.75)),
+        ("measurement noise", 0.0, pytest.approx(0.25)),
+    ]
+
+
+# --- A kept diagnosis is told as it was made; of an older store, from its report alone ------------------------------
+
+EVERY = pytest.mark.parametrize("made", [verdicts.verdict(), verdicts.gun(), verdicts.unknown(), verdicts.none()])
+
+
+@EVERY
+def test_report_alone_gives_back_what_it_says(made: Verdict) -> None:
+    report = json.loads(json.dumps(report_json(made)))
+    assert report_json(verdict_of(report)) == report
+
+
+def test_report_alone_names_the_effects_of_its_first_entry() -> None:
+    report = json.loads(json.dumps(report_json(verdicts.gun())))
+    assert [effect.effect for effect in verdict_of(report).effects if effect.named] == [
+        "gun.valve_flow", "gun.back_pressure", "gun.blow_by"
+    ]  # fmt: skip
+
+
+@EVERY
+def test_both_hold_every_part(made: Verdict) -> None:
+    found = document_of(made, "3", None)
+    page, paper = Page(html_of(found)), pdf_text(pdf_of(found))
+    assert needs_nothing(page)
+    for section in found.sections:
+        assert section.title in page.text and section.title in paper
+    assert found.lead == summary(made)
+
+
+def test_pictures_are_drawn_where_they_are_kept() -> None:
+    found = document_of(verdicts.verdict(), "3", None)
+    (figures,) = (block for section in found.sections for block in section.blocks if isinstance(block, ChartRow))
+    assert len(figures.figures) == 3
+    assert ("measured", "measured") in figures.keys
+    without = document_of(verdicts.verdict(pictures=Pictures()), "3", None)
+    said = [block.text for section in without.sections for block in section.blocks if isinstance(block, Paragraph)]
+    assert "No pictures are kept with this diagnosis." in said
+
+
+def test_bars_are_as_long_as_the_probabilities() -> None:
+    found = document_of(verdicts.verdict(), "3", None)
+    (causes,) = (section for section in found.sections if section.title == "Causes")
+    (bars,) = causes.blocks
+    assert isinstance(bars, Bars)
+    assert [(bar.start, bar.end, bar.kind) for bar in bars.bars] == [
+        (0.0, 0.93, "named"), (0.0, 0.06, "other"), (0.0, 0.01, "other")
+    ]  # fmt: skip
+
+
+def test_words_of_a_campaign_are_no_markup() -> None:
+    hostile = verdicts.verdict(campaign=HOSTILE, simulator=HOSTILE, assumptions=(HOSTILE,))
+    found = document_of(hostile, HOSTILE, None)
+    assert "<script" not in html_of(found)
+    assert pdf_of(found).startswith(b"%PDF")
+
+
+def test_missing_numbers_are_no_obstacle_and_a_missing_part_is_refused() -> None:
+    gap = replace(verdicts.verdict().gap, noise_floor=float("nan"))
+    report = json.loads(json.dumps(report_json(verdicts.verdict(gap=gap))))
+    assert report["gap"]["noise_floor"] is None
+    page = html_of(document_of(verdict_of(report), "1", None))
+    assert "left:nan" not in page and "93 %" in page
+    reports: tuple[dict[str, Any], ...] = ({}, {"causes": []}, {"causes": [{"effects": ["none"]}]})
+    for bare in reports:
+        with pytest.raises(ValueError, match="diagnose again"):
+            verdict_of(bare)
+
+
+def test_kept_diagnoses_are_read_with_and_without_details(tmp_path) -> None:
+    url = f"sqlite:///{tmp_path / 'lab.db'}"
+    ingested(url, gun_campaign(tmp_path / "spring", name="spring"))
+    with opened(url) as store:
+        key = keep(store, verdicts.verdict())
+        with store.reading() as session:
+            whole = diagnosis_document(session, key)
+        with store.writing() as session:
+            session.get_one(Diagnosis, key).details = None
+        with store.reading() as session:
+            bare = diagnosis_document(session, key)
+            with pytest.raises(LookupError, match="no diagnosis 99"):
+                diagnosis_document(session, 99)
+    titles = {section.title: section for section in bare.sections}
+    for section in whole.sections:
+        same = section.title != "Residuals before and after"
+        assert (section.blocks == titles[section.title].blocks) is same, section.title
