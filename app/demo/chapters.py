@@ -41,7 +41,9 @@ class TrainedModel:
             "model": self.version.label,
             "dataset": DATASET,
             "pulses": self.pulses,
-            "held_out": {name: {"mean": each.mean, "ci90": [each.low, each.high]} for name, each in metrics},
+            "held_out": {
+                name: {"mean": estimate.mean, "ci90": [estimate.low, estimate.high]} for name, estimate in metrics
+            },
             "promoted": self.decision.promoted,
             "decision": self.decision.sentence,
         }
@@ -72,9 +74,9 @@ def draw_model(store: Store, url: str, model: TrainedModel, path: Path) -> None:
 
     points = held_out_figures(registry_of(url), model.version, reader_of(store))["points"]
     figure = new_figure(11, 4.2)
-    left, right = figure.subplots(1, 2)
-    _draw_against(left, points["peak_force_n"], 1e-3, "peak force (kN)")
-    _draw_against(right, points["contact_time_s"], 1e3, "contact time (ms)")
+    force_axes, time_axes = figure.subplots(1, 2)
+    _draw_against(force_axes, points["peak_force_n"], 1e-3, "peak force (kN)")
+    _draw_against(time_axes, points["contact_time_s"], 1e3, "contact time (ms)")
     figure.suptitle(f"{model.version.label}: pulses of configurations that it has not seen, with 90 % intervals")
     save(figure, path)
 
@@ -143,10 +145,10 @@ def diagnosis_json(diagnosis: GapDiagnosis) -> dict[str, Any]:
 def draw_diagnosis(diagnosis: GapDiagnosis, path: Path) -> None:
     """Left: the shares of the gap by effect. Right: what is left of it as the effects are added."""
     figure = new_figure(13, 4.2)
-    left, right = figure.subplots(1, 2)
-    diagnosis.plot(left)
-    left.set_title("Which effects cause the gap")
-    _draw_path(right, diagnosis)
+    share_axes, path_axes = figure.subplots(1, 2)
+    diagnosis.plot(share_axes)
+    share_axes.set_title("Which effects cause the gap")
+    _draw_path(path_axes, diagnosis)
     save(figure, path)
 
 

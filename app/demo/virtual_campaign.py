@@ -135,13 +135,15 @@ def draw_campaign(store: Store, name: str, path: Path) -> None:
         plan = read_plan(session, name)
         shots = [s for s in with_predictions(session, iter_shots(session, name)) if s["measured_velocity_m_s"]]
     figure = new_figure(11, 4.2)
-    left, right = figure.subplots(1, 2)
-    draw_runs(left, plan.space, plan.treatments("planned", "done"))
-    left.set_title(f"The plan: {len(plan.runs)} runs, dark for low and bright for high levels")
+    plan_axes, velocity_axes = figure.subplots(1, 2)
+    draw_runs(plan_axes, plan.space, plan.treatments("planned", "done"))
+    plan_axes.set_title(f"The plan: {len(plan.runs)} runs, dark for low and bright for high levels")
     nominal = [shot["predicted_velocity_m_s"] for shot in shots]
-    right.plot([0, max(nominal)], [0, max(nominal)], color=QUIET, label="as the nominal gun")
-    right.plot(nominal, [shot["measured_velocity_m_s"] for shot in shots], "o", color=MEASURED, label="virtual shots")
-    right.set(xlabel="velocity of the nominal gun (m/s)", ylabel="velocity on the virtual bench (m/s)")
-    right.set_title(f"{len(shots)} shots on the virtual bench")
-    right.legend(frameon=False)
+    velocity_axes.plot([0, max(nominal)], [0, max(nominal)], color=QUIET, label="as the nominal gun")
+    velocity_axes.plot(
+        nominal, [shot["measured_velocity_m_s"] for shot in shots], "o", color=MEASURED, label="virtual shots"
+    )
+    velocity_axes.set(xlabel="velocity of the nominal gun (m/s)", ylabel="velocity on the virtual bench (m/s)")
+    velocity_axes.set_title(f"{len(shots)} shots on the virtual bench")
+    velocity_axes.legend(frameon=False)
     save(figure, path)
