@@ -30,9 +30,12 @@ def sequential(tmp_path):
     return store
 
 
-def test_same_folder_at_once(database_url, tmp_path, sequential, run_together):
+def test_same_folder_at_once_while_others_read(database_url, tmp_path, sequential, run_together):
     folder = hammer_campaign(tmp_path / "c", recordings=8)
-    run_together(*[("ingest", folder, "--db", database_url, "--jobs", "1")] * 2)
+    with opened(database_url, create=True):
+        pass
+    ingests = [("ingest", folder, "--db", database_url, "--jobs", "1")] * 2
+    run_together(*ingests, *[("impacts", "--db", database_url, "--json")] * 2)
     assert content(database_url) == sequential(folder)
     assert_whole(database_url, 2)
 
@@ -48,14 +51,3 @@ def test_different_folders_at_once(database_url, tmp_path, sequential, run_toget
 def test_store_made_by_all_at_once(database_url, run_together):
     run_together(*[("init", "--db", database_url)] * 4)
     assert pyroshock("campaigns", "--db", database_url).exit_code == 0
-
-
-def test_reading_while_another_writes(database_url, tmp_path, run_together):
-    folder = hammer_campaign(tmp_path / "c", recordings=8)
-    with opened(database_url, create=True):
-        pass
-    run_together(
-        ("ingest", folder, "--db", database_url, "--jobs", "1"),
-        *[("impacts", "--db", database_url, "--json")] * 2,
-    )
-    assert_whole(database_url, 2)
