@@ -1,19 +1,37 @@
-"""Made pulses, twins and servers that the tests have too.
+"""Records, stores and parts of a twin that the tests have too.
 
-By their own path: a package of the environment is called `tests`, and would be the one that is imported.
+By their own path: a package of the environment may be called `tests`, and would be imported in their place.
 """
 
 from __future__ import annotations
 
 import sys
 
-from .measuring import ROOT
+from .harness import ROOT
 
 if str(ROOT / "tests") not in sys.path:
     sys.path.append(str(ROOT / "tests"))
 
+from support.records.labelled_records import Labelled, Signal, made_records
 from support.records.pulse_tables import PREDICTORS, held_out, pulse_table
+from support.records.scalar_gun import THESIS_GUN, Method, ScalarGun, scalar_guns
 from support.records.twin_parts import BENCH, ringing_plate, setting
+from support.stores.databases import fresh_database
+from support.stores.large_store import (
+    HITS_PER_RECORDING,
+    RARE,
+    WRITER,
+    Sample,
+    StoreSize,
+    campaign_name,
+    fill,
+    filled,
+    sample_of,
+)
 from support.stores.postgres_server import running_server
 
-__all__ = ["BENCH", "PREDICTORS", "held_out", "pulse_table", "ringing_plate", "running_server", "setting"]
+__all__ = [
+    "BENCH", "HITS_PER_RECORDING", "PREDICTORS", "RARE", "THESIS_GUN", "WRITER", "Labelled", "Method", "Sample",
+    "ScalarGun", "Signal", "StoreSize", "campaign_name", "fill", "filled", "fresh_database", "held_out",
+    "made_records", "pulse_table", "ringing_plate", "running_server", "sample_of", "scalar_guns", "setting",
+]  # fmt: skip
