@@ -63,8 +63,8 @@ def measure_coupled(folder: Path, count: int = IMPACTS, repeats: int = REPEATS) 
     coupled = CoupledContact(LawContact(spread=NO_SPREAD), PlateStage({"aluminum": plate}))
     mass = drawing.area_m2 * THICKNESS_M * PLATE.density_kg_m3
     for tip in TIPS[0.010]:
-        setting = Setting(MASS_KG, THESIS[tip], 0.045, PLATE, THICKNESS_M, mass)
-        strikes = Strikes([replace(setting, impact_velocity_m_s=float(u)) for u in velocity], velocity)
+        body = (MASS_KG, THESIS[tip], 0.045, PLATE, THICKNESS_M, mass)
+        strikes = Strikes([Setting(*body, impact_velocity_m_s=float(u)) for u in velocity], velocity)
         ways = {"coupled": partial(coupled.pulses, strikes), "uncoupled": partial(uncoupled.pulses, strikes)}
         seconds = take_turns(ways, repeats, processor_seconds)
         yield compared(
