@@ -22,8 +22,7 @@ from pyroshock.training.model_storage import place_beside
 from pyroshock.training.registry.registry import Registry
 from pyroshock.training.thesis import thesis_figures
 
-from .measuring import ROOT
-from .themes import work_folder
+from .harness import PYROSHOCK, ROOT, table_row, work_folder
 
 DOCUMENT = ROOT / "docs" / "measurements" / "model-figures.md"
 SEEDS = ("11", "12", "13")
@@ -64,7 +63,7 @@ class Campaign:
 def pyroshock(folder: Path, *words: str) -> None:
     """A command as a user types it, told; its notes go to this terminal."""
     sys.stderr.write(f"$ pyroshock {' '.join(words)}\n")
-    command = [sys.executable, "-c", "from pyroshock.app.cli.main import main; main()", *words]
+    command = [sys.executable, *PYROSHOCK, *words]
     subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
 
 

@@ -118,8 +118,7 @@ class QcodesDataset:
                 measurement.register_custom_parameter(name, paramtype="array")
             with measurement.run() as saver:
                 saver.add_result(*arrays.items())
-                metadata = {"rate_hz": row["rate_hz"], "path": row["path"], **row["factors"]}
-                for tag, value in (*metadata.items(), ("impacts", json.dumps(row["impacts"]))):
+                for tag, value in (*row["attributes"].items(), ("impacts", json.dumps(row["impacts"]))):
                     saver.dataset.add_metadata(tag, value)
 
     def whole(self, run: int) -> np.ndarray[Any, Any]:
@@ -129,7 +128,7 @@ class QcodesDataset:
         return np.asarray(data.get_parameter_data("force")["force"]["force"]).reshape(-1)
 
     def window(self, run: int, start: int, stop: int) -> np.ndarray[Any, Any]:
-        """Of the array that a row holds, for it is stored as one."""
+        """An array is stored as one value."""
         return self.whole(run)[start:stop]
 
     def pulses(self, factor: str, level: str) -> list[np.ndarray[Any, Any]]:
@@ -145,9 +144,6 @@ class QcodesDataset:
             pulses += [np.asarray(arrays[name][name]).reshape(-1) for name in names]
         return pulses
 
-    def room(self) -> int:
-        return sum(file.stat().st_size for file in self._folder.iterdir())
-
 
 def qcodes(content: str, folder: str) -> Callable[[Message], Message]:
     import qcodes as package
@@ -159,8 +155,6 @@ def qcodes(content: str, folder: str) -> Callable[[Message], Message]:
         begin = time.perf_counter()
         result = getattr(dataset, request["what"])(*request["of"])
         seconds = time.perf_counter() - begin
-        if isinstance(result, int):
-            return {"seconds": seconds, "bytes": result}
         arrays = [] if result is None else [result] if isinstance(result, np.ndarray) else result
         return {"seconds": seconds, "sums": [[len(x), float(np.sum(x, dtype=np.float64))] for x in arrays]}
 

@@ -1,6 +1,6 @@
 """`python -m benchmarks.quality_scores [FOLDER] [--seed N] [--each N]`: what the quality verdicts are worth.
 
-Made records (`labelled_records`) and the measured ones of FOLDER (default: where the tests look for them), each
+Made records (tests/support/records/labelled_records.py) and the measured ones of FOLDER (default: where the tests look for them), each
 judged as an ingest judges it. The folder that PYROSHOCK_RECORDS names may hold `Test_001.lvm` to `Test_032.lvm` of
 the public "Dataset-5 Extended Impact Testing" (High-Rate SHM Working Group): their authors say that two of the 32 are
 wrong. Precision: the share of a verdict's records that deserve it. Recall: the share of records that deserve it and
@@ -21,12 +21,11 @@ from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.signals.channel import Channel, Sensor
 from pyroshock.signals.units import SI_UNITS
 
-from .independent_figures import VARIABLE, lvm_columns
-from .labelled_records import Labelled, Signal, made_records
-from .measuring import ROOT
+from .harness import ROOT
+from .independent_figures import VARIABLE, G, lvm_columns
+from .shared_records import Labelled, Signal, made_records
 
 VERDICTS = ("ok", "warning", "reject")
-G = 9.80665
 
 
 def judge(record: Labelled) -> tuple[str, tuple[str, ...]]:

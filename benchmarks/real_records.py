@@ -24,7 +24,7 @@ from pyroshock.virtualbench.impact.build import target
 from pyroshock.virtualbench.impact.impactors import hammer
 from pyroshock.virtualbench.impact.strike import strike_many
 
-from .measuring import ROOT
+from .harness import ROOT
 
 PICTURE = ROOT / "docs" / "images" / "virtual-bench.png"
 REAL, VIRTUAL = "#1b6ca8", "#d1495b"

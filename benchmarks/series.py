@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import h5py
 import numpy as np
@@ -92,10 +92,21 @@ def measure_series(folder: Path, only: Collection[str] = (), repeats: int = 15) 
 def _one_series(store: Store, kind: str, samples: Samples, path: Path, repeats: int) -> Iterator[Figure]:
     size = samples.size
     peer = f"h5py, gzip and shuffle, {kind.partition(' in ')[0]}"
-    ours, theirs = _StoredSeries(store, samples), _H5pySeries(path, samples)
+    ours = _StoredSeries(store, samples)
+
+    def peer_writes() -> None:
+        with h5py.File(path, "w") as file:
+            file.create_dataset("x", data=samples, compression="gzip", shuffle=True)
+
+    def peer_reads(part: int) -> float:
+        with h5py.File(path) as file:
+            for i in range(0, size - part + 1, part):
+                np.asarray(file["x"][i : i + part])
+            return float(file["x"].id.get_storage_size())
+
     ours.write()
     assert ours.read(size).tobytes() == samples.tobytes()
-    ways = {"ours": ours.write, "peer": theirs.write, "hash": lambda: series_hash(samples)}
+    ways = {"ours": ours.write, "peer": peer_writes, "hash": lambda: series_hash(samples)}
     seconds = take_turns(ways, max(15, repeats // 3))
     encoding = take_turns({"encode": lambda: encode_series(samples)}, 5)["encode"]
     yield compared(
@@ -106,10 +117,10 @@ def _one_series(store: Store, kind: str, samples: Samples, path: Path, repeats: 
     seconds = take_turns(
         {
             "ours": lambda: ours.read(size),
-            "peer": lambda: theirs.read(size),
+            "peer": lambda: peer_reads(size),
             "wholes": lambda: ours.read(size, times=10),  # as warm as a hundred slices
             "slices": lambda: ours.read(size // 100),
-            "peer's slices": lambda: theirs.read(size // 100),
+            "peer's slices": lambda: peer_reads(size // 100),
             "decode": ours.decode,
             "copy": samples.copy,
         },
@@ -121,7 +132,7 @@ def _one_series(store: Store, kind: str, samples: Samples, path: Path, repeats: 
         question="reading a raw series", peer_name=peer,
     )  # fmt: skip
     yield compared(
-        SERIES, f"room, {kind}", [ours.stored_bytes()], [theirs.stored_bytes()], "MB", limit=1.0, kind="room",
+        SERIES, f"room, {kind}", [ours.stored_bytes()], [peer_reads(size)], "MB", limit=1.0, kind="room",
         bound="the entropy of the recorder's noise, which no packing loses", bound_values=[_noise_bytes(samples)],
         question="room of a raw series", peer_name=peer,
     )  # fmt: skip
@@ -196,33 +207,18 @@ class _StoredSeries:
         return float(frames) + 16 * float(rows)
 
 
-class _H5pySeries:
-    """An HDF5 file with one dataset."""
-
-    def __init__(self, path: Path, samples: Samples) -> None:
-        self._path, self._samples = path, samples
-
-    def write(self) -> None:
-        with h5py.File(self._path, "w") as file:
-            file.create_dataset("x", data=self._samples, compression="gzip", shuffle=True)
-
-    def read(self, part: int) -> None:
-        with h5py.File(self._path) as file:
-            for i in range(0, self._samples.size - part + 1, part):
-                np.asarray(file["x"][i : i + part])
-
-    def stored_bytes(self) -> float:
-        with h5py.File(self._path) as file:
-            return float(file["x"].id.get_storage_size())
-
-
 QUERYING = "Series and pulses of {} recordings (10 s, two channels at 51.2 kHz, ten impacts each), kept and asked for"
 CHANNEL, FACTOR, LEVEL, RUN = "force", "tip_material", "steel", 2
 #: What is kept of an impact, beside its pulse.
 FIGURES = ("start_s", "contact_time_s", "peak_force_n", "impulse_n_s")
-QCODES, OURS, RAW = "QCoDeS", "pyroshock", "bytes in files"
+OURS, RAW = "pyroshock", "bytes in files"
 #: What is asked, and its question in the first table.
-STORE, WHOLE, WINDOW, PULSES = "storing them", "one series whole", "a hundredth of a series", f"pulses with {FACTOR}={LEVEL}"
+STORE, WHOLE, WINDOW, PULSES = (
+    "storing them",
+    "one series whole",
+    "a hundredth of a series",
+    f"pulses with {FACTOR}={LEVEL}",
+)
 QUESTIONS = {
     STORE: "storing series and pulses",
     WHOLE: "reading a stored series",
@@ -233,18 +229,36 @@ QUESTIONS = {
 
 @dataclass(frozen=True, eq=False)
 class RecordingContent:
-    """One recording: `series` by channel (n,), `pulses` (m,) N of its impacts, and what our own ingest holds of it."""
+    """One recording: factors, rate and path, `series` by channel (n,), `pulses` (m,) N of its impacts, and what our own
+    ingest holds of it."""
 
-    path: str
     run: int
-    rate_hz: float
-    factors: dict[str, str | float]
+    attributes: dict[str, str | float]
     series: dict[str, NDArray[np.float32]]
     impacts: tuple[dict[str, Any], ...]
     pulses: tuple[Floats, ...]
     channels: tuple[Channel, ...]
     processed: ProcessedRecording
     matched: list[MatchedImpact]
+
+    @classmethod
+    def of(cls, folder: Path, file: CampaignFile, rows: tuple[RunRow, ...], row: RunRow) -> Self:
+        path = str(row.recording)
+        channels, _ = read_channels(folder / path, file.sensors)
+        expected = expected_hits([row], rows)
+        done = process_recording(folder, path, file.sensors, ExtractionSettings(), expected=expected)
+        factors = {level.factor: level.label if level.number is None else level.number for level in row.levels}
+        impacts = tuple(
+            {"repetition": number, **{name: getattr(pulse, name) for name in FIGURES}}
+            for number, pulse in enumerate(done.pulses, row.repetition)
+        )
+        return cls(
+            row.run, {"path": path, "rate_hz": channels[0].sampling_rate_hz, **factors},
+            {channel.name: channel.recorded for channel in channels}, impacts,
+            tuple(pulse.fine_force_n for pulse in done.pulses), tuple(channels),
+            replace(done, series=()),  # encoding the series is part of storing them, which is measured
+            match(path, [row], len(done.pulses), rows),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,8 +267,14 @@ class Content:
 
     file: CampaignFile
     rows: tuple[RunRow, ...]
-    settings: ExtractionSettings
     recordings: tuple[RecordingContent, ...]
+
+    @classmethod
+    def of(cls, folder: Path) -> Self:
+        """Of a campaign folder with a recording a run, each read, judged and cut as an ingest does."""
+        file = read_campaign_file(folder)
+        rows = read_runs(folder, file.kind, lambda name: name)
+        return cls(file, rows, tuple(RecordingContent.of(folder, file, rows, row) for row in rows))
 
     @property
     def bytes(self) -> int:
@@ -268,47 +288,18 @@ class Content:
 
     def pulses(self, level: str) -> list[Floats]:
         """Of all impacts with a level of `FACTOR`."""
-        return [pulse for each in self.recordings if each.factors[FACTOR] == level for pulse in each.pulses]
+        return [pulse for each in self.recordings if each.attributes[FACTOR] == level for pulse in each.pulses]
 
-
-def content_of(folder: Path) -> Content:
-    """Of a campaign folder with a recording a run, each read, judged and cut as an ingest does."""
-    file, settings = read_campaign_file(folder), ExtractionSettings()
-    rows = read_runs(folder, file.kind, lambda name: name)
-    return Content(file, rows, settings, tuple(_recording(folder, file, rows, row, settings) for row in rows))
-
-
-def _recording(
-    folder: Path, file: CampaignFile, rows: tuple[RunRow, ...], row: RunRow, settings: ExtractionSettings
-) -> RecordingContent:
-    path = str(row.recording)
-    channels, _ = read_channels(folder / path, file.sensors)
-    processed = process_recording(folder, path, file.sensors, settings, expected=expected_hits([row], rows))
-    impacts = tuple(
-        {"repetition": number, **{name: getattr(pulse, name) for name in FIGURES}}
-        for number, pulse in enumerate(processed.pulses, row.repetition)
-    )
-    return RecordingContent(
-        path, row.run, channels[0].sampling_rate_hz,
-        {level.factor: level.label if level.number is None else level.number for level in row.levels},
-        {channel.name: channel.recorded for channel in channels}, impacts,
-        tuple(pulse.fine_force_n for pulse in processed.pulses), tuple(channels),
-        replace(processed, series=()),  # encoding the series is part of storing them, which is measured
-        match(path, [row], len(processed.pulses), rows),
-    )  # fmt: skip
-
-
-def write_content(content: Content, folder: Path) -> Path:
-    """The recordings as plain arrays with an index, for a program that imports nothing of ours."""
-    folder.mkdir(parents=True, exist_ok=True)
-    index: list[dict[str, Any]] = []
-    for each in content.recordings:
-        pulses = {f"pulse_{i}": pulse for i, pulse in enumerate(each.pulses)}
-        np.savez(folder / f"{each.run}.npz", **each.series, **pulses)  # type: ignore[arg-type]  # takes them by name
-        row = {"run": each.run, "path": each.path, "rate_hz": each.rate_hz, "factors": each.factors}
-        index.append({**row, "impacts": each.impacts})
-    (folder / "index.json").write_text(json.dumps(index))
-    return folder
+    def write(self, folder: Path) -> Path:
+        """The recordings as plain arrays with an index, for a program that imports nothing of ours."""
+        folder.mkdir(parents=True, exist_ok=True)
+        index: list[dict[str, Any]] = []
+        for each in self.recordings:
+            pulses = {f"pulse_{i}": pulse for i, pulse in enumerate(each.pulses)}
+            np.savez(folder / f"{each.run}.npz", **each.series, **pulses)  # type: ignore[arg-type]  # takes them by name
+            index.append({"run": each.run, "attributes": each.attributes, "impacts": each.impacts})
+        (folder / "index.json").write_text(json.dumps(index))
+        return folder
 
 
 class Storage:
@@ -316,16 +307,16 @@ class Storage:
 
     name = guarantees = ""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, content: Content) -> None:
         folder.mkdir(parents=True, exist_ok=True)
-        self.folder = folder
+        self.folder, self.content = folder, content
 
     def empty(self) -> None:
         for old in self.folder.iterdir():
             old.unlink()
 
-    def store(self, content: Content) -> None:
-        """All of it, recording by recording."""
+    def store(self) -> None:
+        """All of the content, recording by recording."""
         raise NotImplementedError
 
     def whole(self, run: int) -> Samples:
@@ -341,6 +332,20 @@ class Storage:
 
     def room(self) -> int:
         return sum(file.stat().st_size for file in self.folder.iterdir())
+
+    def answer(self, what: str) -> Any:
+        questions = {STORE: self.store, WHOLE: partial(self.whole, RUN), PULSES: partial(self.pulses, LEVEL)}
+        return questions.get(what, partial(self.window, RUN, *self.content.window))()
+
+    def seconds(self, what: str) -> float:
+        if what == STORE:
+            self.empty()
+        return wall_seconds(partial(self.answer, what))
+
+    def sums(self, what: str) -> list[list[float]]:
+        """Length and sum of each array of an answer."""
+        arrays = self.answer(what)
+        return _sums(arrays if isinstance(arrays, list) else [arrays])
 
 
 class OurStore(Storage):
@@ -369,9 +374,9 @@ class OurStore(Storage):
         self.close()  # the log of the last writing goes into the store's file, as at the end of every command
         return super().room()
 
-    def store(self, content: Content) -> None:
-        target = CampaignStore(self.opened, content.file, None, content.rows, content.settings)
-        for each in content.recordings:
+    def store(self) -> None:
+        target = CampaignStore(self.opened, self.content.file, None, self.content.rows, ExtractionSettings())
+        for each in self.content.recordings:
             series = tuple(StoredSeries.of(channel) for channel in each.channels)
             target.add_recording(replace(each.processed, series=series), each.matched)
 
@@ -408,11 +413,11 @@ class Hdf5(Storage):
     def _open(self, mode: str = "r") -> Any:
         return h5py.File(self.folder / "campaign.h5", mode)
 
-    def store(self, content: Content) -> None:
+    def store(self) -> None:
         with self._open("w") as file:
-            for each in content.recordings:
+            for each in self.content.recordings:
                 group = file.create_group(f"{each.run:06d}")
-                group.attrs.update({"rate_hz": each.rate_hz, "path": each.path, **each.factors})
+                group.attrs.update(each.attributes)
                 for name, samples in each.series.items():
                     group.create_dataset(name, data=samples, compression="gzip", shuffle=True)
                 for impact, force in zip(each.impacts, each.pulses, strict=True):
@@ -444,15 +449,15 @@ class PlainSqlite(Storage):
         connection.execute("PRAGMA synchronous = NORMAL")
         return closing(connection)
 
-    def store(self, content: Content) -> None:
-        factors = ", ".join(content.recordings[0].factors)
-        figures = ", ".join(content.recordings[0].impacts[0])
+    def store(self) -> None:
+        attributes = ", ".join(self.content.recordings[0].attributes)
+        figures = ", ".join(self.content.recordings[0].impacts[0])
         with self._open() as db:
-            db.execute(f"CREATE TABLE recordings (run INTEGER PRIMARY KEY, path, rate_hz, {factors})")
+            db.execute(f"CREATE TABLE recordings (run INTEGER PRIMARY KEY, {attributes})")
             db.execute("CREATE TABLE series (run, channel, samples BLOB, PRIMARY KEY (run, channel))")
             db.execute(f"CREATE TABLE impacts (run, {figures}, force BLOB, PRIMARY KEY (run, repetition))")
-            for each in content.recordings:
-                row = (each.run, each.path, each.rate_hz, *each.factors.values())
+            for each in self.content.recordings:
+                row = (each.run, *each.attributes.values())
                 series = [(each.run, name, x.tobytes()) for name, x in each.series.items()]
                 pairs = zip(each.impacts, each.pulses, strict=True)
                 impacts = [(each.run, *impact.values(), force.tobytes()) for impact, force in pairs]
@@ -486,13 +491,12 @@ class Parquet(Storage):
 
     name, guarantees = "pandas", "files, each of which a kill may spoil; no hashes"
 
-    def store(self, content: Content) -> None:
+    def store(self) -> None:
         rows = []
-        for each in content.recordings:
+        for each in self.content.recordings:
             pd.DataFrame(each.series).to_parquet(self.folder / f"{each.run}.parquet")
             for impact, force in zip(each.impacts, each.pulses, strict=True):
-                figures = {**each.factors, "rate_hz": each.rate_hz, **impact}
-                rows.append({"run": each.run, **figures, "force_n": force})
+                rows.append({"run": each.run, **each.attributes, **impact, "force_n": force})
         pd.DataFrame(rows).to_parquet(self.folder / "impacts.parquet")
 
     def whole(self, run: int) -> Samples:
@@ -508,12 +512,12 @@ class RawBytes(Storage):
 
     name, guarantees = RAW, "nothing"
 
-    def store(self, content: Content) -> None:
-        for each in content.recordings:
+    def store(self) -> None:
+        for each in self.content.recordings:
             for name, samples in each.series.items():
                 samples.tofile(self.folder / f"{each.run}.{name}")
-        for level in {str(each.factors[FACTOR]) for each in content.recordings}:
-            np.concatenate(content.pulses(level)).tofile(self.folder / level)
+        for level in {str(each.attributes[FACTOR]) for each in self.content.recordings}:
+            np.concatenate(self.content.pulses(level)).tofile(self.folder / level)
 
     def whole(self, run: int) -> Samples:
         return np.fromfile(self.folder / f"{run}.{CHANNEL}", np.float32)
@@ -525,34 +529,50 @@ class RawBytes(Storage):
         return [np.fromfile(self.folder / level)]
 
 
+class QcodesProgram(Storage):
+    """QCoDeS' data set in a process of its own, which may have another environment."""
+
+    name, guarantees = "QCoDeS", "a transaction a value"
+
+    def __init__(self, folder: Path, content: Content, program: Program) -> None:
+        super().__init__(folder, content)
+        self._program, window = program, [RUN, *content.window]
+        self._requests: dict[str, dict[str, Any]] = {
+            STORE: {"what": "store", "of": []},
+            WHOLE: {"what": "whole", "of": [RUN]},
+            WINDOW: {"what": "window", "of": window},
+            PULSES: {"what": "pulses", "of": [FACTOR, LEVEL]},
+        }
+
+    def seconds(self, what: str) -> float:
+        if what == STORE:
+            self._program.ask(what="empty", of=[])
+        return self._program.seconds(**self._requests[what])
+
+    def sums(self, what: str) -> list[list[float]]:
+        return list(self._program.ask(**self._requests[what])["sums"])
+
+
 PEERS: tuple[type[Storage], ...] = (Hdf5, PlainSqlite, Parquet)
-
-
-@dataclass(frozen=True)
-class Answers:
-    """A way in this process or another: seconds of a question, or length and sum of each array that comes back."""
-
-    seconds: Callable[[str], float]
-    sums: Callable[[str], list[list[float]]]
-    room: Callable[[], int]
-    guarantees: str
 
 
 def measure_querying(folder: Path, recordings: int = 24, stores: int = 3, reads: int = 15) -> Iterator[Figure]:
     """Every question of every way. Raises `ValueError` where a way gives back other numbers than were stored."""
     with tempfile.TemporaryDirectory(dir=folder) as name, ExitStack() as stack:
         place = Path(name)
-        content = content_of(write_campaign(place / "campaign", recordings, ".npz", np.random.default_rng(5)))
-        ours = stack.enter_context(closing(OurStore(place / "ours")))
-        ways = {way.name: in_process(way, content) for way in (ours, RawBytes(place / "raw"))}
-        ways |= {kind.name: in_process(kind(place / kind.name), content) for kind in PEERS}
+        content = Content.of(write_campaign(place / "campaign", recordings, ".npz", np.random.default_rng(5)))
+        ours = stack.enter_context(closing(OurStore(place / "ours", content)))
+        ways: dict[str, Storage] = {OURS: ours, RAW: RawBytes(place / "raw", content)}
+        ways |= {kind.name: kind(place / kind.name, content) for kind in PEERS}
         if python := interpreter_with("qcodes"):
-            ways[QCODES] = _qcodes(stack, python, content, place)
+            words = ("benchmarks.peer_programs", "qcodes", content.write(place / "content"), place / QcodesProgram.name)
+            program = stack.enter_context(Program("-m", *words, python=python))
+            ways[QcodesProgram.name] = QcodesProgram(place / QcodesProgram.name, content, program)
         yield from _querying_figures(ways, content, stores, reads)
 
 
-def _querying_figures(ways: Mapping[str, Answers], content: Content, stores: int, reads: int) -> Iterator[Figure]:
-    theme, names = QUERYING.format(len(content.recordings)), (*(kind.name for kind in PEERS), QCODES)
+def _querying_figures(ways: Mapping[str, Storage], content: Content, stores: int, reads: int) -> Iterator[Figure]:
+    theme, names = QUERYING.format(len(content.recordings)), [kind.name for kind in (*PEERS, QcodesProgram)]
     for what, question in QUESTIONS.items():
         for way in ways.values():
             way.seconds(what)
@@ -571,58 +591,15 @@ def _querying_figures(ways: Mapping[str, Answers], content: Content, stores: int
                 bound=(guarantees if what == STORE else "") + "the same bytes in plain files",
                 bound_values=seconds[RAW], **fields,
             )  # fmt: skip
-    for name in names:
-        if name in ways:
-            yield compared(
-                theme, f"room on disk, beside {name}", [ways[OURS].room()], [ways[name].room()], "MB", limit=1.0,
-                bound=f"in memory {content.bytes / 1e6:.3g} MB; noise does not pack", binding=False, kind="room",
-                question="room on disk", peer_name=name,
-            )  # fmt: skip
+    for name in [name for name in names if name in ways]:
+        yield compared(
+            theme, f"room on disk, beside {name}", [ways[OURS].room()], [ways[name].room()], "MB", limit=1.0,
+            bound=f"in memory {content.bytes / 1e6:.3g} MB; noise does not pack", binding=False, kind="room",
+            question="room on disk", peer_name=name,
+        )  # fmt: skip
 
 
-def in_process(way: Storage, content: Content) -> Answers:
-    questions: dict[str, Callable[[], Any]] = {
-        STORE: partial(way.store, content),
-        WHOLE: partial(way.whole, RUN),
-        WINDOW: partial(way.window, RUN, *content.window),
-        PULSES: partial(way.pulses, LEVEL),
-    }
-
-    def seconds(what: str) -> float:
-        if what == STORE:
-            way.empty()
-        return wall_seconds(questions[what])
-
-    def sums(what: str) -> list[list[float]]:
-        arrays = questions[what]()
-        return _sums(arrays if isinstance(arrays, list) else [arrays])
-
-    return Answers(seconds, sums, way.room, way.guarantees)
-
-
-def _qcodes(stack: ExitStack, python: Path, content: Content, place: Path) -> Answers:
-    files, folder = write_content(content, place / "content"), place / QCODES
-    folder.mkdir()
-    program = stack.enter_context(Program("-m", "benchmarks.peer_programs", "qcodes", files, folder, python=python))
-    requests: dict[str, dict[str, Any]] = {
-        STORE: {"what": "store", "of": []},
-        WHOLE: {"what": "whole", "of": [RUN]},
-        WINDOW: {"what": "window", "of": [RUN, *content.window]},
-        PULSES: {"what": "pulses", "of": [FACTOR, LEVEL]},
-    }
-
-    def seconds(what: str) -> float:
-        if what == STORE:
-            program.ask(what="empty", of=[])
-        return program.seconds(**requests[what])
-
-    def room() -> int:
-        return int(program.ask(what="room", of=[])["bytes"])
-
-    return Answers(seconds, lambda what: list(program.ask(**requests[what])["sums"]), room, "a transaction a value")
-
-
-def check_answers(what: str, ways: Mapping[str, Answers], content: Content) -> None:
+def check_answers(what: str, ways: Mapping[str, Storage], content: Content) -> None:
     """Raises `ValueError` where a way does not give back what was stored; the limit gives the pulses in one piece."""
     force = content.recordings[RUN - 1].series[CHANNEL]
     stored: dict[str, list[Any]] = {WHOLE: [force], WINDOW: [force[slice(*content.window)]]}
