@@ -1,9 +1,9 @@
 """`python -m benchmarks.gun`: 10,000 gun shots with three effects beside scipy, in one run.
 
 The peer is the same physics as plain scalar functions, one shot after the other through `solve_ivp`: the fastest of
-its methods, each at the loosest tolerance with which its own velocities hold to 1e-6. It fires some of the shots; its
-time for all of them is that times their share. Times are of the processor, one core on both sides. The limit: as many
-evaluations of the rates as the peer's thriftiest method needs, at what one of a whole batch costs us.
+its methods, each at the loosest tolerance with which its own velocities hold to 1e-6. It fires a hundredth of the
+shots; its time for all of them is a hundred times that. Times are of the processor, one core on both sides. The limit:
+as many evaluations of the rates as the peer's thriftiest method needs, at what one of a whole batch costs us.
 """
 
 from __future__ import annotations

@@ -76,13 +76,8 @@ def processor_seconds(function: Callable[[], object]) -> float:
     return time.process_time() - begin
 
 
-def reported_seconds(function: Callable[[], Any]) -> float:
-    """Seconds that the function itself returns: a program measures itself, a limit is scaled."""
-    return float(function())
-
-
 def take_turns(
-    functions: Mapping[str, Callable[[], object]],
+    functions: Mapping[str, Callable[[], Any]],
     repeats: int,
     clock: Callable[[Callable[[], object]], float] = wall_seconds,
     *,
@@ -91,12 +86,13 @@ def take_turns(
 ) -> dict[str, list[float]]:
     """Seconds of each function, in turn and again, so that a machine that slows down slows all of them.
 
-    The functions named in `reported` return their own seconds. With `warm` a first round does not count.
+    The functions named in `reported` return their own seconds: a program measures itself, a limit is scaled. With
+    `warm` a first round does not count.
     """
     seconds: dict[str, list[float]] = {name: [] for name in functions}
     for turn in range(repeats + warm):
         for name, function in functions.items():
-            measured = (reported_seconds if name in reported else clock)(function)
+            measured = float(function()) if name in reported else clock(function)
             if turn or not warm:
                 seconds[name].append(measured)
     return seconds
@@ -229,11 +225,6 @@ def multiplying(flops: float, dtype: type[np.floating[Any]] = np.float64, size: 
     a = np.random.default_rng(0).normal(size=(size, size)).astype(dtype)
     out = np.empty_like(a)
     return lambda: wall_seconds(lambda: np.matmul(a, a, out=out)) * flops / (2.0 * size**3)
-
-
-def starting() -> object:
-    """A limit: Python that starts and ends."""
-    return run_program([sys.executable, "-c", "pass"])
 
 
 @dataclass(frozen=True)
@@ -415,8 +406,3 @@ def version_of(package: str) -> str:
         if name.lower().replace("-", "_") == wanted:
             return number
     return ""
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

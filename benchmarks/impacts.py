@@ -33,6 +33,7 @@ from pyroshock.twin.contact.pulse import Law as PulseLaw
 from pyroshock.twin.contact.restitution.base import constant
 
 from .harness import Figure, compared, processor_seconds, promised, report, take_turns, wall_seconds
+from .shared_records import ball, impacts
 
 THEME = "Impacts in one call, beside solve_ivp one after the other"
 #: Impacts, every so many of which the loop solves.
@@ -45,26 +46,13 @@ LAWS: Mapping[str, PulseLaw] = {
     **ELASTIC,
     **{name: partial(law, restitution=constant(RESTITUTION)) for name, law in LOSSY.items()},
 }
-_DELRIN_ON_ALUMINUM = {
-    "impactor_radius_m": 0.03,
-    "impactor_youngs_modulus_pa": 3.2e9,
-    "impactor_poisson_ratio": 0.35,
-    "impactor_density_kg_m3": 1410.0,
-    "target_youngs_modulus_pa": 69.9e9,
-    "target_poisson_ratio": 0.33,
-    "target_density_kg_m3": 2700.0,
-    "plate_thickness_m": 0.01,
-}
 
 
 def bodies(every: int = 1, count: int = IMPACTS) -> Bodies:
     """Bullets of 0.1 to 1 kg with a tip of delrin on 10 mm of aluminium, 0.5 to 20 m/s; every `every`-th of them."""
     rng = np.random.default_rng(7)
     velocity, mass = rng.uniform(0.5, 20, count), rng.uniform(0.1, 1, count)
-    return Bodies.of(
-        **_DELRIN_ON_ALUMINUM, impactor_yield_strength_pa=71.7e6, target_yield_strength_pa=276e6,
-        impactor_mass_kg=mass[::every], impact_velocity_m_s=velocity[::every],
-    )  # fmt: skip
+    return impacts(impactor_mass_kg=mass[::every], impact_velocity_m_s=velocity[::every])
 
 
 def ours(some: Bodies) -> NDArray[np.float64]:
@@ -75,15 +63,10 @@ def ours(some: Bodies) -> NDArray[np.float64]:
 
 def looped(some: Bodies, tolerance: float, evaluations: list[int] | None = None) -> NDArray[np.float64]:
     """The same, one after the other; into `evaluations` goes how often each part asked for the rates."""
-    prepared = _prepared(some)
+    prepared, counts = _prepared(some), [] if evaluations is None else evaluations
     names = ("mass_kg", "stiffness_n_mp", "rate_loss_s_m", "yield_load_n", "plate_mobility_m_n_s")
-    quantities = np.stack([getattr(prepared, name) for name in names], axis=1).tolist()
-    asked = [] if evaluations is None else evaluations
-    one = [
-        _solved(float(u), m, k, chi, load, mobility, tolerance, asked)
-        for u, (m, k, chi, load, mobility) in zip(some.impact_velocity_m_s, quantities, strict=True)
-    ]
-    return np.array(one).T
+    rows = zip(some.impact_velocity_m_s, *(getattr(prepared, name) for name in names), strict=True)
+    return np.array([_solved(*map(float, row), tolerance, counts) for row in rows]).T
 
 
 def _prepared(some: Bodies) -> Impacts:
@@ -96,17 +79,17 @@ def _prepared(some: Bodies) -> Impacts:
 def evaluated(some: Bodies, times: int) -> Callable[[], object]:
     """So many evaluations of the rates of all impacts, as they begin: what a step cannot do without."""
     numbers = Numbers.of(_prepared(some))
-    columns = (numbers.exponent, numbers.damping, numbers.inelasticity, numbers.yield_depth)
-    figures = np.stack(columns, axis=1)
-    return lambda: _evaluations(figures, times)
+    names = ("exponent", "damping", "inelasticity", "yield_depth")
+    columns = np.stack([getattr(numbers, name) for name in names], axis=1)
+    return lambda: _evaluations(columns, times)
 
 
 @njit()
-def _evaluations(figures: NDArray[np.float64], times: int) -> float:
+def _evaluations(columns: NDArray[np.float64], times: int) -> float:
     """Each of another depth, or a compiler would do it once."""
     total = 0.0
-    for i in range(len(figures)):
-        law = Law(figures[i, 0], 1.0, 0.0, figures[i, 3], figures[i, 1], figures[i, 2], 0.0, 0.0)
+    for i in range(len(columns)):
+        law = Law(columns[i, 0], 1.0, 0.0, columns[i, 3], columns[i, 1], columns[i, 2], 0.0, 0.0)
         for k in range(times):
             total += rates(law, 0.1 + 0.01 * k, 1.0).force_rate
     return total
@@ -210,41 +193,35 @@ def measure_impacts(
         yield promised(THEME, title, [float(own)], LARGEST_ERROR, "", bound=f"the loop's at 1e-8: {errors}")
 
 
-def compare_laws(figure: Path | None = None) -> int:
-    def balls(n: int) -> Bodies:
-        mass = 4 / 3 * np.pi * 1410.0 * 0.03**3
-        return Bodies.of(**{**_DELRIN_ON_ALUMINUM, "impactor_radius_m": np.full(n, 0.03)}, impactor_mass_kg=mass,
-                         impact_velocity_m_s=1.0)  # fmt: skip
-
-    sys.stdout.write("| law | contact time, ms | compression, share | peak, N | impulse / m u | 1,800 impacts, ms |\n")
-    sys.stdout.write("| --- " * 6 + "|\n")
-    slowest, ball = 0.0, balls(1)
-    momentum = float((ball.sphere_mass_kg * ball.impact_velocity_m_s)[0])
+def compare_laws(picture: Path | None = None) -> int:
+    print("| law | contact time, ms | compression, share | peak, N | impulse / m u | 1,800 impacts, ms |")
+    print("| --- " * 6 + "|")
+    at, speeds = ball(impact_velocity_m_s=1.0), np.ones(LAW_IMPACTS)
+    momentum, slowest = float(np.squeeze(at.sphere_mass_kg * at.impact_velocity_m_s)), 0.0
     for name, law in LAWS.items():
-        seconds, pulse = wall_seconds(lambda law=law: law(balls(LAW_IMPACTS)).force_n()), law(ball)  # type: ignore[misc]
+        pulse = law(at)  # compiled
+        seconds = wall_seconds(lambda law=law: law(ball(impact_velocity_m_s=speeds)).force_n())  # type: ignore[misc]
         slowest = max(slowest, seconds)
         time_s, share = pulse.contact_time_s[0], pulse.compression_time_s[0] / pulse.contact_time_s[0]
         cells = (
             f"{1e3 * time_s:.4f} | {share:.3f} | {pulse.peak_force_n[0]:.0f} | {pulse.impulse_n_s[0] / momentum:.3f}"
         )
-        sys.stdout.write(f"| {name} | {cells} | {1e3 * seconds:.1f} |\n")
-    if figure:
-        _draw_laws(figure, ball)
+        print(f"| {name} | {cells} | {1e3 * seconds:.1f} |")
+    if picture:
+        _draw_laws(picture, at)
     return 0 if slowest <= LAW_LIMIT_S else 1
 
 
-def _draw_laws(path: Path, ball: Bodies) -> None:
+def _draw_laws(path: Path, at: Bodies) -> None:
     """Fig. 1.7: force over peak, time over contact time."""
     from matplotlib.figure import Figure as Canvas
 
     canvas, phase = Canvas(figsize=(6.4, 3.6), layout="constrained"), np.linspace(0, 1, 501)
     axes = canvas.add_subplot()
     for name, law in LAWS.items():
-        pulse, style = law(ball), "--" if name in ("hertz", "hunt-crossley") else "-"
+        pulse, style = law(at), "--" if name in ("hertz", "hunt-crossley") else "-"
         axes.plot(phase, pulse.force_at(phase)[0] / pulse.peak_force_n[0], style, label=name)
-    axes.set(
-        xlabel="time / contact time", ylabel="force / peak", title="Nominal pulses, e = 2/3 where a law loses energy"
-    )
+    axes.set(xlabel="time / contact time", ylabel="force / peak", title="Nominal pulses, e = 2/3 where a law is lossy")
     axes.legend()
     canvas.savefig(path, dpi=120)
 

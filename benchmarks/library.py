@@ -30,7 +30,6 @@ from .harness import (
     run_program,
     run_python,
     spread_text,
-    starting,
     take_turns,
 )
 from .ingest import ingest_once
@@ -70,6 +69,7 @@ def measure_start_up(folder: Path, repeats: int = 5) -> Iterator[Figure]:
     modules = ("qcodes", "pyyeti.srs", "endaq.calc")
     version: dict[str, Run | None] = {"mlflow --version": partial(run_program, [_BIN / "mlflow", "--version"])}
     version |= {f"import {module}": _importing(module) for module in modules}
+    starting = partial(run_python, "-c", "pass")
     python = ("Python that starts and ends", starting)
     help_peer = {"mlflow --help": partial(run_program, [_BIN / "mlflow", "--help"])}
     yield from _command("pyroshock --version", ["--version"], version, *python, repeats)
@@ -104,7 +104,9 @@ def _command(
 
 
 def measure_library(folder: Path, impacts: int = 100_000, repeats: int = 7) -> Iterator[Figure]:
-    seconds = take_turns({"import": partial(run_python, "-c", "import pyroshock"), "start": starting}, repeats)
+    seconds = take_turns(
+        {"import": partial(run_python, "-c", "import pyroshock"), "start": partial(run_python, "-c", "pass")}, repeats
+    )
     own = [max(a - b, 0.0) for a, b in zip(seconds["import"], seconds["start"], strict=True)]
     yield promised(
         LIBRARY, "import pyroshock, beyond Python's start", own, IMPORT_LIMIT_S, question="import of the library",

@@ -22,7 +22,7 @@ from pyroshock.training.model_storage import place_beside
 from pyroshock.training.registry.registry import Registry
 from pyroshock.training.thesis import thesis_figures
 
-from .harness import PYROSHOCK, ROOT, table_row, work_folder
+from .harness import PYROSHOCK, ROOT, work_folder
 
 DOCUMENT = ROOT / "docs" / "measurements" / "model-figures.md"
 SEEDS = ("11", "12", "13")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
+import os
 import platform
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from .harness import Figure, Spread, cores, table_row, version_of
+from .harness import Figure, Spread, table_row, version_of
 
 QUICK_COMMAND, FULL_COMMAND = "make bench", "python -m benchmarks --full"
 #: What ours builds on, and the peers, by their names in the registry of packages.
@@ -102,7 +103,8 @@ def machine() -> str:
     except OSError:
         lines = [f"model name: {platform.processor()}"]
     names = (line.split(":")[1].strip() for line in lines if line.startswith("model name"))
-    return f"{next(names, '') or platform.machine()}, {cores()} cores, {platform.system()}"
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return f"{next(names, '') or platform.machine()}, {cores} cores, {platform.system()}"
 
 
 def versions(packages: Sequence[str]) -> str:

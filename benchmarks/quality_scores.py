@@ -1,9 +1,9 @@
 """`python -m benchmarks.quality_scores [FOLDER] [--seed N] [--each N]`: what the quality verdicts are worth.
 
-Made records (tests/support/records/labelled_records.py) and the measured ones of FOLDER (default: where the tests look for them), each
-judged as an ingest judges it. The folder that PYROSHOCK_RECORDS names may hold `Test_001.lvm` to `Test_032.lvm` of
+Made records, whose faults are known, and the measured ones of FOLDER (default: where the tests look for them) are
+judged as an ingest judges them. The folder that PYROSHOCK_RECORDS names may hold `Test_001.lvm` to `Test_032.lvm` of
 the public "Dataset-5 Extended Impact Testing" (High-Rate SHM Working Group): their authors say that two of the 32 are
-wrong. Precision: the share of a verdict's records that deserve it. Recall: the share of records that deserve it and
+wrong. Precision is the share of a verdict's records that deserve it, recall the share of records that deserve it and
 get it. A record's verdict is its gravest finding.
 """
 

@@ -12,6 +12,7 @@ from .harness import ROOT
 if str(ROOT / "tests") not in sys.path:
     sys.path.append(str(ROOT / "tests"))
 
+from support.records.contact_bodies import ball, impacts
 from support.records.labelled_records import Labelled, Signal, made_records
 from support.records.pulse_tables import PREDICTORS, held_out, pulse_table
 from support.records.scalar_gun import THESIS_GUN, Method, ScalarGun, scalar_guns
@@ -32,6 +33,7 @@ from support.stores.postgres_server import running_server
 
 __all__ = [
     "BENCH", "HITS_PER_RECORDING", "PREDICTORS", "RARE", "THESIS_GUN", "WRITER", "Labelled", "Method", "Sample",
-    "ScalarGun", "Signal", "StoreSize", "campaign_name", "fill", "filled", "fresh_database", "held_out",
+    "ScalarGun", "Signal", "StoreSize", "ball", "campaign_name", "fill", "filled", "fresh_database", "held_out",
+    "impacts",
     "made_records", "pulse_table", "ringing_plate", "running_server", "sample_of", "scalar_guns", "setting",
 ]  # fmt: skip

@@ -38,7 +38,7 @@ QUESTION = "a shock response spectrum"
 SAMPLES, RATE_HZ, LINES, Q, PROCESSORS = 50_000, 1e5, 80, 10.0, 2
 #: Ours over pyyeti's without roll-off, whose lines are the same; and by what equal lines may differ.
 LIMIT, DIFFERENCE = 1 / 8, 1e-9
-OURS, ONE_THREAD, LFILTER = "pyroshock", "pyroshock, one thread", "scipy lfilter"
+OURS, LFILTER = "pyroshock", "scipy lfilter"
 PROMISED = ("pyyeti", "pyyeti, processes")
 #: Its filter takes the base for constant in a step, so that it gives another number.
 ENDAQ = "endaq, base in steps"
@@ -52,7 +52,6 @@ def spectra(record: Floats, lines: Floats) -> dict[str, Callable[[], Floats]]:
     plain = partial(srs, record, RATE_HZ, lines, Q)
     return {
         OURS: lambda: shock_response_spectrum(record, RATE_HZ, lines, q=Q).primary,
-        ONE_THREAD: lambda: shock_response_spectrum(record, RATE_HZ, lines, q=Q, threads=1).primary,
         "pyyeti": partial(plain, rolloff="none", parallel="no"),
         "pyyeti, processes": partial(plain, rolloff="none", parallel="yes"),
         "pyyeti, as it comes": plain,
@@ -86,12 +85,11 @@ def measure_srs(folder: Path, repeats: int = 45) -> Iterator[Figure]:
         # The product's threads go on waiting for work and would take a processor from whatever comes next.
         bound = take_turns({"": multiplying(float(FLOPS_PER_STEP * SAMPLES * LINES))}, repeats, reported=[""])[""]
     for name in [name for name in seconds if name != OURS]:
-        peer = name != ONE_THREAD
         yield compared(
             THEME, f"{name}, largest difference {difference[name]:.1g}", seconds[OURS], seconds[name],
-            limit=LIMIT if name in PROMISED else None, bound_values=bound, kind="time" if peer else "growth",
+            limit=LIMIT if name in PROMISED else None, bound_values=bound, peer_name=name,
             bound=f"{FLOPS_PER_STEP} operations a step at the rate of a matrix product",
-            question=QUESTION if peer else "", peer_name=name,
+            question=QUESTION,
         )  # fmt: skip
     if isinstance(program, str):
         yield missing(THEME, ENDAQ, program, question=QUESTION, peer_name=ENDAQ)
