@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from .harness import PYROSHOCK, Figure, ProcessCost, compared, run_python, take_turns
-from .recordings import hammer_record, kept_campaign
+from .shared_records import hammer_record, kept_campaign
 
 RECORDINGS, LIMIT, MEMORY_LIMIT = 180, 1.5, 1.1
 THEME = "Ingest of {} recordings (10 s, two channels at 51.2 kHz, ten impacts each), extraction included"

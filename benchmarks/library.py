@@ -33,8 +33,7 @@ from .harness import (
     take_turns,
 )
 from .ingest import ingest_once
-from .recordings import HITS, kept_campaign
-from .shared_records import RARE, WRITER, campaign_name, filled
+from .shared_records import HITS, RARE, WRITER, campaign_name, filled, kept_campaign
 
 COMMANDS = "Commands from call to end, in fresh processes"
 LIBRARY = "The Python library: import, listings as DataFrames, slices of recordings"

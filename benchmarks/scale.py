@@ -42,8 +42,8 @@ from sqlalchemy.orm import Session
 
 from .harness import PYROSHOCK, ROOT, Spread, ratio, run_python, take_turns, work_folder
 from .page import machine
-from .recordings import HITS, write_campaign
 from .shared_records import (
+    HITS,
     HITS_PER_RECORDING,
     RARE,
     WRITER,
@@ -53,6 +53,7 @@ from .shared_records import (
     fresh_database,
     running_server,
     sample_of,
+    write_campaign,
 )
 
 Measured = dict[str, Any]
@@ -216,7 +217,9 @@ def frames_share(store: Store) -> float:
 def series_kinds(folder: Path) -> Iterator[Measured]:
     """What raw series weigh, of made, measured and simulated campaigns, each in a store of its own."""
     made = write_campaign(folder / "made", 8, ".mat", np.random.default_rng(11))
-    yield _series_row("hammer: two channels, ten hits in 10 s (`benchmarks/recordings.py`)", made, folder)
+    yield _series_row(
+        "hammer: two channels, ten hits in 10 s (`tests/support/records/hammer_recordings.py`)", made, folder
+    )
     measured = ROOT / "examples" / "modal-hammer-hit"
     yield _series_row("hammer: two channels, one measured hit (`examples/modal-hammer-hit`)", measured, folder)
     plans = f"sqlite:///{folder / 'plans.db'}"

@@ -52,8 +52,7 @@ from .harness import (
     take_turns,
     wall_seconds,
 )
-from .recordings import FULL_SCALE_N, NOISE_STEPS, digitised, hit_force, write_campaign
-from .shared_records import WRITER
+from .shared_records import FULL_SCALE_N, NOISE_STEPS, WRITER, digitised, hit_force, write_campaign
 
 Samples = NDArray[Any]
 Floats = NDArray[np.float64]

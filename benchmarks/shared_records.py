@@ -2,6 +2,8 @@
 
 By their own path: a package of the environment may be called `tests`, and would be imported in their place.
 """
+# isort: skip_file
+# fmt: off
 
 from __future__ import annotations
 
@@ -13,27 +15,22 @@ if str(ROOT / "tests") not in sys.path:
     sys.path.append(str(ROOT / "tests"))
 
 from support.records.contact_bodies import ball, impacts
+from support.records.force_records import ForceRecord, force_records
+from support.records.hammer_recordings import FULL_SCALE_N, HITS, NOISE_STEPS, digitised, hammer_record, hit_force
+from support.records.hammer_recordings import kept_campaign, write_campaign
 from support.records.labelled_records import Labelled, Signal, made_records
 from support.records.pulse_tables import PREDICTORS, held_out, pulse_table
 from support.records.scalar_gun import THESIS_GUN, Method, ScalarGun, scalar_guns
 from support.records.twin_parts import BENCH, ringing_plate, setting
 from support.stores.databases import fresh_database
-from support.stores.large_store import (
-    HITS_PER_RECORDING,
-    RARE,
-    WRITER,
-    Sample,
-    StoreSize,
-    campaign_name,
-    fill,
-    filled,
-    sample_of,
-)
+from support.stores.large_store import HITS_PER_RECORDING, RARE, WRITER, StoreSize, campaign_name, fill
+from support.stores.large_store import filled, sample_of
 from support.stores.postgres_server import running_server
 
 __all__ = [
-    "BENCH", "HITS_PER_RECORDING", "PREDICTORS", "RARE", "THESIS_GUN", "WRITER", "Labelled", "Method", "Sample",
-    "ScalarGun", "Signal", "StoreSize", "ball", "campaign_name", "fill", "filled", "fresh_database", "held_out",
-    "impacts",
-    "made_records", "pulse_table", "ringing_plate", "running_server", "sample_of", "scalar_guns", "setting",
-]  # fmt: skip
+    "BENCH", "FULL_SCALE_N", "HITS", "HITS_PER_RECORDING", "NOISE_STEPS", "PREDICTORS", "RARE", "THESIS_GUN", "WRITER",
+    "ForceRecord", "Labelled", "Method", "ScalarGun", "Signal", "StoreSize", "ball", "campaign_name", "digitised",
+    "fill", "filled", "force_records", "fresh_database", "hammer_record", "held_out", "hit_force", "impacts",
+    "kept_campaign", "made_records", "pulse_table", "ringing_plate", "running_server", "sample_of", "scalar_guns", "setting",
+    "write_campaign",
+]

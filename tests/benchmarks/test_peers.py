@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from pyroshock.training.gp.kernels import kernel_matrix
 from pyroshock.validation.baselines import BASELINES
+from support.records.force_records import ForceRecord, Hit
+from support.records.hammer_recordings import write_campaign
 
 from benchmarks import coregional, diagnosing, growth, gun, impacts, pulses, series
 from benchmarks.page import draw_growth
-from benchmarks.recordings import write_campaign
 
 # Importing it warns; a test that imports it first would fail by that.
 pytest.importorskip("gpytorch", reason="the extra [models] is not installed")
@@ -74,7 +75,7 @@ def test_other_numbers_are_no_answer(content, tmp_path, monkeypatch):
         series.check_answers(series.WHOLE, {"h5py": series.Hdf5(tmp_path / "kept", content)}, content)
 
 
-HITS = [pulses.Hit(1.0, 1e-3, False, False), pulses.Hit(2.0, 1e-3, True, False)]
+HITS = [Hit(1.0, 1e-3, False, False), Hit(2.0, 1e-3, True, False)]
 
 
 @pytest.mark.parametrize(
@@ -84,12 +85,12 @@ HITS = [pulses.Hit(1.0, 1e-3, False, False), pulses.Hit(2.0, 1e-3, True, False)]
         (HITS, [(1.0, 1e-3, False), (2.5, 1e-3, True)], (2, 1, 0.0)),  # one missed, one made up
         (HITS, [(1.0, 1e-3, False), (2.0, 1e-3, True), (2.004, 1e-3, False)], (1, 0, 0.0)),
         (HITS, [], (2, 1, float("inf"))),
-        ([pulses.Hit(1.0, 1e-3, False, True)], [(1.0, 2e-3, True)], (0, 0, float("inf"))),  # chatter is not judged
+        ([Hit(1.0, 1e-3, False, True)], [(1.0, 2e-3, True)], (0, 0, float("inf"))),  # chatter is not judged
     ],
 )
 def test_pulses_are_scored_against_the_truth(hits, detected, score):
     found = [pulses.DetectedPulse(*each) for each in detected]
-    result = pulses.score(pulses.ForceRecord(np.zeros(0), hits), found)
+    result = pulses.score(ForceRecord(np.zeros(0), hits), found)
     assert (result.miscounted, result.misjudged, result.error) == score
 
 

@@ -1,4 +1,4 @@
-"""Hammer recordings for the measurements: two channels, ten hits each, as a 16-bit recorder gives them."""
+"""Hammer recordings of full length: 10 s, two channels, ten hits each, as a 16-bit recorder gives them."""
 
 from __future__ import annotations
 
