@@ -31,6 +31,6 @@ __all__ = [
     "BENCH", "FULL_SCALE_N", "HITS", "HITS_PER_RECORDING", "NOISE_STEPS", "PREDICTORS", "RARE", "THESIS_GUN", "WRITER",
     "ForceRecord", "Labelled", "Method", "ScalarGun", "Signal", "StoreSize", "ball", "campaign_name", "digitised",
     "fill", "filled", "force_records", "fresh_database", "hammer_record", "held_out", "hit_force", "impacts",
-    "kept_campaign", "made_records", "pulse_table", "ringing_plate", "running_server", "sample_of", "scalar_guns", "setting",
-    "write_campaign",
+    "kept_campaign", "made_records", "pulse_table", "ringing_plate", "running_server", "sample_of", "scalar_guns",
+    "setting", "write_campaign",
 ]
