@@ -23,6 +23,13 @@ from pyroshock.schema.conditions import Condition
 from pyroshock.schema.listings import iter_impacts, list_campaigns, list_impacts_page
 from pyroshock.schema.session import open_store
 from pyroshock.training.estimators.base import Estimator
+from pyroshock.training.estimators.coregional import Coregional
+from pyroshock.training.estimators.ensemble import TreeEnsemble
+from pyroshock.training.estimators.kernel_ridge import KernelRidge
+from pyroshock.training.estimators.network import Network
+from pyroshock.training.estimators.single_outputs import SingleOutputs
+from pyroshock.training.estimators.svr import SupportVectors
+from pyroshock.training.estimators.tree import DecisionTree
 from pyroshock.twin.gun.effects.valve_flow import ValveFlow
 from pyroshock.twin.gun.shots import gun_velocity
 from sqlalchemy.orm import Session
@@ -57,6 +64,15 @@ REPETITIONS, SCATTER = 3, 0.01
 PULSES, ASKED, PULSES_PER_GROUP = (100, 300, 1_000, 3_000), 1_000, 10
 #: The laboratory's own model is measured at all sizes, whatever the budget of the others.
 COREGIONAL, COREGIONAL_BUDGET_S = "coregional Gaussian process", 60.0
+FAMILIES: dict[str, Callable[[], Estimator]] = {
+    "tree": DecisionTree,
+    "tree ensemble": TreeEnsemble,
+    "network of 10-10": partial(Network, (10, 10)),
+    "kernel ridge": KernelRidge,
+    "support vector machine": SupportVectors,
+    "Gaussian process an output": SingleOutputs,
+    COREGIONAL: Coregional,
+}
 
 
 @dataclass(frozen=True)
@@ -186,17 +202,8 @@ def diagnosis_curves(budget_s: float) -> Iterator[Curve]:
         return repeated(lambda: diagnose(record, options=options))
 
     costs = within_budget(cost, GRIDS, budget_s)
-    bound = _left_out(list(GRIDS), costs, budget_s) or f"one Cholesky factorisation: {cholesky_text(max(costs))}"
-    yield Curve([Point("configurations", DIAGNOSIS, size, seconds) for size, seconds in costs.items()], bound)
-
-
-def cholesky_text(n: int) -> str:
-    """Of factorising a covariance of n x n."""
-    from scipy.linalg import cholesky as factorised
-
-    a = np.random.default_rng(0).normal(size=(n, n))
-    covariance = a @ a.T + n * np.eye(n)
-    return spread_text(repeated(lambda: factorised(covariance, lower=True, check_finite=False), 5), "ms")
+    points = [Point("configurations", DIAGNOSIS, size, seconds) for size, seconds in costs.items()]
+    yield Curve(points, _left_out(list(GRIDS), costs, budget_s))
 
 
 def _left_out(sizes: Sequence[int], costs: dict[int, tuple[float, ...]], budget_s: float) -> str:
@@ -204,37 +211,15 @@ def _left_out(sizes: Sequence[int], costs: dict[int, tuple[float, ...]], budget_
     return f"{rest} would take more than {budget_s:g} s and are left out" if rest else ""
 
 
-def families() -> dict[str, Callable[[], Estimator]]:
-    from pyroshock.training.estimators.coregional import Coregional
-    from pyroshock.training.estimators.ensemble import TreeEnsemble
-    from pyroshock.training.estimators.kernel_ridge import KernelRidge
-    from pyroshock.training.estimators.network import Network
-    from pyroshock.training.estimators.single_outputs import SingleOutputs
-    from pyroshock.training.estimators.svr import SupportVectors
-    from pyroshock.training.estimators.tree import DecisionTree
-
-    return {
-        "tree": DecisionTree,
-        "tree ensemble": TreeEnsemble,
-        "network of 10-10": partial(Network, (10, 10)),
-        "kernel ridge": KernelRidge,
-        "support vector machine": SupportVectors,
-        "Gaussian process an output": SingleOutputs,
-        COREGIONAL: Coregional,
-    }
-
-
 def training_curves(budget_s: float, sizes: Sequence[int] = PULSES, names: Sequence[str] = ()) -> Iterator[Curve]:
     """Training and 1,000 predictions of the named families (none: of all)."""
     asked = pulses(ASKED)[0]
-    for name, make in families().items():
-        if names and name not in names:
-            continue
-        predictions: list[Point] = []
+    for name in names or FAMILIES:
+        training, predictions = f"training a {name}", list[Point]()
 
-        def train(n: int, make: Callable[[], Estimator] = make) -> Estimator:
+        def train(n: int, name: str = name) -> Estimator:
             x, y = pulses(n)
-            return make().fit(x, y, np.arange(n) // PULSES_PER_GROUP, np.random.default_rng(0))
+            return FAMILIES[name]().fit(x, y, np.arange(n) // PULSES_PER_GROUP, np.random.default_rng(0))
 
         def cost(n: int, train=train, name=name, predictions=predictions) -> tuple[float, ...]:  # type: ignore[no-untyped-def]
             models: list[Estimator] = []
@@ -246,8 +231,6 @@ def training_curves(budget_s: float, sizes: Sequence[int] = PULSES, names: Seque
         train(50)  # imports
         family_budget_s = max(budget_s, COREGIONAL_BUDGET_S) if name == COREGIONAL else budget_s
         costs = within_budget(cost, sizes, family_budget_s)
-        bound = _left_out(sizes, costs, family_budget_s)
-        if not bound and "Gaussian" in name:
-            bound = f"one Cholesky factorisation: {cholesky_text(sizes[-1])}"
-        yield Curve([Point("pulses", f"training a {name}", size, values) for size, values in costs.items()], bound)
+        points = [Point("pulses", training, size, seconds) for size, seconds in costs.items()]
+        yield Curve(points, _left_out(sizes, costs, family_budget_s))
         yield Curve(predictions)
