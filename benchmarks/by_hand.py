@@ -174,14 +174,16 @@ def fewest_runs() -> str:
     return "; ".join(cells)
 
 
-def compare(what: str, ways: Mapping[str, Callable[[], Any]], repeats: int, difference: float | None = None) -> bool:
+def compare(
+    what: str, functions: Mapping[str, Callable[[], Any]], repeats: int, difference: float | None = None
+) -> bool:
     """Prints a row for each way; whether the first is the quickest. Raises `ValueError` where answers are more than
     `difference` from the first one's."""
-    first, *_ = answers = [way() for way in ways.values()]
-    for name, answer in zip(ways, answers, strict=True):
+    first, *_ = answers = [function() for function in functions.values()]
+    for name, answer in zip(functions, answers, strict=True):
         if difference is not None and not np.max(np.abs(np.subtract(answer, first))) <= difference:
             raise ValueError(f"{what}: {name} gives other numbers")
-    seconds = take_turns(ways, repeats, processor_seconds, warm=False)
+    seconds = take_turns(functions, repeats, processor_seconds, warm=False)
     ours = next(iter(seconds.values()))
     ratios = [ratio(taken, ours).median for taken in seconds.values()]
     for (name, taken), times in zip(seconds.items(), ratios, strict=True):

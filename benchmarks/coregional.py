@@ -6,7 +6,7 @@ its own, in turn. Beside the peers stand what one would write first, two eigende
 Cholesky factorisation of a matrix of pulses by pulses, which no exact likelihood does without. `--full` adds 720
 pulses, where peers take minutes and 12 GB.
 
-`python -m benchmarks.coregional way NAME` answers requests of the measurement; `training N` trains on N pulses and
+`python -m benchmarks.coregional serve NAME` answers requests of the measurement; `training N` trains on N pulses and
 prints what it took as a line of JSON.
 """
 
@@ -172,7 +172,7 @@ def peer_likelihood(make: Callable[[int], Any], n: int) -> Evaluate:
     model = make(n)
     (x,), y = model.train_inputs, model.train_targets
     if model.__class__.__name__ == "KroneckerMultiTaskGP":
-        x, y = (torch_array(array) for array in pulses(n))
+        x, y = torch_arrays(*pulses(n))
     evaluate_once = _backward(model, lambda: -model.likelihood(model(x)).log_prob(y))
 
     def evaluate() -> float:
@@ -190,7 +190,7 @@ def peer_prediction(make: Callable[[int], Any], n: int, asked: int) -> Predict:
     import torch
     from gpytorch import settings
 
-    model, at = make(n), torch_array(new_pulses(asked))
+    model, (at,) = make(n), torch_arrays(new_pulses(asked))
     model.eval()
     model.likelihood.eval()
 
@@ -203,10 +203,10 @@ def peer_prediction(make: Callable[[int], Any], n: int, asked: int) -> Predict:
     return predict
 
 
-def torch_array(values: Floats) -> Any:
+def torch_arrays(*values: Floats) -> list[Any]:
     import torch
 
-    return torch.tensor(values)
+    return [torch.tensor(array) for array in values]
 
 
 def gpytorch_model(n: int) -> Any:
@@ -218,13 +218,11 @@ def gpytorch_model(n: int) -> Any:
 def botorch_model(n: int) -> Any:
     from botorch.models import KroneckerMultiTaskGP
 
-    x, y = (torch_array(array) for array in pulses(n))
-    at, like = parameters(), gpytorch_model(n)
+    at, like, (x, y) = parameters(), gpytorch_model(n), torch_arrays(*pulses(n))
     model = KroneckerMultiTaskGP(x, y, likelihood=like.likelihood, data_covar_module=like.kernel, rank=RANK)
     model.double().train()
     index = model.covar_module.task_covar_module
-    index.covar_factor.data = torch_array(at.loadings)
-    index.var = torch_array(at.kappa)
+    index.covar_factor.data, index.var = torch_arrays(at.loadings, at.kappa)
     return model
 
 
@@ -287,14 +285,11 @@ def answering(name: str) -> Callable[[Message], Message]:
             begin = time.perf_counter()
             result = prepared[key]()
             seconds = time.perf_counter() - begin
-        values = {"value": result} if what == "likelihood" else dict(zip(("mean", "spread"), map(_list, result)))  # noqa: B905
+        likelihood = what == "likelihood"
+        values = {"value": result} if likelihood else {"mean": result[0].tolist(), "spread": result[1].tolist()}
         return {"seconds": seconds, "peak_bytes": peak_bytes(), **values}
 
     return answer
-
-
-def _list(values: Floats) -> list[Any]:
-    return list(values.tolist())
 
 
 def peak_bytes() -> int:
@@ -324,7 +319,7 @@ def trained(n: int) -> dict[str, Any]:
 
 
 @dataclass
-class Way:
+class Implementation:
     """A program that answers, or `why` it ended; `files` hold each size's pulses for one that knows nothing of ours."""
 
     program: Program
@@ -347,51 +342,55 @@ def measure_coregional(
     sizes = sizes or (FULL_SIZES if full else SIZES)
     files = {n: write_pulses(folder / f"pulses-{n}.npz", n, ASKED) for n in sizes}
     with ExitStack() as stack:
-        ways: dict[str, Way] = {}
+        implementations: dict[str, Implementation] = {}
         for name in (OURS, PLAIN, CHOLESKY, *PEERS):
             python = interpreter_with(PEERS[name][0]) if name in PEERS else Path(sys.executable)
-            words = ("peer_programs", "gpy") if name == GPY else ("coregional", "way", name)
+            words = ("peer_programs", "gpy") if name == GPY else ("coregional", "serve", name)
             if python:
                 program = Program("-m", f"benchmarks.{words[0]}", *words[1:], python=python, limit_bytes=LIMIT_BYTES)
-                ways[name] = Way(stack.enter_context(program), files if name == GPY else {})
+                implementations[name] = Implementation(stack.enter_context(program), files if name == GPY else {})
         for n, repeats in sizes.items():
-            yield from _likelihoods(ways, n, repeats, warm=n > min(sizes), last=n == max(sizes))
-        yield from _predictions(ways, max(sizes))
-        yield from _alone(ways, large)
+            yield from _likelihoods(implementations, n, repeats, warm=n > min(sizes), last=n == max(sizes))
+        yield from _predictions(implementations, max(sizes))
+        yield from _alone(implementations, large)
     yield from _training(large)
 
 
-def _answers(ways: Mapping[str, Way], what: str, n: int) -> dict[str, Message]:
+def _answers(implementations: Mapping[str, Implementation], what: str, n: int) -> dict[str, Message]:
     """A first answer of each that can give one."""
     answers = {}
-    for name, way in ways.items():
+    for name, implementation in implementations.items():
         try:
-            if not way.why:
-                answers[name] = way.ask(what, n)
+            if not implementation.why:
+                answers[name] = implementation.ask(what, n)
         except ProgramError as error:
-            way.why = str(error)
+            implementation.why = str(error)
     return answers
 
 
-def _timed(ways: Mapping[str, Way], names: Sequence[str], what: str, n: int, repeats: int) -> dict[str, list[float]]:
-    questions = {name: partial(ways[name].seconds, what, n) for name in names}
+def _timed(
+    implementations: Mapping[str, Implementation], names: Sequence[str], what: str, n: int, repeats: int
+) -> dict[str, list[float]]:
+    questions = {name: partial(implementations[name].seconds, what, n) for name in names}
     return take_turns(questions, repeats, reported=list(names), warm=False)
 
 
-def _likelihoods(ways: Mapping[str, Way], n: int, repeats: int, *, warm: bool, last: bool) -> Iterator[Figure]:
+def _likelihoods(
+    implementations: Mapping[str, Implementation], n: int, repeats: int, *, warm: bool, last: bool
+) -> Iterator[Figure]:
     """The first answers count as well where every way is `warm`: another of a peer takes seconds."""
-    first = _answers(ways, "likelihood", n)
+    first = _answers(implementations, "likelihood", n)
     values = {name: [answer["value"]] for name, answer in first.items() if name != CHOLESKY}
     check_agreement(values, 1e-5 * abs(first[OURS]["value"]))
-    again = _timed(ways, list(first), "likelihood", n, max(1, repeats - warm))
+    again = _timed(implementations, list(first), "likelihood", n, max(1, repeats - warm))
     beside = {name: [first[name]["seconds"]] * warm + seconds for name, seconds in again.items()}
-    quick = _timed(ways, (OURS, PLAIN, CHOLESKY), "likelihood", n, QUICK_REPEATS)
+    quick = _timed(implementations, (OURS, PLAIN, CHOLESKY), "likelihood", n, QUICK_REPEATS)
     for name in (*PEERS, PLAIN):
         seconds, model = quick if name == PLAIN else beside, f" {PEERS[name][1]}" if name in PEERS else ""
         what, question = f"loss and gradient, {n} pulses", f"a coregional GP's loss and gradient, {n} pulses"
         fields: dict[str, Any] = {"question": question if last else "", "peer_name": name}
         if name not in seconds:
-            yield _missing(ways, f"{what}, beside {name}{model}", seconds[OURS], fields)
+            yield _missing(implementations, f"{what}, beside {name}{model}", seconds[OURS], fields)
             continue
         binding = name in (GPYTORCH, BOTORCH) and n >= 180
         yield compared(
@@ -401,8 +400,8 @@ def _likelihoods(ways: Mapping[str, Way], n: int, repeats: int, *, warm: bool, l
         )  # fmt: skip
 
 
-def _predictions(ways: Mapping[str, Way], n: int) -> Iterator[Figure]:
-    predicting = {name: way for name, way in ways.items() if name != PLAIN}
+def _predictions(implementations: Mapping[str, Implementation], n: int) -> Iterator[Figure]:
+    predicting = {name: implementation for name, implementation in implementations.items() if name != PLAIN}
     first = _answers(predicting, "prediction", n)
     means, spreads = ({name: np.ravel(a[kind]) for name, a in first.items()} for kind in ("mean", "spread"))
     check_agreement({name: mean for name, mean in means.items() if name != CHOLESKY}, 1e-5)
@@ -412,7 +411,7 @@ def _predictions(ways: Mapping[str, Way], n: int) -> Iterator[Figure]:
         what = f"{ASKED} predictions with spread, {n} pulses learned, beside {name} {model}"
         fields = {"question": "a coregional GP's predictions", "peer_name": name}
         if name not in seconds:
-            yield _missing(ways, what, seconds[OURS], fields)
+            yield _missing(implementations, what, seconds[OURS], fields)
             continue
         off = f"its spreads are {np.max(np.abs(spreads[name] - spreads[OURS])):.1g} off the exact ones; "
         yield compared(
@@ -421,16 +420,18 @@ def _predictions(ways: Mapping[str, Way], n: int) -> Iterator[Figure]:
         )  # fmt: skip
 
 
-def _missing(ways: Mapping[str, Way], what: str, ours: Sequence[float], fields: Mapping[str, Any]) -> Figure:
-    why = ways[fields["peer_name"]].why if fields["peer_name"] in ways else ABSENT
+def _missing(
+    implementations: Mapping[str, Implementation], what: str, ours: Sequence[float], fields: Mapping[str, Any]
+) -> Figure:
+    why = implementations[fields["peer_name"]].why if fields["peer_name"] in implementations else ABSENT
     return missing(THEME, what, why, ours=spread_text(ours, "ms"), **fields)
 
 
-def _alone(ways: Mapping[str, Way], n: int) -> Iterator[Figure]:
+def _alone(implementations: Mapping[str, Implementation], n: int) -> Iterator[Figure]:
     """Ours and its limit at a size at which the peers have no room."""
     names = (OURS, PLAIN, CHOLESKY)
-    peak = _answers({name: ways[name] for name in names}, "likelihood", n)[OURS]["peak_bytes"]
-    seconds, what = _timed(ways, names, "likelihood", n, QUICK_REPEATS), f"loss and gradient, {n:,} pulses"
+    peak = _answers({name: implementations[name] for name in names}, "likelihood", n)[OURS]["peak_bytes"]
+    seconds, what = _timed(implementations, names, "likelihood", n, QUICK_REPEATS), f"loss and gradient, {n:,} pulses"
     yield compared(
         THEME, f"{what}, over one Cholesky factorisation", seconds[OURS], seconds[CHOLESKY], kind="bound",
         limit=FACTORISATIONS, bound="the loss alone takes one; the gradient is products of the same size",
@@ -464,7 +465,7 @@ def check_agreement(numbers: Mapping[str, Any], difference: float) -> None:
 def main(arguments: list[str]) -> int:
     if arguments[:1] == ["training"]:
         sys.stdout.write(json.dumps(trained(int(arguments[1]))) + "\n")
-    elif arguments[:1] == ["way"]:
+    elif arguments[:1] == ["serve"]:
         answer_requests(answering(arguments[1]))
     else:
         return report(partial(measure_coregional, full="--full" in arguments))

@@ -65,8 +65,8 @@ def measure_coupled(folder: Path, count: int = IMPACTS, repeats: int = REPEATS) 
     for tip in TIPS[0.010]:
         body = (MASS_KG, THESIS[tip], 0.045, PLATE, THICKNESS_M, mass)
         strikes = Strikes([Setting(*body, impact_velocity_m_s=float(u)) for u in velocity], velocity)
-        ways = {"coupled": partial(coupled.pulses, strikes), "uncoupled": partial(uncoupled.pulses, strikes)}
-        seconds = take_turns(ways, repeats, processor_seconds)
+        functions = {"coupled": partial(coupled.pulses, strikes), "uncoupled": partial(uncoupled.pulses, strikes)}
+        seconds = take_turns(functions, repeats, processor_seconds)
         yield compared(
             THEME, f"{count:,} impacts with a tip of {tip}, {plate.frequency_hz.size} modes", seconds["coupled"],
             seconds["uncoupled"], "s", limit=LIMIT, bound="the plate without edges", kind="bound",

@@ -140,7 +140,7 @@ def by_us(space: Space, n: int, rng: np.random.Generator) -> Levels:
 
 
 PLAIN, OURS = f"plain exchange anneal, {ANNEAL_S:g} s", "pyroshock"
-WAYS: dict[str, Make] = {
+METHODS: dict[str, Make] = {
     **{f"pyDOE3 {criterion} LHS, rounded": by_pydoe(criterion) for criterion in get_args(LhsCriterion)},
     "scipy random-CD LHS, rounded": by_scipy,
     **({"SMT ESE LHS, rounded": by_smt} if has("smt") else {}),
@@ -149,18 +149,18 @@ WAYS: dict[str, Make] = {
 }
 
 
-def plans_of(space: Space, seeds: Sequence[int], ways: Mapping[str, Make]) -> dict[str, Plans]:
+def plans_of(space: Space, seeds: Sequence[int], methods: Mapping[str, Make]) -> dict[str, Plans]:
     """Every way in turn, seed by seed."""
-    for make in ways.values():
+    for make in methods.values():
         make(space, 2, np.random.default_rng(0))  # imports
-    qualities: Mapping[str, list[Quality]] = {name: [] for name in ways}
-    seconds: Mapping[str, list[float]] = {name: [] for name in ways}
-    for seed, (name, make) in product(seeds, ways.items()):
+    qualities: Mapping[str, list[Quality]] = {name: [] for name in methods}
+    seconds: Mapping[str, list[float]] = {name: [] for name in methods}
+    for seed, (name, make) in product(seeds, methods.items()):
         begin = time.perf_counter()
         treatments = make(space, RUNS, np.random.default_rng(seed))
         seconds[name].append(time.perf_counter() - begin)
         qualities[name].append(quality(space, treatments))
-    return {name: Plans(name, qualities[name], seconds[name]) for name in ways}
+    return {name: Plans(name, qualities[name], seconds[name]) for name in methods}
 
 
 def lost(ours: Plans, peer: Plans) -> list[str]:
@@ -175,8 +175,8 @@ def lost(ours: Plans, peer: Plans) -> list[str]:
 
 
 def measure_designs(_folder: Path, seeds: int = 3) -> Iterator[Figure]:
-    ways = {name: make for name, make in WAYS.items() if not name.startswith("pyDOE3") or " maximin" in name}
-    theme, plans = THEME.format(seeds), plans_of(gun_space(), range(seeds), ways)
+    methods = {name: make for name, make in METHODS.items() if not name.startswith("pyDOE3") or " maximin" in name}
+    theme, plans = THEME.format(seeds), plans_of(gun_space(), range(seeds), methods)
     ours = plans.pop(OURS)
     for peer in plans.values():
         yield compared(
@@ -207,7 +207,7 @@ def _text(values: Sequence[float], shown: str) -> str:
 
 def _print_table(space: Space, published: list[Plans]) -> list[str]:
     """Prints a table of one space; returns what ours has lost."""
-    *peers, ours = plans_of(space, range(5), WAYS).values()
+    *peers, ours = plans_of(space, range(5), METHODS).values()
     head = (f"design, {space.name}", *(FIGURES[figure][0] for figure in SHOWN), "seconds")
     lines = [table_row(*head), "| --- " * len(head) + "|", *(row.row() for row in (*published, *peers, ours))]
     held = [peer for peer in peers if peer.name == PLAIN or peer.name.startswith("pyDOE3")]

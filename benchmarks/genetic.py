@@ -108,14 +108,17 @@ def measure_genetic(_folder: Path, candidates: Sequence[Layers] = QUICK, repeats
     folds = folds_of(table.x, table.force_n, table.configuration)
     errors: dict[str, list[float]] = {OURS: [], PEER: []}
 
-    def learn(name: str, way: Callable[[Sequence[Fold], Sequence[Layers], int], list[list[Floats]]]) -> None:
-        forces = way(folds, candidates, len(errors[name]))
+    def learn(name: str, evaluate: Callable[[Sequence[Fold], Sequence[Layers], int], list[list[Floats]]]) -> None:
+        forces = evaluate(folds, candidates, len(errors[name]))
         errors[name].append(float(np.mean([error(each, folds, table.force_n) for each in forces])))
 
-    ways: dict[str, Callable[[], object]] = {OURS: partial(learn, OURS, by_us), PEER: partial(learn, PEER, by_peer)}
-    ways["bound"] = multiplying(_flops(folds, candidates), np.float32)
+    functions: dict[str, Callable[[], object]] = {
+        OURS: partial(learn, OURS, by_us),
+        PEER: partial(learn, PEER, by_peer),
+    }
+    functions["bound"] = multiplying(_flops(folds, candidates), np.float32)
     seconds = {name: [s / len(candidates) for s in taken] for name, taken in
-               take_turns(ways, repeats, reported=["bound"]).items()}  # fmt: skip
+               take_turns(functions, repeats, reported=["bound"]).items()}  # fmt: skip
     sizes = ", ".join("x".join(map(str, layers)) for layers in candidates)
     yield compared(
         THEME, f"seconds for one of {sizes}", seconds[OURS], seconds[PEER], "s", limit=1.0, peer_name=PEER,

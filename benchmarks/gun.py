@@ -82,12 +82,12 @@ def figure(case: Case, name: str, shots: int = SHOTS, repeats: int = REPEATS, li
     difference = float(np.max(np.abs(fire().velocity_m_s[rows] / exact - 1)))
     if not difference <= ACCURACY:
         raise ValueError(f"{name}: velocities {difference:.1g} apart; expected at most {ACCURACY:g}")
-    ways: dict[str, Callable[[], object]] = {
+    functions: dict[str, Callable[[], object]] = {
         "ours": fire,
         "peer": lambda: [gun.velocity(solver.method, solver.rtol) for gun in guns],
         "rates": evaluated(pressure, mass, effects),
     }
-    seconds = take_turns(ways, repeats, processor_seconds)
+    seconds = take_turns(functions, repeats, processor_seconds)
     return compared(
         THEME, f"{shots:,} shots with {name}", seconds["ours"], [s * shots / len(rows) for s in seconds["peer"]], "s",
         limit=limit, bound_values=[s / EVALUATIONS * needed for s in seconds["rates"]],

@@ -175,12 +175,12 @@ def measure_impacts(
     theirs = np.abs((looped(some, 1e-8, evaluations) - exact) / scale).max(axis=1)
     mine = np.abs((ours(all_bodies)[:, ::every] - exact) / scale).max(axis=1)
     needed = sum(evaluations) / exact.shape[1]
-    ways: dict[str, Callable[[], object]] = {
+    functions: dict[str, Callable[[], object]] = {
         "ours": partial(ours, all_bodies),
         "loop": partial(looped, some, 1e-8),
         "rates": evaluated(all_bodies, 10),
     }
-    seconds = take_turns(ways, repeats, processor_seconds)
+    seconds = take_turns(functions, repeats, processor_seconds)
     yield compared(
         THEME, f"{count:,} impacts with three effects", seconds["ours"], [every * t for t in seconds["loop"]], "s",
         limit=LIMIT, bound_values=[needed / 10 * t for t in seconds["rates"]],

@@ -118,8 +118,8 @@ def measure_library(folder: Path, impacts: int = 100_000, repeats: int = 7) -> I
         recording = store.recording(int(store.impacts(limit=1)["id"].iloc[0]))
         channel = max(recording.values(), key=len)
         begin = len(channel) // 2
-        ways: dict[str, Run] = {"slice": lambda: channel[begin : begin + _SLICE], "whole": lambda: channel[:]}
-        seconds = take_turns(ways, 3 * repeats)
+        functions: dict[str, Run] = {"slice": lambda: channel[begin : begin + _SLICE], "whole": lambda: channel[:]}
+        seconds = take_turns(functions, 3 * repeats)
         yield compared(
             LIBRARY, f"recording[...][a:b], {_SLICE} of {len(channel):,} samples", seconds["slice"], seconds["whole"],
             limit=1.0, bound="the chunks that the slice touches are fetched", question="slice of a recording",
@@ -180,12 +180,12 @@ def measure_listings(folder: Path, large: int = LARGE, repeats: int = 15) -> Ite
             counts = len(listing.keys(small)), len(keys := listing.keys(many))
             if counts[0] != counts[1] or not counts[0]:
                 raise ValueError(f"{listing.name}: {counts[0]} and {counts[1]} rows; expected the same, and some")
-            ways: dict[str, Run] = {
+            functions: dict[str, Run] = {
                 "small": partial(listing.keys, small),
                 "large": partial(listing.keys, many),
                 "rows": partial(_rows_by_key, many, keys),
             }
-            seconds = take_turns(ways, repeats)
+            seconds = take_turns(functions, repeats)
             yield compared(
                 LISTINGS.format(large, SMALL), listing.name, seconds["large"], seconds["small"], limit=LISTING_LIMIT,
                 bound=f"the driver's own fetch of the {counts[0]} rows by their keys", bound_values=seconds["rows"],

@@ -64,12 +64,12 @@ def _one_pulse(plate: ModalPlate, force: Floats, repeats: int) -> Iterator[Figur
     """By recursion, beside `lfilter` mode by mode with the same ramp-invariant filters."""
     by_lfilter = filters(plate)
     flops = plate.frequency_hz.size * SAMPLES * (FLOPS_PER_STEP + FLOPS_PER_SENSOR * len(plate.sensors))
-    ways: dict[str, Callable[[], object]] = {
+    functions: dict[str, Callable[[], object]] = {
         "ours": lambda: respond(plate, force, STEP_S),
         "peer": lambda: by_lfilter(force),
         "bound": multiplying(float(flops)),
     }
-    seconds = take_turns(ways, repeats, reported=["bound"])
+    seconds = take_turns(functions, repeats, reported=["bound"])
     yield compared(
         THEME, f"one pulse of {SAMPLES:,} samples, mode by mode", seconds["ours"], seconds["peer"],
         bound="the recursions' operations at the rate of a product of matrices", bound_values=seconds["bound"],
@@ -83,15 +83,15 @@ def _many_pulses(plate: ModalPlate, force: Floats, repeats: int) -> Iterator[Fig
     from scipy.signal import fftconvolve, oaconvolve
 
     response = PlateResponse.of(plate, "#1", None, STEP_S, SAMPLES)
-    ways: dict[str, Callable[[], Floats]] = {
+    methods: dict[str, Callable[[], Floats]] = {
         "ours": lambda: response.accelerations(force),
         "scipy fftconvolve": lambda: fftconvolve(force[:, None], response.hat[None], axes=-1)[..., :SAMPLES],
         "scipy oaconvolve": lambda: oaconvolve(force[:, None], response.hat[None], axes=-1)[..., :SAMPLES],
     }
-    ours, *_ = answers = [way() for way in ways.values()]
-    functions: dict[str, Callable[[], object]] = {**ways, "copy": copying(ours.nbytes)}
+    ours, *_ = answers = [method() for method in methods.values()]
+    functions: dict[str, Callable[[], object]] = {**methods, "copy": copying(ours.nbytes)}
     seconds = take_turns(functions, repeats)
-    for name, answer in zip(list(ways)[1:], answers[1:], strict=True):
+    for name, answer in zip(list(methods)[1:], answers[1:], strict=True):
         yield compared(
             THEME, f"{PULSES} pulses of {WIDTH} samples, {name}", seconds["ours"], seconds[name],
             bound="copying the accelerations in memory", bound_values=seconds["copy"],

@@ -134,21 +134,21 @@ def score(record: ForceRecord, pulses: Sequence[DetectedPulse]) -> Score:
 def measure_pulses(_folder: Path, repeats: int = 9) -> Iterator[Figure]:
     records = list(force_records())
 
-    def all_records(way: Callable[[Floats, float], object]) -> Callable[[], object]:
-        return lambda: [way(record.force_n, record.rate_hz) for record in records]
+    def all_records(method: Callable[[Floats, float], object]) -> Callable[[], object]:
+        return lambda: [method(record.force_n, record.rate_hz) for record in records]
 
-    ways = {"ours": all_records(extract_pulses)} | {name: all_records(way) for name, way in PEERS.items()}
+    functions = {"ours": all_records(extract_pulses)} | {name: all_records(method) for name, method in PEERS.items()}
     copy = copying(sum(record.force_n.nbytes for record in records))
     seconds = {name: [s / len(records) for s in taken] for name, taken in
-               take_turns(ways | {"copy": copy}, repeats).items()}  # fmt: skip
+               take_turns(functions | {"copy": copy}, repeats).items()}  # fmt: skip
     for name in PEERS:
         yield compared(
             THEME, f"time for a record, {name}", seconds["ours"], seconds[name], bound="copying the record in memory",
             bound_values=seconds["copy"], question="pulses of a force record", peer_name=name,
         )  # fmt: skip
     mine = [score(record, ours(record.force_n, record.rate_hz)) for record in records]
-    for name, way in PEERS.items():
-        theirs = [score(r, with_second_hits(r.force_n, way(r.force_n, r.rate_hz), r.rate_hz)) for r in records]
+    for name, method in PEERS.items():
+        theirs = [score(r, with_second_hits(r.force_n, method(r.force_n, r.rate_hz), r.rate_hz)) for r in records]
         yield from _correctness(name, records, mine, theirs)
 
 

@@ -105,8 +105,8 @@ def _one_series(store: Store, kind: str, samples: Samples, path: Path, repeats: 
 
     ours.write()
     assert ours.read(size).tobytes() == samples.tobytes()
-    ways = {"ours": ours.write, "peer": peer_writes, "hash": lambda: series_hash(samples)}
-    seconds = take_turns(ways, max(15, repeats // 3))
+    functions = {"ours": ours.write, "peer": peer_writes, "hash": lambda: series_hash(samples)}
+    seconds = take_turns(functions, max(15, repeats // 3))
     encoding = take_turns({"encode": lambda: encode_series(samples)}, 5)["encode"]
     yield compared(
         SERIES, f"writing, {kind}", seconds["ours"], seconds["peer"], limit=TIME_LIMIT, bound_values=seconds["hash"],
@@ -135,7 +135,7 @@ def _one_series(store: Store, kind: str, samples: Samples, path: Path, repeats: 
         bound="the entropy of the recorder's noise, which no packing loses", bound_values=[_noise_bytes(samples)],
         question="room of a raw series", peer_name=peer,
     )  # fmt: skip
-    slices, wholes = ([share * s for s in seconds[way]] for share, way in ((0.01, "slices"), (0.1, "wholes")))
+    slices, wholes = ([share * s for s in seconds[storage]] for share, storage in ((0.01, "slices"), (0.1, "wholes")))
     shares = [0.01 * a / b for a, b in zip(seconds["peer's slices"], seconds["peer"], strict=True)]
     yield compared(
         SERIES, f"1 % over the whole, all in one session, {kind}", slices, wholes, limit=SLICE_LIMIT, kind="growth",
@@ -561,50 +561,50 @@ def measure_querying(folder: Path, recordings: int = 24, stores: int = 3, reads:
         place = Path(name)
         content = Content.of(write_campaign(place / "campaign", recordings, ".npz", np.random.default_rng(5)))
         ours = stack.enter_context(closing(OurStore(place / "ours", content)))
-        ways: dict[str, Storage] = {OURS: ours, RAW: RawBytes(place / "raw", content)}
-        ways |= {kind.name: kind(place / kind.name, content) for kind in PEERS}
+        storages: dict[str, Storage] = {OURS: ours, RAW: RawBytes(place / "raw", content)}
+        storages |= {kind.name: kind(place / kind.name, content) for kind in PEERS}
         if python := interpreter_with("qcodes"):
             words = ("benchmarks.peer_programs", "qcodes", content.write(place / "content"), place / QcodesProgram.name)
             program = stack.enter_context(Program("-m", *words, python=python))
-            ways[QcodesProgram.name] = QcodesProgram(place / QcodesProgram.name, content, program)
-        yield from _querying_figures(ways, content, stores, reads)
+            storages[QcodesProgram.name] = QcodesProgram(place / QcodesProgram.name, content, program)
+        yield from _querying_figures(storages, content, stores, reads)
 
 
-def _querying_figures(ways: Mapping[str, Storage], content: Content, stores: int, reads: int) -> Iterator[Figure]:
+def _querying_figures(storages: Mapping[str, Storage], content: Content, stores: int, reads: int) -> Iterator[Figure]:
     theme, names = QUERYING.format(len(content.recordings)), [kind.name for kind in (*PEERS, QcodesProgram)]
     for what, question in QUESTIONS.items():
-        for way in ways.values():
-            way.seconds(what)
+        for storage in storages.values():
+            storage.seconds(what)
         if what != STORE:
-            check_answers(what, ways, content)
-        questions = {name: partial(way.seconds, what) for name, way in ways.items()}
+            check_answers(what, storages, content)
+        questions = {name: partial(storage.seconds, what) for name, storage in storages.items()}
         seconds = take_turns(questions, stores if what == STORE else reads, reported=[*questions], warm=False)
         for name in names:
             fields: dict[str, Any] = {"question": question, "peer_name": name}
-            if name not in ways:
+            if name not in storages:
                 yield missing(theme, f"{what}, beside {name}", ABSENT, **fields)
                 continue
-            guarantees = f"ours keeps {ways[OURS].guarantees}; {name} keeps {ways[name].guarantees}; "
+            guarantees = f"ours keeps {storages[OURS].guarantees}; {name} keeps {storages[name].guarantees}; "
             yield compared(
                 theme, f"{what}, beside {name}", seconds[OURS], seconds[name], limit=1.0, binding=False,
                 bound=(guarantees if what == STORE else "") + "the same bytes in plain files",
                 bound_values=seconds[RAW], **fields,
             )  # fmt: skip
-    for name in [name for name in names if name in ways]:
+    for name in [name for name in names if name in storages]:
         yield compared(
-            theme, f"room on disk, beside {name}", [ways[OURS].room()], [ways[name].room()], "MB", limit=1.0,
+            theme, f"room on disk, beside {name}", [storages[OURS].room()], [storages[name].room()], "MB", limit=1.0,
             bound=f"in memory {content.bytes / 1e6:.3g} MB; noise does not pack", binding=False, kind="room",
             question="room on disk", peer_name=name,
         )  # fmt: skip
 
 
-def check_answers(what: str, ways: Mapping[str, Storage], content: Content) -> None:
+def check_answers(what: str, storages: Mapping[str, Storage], content: Content) -> None:
     """Raises `ValueError` where a way does not give back what was stored; the limit gives the pulses in one piece."""
     force = content.recordings[RUN - 1].series[CHANNEL]
     stored: dict[str, list[Any]] = {WHOLE: [force], WINDOW: [force[slice(*content.window)]]}
     expected = _sums(stored.get(what) or content.pulses(LEVEL))
-    for name, way in ways.items():
-        sums = way.sums(what)
+    for name, storage in storages.items():
+        sums = storage.sums(what)
         alike = sums == expected if name != RAW else np.allclose(np.sum(sums, axis=0), np.sum(expected, axis=0))
         if not alike:
             raise ValueError(f"{name}, {what}: gave back other numbers than were stored")

@@ -72,10 +72,10 @@ def measure_srs(folder: Path, repeats: int = 45) -> Iterator[Figure]:
     if processors() > PROCESSORS and hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:PROCESSORS])
     record, lines = np.random.default_rng(0).normal(size=SAMPLES), np.geomspace(10, 1e4, LINES)
-    ways = spectra(record, lines)
-    ours = ways[OURS]()
-    difference = {name: float(np.abs(way() / ours - 1).max()) for name, way in ways.items()}
-    functions: dict[str, Callable[[], object]] = {**ways}
+    methods = spectra(record, lines)
+    ours = methods[OURS]()
+    difference = {name: float(np.abs(method() / ours - 1).max()) for name, method in methods.items()}
+    functions: dict[str, Callable[[], object]] = {**methods}
     with ExitStack() as stack:
         program = _endaq(stack, folder, record, lines)
         if isinstance(program, Program):

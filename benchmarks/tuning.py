@@ -314,9 +314,9 @@ def _variables(space: TuningSpace, ratio: float) -> list[Variable]:
     ]
 
 
-Way = Callable[[Task, Lab, np.random.Generator], Outcome]
+Method = Callable[[Task, Lab, np.random.Generator], Outcome]
 
-WAYS: Mapping[str, Way] = {
+METHODS: Mapping[str, Method] = {
     "tune, history and own shots": lambda task, lab, rng: by_tuner(task, lab.forward, lab.history, rng),
     "tune, own shots only": lambda task, lab, rng: by_tuner(task, lab.forward, FiredShots(), rng),
     "one variable at a time": lambda task, _, __: by_one_variable(task),
@@ -367,7 +367,7 @@ def hidden(number: int, seed: int, lab: Lab, gun: VirtualGun) -> Hidden:
             return Hidden(setting, Goal.even(LINES_HZ, spectrum, TOLERANCE_DB, SHARE))
 
 
-def judged(way: Way, case: Hidden, number: int, seed: int, lab: Lab, gun: VirtualGun) -> dict[str, Any]:
+def judged(method: Method, case: Hidden, number: int, seed: int, lab: Lab, gun: VirtualGun) -> dict[str, Any]:
     """One case one way, and what the judge finds."""
     shots = iter(range(1_000_000 * (seed + 1) + 1000 * number, 10**12))
     task = Task(
@@ -376,7 +376,7 @@ def judged(way: Way, case: Hidden, number: int, seed: int, lab: Lab, gun: Virtua
         bench_refusals(lab.forward.twin, BenchLimits()),
         lambda setting: gun.shot(setting, next(shots)),
     )
-    outcome = way(task, lab, np.random.default_rng([seed, number, 1]))
+    outcome = method(task, lab, np.random.default_rng([seed, number, 1]))
     spectrum, _ = gun.truth(outcome.setting)
     margins = case.goal.margin_db(20 * np.log10(spectrum))
     return {
@@ -407,17 +407,17 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--cases", type=int, default=CASES)
     parser.add_argument("--seed", type=int, default=JUDGED_SEED)
     asked = parser.parse_args(arguments)
-    results: dict[str, list[dict[str, Any]]] = {way: [] for way in WAYS}
+    results: dict[str, list[dict[str, Any]]] = {method: [] for method in METHODS}
     with work_folder() as place:
         folder = (asked.folder or place) / "tuning"
         known, gun = lab(folder, BENCH_SEED), VirtualGun(BENCH_SEED)
         for number in range(asked.cases):
-            files = [folder / "cases" / f"{asked.seed}-{number}-{i}.json" for i in range(len(WAYS))]
+            files = [folder / "cases" / f"{asked.seed}-{number}-{i}.json" for i in range(len(METHODS))]
             case = None if all(file.exists() for file in files) else hidden(number, asked.seed, known, gun)
-            for (name, way), file in zip(WAYS.items(), files, strict=True):
+            for (name, method), file in zip(METHODS.items(), files, strict=True):
                 if case is not None and not file.exists():
                     file.parent.mkdir(parents=True, exist_ok=True)
-                    result = judged(way, case, number, asked.seed, known, gun)
+                    result = judged(method, case, number, asked.seed, known, gun)
                     file.write_text(json.dumps(result, indent=1), encoding="utf-8")
                 results[name].append(json.loads(file.read_text(encoding="utf-8")))
                 within, shots = results[name][-1]["share_within"], results[name][-1]["shots"]
