@@ -186,7 +186,8 @@ def measure_designs(_folder: Path, seeds: int = 3) -> Iterator[Figure]:
         for question, value in QUALITY.items():
             limits = [1 / each.d_efficiency_limit for each in ours.qualities] if question == INFORMATION else None
             yield compared(
-                theme, f"{question}, {peer.name}", *([value(q) for q in each.qualities] for each in (ours, peer)), "",
+                theme, f"{question}, {peer.name}", [value(q) for q in ours.qualities],
+                [value(q) for q in peer.qualities], "",
                 kind="quality", question=question, peer_name=peer.name, bound_values=limits,
                 bound="a balanced orthogonal design" if limits else "no bound is known",
             )  # fmt: skip

@@ -77,12 +77,12 @@ def measure_diagnosing(_folder: Path, campaigns: int = CAMPAIGNS, learn_from: in
     for method in methods:
         rows = [[CaseResult(case.truth, case.answers[name]) for case in cases] for name in (OURS, method)]
         brier, peer_brier = (figures(method, each).reliability.brier for each in rows)
-        texts = (
+        own, other = (
             f"{sum(map(answer_sets.first_label, each))} of {campaigns} first, Brier {score:.2f}"
             for each, score in zip(rows, (brier, peer_brier), strict=True)
         )
         yield Figure(
-            THEME.format(campaigns), f"the right effect, beside {method}", *texts,
+            THEME.format(campaigns), f"the right effect, beside {method}", own, other,
             Spread.of([brier / peer_brier if peer_brier else np.inf]), kind="quality", bound=recorded_rates(),
             question="the right cause of a gap", peer_name=method,
         )  # fmt: skip

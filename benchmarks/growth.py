@@ -182,7 +182,8 @@ def gun_record(pressures: int, masses: int) -> CampaignRecord:
     """Shots that lose gas to a valve which no nominal law knows, with scatter."""
     rng = np.random.default_rng(0)
     settings = list(product(np.geomspace(0.4e5, 4e5, pressures).tolist(), np.geomspace(0.1, 1.0, masses).tolist()))
-    velocity = gun_velocity(THESIS_GUN, *np.array(settings).T, [ValveFlow()]).velocity_m_s
+    pressure, mass = np.array(settings).T
+    velocity = gun_velocity(THESIS_GUN, pressure, mass, [ValveFlow()]).velocity_m_s
     configurations = tuple(
         RunConfiguration(f"{p:g}, {m:g}", {"tank_pressure": p, "bullet_mass": m}) for p, m in settings
     )

@@ -66,7 +66,7 @@ def looped(some: Bodies, tolerance: float, evaluations: list[int] | None = None)
     prepared, counts = _prepared(some), [] if evaluations is None else evaluations
     names = ("mass_kg", "stiffness_n_mp", "rate_loss_s_m", "yield_load_n", "plate_mobility_m_n_s")
     rows = zip(some.impact_velocity_m_s, *(getattr(prepared, name) for name in names), strict=True)
-    return np.array([_solved(*map(float, row), tolerance, counts) for row in rows]).T
+    return np.array([_solved(tuple(map(float, row)), tolerance, counts) for row in rows]).T
 
 
 def _prepared(some: Bodies) -> Impacts:
@@ -95,10 +95,9 @@ def _evaluations(columns: NDArray[np.float64], times: int) -> float:
     return total
 
 
-def _solved(
-    u: float, m: float, k: float, chi: float, load: float, mobility: float, tolerance: float, asked: list[int]
-) -> tuple[float, float, float, float]:
+def _solved(values: tuple[float, ...], tolerance: float, counts: list[int]) -> tuple[float, float, float, float]:
     """Loading to the turn, unloading to parting; the peak where the force's rate changes its sign."""
+    u, m, k, chi, load, mobility = values
     yields = (load / k) ** (2 / 3)
 
     def loading(d: float) -> tuple[float, float]:
@@ -107,7 +106,7 @@ def _solved(
             return k * d**1.5, 1.5 * k * d**0.5
         return load + 1.5 * load / yields * (d - yields), 1.5 * load / yields
 
-    time, (deepest, v), peak = _run(loading, [0.0, u], m, chi, mobility, 0.0, tolerance, asked)
+    time, (deepest, v), peak = _run(loading, [0.0, u], m, chi, mobility, 0.0, tolerance, counts)
     top = loading(deepest)[0]
     recovered = deepest * top / (k * deepest**1.5) if deepest > yields else deepest
     stays = deepest - recovered
@@ -116,7 +115,7 @@ def _solved(
         share = max(d - stays, 0.0) / recovered
         return top * share**1.5, 1.5 * top / recovered * share**0.5
 
-    time, (_, v), _ = _run(unloading, [deepest, v], m, chi, mobility, time, tolerance, asked, stays)
+    time, (_, v), _ = _run(unloading, [deepest, v], m, chi, mobility, time, tolerance, counts, stays)
     return max(peak, top), time, m * (u - v), -v
 
 
@@ -128,7 +127,7 @@ def _run(
     mobility: float,
     time: float,
     tolerance: float,
-    asked: list[int],
+    counts: list[int],
     stays: float | None = None,
 ) -> tuple[float, list[float], float]:
     from scipy.integrate import solve_ivp
@@ -159,7 +158,7 @@ def _run(
         rate, (time, time + 1.0), start, "DOP853", events=(end, steepness), rtol=tolerance, atol=1e-15,
         first_step=1e-7, max_step=2e-5 if tolerance < 1e-9 else np.inf,
     )  # fmt: skip
-    asked.append(int(run.nfev))
+    counts.append(int(run.nfev))
     turns = run.y_events[1] if run.y_events else ()
     summit = max((approach(*state)[1] for state in turns), default=0.0)
     return float(run.t[-1]), [float(x) for x in run.y[:, -1]], summit

@@ -89,7 +89,7 @@ def _importing(module: str) -> Run | None:
 def _command(
     name: str, words: list[str], peers: dict[str, Run | None], bound: str, limit: Run, repeats: int
 ) -> Iterator[Figure]:
-    runs = {"ours": partial(run_program, [_BIN / "pyroshock", *words]), "bound": limit}
+    runs: dict[str, Run] = {"ours": partial(run_program, [_BIN / "pyroshock", *words]), "bound": limit}
     seconds = take_turns(runs | {peer: run for peer, run in peers.items() if run}, repeats)
     for peer in peers:
         fields: dict[str, Any] = {"question": f"`{name}`", "peer_name": peer}
@@ -156,7 +156,7 @@ class Listing:
 
     def keys(self, store: Store) -> list[int]:
         name = None if self.campaign is None else campaign_name(self.campaign)
-        where = tuple(Condition(*condition) for condition in self.where)  # type: ignore[arg-type]
+        where = tuple(Condition(*condition) for condition in self.where)
         with store.reading() as session:
             return [row["id"] for row in islice(iter_impacts(session, name, where), self.rows)]
 

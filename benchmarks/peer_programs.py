@@ -161,5 +161,7 @@ def qcodes(content: str, folder: str) -> Callable[[Message], Message]:
     return answer
 
 
+PROGRAMS: dict[str, Callable[..., Callable[[Message], Message]]] = {"endaq": endaq, "gpy": gpy, "qcodes": qcodes}
+
 if __name__ == "__main__":
-    answer_requests({"endaq": endaq, "gpy": gpy, "qcodes": qcodes}[sys.argv[1]](*sys.argv[2:]))
+    answer_requests(PROGRAMS[sys.argv[1]](*sys.argv[2:]))

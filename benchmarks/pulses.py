@@ -160,9 +160,9 @@ def _correctness(
         ("impacts missed or made up", "miscounted", len(hits)),
         ("second hits missed or made up", "misjudged", sum(hit.followed for hit in hits)),
     ):
-        wrong = [[float(sum(getattr(each, key) for each in scores))] for scores in (mine, theirs)]
+        wrong, peers = ([float(sum(getattr(each, key) for each in scores))] for scores in (mine, theirs))
         yield compared(
-            THEME, f"{what}, {name}, of {total}", *wrong, "", limit=1.0, kind="quality", question=what, peer_name=name,
+            THEME, f"{what}, {name}, of {total}", wrong, peers, "", limit=1.0, kind="quality", question=what, peer_name=name,
             bound="none is wrong",
         )  # fmt: skip
     steps = [1 / (r.rate_hz * np.median([h.contact_time_s for h in r.hits])) / np.sqrt(6) for r in records]

@@ -60,8 +60,8 @@ def real_records(folder: Path) -> Iterator[Labelled]:
         verdict = "reject" if key == "water6mps_40g_DC_Acceleration" else "ok"
         # the sphere that enters the water carries its sensor, and goes on moving
         position = "impactor" if key.startswith("water") else "plate"
-        axes = enumerate("xyz", 1)
-        signals = [Signal(f"a{a}", "acceleration", record[:, i] * G, axis=a, position=position) for i, a in axes]
+        names = enumerate("xyz", 1)
+        signals = [Signal(f"a{a}", "acceleration", record[:, i] * G, axis=a, position=position) for i, a in names]
         yield Labelled(key, verdict, 1 / float(np.median(np.diff(record[:, 0]))), tuple(signals), "endaq")
     irvine = np.load(folder / "vibrationdata-irvine" / "records.npz")
     for key, verdict in IRVINE.items():

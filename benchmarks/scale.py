@@ -416,7 +416,7 @@ def _slowest(measured: Measured) -> Iterator[str]:
 
 
 def _room(measured: Measured) -> Iterator[str]:
-    small, large = (store["impacts"] for store in measured["stores"])
+    small, large = (int(store["impacts"]) for store in measured["stores"])
 
     def slope(room: Measured) -> float:
         return float(room["large"] - room["small"]) / (large - small)

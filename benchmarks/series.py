@@ -277,7 +277,9 @@ class Content:
 
     @property
     def bytes(self) -> int:
-        return sum(x.nbytes for each in self.recordings for x in (*each.series.values(), *each.pulses))
+        return sum(x.nbytes for r in self.recordings for x in r.series.values()) + sum(
+            x.nbytes for r in self.recordings for x in r.pulses
+        )
 
     @property
     def window(self) -> tuple[int, int]:
@@ -333,7 +335,11 @@ class Storage:
         return sum(file.stat().st_size for file in self.folder.iterdir())
 
     def answer(self, what: str) -> Any:
-        questions = {STORE: self.store, WHOLE: partial(self.whole, RUN), PULSES: partial(self.pulses, LEVEL)}
+        questions: dict[str, Callable[[], Any]] = {
+            STORE: self.store,
+            WHOLE: partial(self.whole, RUN),
+            PULSES: partial(self.pulses, LEVEL),
+        }
         return questions.get(what, partial(self.window, RUN, *self.content.window))()
 
     def seconds(self, what: str) -> float:
@@ -571,7 +577,7 @@ def measure_querying(folder: Path, recordings: int = 24, stores: int = 3, reads:
 
 
 def _querying_figures(storages: Mapping[str, Storage], content: Content, stores: int, reads: int) -> Iterator[Figure]:
-    theme, names = QUERYING.format(len(content.recordings)), [kind.name for kind in (*PEERS, QcodesProgram)]
+    theme, names = QUERYING.format(len(content.recordings)), [*(kind.name for kind in PEERS), QcodesProgram.name]
     for what, question in QUESTIONS.items():
         for storage in storages.values():
             storage.seconds(what)

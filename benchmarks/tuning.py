@@ -165,9 +165,12 @@ def lab(folder: Path, seed: int) -> Lab:
     builds = {
         name: PlateBuild(OUTLINE_M, THICKNESS_M, THESIS[name], places(IMPACTS_M), places(SENSORS_M)) for name in PLATES
     }
-    points = {"impact_points": tuple(IMPACTS_M.values()), "sensors": tuple(SENSORS_M.values())}
+    request = TwinRequest(
+        campaign=NAME, frequency_hz=tuple(LINES_HZ.tolist()), impact_points=tuple(IMPACTS_M.values()),
+        sensors=tuple(SENSORS_M.values()),
+    )  # fmt: skip
     with open_store(url, Writer("benchmarks.tuning", "0")) as store:
-        built = twin_of(store, url, TwinRequest(campaign=NAME, frequency_hz=tuple(LINES_HZ.tolist()), **points))
+        built = twin_of(store, url, request)
         plates = {name: cached_plate(build, MAX_MODE_HZ, folder / "plates") for name, build in builds.items()}
         stage = PlateStage(plates, label="finite elements")
         forward = AtSensor(replace(built.twin, calibration=None, plate=stage), SENSOR)

@@ -97,7 +97,7 @@ def write_campaign(folder: Path, recordings: int, suffix: str, rng: np.random.Ge
             if suffix == ".mat":
                 savemat(folder / name, content, do_compression=False)
             else:
-                np.savez(folder / name, **content)  # type: ignore[arg-type]  # takes them all by name
+                np.savez(folder / name, **content)
             levels, index = [], run - 1
             for choices in FACTORS.values():
                 index, level = divmod(index, len(choices))
