@@ -66,7 +66,7 @@ bench: .venv/.pyroshock-bench ## everything beside its peers, in a quarter of an
 	@$(BIN)/python -m benchmarks
 
 bench-full: .venv/.pyroshock-bench ## every promise at full size: 180 recordings, a million impacts; two hours
-	@$(PYTEST) -m bench --timeout=0 tests $(wildcard benchmarks)
+	@$(PYTEST) -m bench --timeout=0 tests
 
 bench-models: .venv/.pyroshock-test ## every model on three virtual campaigns: half an hour
 	@$(BIN)/python -m benchmarks.models

@@ -1,9 +1,9 @@
 """`python -m benchmarks.designs [TABLE]`: 105 runs of gun and hammer, from our peers and from us, as Markdown.
 
-TABLE is the thesis's Table A.1 as CSV, of the gun; by default where the tests look for it. Prints for each space, all
-measured in one run, one row per way of designing: the median over seeds with the least and the largest where there is
-chance in it. The exit code is 1 where ours is not at least as good as the plain anneal and as each criterion of pyDOE3
-on every figure, to the digits shown.
+TABLE is the thesis's Table A.1 as CSV, of the gun; by default where the tests look for it. The command prints for each
+space, all measured in one run, one row per way of designing: the median over seeds with the least and the largest where
+there is chance in it. The exit code is 1 where ours is not at least as good as the plain exchange and as each criterion
+of pyDOE3 on every figure, to the digits shown.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ import csv
 import statistics
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations, product
 from pathlib import Path
 from typing import get_args
 
@@ -26,13 +27,13 @@ from pyroshock.doe.merit import FIGURES, Quality, quality
 from pyroshock.doe.merit.space_filling import cell_counts
 from pyroshock.doe.space import Space, gun_space, hammer_space
 
-from .measuring import ROOT
-from .peers import has
+from .harness import ABSENT, ROOT, Figure, Spread, compared, has, missing, promised, table_row
 
 Levels = NDArray[np.int64]
 Make = Callable[[Space, int, np.random.Generator], Levels]
 
-RUNS, SEEDS, ANNEAL_S, LIMIT_S = 105, range(5), 2.0, 10.0
+THEME = "Plans of 105 gun runs: Latin hypercubes rounded to levels beside the balanced design, {} seeds"
+RUNS, ANNEAL_S, LIMIT_S = 105, 2.0, 10.0
 TABLE = ROOT.parent / "shared" / "reference" / "table_a1_lhs_105_runs.csv"
 SHOWN = {
     "distinct": "{:.0f}",
@@ -47,22 +48,29 @@ SHOWN = {
     "largest_correlation": "{:.3f}",
     "d_efficiency": "{:.3f}",
 }
+INFORMATION = "a plan's information: inverse of the D-efficiency"
+#: Questions of quality, with figures of which less is better.
+QUALITY: dict[str, Callable[[Quality], float]] = {
+    "a plan's balance: triples of levels, rms": lambda plan: plan.rms_triple,
+    "a plan's spread: centred discrepancy": lambda plan: plan.centred_discrepancy,
+    INFORMATION: lambda plan: 1 / max(plan.d_efficiency, 1e-9),
+}
 
 
 @dataclass(frozen=True)
-class Measured:
+class Plans:
     """A way of designing: quality and seconds, a value for each seed."""
 
     name: str
-    found: Sequence[Quality]
+    qualities: Sequence[Quality]
     seconds: Sequence[float]
 
     def values(self, figure: str) -> list[float]:
-        return [float(getattr(one, figure)) for one in self.found]
+        return [float(getattr(each, figure)) for each in self.qualities]
 
     def row(self) -> str:
         cells = [_text(self.values(figure), shown) for figure, shown in SHOWN.items()]
-        return "| " + " | ".join([self.name, *cells, _text(self.seconds, "{:.1f}") if self.seconds else "—"]) + " |"
+        return table_row(self.name, *cells, _text(self.seconds, "{:.1f}") if self.seconds else "—")
 
 
 def rounded(points: NDArray[np.float64], space: Space) -> Levels:
@@ -88,72 +96,43 @@ def by_smt(space: Space, n: int, rng: np.random.Generator) -> Levels:
     return rounded(LHS(xlimits=box, criterion="ese", seed=int(rng.integers(2**31)))(n), space)
 
 
-def by_plain_anneal(space: Space, n: int, rng: np.random.Generator) -> Levels:
+def by_plain_exchange(space: Space, n: int, rng: np.random.Generator) -> Levels:
     """What one would write first: swaps of one level of two runs, one at a time, judged by pairs and repeats."""
     sizes = [axis.size for axis in space.axes]
     rows = np.stack([rng.permutation(np.arange(n) % size) for size in sizes], axis=1)
     pairs = {
         (a, b): np.asarray(cell_counts(rows, sizes, (a, b)) - n / (sizes[a] * sizes[b]), dtype=np.float64)
-        for a in range(len(sizes))
-        for b in range(a + 1, len(sizes))
+        for a, b in combinations(range(len(sizes)), 2)
     }
-    seen: dict[tuple[int, ...], int] = {}
+    repeats: dict[tuple[int, ...], int] = {}
     for run in map(tuple, rows.tolist()):
-        seen[run] = seen.get(run, 0) + 1
+        repeats[run] = repeats.get(run, 0) + 1
+
+    def count(run: Levels, axis: int, sign: int) -> float:
+        """Adds or takes away a run: the change of the squared deviations of pairs, and of repeats at 10 each."""
+        key = tuple(run.tolist())
+        before = repeats.get(key, 0)
+        repeats[key] = before + sign
+        change = 10.0 * (max(0, before + sign - 1) - max(0, before - 1))
+        for (a, b), table in pairs.items():
+            if axis in (a, b):
+                change += 2 * sign * table[key[a], key[b]] + 1
+                table[key[a], key[b]] += sign
+        return float(change)
+
+    def swap(first: int, second: int, axis: int) -> float:
+        change = sum(count(rows[run], axis, -1) for run in (first, second))
+        rows[[first, second], axis] = rows[[second, first], axis]
+        return change + sum(count(rows[run], axis, 1) for run in (first, second))
+
     begin = time.perf_counter()
     while (spent := (time.perf_counter() - begin) / ANNEAL_S) < 1:
-        _try_swap(rows, pairs, seen, 3.0 * (0.05 / 3.0) ** spent, rng)
+        (first, second), axis = rng.choice(n, 2, replace=False), int(rng.integers(len(sizes)))
+        if rows[first, axis] != rows[second, axis]:
+            change = swap(int(first), int(second), axis)
+            if change > 0 and rng.random() >= np.exp(-change / (3.0 * (0.05 / 3.0) ** spent)):
+                swap(int(first), int(second), axis)
     return rows
-
-
-def _try_swap(
-    rows: Levels,
-    pairs: dict[tuple[int, int], NDArray[np.float64]],
-    seen: dict[tuple[int, ...], int],
-    temperature: float,
-    rng: np.random.Generator,
-) -> None:
-    (first, second), axis = rng.choice(len(rows), 2, replace=False), int(rng.integers(rows.shape[1]))
-    if rows[first, axis] == rows[second, axis]:
-        return
-    change = _swap(rows, pairs, seen, (int(first), int(second), axis))
-    if change > 0 and rng.random() >= np.exp(-change / temperature):
-        _swap(rows, pairs, seen, (int(first), int(second), axis))
-
-
-def _swap(
-    rows: Levels,
-    pairs: dict[tuple[int, int], NDArray[np.float64]],
-    seen: dict[tuple[int, ...], int],
-    swap: tuple[int, int, int],
-) -> float:
-    """Make the swap; the change of the squared deviations of pairs, and of repeats at 10 each."""
-    first, second, axis = swap
-    change = 0.0
-    for run in (first, second):
-        change += _count(rows[run], axis, pairs, seen, -1)
-    rows[[first, second], axis] = rows[[second, first], axis]
-    for run in (first, second):
-        change += _count(rows[run], axis, pairs, seen, 1)
-    return change
-
-
-def _count(
-    run: Levels,
-    axis: int,
-    pairs: dict[tuple[int, int], NDArray[np.float64]],
-    seen: dict[tuple[int, ...], int],
-    sign: int,
-) -> float:
-    key = tuple(run.tolist())
-    before = seen.get(key, 0)
-    seen[key] = before + sign
-    change = 10.0 * (max(0, before + sign - 1) - max(0, before - 1))
-    for (a, b), table in pairs.items():
-        if axis in (a, b):
-            change += 2 * sign * table[key[a], key[b]] + 1
-            table[key[a], key[b]] += sign
-    return float(change)
 
 
 def by_us(space: Space, n: int, rng: np.random.Generator) -> Levels:
@@ -161,35 +140,65 @@ def by_us(space: Space, n: int, rng: np.random.Generator) -> Levels:
 
 
 PLAIN, OURS = f"plain exchange anneal, {ANNEAL_S:g} s", "pyroshock"
-WAYS: dict[str, Make] = {
+METHODS: dict[str, Make] = {
     **{f"pyDOE3 {criterion} LHS, rounded": by_pydoe(criterion) for criterion in get_args(LhsCriterion)},
     "scipy random-CD LHS, rounded": by_scipy,
     **({"SMT ESE LHS, rounded": by_smt} if has("smt") else {}),
-    PLAIN: by_plain_anneal,
+    PLAIN: by_plain_exchange,
     OURS: by_us,
 }
 
 
-def measured(name: str, make: Make, space: Space) -> Measured:
-    make(space, 2, np.random.default_rng(0))  # imports
-    found, seconds = [], []
-    for seed in SEEDS:
+def plans_of(space: Space, seeds: Sequence[int], methods: Mapping[str, Make]) -> dict[str, Plans]:
+    """Every way in turn, seed by seed."""
+    for make in methods.values():
+        make(space, 2, np.random.default_rng(0))  # imports
+    qualities: Mapping[str, list[Quality]] = {name: [] for name in methods}
+    seconds: Mapping[str, list[float]] = {name: [] for name in methods}
+    for seed, (name, make) in product(seeds, methods.items()):
         begin = time.perf_counter()
         treatments = make(space, RUNS, np.random.default_rng(seed))
-        seconds.append(time.perf_counter() - begin)
-        found.append(quality(space, treatments))
-    return Measured(name, found, seconds)
+        seconds[name].append(time.perf_counter() - begin)
+        qualities[name].append(quality(space, treatments))
+    return {name: Plans(name, qualities[name], seconds[name]) for name in methods}
 
 
-def lost(ours: Measured, peer: Measured) -> list[str]:
+def lost(ours: Plans, peer: Plans) -> list[str]:
     """Figures on which our worst seed is not as good as the peer's median, to the digits shown."""
-    result = []
+    figures = []
     for figure, shown in SHOWN.items():
         sign = 1 if FIGURES[figure][1] == "less" else -1
         worst = max(sign * value for value in ours.values(figure))
         if float(shown.format(worst)) > float(shown.format(sign * statistics.median(peer.values(figure)))):
-            result.append(figure)
-    return result
+            figures.append(figure)
+    return figures
+
+
+def measure_designs(_folder: Path, seeds: int = 3) -> Iterator[Figure]:
+    methods = {name: make for name, make in METHODS.items() if not name.startswith("pyDOE3") or " maximin" in name}
+    theme, plans = THEME.format(seeds), plans_of(gun_space(), range(seeds), methods)
+    ours = plans.pop(OURS)
+    for peer in plans.values():
+        yield compared(
+            theme, f"time, {peer.name}", ours.seconds, peer.seconds, "s", question="a plan of 105 runs",
+            bound="the exchanges that are tried, whose number is fixed", peer_name=peer.name,
+        )  # fmt: skip
+        for question, value in QUALITY.items():
+            limits = [1 / each.d_efficiency_limit for each in ours.qualities] if question == INFORMATION else None
+            yield compared(
+                theme, f"{question}, {peer.name}", [value(q) for q in ours.qualities],
+                [value(q) for q in peer.qualities], "",
+                kind="quality", question=question, peer_name=peer.name, bound_values=limits,
+                bound="a balanced orthogonal design" if limits else "no bound is known",
+            )  # fmt: skip
+    if not has("smt"):
+        yield missing(theme, "SMT", ABSENT, question=next(iter(QUALITY)), peer_name="SMT")
+    behind = lost(ours, plans[PLAIN])
+    yield Figure(
+        theme, "figures on which our worst seed is behind the plain exchange's median", ", ".join(behind) or "none",
+        "none, promised", Spread.of([float(len(behind))]), limit=0.0, kind="bound",
+    )  # fmt: skip
+    yield promised(theme, "time", ours.seconds, LIMIT_S, "s")
 
 
 def _text(values: Sequence[float], shown: str) -> str:
@@ -197,26 +206,23 @@ def _text(values: Sequence[float], shown: str) -> str:
     return middle if low == high else f"{middle} ({low} to {high})"
 
 
-def main(arguments: list[str]) -> int:
-    with Path(arguments[0] if arguments else TABLE).open(newline="") as handle:
-        thesis = quality(gun_space(), gun_space().treatments(list(csv.DictReader(handle))))
-    failed = _compared(gun_space(), [Measured("Table A.1 of the thesis", [thesis], [])])
-    failed += _compared(hammer_space(), [])
-    return 1 if failed else 0
-
-
-def _compared(space: Space, published: list[Measured]) -> list[str]:
+def _print_table(space: Space, published: list[Plans]) -> list[str]:
     """Prints a table of one space; returns what ours has lost."""
-    words = [FIGURES[figure][0] for figure in SHOWN]
-    *peers, ours = (measured(name, make, space) for name, make in WAYS.items())
-    lines = ["| " + " | ".join([f"design, {space.name}", *words, "seconds"]) + " |"]
-    lines += ["| --- " * (len(words) + 2) + "|", *(row.row() for row in (*published, *peers, ours))]
-    sys.stdout.write("\n".join(lines) + "\n\n")
+    *peers, ours = plans_of(space, range(5), METHODS).values()
+    head = (f"design, {space.name}", *(FIGURES[figure][0] for figure in SHOWN), "seconds")
+    lines = [table_row(*head), "| --- " * len(head) + "|", *(row.row() for row in (*published, *peers, ours))]
     held = [peer for peer in peers if peer.name == PLAIN or peer.name.startswith("pyDOE3")]
     failed = [f"{figure} to {peer.name}" for peer in held for figure in lost(ours, peer)]
     failed += ["seconds"] * (max(ours.seconds) > LIMIT_S)
-    sys.stdout.write(f"{space.name}: ours lost {', '.join(failed) or 'nothing'}\n\n")
+    print("\n".join(lines), f"\n{space.name}: ours lost {', '.join(failed) or 'nothing'}\n", sep="\n")
     return failed
+
+
+def main(arguments: list[str]) -> int:
+    with Path(arguments[0] if arguments else TABLE).open(newline="") as handle:
+        thesis = quality(gun_space(), gun_space().treatments(list(csv.DictReader(handle))))
+    failed = _print_table(gun_space(), [Plans("Table A.1 of the thesis", [thesis], [])])
+    return 1 if failed + _print_table(hammer_space(), []) else 0
 
 
 if __name__ == "__main__":

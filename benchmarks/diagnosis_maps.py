@@ -1,12 +1,9 @@
-"""Learns what the diagnosis cannot derive, on development campaigns: how much evidence counts, the map of unknown, and
-how far shares are off.
+"""`python -m benchmarks.diagnosis_maps [--jobs 2] [--fit-only]`: constants that the diagnosis cannot derive.
 
-    python -m benchmarks.diagnosis_maps [--jobs 2] [--fit-only]
-
-Writes a row for each campaign to docs/blind-check/development/maps.jsonl, and prints the constants of
-`diagnosis/inference/model_search.py`, `diagnosis/options.py` and `diagnosis/inference/shares.py`.
-Families outside of the catalogue and laws are those of the development split alone; seeds are listed here, and no other
-check draws them.
+They say how much evidence counts, how the probability of `unknown` follows from it, and how far shares are off. The
+command adds a row for each development campaign to docs/blind-check/development/maps.jsonl, and prints the constants of
+`diagnosis/inference/model_search.py`, `diagnosis/options.py` and `diagnosis/inference/shares.py`. Families
+outside of the catalogue and laws are those of the development split alone; no other check draws these seeds.
 """
 
 from __future__ import annotations
@@ -22,6 +19,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from pyroshock.diagnosis.diagnose import diagnose
+from pyroshock.diagnosis.inference.model_search import TEMPER
+from pyroshock.diagnosis.inference.posterior import UNKNOWN_PRIOR
+from pyroshock.diagnosis.inference.shares import LEAST_ERROR, share_spread
+from pyroshock.diagnosis.options import Options, entry_features, unknown_features
+from pyroshock.diagnosis.reading import read_folder
+from pyroshock.validation.case_plan import BENCHES
+from pyroshock.validation.cases.attribution import shares
+from pyroshock.validation.cases.draw import draw_case
+from pyroshock.validation.cases.record import record_case
 
 Floats = NDArray[np.float64]
 
@@ -32,33 +39,16 @@ SPLIT = "development"
 _STAGES, _CHAIN, _GUN = ("gun", "hammer", "plate"), ("chain",), ("gun",)
 #: Campaigns by what is drawn: kinds, tier, cause (where the tier leaves it open), how many of each kind.
 PLAN = (
-    (_STAGES, "strong", "unknown", 6),
-    (_STAGES, "middle", "unknown", 3),
-    (_STAGES, "strong", "catalogue", 4),
-    (_STAGES, "middle", "catalogue", 3),
-    (_STAGES, "strong", "none", 3),
-    (_STAGES, "rough", "none", 3),
-    (_STAGES, "strong", "two", 4),
-    (_STAGES, "realistic", "", 6),
-    (_STAGES, "foreign one", "", 6),
-    (_STAGES, "foreign two", "", 3),
-    (_CHAIN, "strong", "unknown", 2),
-    (_CHAIN, "strong", "none", 1),
-    (_CHAIN, "strong", "two", 1),
-    (_CHAIN, "realistic", "", 3),
-    (_CHAIN, "foreign one", "", 2),
-    (_GUN, "strong", "catalogue", 10),
-    (_GUN, "middle", "catalogue", 6),
-    (_GUN, "strong", "two", 8),
-    (_GUN, "foreign one", "", 14),
-    (_GUN, "foreign two", "", 8),
-    (("gun", "hammer"), "realistic", "", 16),
-    (("plate",), "realistic", "", 6),
-    (("hammer",), "foreign one", "", 8),
-    (("hammer",), "foreign two", "", 8),
-    (("hammer",), "strong", "unknown", 6),
-    (("gun", "hammer"), "middle", "unknown", 4),
-)
+    (_STAGES, "strong", "unknown", 6), (_STAGES, "middle", "unknown", 3), (_STAGES, "strong", "catalogue", 4),
+    (_STAGES, "middle", "catalogue", 3), (_STAGES, "strong", "none", 3), (_STAGES, "rough", "none", 3),
+    (_STAGES, "strong", "two", 4), (_STAGES, "realistic", "", 6), (_STAGES, "foreign one", "", 6),
+    (_STAGES, "foreign two", "", 3), (_CHAIN, "strong", "unknown", 2), (_CHAIN, "strong", "none", 1),
+    (_CHAIN, "strong", "two", 1), (_CHAIN, "realistic", "", 3), (_CHAIN, "foreign one", "", 2),
+    (_GUN, "strong", "catalogue", 10), (_GUN, "middle", "catalogue", 6), (_GUN, "strong", "two", 8),
+    (_GUN, "foreign one", "", 14), (_GUN, "foreign two", "", 8), (("gun", "hammer"), "realistic", "", 16),
+    (("plate",), "realistic", "", 6), (("hammer",), "foreign one", "", 8), (("hammer",), "foreign two", "", 8),
+    (("hammer",), "strong", "unknown", 6), (("gun", "hammer"), "middle", "unknown", 4),
+)  # fmt: skip
 #: Powers of the posterior that are compared, and the least probability that a set is given.
 _TEMPERS = (1.0, 0.7, 0.5, 0.4, 0.3, 0.25, 0.2, 0.15, 0.1)
 _LEAST_PROBABILITY = 1e-3
@@ -76,8 +66,6 @@ _Z90 = 1.6449
 
 
 class Campaign(NamedTuple):
-    """One to be drawn."""
-
     number: int
     kind: str
     tier: str
@@ -91,24 +79,16 @@ def campaigns() -> list[Campaign]:
 
 def diagnosed(campaign: Campaign) -> dict[str, Any]:
     """The row of one campaign: its truth, odds, fraction held out, and shares beside the true ones."""
-    from pyroshock.diagnosis.diagnose import Options, diagnose
-    from pyroshock.diagnosis.reading import read_folder
-    from pyroshock.validation.case_plan import BENCHES
-    from pyroshock.validation.cases.attribution import shares
-    from pyroshock.validation.cases.draw import draw_case
-    from pyroshock.validation.cases.record import record_case
-
     rng = np.random.default_rng([SEED, campaign.number])
     if campaign.tier in BENCHES:
         case = BENCHES[campaign.tier].draw(campaign.kind, rng, SPLIT)
     else:
         gaps, rough = ("strong", True) if campaign.tier == "rough" else (campaign.tier, False)
         case = draw_case(campaign.kind, gaps, rng, cause=campaign.cause, split=SPLIT, rough=rough)
+    options = Options(where=False, plan=False, rate_pulses=False)
     with tempfile.TemporaryDirectory(prefix="pyroshock-maps-") as place:
         label = record_case(case, Path(place) / "campaign", int(rng.integers(2**31)))
-        said = diagnose(
-            read_folder(Path(place) / "campaign"), options=Options(where=False, plan=False, rate_pulses=False)
-        )
+        said = diagnose(read_folder(Path(place) / "campaign"), options=options)
     verdict = said.as_json()
     gap, true = verdict["gap"], shares(label.left_out)
     held = [entry for entry in verdict["shrinkage"] if entry["held_out_by"] == "configuration"]
@@ -117,7 +97,8 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
         **campaign._asdict(),
         "truth": list(label.cause),
         "first": verdict["causes"][0],
-        "known": _likeliest_known(verdict["causes"], said.first_evidence),
+        # The likeliest entry but "unknown", and its probability by evidence alone.
+        "known": [next(c["effects"] for c in verdict["causes"] if c["effects"] != ["unknown"]), said.first_evidence],
         "beyond_noise": gap["beyond_noise"],
         "odds": said.unknown_log_odds,
         "fraction": held[0]["fraction"] if held else None,
@@ -136,26 +117,25 @@ def temper(rows: Sequence[dict[str, Any]]) -> dict[float, float]:
 
 def _none_probability(row: dict[str, Any]) -> float:
     """Of the sets that are within tolerance."""
-    from pyroshock.diagnosis.inference.model_search import TEMPER
+    return float(_weights(row, TEMPER) @ [within for *_, within in row["sets"]])
 
+
+def _weights(row: dict[str, Any], power: float) -> Floats:
+    """Probabilities of the sets of effects, of a posterior to this power."""
     joint = np.array([evidence + prior for _, evidence, prior, _ in row["sets"]])
-    weights = np.exp(TEMPER * (joint - joint.max()))
-    return float(weights @ [within for *_, within in row["sets"]] / weights.sum())
+    weights = np.exp(power * (joint - joint.max()))
+    return np.asarray(weights / weights.sum())
 
 
 def _log_probability(row: dict[str, Any], power: float) -> float:
-    joint = np.array([evidence + prior for _, evidence, prior, _ in row["sets"]])
-    weights = np.exp(power * (joint - joint.max()))
     true = frozenset() if row["truth"] == ["none"] else frozenset(row["truth"])
     same = [within if not true else (1 - within) * (true == frozenset(names)) for names, _, _, within in row["sets"]]
-    share = float(weights @ same / weights.sum())
+    share = float(_weights(row, power) @ same)
     return float(np.log(_LEAST_PROBABILITY + (1 - _LEAST_PROBABILITY) * share))
 
 
 def unknown_map(rows: Sequence[dict[str, Any]]) -> Floats:
     """The likeliest numbers of the map of unknown."""
-    from pyroshock.diagnosis.options import unknown_features
-
     used = [row for row in rows if row["beyond_noise"] and row["odds"] is not None]
     x = np.array([unknown_features(row["odds"], row["fraction"], row["left"], _none_probability(row)) for row in used])
     y = np.array([float(row["truth"] == ["unknown"]) for row in used])
@@ -165,8 +145,6 @@ def unknown_map(rows: Sequence[dict[str, Any]]) -> Floats:
 def _balanced(rows: Sequence[dict[str, Any]]) -> Floats:
     """Weights (n,) of mean one, so that it does not matter how many campaigns of a tier were drawn: unknown causes have
     the share `UNKNOWN_PRIOR`, and the tiers of all others count alike."""
-    from pyroshock.diagnosis.inference.posterior import UNKNOWN_PRIOR
-
     groups = ["unknown" if row["truth"] == ["unknown"] else row["tier"] for row in rows]
     number = Counter(groups)
     share = {name: (1 - UNKNOWN_PRIOR) / (len(number) - ("unknown" in number)) for name in number}
@@ -185,15 +163,8 @@ def likeliest(x: Floats, y: Floats, mean: Floats, sd: Floats, weights: Floats | 
     return theta
 
 
-def _likeliest_known(causes: Sequence[dict[str, Any]], evidence: float) -> list[Any]:
-    """The likeliest entry but "unknown", and its probability by evidence alone."""
-    return [next(cause["effects"] for cause in causes if cause["effects"] != ["unknown"]), evidence]
-
-
 def entry_map(rows: Sequence[dict[str, Any]]) -> Floats:
     """The likeliest numbers of `first_entry_probability`: of campaigns with a gap that the catalogue explains."""
-    from pyroshock.diagnosis.options import entry_features
-
     used = [row for row in rows if row["known"] and row["truth"] != ["unknown"] and _one_or_two(row)]
     used = [row for row in used if row["beyond_noise"] or _none_probability(row) < _NO_GAP]
     x, y = [], []
@@ -211,8 +182,6 @@ def _one_or_two(row: dict[str, Any]) -> bool:
 
 def _share_row(item: dict[str, Any], true: float) -> list[Any]:
     """Effect, stated share, true share, ends of the interval, and the standard deviation of the posterior alone."""
-    from pyroshock.diagnosis.inference.shares import share_spread
-
     low, high = item["ci90"]
     wider = float(share_spread(np.array(item["share"])))
     posterior = float(np.sqrt(max(((high - low) / (2 * _Z90)) ** 2 - wider**2, 0.0)))
@@ -222,18 +191,8 @@ def _share_row(item: dict[str, Any], true: float) -> list[Any]:
 def share_error(rows: Sequence[dict[str, Any]]) -> tuple[float, float]:
     """Of shares beyond their posterior's (`SHARE_ERROR`), by leave-one-out on realistic benches: the least with which
     intervals hold `_HELD` of the true shares; and how much the intervals of the rows hold."""
-    from pyroshock.diagnosis.inference.shares import LEAST_ERROR
-
-    table = np.array(
-        [
-            (mean, true, posterior, low, high)
-            for row in rows
-            if row["tier"] == "realistic"
-            for _, mean, true, low, high, posterior in row["shares"]
-            if max(mean, true) >= _COUNTED
-        ]
-    )
-    mean, true, posterior, low, high = table.T
+    shares = [share[1:] for row in rows if row["tier"] == "realistic" for share in row["shares"]]
+    mean, true, low, high, posterior = np.array([share for share in shares if max(share[:2]) >= _COUNTED]).T
     held = float(np.mean((low <= true) & (true <= high)))
     for error in np.arange(0.0, 1.001, 0.01):
         sd = np.sqrt(posterior**2 + error**2 * mean * (1 - mean) + LEAST_ERROR**2)

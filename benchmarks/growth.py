@@ -1,34 +1,77 @@
-"""`python -m benchmarks.growth [--full] [PICTURE.png]`: how time and room grow with impacts, configurations and pulses.
+"""`python -m benchmarks growth`: how time and room grow with impacts, configurations and pulses.
 
-Each curve is a list of points, a size with the seconds or bytes of some repeats; what is told is the exponent p of n^p
-through them. The points go to growth.json in the folder, from where `growth_plot` draws them. A size that would take a
-training longer than `BUDGET_S` is left out, and the figure says so.
+Each curve is a list of points, a size with the seconds or bytes of some repeats; the figure is the exponent p of n^p
+through them. The points go to growth.json in the folder, from where `page.draw_growth` draws them. A size that would
+take longer than the budget is left out, and the figure says so.
 """
 
 from __future__ import annotations
 
 import json
 import math
-import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
+from itertools import product
 from pathlib import Path
 
 import numpy as np
+from pyroshock.diagnosis.diagnose import diagnose
+from pyroshock.diagnosis.options import Options
+from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration
+from pyroshock.schema.conditions import Condition
+from pyroshock.schema.listings import iter_impacts, list_campaigns, list_impacts_page
+from pyroshock.schema.session import open_store
+from pyroshock.training.estimators.base import Estimator
+from pyroshock.training.estimators.coregional import Coregional
+from pyroshock.training.estimators.linear import KernelRidge
+from pyroshock.training.estimators.network import Network
+from pyroshock.training.estimators.single_outputs import SingleOutputs
+from pyroshock.training.estimators.support_vectors import SupportVectors
+from pyroshock.training.estimators.trees import DecisionTree, TreeEnsemble
+from pyroshock.twin.gun.effects.valve_flow import ValveFlow
+from pyroshock.twin.gun.shots import gun_velocity
+from sqlalchemy.orm import Session
 
-from .apart import seconds_of
-from .figures import Figure, missing
-from .growth_plot import draw
-from .measuring import Spread
-from .themes import work_folder
+from .coregional import pulses
+from .harness import Figure, Spread, missing, ratio, spread_text, take_turns, wall_seconds
+from .shared_records import THESIS_GUN, WRITER, campaign_name, filled
 
 THEME = "Growth"
 FILE = "growth.json"
 BUDGET_S = 12.0
-
-#: A size, and the seconds of some repeats.
-Cost = tuple[int, tuple[float, ...]]
+IMPACTS = (1_000, 10_000, 100_000, 1_000_000)
+_STEEL = (Condition("tip_material", "=", "steel"),)
+#: Questions of a store, and what bounds their growth.
+QUESTIONS: dict[str, tuple[Callable[[Session], object], str]] = {
+    "the first 50 impacts": (lambda s: list_impacts_page(s, None, (), None, 50), "50 rows at any size"),
+    "the first 50 with tip_material=steel": (
+        lambda s: list_impacts_page(s, None, _STEEL, None, 50),
+        "50 rows at any size",
+    ),
+    "all impacts of a campaign": (
+        lambda s: sum(1 for _ in iter_impacts(s, campaign_name(1))),
+        "its rows: 1,000 in the smallest store, 1,800 in the others",
+    ),
+    "all campaigns with their counts": (list_campaigns, "an entry of an index for each impact"),
+}
+ROOM = "room without series and curves"
+DIAGNOSIS = "where and causes of a gun's gap"
+#: Pressures by masses of a diagnosed gun, each configuration three times.
+GRIDS = {12: (4, 3), 40: (8, 5), 120: (12, 10), 400: (20, 20)}
+REPETITIONS, SCATTER = 3, 0.01
+PULSES, ASKED, PULSES_PER_GROUP = (100, 300, 1_000, 3_000), 1_000, 10
+#: The laboratory's own model is measured at all sizes, whatever the budget of the others.
+COREGIONAL, COREGIONAL_BUDGET_S = "coregional Gaussian process", 60.0
+FAMILIES: dict[str, Callable[[], Estimator]] = {
+    "tree": DecisionTree,
+    "tree ensemble": TreeEnsemble,
+    "network of 10-10": partial(Network, (10, 10)),
+    "kernel ridge": KernelRidge,
+    "support vector machine": SupportVectors,
+    "Gaussian process an output": SingleOutputs,
+    COREGIONAL: Coregional,
+}
 
 
 @dataclass(frozen=True)
@@ -41,108 +84,153 @@ class Point:
     values: tuple[float, ...]
     unit: str = "s"
 
-
-def exponents(points: Sequence[Point]) -> Spread:
-    """p of value = c size^p by least squares of logarithms, one for each repeat; fewer of them go round."""
-    sizes = np.log([point.size for point in points])
-    turns = max(len(point.values) for point in points)
-    rows = [np.log([point.values[turn % len(point.values)] for point in points]) for turn in range(turns)]
-    return Spread.of([float(np.polyfit(sizes, row, 1)[0]) for row in rows])
+    @property
+    def text(self) -> str:
+        if self.unit == "bytes":
+            return spread_text(self.values, "MB")
+        return spread_text(self.values, "s" if np.median(self.values) >= 1 else "ms")
 
 
-def curves(points: Iterable[Point]) -> dict[tuple[str, str], list[Point]]:
-    """By axis and curve, in rising order of size."""
-    found: dict[tuple[str, str], list[Point]] = {}
-    for point in sorted(points, key=lambda point: point.size):
-        found.setdefault((point.axis, point.curve), []).append(point)
-    return found
+@dataclass(frozen=True)
+class Curve:
+    """Points in rising order of size, and what bounds them."""
 
+    points: Sequence[Point]
+    bound: str = ""
 
-def fitting(cost: Callable[[int], tuple[float, ...]], sizes: Sequence[int], budget_s: float = BUDGET_S) -> list[Cost]:
-    """Sizes with what they cost, as long as the next one, growing as the last ones did, stays within the budget."""
-    found: list[Cost] = []
-    for size in sizes:
-        if found and _expected(found, size) > budget_s:
-            break
-        found.append((size, cost(size)))
-    return found
+    def exponents(self) -> Spread:
+        """p of value = c size^p by least squares of logarithms, one for each repeat; fewer of them repeat."""
+        sizes = np.log([point.size for point in self.points])
+        turns = max(len(point.values) for point in self.points)
+        rows = [np.log([point.values[turn % len(point.values)] for point in self.points]) for turn in range(turns)]
+        return Spread.of([float(np.polyfit(sizes, row, 1)[0]) for row in rows])
 
-
-def _expected(found: Sequence[Cost], size: int) -> float:
-    """Seconds by the last two sizes; as the square from one alone."""
-    (last, now), power = found[-1], 2.0
-    if len(found) > 1:
-        before, then = found[-2]
-        power = max(1.0, math.log(min(now) / min(then)) / math.log(last / before))
-    return float(min(now) * (size / last) ** power)
-
-
-def repeated(function: Callable[[], object], most: int = 7, enough_s: float = 2.0) -> tuple[float, ...]:
-    """Seconds of some repeats after a first one that does not count; of what is slow, the first one's alone."""
-    first = seconds_of(function)
-    if first > enough_s:
-        return (first,)
-    return tuple(seconds_of(function) for _ in range(max(3, min(most, int(enough_s / max(first, 1e-9))))))
-
-
-def figures(points: Sequence[Point], natures: Mapping[tuple[str, str], str] | None = None) -> Iterator[Figure]:
-    """One for each curve: the largest size beside the smallest."""
-    for (axis, curve), some in curves(points).items():
-        first, last = some[0], some[-1]
+    def figure(self) -> Figure:
+        """The largest size beside the smallest."""
+        first, last = self.points[0], self.points[-1]
         if first is last:
-            yield missing(THEME, f"{curve}, {first.size:,} {axis}", "one size alone", ours=text(first))
-            continue
-        times = Spread.of([b / a for a, b in zip(_short(first, last), _short(last, first), strict=True)])
-        said = f"as n^p, p = {exponents(some).text()}"
-        nature = (natures or {}).get((axis, curve), "")
-        yield Figure(
-            THEME, f"{curve}, {first.size:,} to {last.size:,} {axis}", text(last), text(first), times, of="growth",
-            nature=f"{said}; {nature}" if nature else said,
+            name = f"{first.curve}, {first.size:,} {first.axis}"
+            return missing(THEME, name, "one size alone", ours=first.text)
+        repeats = min(len(first.values), len(last.values))
+        return Figure(
+            THEME, f"{first.curve}, {first.size:,} to {last.size:,} {first.axis}", last.text, first.text,
+            ratio(last.values[:repeats], first.values[:repeats]), kind="growth",
+            bound="; ".join([f"as n^p, p = {self.exponents().text()}", *([self.bound] if self.bound else [])]),
         )  # fmt: skip
 
 
-def _short(point: Point, other: Point) -> tuple[float, ...]:
-    return point.values[: min(len(point.values), len(other.values))]
+def within_budget(
+    cost: Callable[[int], tuple[float, ...]], sizes: Iterable[int], budget_s: float
+) -> dict[int, tuple[float, ...]]:
+    """Sizes with their seconds, as long as the next one, growing as the last ones did, stays within the budget."""
+    costs: dict[int, tuple[float, ...]] = {}
+    for size in sizes:
+        if costs and _expected_s(costs, size) > budget_s:
+            break
+        costs[size] = cost(size)
+    return costs
 
 
-def text(point: Point) -> str:
-    spread = Spread.of(point.values)
-    if point.unit == "bytes":
-        return f"{spread.median / 1e6:.3g} MB"
-    return spread.text(" s") if spread.median >= 1 else spread.text(" ms", 1e3)
+def _expected_s(costs: dict[int, tuple[float, ...]], size: int) -> float:
+    """By the last two sizes; as the square from one alone."""
+    (last, seconds), power = list(costs.items())[-1], 2.0
+    if len(costs) > 1:
+        before, earlier = list(costs.items())[-2]
+        power = max(1.0, math.log(min(seconds) / min(earlier)) / math.log(last / before))
+    return float(min(seconds) * (size / last) ** power)
 
 
-def measure_growth(folder: Path, full: bool = False) -> Iterator[Figure]:
+def repeated(function: Callable[[], object], most: int = 3, enough_s: float = 2.0) -> tuple[float, ...]:
+    """Seconds of some repeats after a first one that does not count; of what is slow, the first one's alone."""
+    first = wall_seconds(function)
+    return (first,) if first > enough_s else tuple(wall_seconds(function) for _ in range(most))
+
+
+def measure_growth(folder: Path, budget_s: float = BUDGET_S) -> Iterator[Figure]:
     """All curves; their points go to `folder`."""
-    from .growth_diagnosis import diagnosis_points
-    from .growth_store import store_points
-    from .growth_training import training_points
-
     points: list[Point] = []
-    budget_s = math.inf if full else BUDGET_S
-    for part in (
-        partial(store_points, folder),
-        partial(diagnosis_points, 4 * budget_s),
-        partial(training_points, budget_s),
-    ):
-        found, natures = part()
-        points += found
-        keep(points, folder)
-        yield from figures(found, natures)
-
-
-def keep(points: Sequence[Point], folder: Path) -> None:
+    for part in (store_curves(folder), diagnosis_curves(4 * budget_s), training_curves(budget_s)):
+        for curve in part:
+            points += curve.points
+            yield curve.figure()
     (folder / FILE).write_text(json.dumps([asdict(point) for point in points]))
 
 
-def main(words: Sequence[str]) -> None:
-    with work_folder() as folder:
-        for figure in measure_growth(folder, "--full" in words):
-            sys.stdout.write(figure.row() + "\n")
-            sys.stdout.flush()
-        for picture in (word for word in words if word != "--full"):
-            draw(json.loads((folder / FILE).read_text()), Path(picture))
+def store_curves(folder: Path, sizes: Sequence[int] = IMPACTS, repeats: int = 5) -> Iterator[Curve]:
+    """Of SQLite stores in `folder`, made where they are not there yet."""
+    curves: dict[str, list[Point]] = {name: [] for name in (*QUESTIONS, ROOM)}
+    for size in sizes:
+        url = filled(folder, size)
+        with open_store(url, WRITER) as store:
+
+            def ask(question: Callable[[Session], object], store=store) -> object:  # type: ignore[no-untyped-def]
+                with store.reading() as session:
+                    return question(session)
+
+            seconds = take_turns({name: partial(ask, question) for name, (question, _) in QUESTIONS.items()}, repeats)
+        for name, values in seconds.items():
+            curves[name].append(Point("impacts", name, size, tuple(values)))
+        room = float(Path(url.removeprefix("sqlite:///")).stat().st_size)
+        curves[ROOM].append(Point("impacts", ROOM, size, (room,), "bytes"))
+    bounds = {name: bound for name, (_, bound) in QUESTIONS.items()}
+    bounds[ROOM] = f"{room / sizes[-1]:.0f} bytes an impact, its pulse's figures and indexes included"
+    return (Curve(points, bounds[name]) for name, points in curves.items())
 
 
-if __name__ == "__main__":
-    main(sys.argv[1:])
+def gun_record(pressures: int, masses: int) -> CampaignRecord:
+    """Shots that lose gas to a valve which no nominal law knows, with scatter."""
+    rng = np.random.default_rng(0)
+    settings = list(product(np.geomspace(0.4e5, 4e5, pressures).tolist(), np.geomspace(0.1, 1.0, masses).tolist()))
+    pressure, mass = np.array(settings).T
+    velocity = gun_velocity(THESIS_GUN, pressure, mass, [ValveFlow()]).velocity_m_s
+    configurations = tuple(
+        RunConfiguration(f"{p:g}, {m:g}", {"tank_pressure": p, "bullet_mass": m}) for p, m in settings
+    )
+    runs = []
+    for order, (repetition, c) in enumerate(product(range(1, REPETITIONS + 1), range(len(settings)))):
+        read = float(velocity[c] * np.exp(SCATTER * rng.standard_normal()))
+        runs.append(Run(c, order + 1, repetition, order, *settings[c], read, SCATTER * read))
+    return CampaignRecord("shots", "gun", configurations, tuple(runs), THESIS_GUN)
+
+
+def diagnosis_curves(budget_s: float) -> Iterator[Curve]:
+    options = Options(shrink=False, plan=False, rate_pulses=False)
+    diagnose(gun_record(*GRIDS[12]), options=options)  # imports
+
+    def cost(size: int) -> tuple[float, ...]:
+        record = gun_record(*GRIDS[size])
+        return repeated(lambda: diagnose(record, options=options))
+
+    costs = within_budget(cost, GRIDS, budget_s)
+    points = [Point("configurations", DIAGNOSIS, size, seconds) for size, seconds in costs.items()]
+    yield Curve(points, _left_out(list(GRIDS), costs, budget_s))
+
+
+def _left_out(sizes: Sequence[int], costs: dict[int, tuple[float, ...]], budget_s: float) -> str:
+    rest = ", ".join(f"{size:,}" for size in sizes if size not in costs)
+    return f"{rest} would take more than {budget_s:g} s and are left out" if rest else ""
+
+
+def training_curves(budget_s: float, sizes: Sequence[int] = PULSES, names: Sequence[str] = ()) -> Iterator[Curve]:
+    """Training and 1,000 predictions of the named families (none: of all)."""
+    asked = pulses(ASKED)[0]
+    for name in names or FAMILIES:
+        training, predictions = f"training a {name}", list[Point]()
+
+        def train(n: int, name: str = name) -> Estimator:
+            x, y = pulses(n)
+            return FAMILIES[name]().fit(x, y, np.arange(n) // PULSES_PER_GROUP, np.random.default_rng(0))
+
+        def cost(n: int, train=train, name=name, predictions=predictions) -> tuple[float, ...]:  # type: ignore[no-untyped-def]
+            models: list[Estimator] = []
+            seconds = repeated(lambda: models.append(train(n)), enough_s=1.0)
+            predicting = repeated(partial(models[-1].predict, asked), enough_s=1.0)
+            predictions.append(Point("pulses", f"1,000 predictions of a {name}", n, predicting))
+            return seconds
+
+        train(50)  # imports
+        family_budget_s = max(budget_s, COREGIONAL_BUDGET_S) if name == COREGIONAL else budget_s
+        costs = within_budget(cost, sizes, family_budget_s)
+        points = [Point("pulses", training, size, seconds) for size, seconds in costs.items()]
+        yield Curve(points, _left_out(sizes, costs, family_budget_s))
+        yield Curve(predictions)

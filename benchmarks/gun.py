@@ -1,10 +1,9 @@
-"""`python -m benchmarks.gun [CASE…]`: 10,000 gun shots with three effects beside scipy, in one run.
+"""`python -m benchmarks.gun`: 10,000 gun shots with three effects beside scipy, in one run.
 
 The peer is the same physics as plain scalar functions, one shot after the other through `solve_ivp`: the fastest of
-its methods, each at the loosest tolerance with which its own velocities hold to 1e-6. It fires some of the shots;
-its time for all of them is that times their share. Times are of the processor, one core on both sides, so that what
-else runs does not count. The limit: as many evaluations of the rates as the peer's thriftiest method needs, at what one
-of a whole batch costs us.
+its methods, each at the loosest tolerance with which its own velocities hold to 1e-6. It fires a hundredth of the
+shots; its time for all of them is a hundred times that. Times are of the processor, one core on both sides. The limit:
+as many evaluations of the rates as the peer's thriftiest method needs, at what one of a whole batch costs us.
 """
 
 from __future__ import annotations
@@ -26,20 +25,21 @@ from pyroshock.twin.gun.effects.valve_flow import ValveFlow
 from pyroshock.twin.gun.shot import GunEffect, nominal_shot
 from pyroshock.twin.gun.shots import gun_velocity
 
-from .apart import busy_seconds_of, in_turn
-from .figures import Figure
-from .gun_scalar import THESIS_GUN, Method, ScalarGun, scalar_guns
-from .measuring import Spread, ratio
+from .harness import Figure, compared, processor_seconds, report, take_turns
+from .shared_records import THESIS_GUN, Method, ScalarGun, scalar_guns
 
 Floats = NDArray[np.float64]
+Case = Callable[[int, np.random.Generator], tuple[Floats, Floats, list[GunEffect]]]
+
 THEME = "Gun shots in one call, beside solve_ivp shot by shot"
-SHOTS, PEER_SHOTS, REPEATS = 10_000, 100, 5
-ACCURACY = 1e-6
-FASTER = 100.0
+SHOTS, PEER_SHARE, REPEATS = 10_000, 100, 5
+ACCURACY, LIMIT = 1e-6, 1 / 100
 EXACT: tuple[Method, float] = ("LSODA", 1e-10)
 METHODS: tuple[Method, ...] = ("RK45", "DOP853", "LSODA")
 STIFF: tuple[Method, ...] = ("LSODA",)
 TOLERANCES = (1e-6, 3e-7, 1e-7, 3e-8, 1e-8, 3e-9, 1e-9, 1e-10)
+#: Evaluations of the rates that are measured together.
+EVALUATIONS = 20
 
 
 def three_effects(n: int, rng: np.random.Generator) -> tuple[Floats, Floats, list[GunEffect]]:
@@ -53,17 +53,14 @@ def three_effects(n: int, rng: np.random.Generator) -> tuple[Floats, Floats, lis
 
 
 def with_valve(n: int, rng: np.random.Generator) -> tuple[Floats, Floats, list[GunEffect]]:
-    """The same with a valve, for leakage: the costliest three."""
+    """The same with a valve in place of the barrel's losses: the costliest three."""
     pressure, mass, effects = three_effects(n, rng)
     return pressure, mass, [effects[0], ValveFlow(rng.uniform(0.5, 5.0, n), rng.uniform(0.02, 0.2, n)), effects[1]]
 
 
-Case = Callable[[int, np.random.Generator], tuple[Floats, Floats, list[GunEffect]]]
-
-
 @dataclass(frozen=True)
-class Peer:
-    """What holds 1e-6 in the least time; `evaluations` a shot of whichever method holds it with the fewest."""
+class Solver:
+    """What holds 1e-6 at its loosest tolerance; `evaluations` of the rates for a shot."""
 
     seconds: float
     method: Method
@@ -71,117 +68,59 @@ class Peer:
     evaluations: float
 
 
-@dataclass(frozen=True)
-class Race:
-    """Seconds for all shots in turn, ours, the peer's and the limit's; greatest relative difference of velocities."""
-
-    ours: Sequence[float]
-    peer: Sequence[float]
-    limit: Sequence[float]
-    by: Peer
-    difference: float
-
-    @property
-    def factor(self) -> float:
-        return ratio(self.peer, self.ours).median
-
-
-def race(case: Case, seed: int = 1, shots: int = SHOTS, peer_shots: int = PEER_SHOTS, repeats: int = REPEATS) -> Race:
-    """Both on one case. Behind a valve the explicit methods take minutes, and are not tried."""
-    pressure, mass, effects = case(shots, np.random.default_rng(seed))
-    rows = np.arange(peer_shots)
+def figure(case: Case, name: str, shots: int = SHOTS, repeats: int = REPEATS, limit: float | None = None) -> Figure:
+    """Both on one case. Raises `ValueError` where velocities are not the exact ones to 1e-6."""
+    pressure, mass, effects = case(shots, np.random.default_rng(1))
+    rows = np.arange(max(shots // PEER_SHARE, 3))
     guns = scalar_guns(THESIS_GUN, pressure[rows], mass[rows], [effect.take(rows) for effect in effects])
     exact = np.array([gun.velocity(*EXACT) for gun in guns])
-    by = quickest(guns, exact, STIFF if case is with_valve else METHODS)
+    # Behind a valve the explicit methods take minutes.
+    solvers = [s for method in (STIFF if case is with_valve else METHODS) if (s := _loosest(guns, exact, method))]
+    solver, needed = min(solvers, key=lambda s: s.seconds), min(s.evaluations for s in solvers)
     fire = partial(gun_velocity, THESIS_GUN, pressure, mass, effects)
-    rates = evaluated(pressure, mass, effects)
     difference = float(np.max(np.abs(fire().velocity_m_s[rows] / exact - 1)))
-    rates()
-    ways: dict[str, Callable[[], object]] = {
-        "ours": fire,
-        "peer": partial(fired, guns, by.method, by.rtol),
-        "rates": rates,
-    }
-    taken = in_turn({name: partial(busy_seconds_of, way) for name, way in ways.items()}, repeats)
-    peer = [seconds * shots / peer_shots for seconds in taken["peer"]]
-    return Race(taken["ours"], peer, [seconds / EACH * by.evaluations for seconds in taken["rates"]], by, difference)
-
-
-#: Evaluations of the rates that are timed together.
-EACH = 20
-
-
-def evaluated(pressure: Floats, mass: Floats, effects: Sequence[GunEffect]) -> Callable[[], object]:
-    """`EACH` evaluations of the rates of all shots, as they start: what a step cannot do without."""
-    shot = nominal_shot(THESIS_GUN, pressure, mass)
-    for effect in effects:
-        shot = effect.prepare(shot)
-    kind = TwoChambers if np.isfinite(shot.valve_area_m2).any() else Chamber
-    chamber = kind(shot, [])
-    start, instant = chamber.start(), np.zeros(len(shot))
-    return lambda: [chamber.rates(instant, start) for _ in range(EACH)]
-
-
-def fired(guns: Sequence[ScalarGun], method: Method, rtol: float) -> Floats:
-    return np.array([gun.velocity(method, rtol) for gun in guns])
-
-
-def quickest(guns: Sequence[ScalarGun], exact: Floats, methods: Sequence[Method]) -> Peer:
-    """The quickest method at the loosest tolerance with which it holds 1e-6."""
-    held = [found for method in methods if (found := _loosest(guns, exact, method))]
-    least = min(found.evaluations for found in held)
-    first = min(held, key=lambda found: found.seconds)
-    return Peer(first.seconds, first.method, first.rtol, least)
-
-
-def _loosest(guns: Sequence[ScalarGun], exact: Floats, method: Method) -> Peer | None:
-    """Found on the way from loose to tight."""
-    for rtol in TOLERANCES:
-        begin = time.process_time()
-        found = [gun.solved(method, rtol) for gun in guns]
-        seconds = time.process_time() - begin
-        velocity = np.array([v for v, _ in found])
-        if np.max(np.abs(velocity / exact - 1)) <= ACCURACY:
-            return Peer(seconds, method, rtol, float(np.mean([count for _, count in found])))
-    return None
-
-
-def measure_gun(
-    _folder: Path, full: bool = False, shots: int = SHOTS, peer_shots: int = PEER_SHOTS
-) -> Iterator[Figure]:
-    """Both cases; the one with a valve, which is stiff, with fewer shots unless `full`."""
-    valve_shots, valve_peers = (shots, peer_shots) if full else (shots // 20, peer_shots // 20)
-    yield figure(race(three_effects, shots=shots, peer_shots=peer_shots), f"{shots:,} shots with {THREE}", FASTER)
-    stiff = race(with_valve, shots=valve_shots, peer_shots=valve_peers, repeats=3)
-    yield figure(stiff, f"{valve_shots:,} shots with {VALVE}", None)
-
-
-THREE, VALVE = "atmosphere, leakage and losses in the barrel", "a valve, atmosphere and leakage"
-
-
-def figure(found: Race, name: str, promised: float | None) -> Figure:
-    by, difference = found.by, found.difference
     if not difference <= ACCURACY:
         raise ValueError(f"{name}: velocities {difference:.1g} apart; expected at most {ACCURACY:g}")
-    nature = (
-        f"{by.evaluations:.0f} evaluations of the rates of each shot, as the thriftiest of scipy's methods needs them "
-        f"(velocities within {difference:.1g})"
-    )
-    peer = f"{Spread.of(found.peer).text(' s')}, {by.method} at {by.rtol:g}"
-    return Figure(
-        THEME, name, Spread.of(found.ours).text(" s"), peer,
-        ratio(found.peer, found.ours), "at least", promised, nature, near=ratio(found.ours, found.limit),
-        question="a batch of gun shots" if promised else "", rival="solve_ivp loop",
+    functions: dict[str, Callable[[], object]] = {
+        "ours": fire,
+        "peer": lambda: [gun.velocity(solver.method, solver.rtol) for gun in guns],
+        "rates": evaluated(pressure, mass, effects),
+    }
+    seconds = take_turns(functions, repeats, processor_seconds)
+    return compared(
+        THEME, f"{shots:,} shots with {name}", seconds["ours"], [s * shots / len(rows) for s in seconds["peer"]], "s",
+        limit=limit, bound_values=[s / EVALUATIONS * needed for s in seconds["rates"]],
+        bound=f"{needed:.0f} evaluations of the rates of each shot, as the thriftiest of scipy's methods needs them "
+        f"(velocities within {difference:.1g})", question="a batch of gun shots" if limit else "",
+        peer_name=f"solve_ivp loop, {solver.method} at {solver.rtol:g}",
     )  # fmt: skip
 
 
-def main() -> None:
-    cases = {case.__name__: case for case in (three_effects, with_valve)}
-    for case in [cases[name] for name in sys.argv[1:]] or cases.values():
-        sys.stdout.write(
-            figure(race(case), f"{case.__name__}: {SHOTS:,} shots, {PEER_SHOTS} scaled", None).row() + "\n"
-        )
+def _loosest(guns: Sequence[ScalarGun], exact: Floats, method: Method) -> Solver | None:
+    for rtol in TOLERANCES:
+        begin = time.process_time()
+        solved = [gun.solved(method, rtol) for gun in guns]
+        seconds = time.process_time() - begin
+        if np.max(np.abs(np.array([velocity for velocity, _ in solved]) / exact - 1)) <= ACCURACY:
+            return Solver(seconds, method, rtol, float(np.mean([count for _, count in solved])))
+    return None
+
+
+def evaluated(pressure: Floats, mass: Floats, effects: Sequence[GunEffect]) -> Callable[[], object]:
+    """`EVALUATIONS` of the rates of all shots, as they start: what a step cannot do without."""
+    shot = nominal_shot(THESIS_GUN, pressure, mass)
+    for effect in effects:
+        shot = effect.prepare(shot)
+    chamber = (TwoChambers if np.isfinite(shot.valve_area_m2).any() else Chamber)(shot, [])
+    start, instant = chamber.start(), np.zeros(len(shot))
+    return lambda: [chamber.rates(instant, start) for _ in range(EVALUATIONS)]
+
+
+def measure_gun(_folder: Path, shots: int = SHOTS, valve_share: int = 20) -> Iterator[Figure]:
+    """Both cases; the one with a valve, which is stiff, with a share of the shots."""
+    yield figure(three_effects, "atmosphere, leakage and losses in the barrel", shots, limit=LIMIT)
+    yield figure(with_valve, "a valve, atmosphere and leakage", shots // valve_share, repeats=3)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(report(measure_gun))

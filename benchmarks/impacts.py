@@ -1,14 +1,19 @@
-"""`python -m benchmarks.impacts`: 10,000 impacts with three effects in one call, beside solve_ivp in a loop.
+"""`python -m benchmarks.impacts [laws [FIGURE.png]]`: 10,000 impacts with three effects, beside solve_ivp in a loop.
 
-The loop solves every 200th of them, for its time grows with their number. Both are held against solve_ivp at a
+The loop solves every 200th of them, for its time grows with their number. Both are compared with solve_ivp at a
 tolerance of 1e-11. Times are of the processor, one core on both sides. The limit: as many evaluations of the rates as
-the loop needs, at what one of a whole batch costs us. The exit code is 1 where a promise is lost.
+the loop needs, at what one of a whole batch costs us.
+
+`laws` prints the nominal laws of contact on one impact: a ball of delrin, 30 mm in radius, on 10 mm of aluminium at
+1 m/s. It is a sphere, so that the laws of a sphere and those of a mass can be compared. A third of its velocity is lost
+where a law loses energy, as in Fig. 1.7, which FIGURE.png shows. The exit code is 1 where a law takes more than a
+second for 1,800 impacts.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 
@@ -23,36 +28,31 @@ from pyroshock.twin.contact.impact import impact
 from pyroshock.twin.contact.impacts import Impacts
 from pyroshock.twin.contact.integrate_contact import Numbers
 from pyroshock.twin.contact.kernel import Law, rates
+from pyroshock.twin.contact.laws import ELASTIC, LOSSY
+from pyroshock.twin.contact.pulse import Law as PulseLaw
+from pyroshock.twin.contact.restitution_laws import constant
 
-from .apart import busy_seconds_of, in_turn
-from .figures import Figure
-from .measuring import Spread, ratio
+from .harness import Figure, compared, processor_seconds, promised, report, take_turns, wall_seconds
+from .shared_records import ball, impacts
 
 THEME = "Impacts in one call, beside solve_ivp one after the other"
-IMPACTS, EACH, REPEATS = 10_000, 200, 5
-LEAST_RATIO, LARGEST_ERROR = 100.0, 1e-6
+#: Impacts, every so many of which the loop solves.
+IMPACTS, LOOP_EVERY, REPEATS = 10_000, 200, 5
+LIMIT, LARGEST_ERROR = 1 / 100, 1e-6
 EFFECTS = (ViscousLoss(0.05), PlasticYield(), PlateCompliance(0.3))
 _NAMES = ("peak force", "contact time", "impulse", "separation velocity")
+RESTITUTION, LAW_IMPACTS, LAW_LIMIT_S = 2 / 3, 1_800, 1.0
+LAWS: Mapping[str, PulseLaw] = {
+    **ELASTIC,
+    **{name: partial(law, restitution=constant(RESTITUTION)) for name, law in LOSSY.items()},
+}
 
 
-def bodies(each: int = 1, count: int = IMPACTS) -> Bodies:
-    """Bullets of 0.1 to 1 kg with a tip of delrin on 10 mm of aluminium, 0.5 to 20 m/s; every so manieth of them."""
+def bodies(every: int = 1, count: int = IMPACTS) -> Bodies:
+    """Bullets of 0.1 to 1 kg with a tip of delrin on 10 mm of aluminium, 0.5 to 20 m/s; every `every`-th of them."""
     rng = np.random.default_rng(7)
     velocity, mass = rng.uniform(0.5, 20, count), rng.uniform(0.1, 1, count)
-    return Bodies.of(
-        impactor_radius_m=0.03,
-        impactor_youngs_modulus_pa=3.2e9,
-        impactor_poisson_ratio=0.35,
-        impactor_density_kg_m3=1410.0,
-        impactor_yield_strength_pa=71.7e6,
-        target_youngs_modulus_pa=69.9e9,
-        target_poisson_ratio=0.33,
-        target_density_kg_m3=2700.0,
-        target_yield_strength_pa=276e6,
-        plate_thickness_m=0.01,
-        impactor_mass_kg=mass[::each],
-        impact_velocity_m_s=velocity[::each],
-    )
+    return impacts(impactor_mass_kg=mass[::every], impact_velocity_m_s=velocity[::every])
 
 
 def ours(some: Bodies) -> NDArray[np.float64]:
@@ -63,15 +63,10 @@ def ours(some: Bodies) -> NDArray[np.float64]:
 
 def looped(some: Bodies, tolerance: float, evaluations: list[int] | None = None) -> NDArray[np.float64]:
     """The same, one after the other; into `evaluations` goes how often each part asked for the rates."""
-    prepared = _prepared(some)
+    prepared, counts = _prepared(some), [] if evaluations is None else evaluations
     names = ("mass_kg", "stiffness_n_mp", "rate_loss_s_m", "yield_load_n", "plate_mobility_m_n_s")
-    quantities = np.stack([getattr(prepared, name) for name in names], axis=1).tolist()
-    asked = [] if evaluations is None else evaluations
-    one = [
-        _solved(float(u), m, k, chi, load, mobility, tolerance, asked)
-        for u, (m, k, chi, load, mobility) in zip(some.impact_velocity_m_s, quantities, strict=True)
-    ]
-    return np.array(one).T
+    rows = zip(some.impact_velocity_m_s, *(getattr(prepared, name) for name in names), strict=True)
+    return np.array([_solved(tuple(map(float, row)), tolerance, counts) for row in rows]).T
 
 
 def _prepared(some: Bodies) -> Impacts:
@@ -84,26 +79,25 @@ def _prepared(some: Bodies) -> Impacts:
 def evaluated(some: Bodies, times: int) -> Callable[[], object]:
     """So many evaluations of the rates of all impacts, as they begin: what a step cannot do without."""
     numbers = Numbers.of(_prepared(some))
-    columns = (numbers.exponent, numbers.damping, numbers.inelasticity, numbers.yield_depth)
-    figures = np.stack(columns, axis=1)
-    return lambda: _evaluations(figures, times)
+    names = ("exponent", "damping", "inelasticity", "yield_depth")
+    columns = np.stack([getattr(numbers, name) for name in names], axis=1)
+    return lambda: _evaluations(columns, times)
 
 
 @njit()
-def _evaluations(figures: NDArray[np.float64], times: int) -> float:
+def _evaluations(columns: NDArray[np.float64], times: int) -> float:
     """Each of another depth, or a compiler would do it once."""
     total = 0.0
-    for i in range(len(figures)):
-        law = Law(figures[i, 0], 1.0, 0.0, figures[i, 3], figures[i, 1], figures[i, 2], 0.0, 0.0)
+    for i in range(len(columns)):
+        law = Law(columns[i, 0], 1.0, 0.0, columns[i, 3], columns[i, 1], columns[i, 2], 0.0, 0.0)
         for k in range(times):
             total += rates(law, 0.1 + 0.01 * k, 1.0).force_rate
     return total
 
 
-def _solved(
-    u: float, m: float, k: float, chi: float, load: float, mobility: float, tolerance: float, asked: list[int]
-) -> tuple[float, float, float, float]:
+def _solved(values: tuple[float, ...], tolerance: float, counts: list[int]) -> tuple[float, float, float, float]:
     """Loading to the turn, unloading to parting; the peak where the force's rate changes its sign."""
+    u, m, k, chi, load, mobility = values
     yields = (load / k) ** (2 / 3)
 
     def loading(d: float) -> tuple[float, float]:
@@ -112,7 +106,7 @@ def _solved(
             return k * d**1.5, 1.5 * k * d**0.5
         return load + 1.5 * load / yields * (d - yields), 1.5 * load / yields
 
-    time, (deepest, v), peak = _run(loading, [0.0, u], m, chi, mobility, 0.0, tolerance, asked)
+    time, (deepest, v), peak = _run(loading, [0.0, u], m, chi, mobility, 0.0, tolerance, counts)
     top = loading(deepest)[0]
     recovered = deepest * top / (k * deepest**1.5) if deepest > yields else deepest
     stays = deepest - recovered
@@ -121,7 +115,7 @@ def _solved(
         share = max(d - stays, 0.0) / recovered
         return top * share**1.5, 1.5 * top / recovered * share**0.5
 
-    time, (_, v), _ = _run(unloading, [deepest, v], m, chi, mobility, time, tolerance, asked, stays)
+    time, (_, v), _ = _run(unloading, [deepest, v], m, chi, mobility, time, tolerance, counts, stays)
     return max(peak, top), time, m * (u - v), -v
 
 
@@ -133,7 +127,7 @@ def _run(
     mobility: float,
     time: float,
     tolerance: float,
-    asked: list[int],
+    counts: list[int],
     stays: float | None = None,
 ) -> tuple[float, list[float], float]:
     from scipy.integrate import solve_ivp
@@ -164,49 +158,74 @@ def _run(
         rate, (time, time + 1.0), start, "DOP853", events=(end, steepness), rtol=tolerance, atol=1e-15,
         first_step=1e-7, max_step=2e-5 if tolerance < 1e-9 else np.inf,
     )  # fmt: skip
-    asked.append(int(run.nfev))
+    counts.append(int(run.nfev))
     turns = run.y_events[1] if run.y_events else ()
     summit = max((approach(*state)[1] for state in turns), default=0.0)
     return float(run.t[-1]), [float(x) for x in run.y[:, -1]], summit
 
 
-def measure_impacts(_folder: Path, count: int = IMPACTS, each: int = EACH, repeats: int = REPEATS) -> Iterator[Figure]:
-    some, all_of_them = bodies(each, count), bodies(1, count)
+def measure_impacts(
+    _folder: Path, count: int = IMPACTS, every: int = LOOP_EVERY, repeats: int = REPEATS
+) -> Iterator[Figure]:
+    some, all_bodies = bodies(every, count), bodies(1, count)
     evaluations: list[int] = []
     exact = looped(some, 1e-11)
     scale = np.stack([*exact[:3], some.impact_velocity_m_s])  # a velocity near nothing has no relative error
     theirs = np.abs((looped(some, 1e-8, evaluations) - exact) / scale).max(axis=1)
-    mine = np.abs((ours(all_of_them)[:, ::each] - exact) / scale).max(axis=1)
+    mine = np.abs((ours(all_bodies)[:, ::every] - exact) / scale).max(axis=1)
     needed = sum(evaluations) / exact.shape[1]
-    ways: dict[str, Callable[[], object]] = {
-        "ours": partial(ours, all_of_them),
+    functions: dict[str, Callable[[], object]] = {
+        "ours": partial(ours, all_bodies),
         "loop": partial(looped, some, 1e-8),
-        "rates": evaluated(all_of_them, 10),
+        "rates": evaluated(all_bodies, 10),
     }
-    taken = in_turn({name: partial(busy_seconds_of, way) for name, way in ways.items()}, repeats)
-    loop, limit = [each * t for t in taken["loop"]], [needed / 10 * t for t in taken["rates"]]
-    nature = f"{needed:.0f} evaluations of the rates of each, as the loop needs them"
-    yield Figure(
-        THEME, f"{count:,} impacts with three effects", Spread.of(taken["ours"]).text(" s"), Spread.of(loop).text(" s"),
-        ratio(loop, taken["ours"]), "at least", LEAST_RATIO, nature, near=ratio(taken["ours"], limit),
-        question="a batch of impacts", rival="solve_ivp loop",
+    seconds = take_turns(functions, repeats, processor_seconds)
+    yield compared(
+        THEME, f"{count:,} impacts with three effects", seconds["ours"], [every * t for t in seconds["loop"]], "s",
+        limit=LIMIT, bound_values=[needed / 10 * t for t in seconds["rates"]],
+        bound=f"{needed:.0f} evaluations of the rates of each, as the loop needs them",
+        question="a batch of impacts", peer_name="solve_ivp loop",
     )  # fmt: skip
-    for name, own, other in zip(_NAMES, mine, theirs, strict=True):
-        over = Spread.of([own / other])
-        yield Figure(
-            THEME, f"largest error of the {name}, against solve_ivp at 1e-11", f"{own:.1e}", f"{other:.1e}", over,
-            of="quality", nature=f"promised at most {LARGEST_ERROR:g}", rival="solve_ivp loop",
-        )  # fmt: skip
-    worst = Spread.of([float(mine.max()) / LARGEST_ERROR])
-    said = f"promised {LARGEST_ERROR:g}"
-    yield Figure(THEME, "largest error of all four", f"{mine.max():.1e}", said, worst, "at most", 1.0, of="bound")
+    errors = ", ".join(f"{name} {error:.1g}" for name, error in zip(_NAMES, theirs, strict=True))
+    for name, own in zip(_NAMES, mine, strict=True):
+        title = f"largest error of the {name}, against solve_ivp at 1e-11"
+        yield promised(THEME, title, [float(own)], LARGEST_ERROR, "", bound=f"the loop's at 1e-8: {errors}")
 
 
-def main() -> int:
-    found = list(measure_impacts(Path()))
-    sys.stdout.write("\n".join(figure.row() for figure in found) + "\n")
-    return 0 if all(figure.holds for figure in found) else 1
+def compare_laws(picture: Path | None = None) -> int:
+    print("| law | contact time, ms | compression, share | peak, N | impulse / m u | 1,800 impacts, ms |")
+    print("| --- " * 6 + "|")
+    at, speeds = ball(impact_velocity_m_s=1.0), np.ones(LAW_IMPACTS)
+    momentum, slowest = float(np.squeeze(at.sphere_mass_kg * at.impact_velocity_m_s)), 0.0
+    for name, law in LAWS.items():
+        pulse = law(at)  # compiled
+        seconds = wall_seconds(lambda law=law: law(ball(impact_velocity_m_s=speeds)).force_n())  # type: ignore[misc]
+        slowest = max(slowest, seconds)
+        time_s, share = pulse.contact_time_s[0], pulse.compression_time_s[0] / pulse.contact_time_s[0]
+        cells = (
+            f"{1e3 * time_s:.4f} | {share:.3f} | {pulse.peak_force_n[0]:.0f} | {pulse.impulse_n_s[0] / momentum:.3f}"
+        )
+        print(f"| {name} | {cells} | {1e3 * seconds:.1f} |")
+    if picture:
+        _draw_laws(picture, at)
+    return 0 if slowest <= LAW_LIMIT_S else 1
+
+
+def _draw_laws(path: Path, at: Bodies) -> None:
+    """Fig. 1.7: force over peak, time over contact time."""
+    from matplotlib.figure import Figure as Canvas
+
+    canvas, phase = Canvas(figsize=(6.4, 3.6), layout="constrained"), np.linspace(0, 1, 501)
+    axes = canvas.add_subplot()
+    for name, law in LAWS.items():
+        pulse, style = law(at), "--" if name in ("hertz", "hunt-crossley") else "-"
+        axes.plot(phase, pulse.force_at(phase)[0] / pulse.peak_force_n[0], style, label=name)
+    axes.set(xlabel="time / contact time", ylabel="force / peak", title="Nominal pulses, e = 2/3 where a law is lossy")
+    axes.legend()
+    canvas.savefig(path, dpi=120)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    if sys.argv[1:2] == ["laws"]:
+        sys.exit(compare_laws(*map(Path, sys.argv[2:])))
+    sys.exit(report(measure_impacts))

@@ -1,9 +1,9 @@
-"""`python -m benchmarks.independent_figures [FOLDER]`: figures of measured records beside an independent reckoning.
+"""`python -m benchmarks.independent_figures [FOLDER]`: figures of measured records beside an independent calculation.
 
 FOLDER holds the measured records of others (default: where the tests look for them). PYROSHOCK_RECORDS may name a
-folder of further ones, text or LabVIEW files. The reckoning shares nothing with the product: NumPy reads the files, and
-peak, width at half of the peak and impulse follow from the samples by the trapezoid rule and linear
-crossings. What is printed is the largest deviation of ours, by origin and figure.
+folder of further ones, text or LabVIEW files. The calculation shares nothing with the product: NumPy reads the files,
+and peak, width at half of the peak and impulse follow from the samples by the trapezoid rule and linear crossings. The
+table shows the largest deviation of ours, by origin and figure.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from pyroshock.ingest.readers import open_recording
 from pyroshock.signals.shock_figures import shock_figures
 from pyroshock.signals.units import to_si
 
-from .measuring import ROOT
+from .harness import ROOT, table_row
 
 VARIABLE = "PYROSHOCK_RECORDS"
-#: What a figure may deviate from the independent reckoning.
+#: The largest deviation from the independent calculation that is allowed.
 LIMITS = {"peak": 0.005, "half width": 0.01, "impulse": 0.01}
 G = 9.80665
 
@@ -86,7 +86,7 @@ def lvm_columns(path: Path) -> dict[str, Floats]:
     return columns
 
 
-def reckoned_pulse(force: Floats, rate_hz: float) -> dict[str, float]:
+def calculated_pulse(force: Floats, rate_hz: float) -> dict[str, float]:
     """Peak, width at half of it and impulse of the one contact of a force (n,), above the median of the 5 ms before."""
     upright = force if force.max() - np.median(force) > np.median(force) - force.min() else -force
     top = int(upright.argmax())
@@ -103,7 +103,7 @@ def reckoned_pulse(force: Floats, rate_hz: float) -> dict[str, float]:
     return {"peak": float(x[top]), "half width": (end - begin) / rate_hz, "impulse": impulse}
 
 
-def reckoned_shock(acceleration: Floats) -> dict[str, float]:
+def calculated_shock(acceleration: Floats) -> dict[str, float]:
     """Largest acceleration of a shock (n,) above the mean of the first half of what lies before it."""
     loud = np.flatnonzero(np.abs(acceleration - np.median(acceleration)) > 0.05 * np.abs(acceleration).max())
     rest = acceleration[: loud[0] // 2]
@@ -123,9 +123,9 @@ def our_figures(record: Record) -> dict[str, float]:
 def deviations(record: Record) -> dict[str, float]:
     """Relative deviation of ours, by figure."""
     force = record.quantity == "force"
-    reckoned = reckoned_pulse(record.samples, record.rate_hz) if force else reckoned_shock(record.samples)
+    calculated = calculated_pulse(record.samples, record.rate_hz) if force else calculated_shock(record.samples)
     ours = our_figures(record)
-    return {name: abs(ours[name] / value - 1.0) for name, value in reckoned.items()}
+    return {name: abs(ours[name] / value - 1.0) for name, value in calculated.items()}
 
 
 def _refuse_other_numbers(path: Path, name: str, expected: Floats) -> None:
@@ -146,8 +146,8 @@ def main() -> None:
             largest[record.origin, name].append(deviation)
     print("| records | figure | number | median deviation | largest | limit |\n| --- | --- | --- | --- | --- | --- |")
     for (origin, name), values in largest.items():
-        cells = (origin, name, len(values), f"{np.median(values):.2%}", f"{max(values):.2%}", f"{LIMITS[name]:.1%}")
-        print(f"| {' | '.join(map(str, cells))} |")
+        shares = f"{np.median(values):.2%}", f"{max(values):.2%}", f"{LIMITS[name]:.1%}"
+        print(table_row(origin, name, str(len(values)), *shares))
 
 
 if __name__ == "__main__":

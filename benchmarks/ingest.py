@@ -1,93 +1,72 @@
-"""The ingest of a campaign against only reading its files and writing the series with h5py; and its memory."""
+"""The ingest of a campaign beside a program that reads its files and writes the series with h5py; and its memory.
+
+`python -m benchmarks.ingest FOLDER FILE.h5` is that peer.
+"""
 
 from __future__ import annotations
 
 import hashlib
-import shutil
+import sys
 from collections.abc import Collection, Iterator
 from functools import partial
 from pathlib import Path
 
 import numpy as np
-from pyroshock.schema.series import encode_series
 
-from .figures import Figure
-from .measuring import Child, Spread, interleaved, ratio, run_child
-from .recordings import hammer_record, write_campaign
+from .harness import PYROSHOCK, Figure, ProcessCost, compared, run_python, take_turns
+from .shared_records import hammer_record, kept_campaign
 
-RECORDINGS, LIMIT = 180, 1.5
+RECORDINGS, LIMIT, MEMORY_LIMIT = 180, 1.5, 1.1
 THEME = "Ingest of {} recordings (10 s, two channels at 51.2 kHz, ten impacts each), extraction included"
-QUESTION = "a campaign into the store"
 MEMORY_THEME = "Peak memory of the ingest, all its processes together"
-#: Imports what the command does, and stays long enough for its memory to be seen.
 _LIBRARIES = "import pyroshock.app.ingest.cli, pyroshock.ingest.load, time; time.sleep(0.2)"
-_COMMAND = ("-c", "from pyroshock.app.cli.main import main; main()")
 _FORMATS = {".mat": "MATLAB 5, uncompressed", ".npz": "NumPy .npz"}
-
-
-def campaign(folder: Path, recordings: int, suffix: str) -> Path:
-    """A campaign in `folder`, made where it is not there yet."""
-    made = folder / f"campaign-{recordings}{suffix}"
-    if not (made / "complete").exists():
-        shutil.rmtree(made, ignore_errors=True)
-        write_campaign(made, recordings, suffix, np.random.default_rng(7))
-        (made / "complete").touch()
-    return made
 
 
 def measure_ingest(
     folder: Path, recordings: int = RECORDINGS, repeats: int = 3, formats: Collection[str] = tuple(_FORMATS)
 ) -> Iterator[Figure]:
-    """Time of the command, by its default of processes and by one, over the peer's."""
+    """Time of the command over the peer's."""
     for suffix in formats:
-        what = _FORMATS[suffix]
-        source = campaign(folder, recordings, suffix)
-        runs: dict[str, list[Child]] = {"peer": [], "default": [], "one": []}
-        for _ in range(repeats):
-            runs["peer"].append(_peer(source, folder))
-            runs["default"].append(ingest_once(source, folder))
-            runs["one"].append(ingest_once(source, folder, jobs=1))
-        floor = [recordings * seconds for seconds in _floor_s()]
-        figure = partial(_time_figure, THEME.format(recordings), peer=runs["peer"], floor=floor)
-        yield figure(what, runs["default"], limit=LIMIT, question=QUESTION)
-        yield figure(f"{what}, --jobs 1", runs["one"])
+        source = kept_campaign(folder, recordings, suffix)
+        commands = {
+            "peer": partial(run_python, "-m", "benchmarks.ingest", source, folder / "peer.h5"),
+            "ours": partial(ingest_once, source, folder),
+        }
+        seconds = take_turns(commands, repeats, warm=False)
+        yield compared(
+            THEME.format(recordings), _FORMATS[suffix], seconds["ours"], seconds["peer"], "s", limit=LIMIT,
+            bound="hashing and compressing the same bytes on one processor",
+            bound_values=_hash_and_compress_s(recordings, repeats), question="a campaign into the store",
+            peer_name="h5py, the series alone",
+        )  # fmt: skip
 
 
-def ingest_once(source: Path, folder: Path, *, jobs: int | None = None, watch_memory: bool = False) -> Child:
+def ingest_once(source: Path, folder: Path, *, jobs: int | None = None, watch_memory: bool = False) -> ProcessCost:
     """The command in a fresh process, into a new SQLite store."""
     for old in folder.glob("ingested.db*"):
         old.unlink()
     options = [] if jobs is None else ["--jobs", str(jobs)]
-    command: list[str | Path] = [*_COMMAND, "ingest", source, "--db", f"sqlite:///{folder / 'ingested.db'}"]
-    return run_child([*command, *options], watch_memory=watch_memory)
+    database = f"sqlite:///{folder / 'ingested.db'}"
+    return run_python(*PYROSHOCK, "ingest", source, "--db", database, *options, watch_memory=watch_memory)
 
 
-def _peer(source: Path, folder: Path) -> Child:
-    return run_child(["-m", "benchmarks.peer", source, folder / "peer.h5"])
+def copy_recordings(folder: Path, target: Path) -> None:
+    """The peer: every recording of a campaign, its channels with gzip and shuffle in one HDF5 file."""
+    import h5py
+    from scipy.io import loadmat
+
+    with h5py.File(target, "w") as out:
+        for path in sorted((folder / "recordings").iterdir()):
+            group, recording = out.create_group(path.name), np.load(path) if path.suffix == ".npz" else loadmat(path)
+            for name in ("force", "acceleration"):
+                group.create_dataset(name, data=recording[name].reshape(-1), compression="gzip", shuffle=True)
 
 
-def _time_figure(
-    theme: str,
-    name: str,
-    ours: list[Child],
-    *,
-    peer: list[Child],
-    floor: list[float],
-    limit: float | None = None,
-    question: str = "",
-) -> Figure:
-    walls, peers = [run.wall_s for run in ours], [run.wall_s for run in peer]
-    own, other = (Spread.of(values).text(" s") for values in (walls, peers))
-    nature = f"hashing and compressing the same bytes on one processor: {Spread.of(floor).text(' s')}"
-    near = Spread.of([wall / Spread.of(floor).median for wall in walls])
-    return Figure(
-        theme, name, own, other, ratio(walls, peers), "at most", limit, nature, near=near, question=question,
-        rival="h5py, the series alone",
-    )  # fmt: skip
+def _hash_and_compress_s(recordings: int, repeats: int) -> list[float]:
+    """What no ingest can leave out: two hashes (file, series) and the compression."""
+    from pyroshock.schema.series import encode_series
 
-
-def _floor_s() -> list[float]:
-    """Seconds per recording for what no ingest can leave out: two hashes (file, series) and the compression."""
     channels = hammer_record(np.random.default_rng(7))
     content = b"".join(channel.tobytes() for channel in channels)
 
@@ -96,28 +75,29 @@ def _floor_s() -> list[float]:
         for channel in channels:
             encode_series(channel)
 
-    return interleaved({"floor": work}, 15)["floor"]
+    return [recordings * seconds for seconds in take_turns({"work": work}, repeats)["work"]]
 
 
 def measure_memory(folder: Path, recordings: int = RECORDINGS, repeats: int = 3) -> Iterator[Figure]:
     """Peak memory of larger and larger campaigns over that of the smallest, which is long enough for all to be busy."""
-    libraries = [run_child(["-c", _LIBRARIES], watch_memory=True).peak_bytes for _ in range(repeats)]
-    for jobs in (1, 2):
-        sizes = (recordings // 4, recordings // 2, recordings)
-        peaks = {count: [_peak(folder, count, jobs) for _ in range(repeats)] for count in sizes}
-        for count in sizes[1:]:
-            most, least = (Spread.of(peaks[size]).text(" MiB", 2.0**-20) for size in (count, sizes[0]))
-            name = f"{count} recordings against {sizes[0]}, --jobs {jobs}"
-            flight = f"at most {2 * jobs if jobs > 1 else 1} x 4 MiB of recordings in flight"
-            nature = (
-                f"one process that only loads the libraries, {Spread.of(libraries).text(' MiB', 2.0**-20)}; {flight}"
-            )
-            yield Figure(
-                MEMORY_THEME, name, most, least, ratio(peaks[count], peaks[sizes[0]]), "at most", 1.1, nature,
-                near=ratio(peaks[count], libraries), question="memory of an ingest as the campaign grows", of="growth",
-                rival=f"ours with {sizes[0]} recordings",
+
+    def peaks(count: int, jobs: int) -> list[float]:
+        source = kept_campaign(folder, count, ".mat")
+        runs = [ingest_once(source, folder, jobs=jobs, watch_memory=True) for _ in range(repeats)]
+        return [float(run.peak_bytes) for run in runs]
+
+    libraries = [float(run_python("-c", _LIBRARIES, watch_memory=True).peak_bytes) for _ in range(repeats)]
+    for jobs, in_flight in ((1, 1), (2, 4)):
+        smallest = peaks(recordings // 4, jobs)
+        for count in (recordings // 2, recordings):
+            yield compared(
+                MEMORY_THEME, f"{count} recordings against {recordings // 4}, --jobs {jobs}", peaks(count, jobs),
+                smallest, "MiB", limit=MEMORY_LIMIT, bound_values=libraries,
+                bound=f"{in_flight} x 4 MiB of recordings in flight at most, and one process that only loads the "
+                "libraries", question="memory of an ingest as the campaign grows", kind="growth",
+                peer_name=f"ours with {recordings // 4} recordings",
             )  # fmt: skip
 
 
-def _peak(folder: Path, recordings: int, jobs: int) -> int:
-    return ingest_once(campaign(folder, recordings, ".mat"), folder, jobs=jobs, watch_memory=True).peak_bytes
+if __name__ == "__main__":
+    copy_recordings(Path(sys.argv[1]), Path(sys.argv[2]))

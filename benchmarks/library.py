@@ -1,29 +1,49 @@
-"""`import pyroshock` and what a notebook reads through it, beside pandas and beside what is read whole."""
+"""What a user waits for: commands from call to end, `import pyroshock` and its frames, and filtered listings.
+
+`python -m benchmarks start-up library listings` measures it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pyroshock as ps
-from pyroshock.app.experiment_store import ExperimentStore
+from pyroshock.schema.listings import Condition, iter_impacts
+from pyroshock.schema.session import Store, open_store
+from sqlalchemy import text
 
-from .figures import Figure
-from .limits import starting
-from .listings import filled
-from .measuring import Spread, interleaved, ratio, run_child
-from .recordings import write_campaign
+from .harness import (
+    ABSENT,
+    Figure,
+    compared,
+    interpreter_with,
+    missing,
+    promised,
+    run_program,
+    run_python,
+    spread_text,
+    take_turns,
+)
+from .ingest import ingest_once
+from .shared_records import HITS, RARE, WRITER, campaign_name, filled, kept_campaign
 
-THEME = "The Python library: import, listings as DataFrames, slices of recordings"
-#: What `import pyroshock` may take, beside Python's own start.
-IMPORT_LIMIT_S = 0.15
-#: `store.impacts()` over `pandas.read_sql` of the same rows.
-FRAME_LIMIT = 1.5
-_SAMPLES = 1000
+COMMANDS = "Commands from call to end, in fresh processes"
+LIBRARY = "The Python library: import, listings as DataFrames, slices of recordings"
+LISTINGS = "Filtered listings with {:,} impacts against {:,}"
+#: What `import pyroshock` may take beside Python's own start, and `store.impacts()` over `pandas.read_sql`.
+IMPORT_LIMIT_S, FRAME_LIMIT, LISTING_LIMIT = 0.15, 1.5, 2.0
+SMALL, LARGE = 10_000, 1_000_000
+_RECORDINGS, _SLICE = 4, 1000
+_BIN = Path(sys.executable).parent
+_PLAIN = "SELECT * FROM impacts AS i JOIN pulses AS p ON p.impact_id = i.id"
 #: The columns of the listing that stand in tables; the library finds factors, quality and kind of velocity as well.
 _ROWS = """
     SELECT i.id, c.name AS campaign, i.run, i.repetition, i.configuration_id, i.recording_id, i.velocity_source,
@@ -36,66 +56,146 @@ _ROWS = """
     ORDER BY i.id
 """
 
+Run = Callable[[], object]
+
+
+def measure_start_up(folder: Path, repeats: int = 5) -> Iterator[Figure]:
+    (folder / "start-up").mkdir(exist_ok=True)
+    ingest_once(kept_campaign(folder, _RECORDINGS, ".npz"), folder / "start-up", jobs=1)
+    store = str(folder / "start-up" / "ingested.db")
+    plain = f"import sqlite3; sqlite3.connect({store!r}).execute({_PLAIN!r}).fetchall()"
+    frame = f"import sqlite3, pandas; pandas.read_sql({_PLAIN!r}, sqlite3.connect({store!r}))"
+    modules = ("qcodes", "pyyeti.srs", "endaq.calc")
+    version: dict[str, Run | None] = {"mlflow --version": partial(run_program, [_BIN / "mlflow", "--version"])}
+    version |= {f"import {module}": _importing(module) for module in modules}
+    starting = partial(run_python, "-c", "pass")
+    python = ("Python that starts and ends", starting)
+    help_peer = {"mlflow --help": partial(run_program, [_BIN / "mlflow", "--help"])}
+    yield from _command("pyroshock --version", ["--version"], version, *python, repeats)
+    yield from _command("pyroshock --help", ["--help"], dict(help_peer), *python, repeats)
+    yield from _command(
+        "pyroshock impacts", ["impacts", "--db", f"sqlite:///{store}"],
+        {"pandas.read_sql": partial(run_python, "-c", frame)},
+        f"Python that fetches the same {HITS * _RECORDINGS} rows with sqlite3", partial(run_python, "-c", plain),
+        repeats,
+    )  # fmt: skip
+
+
+def _importing(module: str) -> Run | None:
+    python = interpreter_with(module.split(".")[0])
+    return partial(run_program, [python, "-c", f"import {module}"]) if python else None
+
+
+def _command(
+    name: str, words: list[str], peers: dict[str, Run | None], bound: str, limit: Run, repeats: int
+) -> Iterator[Figure]:
+    runs: dict[str, Run] = {"ours": partial(run_program, [_BIN / "pyroshock", *words]), "bound": limit}
+    seconds = take_turns(runs | {peer: run for peer, run in peers.items() if run}, repeats)
+    for peer in peers:
+        fields: dict[str, Any] = {"question": f"`{name}`", "peer_name": peer}
+        if peer not in seconds:
+            yield missing(COMMANDS, f"{name}; {peer}", ABSENT, ours=spread_text(seconds["ours"], "ms"), **fields)
+            continue
+        yield compared(
+            COMMANDS, f"{name}; {peer}", seconds["ours"], seconds[peer], bound=bound, bound_values=seconds["bound"],
+            **fields,
+        )  # fmt: skip
+
 
 def measure_library(folder: Path, impacts: int = 100_000, repeats: int = 7) -> Iterator[Figure]:
-    """Stores are made in `folder` where they are not there yet."""
-    yield _import(repeats)
+    seconds = take_turns(
+        {"import": partial(run_python, "-c", "import pyroshock"), "start": partial(run_python, "-c", "pass")}, repeats
+    )
+    own = [max(a - b, 0.0) for a, b in zip(seconds["import"], seconds["start"], strict=True)]
+    yield promised(
+        LIBRARY, "import pyroshock, beyond Python's start", own, IMPORT_LIMIT_S, question="import of the library",
+        bound="numpy, pandas, SQLAlchemy and torch are imported when they are used", peer_name="the promise",
+    )  # fmt: skip
     with ps.open(filled(folder, impacts), create=False) as store:
         yield frame_figure(store, repeats)
-    yield _slice(folder, repeats)
-
-
-def _import(repeats: int) -> Figure:
-    taken = interleaved({"import": partial(run_child, ["-c", "import pyroshock"]), "start": starting}, repeats)
-    own = [max(a - b, 0.0) for a, b in zip(taken["import"], taken["start"], strict=True)]
-    return Figure(
-        THEME, "import pyroshock, beyond Python's start", Spread.of(own).text(" ms", 1e3),
-        f"{IMPORT_LIMIT_S * 1e3:.0f} ms", Spread.of([seconds / IMPORT_LIMIT_S for seconds in own]), "at most", 1.0,
-        "no numpy, pandas, SQLAlchemy or torch is imported before it is used", question="import of the library",
-        of="bound", rival="the promise",
-    )  # fmt: skip
-
-
-def frame_figure(store: ExperimentStore, repeats: int) -> Figure:
-    """`store.impacts()` beside pandas. Raises `ValueError` where the two have other rows."""
-    ours, peer = store.impacts(), _read_sql(store)
-    if not np.array_equal(ours["peak_force_n"], peer["peak_force_n"]):
-        raise ValueError("store.impacts() and read_sql have other rows; expected the same peak forces")
-    taken = interleaved({"ours": store.impacts, "peer": partial(_read_sql, store)}, repeats)
-    return Figure(
-        THEME, f"store.impacts(), {len(ours):,} of them, {store.store.engine.dialect.name}",
-        Spread.of(taken["ours"]).text(" ms", 1e3), Spread.of(taken["peer"]).text(" ms", 1e3),
-        ratio(taken["ours"], taken["peer"]), "at most", FRAME_LIMIT,
-        "the fetch of the rows; factors, quality and kind of velocity, which pandas does not read, come on top",
-        question="listing as a DataFrame", rival="pandas.read_sql",
-    )  # fmt: skip
-
-
-def _read_sql(store: ExperimentStore) -> pd.DataFrame:
-    with store.store.engine.connect() as connection:
-        from sqlalchemy import text
-
-        return pd.read_sql(text(_ROWS), connection)
-
-
-def _slice(folder: Path, repeats: int) -> Figure:
-    source = folder / "library"
-    if not (source / "complete").exists():
-        write_campaign(source, 1, ".npz", np.random.default_rng(3))
-        (source / "complete").touch()
     with ps.open(folder / "library.db") as store:
-        store.ingest(source, jobs=1, progress=False)
+        store.ingest(kept_campaign(folder, 1, ".npz"), jobs=1, progress=False)
         recording = store.recording(int(store.impacts(limit=1)["id"].iloc[0]))
         channel = max(recording.values(), key=len)
-        middle = len(channel) // 2
-        slices: dict[str, Any] = {
-            "slice": lambda: channel[middle : middle + _SAMPLES],
-            "whole": lambda: channel[:],
-        }
-        taken = interleaved(slices, 3 * repeats)
-        return Figure(
-            THEME, f"recording[...][a:b], {_SAMPLES} of {len(channel):,} samples",
-            Spread.of(taken["slice"]).text(" ms", 1e3), Spread.of(taken["whole"]).text(" ms", 1e3),
-            ratio(taken["slice"], taken["whole"]), "at most", 1.0, "the chunks that the slice touches are fetched",
-            question="slice of a recording", rival="the whole channel",
+        begin = len(channel) // 2
+        functions: dict[str, Run] = {"slice": lambda: channel[begin : begin + _SLICE], "whole": lambda: channel[:]}
+        seconds = take_turns(functions, 3 * repeats)
+        yield compared(
+            LIBRARY, f"recording[...][a:b], {_SLICE} of {len(channel):,} samples", seconds["slice"], seconds["whole"],
+            limit=1.0, bound="the chunks that the slice touches are fetched", question="slice of a recording",
+            peer_name="the whole channel",
         )  # fmt: skip
+
+
+def frame_figure(store: Any, repeats: int) -> Figure:
+    """`store.impacts()` of an `ExperimentStore` beside pandas. Raises `ValueError` where the two have other rows."""
+
+    def read_sql() -> pd.DataFrame:
+        with store.store.engine.connect() as connection:
+            return pd.read_sql(text(_ROWS), connection)
+
+    ours, peer = store.impacts(), read_sql()
+    if not np.array_equal(ours["peak_force_n"], peer["peak_force_n"]):
+        raise ValueError("store.impacts() and read_sql have other rows; expected the same peak forces")
+    seconds = take_turns({"ours": store.impacts, "peer": read_sql}, repeats)
+    return compared(
+        LIBRARY, f"store.impacts(), {len(ours):,} of them, {store.store.engine.dialect.name}", seconds["ours"],
+        seconds["peer"], limit=FRAME_LIMIT, question="listing as a DataFrame", peer_name="pandas.read_sql",
+        bound="the fetch of the rows; ours adds factors, quality and kind of velocity, which pandas does not read",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Listing:
+    """A question whose answer has as many rows in the small store as in the large one; conditions as triples."""
+
+    name: str
+    campaign: int | None = None
+    where: tuple[tuple[str, str, str | float], ...] = ()
+    rows: int | None = None
+
+    def keys(self, store: Store) -> list[int]:
+        name = None if self.campaign is None else campaign_name(self.campaign)
+        where = tuple(Condition(*condition) for condition in self.where)
+        with store.reading() as session:
+            return [row["id"] for row in islice(iter_impacts(session, name, where), self.rows)]
+
+
+_STEEL, _RARE = ("tip_material", "=", "steel"), (RARE[0], "=", RARE[1])
+FILTERED = (
+    Listing("one campaign and tip_material=steel", 5, (_STEEL,)),
+    Listing("one campaign and impact_velocity_m_s>1.4", 3, (("impact_velocity_m_s", ">", 1.4),)),
+    Listing("hammer_speed=low, first 100 of a half", None, (("hammer_speed", "=", "low"),), 100),
+    Listing("tip_material=steel and tip_radius_m=0.03, first 100", None, (_STEEL, ("tip_radius_m", "=", 0.03)), 100),
+    Listing("a level that ten impacts have", None, (_RARE,)),
+    Listing("one campaign and that level", 1, (_RARE,)),
+)
+
+
+def measure_listings(folder: Path, large: int = LARGE, repeats: int = 15) -> Iterator[Figure]:
+    """Every listing on two stores in `folder`. Raises `ValueError` when one gives another number of rows."""
+    urls = filled(folder, SMALL), filled(folder, large)
+    with open_store(urls[0], WRITER) as small, open_store(urls[1], WRITER) as many:
+        for listing in FILTERED:
+            counts = len(listing.keys(small)), len(keys := listing.keys(many))
+            if counts[0] != counts[1] or not counts[0]:
+                raise ValueError(f"{listing.name}: {counts[0]} and {counts[1]} rows; expected the same, and some")
+            functions: dict[str, Run] = {
+                "small": partial(listing.keys, small),
+                "large": partial(listing.keys, many),
+                "rows": partial(_rows_by_key, many, keys),
+            }
+            seconds = take_turns(functions, repeats)
+            yield compared(
+                LISTINGS.format(large, SMALL), listing.name, seconds["large"], seconds["small"], limit=LISTING_LIMIT,
+                bound=f"the driver's own fetch of the {counts[0]} rows by their keys", bound_values=seconds["rows"],
+                question="a filtered listing as the store grows", kind="growth",
+                peer_name=f"ours with {SMALL:,} impacts",
+            )  # fmt: skip
+
+
+def _rows_by_key(store: Store, keys: list[int]) -> int:
+    """The same impacts and pulses as tuples, whose keys are known already: neither searched, nor named, nor judged."""
+    with store.reading() as session:
+        statement = f"{_PLAIN} WHERE i.id IN ({','.join(map(str, keys))})"
+        return len(session.connection().exec_driver_sql(statement).fetchall())

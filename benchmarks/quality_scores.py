@@ -1,9 +1,9 @@
 """`python -m benchmarks.quality_scores [FOLDER] [--seed N] [--each N]`: what the quality verdicts are worth.
 
-Made records (`labelled_records`) and the measured ones of FOLDER (default: where the tests look for them), each
-judged as an ingest judges it. The folder that PYROSHOCK_RECORDS names may hold `Test_001.lvm` to `Test_032.lvm` of
+Made records, whose faults are known, and the measured ones of FOLDER (default: where the tests look for them) are
+judged as an ingest judges them. The folder that PYROSHOCK_RECORDS names may hold `Test_001.lvm` to `Test_032.lvm` of
 the public "Dataset-5 Extended Impact Testing" (High-Rate SHM Working Group): their authors say that two of the 32 are
-wrong. Precision: the share of a verdict's records that deserve it. Recall: the share of records that deserve it and
+wrong. Precision is the share of a verdict's records that deserve it, recall the share of records that deserve it and
 get it. A record's verdict is its gravest finding.
 """
 
@@ -21,12 +21,11 @@ from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.signals.channel import Channel, Sensor
 from pyroshock.signals.units import SI_UNITS
 
-from .independent_figures import VARIABLE, lvm_columns
-from .labelled_records import Labelled, Signal, made_records
-from .measuring import ROOT
+from .harness import ROOT
+from .independent_figures import VARIABLE, G, lvm_columns, shipped_records
+from .shared_records import Labelled, Signal, made_records
 
 VERDICTS = ("ok", "warning", "reject")
-G = 9.80665
 
 
 def judge(record: Labelled) -> tuple[str, tuple[str, ...]]:
@@ -50,27 +49,22 @@ def real_records(folder: Path) -> Iterator[Labelled]:
     saturated sensor beside its reference, one raw record with an offset beside its cleaned ones."""
     hits = np.load(folder / "vrtac-impact-hammer" / "dewesoft_20000Hz.npz")
     for key in hits.files:
-        for hit in hits[key] if hits[key].ndim == 3 else ():
-            axes = tuple(
-                Signal(f"a{axis}", "acceleration", x.astype(float), axis=axis)
-                for axis, x in zip("xyz", hit[1:], strict=True)
-            )
-            force = Signal("force", "force", hit[0].astype(float))
-            yield Labelled(key, "ok", 20e3, (force, *axes), "vrtac")
-    shocks = np.load(folder / "afrl-ds3-electronics-shock" / "shocks.npz")
-    for key in shocks.files:
-        if shocks[key].ndim == 2:
-            yield Labelled(key, "ok", 1e6, (Signal("fixture", "acceleration", shocks[key][:, 1] * G),), "afrl")
+        for hit in hits[key].astype(float) if hits[key].ndim == 3 else ():
+            axes = [Signal(f"a{a}", "acceleration", x, axis=a) for a, x in zip("xyz", hit[1:], strict=True)]
+            yield Labelled(key, "ok", 20e3, (Signal("force", "force", hit[0]), *axes), "vrtac")
+    for record in shipped_records(folder):
+        if record.origin == "afrl":
+            signal = Signal("fixture", "acceleration", record.samples)
+            yield Labelled(record.name, "ok", record.rate_hz, (signal,), "afrl")
     windows = np.load(folder / "endaq-ide" / "windows_300ms.npz")
     for key in windows.files:
         record = windows[key].astype(float)
         verdict = "reject" if key == "water6mps_40g_DC_Acceleration" else "ok"
         # the sphere that enters the water carries its sensor, and goes on moving
         position = "impactor" if key.startswith("water") else "plate"
-        signals = tuple(
-            Signal(f"a{a}", "acceleration", record[:, i] * G, axis=a, position=position) for i, a in enumerate("xyz", 1)
-        )
-        yield Labelled(key, verdict, 1 / float(np.median(np.diff(record[:, 0]))), signals, "endaq")
+        names = enumerate("xyz", 1)
+        signals = [Signal(f"a{a}", "acceleration", record[:, i] * G, axis=a, position=position) for i, a in names]
+        yield Labelled(key, verdict, 1 / float(np.median(np.diff(record[:, 0]))), tuple(signals), "endaq")
     irvine = np.load(folder / "vibrationdata-irvine" / "records.npz")
     for key, verdict in IRVINE.items():
         record = irvine[key]

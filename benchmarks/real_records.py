@@ -1,8 +1,9 @@
 """`python -m benchmarks.real_records [FOLDER]`: the virtual bench beside real records, as a picture and in figures.
 
-FOLDER holds the measured records of others (default: where the tests look for them). Left: a modal hammer's hit, and
-the virtual hammer's. Middle: pulse width against peak force of 33 small hits, of which hammer and tip are not known.
-Right: the five gun shots of Table 3.1. The picture goes to docs/images/virtual-bench.png; its figures are printed.
+FOLDER holds the measured records of others (default: where the tests look for them). The left panel shows a modal
+hammer's hit and the virtual hammer's, the middle one pulse width against peak force of 33 small hits, of which hammer
+and tip are not known, the right one the five gun shots of Table 3.1. The picture goes to
+docs/images/virtual-bench.png; the command prints its figures.
 """
 
 from __future__ import annotations
@@ -15,15 +16,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from pyroshock.ingest.pulses import extract_pulses
-from pyroshock.ingest.readers import open_recording
-from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.gun.build import GunBuild, Projectile
 from pyroshock.virtualbench.gun.fire import fire
 from pyroshock.virtualbench.impact.build import hammer, target
 from pyroshock.virtualbench.impact.strike import strike_many
 
-from .measuring import ROOT
+from .harness import ROOT
+from .independent_figures import shipped_records
 
 PICTURE = ROOT / "docs" / "images" / "virtual-bench.png"
 REAL, VIRTUAL = "#1b6ca8", "#d1495b"
@@ -49,21 +49,18 @@ class Hits:
 
 def small_hits(folder: Path) -> Hits:
     """The 33 hits of the vrtac records."""
-    records = np.load(folder / "vrtac-impact-hammer" / "dewesoft_20000Hz.npz")
-    forces = [records[key][i, 0] for key in records.files if records[key].ndim == 3 for i in range(3)]
-    pulses = [extract_pulses(force.astype(float), 20_000.0, ExtractionSettings())[0] for force in forces]
+    records = [record for record in shipped_records(folder) if record.origin == "vrtac"]
+    pulses = [extract_pulses(record.samples, record.rate_hz)[0] for record in records]
     return Hits(np.array([p.peak_force_n for p in pulses]), np.array([p.width_half_s for p in pulses]))
 
 
 def virtual_hits(hits: int = 33) -> Hits:
     """A small hammer with a hard plastic tip on a heavy steel plate, over the same range of forces."""
-    impactor = hammer("delrin", 0.003, mass_kg=0.005)
-    velocities = np.geomspace(0.05, 0.32, hits)
-    plate = target("steel", 0.04)
-    rng = np.random.default_rng(1)
+    impactor, plate = hammer("delrin", 0.003, mass_kg=0.005), target("steel", 0.04)
+    velocities, rng = np.geomspace(0.05, 0.32, hits), np.random.default_rng(1)
     truths = strike_many([impactor] * hits, [plate] * hits, Effects.default(), velocities, rng)
-    widths = [_width(t.time_s, t.force_n) for t in truths]
-    return Hits(np.array([t.peak_force_n for t in truths]), np.array(widths))
+    ends = np.array([_half(t.time_s, t.force_n) for t in truths])
+    return Hits(np.array([t.peak_force_n for t in truths]), ends[:, 1] - ends[:, 0])
 
 
 def _half(time_s: Floats, force_n: Floats) -> tuple[float, float]:
@@ -75,19 +72,11 @@ def _half(time_s: Floats, force_n: Floats) -> tuple[float, float]:
     return float(up), float(down)
 
 
-def _width(time_s: Floats, force_n: Floats) -> float:
-    up, down = _half(time_s, force_n)
-    return down - up
-
-
 def modal_hit(folder: Path) -> tuple[Floats, Floats]:
     """Time (s) and force (N) around the peak of the ladisk record."""
-    with open_recording(folder / "ladisk-imac-tutorial" / "acceleration.lvm") as recording:
-        force = recording.read("Force (Trigger)").astype(float)
-        rate = recording.info("Force (Trigger)").sampling_rate_hz
-    peak = int(force.argmax())
-    part = slice(peak - 25, peak + 26)
-    return (np.arange(part.start, part.stop) - peak) / rate, force[part]
+    (record,) = (record for record in shipped_records(folder) if record.origin == "ladisk")
+    peak = int(record.samples.argmax())
+    return np.arange(-25, 26) / record.rate_hz, record.samples[peak - 25 : peak + 26]
 
 
 def virtual_hit() -> tuple[Floats, Floats]:
@@ -118,7 +107,7 @@ def main(folder: Path) -> int:
     _draw_widths(middle, small_hits(folder), virtual_hits())
     _draw_shots(right)
     figure.savefig(PICTURE)
-    sys.stdout.write(f"written: {PICTURE.relative_to(ROOT)}\n")
+    print(f"written: {PICTURE.relative_to(ROOT)}")
     return 0
 
 
@@ -128,12 +117,9 @@ def _draw_pulses(axes: Any, real: tuple[Floats, Floats], virtual: tuple[Floats, 
         (virtual, VIRTUAL, "-", "virtual hammer"),
     ):
         up, down = _half(time_s, force_n)
-        axes.plot(
-            (time_s - (up + down) / 2) / (down - up), force_n / force_n.max(), style, color=colour, ms=4, label=name
-        )
-    axes.set_xlim(-1.8, 1.8)
-    axes.set_ylim(-0.05, 1.3)
-    axes.set_xlabel("time over width at half maximum")
+        time = (time_s - (up + down) / 2) / (down - up)
+        axes.plot(time, force_n / force_n.max(), style, color=colour, ms=4, label=name)
+    axes.set(xlim=(-1.8, 1.8), ylim=(-0.05, 1.3), xlabel="time over width at half maximum")
     axes.set_ylabel("force over peak force")
     axes.legend(frameon=False)
 
@@ -142,14 +128,13 @@ def _draw_widths(axes: Any, real: Hits, virtual: Hits) -> None:
     for hits, colour, name in ((real, REAL, "33 hits, recorded"), (virtual, VIRTUAL, "virtual")):
         label = f"{name}: slope {hits.slope:.3f}"
         axes.loglog(hits.peak_n, hits.width_s * 1e6, "o", color=colour, ms=4, label=label)
-        sys.stdout.write(f"{label}, {hits.peak_n.min():.3g} to {hits.peak_n.max():.3g} N, "
-                         f"{hits.width_s.min() * 1e6:.3g} to {hits.width_s.max() * 1e6:.3g} us\n")  # fmt: skip
+        forces = f"{hits.peak_n.min():.3g} to {hits.peak_n.max():.3g} N"
+        print(f"{label}, {forces}, {hits.width_s.min() * 1e6:.3g} to {hits.width_s.max() * 1e6:.3g} us")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter("{x:g}")
         axis.set_minor_formatter("{x:g}")
     axes.tick_params(which="both", labelsize=7)
-    axes.set_xlabel("peak force (N)")
-    axes.set_ylabel("width at half maximum (µs)")
+    axes.set(xlabel="peak force (N)", ylabel="width at half maximum (µs)")
     axes.legend(frameon=False)
 
 
@@ -160,9 +145,8 @@ def _draw_shots(axes: Any) -> None:
         velocities = virtual_shots(offset)
         name = "virtual" if not offset else f"virtual, transducer {offset * 1e3:.0f} mbar low"
         axes.plot(bars, velocities, style, color=VIRTUAL, label=name)
-        sys.stdout.write(f"{name}: over measured {np.round(velocities / measured, 3).tolist()}\n")
-    axes.set_xlabel("tank pressure, gauge (bar)")
-    axes.set_ylabel("muzzle velocity (m/s)")
+        print(f"{name}: over measured {np.round(velocities / measured, 3).tolist()}")
+    axes.set(xlabel="tank pressure, gauge (bar)", ylabel="muzzle velocity (m/s)")
     axes.legend(frameon=False)
 
 

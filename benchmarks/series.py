@@ -1,31 +1,63 @@
-"""Stored series against h5py with gzip and shuffle: writing, reading, room, and a slice of one percent."""
+"""Stored series beside h5py, and a campaign's series and pulses kept by us, h5py, sqlite3, pandas and QCoDeS.
+
+`python -m benchmarks series querying` measures it. Every way of keeping a campaign is written as its user would write
+it, and says what it guarantees. Everything lies in the system's cache; nobody waits for the disk.
+"""
 
 from __future__ import annotations
 
 import datetime as dt
-import os
-from collections.abc import Callable, Collection, Iterator
-from dataclasses import replace
+import json
+import sqlite3
+import tempfile
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import ExitStack, closing
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
+import h5py
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
+from pyroshock.ingest.folder import CampaignFile, read_campaign_file
+from pyroshock.ingest.processing import ProcessedRecording, StoredSeries, process_recording, read_channels
+from pyroshock.ingest.runs import MatchedImpact, RunRow, expected_hits, match, read_runs
+from pyroshock.ingest.settings import ExtractionSettings
+from pyroshock.ingest.store import CampaignStore
+from pyroshock.ingest.stored import read_samples
 from pyroshock.schema.campaigns import Campaign
+from pyroshock.schema.conditions import Condition
+from pyroshock.schema.impacts import Impact, Pulse
+from pyroshock.schema.listings import list_pulse_keys
 from pyroshock.schema.recordings import RecordedChannel, Recording, SeriesChunk
-from pyroshock.schema.series import encode_series, read_slice, samples_of, series_hash, write_series
-from pyroshock.schema.session import Store, Writer, open_store
+from pyroshock.schema.series import as_floats, encode_series, read_slice, samples_of, series_hash, write_series
+from pyroshock.schema.session import Store, open_store
+from pyroshock.signals.channel import Channel
 from sqlalchemy import func, select
+from sqlalchemy.orm import Session
 
-from .figures import Figure
-from .measuring import Spread, interleaved, ratio
-from .postgres import SERVER_VARIABLE, empty_databases
-from .recordings import FULL_SCALE_N, NOISE_STEPS, hit_force, stepped
+from .harness import (
+    ABSENT,
+    Figure,
+    Program,
+    Spread,
+    compared,
+    interpreter_with,
+    missing,
+    spread_text,
+    take_turns,
+    wall_seconds,
+)
+from .shared_records import FULL_SCALE_N, NOISE_STEPS, WRITER, digitised, hit_force, write_campaign
 
-THEME = "A stored series against h5py with gzip and shuffle"
-FASTER, SLICE_SHARE = 4.0, 0.1
 Samples = NDArray[Any]
+Floats = NDArray[np.float64]
+
+SERIES = "A stored series against h5py with gzip and shuffle"
+TIME_LIMIT, SLICE_LIMIT = 1 / 4, 0.1
 
 
 def kinds() -> dict[str, Callable[[], Samples]]:
@@ -41,90 +73,72 @@ def kinds() -> dict[str, Callable[[], Samples]]:
 
 def _record(sampling_rate_hz: float, bits: int, noise_steps: float = NOISE_STEPS) -> NDArray[np.float32]:
     rng = np.random.default_rng(3)
-    force = hit_force(round(10.0 * sampling_rate_hz), sampling_rate_hz, 10, rng)
-    return stepped(force, FULL_SCALE_N, rng, bits, noise_steps)
+    return digitised(
+        hit_force(round(10 * sampling_rate_hz), sampling_rate_hz, rng), FULL_SCALE_N, rng, bits, noise_steps
+    )
 
 
-def measure_series_on_sqlite(folder: Path, only: Collection[str] = (), repeats: int = 15) -> Iterator[Figure]:
+def measure_series(folder: Path, only: Collection[str] = (), repeats: int = 15) -> Iterator[Figure]:
+    """All figures of `only` these kinds (none: of all) on SQLite."""
     for old in folder.glob("series.db*"):
         old.unlink()
-    return measure_series(f"sqlite:///{folder / 'series.db'}", folder, only, repeats)
-
-
-def measure_series_on_postgres(folder: Path, only: Collection[str] = (), repeats: int = 15) -> Iterator[Figure]:
-    """On the server that `TEST_DATABASE_URL` names."""
-    with empty_databases(os.environ[SERVER_VARIABLE], 1) as (url,):
-        yield from measure_series(url, folder, only, repeats)
-
-
-def measure_series(url: str, folder: Path, only: Collection[str] = (), repeats: int = 15) -> Iterator[Figure]:
-    """All figures of `only` these kinds (none: of all) in an empty store at `url`; the peer's files go to `folder`."""
-    with open_store(url, Writer("benchmark", "0"), create=True) as store:
-        kind = store.engine.dialect.name
+    with open_store(f"sqlite:///{folder / 'series.db'}", WRITER, create=True) as store:
         for name in only or kinds():
-            for figure in _measure_one(store, f"{kind}, {name}", kinds()[name](), folder, repeats):
-                yield replace(figure, binding=figure.binding and kind == "sqlite")
+            yield from _one_series(store, name, kinds()[name](), folder / "peer.h5", repeats)
 
 
-def _measure_one(store: Store, name: str, samples: Samples, folder: Path, repeats: int) -> Iterator[Figure]:
-    peer = _Peer(folder / "peer.h5", samples)
-    ours = _Stored(store, samples)
+def _one_series(store: Store, kind: str, samples: Samples, path: Path, repeats: int) -> Iterator[Figure]:
+    size = samples.size
+    peer = f"h5py, gzip and shuffle, {kind.partition(' in ')[0]}"
+    ours = _StoredSeries(store, samples)
+
+    def peer_writes() -> None:
+        with h5py.File(path, "w") as file:
+            file.create_dataset("x", data=samples, compression="gzip", shuffle=True)
+
+    def peer_reads(part: int) -> float:
+        with h5py.File(path) as file:
+            for i in range(0, size - part + 1, part):
+                np.asarray(file["x"][i : i + part])
+            return float(file["x"].id.get_storage_size())
+
     ours.write()
-    assert ours.read(0, samples.size).tobytes() == samples.tobytes()
-    part = samples.size // 100
-    at = samples.size // 3
-    taken = interleaved({"ours": ours.write, "peer": peer.write, "hash": ours.hash}, max(15, repeats // 3))
-    nature = f"the SHA-256 of the samples: {_ms(taken['hash'])}; {ours.write_nature()}"
-    yield _faster(f"writing, {name}", taken, "hash", nature, "writing a raw series")
-    taken = interleaved(
+    assert ours.read(size).tobytes() == samples.tobytes()
+    functions = {"ours": ours.write, "peer": peer_writes, "hash": lambda: series_hash(samples)}
+    seconds = take_turns(functions, max(15, repeats // 3))
+    encoding = take_turns({"encode": lambda: encode_series(samples)}, 5)["encode"]
+    yield compared(
+        SERIES, f"writing, {kind}", seconds["ours"], seconds["peer"], limit=TIME_LIMIT, bound_values=seconds["hash"],
+        bound=f"encoding takes {spread_text(encoding, 'ms')}, of which the SHA-256 of the samples",
+        question="writing a raw series", peer_name=peer,
+    )  # fmt: skip
+    seconds = take_turns(
         {
-            "ours": lambda: ours.read(0, samples.size),
-            "peer": lambda: peer.read(0, samples.size),
-            "wholes": lambda: ours.read_all_by(samples.size, times=10),  # as warm as a hundred slices
-            "slices": lambda: ours.read_all_by(part),
-            "peer slices": lambda: peer.read_all_by(part),
-            "slice": lambda: ours.read(at, at + part),
+            "ours": lambda: ours.read(size),
+            "peer": lambda: peer_reads(size),
+            "wholes": lambda: ours.read(size, times=10),  # as warm as a hundred slices
+            "slices": lambda: ours.read(size // 100),
+            "peer's slices": lambda: peer_reads(size // 100),
             "decode": ours.decode,
             "copy": samples.copy,
         },
         repeats,
     )
-    nature = f"copying as many bytes: {_ms(taken['copy'])}; decoding {_ms(taken['decode'])}"
-    yield _faster(f"reading, {name}", taken, "copy", nature, "reading a raw series")
-    yield _room(name, ours.stored_bytes(), peer.stored_bytes(), _noise_bytes(samples))
-    hundred = [0.01 * value for value in taken["slices"]]
-    peers = ratio([0.01 * value for value in taken["peer slices"]], taken["peer"])
-    nature = f"a chunk is decoded whole; h5py, its file open: {peers.text()}"
-    wholes = [0.1 * value for value in taken["wholes"]]
-    yield _slice(f"1 % over the whole, all in one session, {name}", hundred, wholes, SLICE_SHARE, nature)
-    nature = "the session: it costs as much as half a megabyte"
-    yield _slice(f"1 % over the whole, each in its own session, {name}", taken["slice"], taken["ours"], None, nature)
-
-
-def _ms(seconds: list[float]) -> str:
-    return Spread.of(seconds).text(" ms", 1e3)
-
-
-def _faster(name: str, taken: dict[str, list[float]], bound: str, nature: str, question: str) -> Figure:
-    ours, peer = taken["ours"], taken["peer"]
-    return Figure(
-        THEME, name, _ms(ours), _ms(peer), ratio(peer, ours), "at least", FASTER, nature,
-        near=ratio(ours, taken[bound]), question=question, rival=f"h5py, gzip and shuffle, {_kind(name)}",
+    yield compared(
+        SERIES, f"reading, {kind}", seconds["ours"], seconds["peer"], limit=TIME_LIMIT, bound_values=seconds["copy"],
+        bound=f"decoding takes {spread_text(seconds['decode'], 'ms')}, copying as many bytes",
+        question="reading a raw series", peer_name=peer,
     )  # fmt: skip
-
-
-def _kind(name: str) -> str:
-    """Rate and converter of a figure's name."""
-    return name.split(", ", 2)[2].partition(" in ")[0]
-
-
-def _room(name: str, ours: int, peer: int, noise: float) -> Figure:
-    return Figure(
-        THEME, f"room, {name}", f"{ours / 1e6:.3g} MB", f"{peer / 1e6:.3g} MB",
-        Spread.of([ours / peer]), "at most", 1.0,
-        f"the entropy of the recorder's noise, which no packing loses: {noise / 1e6:.3g} MB",
-        near=Spread.of([ours / noise]), question="room of a raw series", of="room",
-        rival=f"h5py, gzip and shuffle, {_kind(name)}",
+    yield compared(
+        SERIES, f"room, {kind}", [ours.stored_bytes()], [peer_reads(size)], "MB", limit=1.0, kind="room",
+        bound="the entropy of the recorder's noise, which no packing loses", bound_values=[_noise_bytes(samples)],
+        question="room of a raw series", peer_name=peer,
+    )  # fmt: skip
+    slices, wholes = ([share * s for s in seconds[storage]] for share, storage in ((0.01, "slices"), (0.1, "wholes")))
+    shares = [0.01 * a / b for a, b in zip(seconds["peer's slices"], seconds["peer"], strict=True)]
+    yield compared(
+        SERIES, f"1 % over the whole, all in one session, {kind}", slices, wholes, limit=SLICE_LIMIT, kind="growth",
+        bound=f"a chunk is decoded whole; h5py, its file open: {Spread.of(shares).text()}",
     )  # fmt: skip
 
 
@@ -138,21 +152,14 @@ def _noise_bytes(samples: Samples) -> float:
     return float(samples.size * np.log2(quiet.std() / step * np.sqrt(2 * np.pi * np.e)) / 8)
 
 
-def _slice(name: str, slices: list[float], whole: list[float], limit: float | None, nature: str) -> Figure:
-    return Figure(THEME, name, _ms(slices), _ms(whole), ratio(slices, whole), "at most", limit, nature, of="growth")
-
-
-#: Of recordings, whose paths differ.
-_NUMBERS = count()
-
-
-class _Stored:
+class _StoredSeries:
     """A channel of a store, written anew each time."""
 
+    _paths = count()  # recordings have different paths
+
     def __init__(self, store: Store, samples: Samples) -> None:
-        self._store, self._samples = store, samples
+        self._store, self._samples, self._key = store, samples, 0
         self._encoded = encode_series(samples)
-        self._key = 0
         with store.writing() as session:
             campaign = session.scalars(select(Campaign)).first() or Campaign(
                 name="measured", kind="hammer", date=dt.date(2026, 11, 1), fingerprint="x"
@@ -163,16 +170,15 @@ class _Stored:
 
     def write(self) -> None:
         """Encode, and one transaction with its commit."""
-        samples = self._samples
         with self._store.writing() as session:
-            encoded = encode_series(samples)
+            encoded = encode_series(self._samples)
             channel = RecordedChannel(
                 name="force", quantity="force", unit="N", si_unit="N", si_gain=1.0, si_offset=0.0,
-                sampling_rate_hz=1.0, start_s=0.0, samples=samples.size, **vars(encoded.layout), sha256=encoded.sha256,
-                header={},
+                sampling_rate_hz=1.0, start_s=0.0, samples=self._samples.size, **vars(encoded.layout),
+                sha256=encoded.sha256, header={},
             )  # fmt: skip
             recording = Recording(
-                campaign_id=self._campaign, path=f"{next(_NUMBERS)}", sha256="0" * 64, size_bytes=1, format="npz",
+                campaign_id=self._campaign, path=f"{next(self._paths)}", sha256="0" * 64, size_bytes=1, format="npz",
                 status="stored", channels=[channel],
             )  # fmt: skip
             session.add(recording)
@@ -180,63 +186,434 @@ class _Stored:
             write_series(session, channel.id, encoded.frames, self._store.written_by(session))
             self._key = channel.id
 
-    def write_nature(self) -> str:
-        taken = interleaved({"encode": lambda: encode_series(self._samples)}, 5)
-        return f"encoding {_ms(taken['encode'])}"
-
-    def hash(self) -> None:
-        series_hash(self._samples)
-
-    def read(self, start: int, stop: int) -> Samples:
-        """In a session of its own."""
+    def read(self, part: int, times: int = 1) -> Samples:
+        """The whole, part after part in one session; the last part comes back."""
         with self._store.reading() as session:
-            return read_slice(session.connection(), self._key, self._encoded.layout, start, stop)
-
-    def read_all_by(self, part: int, times: int = 1) -> None:
-        """Slice after slice, in one session."""
-        with self._store.reading() as session:
-            connection = session.connection()
+            connection, found = session.connection(), self._samples[:0]
             for i in list(range(0, self._samples.size - part + 1, part)) * times:
-                read_slice(connection, self._key, self._encoded.layout, i, i + part)
+                found = read_slice(connection, self._key, self._encoded.layout, i, i + part)
+            return found
 
     def decode(self) -> None:
         samples_of(self._encoded)
 
-    def stored_bytes(self) -> int:
+    def stored_bytes(self) -> float:
         """Frames with their row's other columns, as the database counts them."""
         with self._store.reading() as session:
             query = select(func.sum(func.length(SeriesChunk.frame)), func.count())
             frames, rows = session.execute(query.where(SeriesChunk.channel_id == self._key)).one()
-        return int(frames) + 16 * int(rows)
+        return float(frames) + 16 * float(rows)
 
 
-class _Peer:
-    """An HDF5 file with one dataset."""
+QUERYING = "Series and pulses of {} recordings (10 s, two channels at 51.2 kHz, ten impacts each), kept and asked for"
+CHANNEL, FACTOR, LEVEL, RUN = "force", "tip_material", "steel", 2
+#: What is kept of an impact, beside its pulse.
+FIGURES = ("start_s", "contact_time_s", "peak_force_n", "impulse_n_s")
+OURS, RAW = "pyroshock", "bytes in files"
+#: What is asked, and its question in the first table.
+STORE, WHOLE, WINDOW, PULSES = (
+    "storing them",
+    "one series whole",
+    "a hundredth of a series",
+    f"pulses with {FACTOR}={LEVEL}",
+)
+QUESTIONS = {
+    STORE: "storing series and pulses",
+    WHOLE: "reading a stored series",
+    WINDOW: "reading a hundredth of a series",
+    PULSES: "the pulses of a factor's level",
+}
 
-    def __init__(self, path: Path, samples: Samples) -> None:
-        self._path, self._samples = path, samples
 
-    def write(self) -> None:
-        import h5py
+@dataclass(frozen=True, eq=False)
+class RecordingContent:
+    """One recording: factors, rate and path, `series` by channel (n,), `pulses` (m,) N of its impacts, and what our own
+    ingest holds of it."""
 
-        with h5py.File(self._path, "w") as file:
-            file.create_dataset("x", data=self._samples, compression="gzip", shuffle=True)
+    run: int
+    attributes: dict[str, str | float]
+    series: dict[str, NDArray[np.float32]]
+    impacts: tuple[dict[str, Any], ...]
+    pulses: tuple[Floats, ...]
+    channels: tuple[Channel, ...]
+    processed: ProcessedRecording
+    matched: list[MatchedImpact]
 
-    def read(self, start: int, stop: int) -> Samples:
-        import h5py
+    @classmethod
+    def of(cls, folder: Path, file: CampaignFile, rows: tuple[RunRow, ...], row: RunRow) -> Self:
+        path = str(row.recording)
+        channels, _ = read_channels(folder / path, file.sensors)
+        expected = expected_hits([row], rows)
+        done = process_recording(folder, path, file.sensors, ExtractionSettings(), expected=expected)
+        factors = {level.factor: level.label if level.number is None else level.number for level in row.levels}
+        impacts = tuple(
+            {"repetition": number, **{name: getattr(pulse, name) for name in FIGURES}}
+            for number, pulse in enumerate(done.pulses, row.repetition)
+        )
+        return cls(
+            row.run, {"path": path, "rate_hz": channels[0].sampling_rate_hz, **factors},
+            {channel.name: channel.recorded for channel in channels}, impacts,
+            tuple(pulse.fine_force_n for pulse in done.pulses), tuple(channels),
+            replace(done, series=()),  # encoding the series is part of storing them, which is measured
+            match(path, [row], len(done.pulses), rows),
+        )  # fmt: skip
 
-        with h5py.File(self._path) as file:
-            return np.asarray(file["x"][start:stop])
 
-    def read_all_by(self, part: int) -> None:
-        import h5py
+@dataclass(frozen=True, eq=False)
+class Content:
+    """What every way of storing is given: recordings with factors, series and cut pulses, in memory."""
 
-        with h5py.File(self._path) as file:
-            for i in range(0, self._samples.size - part + 1, part):
-                np.asarray(file["x"][i : i + part])
+    file: CampaignFile
+    rows: tuple[RunRow, ...]
+    recordings: tuple[RecordingContent, ...]
 
-    def stored_bytes(self) -> int:
-        import h5py
+    @classmethod
+    def of(cls, folder: Path) -> Self:
+        """Of a campaign folder with a recording a run, each read, judged and cut as an ingest does."""
+        file = read_campaign_file(folder)
+        rows = read_runs(folder, file.kind, lambda name: name)
+        return cls(file, rows, tuple(RecordingContent.of(folder, file, rows, row) for row in rows))
 
-        with h5py.File(self._path) as file:
-            return int(file["x"].id.get_storage_size())
+    @property
+    def bytes(self) -> int:
+        return sum(x.nbytes for r in self.recordings for x in r.series.values()) + sum(
+            x.nbytes for r in self.recordings for x in r.pulses
+        )
+
+    @property
+    def window(self) -> tuple[int, int]:
+        """A hundredth of a series, from its first third on."""
+        size = self.recordings[0].series[CHANNEL].size
+        return size // 3, size // 3 + size // 100
+
+    def pulses(self, level: str) -> list[Floats]:
+        """Of all impacts with a level of `FACTOR`."""
+        return [pulse for each in self.recordings if each.attributes[FACTOR] == level for pulse in each.pulses]
+
+    def write(self, folder: Path) -> Path:
+        """The recordings as plain arrays with an index, for a program that imports nothing of ours."""
+        folder.mkdir(parents=True, exist_ok=True)
+        index: list[dict[str, Any]] = []
+        for each in self.recordings:
+            pulses = {f"pulse_{i}": pulse for i, pulse in enumerate(each.pulses)}
+            np.savez(folder / f"{each.run}.npz", **each.series, **pulses)  # type: ignore[arg-type]  # takes them by name
+            index.append({"run": each.run, "attributes": each.attributes, "impacts": each.impacts})
+        (folder / "index.json").write_text(json.dumps(index))
+        return folder
+
+
+class Storage:
+    """A way of keeping a campaign in `folder`, which is its own. Reading opens what it needs, and closes it again."""
+
+    name = guarantees = ""
+
+    def __init__(self, folder: Path, content: Content) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self.folder, self.content = folder, content
+
+    def empty(self) -> None:
+        for old in self.folder.iterdir():
+            old.unlink()
+
+    def store(self) -> None:
+        """All of the content, recording by recording."""
+        raise NotImplementedError
+
+    def whole(self, run: int) -> Samples:
+        """The force of a run's recording."""
+        raise NotImplementedError
+
+    def window(self, run: int, start: int, stop: int) -> Samples:
+        return self.whole(run)[start:stop]
+
+    def pulses(self, level: str) -> list[Floats]:
+        """Of all impacts with this level of `FACTOR`."""
+        raise NotImplementedError
+
+    def room(self) -> int:
+        return sum(file.stat().st_size for file in self.folder.iterdir())
+
+    def answer(self, what: str) -> Any:
+        questions: dict[str, Callable[[], Any]] = {
+            STORE: self.store,
+            WHOLE: partial(self.whole, RUN),
+            PULSES: partial(self.pulses, LEVEL),
+        }
+        return questions.get(what, partial(self.window, RUN, *self.content.window))()
+
+    def seconds(self, what: str) -> float:
+        if what == STORE:
+            self.empty()
+        return wall_seconds(partial(self.answer, what))
+
+    def sums(self, what: str) -> list[list[float]]:
+        """Length and sum of each array of an answer."""
+        arrays = self.answer(what)
+        return _sums(arrays if isinstance(arrays, list) else [arrays])
+
+
+class OurStore(Storage):
+    """One SQLite store, opened once, as a command or a server does; each question is a session of its own."""
+
+    name, guarantees = OURS, "a transaction a recording, SHA-256 of each series, CRC of each chunk"
+    _opened: Store | None = None
+
+    @property
+    def opened(self) -> Store:
+        if not self._opened:
+            self._opened = open_store(f"sqlite:///{self.folder / 'lab.db'}", WRITER, create=True)
+        return self._opened
+
+    def close(self) -> None:
+        if self._opened:
+            self._opened.close()
+            self._opened = None
+
+    def empty(self) -> None:
+        self.close()
+        super().empty()
+        _ = self.opened
+
+    def room(self) -> int:
+        self.close()  # the log of the last writing goes into the store's file, as at the end of every command
+        return super().room()
+
+    def store(self) -> None:
+        target = CampaignStore(self.opened, self.content.file, None, self.content.rows, ExtractionSettings())
+        for each in self.content.recordings:
+            series = tuple(StoredSeries.of(channel) for channel in each.channels)
+            target.add_recording(replace(each.processed, series=series), each.matched)
+
+    def whole(self, run: int) -> Samples:
+        with self.opened.reading() as session:
+            row = self._channel(session, run)
+            return read_samples(session, row, 0, row.samples)
+
+    def window(self, run: int, start: int, stop: int) -> Samples:
+        with self.opened.reading() as session:
+            return read_samples(session, self._channel(session, run), start, stop)
+
+    def pulses(self, level: str) -> list[Floats]:
+        with self.opened.reading() as session:
+            keys, _ = list_pulse_keys(session, None, (Condition(FACTOR, "=", level),), 10**9)
+            frames: dict[int, bytes] = {}
+            for i in range(0, len(keys), 500):
+                query = select(Pulse.id, Pulse.fine_force_n).where(Pulse.id.in_(keys[i : i + 500]))
+                frames |= dict(iter(session.execute(query)))
+            return [as_floats(frames[key], f"pulse {key}") for key in keys]
+
+    @staticmethod
+    def _channel(session: Session, run: int) -> RecordedChannel:
+        recording = select(Impact.recording_id).where(Impact.run == run).limit(1).scalar_subquery()
+        query = select(RecordedChannel).where(RecordedChannel.recording_id == recording)
+        return session.scalars(query.where(RecordedChannel.name == CHANNEL)).one()
+
+
+class Hdf5(Storage):
+    """A group for each recording, its datasets packed, factors as attributes."""
+
+    name, guarantees = "h5py", "a file that a kill may spoil, no hashes"
+
+    def _open(self, mode: str = "r") -> Any:
+        return h5py.File(self.folder / "campaign.h5", mode)
+
+    def store(self) -> None:
+        with self._open("w") as file:
+            for each in self.content.recordings:
+                group = file.create_group(f"{each.run:06d}")
+                group.attrs.update(each.attributes)
+                for name, samples in each.series.items():
+                    group.create_dataset(name, data=samples, compression="gzip", shuffle=True)
+                for impact, force in zip(each.impacts, each.pulses, strict=True):
+                    pulse = group.create_dataset(f"impacts/{impact['repetition']:06d}", data=force)
+                    pulse.attrs.update(impact)
+
+    def whole(self, run: int) -> Samples:
+        with self._open() as file:
+            return np.asarray(file[f"{run:06d}/{CHANNEL}"][:])
+
+    def window(self, run: int, start: int, stop: int) -> Samples:
+        with self._open() as file:
+            return np.asarray(file[f"{run:06d}/{CHANNEL}"][start:stop])
+
+    def pulses(self, level: str) -> list[Floats]:
+        with self._open() as file:
+            groups = [group for group in file.values() if group.attrs[FACTOR] == level]
+            return [np.asarray(pulse[:]) for group in groups for pulse in group["impacts"].values()]
+
+
+class PlainSqlite(Storage):
+    """Three tables and the module of the standard library; a series is its bytes, a window of it a part of the blob."""
+
+    name, guarantees = "sqlite3", "a transaction a recording, with the same settings as ours; no hashes"
+
+    def _open(self) -> closing[sqlite3.Connection]:
+        connection = sqlite3.connect(self.folder / "campaign.db")
+        connection.execute("PRAGMA journal_mode = WAL")
+        connection.execute("PRAGMA synchronous = NORMAL")
+        return closing(connection)
+
+    def store(self) -> None:
+        attributes = ", ".join(self.content.recordings[0].attributes)
+        figures = ", ".join(self.content.recordings[0].impacts[0])
+        with self._open() as db:
+            db.execute(f"CREATE TABLE recordings (run INTEGER PRIMARY KEY, {attributes})")
+            db.execute("CREATE TABLE series (run, channel, samples BLOB, PRIMARY KEY (run, channel))")
+            db.execute(f"CREATE TABLE impacts (run, {figures}, force BLOB, PRIMARY KEY (run, repetition))")
+            for each in self.content.recordings:
+                row = (each.run, *each.attributes.values())
+                series = [(each.run, name, x.tobytes()) for name, x in each.series.items()]
+                pairs = zip(each.impacts, each.pulses, strict=True)
+                impacts = [(each.run, *impact.values(), force.tobytes()) for impact, force in pairs]
+                for table, rows in (("recordings", [row]), ("series", series), ("impacts", impacts)):
+                    marks = ", ".join("?" * len(rows[0]))
+                    db.executemany(f"INSERT INTO {table} VALUES ({marks})", rows)  # noqa: S608 - question marks
+                db.commit()
+
+    def whole(self, run: int) -> Samples:
+        with self._open() as db:
+            query = "SELECT samples FROM series WHERE run = ? AND channel = ?"
+            return np.frombuffer(db.execute(query, (run, CHANNEL)).fetchone()[0], np.float32)
+
+    def window(self, run: int, start: int, stop: int) -> Samples:
+        with self._open() as db:
+            query = "SELECT rowid FROM series WHERE run = ? AND channel = ?"
+            (row,) = db.execute(query, (run, CHANNEL)).fetchone()
+            with db.blobopen("series", "samples", row, readonly=True) as blob:
+                blob.seek(4 * start)
+                return np.frombuffer(blob.read(4 * (stop - start)), np.float32)
+
+    def pulses(self, level: str) -> list[Floats]:
+        where = f"WHERE {FACTOR} = ? ORDER BY run, repetition"
+        query = f"SELECT force FROM impacts JOIN recordings USING (run) {where}"  # noqa: S608 - the factor is our own
+        with self._open() as db:
+            return [np.frombuffer(force) for (force,) in db.execute(query, (level,))]
+
+
+class Parquet(Storage):
+    """A table for each recording, and one for all impacts, by pandas as it comes."""
+
+    name, guarantees = "pandas", "files, each of which a kill may spoil; no hashes"
+
+    def store(self) -> None:
+        rows = []
+        for each in self.content.recordings:
+            pd.DataFrame(each.series).to_parquet(self.folder / f"{each.run}.parquet")
+            for impact, force in zip(each.impacts, each.pulses, strict=True):
+                rows.append({"run": each.run, **each.attributes, **impact, "force_n": force})
+        pd.DataFrame(rows).to_parquet(self.folder / "impacts.parquet")
+
+    def whole(self, run: int) -> Samples:
+        return np.asarray(pd.read_parquet(self.folder / f"{run}.parquet", columns=[CHANNEL])[CHANNEL].to_numpy())
+
+    def pulses(self, level: str) -> list[Floats]:
+        filters = [(FACTOR, "==", level)]
+        return list(pd.read_parquet(self.folder / "impacts.parquet", columns=["force_n"], filters=filters)["force_n"])
+
+
+class RawBytes(Storage):
+    """The limit: the same bytes in files, and nothing else."""
+
+    name, guarantees = RAW, "nothing"
+
+    def store(self) -> None:
+        for each in self.content.recordings:
+            for name, samples in each.series.items():
+                samples.tofile(self.folder / f"{each.run}.{name}")
+        for level in {str(each.attributes[FACTOR]) for each in self.content.recordings}:
+            np.concatenate(self.content.pulses(level)).tofile(self.folder / level)
+
+    def whole(self, run: int) -> Samples:
+        return np.fromfile(self.folder / f"{run}.{CHANNEL}", np.float32)
+
+    def window(self, run: int, start: int, stop: int) -> Samples:
+        return np.fromfile(self.folder / f"{run}.{CHANNEL}", np.float32, stop - start, offset=4 * start)
+
+    def pulses(self, level: str) -> list[Floats]:
+        return [np.fromfile(self.folder / level)]
+
+
+class QcodesProgram(Storage):
+    """QCoDeS' data set in a process of its own, which may have another environment."""
+
+    name, guarantees = "QCoDeS", "a transaction a value"
+
+    def __init__(self, folder: Path, content: Content, program: Program) -> None:
+        super().__init__(folder, content)
+        self._program, window = program, [RUN, *content.window]
+        self._requests: dict[str, dict[str, Any]] = {
+            STORE: {"what": "store", "of": []},
+            WHOLE: {"what": "whole", "of": [RUN]},
+            WINDOW: {"what": "window", "of": window},
+            PULSES: {"what": "pulses", "of": [FACTOR, LEVEL]},
+        }
+
+    def seconds(self, what: str) -> float:
+        if what == STORE:
+            self._program.ask(what="empty", of=[])
+        return self._program.seconds(**self._requests[what])
+
+    def sums(self, what: str) -> list[list[float]]:
+        return list(self._program.ask(**self._requests[what])["sums"])
+
+
+PEERS: tuple[type[Storage], ...] = (Hdf5, PlainSqlite, Parquet)
+
+
+def measure_querying(folder: Path, recordings: int = 24, stores: int = 3, reads: int = 15) -> Iterator[Figure]:
+    """Every question of every way. Raises `ValueError` where a way gives back other numbers than were stored."""
+    with tempfile.TemporaryDirectory(dir=folder) as name, ExitStack() as stack:
+        place = Path(name)
+        content = Content.of(write_campaign(place / "campaign", recordings, ".npz", np.random.default_rng(5)))
+        ours = stack.enter_context(closing(OurStore(place / "ours", content)))
+        storages: dict[str, Storage] = {OURS: ours, RAW: RawBytes(place / "raw", content)}
+        storages |= {kind.name: kind(place / kind.name, content) for kind in PEERS}
+        if python := interpreter_with("qcodes"):
+            words = ("benchmarks.peer_programs", "qcodes", content.write(place / "content"), place / QcodesProgram.name)
+            program = stack.enter_context(Program("-m", *words, python=python))
+            storages[QcodesProgram.name] = QcodesProgram(place / QcodesProgram.name, content, program)
+        yield from _querying_figures(storages, content, stores, reads)
+
+
+def _querying_figures(storages: Mapping[str, Storage], content: Content, stores: int, reads: int) -> Iterator[Figure]:
+    theme, names = QUERYING.format(len(content.recordings)), [*(kind.name for kind in PEERS), QcodesProgram.name]
+    for what, question in QUESTIONS.items():
+        for storage in storages.values():
+            storage.seconds(what)
+        if what != STORE:
+            check_answers(what, storages, content)
+        questions = {name: partial(storage.seconds, what) for name, storage in storages.items()}
+        seconds = take_turns(questions, stores if what == STORE else reads, reported=[*questions], warm=False)
+        for name in names:
+            fields: dict[str, Any] = {"question": question, "peer_name": name}
+            if name not in storages:
+                yield missing(theme, f"{what}, beside {name}", ABSENT, **fields)
+                continue
+            guarantees = f"ours keeps {storages[OURS].guarantees}; {name} keeps {storages[name].guarantees}; "
+            yield compared(
+                theme, f"{what}, beside {name}", seconds[OURS], seconds[name], limit=1.0, binding=False,
+                bound=(guarantees if what == STORE else "") + "the same bytes in plain files",
+                bound_values=seconds[RAW], **fields,
+            )  # fmt: skip
+    for name in [name for name in names if name in storages]:
+        yield compared(
+            theme, f"room on disk, beside {name}", [storages[OURS].room()], [storages[name].room()], "MB", limit=1.0,
+            bound=f"in memory {content.bytes / 1e6:.3g} MB; noise does not pack", binding=False, kind="room",
+            question="room on disk", peer_name=name,
+        )  # fmt: skip
+
+
+def check_answers(what: str, storages: Mapping[str, Storage], content: Content) -> None:
+    """Raises `ValueError` where a way does not give back what was stored; the limit gives the pulses in one piece."""
+    force = content.recordings[RUN - 1].series[CHANNEL]
+    stored: dict[str, list[Any]] = {WHOLE: [force], WINDOW: [force[slice(*content.window)]]}
+    expected = _sums(stored.get(what) or content.pulses(LEVEL))
+    for name, storage in storages.items():
+        sums = storage.sums(what)
+        alike = sums == expected if name != RAW else np.allclose(np.sum(sums, axis=0), np.sum(expected, axis=0))
+        if not alike:
+            raise ValueError(f"{name}, {what}: gave back other numbers than were stored")
+
+
+def _sums(arrays: list[Any]) -> list[list[float]]:
+    return [[len(x), float(np.sum(x, dtype=np.float64))] for x in arrays]

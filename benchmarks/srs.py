@@ -1,51 +1,62 @@
-"""`python -m benchmarks.srs`: shock response spectra from our peers and from us, on two processors, as Markdown.
+"""`python -m benchmarks.srs`: shock response spectra from our peers and from us, on two processors.
 
 50,000 samples of noise at 100 kHz, 80 lines from 10 Hz to 10 kHz, Q = 10. Ours are whole spectra: both signs, primary,
 residual and pseudo velocity. The peers give the maximax while the record lasts, which is less work; pyyeti also with
-more processes and as it comes, which raises the sampling rate for all lines. Compiling is left out: the first call of
-each is not counted. The exit code is 1 where a peer's record is not the same to 1e-9, or pyyeti at its fastest is less
-than 8 times slower. `spectra.py` gives the same as figures, and endaq beside it.
+more processes and as it comes, which raises the sampling rate for all lines.
 """
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 from pyroshock.array_types import Floats
 from pyroshock.signals.srs.coefficients import absolute_acceleration
-from pyroshock.signals.srs.spectrum import octave_grid, shock_response_spectrum
+from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.signals.srs.threads import processors
 
-from .measuring import Spread, interleaved, ratio
+from .harness import (
+    ABSENT,
+    Figure,
+    Program,
+    ProgramError,
+    compared,
+    interpreter_with,
+    missing,
+    multiplying,
+    promised,
+    report,
+    take_turns,
+)
 
-SAMPLES, RATE_HZ, LINES, Q, REPEATS = 50_000, 1e5, 80, 10.0, 45
-PROMISED, PROCESSORS = 8.0, 2
-#: Ways that are the same to the last digits, of which the fastest is to be beaten.
-SAME = ("pyyeti", "pyyeti, processes")
-APART = 1e-9
+THEME = "Shock response spectra: 50,000 samples, 80 lines, Q = 10; ours whole, the peers' maximax"
+QUESTION = "a shock response spectrum"
+SAMPLES, RATE_HZ, LINES, Q, PROCESSORS = 50_000, 1e5, 80, 10.0, 2
+#: Ours over pyyeti's without roll-off, whose lines are the same; and by what equal lines may differ.
+LIMIT, DIFFERENCE = 1 / 8, 1e-9
+OURS, LFILTER = "pyroshock", "scipy lfilter"
+PROMISED = ("pyyeti", "pyyeti, processes")
+#: Its filter takes the base for constant in a step, so that it gives another number.
+ENDAQ = "endaq, base in steps"
+#: Of any recursion of second order with two terms of the base: five products, four sums.
+FLOPS_PER_STEP = 9
 
-Way = Callable[[], Floats]
 
-
-def noise(shape: tuple[int, ...]) -> Floats:
-    return np.random.default_rng(0).normal(size=shape)
-
-
-def ways(record: Floats, lines: Floats) -> Mapping[str, Way]:
+def spectra(record: Floats, lines: Floats) -> dict[str, Callable[[], Floats]]:
     from pyyeti.srs import srs
 
     plain = partial(srs, record, RATE_HZ, lines, Q)
     return {
-        "pyroshock": lambda: shock_response_spectrum(record, RATE_HZ, lines, q=Q).primary,
-        "pyroshock, one thread": lambda: shock_response_spectrum(record, RATE_HZ, lines, q=Q, threads=1).primary,
+        OURS: lambda: shock_response_spectrum(record, RATE_HZ, lines, q=Q).primary,
         "pyyeti": partial(plain, rolloff="none", parallel="no"),
         "pyyeti, processes": partial(plain, rolloff="none", parallel="yes"),
         "pyyeti, as it comes": plain,
-        "scipy lfilter": partial(filtered, record, lines),
+        LFILTER: partial(filtered, record, lines),
     }
 
 
@@ -53,60 +64,53 @@ def filtered(record: Floats, lines: Floats) -> Floats:
     """One `lfilter` for each line."""
     from scipy.signal import lfilter
 
-    printed = absolute_acceleration(2 * np.pi * lines, 1 / RATE_HZ, 1 / (2 * Q))
-    return np.array([np.abs(lfilter(b, a, record)).max() for b, a in zip(printed.b.T, printed.a.T, strict=True)])
+    filters = absolute_acceleration(2 * np.pi * lines, 1 / RATE_HZ, 1 / (2 * Q))
+    return np.array([np.abs(lfilter(b, a, record)).max() for b, a in zip(filters.b.T, filters.a.T, strict=True)])
 
 
-def row(name: str, taken: Mapping[str, list[float]], apart: float) -> str:
-    spread = Spread.of(taken[name])
-    cells = [
-        spread.text(" ms", 1e3),
-        f"{SAMPLES * LINES / spread.median / 1e9:.2f}",
-        ratio(taken[name], taken["pyroshock"]).text(),
-        f"{apart:.1g}",
-    ]
-    return f"| {name} | {' | '.join(cells)} |"
-
-
-def broken(taken: Mapping[str, list[float]], apart: Mapping[str, float]) -> list[str]:
-    """Promises not kept."""
-    fastest = min(Spread.of(taken[name]).median for name in SAME)
-    times = fastest / Spread.of(taken["pyroshock"]).median
-    slow = [f"pyyeti at its fastest takes {times:.1f} times as long, not {PROMISED:g}"] * (times < PROMISED)
-    return slow + [f"{name} is {apart[name]:.1g} apart" for name in (*SAME, "scipy lfilter") if apart[name] > APART]
-
-
-def batch() -> str:
-    """What one proposal of the twin asks for at once."""
-    records, lines = noise((64, 10_000)), octave_grid(100.0, 10_000.0)
-    many = {"batch": lambda: shock_response_spectrum(records, RATE_HZ, lines, q=Q)}
-    spread = Spread.of(interleaved(many, REPEATS)["batch"])
-    return f"64 records of 10,000 samples, {lines.size} lines: {spread.text(' ms', 1e3)}."
-
-
-def differences(every: Mapping[str, Way]) -> dict[str, float]:
-    """The largest of each way's lines from ours, relative."""
-    ours = every["pyroshock"]()
-    return {name: float(np.abs(way() / ours - 1).max()) for name, way in every.items()}
-
-
-def two_processors() -> None:
+def measure_srs(folder: Path, repeats: int = 45) -> Iterator[Figure]:
+    """Every peer beside ours; and how far its lines are from ours."""
     if processors() > PROCESSORS and hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:PROCESSORS])
+    record, lines = np.random.default_rng(0).normal(size=SAMPLES), np.geomspace(10, 1e4, LINES)
+    methods = spectra(record, lines)
+    ours = methods[OURS]()
+    difference = {name: float(np.abs(method() / ours - 1).max()) for name, method in methods.items()}
+    functions: dict[str, Callable[[], object]] = {**methods}
+    with ExitStack() as stack:
+        program = _endaq(stack, folder, record, lines)
+        if isinstance(program, Program):
+            functions[ENDAQ] = program.seconds
+            difference[ENDAQ] = float(np.abs(np.array(program.ask(value=True)["value"]) / ours - 1).max())
+        seconds = take_turns(functions, repeats, reported=[ENDAQ])
+        # The product's threads go on waiting for work and would take a processor from whatever comes next.
+        bound = take_turns({"": multiplying(float(FLOPS_PER_STEP * SAMPLES * LINES))}, repeats, reported=[""])[""]
+    for name in [name for name in seconds if name != OURS]:
+        yield compared(
+            THEME, f"{name}, largest difference {difference[name]:.1g}", seconds[OURS], seconds[name],
+            limit=LIMIT if name in PROMISED else None, bound_values=bound, peer_name=name,
+            bound=f"{FLOPS_PER_STEP} operations a step at the rate of a matrix product",
+            question=QUESTION,
+        )  # fmt: skip
+    if isinstance(program, str):
+        yield missing(THEME, ENDAQ, program, question=QUESTION, peer_name=ENDAQ)
+    for name in (*PROMISED, LFILTER):
+        yield promised(THEME, f"largest difference from {name}", [difference[name]], DIFFERENCE, "")
 
 
-def main() -> int:
-    say = sys.stdout.write
-    two_processors()
-    every = ways(noise((SAMPLES,)), np.geomspace(10, 1e4, LINES))
-    taken, apart = interleaved(every, REPEATS), differences(every)
-    say("| way | 50,000 samples, 80 lines | 1e9 oscillator steps a second | times ours | apart |\n")
-    say("| --- | --- | ---: | --- | ---: |\n")
-    say("\n".join(row(name, taken, apart[name]) for name in every) + "\n")
-    lost = broken(taken, apart)
-    say(f"\n{batch()}\n\nnot kept: {'; '.join(lost) or 'nothing'}\n")
-    return 1 if lost else 0
+def _endaq(stack: ExitStack, folder: Path, record: Floats, lines: Floats) -> Program | str:
+    """endaq in a process that lasts as long as `stack`; why not, where it cannot be."""
+    python, file = interpreter_with("endaq"), folder / "endaq.npz"
+    if python is None:
+        return ABSENT
+    np.savez(file, record=record, lines_hz=lines, rate_hz=RATE_HZ, damping_ratio=1 / (2 * Q))
+    program = stack.enter_context(Program("-m", "benchmarks.peer_programs", "endaq", file, python=python))
+    try:
+        program.seconds()
+    except ProgramError as error:
+        return str(error)
+    return program
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(report(measure_srs))

@@ -15,7 +15,7 @@ def test_another_package_called_tests_hides_nothing(tmp_path: Path) -> None:
     (tmp_path / "tests" / "__init__.py").touch()
     others = os.environ.get("PYTHONPATH", "").split(os.pathsep)
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *filter(None, others)])}
-    script = "import tests, benchmarks.genetic, benchmarks.predictions, benchmarks.shared_records as shared\n"
+    script = "import tests, benchmarks.genetic, benchmarks.prediction, benchmarks.shared_records as shared\n"
     script += "print(tests.__file__, shared.pulse_table.__code__.co_filename)"
     command = [sys.executable, "-W", "ignore", "-c", script]
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)

@@ -5,13 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from pyroshock.benchmarks.crowded import Crowd, fill
-from pyroshock.benchmarks.sampled import sample_of
-from pyroshock.benchmarks.scale_page import MARK
-from pyroshock.benchmarks.scale_questions import QUESTIONS
+from pyroshock.benchmarks.scale import MARK, QUESTIONS
 from pyroshock.schema.impacts import Impact
 from sqlalchemy import func, select
 from support.records.campaigns import hammer_campaign
+from support.stores.large_store import StoreSize, fill, sample_of
 from support.stores.stores import ingested, opened
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "measurements" / "scale.md"
@@ -23,20 +21,20 @@ def test_page_shows_every_question():
 
 
 @pytest.fixture(scope="module")
-def crowded(tmp_path_factory):
+def large_store(tmp_path_factory):
     """Four small campaigns in the shape of the large ones, and what is in them."""
-    folder = tmp_path_factory.mktemp("crowded")
-    real, url = f"sqlite:///{folder}/real.db", f"sqlite:///{folder}/crowded.db"
+    folder = tmp_path_factory.mktemp("large")
+    real, url = f"sqlite:///{folder}/real.db", f"sqlite:///{folder}/large.db"
     ingested(real, hammer_campaign(folder / "real", 1, 2))
     with opened(real) as store:
-        crowd = Crowd(4_000, 1_000, own_radii=True, sample=sample_of(store), series_every=20)
-    fill(url, crowd)
+        size = StoreSize(4_000, 1_000, own_radii=True, sample=sample_of(store), series_every=20)
+    fill(url, size)
     with opened(url) as store, store.reading() as session:
-        yield session, crowd
+        yield session, size
 
 
 @pytest.mark.parametrize("question", QUESTIONS, ids=lambda q: q.name)
-def test_questions_are_answered(crowded, question):
-    session, crowd = crowded
-    question.ask(session, crowd)
-    assert session.scalar(select(func.count()).select_from(Impact)) == crowd.impacts
+def test_questions_are_answered(large_store, question):
+    session, size = large_store
+    question.ask(session, size)
+    assert session.scalar(select(func.count()).select_from(Impact)) == size.impacts

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from pyroshock.app.diagnose.stored import verdict_to_json
 from pyroshock.app.plan.planning import make_plan
-from pyroshock.benchmarks.crowded import campaign_name, fill
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.benches import Gun
 from pyroshock.schema.campaigns import Campaign
@@ -21,6 +20,7 @@ from sqlalchemy import insert, select, update
 
 from support.records import verdicts
 from support.records.campaigns import hammer_campaign
+from support.stores.large_store import campaign_name, fill
 from support.stores.stores import opened
 from support.stores.web_stores import FACTORS
 

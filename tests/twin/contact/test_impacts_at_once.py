@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 
 import numpy as np
-import pytest
 from pyroshock.twin.contact.effects.plastic_yield import PlasticYield
 from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
 from pyroshock.twin.contact.effects.viscous_loss import ViscousLoss
@@ -21,10 +20,3 @@ def test_ten_thousand_in_one_call() -> None:
     assert time.process_time() - started < 10
     assert np.all(np.diff(pulse.peak_force_n) > 0)
     assert np.all(np.diff(pulse.restitution.value) < 0)
-
-
-@pytest.mark.bench
-def test_faster_than_the_loop_and_as_exact(capsys: pytest.CaptureFixture[str]) -> None:
-    from benchmarks import impacts as benchmark
-
-    assert benchmark.main() == 0, capsys.readouterr().out

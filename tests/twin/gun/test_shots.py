@@ -9,8 +9,7 @@ import pytest
 from pyroshock.twin.effects import catalogue, effect
 from pyroshock.twin.gun.nominal import muzzle_velocity, trajectory
 from pyroshock.twin.gun.shots import Status, gun_velocity
-
-from benchmarks.gun_scalar import THESIS_GUN, scalar_guns
+from support.records.scalar_gun import THESIS_GUN, scalar_guns
 
 GUN = [kind for identity, kind in catalogue().items() if identity.startswith("gun.")]
 IDS = [kind.id for kind in GUN]

@@ -1,4 +1,4 @@
-"""The peer of the gun stage: the same physics as plain scalar functions, one shot after the other by `solve_ivp`."""
+"""The physics of the gun stage as plain scalar functions, one shot after the other by `solve_ivp`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GAS, AIR, ROOM, GRAVITY = 287.05, 101_325.0, 293.15, 9.80665
 
 @dataclass
 class ScalarGun:
-    """One shot as numbers: chapter and verse of docs/explanation/gun.md, written anew."""
+    """One shot as numbers: the equations of docs/explanation/gun.md, written a second time."""
 
     pressure: float
     mass: float
@@ -156,7 +156,7 @@ _NAMES = {
 
 
 def scalar_guns(bench: GunBench, pressure: Floats, mass: Floats, effects: Sequence[GunEffect]) -> list[ScalarGun]:
-    """The peer's shots for ours."""
+    """One for each pressure and mass, with the same effects."""
     values: dict[str, Floats] = {}
     for effect in effects:
         for item in effect.parameters():

@@ -1,4 +1,4 @@
-"""Force records of the virtual bench whose truth is known: ten hits each, some with a second one on their heels."""
+"""Force records of the virtual bench whose truth is known: ten hits each, some soon followed by a second one."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyroshock.virtualbench.campaigns.hammer import LOAD_CELL, PLATE_MATERIAL, R
 from pyroshock.virtualbench.campaigns.ringing import THICKNESS_M, add_pulse
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.impact.build import hammer, hand_speed, target
-from pyroshock.virtualbench.impact.strike import ImpactTruth, strike_many
+from pyroshock.virtualbench.impact.strike import strike_many
 from pyroshock.virtualbench.sensors import digitised
 
 Floats = NDArray[np.float64]
@@ -35,37 +35,32 @@ class Hit:
 
 
 @dataclass(frozen=True)
-class Struck:
+class ForceRecord:
     """Force (n,), newtons, as the recorder gives it, and what really happened."""
 
-    name: str
     force_n: Floats
     hits: list[Hit]
     rate_hz: float = RATE_HZ
 
 
-def struck_records(seed: int = 5) -> Iterator[Struck]:
+def force_records(seed: int = 5) -> Iterator[ForceRecord]:
     """A recording for each tip, speed and anvil."""
     combinations = list(product(TIPS, SPEEDS, ANVILS))
     for choice, rng in zip(combinations, np.random.default_rng(seed).spawn(len(combinations)), strict=True):
-        yield _struck(*choice, rng)
+        yield _force_record(*choice, rng)
 
 
-def _struck(tip: tuple[str, float], level: str, anvil: tuple[str, str], rng: np.random.Generator) -> Struck:
+def _force_record(tip: tuple[str, float], level: str, anvil: tuple[str, str], rng: np.random.Generator) -> ForceRecord:
     effects, followed = Effects.default(), np.arange(HITS) % EVERY == 1
     speeds = [hand_speed(level, effects, rng) for _ in range(HITS)]
     starts, duration = moments(HITS, rng)
     speeds += [SHARE * speeds[i] for i in np.flatnonzero(followed)]
     later = [starts[i] + float(rng.uniform(*DELAYS_S)) for i in np.flatnonzero(followed)]
-    struck = target(PLATE_MATERIAL, THICKNESS_M, anvil_material=anvil[0], insulator=anvil[1])
-    impacts = strike_many([hammer(*tip)] * len(speeds), [struck] * len(speeds), effects, speeds, rng, tail_s=10e-3)
+    plate = target(PLATE_MATERIAL, THICKNESS_M, anvil_material=anvil[0], insulator=anvil[1])
+    impacts = strike_many([hammer(*tip)] * len(speeds), [plate] * len(speeds), effects, speeds, rng, tail_s=10e-3)
     force = np.zeros(round(duration * RATE_HZ))
     for impact, start in zip(impacts, [*starts, *later], strict=True):
         add_pulse(force, start, impact.time_s, impact.cell_force_n, LOAD_CELL, RATE_HZ, RATIO, effects)
     recorded = digitised(force, LOAD_CELL, RATE_HZ, effects, rng).astype(np.float64)
-    hits = [_hit(*each) for each in zip(starts, impacts, followed.tolist(), strict=False)]
-    return Struck(f"{tip[0]} tip, {level} speed, anvil {anvil[0]}", recorded, hits)
-
-
-def _hit(start_s: float, truth: ImpactTruth, followed: bool) -> Hit:
-    return Hit(start_s, truth.contact_time_s, followed, truth.contacts > 1)
+    truths = zip(starts, impacts, followed.tolist(), strict=False)
+    return ForceRecord(recorded, [Hit(s, i.contact_time_s, again, i.contacts > 1) for s, i, again in truths])
