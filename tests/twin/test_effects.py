@@ -128,38 +128,39 @@ def test_effects_of_another_stage_and_doubles_are_refused():
 # --- the page ---
 
 
-def rows() -> dict[str, list[tuple[str, ...]]]:
-    """Cells of effects.md by id: law, parameter, unit, range, default, off, source; a line each parameter."""
-    found: dict[str, list[tuple[str, ...]]] = {}
+def rows() -> dict[str, tuple[str, ...]]:
+    """Cells of effects.md by id: law, parameters, source."""
+    table: dict[str, tuple[str, ...]] = {}
     for line in DOCS.read_text(encoding="utf-8").splitlines():
         if line.startswith("| `"):
             identity, *cells = (cell.strip() for cell in line.replace(r"\|", "¦").strip("|").split("|"))
-            found.setdefault(identity.strip("`"), []).append(tuple(cell.replace("¦", "|") for cell in cells))
-    return found
+            table[identity.strip("`")] = tuple(cell.replace("¦", "|") for cell in cells)
+    return table
 
 
-def row_of(kind: type[Effect], item: Parameter) -> tuple[str, ...]:
-    interval = f"{item.low:g} to {item.high:g}"
-    name = f"`{item.name}`: {item.meaning}"
-    return (kind.law, name, item.unit or "-", interval, f"{item.default:g}", f"{item.off:g}", kind.source)
+def cell_of(item: Parameter) -> str:
+    """Name, default, unit, the value at which the effect is off, range and meaning of a parameter."""
+    numbers = (
+        f"{item.default:g}{' ' + item.unit if item.unit else ''} (off {item.off:g}; [{item.low:g}, {item.high:g}])"
+    )
+    return f"`{item.name}` {numbers}: {item.meaning}"
 
 
-def table() -> str:
+def row_of(kind: type[Effect]) -> tuple[str, ...]:
+    return (kind.law, "<br>".join(cell_of(item) for item in kind.parameters()), kind.source)
+
+
+def table_of_effects() -> str:
     """The page's rows as they should be; `renew()` puts them there (PYTHONPATH=tests:tests/twin)."""
-    lines = []
-    for kind in catalogue().values():
-        for item in kind.parameters():
-            lines.append(
-                " | ".join((f"| `{kind.id}`", *(cell.replace("|", r"\|") for cell in row_of(kind, item)))) + " |"
-            )
-    return "\n".join(lines)
+    rows_in_order = [(f"`{kind.id}`", *row_of(kind)) for kind in catalogue().values()]
+    return "\n".join("| " + " | ".join(cell.replace("|", r"\|") for cell in row) + " |" for row in rows_in_order)
 
 
 def renew() -> None:
     """Put the table into the page."""
     kept = [line for line in DOCS.read_text(encoding="utf-8").splitlines() if not line.startswith("| `")]
     at = next(i for i, line in enumerate(kept) if line.startswith("| ---")) + 1
-    DOCS.write_text("\n".join([*kept[:at], table(), *kept[at:], ""]), encoding="utf-8")
+    DOCS.write_text("\n".join([*kept[:at], table_of_effects(), *kept[at:], ""]), encoding="utf-8")
 
 
 def test_page_has_a_row_for_each_and_no_other():
@@ -168,7 +169,7 @@ def test_page_has_a_row_for_each_and_no_other():
 
 @KINDS
 def test_row_is_current(kind):
-    assert rows()[kind.id] == [row_of(kind, item) for item in kind.parameters()]
+    assert rows()[kind.id] == row_of(kind)
 
 
 # --- in the chain ---
