@@ -100,8 +100,8 @@ def take_turns(
 
 #: Which quantity a figure compares, and the word for ours being above the peer's. "growth" compares ours with more to
 #: ours with less, "bound" ours with a promise: neither has a peer.
-BEHIND = {"time": "slower", "memory": "more", "room": "more", "quality": "worse", "growth": "", "bound": ""}
-Kind = Literal["time", "memory", "room", "quality", "growth", "bound"]
+BEHIND = {"time": "slower", "room": "more", "quality": "worse", "growth": "", "bound": ""}
+Kind = Literal["time", "room", "quality", "growth", "bound"]
 
 
 @dataclass(frozen=True)

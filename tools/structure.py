@@ -34,7 +34,10 @@ BANNED = frozenset({"found", "each", "told", "left", "one", "mine", "known", "sa
 WIDTH = 100
 #: Folders of docs/ without prose of the present: pictures, the built site, the record of decisions.
 GENERATED = ("images", "_build", "decisions")
-GENERATED_MARK = re.compile(r"<!-- generated|^Written by `(make bench|python -m )", re.MULTILINE)
+GENERATED_MARK = re.compile(
+    r"<!-- generated|^`(make bench|python -m [a-z.]+)` wrote this page|`python -m benchmarks --full` writes the page",
+    re.MULTILINE,
+)
 
 
 @dataclass(frozen=True)
