@@ -31,7 +31,7 @@ import numpy as np
 from ..array_types import Floats
 from ..schema.campaigns import KINDS
 from ..schema.known_factors import BY_NAME
-from ..schema.toml_text import read_toml_text, toml_table
+from ..schema.toml_text import check_keys, read_toml_text, toml_table
 from .sources import FACTOR, NUMBERS, WORDS, known_sources
 from .table import Inputs, Predictor
 
@@ -82,7 +82,7 @@ def parse(text: str) -> PredictorSet:
 
 def from_json(table: Mapping[str, Any]) -> PredictorSet:
     """A set from plain data. Raises `ValueError` as `parse`."""
-    _check_keys(table, _TOP, _TOP, "the file")
+    check_keys(table, _TOP, "the file", required=_TOP)
     kind = table["kind"]
     if kind not in KINDS:
         raise ValueError(f"kind is {kind!r}; expected one of {', '.join(KINDS)}")
@@ -98,7 +98,7 @@ def from_json(table: Mapping[str, Any]) -> PredictorSet:
 
 
 def _entry(entry: Mapping[str, Any], where: str) -> tuple[Predictor, str]:
-    _check_keys(entry, ("name", "from"), _KEYS, where)
+    check_keys(entry, _KEYS, where, required=("name", "from"))
     name, source, unit = _name(entry, where), entry["from"], entry.get("unit", "")
     levels = _levels(entry.get("levels", []), f"{where}: {name}")
     if not isinstance(unit, str):
@@ -141,15 +141,6 @@ def _name(entry: Mapping[str, Any], where: str) -> str:
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise ValueError(f"{where}: name is {name!r}; expected lower-case letters, digits and _, at most 63")
     return name
-
-
-def _check_keys(entry: Mapping[str, Any], required: tuple[str, ...], expected: tuple[str, ...], where: str) -> None:
-    for key in entry:
-        if key not in expected:
-            raise ValueError(f"{where}: unknown key {key!r}; known: {', '.join(expected)}")
-    for key in required:
-        if key not in entry:
-            raise ValueError(f"{where}: key {key!r} is missing; known: {', '.join(expected)}")
 
 
 @dataclass(frozen=True, eq=False)

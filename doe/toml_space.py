@@ -49,17 +49,18 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..schema.known_factors import BY_COLUMN, BY_NAME
-from ..schema.toml_text import toml_table
+from ..schema.toml_text import check_keys, toml_table
 from .factors import DesignFactor, Requirement, Rule, Tie, continuous_levels, number_label
 
 _KINDS = ("numeric", "continuous", "ordered", "categorical")
 _NUMBERS = ("numeric", "continuous")
 #: Required and optional keys of each table.
-_TOP = ({"name", "kind", "factors"}, {"requires", "tied", "bench"})
-_FACTOR = ({"name", "kind", "levels"}, {"column", "unit", "values", "change"})
-_CONTINUOUS = ({"name", "kind", "low", "high"}, {"column", "unit", "step", "change"})
-_REQUIRES = ({"factor", "level", "needs", "levels"}, set[str]())
-_TIED = ({"factors", "combinations"}, set[str]())
+#: Keys of each table: those that must be there, and the others.
+_TOP = (("name", "kind", "factors"), ("requires", "tied", "bench"))
+_FACTOR = (("name", "kind", "levels"), ("column", "unit", "values", "change"))
+_CONTINUOUS = (("name", "kind", "low", "high"), ("column", "unit", "step", "change"))
+_REQUIRES = (("factor", "level", "needs", "levels"), ())
+_TIED = (("factors", "combinations"), ())
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ class SpaceFile:
 def parse(text: str) -> SpaceFile:
     """What a file of factors says. Raises `ValueError` naming key, value and what was expected."""
     table = toml_table(text)
-    _check_keys(table, _TOP, "the file")
+    _check(table, _TOP, "the file")
     bench = table.get("bench", {})
     if not isinstance(bench, dict):
         raise ValueError(f"bench is {bench!r}; expected a table")
@@ -89,7 +90,7 @@ def parse(text: str) -> SpaceFile:
 
 
 def _factor(entry: dict[str, Any], where: str) -> DesignFactor:
-    _check_keys(entry, _CONTINUOUS if entry.get("kind") == "continuous" else _FACTOR, where)
+    _check(entry, _CONTINUOUS if entry.get("kind") == "continuous" else _FACTOR, where)
     name, kind = _text(entry, "name", where), _text(entry, "kind", where)
     if kind not in _KINDS:
         raise ValueError(f"{where}: kind is {kind!r}; expected one of {', '.join(_KINDS)}")
@@ -153,7 +154,7 @@ def _check_known(name: str, column: str, kind: str, levels: tuple[str, ...], whe
 
 
 def _requirement(entry: dict[str, Any], where: str) -> Requirement:
-    _check_keys(entry, _REQUIRES, where)
+    _check(entry, _REQUIRES, where)
     levels = tuple(_level(level, where) for level in _list(entry, "levels", where))
     return Requirement(
         _text(entry, "factor", where), _level(entry["level"], where), _text(entry, "needs", where), levels
@@ -161,7 +162,7 @@ def _requirement(entry: dict[str, Any], where: str) -> Requirement:
 
 
 def _tie(entry: dict[str, Any], where: str) -> Tie:
-    _check_keys(entry, _TIED, where)
+    _check(entry, _TIED, where)
     factors = tuple(_list(entry, "factors", where))
     if not all(isinstance(name, str) for name in factors):
         raise ValueError(f"{where}: factors is {list(factors)!r}; expected names")
@@ -192,12 +193,9 @@ def _entries(table: dict[str, Any], key: str) -> list[tuple[dict[str, Any], str]
     return [(entry, f"[[{key}]] {number}") for number, entry in enumerate(entries, 1)]
 
 
-def _check_keys(entry: dict[str, Any], keys: tuple[set[str], set[str]], where: str) -> None:
+def _check(entry: dict[str, Any], keys: tuple[tuple[str, ...], tuple[str, ...]], where: str) -> None:
     required, optional = keys
-    for key in sorted(entry.keys() - required - optional):
-        raise ValueError(f"{where}: unknown key {key!r}; expected {', '.join(sorted(required | optional))}")
-    for key in sorted(required - entry.keys()):
-        raise ValueError(f"{where}: key {key!r} is missing; expected {', '.join(sorted(required))}")
+    check_keys(entry, (*required, *optional), where, required)
 
 
 def _text(entry: dict[str, Any], key: str, where: str) -> str:

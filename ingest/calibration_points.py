@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..schema.known_factors import parse_number
+from ..schema.toml_text import key_problems
 from ..signals.calibration import Calibration, fit_line
 from .errors import IngestError, parse_date, printable
 from .tables import read_table
@@ -84,9 +85,8 @@ def stated_calibration(channel: Mapping[str, Any], where: str, folder: Path) -> 
     where = f"{where}.calibration"
     if not isinstance(table, Mapping):
         raise IngestError(f"{FILE}: {where} is {printable(table)}; expected a table [{where}]")
-    for key in table:
-        if key not in _KEYS:
-            raise IngestError(f"{FILE}: unknown key {printable(f'{where}.{key}')}; known: {', '.join(_KEYS)}")
+    if problems := key_problems(table, _KEYS, f"{where}."):
+        raise IngestError(*(f"{FILE}: {problem}" for problem in problems))
     for key in ("sensitivity", "offset_v"):
         if key in channel:
             raise IngestError(f"{FILE}: {where} gives {key}, which stands beside it; remove one of them")

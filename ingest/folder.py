@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..schema.known_factors import MAX_REGULATED_PRESSURE_PA
-from ..schema.toml_text import read_toml_text, toml_table
+from ..schema.toml_text import key_problems, read_toml_text, toml_table
 from ..signals.channel import Sensor
 from ..signals.units import SI_UNITS, UnitError
 from .calibration_points import stated_calibration
@@ -146,11 +146,8 @@ def _load(path: Path) -> dict[str, Any]:
 
 
 def _known_keys(table: Mapping[str, Any], expected: tuple[str, ...], where: str) -> None:
-    places = [f"{where}.{key}" if where else key for key in table if key not in expected]
-    if places:
-        raise IngestError(
-            *(f"{FILE}: unknown key {printable(place)}; known: {', '.join(expected)}" for place in places)
-        )
+    if problems := key_problems(table, expected, f"{where}." if where else ""):
+        raise IngestError(*(f"{FILE}: {problem}" for problem in problems))
 
 
 def _table(data: Mapping[str, Any], key: str, *, required: bool = False) -> Mapping[str, Any]:

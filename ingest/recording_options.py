@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ..schema.toml_text import key_problems
 from ..signals.channel import Sensor
 from ..signals.units import UnitError
 from .errors import LONGEST_NAME, IngestError, printable
@@ -28,12 +29,8 @@ def reading_options(data: Mapping[str, Any]) -> ReadingOptions:
     table = data.get("recordings", {})
     if not isinstance(table, Mapping):
         raise IngestError(f"campaign.toml: 'recordings' is {printable(table)}; expected a table [recordings]")
-    for key in table:
-        if key not in _RECORDING_OPTIONS_KEYS:
-            raise IngestError(
-                f"campaign.toml: unknown key {printable(f'recordings.{key}')}; "
-                f"known: {', '.join(_RECORDING_OPTIONS_KEYS)}"
-            )
+    if problems := key_problems(table, _RECORDING_OPTIONS_KEYS, "recordings."):
+        raise IngestError(*(f"campaign.toml: {problem}" for problem in problems))
     delimiter = _sign(table, "delimiter", _DELIMITERS, '",", ";", "|", "tab" or "blanks"')
     decimal = _sign(table, "decimal", dict(zip(_DECIMALS, _DECIMALS, strict=True)), '"." or ","')
     if delimiter == "," and decimal == ",":
@@ -103,9 +100,8 @@ def force_source(table: Mapping[str, Any], sensors: Mapping[str, Sensor]) -> For
     """The table `[force]`; None where it is empty. Raises `IngestError` with key, value and what was expected."""
     if not table:
         return None
-    for key in table:
-        if key not in _KEYS:
-            raise IngestError(f"{FILE}: unknown key {printable(f'force.{key}')}; known: {', '.join(_KEYS)}")
+    if problems := key_problems(table, _KEYS, "force."):
+        raise IngestError(*(f"{FILE}: {problem}" for problem in problems))
     recorded = sorted(sensor.name for sensor in sensors.values() if sensor.quantity == "force")
     if recorded:
         raise IngestError(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +49,28 @@ def toml_table(text: str) -> dict[str, Any]:
     if (depth := _depth(table)) > DEEPEST:
         raise ValueError(f"lists or tables lie within each other {depth} deep; {_AT_MOST_DEEP}")
     return table
+
+
+def key_problems(table: Mapping[str, Any], known: Collection[str], prefix: str = "") -> list[str]:
+    """A message for each key of a table that is not `known`; `prefix` stands before the key, "bench." for instance."""
+    expected = ", ".join(known)
+    return [f"unknown key {_shortened(f'{prefix}{key}')}; known: {expected}" for key in table if key not in known]
+
+
+def check_keys(table: object, known: Collection[str], where: str, required: Collection[str] = ()) -> None:
+    """Raises `ValueError` for what is no table, for an unknown key, and for a `required` key that is missing."""
+    if not isinstance(table, Mapping):
+        raise ValueError(f"{where} is {_shortened(table)}; expected a table")
+    for problem in key_problems(table, known):
+        raise ValueError(f"{where}: {problem}")
+    for key in required:
+        if key not in table:
+            raise ValueError(f"{where}: key {key!r} is missing; expected {', '.join(known)}")
+
+
+def _shortened(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 100 else text[:100] + "…"
 
 
 _AT_MOST_BYTES = f"expected TOML of at most {LARGEST_BYTES:,} bytes"

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...array_types import Floats
-from ...schema.toml_text import read_toml_text, toml_table
+from ...schema.toml_text import check_keys, read_toml_text, toml_table
 from ...twin.gun.bench import GunBench
 
 if TYPE_CHECKING:
@@ -149,9 +149,10 @@ def bench_of_file(path: Path, bench: Bench) -> Bench:
     """The tables [gun] and [plate] of a TOML file in place of those of `bench`. Raises `ValueError` naming the key."""
     try:
         table = toml_table(read_toml_text(path))
-        _check_keys(table, ("gun", "plate"), "the file")
+        check_keys(table, ("gun", "plate"), "the file")
         if "gun" in table:
-            _check_keys(table["gun"], tuple(f.name for f in fields(GunBench)), "[gun]", every=True)
+            gun_keys = tuple(field.name for field in fields(GunBench))
+            check_keys(table["gun"], gun_keys, "[gun]", required=gun_keys)
             bench = replace(bench, gun=GunBench(**table["gun"]), gun_source=path.name, kind=GUN)
         return _with_plate_table(bench, table["plate"], path) if "plate" in table else bench
     except (ValueError, TypeError, OverflowError, RecursionError) as error:
@@ -162,7 +163,7 @@ _PLATE_KEYS = ("material", "thickness_m", "outline_m", "damping_ratio", "impact_
 
 
 def _with_plate_table(bench: Bench, table: Mapping[str, Any], path: Path) -> Bench:
-    _check_keys(table, _PLATE_KEYS, "[plate]")
+    check_keys(table, _PLATE_KEYS, "[plate]")
     thickness = float(table.get("thickness_m", bench.drawing.thickness_m))
     drawing = replace(bench.drawing, thickness_m=thickness)
     if "outline_m" in table:
@@ -183,17 +184,6 @@ def with_modes(bench: Bench, path: Path) -> Bench:
     from ...twin.plate.table import read_modal_table
 
     return replace(bench, modes=read_modal_table(path), modes_source=f"modal table {path.name}")
-
-
-def _check_keys(table: Mapping[str, Any], keys: tuple[str, ...], where: str, *, every: bool = False) -> None:
-    if not isinstance(table, Mapping):
-        raise ValueError(f"{where} is {table!r:.100}; expected a table")
-    for key in table:
-        if key not in keys:
-            raise ValueError(f"unknown key {key!r} in {where}; known: {', '.join(keys)}")
-    for key in keys:
-        if every and key not in table:
-            raise ValueError(f"key {key!r} is missing in {where}; expected {', '.join(keys)}")
 
 
 def _points(table: Mapping[str, Any]) -> dict[str, Point]:

@@ -163,8 +163,8 @@ def test_column_is_the_name_unless_said(tmp_path: Path) -> None:
         (HEAD + "factors = 3\n", "factors is 3; expected tables [[factors]]"),
         (HEAD + "bench = 3\n" + FACTOR, "bench is 3; expected a table"),
         (HEAD.replace("gun", "rope") + FACTOR, "kind is 'rope'; expected one of hammer, gun"),
-        (HEAD + 'colour = "red"\n' + FACTOR, "the file: unknown key 'colour'; expected bench, factors"),
-        (HEAD + FACTOR + "weight = 3\n", "[[factors]] 1: unknown key 'weight'; expected change, column"),
+        (HEAD + 'colour = "red"\n' + FACTOR, "the file: unknown key 'colour'; known: name, kind, factors"),
+        (HEAD + FACTOR + "weight = 3\n", "[[factors]] 1: unknown key 'weight'; known: name, kind"),
         (HEAD + FACTOR + FACTOR, "name 'anvil' stands twice"),
         (HEAD + FACTOR + FACTOR.replace('"anvil"', '"base"\ncolumn = "anvil"'), "column 'anvil' stands twice"),
         (
