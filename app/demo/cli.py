@@ -200,11 +200,12 @@ def _contact_model(story: _Story) -> None:
 
 
 def _model_sentences(model: TrainedModel) -> tuple[str, str]:
-    from .chapters import METRIC, MODELS
+    from .chapters import METRIC, MODEL
 
     error = model.version.metrics[METRIC]
     return (
-        f"The software trains {' and '.join(MODELS)} on the {model.pulses} usable pulses of the campaign. "
+        f"The software trains the model {MODEL} (Gaussian processes) on usable pulses of the campaign, {model.pulses} "
+        f"with those that it withholds. "
         f"{model.version.label} predicts the force of configurations that it has not seen with an error of "
         f"{100 * error.mean:.1f} % of the peak (90 % interval {100 * error.low:.1f} to {100 * error.high:.1f} %).",
         f"{model.decision.sentence}.",
@@ -228,19 +229,19 @@ def _validation(story: _Story) -> None:
 
 def _gap(story: _Story) -> None:
     from ..common.progress import progress_bar
-    from ..diagnose.wording import effect_title
-    from .chapters import EFFECT, LEAK, STRENGTH, diagnose_gap, diagnosis_json, draw_diagnosis
+    from ..diagnose.wording import effect_subject
+    from .chapters import CHANGED, EFFECT, STRENGTH, diagnose_gap, diagnosis_json, draw_diagnosis
     from .virtual_campaign import fire_campaign
 
-    with progress_bar(LEAK.name, "recordings") as step:
-        result = fire_campaign(story.store, LEAK, story.out / LEAK.name, step)
+    with progress_bar(CHANGED.name, "recordings") as step:
+        result = fire_campaign(story.store, CHANGED, story.out / CHANGED.name, step)
     with progress_bar("diagnosis", "steps") as step:
         diagnosis = diagnose_gap(story.store, story.url, step)
     draw_diagnosis(diagnosis, story.picture(5))
     story.data["diagnosis"] = diagnosis_json(diagnosis)
     story.tell(
-        f"The virtual bench fires {result.shots} more shots with an effect switched on: {effect_title(EFFECT)}, "
-        f"{STRENGTH:g} times as strong as usual. The diagnosis does not know which."
+        f"The virtual bench fires {result.shots} more shots with an effect switched on: {effect_subject(EFFECT)} "
+        f"has {STRENGTH:g} times its usual strength. The diagnosis does not know this."
     )
     story.tell(diagnosis.sentence)
 

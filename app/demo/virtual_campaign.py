@@ -67,7 +67,7 @@ name = "velocity_level"
 kind = "ordered"
 levels = ["low", "medium", "high"]
 unit = "m/s"
-values = [8, 11, 14]
+values = [8, 10, 12]
 """
 
 
@@ -76,14 +76,14 @@ class VirtualCampaign:
     """A campaign of the virtual bench: `effects` are strengths by name, the others have their usual strength of 1."""
 
     name: str
-    runs: int
+    runs: int | None  # None: every combination of levels
     repetitions: int
     seed: int
     effects: Mapping[str, float] = field(default_factory=dict)
 
 
 #: Chapters 2 to 4.
-REHEARSAL = VirtualCampaign(NAME, runs=24, repetitions=2, seed=SEED)
+REHEARSAL = VirtualCampaign(NAME, runs=None, repetitions=1, seed=SEED)
 
 
 def fire_campaign(store: Store, campaign: VirtualCampaign, folder: Path, step: Step) -> RehearsalResult:
@@ -116,15 +116,9 @@ def _plan_of(store: Store, campaign: VirtualCampaign) -> StoredPlan:
             return read_plan(session, campaign.name)
         except UnknownPlanError:
             pass
-    return make_plan(
-        store,
-        "lhs",
-        campaign.name,
-        runs=campaign.runs,
-        repetitions=campaign.repetitions,
-        seed=campaign.seed,
-        factors=FACTORS,
-    )
+    method, runs = ("factorial", {}) if campaign.runs is None else ("lhs", {"runs": campaign.runs})
+    given = {"repetitions": campaign.repetitions, "seed": campaign.seed, "factors": FACTORS}
+    return make_plan(store, method, campaign.name, **given, **runs)
 
 
 def draw_campaign(store: Store, name: str, path: Path) -> None:
