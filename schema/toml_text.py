@@ -51,21 +51,21 @@ def toml_table(text: str) -> dict[str, Any]:
     return table
 
 
-def key_problems(table: Mapping[str, Any], known: Collection[str], prefix: str = "") -> list[str]:
-    """A message for each key of a table that is not `known`; `prefix` stands before the key, "bench." for instance."""
-    expected = ", ".join(known)
-    return [f"unknown key {_shortened(f'{prefix}{key}')}; known: {expected}" for key in table if key not in known]
+def key_problems(table: Mapping[str, Any], allowed: Collection[str], prefix: str = "") -> list[str]:
+    """A message for each key of a table that is not `allowed`; `prefix` stands before the key, such as "bench."."""
+    expected = ", ".join(allowed)
+    return [f"unknown key {_shortened(f'{prefix}{key}')}; known: {expected}" for key in table if key not in allowed]
 
 
-def check_keys(table: object, known: Collection[str], where: str, required: Collection[str] = ()) -> None:
+def check_keys(table: object, allowed: Collection[str], where: str, required: Collection[str] = ()) -> None:
     """Raises `ValueError` for what is no table, for an unknown key, and for a `required` key that is missing."""
     if not isinstance(table, Mapping):
         raise ValueError(f"{where} is {_shortened(table)}; expected a table")
-    for problem in key_problems(table, known):
+    for problem in key_problems(table, allowed):
         raise ValueError(f"{where}: {problem}")
     for key in required:
         if key not in table:
-            raise ValueError(f"{where}: key {key!r} is missing; expected {', '.join(known)}")
+            raise ValueError(f"{where}: key {key!r} is missing; expected {', '.join(allowed)}")
 
 
 def _shortened(value: object) -> str:

@@ -5,23 +5,16 @@ A stored plan fired on the virtual bench, by the command line and by notebooks a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from ...doe.plans import StoredPlan, UnknownPlanError, read_plan
-from ...ingest.load import ingest_folder
-from ...ingest.plan_link import link_campaign
-from ...schema.listings import iter_shots
+from ...doe.plans import StoredPlan, read_plan
 from ...schema.session import Store
 from ...virtualbench.effects import Effects
 from ...virtualbench.simulate import simulate
 from ..common.frames import si
-from ..common.nominal_velocity import with_predictions
-from .planning import make_plan
 
 if TYPE_CHECKING:
     from ...virtualbench.gun.fire import Trigger
@@ -70,8 +63,6 @@ def simulate_plan(
     `effects` are strengths by name; the others keep their usual strength of 1. `name` and `repetitions` are the plan's
     unless they are given. Raises `ValueError` as that function, `Effects.with_strength` and `trigger_of`.
     """
-    from ...virtualbench.effects import Effects
-    from ...virtualbench.simulate import simulate
 
     kind, rows, planned = rows_of_stored(plan)
     acting = Effects.default()
@@ -118,9 +109,7 @@ def trigger_of(share: str | float | None, pre_trigger: Quantity | None) -> Trigg
         raise ValueError(f"--trigger is {share!r}; expected a share such as 5%, or none") from error
 
 
-NAME, RUNS, REPETITIONS, SEED = "rehearsal", 10, 1, 1
-
-Progress = Callable[[int, int, str], None]
+NAME, SEED = "rehearsal", 1
 
 
 @dataclass(frozen=True)
@@ -136,38 +125,3 @@ class RehearsalResult:
 
     def as_row(self) -> dict[str, Any]:
         return vars(self).copy()
-
-
-def rehearse(store: Store, folder: Path, progress: Progress | None = None) -> RehearsalResult:
-    """Plan, simulate and ingest a small gun campaign; what is there already is not made again."""
-    _plan(store)
-    if not (folder / "campaign.toml").is_file():
-        kind, rows, repetitions = rows_of(store, NAME)
-        effects = Effects.default()
-        simulate(rows, kind, folder, seed=SEED, effects=effects, repetitions=repetitions, progress=progress, name=NAME)
-    report = ingest_folder(store, folder)
-    link_campaign(store, NAME, NAME)
-    with store.reading() as session:
-        runs = read_plan(session, NAME).runs
-        shots = list(with_predictions(session, iter_shots(session, NAME)))
-    ratios = np.array(
-        [s["measured_velocity_m_s"] / s["predicted_velocity_m_s"] for s in shots if s["measured_velocity_m_s"]]
-    )
-    return RehearsalResult(
-        planned=len(runs),
-        done=sum(run.status == "done" for run in runs),
-        shots=len(shots),
-        findings=len(report.findings),
-        median_ratio=float(np.median(ratios)),
-        spread=float(np.std(ratios)),
-    )
-
-
-def _plan(store: Store) -> None:
-    with store.reading() as session:
-        try:
-            read_plan(session, NAME)
-            return
-        except UnknownPlanError:
-            pass
-    make_plan(store, "lhs", NAME, runs=RUNS, repetitions=REPETITIONS, seed=SEED)
