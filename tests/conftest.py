@@ -31,6 +31,18 @@ def shared() -> Path:
 
 
 @pytest.fixture(scope="session")
+def thesis_tables() -> Path:
+    """Tables of the thesis as CSV, a file each."""
+    return REPOSITORY / "tests" / "data" / "thesis"
+
+
+@pytest.fixture(scope="session")
+def effect_ids() -> list[str]:
+    """Ids of the effects that the exchange formats name, in their order."""
+    return (REPOSITORY / "tests" / "data" / "effect_ids.txt").read_text(encoding="utf-8").split()
+
+
+@pytest.fixture(scope="session")
 def real_data(shared: Path) -> Path:
     """Measured records of others (checks only, not part of the product)."""
     return shared / "real-data"

@@ -239,16 +239,16 @@ def test_missing_column_is_refused() -> None:
         )
 
 
-def test_table_a1_passes_at_moderate_levels(shared: Path) -> None:
-    with (shared / "reference" / "table_a1_lhs_105_runs.csv").open(newline="") as handle:
+def test_table_a1_passes_at_moderate_levels(thesis_tables: Path) -> None:
+    with (thesis_tables / "table_a1_lhs_105_runs.csv").open(newline="") as handle:
         shots = planned_shots(list(csv.DictReader(handle)), LEVELS, PRESSURES, MATERIALS)
     refuse_unsafe(shots, BENCH)
     assert len(shots) == 105
 
 
-def test_table_a1_at_the_benchs_top_speed_is_refused(shared: Path) -> None:
+def test_table_a1_at_the_benchs_top_speed_is_refused(thesis_tables: Path) -> None:
     levels = {"low": 20.0, "medium": 40.0, "high": 80.0}
-    with (shared / "reference" / "table_a1_lhs_105_runs.csv").open(newline="") as handle:
+    with (thesis_tables / "table_a1_lhs_105_runs.csv").open(newline="") as handle:
         rows = list(csv.DictReader(handle))
     shots = planned_shots(rows, levels, pressures_for_levels(levels, MASSES, _energy_model), MATERIALS)
     with pytest.raises(UnsafeRunError) as caught:

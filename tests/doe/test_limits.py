@@ -275,8 +275,8 @@ def test_safety_factors_of_table_2_1() -> None:
     assert all(part.holds for part in TABLE_2_1)
 
 
-def test_table_2_1_is_the_references(shared: Path) -> None:
-    with (shared / "reference" / "table_2_1_suspension.csv").open(newline="") as handle:
+def test_table_2_1_is_the_references(thesis_tables: Path) -> None:
+    with (thesis_tables / "table_2_1_suspension.csv").open(newline="") as handle:
         rows = {row["component"]: row for row in csv.DictReader(handle)}
     assert {part.name: (part.load_n, part.rated_load_n) for part in TABLE_2_1} == {
         name: (float(row["load_n"]), float(row["rated_load_n"])) for name, row in rows.items()

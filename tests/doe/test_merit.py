@@ -150,8 +150,8 @@ def test_combinations_are_placed_by_their_last_factor() -> None:
     ]  # fmt: skip
 
 
-def test_table_a1_has_its_quoted_figures(shared: Path) -> None:
-    with (shared / "reference" / "table_a1_lhs_105_runs.csv").open(newline="") as handle:
+def test_table_a1_has_its_quoted_figures(thesis_tables: Path) -> None:
+    with (thesis_tables / "table_a1_lhs_105_runs.csv").open(newline="") as handle:
         found = quality(GUN, GUN.treatments(list(csv.DictReader(handle))))
     assert (found.runs, found.distinct, found.worst_pair) == (105, 98, 11.5)
     assert round(found.centred_discrepancy, 3) == 0.114

@@ -61,9 +61,9 @@ def test_design_refuses_what_its_space_lacks() -> None:
         Design(GUN, np.array([[2, 0, 0, 0, 0, 0]]), "own", None)
 
 
-def test_table_a_1(shared: Path) -> None:
-    """The printed design is neither distinct nor balanced (notes of ../shared/reference)."""
-    design = read_table(shared / "reference" / "table_a1_lhs_105_runs.csv", GUN)
+def test_table_a_1(thesis_tables: Path) -> None:
+    """The printed design is neither distinct nor balanced."""
+    design = read_table(thesis_tables / "table_a1_lhs_105_runs.csv", GUN)
     assert design.runs == tuple(range(1, 106))
     assert len(np.unique(design.treatments, axis=0)) == 98
     counts = {column: Counter(row[column] for row in design.rows) for column in GUN.columns}
@@ -71,8 +71,8 @@ def test_table_a_1(shared: Path) -> None:
     assert counts["anvil_material"] == {"none": 27, "aluminum": 47, "steel": 31}
 
 
-def test_table_a_1_comes_back_cell_by_cell(shared: Path) -> None:
-    path = shared / "reference" / "table_a1_lhs_105_runs.csv"
+def test_table_a_1_comes_back_cell_by_cell(thesis_tables: Path) -> None:
+    path = thesis_tables / "table_a1_lhs_105_runs.csv"
     with path.open(newline="") as handle:
         printed = list(csv.DictReader(handle))
     design = read_table(path, GUN)

@@ -97,9 +97,9 @@ def test_hammer_tip_has_its_radius() -> None:
         ("bullet_velocity", "velocity_level"),
     ],
 )
-def test_gun_levels_are_those_of_table_3_2(shared: Path, printed: str, name: str) -> None:
+def test_gun_levels_are_those_of_table_3_2(thesis_tables: Path, printed: str, name: str) -> None:
     [factor] = [factor for factor in GUN.factors if factor.name == name]
-    assert list(factor.levels) == _column(shared / "reference" / "table_3_2_gun_factors.csv", printed)
+    assert list(factor.levels) == _column(thesis_tables / "table_3_2_gun_factors.csv", printed)
 
 
 @pytest.mark.parametrize(
@@ -114,9 +114,9 @@ def test_gun_levels_are_those_of_table_3_2(shared: Path, printed: str, name: str
         ("plate_boundary_conditions", "boundary_conditions"),
     ],
 )
-def test_hammer_levels_are_those_of_table_4_1(shared: Path, printed: str, name: str) -> None:
+def test_hammer_levels_are_those_of_table_4_1(thesis_tables: Path, printed: str, name: str) -> None:
     [factor] = [factor for factor in HAMMER.factors if factor.name == name]
-    assert set(factor.levels) == set(_column(shared / "reference" / "table_4_1_hammer_factors.csv", printed))
+    assert set(factor.levels) == set(_column(thesis_tables / "table_4_1_hammer_factors.csv", printed))
 
 
 @pytest.mark.parametrize("space", [GUN, HAMMER], ids=["gun", "hammer"])

@@ -124,8 +124,8 @@ def test_nan_in_the_signal_is_named(rng: np.random.Generator) -> None:
         muzzle_velocity(signal, RATE_HZ, LENGTH_M)
 
 
-def test_uncertainty_is_that_of_table_5_1(shared: Path) -> None:
-    with (shared / "reference" / "table_3_1_5_1_gun_shots.csv").open(newline="") as handle:
+def test_uncertainty_is_that_of_table_5_1(thesis_tables: Path) -> None:
+    with (thesis_tables / "table_3_1_5_1_gun_shots.csv").open(newline="") as handle:
         rows = list(csv.DictReader(handle))
     measured = np.array([float(row["measured_velocity_m_s"]) for row in rows])
     spread = muzzle_velocity_uncertainty(LENGTH_M, LENGTH_M / measured, time_u_s=1 / RATE_HZ)

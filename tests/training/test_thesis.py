@@ -70,16 +70,18 @@ OPTIMISED = {
         ),
     ],
 )
-def test_tables_agree(shared: Path, file: str, table: str, models: dict[str, str], columns: dict[str, str]) -> None:
-    with (shared / "reference" / f"{file}.csv").open(newline="") as handle:
+def test_tables_agree(
+    thesis_tables: Path, file: str, table: str, models: dict[str, str], columns: dict[str, str]
+) -> None:
+    with (thesis_tables / f"{file}.csv").open(newline="") as handle:
         rows = list(csv.DictReader(handle))
     expected = {(models[row["model"]], columns[c], float(row[c])) for row in rows for c in columns}
     assert {(f.model, f.metric, f.value) for f in all_figures() if f.table == table} == expected
 
 
-def test_optimised_models_agree(shared: Path) -> None:
+def test_optimised_models_agree(thesis_tables: Path) -> None:
     names = {"rmse_n": "force_rmse_n", "nrmse": "force_nrmse", "mean absolute relative error": "contact_time_error"}
-    with (shared / "reference" / "table_4_6_to_4_9_optimised_models.csv").open(newline="") as handle:
+    with (thesis_tables / "table_4_6_to_4_9_optimised_models.csv").open(newline="") as handle:
         expected = {
             (model, names[row["metric"]], float(row["value"]), row["table"])
             for row in csv.DictReader(handle)

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-import re
-from pathlib import Path
 
 import pytest
 from pyroshock.virtualbench.effects import CATALOGUE, SIGNED, Effects, EffectSwitch
 
 
-def test_names_are_the_catalogue_and_the_habits(shared: Path) -> None:
-    ids = re.findall(r"^\| `([a-z_.]+)` \|", (shared / "effects.md").read_text(), flags=re.MULTILINE)
-    assert len(ids) == 25
-    assert [name for name in CATALOGUE if not name.startswith("bench.")] == ids
+def test_names_are_the_catalogue_and_the_habits(effect_ids: list[str]) -> None:
+    assert len(effect_ids) == 25
+    assert [name for name in CATALOGUE if not name.startswith("bench.")] == effect_ids
     habits = [name for name in CATALOGUE if name.startswith("bench.")]
     assert habits == ["bench.hand_scatter", "bench.trigger_jitter", "bench.drift", "bench.noise"]
 

@@ -148,9 +148,9 @@ def test_ideal_gas_follows_the_adiabat() -> None:
 # --- what a shot looks like ------------------------------------------------------------------------------------------
 
 
-def test_five_real_shots_come_out_within_a_tenth(shared: Path) -> None:
+def test_five_real_shots_come_out_within_a_tenth(thesis_tables: Path) -> None:
     """Table 3.1, if its transducer reads 50 mbar low: 0.3 % of its 16 bar."""
-    with (shared / "reference" / "table_3_1_5_1_gun_shots.csv").open(newline="") as handle:
+    with (thesis_tables / "table_3_1_5_1_gun_shots.csv").open(newline="") as handle:
         rows = [
             (float(r["tank_pressure_bar_gauge"]) * 1e5, float(r["measured_velocity_m_s"]))
             for r in csv.DictReader(handle)
