@@ -62,7 +62,7 @@ def json_option(function: Function) -> Function:
 
 
 def data_option(function: Function) -> Function:
-    """`--data FOLDER`, repeated: where campaigns lie that the window and its workers may read."""
+    """`--data FOLDER`, repeated: where campaigns lie that the web application and its workers may read."""
     return click.option(
         "--data",
         "folders",

@@ -29,7 +29,7 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "shots": (".app.impacts.cli", "shots", "List shots of the gun beside the model's velocity."),
     "query": (".app.store.query_cli", "query", "Ask the store a question in SQL; nothing can be changed."),
     "show": (".app.impacts.cli", "show", "Show one impact: figures, findings, versions of its pulse, a plot."),
-    "extract": (".app.ingest.cli", "extract", "Cut pulses anew with other settings; old versions stay."),
+    "extract": (".app.ingest.cli", "extract", "Extract pulses again with other settings; old versions stay."),
     "dataset": (".app.train.dataset_cli", "dataset", "Freeze pulses for training; splits, ranges, traces."),
     "train": (".app.train.cli", "train", "Train models on a dataset and register them."),
     "models": (".app.train.cli", "models", "List the registered models, ranked, beside floor and thesis."),
@@ -50,7 +50,7 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
         "Score the diagnosis on campaigns whose cause is withheld.",
     ),
     "report": (".app.report.cli", "report", "A campaign, a diagnosis or a model as one page or PDF."),
-    "serve": (".app.server.cli", "serve", "The lab's window: pages of all of this, and a JSON API."),
+    "serve": (".app.server.cli", "serve", "Start the web application: pages of all of this, and a JSON API."),
     "work": (".app.jobs.cli", "work", "Do the long work that was asked for; on any machine of the store."),
     "jobs": (".app.jobs.cli", "jobs", "List long work, or stop some of it."),
     "export": (".app.impacts.cli", "export", "Write impacts, shots, pulses or series to CSV, Parquet or JSON."),
@@ -127,7 +127,7 @@ def _message_of(error: click.ClickException) -> str:
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="pyroshock", message="pyroshock %(version)s")
 def main() -> None:
-    """The memory and the foresight of a shock laboratory.
+    """Experiment database, models and digital twin for pyroshock testing.
 
     \b
     A first look, on measured shots:

@@ -1,6 +1,6 @@
 """`ingest`: campaign folders into the store.
 
-`extract`: pulses cut anew from the stored series.
+`extract`: pulses extracted again from the stored series.
 
 The extraction's settings as options of `ingest` and `extract`.
 

@@ -1,6 +1,6 @@
 """A campaign folder of the worker's machine into the store: known by hashes, so that a repeat adds what is missing.
 
-The pulses of a campaign cut anew: a version of the same settings is put back in use, not made twice.
+The pulses of a campaign extracted again: a version of the same settings is put back in use, not made twice.
 
 Folders of uploads: made here, and only what was made here is ever removed, whatever a job's row says.
 """

@@ -30,7 +30,7 @@ class NotHereError(Exception):
 
 @dataclass(frozen=True)
 class Result:
-    """Where to see what a job did (an address of the window), what to say of it, and it as plain data for scripts."""
+    """Where to see what a job did (an address of a page), what to say of it, and it as plain data for scripts."""
 
     address: str
     words: str = ""

@@ -1,4 +1,4 @@
-"""What the window asks of a twin: the shot that a page or a script describes, and how it is answered.
+"""What the web application asks of a twin: the shot that a page or a script describes, and how it is answered.
 
 What the first pages need is imported, and the first twin built, while nobody waits for it.
 

@@ -1,4 +1,4 @@
-"""`serve`: the lab's window, a local web application."""
+"""`serve`: the web application of a laboratory."""
 
 from __future__ import annotations
 

@@ -2,9 +2,9 @@
 
 Trainings and extractions: each answers with its job.
 
-What a campaign's pulses become, as jobs: models trained on a dataset, and pulses cut anew.
+What a campaign's pulses become, as jobs: models trained on a dataset, and pulses extracted again.
 
-The registry of models as the window asks it: what is there, what is chosen, what is promoted.
+The registry of models as the web application asks for it: what is there, what is chosen, what is promoted.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""The lab's window: pages and a JSON API over the same actions as the command line."""
+"""The web application: pages and a JSON API over the same actions as the command line."""

@@ -1,4 +1,4 @@
-"""Long work as the window sees it: the store's queue, and a worker of its own that makes the jobs progress."""
+"""Long work as the web application sees it: the store's queue, and a worker of its own that makes the jobs progress."""
 
 from __future__ import annotations
 
