@@ -194,7 +194,7 @@ def test_adopted_effect_changes_what_is_predicted(lab: str, monkeypatch: pytest.
 
     nominal, _ = velocity()
     found = of_gun("spring", VALVE)
-    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: found)
+    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: found)
     told = pyroshock("diagnose", "spring", "--db", lab, "--adopt", VALVE.id)
     assert told.exit_code == 0 and "adopted as version 1: diagnosis of spring: gun.valve_flow" in told.stderr
     adopted, notes = velocity()
@@ -219,7 +219,7 @@ def test_bench_of_a_file_is_another_one(lab: str, tmp_path: Path) -> None:
 
 
 def test_unknown_effect_is_one_line(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: of_gun("spring", VALVE))
+    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: of_gun("spring", VALVE))
     result = pyroshock("diagnose", "spring", "--db", lab, "--adopt", "gun.magic")
     assert result.exit_code == 2
     assert "has no fit of 'gun.magic'" in result.stderr.strip().splitlines()[-1]
@@ -287,6 +287,6 @@ def test_tune_leaves_it_out_where_asked(lab: str, monkeypatch: pytest.MonkeyPatc
 
 
 def test_effect_that_is_not_first_is_told(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: of_gun("spring", VALVE))
+    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: of_gun("spring", VALVE))
     result = pyroshock("diagnose", "spring", "--db", lab, "--adopt", VALVE.id)
     assert "gun.valve_flow is not what the diagnosis says first: contact.layer_compliance" in result.stderr

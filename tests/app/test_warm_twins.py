@@ -56,7 +56,7 @@ class Counted:
 
 @pytest.fixture
 def counted(monkeypatch):
-    monkeypatch.setattr(warm_twins, "warmed", lambda _: None)
+    monkeypatch.setattr(warm_twins, "warm_up", lambda _: None)
     return Counted()
 
 
@@ -90,7 +90,7 @@ def test_last_few_are_kept(store, quick, counted):
 
 
 def test_failure_is_not_kept(store, quick, monkeypatch):
-    monkeypatch.setattr(warm_twins, "warmed", lambda _: None)
+    monkeypatch.setattr(warm_twins, "warm_up", lambda _: None)
     answers = [LookupError("no campaign 'winter'"), SimpleNamespace()]
 
     def build(*_):

@@ -297,7 +297,7 @@ def test_a_worker_that_wakes_too_late_ends_quietly(
     key = odd.ask(file_store).key
     first = claimed(file_store, "first")
     with monkeypatch.context() as patch:
-        patch.setattr(heartbeat, "beat", away)
+        patch.setattr(heartbeat, "send_heartbeat", away)
         patch.setattr(heartbeat, "look", away)
         over: list[bool] = []
         sleeper = threading.Thread(target=lambda: over.append(attempt(WorkerContext(file_store, "", LEASE_S), first)))

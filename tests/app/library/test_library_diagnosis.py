@@ -31,7 +31,7 @@ def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def store(filled: Path, notebook: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """A copy of the store; every diagnosis is a made-up one."""
-    monkeypatch.setattr(diagnosing, "diagnosed", lambda store, db, asked, progress=None: made_up())
+    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda store, db, asked, progress=None: made_up())
     shutil.copy(filled / "lab.db", tmp_path)
     with ps.open(tmp_path / "lab.db", create=False) as store:
         yield store
