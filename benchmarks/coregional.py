@@ -277,10 +277,10 @@ def answering(name: str) -> Callable[[Message], Message]:
     prepared: dict[tuple[Any, ...], Callable[[], Any]] = {}
 
     def answer(request: Message) -> Message:
-        what, n, asked = key = (request["what"], request["n"], request.get("asked"))
+        what, n, new_inputs = key = (request["what"], request["n"], request.get("asked"))
         with one_core() if name in ONE_CORE else nullcontext():
             if key not in prepared:
-                prepared[key] = LIKELIHOODS[name](n) if what == "likelihood" else PREDICTIONS[name](n, asked or 1)
+                prepared[key] = LIKELIHOODS[name](n) if what == "likelihood" else PREDICTIONS[name](n, new_inputs or 1)
             begin = time.perf_counter()
             result = prepared[key]()
             seconds = time.perf_counter() - begin
@@ -306,11 +306,11 @@ def trained(n: int) -> dict[str, Any]:
     """The whole model, from nothing to convergence, and predictions of other pulses."""
     from pyroshock.training.estimators.coregional import Coregional
 
-    (x, y), (asked, _) = pulses(n), pulses(PREDICTED)
+    (x, y), (new_inputs, _) = pulses(n), pulses(PREDICTED)
     begin = time.perf_counter()
     model = Coregional().fit(x, y, np.arange(n), np.random.default_rng(0))
     fitted = time.perf_counter()
-    model.predict(asked)
+    model.predict(new_inputs)
     search, seconds = model.maximisation_, time.perf_counter() - fitted
     assert search is not None
     return {"evaluations": len(search.losses), "converged": search.converged, "fit_s": fitted - begin,
@@ -444,13 +444,13 @@ def _training(n: int) -> Iterator[Figure]:
     """In a fresh process. Raises `CalledProcessError`."""
     command = [sys.executable, "-m", "benchmarks.coregional", "training", str(n)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-    found = json.loads(done.stdout.splitlines()[-1])
-    steps = f"{found['evaluations']} evaluations, converged: {found['converged']}"
-    yield promised(THEME, f"training on {n:,} pulses", [found["fit_s"]], FIT_S, "s", bound=steps)
+    answer = json.loads(done.stdout.splitlines()[-1])
+    steps = f"{answer['evaluations']} evaluations, converged: {answer['converged']}"
+    yield promised(THEME, f"training on {n:,} pulses", [answer["fit_s"]], FIT_S, "s", bound=steps)
     memory, bound = "peak memory of that training", "two matrices of pulses by pulses"
-    yield promised(THEME, memory, [found["peak_bytes"]], FIT_BYTES, "MB", bound=bound)
+    yield promised(THEME, memory, [answer["peak_bytes"]], FIT_BYTES, "MB", bound=bound)
     predictions, bound = f"{PREDICTED:,} predictions with spread", f"{n:,} pulses learned"
-    yield promised(THEME, predictions, [found["predict_s"]], PREDICT_S, "s", bound=bound)
+    yield promised(THEME, predictions, [answer["predict_s"]], PREDICT_S, "s", bound=bound)
 
 
 def check_agreement(numbers: Mapping[str, Any], difference: float) -> None:

@@ -34,7 +34,7 @@ Make = Callable[[Space, int, np.random.Generator], Levels]
 
 THEME = "Plans of 105 gun runs: Latin hypercubes rounded to levels beside the balanced design, {} seeds"
 RUNS, ANNEAL_S, LIMIT_S = 105, 2.0, 10.0
-TABLE = ROOT.parent / "shared" / "reference" / "table_a1_lhs_105_runs.csv"
+TABLE = ROOT / "tests" / "data" / "thesis" / "table_a1_lhs_105_runs.csv"
 SHOWN = {
     "distinct": "{:.0f}",
     "worst_level": "{:.2f}",
@@ -66,7 +66,7 @@ class Plans:
     seconds: Sequence[float]
 
     def values(self, figure: str) -> list[float]:
-        return [float(getattr(each, figure)) for each in self.qualities]
+        return [float(getattr(design_quality, figure)) for design_quality in self.qualities]
 
     def row(self) -> str:
         cells = [_text(self.values(figure), shown) for figure, shown in SHOWN.items()]
@@ -184,7 +184,11 @@ def measure_designs(_folder: Path, seeds: int = 3) -> Iterator[Figure]:
             bound="the exchanges that are tried, whose number is fixed", peer_name=peer.name,
         )  # fmt: skip
         for question, value in QUALITY.items():
-            limits = [1 / each.d_efficiency_limit for each in ours.qualities] if question == INFORMATION else None
+            limits = (
+                [1 / design_quality.d_efficiency_limit for design_quality in ours.qualities]
+                if question == INFORMATION
+                else None
+            )
             yield compared(
                 theme, f"{question}, {peer.name}", [value(q) for q in ours.qualities],
                 [value(q) for q in peer.qualities], "",

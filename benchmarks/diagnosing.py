@@ -72,10 +72,10 @@ def measure_diagnosing(_folder: Path, campaigns: int = CAMPAIGNS, learn_from: in
         )  # fmt: skip
     for method in methods:
         rows = [[CaseResult(case.truth, case.answers[name]) for case in cases] for name in (OURS, method)]
-        brier, peer_brier = (figures(method, each).reliability.brier for each in rows)
+        brier, peer_brier = (figures(method, method_rows).reliability.brier for method_rows in rows)
         own, other = (
-            f"{sum(map(answer_sets.first_label, each))} of {campaigns} first, Brier {score:.2f}"
-            for each, score in zip(rows, (brier, peer_brier), strict=True)
+            f"{sum(map(answer_sets.first_label, method_rows))} of {campaigns} first, Brier {score:.2f}"
+            for method_rows, score in zip(rows, (brier, peer_brier), strict=True)
         )
         yield Figure(
             THEME.format(campaigns), f"the right effect, beside {method}", own, other,

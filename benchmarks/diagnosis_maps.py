@@ -88,8 +88,8 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
     options = Options(where=False, plan=False, rate_pulses=False)
     with tempfile.TemporaryDirectory(prefix="pyroshock-maps-") as place:
         label = record_case(case, Path(place) / "campaign", int(rng.integers(2**31)))
-        said = diagnose(read_folder(Path(place) / "campaign"), options=options)
-    verdict = said.as_json()
+        verdict_of_case = diagnose(read_folder(Path(place) / "campaign"), options=options)
+    verdict = verdict_of_case.as_json()
     gap, true = verdict["gap"], shares(label.left_out)
     held = [entry for entry in verdict["shrinkage"] if entry["held_out_by"] == "configuration"]
     left = np.sqrt(max(held[0]["after"] ** 2 - gap["noise_floor"] ** 2, 0.0)) / gap["tolerance"] if held else None
@@ -98,13 +98,16 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
         "truth": list(label.cause),
         "first": verdict["causes"][0],
         # The likeliest entry but "unknown", and its probability by evidence alone.
-        "known": [next(c["effects"] for c in verdict["causes"] if c["effects"] != ["unknown"]), said.first_evidence],
+        "known": [
+            next(c["effects"] for c in verdict["causes"] if c["effects"] != ["unknown"]),
+            verdict_of_case.first_evidence,
+        ],
         "beyond_noise": gap["beyond_noise"],
-        "odds": said.unknown_log_odds,
+        "odds": verdict_of_case.unknown_log_odds,
         "fraction": held[0]["fraction"] if held else None,
         "left": None if left is None else float(left),
         "shares": [_share_row(item, true.get(item["effect"], 0.0)) for item in verdict["effects"]],
-        "sets": said.set_scores,
+        "sets": verdict_of_case.set_scores,
     }
 
 

@@ -110,7 +110,7 @@ def measure_genetic(_folder: Path, candidates: Sequence[Layers] = QUICK, repeats
 
     def learn(name: str, evaluate: Callable[[Sequence[Fold], Sequence[Layers], int], list[list[Floats]]]) -> None:
         forces = evaluate(folds, candidates, len(errors[name]))
-        errors[name].append(float(np.mean([error(each, folds, table.force_n) for each in forces])))
+        errors[name].append(float(np.mean([error(force_of_run, folds, table.force_n) for force_of_run in forces])))
 
     functions: dict[str, Callable[[], object]] = {
         OURS: partial(learn, OURS, by_us),

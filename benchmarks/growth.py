@@ -213,7 +213,7 @@ def _left_out(sizes: Sequence[int], costs: dict[int, tuple[float, ...]], budget_
 
 def training_curves(budget_s: float, sizes: Sequence[int] = PULSES, names: Sequence[str] = ()) -> Iterator[Curve]:
     """Training and 1,000 predictions of the named families (none: of all)."""
-    asked = pulses(ASKED)[0]
+    new_inputs = pulses(ASKED)[0]
     for name in names or FAMILIES:
         training, predictions = f"training a {name}", list[Point]()
 
@@ -224,7 +224,7 @@ def training_curves(budget_s: float, sizes: Sequence[int] = PULSES, names: Seque
         def cost(n: int, train=train, name=name, predictions=predictions) -> tuple[float, ...]:  # type: ignore[no-untyped-def]
             models: list[Estimator] = []
             seconds = repeated(lambda: models.append(train(n)), enough_s=1.0)
-            predicting = repeated(partial(models[-1].predict, asked), enough_s=1.0)
+            predicting = repeated(partial(models[-1].predict, new_inputs), enough_s=1.0)
             predictions.append(Point("pulses", f"1,000 predictions of a {name}", n, predicting))
             return seconds
 

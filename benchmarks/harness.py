@@ -397,7 +397,7 @@ def interpreter_with(module: str) -> Path | None:
 
 def version_of(package: str) -> str:
     """The version by pip's name, from this environment or a peer's own; "" where it is not installed."""
-    with suppress(PackageNotFoundError):
+    with suppress(PackageNotFoundError):  # it may stand in an environment of its own
         return version(package)
     wanted = package.lower().replace("-", "_")
     # The name of the metadata folder tells it: importing the package would start another interpreter.

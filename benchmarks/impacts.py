@@ -172,7 +172,7 @@ def measure_impacts(
     exact = looped(some, 1e-11)
     scale = np.stack([*exact[:3], some.impact_velocity_m_s])  # a velocity near nothing has no relative error
     theirs = np.abs((looped(some, 1e-8, evaluations) - exact) / scale).max(axis=1)
-    mine = np.abs((ours(all_bodies)[:, ::every] - exact) / scale).max(axis=1)
+    our_error = np.abs((ours(all_bodies)[:, ::every] - exact) / scale).max(axis=1)
     needed = sum(evaluations) / exact.shape[1]
     functions: dict[str, Callable[[], object]] = {
         "ours": partial(ours, all_bodies),
@@ -187,7 +187,7 @@ def measure_impacts(
         question="a batch of impacts", peer_name="solve_ivp loop",
     )  # fmt: skip
     errors = ", ".join(f"{name} {error:.1g}" for name, error in zip(_NAMES, theirs, strict=True))
-    for name, own in zip(_NAMES, mine, strict=True):
+    for name, own in zip(_NAMES, our_error, strict=True):
         title = f"largest error of the {name}, against solve_ivp at 1e-11"
         yield promised(THEME, title, [float(own)], LARGEST_ERROR, "", bound=f"the loop's at 1e-8: {errors}")
 

@@ -113,7 +113,7 @@ def checks(campaigns: Sequence[Campaign]) -> list[Check]:
         for metric, limit in LIMITS.items():
             values = [each.metric(model, "repetitions", metric) for each in campaigns]
             found.append(Check(f"{model}: {metric} at most {limit}", values, max(values) <= limit))
-            floors = [each.floors["repetitions"]["treatment"][metric] for each in campaigns]
+            floors = [campaign_figures.floors["repetitions"]["treatment"][metric] for campaign_figures in campaigns]
             shares = [value / floor for value, floor in zip(values, floors, strict=True)]
             promise = f"{model}: {metric} over its floor, at most {OF_FLOOR}"
             found.append(Check(promise, shares, max(shares) <= OF_FLOOR))

@@ -133,7 +133,9 @@ def distances() -> Iterator[str]:
     yield "| --- |" + " --- |" * 4
     for top in (1e3, 5e3, 10e3, 20e3):
         band = slice(3, min(int(np.sum(bench.frequencies_hz < top)), plate.frequency_hz.size, bare.frequency_hz.size))
-        ours, alone = (100 * (each.frequency_hz[band] / bench.frequencies_hz[band] - 1) for each in (plate, bare))
+        ours, alone = (
+            100 * (solved_plate.frequency_hz[band] / bench.frequencies_hz[band] - 1) for solved_plate in (plate, bare)
+        )
         yield f"| {top:g} | {ours.size} | {np.abs(ours).max():.2f} | {ours.mean():+.2f} | {np.abs(alone).max():.1f} |"
 
 

@@ -62,8 +62,8 @@ def by_peak_widths(force: Floats, rate_hz: float) -> list[PeerPulse]:
     from scipy.signal import find_peaks, peak_widths
 
     peaks, _ = find_peaks(force, height=EVENT_SHARE * force.max(), distance=round(INTERVAL_S * rate_hz))
-    _, _, left, right = peak_widths(force, peaks, rel_height=1 - END_SHARE)
-    return [_peer_pulse(force, *ends, rate_hz) for ends in zip(peaks, left.tolist(), right.tolist(), strict=True)]
+    _, _, left_end, right = peak_widths(force, peaks, rel_height=1 - END_SHARE)
+    return [_peer_pulse(force, *ends, rate_hz) for ends in zip(peaks, left_end.tolist(), right.tolist(), strict=True)]
 
 
 def by_threshold(force: Floats, rate_hz: float) -> list[PeerPulse]:
@@ -146,10 +146,10 @@ def measure_pulses(_folder: Path, repeats: int = 9) -> Iterator[Figure]:
             THEME, f"time for a record, {name}", seconds["ours"], seconds[name], bound="copying the record in memory",
             bound_values=seconds["copy"], question="pulses of a force record", peer_name=name,
         )  # fmt: skip
-    mine = [score(record, ours(record.force_n, record.rate_hz)) for record in records]
+    our_scores = [score(record, ours(record.force_n, record.rate_hz)) for record in records]
     for name, method in PEERS.items():
         theirs = [score(r, with_second_hits(r.force_n, method(r.force_n, r.rate_hz), r.rate_hz)) for r in records]
-        yield from _correctness(name, records, mine, theirs)
+        yield from _correctness(name, records, our_scores, theirs)
 
 
 def _correctness(
@@ -160,7 +160,9 @@ def _correctness(
         ("impacts missed or made up", "miscounted", len(hits)),
         ("second hits missed or made up", "misjudged", sum(hit.followed for hit in hits)),
     ):
-        wrong, peers = ([float(sum(getattr(each, key) for each in scores))] for scores in (mine, theirs))
+        wrong, peers = (
+            [float(sum(getattr(record_score, key) for record_score in scores))] for scores in (mine, theirs)
+        )
         yield compared(
             THEME, f"{what}, {name}, of {total}", wrong, peers, "", limit=1.0, kind="quality", question=what,
             peer_name=name,
@@ -168,7 +170,7 @@ def _correctness(
         )  # fmt: skip
     steps = [1 / (r.rate_hz * np.median([h.contact_time_s for h in r.hits])) / np.sqrt(6) for r in records]
     yield compared(
-        THEME, f"error of the contact time, {name}", [each.error for each in mine], [each.error for each in theirs],
+        THEME, f"error of the contact time, {name}", [x.error for x in mine], [x.error for x in theirs],
         "%", kind="quality", question="error of a contact time", peer_name=name,
         bound="both ends of a contact lie between samples", bound_values=[float(np.median(steps))] * len(mine),
     )  # fmt: skip

@@ -237,8 +237,8 @@ def _series_row(kind: str, source: Path, folder: Path) -> Measured:
             impacts = session.scalars(select(func.count()).select_from(Impact)).one()
             rate, samples = session.execute(channel).one()
             stored = session.scalars(select(func.sum(func.length(SeriesChunk.frame)))).one()
-    each = {"samples_per_impact": float(samples) / impacts, "bytes_per_impact": float(stored) / impacts}
-    return {"kind": kind, "rate_hz": float(rate), **each}
+    per_impact = {"samples_per_impact": float(samples) / impacts, "bytes_per_impact": float(stored) / impacts}
+    return {"kind": kind, "rate_hz": float(rate), **per_impact}
 
 
 def measured_question(question: Question, stores: Sequence[Store], sizes: Sequence[StoreSize]) -> Measured:
@@ -314,9 +314,9 @@ def measured_ingest(server: str, full: str, folder: Path) -> Measured:
                 list(pool.map(partial(_ingest, full), sources))
                 together.append(CLIENTS * IMPACTS / (time.perf_counter() - begin))
     measured: Measured = {"clients": CLIENTS, "together": together[1:], "impacts": IMPACTS}
-    for name, each in costs.items():  # the first of each finds nothing warm
-        measured[name] = [IMPACTS / wall_s for wall_s, _ in each[1:]]
-        measured[f"{name}_processor_s"] = [processor_s / IMPACTS for _, processor_s in each[1:]]
+    for name, cost_of in costs.items():  # the first of each finds nothing warm
+        measured[name] = [IMPACTS / wall_s for wall_s, _ in cost_of[1:]]
+        measured[f"{name}_processor_s"] = [processor_s / IMPACTS for _, processor_s in cost_of[1:]]
     return measured
 
 

@@ -189,10 +189,10 @@ class _StoredSeries:
     def read(self, part: int, times: int = 1) -> Samples:
         """The whole, part after part in one session; the last part comes back."""
         with self._store.reading() as session:
-            connection, found = session.connection(), self._samples[:0]
+            connection, samples_read = session.connection(), self._samples[:0]
             for i in list(range(0, self._samples.size - part + 1, part)) * times:
-                found = read_slice(connection, self._key, self._encoded.layout, i, i + part)
-            return found
+                samples_read = read_slice(connection, self._key, self._encoded.layout, i, i + part)
+            return samples_read
 
     def decode(self) -> None:
         samples_of(self._encoded)
@@ -288,18 +288,27 @@ class Content:
 
     def pulses(self, level: str) -> list[Floats]:
         """Of all impacts with a level of `FACTOR`."""
-        return [pulse for each in self.recordings if each.attributes[FACTOR] == level for pulse in each.pulses]
+        return [
+            pulse
+            for recording in self.recordings
+            if recording.attributes[FACTOR] == level
+            for pulse in recording.pulses
+        ]
 
     def write(self, folder: Path) -> Path:
         """The recordings as plain arrays with an index, for a program that imports nothing of ours."""
         folder.mkdir(parents=True, exist_ok=True)
         index: list[dict[str, Any]] = []
-        for each in self.recordings:
-            pulses = {f"pulse_{i}": pulse for i, pulse in enumerate(each.pulses)}
-            np.savez(folder / f"{each.run}.npz", **each.series, **pulses)  # type: ignore[arg-type]  # takes them by name
-            index.append({"run": each.run, "attributes": each.attributes, "impacts": each.impacts})
+        for recording in self.recordings:
+            pulses = {f"pulse_{i}": pulse for i, pulse in enumerate(recording.pulses)}
+            np.savez(folder / f"{recording.run}.npz", **recording.series, **pulses)  # type: ignore[arg-type]  # takes them by name
+            index.append({"run": recording.run, "attributes": recording.attributes, "impacts": recording.impacts})
         (folder / "index.json").write_text(json.dumps(index))
         return folder
+
+
+#: A peer in a program of its own overrides `answer`, which covers every question, and none of the three below.
+_ELSEWHERE = "this storage answers in a program of its own"
 
 
 class Storage:
@@ -317,18 +326,18 @@ class Storage:
 
     def store(self) -> None:
         """All of the content, recording by recording."""
-        raise NotImplementedError
+        raise NotImplementedError(_ELSEWHERE)
 
     def whole(self, run: int) -> Samples:
         """The force of a run's recording."""
-        raise NotImplementedError
+        raise NotImplementedError(_ELSEWHERE)
 
     def window(self, run: int, start: int, stop: int) -> Samples:
         return self.whole(run)[start:stop]
 
     def pulses(self, level: str) -> list[Floats]:
         """Of all impacts with this level of `FACTOR`."""
-        raise NotImplementedError
+        raise NotImplementedError(_ELSEWHERE)
 
     def room(self) -> int:
         return sum(file.stat().st_size for file in self.folder.iterdir())
@@ -380,9 +389,9 @@ class OurStore(Storage):
 
     def store(self) -> None:
         target = CampaignStore(self.opened, self.content.file, None, self.content.rows, ExtractionSettings())
-        for each in self.content.recordings:
-            series = tuple(StoredSeries.of(channel) for channel in each.channels)
-            target.add_recording(replace(each.processed, series=series), each.matched)
+        for recording in self.content.recordings:
+            series = tuple(StoredSeries.of(channel) for channel in recording.channels)
+            target.add_recording(replace(recording.processed, series=series), recording.matched)
 
     def whole(self, run: int) -> Samples:
         with self.opened.reading() as session:
@@ -419,12 +428,12 @@ class Hdf5(Storage):
 
     def store(self) -> None:
         with self._open("w") as file:
-            for each in self.content.recordings:
-                group = file.create_group(f"{each.run:06d}")
-                group.attrs.update(each.attributes)
-                for name, samples in each.series.items():
+            for recording in self.content.recordings:
+                group = file.create_group(f"{recording.run:06d}")
+                group.attrs.update(recording.attributes)
+                for name, samples in recording.series.items():
                     group.create_dataset(name, data=samples, compression="gzip", shuffle=True)
-                for impact, force in zip(each.impacts, each.pulses, strict=True):
+                for impact, force in zip(recording.impacts, recording.pulses, strict=True):
                     pulse = group.create_dataset(f"impacts/{impact['repetition']:06d}", data=force)
                     pulse.attrs.update(impact)
 
@@ -460,11 +469,11 @@ class PlainSqlite(Storage):
             db.execute(f"CREATE TABLE recordings (run INTEGER PRIMARY KEY, {attributes})")
             db.execute("CREATE TABLE series (run, channel, samples BLOB, PRIMARY KEY (run, channel))")
             db.execute(f"CREATE TABLE impacts (run, {figures}, force BLOB, PRIMARY KEY (run, repetition))")
-            for each in self.content.recordings:
-                row = (each.run, *each.attributes.values())
-                series = [(each.run, name, x.tobytes()) for name, x in each.series.items()]
-                pairs = zip(each.impacts, each.pulses, strict=True)
-                impacts = [(each.run, *impact.values(), force.tobytes()) for impact, force in pairs]
+            for recording in self.content.recordings:
+                row = (recording.run, *recording.attributes.values())
+                series = [(recording.run, name, x.tobytes()) for name, x in recording.series.items()]
+                pairs = zip(recording.impacts, recording.pulses, strict=True)
+                impacts = [(recording.run, *impact.values(), force.tobytes()) for impact, force in pairs]
                 for table, rows in (("recordings", [row]), ("series", series), ("impacts", impacts)):
                     marks = ", ".join("?" * len(rows[0]))
                     db.executemany(f"INSERT INTO {table} VALUES ({marks})", rows)  # noqa: S608 - question marks
@@ -497,10 +506,10 @@ class Parquet(Storage):
 
     def store(self) -> None:
         rows = []
-        for each in self.content.recordings:
-            pd.DataFrame(each.series).to_parquet(self.folder / f"{each.run}.parquet")
-            for impact, force in zip(each.impacts, each.pulses, strict=True):
-                rows.append({"run": each.run, **each.attributes, **impact, "force_n": force})
+        for recording in self.content.recordings:
+            pd.DataFrame(recording.series).to_parquet(self.folder / f"{recording.run}.parquet")
+            for impact, force in zip(recording.impacts, recording.pulses, strict=True):
+                rows.append({"run": recording.run, **recording.attributes, **impact, "force_n": force})
         pd.DataFrame(rows).to_parquet(self.folder / "impacts.parquet")
 
     def whole(self, run: int) -> Samples:
@@ -517,10 +526,10 @@ class RawBytes(Storage):
     name, guarantees = RAW, "nothing"
 
     def store(self) -> None:
-        for each in self.content.recordings:
-            for name, samples in each.series.items():
-                samples.tofile(self.folder / f"{each.run}.{name}")
-        for level in {str(each.attributes[FACTOR]) for each in self.content.recordings}:
+        for kept_recording in self.content.recordings:
+            for name, samples in kept_recording.series.items():
+                samples.tofile(self.folder / f"{kept_recording.run}.{name}")
+        for level in {str(recording.attributes[FACTOR]) for recording in self.content.recordings}:
             np.concatenate(self.content.pulses(level)).tofile(self.folder / level)
 
     def whole(self, run: int) -> Samples:

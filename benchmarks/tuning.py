@@ -217,9 +217,11 @@ def by_tuner(task: Task, forward: Forward, history: FiredShots, rng: np.random.G
     for shots in range(MOST_SHOTS + 1):
         begin = time.perf_counter()
         refusals = _and_spoiled(task.refusals, spoiled)
-        found = tune(forward, task.space, task.goal, rng, measured=measured, refusals=refusals, extrapolate=True)
+        tuning_result = tune(
+            forward, task.space, task.goal, rng, measured=measured, refusals=refusals, extrapolate=True
+        )
         seconds.append(time.perf_counter() - begin)
-        best = found.proposals[0].setting
+        best = tuning_result.proposals[0].setting
         if shots == MOST_SHOTS:
             break
         spectrum = task.fire(best)
@@ -409,24 +411,24 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("folder", nargs="?", type=Path)
     parser.add_argument("--cases", type=int, default=CASES)
     parser.add_argument("--seed", type=int, default=JUDGED_SEED)
-    asked = parser.parse_args(arguments)
+    options = parser.parse_args(arguments)
     results: dict[str, list[dict[str, Any]]] = {method: [] for method in METHODS}
     with work_folder() as place:
-        folder = (asked.folder or place) / "tuning"
-        known, gun = lab(folder, BENCH_SEED), VirtualGun(BENCH_SEED)
-        for number in range(asked.cases):
-            files = [folder / "cases" / f"{asked.seed}-{number}-{i}.json" for i in range(len(METHODS))]
-            case = None if all(file.exists() for file in files) else hidden(number, asked.seed, known, gun)
+        folder = (options.folder or place) / "tuning"
+        known_lab, gun = lab(folder, BENCH_SEED), VirtualGun(BENCH_SEED)
+        for number in range(options.cases):
+            files = [folder / "cases" / f"{options.seed}-{number}-{i}.json" for i in range(len(METHODS))]
+            case = None if all(file.exists() for file in files) else hidden(number, options.seed, known_lab, gun)
             for (name, method), file in zip(METHODS.items(), files, strict=True):
                 if case is not None and not file.exists():
                     file.parent.mkdir(parents=True, exist_ok=True)
-                    result = judged(method, case, number, asked.seed, known, gun)
+                    result = judged(method, case, number, options.seed, known_lab, gun)
                     file.write_text(json.dumps(result, indent=1), encoding="utf-8")
                 results[name].append(json.loads(file.read_text(encoding="utf-8")))
                 within, shots = results[name][-1]["share_within"], results[name][-1]["shots"]
                 sys.stderr.write(f"case {number}, {name}: {within:.0%} of lines after {shots} shots\n")
     print("| way | recovered | lines within | shots | seconds a proposal |\n| --- | --- | --- | --- | --- |")
-    print("\n".join(row(name, each) for name, each in results.items()))
+    print("\n".join(row(name, score_row) for name, score_row in results.items()))
     ours = next(iter(results.values()))
     lost = [f"fewer than {PROMISED:.0%} recovered"] * (sum(r["success"] for r in ours) < PROMISED * len(ours))
     lost += [f"a proposal over {PROPOSAL_S:g} s"] * (

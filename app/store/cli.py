@@ -237,8 +237,8 @@ def db() -> None:
     """Keep the store."""
 
 
-for each in (check, copy, export, import_, roles):
-    db.add_command(each)
+for command in (check, copy, export, import_, roles):
+    db.add_command(command)
 
 
 @db.command()

@@ -59,7 +59,7 @@ def store(lab: str) -> Iterator[Store]:
 
 def used(store: Store, campaign: str) -> list[str]:
     with store.reading() as session:
-        return [each.id for each in effects_in_use(session, campaign)[0]]
+        return [acting_effect.id for acting_effect in effects_in_use(session, campaign)[0]]
 
 
 def test_campaigns_of_the_same_gun_use_it(store: Store) -> None:

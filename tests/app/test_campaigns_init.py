@@ -137,8 +137,8 @@ def test_each_kind_from_recordings(sqlite_url, tmp_path, kind):
     result = started(folder, "--kind", kind, "--recordings", "recordings")
     assert "--dry-run" in result.stderr
     rows = rows_of(folder)
-    told = [(row["run"], row["repetition"], row["recording"]) for row in rows]
-    assert told == [(number, "1", f"recordings/{number}.npz") for number in "12"]
+    rows_read = [(row["run"], row["repetition"], row["recording"]) for row in rows]
+    assert rows_read == [(number, "1", f"recordings/{number}.npz") for number in "12"]
     assert ingest(sqlite_url, folder).exit_code == 2
     fill_in(folder, force="N", acc="g")
     replace_where(folder, 'quantity = "g"', 'quantity = "acceleration"')
@@ -191,13 +191,13 @@ def test_plan_of_another_kind_or_number_of_recordings_is_refused(sqlite_url, tmp
     gun_plan(sqlite_url)
     folder = tmp_path / "shots"
     write_recording(folder / "1.npz", {"force": record()})
-    for arguments, said in (
+    for arguments, message in (
         (("--kind", "gun", "--recordings", "."), "1 recordings for a plan of 3 runs and 6 repetitions"),
         (("--kind", "drop"), "'shots' is one of a gun"),
     ):
         result = pyroshock("campaigns", "init", folder, *arguments, "--plan", "shots", "--db", sqlite_url)
         assert (result.exit_code, len(result.stderr.splitlines())) == (2, 1)
-        assert said in result.stderr
+        assert message in result.stderr
         assert not (folder / "campaign.toml").exists()
 
 

@@ -136,10 +136,10 @@ def test_every_bucket_keeps_its_extremes_and_few_points_hold_both_ends(values, p
     assert (np.diff(kept) > 0).all()
     assert (kept[0], kept[-1]) == (0, values.size - 1)
     for start in range(0, values.size, length):
-        mine = kept[(kept >= start) & (kept < start + length)]
+        in_window = kept[(kept >= start) & (kept < start + length)]
         bucket = values[start : start + length]
-        assert values[mine].min() == bucket.min()
-        assert values[mine].max() == bucket.max()
+        assert values[in_window].min() == bucket.min()
+        assert values[in_window].max() == bucket.max()
 
 
 @given(NUMBERS, st.integers(0, 200))

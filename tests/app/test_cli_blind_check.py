@@ -62,13 +62,13 @@ def test_shrinkage_may_be_left_out(asked: list[dict[str, Any]]) -> None:
 
 
 def test_what_cannot_be_checked_is_one_line(asked: list[dict[str, Any]], tmp_path: Path) -> None:
-    for words, said in (
+    for words, message in (
         (("--cases", "2", "--seed", "1", "--tier", "easy"), "--tier is 'easy'; expected one of weak, middle, strong"),
         ((), "--cases is missing"),
         (("--pool", tmp_path), "finish this check with blind-check --folder first"),
     ):
         result = pyroshock("blind-check", *words)
-        assert result.exit_code == 2 and said in result.stderr
+        assert result.exit_code == 2 and message in result.stderr
     assert not asked
 
 

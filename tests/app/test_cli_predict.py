@@ -66,8 +66,8 @@ def test_shipped_bench_answers_without_a_store(quick):
 
 
 def test_given_velocity_needs_no_gun_and_the_same_seed_gives_the_same_words(quick):
-    found = told(quick("--velocity", "8m/s", "--json"))
-    assert found["velocity_m_s"] == {"mean": pytest.approx(8.0), "ci90": pytest.approx([8.0, 8.0])}
+    prediction = told(quick("--velocity", "8m/s", "--json"))
+    assert prediction["velocity_m_s"] == {"mean": pytest.approx(8.0), "ci90": pytest.approx([8.0, 8.0])}
     assert quick("--json").stdout == quick("--json", "--seed", "0").stdout != quick("--json", "--seed", "1").stdout
 
 

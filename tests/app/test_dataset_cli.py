@@ -54,8 +54,8 @@ def test_build_tells_the_contract(url):
 
 @pytest.mark.parametrize("words", [["--from", "spring", "autumn"], ["--from", "spring", "--from", "autumn"]])
 def test_several_campaigns_are_split_as_asked(url, words):
-    told = as_json(url, "build", "d", *words, "--split", "campaign=autumn")
-    assert (told["pulses"], told["train"], told["test"]) == (5 * HITS, 4 * HITS, HITS)
+    built = as_json(url, "build", "d", *words, "--split", "campaign=autumn")
+    assert (built["pulses"], built["train"], built["test"]) == (5 * HITS, 4 * HITS, HITS)
     assert "frozen already under the name d; nothing was added" in done(url, "build", "e", *words).stderr
 
 

@@ -116,10 +116,10 @@ def test_missing_extra_skips_model_and_validation(told, monkeypatch):
 @pytest.mark.timeout(900)
 def test_whole_story_twice(tmp_path, monkeypatch):
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
-    told = CliRunner().invoke(main, ["demo", "--out", str(tmp_path)])
-    assert told.exit_code == 0, told.stderr
+    result = CliRunner().invoke(main, ["demo", "--out", str(tmp_path)])
+    assert result.exit_code == 0, result.stderr
     for number, picture in cli.PICTURES.items():
-        assert f"Chapter {number} of 5" in told.stdout
+        assert f"Chapter {number} of 5" in result.stdout
         assert (tmp_path / picture).read_bytes().startswith(b"\x89PNG")
     data = json.loads(CliRunner().invoke(main, ["demo", "--out", str(tmp_path), "--json"]).stdout)
     assert data["rehearsal"]["done"] == data["rehearsal"]["planned"] == 36

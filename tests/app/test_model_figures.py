@@ -69,14 +69,14 @@ def test_rows_are_filtered_by_split_and_dataset(trained):
 
 
 def test_version_alone_and_pulses_that_are_gone_are_said(trained, read):
-    one = version_of(trained, "tree@1")
+    tree_version = version_of(trained, "tree@1")
     with pytest.raises(ValueError, match="2 versions to compare; choose two or more"):
-        side_by_side(trained[0], [one, one], read)
+        side_by_side(trained[0], [tree_version, tree_version], read)
     other = pulse_table(np.random.default_rng(9), repetitions=3, campaign="other")
     table, _ = held_out(other, np.random.default_rng(0))
     with pytest.raises(ValueError, match="60 held-out pulses are in no dataset of the store"):
-        held_out_figures(trained[0], one, lambda _: table)
-    without_floor = version_row(one, {})["metrics"]["cost"]["floor"]
+        held_out_figures(trained[0], tree_version, lambda _: table)
+    without_floor = version_row(tree_version, {})["metrics"]["cost"]["floor"]
     assert without_floor == {"configuration": None, "treatment": None}
 
 

@@ -112,8 +112,8 @@ def test_silent_and_missing_channels_are_told(store):
 def test_quality_is_the_oscillators_and_lines_beyond_half_the_rate_are_left_away(store):
     sharp, blunt = (overlay(store, 1, q=q).spectra[0].spectrum.maximax.max() for q in (50.0, 5.0))
     assert sharp > 1.5 * blunt
-    found = overlay(store, 1, frequency_hz=np.array([100.0, 1000.0, 30_000.0]))
-    np.testing.assert_array_equal(found.frequency_hz, [100.0, 1000.0])
+    spectra = overlay(store, 1, frequency_hz=np.array([100.0, 1000.0, 30_000.0]))
+    np.testing.assert_array_equal(spectra.frequency_hz, [100.0, 1000.0])
 
 
 @pytest.mark.parametrize(
@@ -176,13 +176,13 @@ def test_too_many_points_are_refused():
 
 
 def test_name_of_an_upload_is_no_path():
-    told = {
+    texts = {
         "../../etc/spec.csv": "spec.csv",
         "C:\\lab\\spec.csv": "spec.csv",
         "a\nb.csv": "ab.csv",
         "": "specification",
     }
-    assert {given: source_name(given) for given in told} == told
+    assert {given: source_name(given) for given in texts} == texts
 
 
 @given(st.one_of(st.text(max_size=300), st.binary(max_size=300)), st.booleans())

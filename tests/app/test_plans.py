@@ -79,13 +79,17 @@ def test_page_counts_levels_changes_and_states(store):
     tick_run(store, "p", 1, status="done")
     page = plan_page(read(store, "p"))
     assert page["counts"] == {"planned": 2, "done": 1, "discarded": 0, "begun": 0}
-    assert {each["factor"]: each["changes"] for each in page["changes"] if each["changes"]} == {"tip_material": 1}
-    levels = next(each for each in page["levels"] if each["axis"] == "tip_material")
-    assert [each["runs"] for each in levels["levels"]] == [2, 1, 0]
+    assert {changes["factor"]: changes["changes"] for changes in page["changes"] if changes["changes"]} == {
+        "tip_material": 1
+    }
+    levels = next(axis_levels for axis_levels in page["levels"] if axis_levels["axis"] == "tip_material")
+    assert [level["runs"] for level in levels["levels"]] == [2, 1, 0]
     assert levels["share"] == 1.0
     # of positions -1, 0, 1 the levels' means are -0.5 and 1: between groups 2 * 0.25 + 1 of 2
-    assert next(each["share"] for each in page["time"] if each["axis"] == "tip_material") == pytest.approx(0.75)
-    runs = next(each for each in page["figures"] if each["name"] == "runs")
+    assert next(
+        share_row["share"] for share_row in page["time"] if share_row["axis"] == "tip_material"
+    ) == pytest.approx(0.75)
+    runs = next(figure for figure in page["figures"] if figure["name"] == "runs")
     assert (runs["value"], runs["text"], runs["better"]) == (3, "3", "neither")
     json.dumps(page, allow_nan=False)
 

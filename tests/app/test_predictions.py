@@ -55,25 +55,25 @@ def test_both_pressure_and_velocity_and_factors_without_bullets_are_refused(benc
 
 
 def test_sliders_stay_within_the_bench_and_their_defaults_can_be_fired(bench):
-    found = sliders(bench)
-    numbers = found["numbers"]
+    controls = sliders(bench)
+    numbers = controls["numbers"]
     assert (numbers["tank_pressure_pa"]["low"], numbers["tank_pressure_pa"]["high"]) == (0.2e5, 8e5)
     assert numbers["bullet_mass_kg"]["levels"] == [0.2, 0.5, 1.0]
     assert numbers["tip_radius_m"]["levels"] == pytest.approx([0.03, 0.045, 0.06])
-    for name, each in numbers.items():
-        assert each["low"] <= each["default"] <= each["high"], name
-        assert each["domain"] is None
-    choices = found["choices"]
+    for name, range_slider in numbers.items():
+        assert range_slider["low"] <= range_slider["default"] <= range_slider["high"], name
+        assert range_slider["domain"] is None
+    choices = controls["choices"]
     assert choices["tip_material"]["default"] == "steel"
     assert choices["anvil_material"]["options"][0]["name"] == "none"
-    assert [each["name"] for each in choices["impact_position"]["options"]] == ["#1", "#2"]
-    assert all(option["known"] for each in choices.values() for option in each["options"])
-    names = [each["name"] for each in choices["tip_material"]["options"]]
+    assert [option["name"] for option in choices["impact_position"]["options"]] == ["#1", "#2"]
+    assert all(option["known"] for choice in choices.values() for option in choice["options"])
+    names = [option["name"] for option in choices["tip_material"]["options"]]
     assert sorted(names) == sorted({material.name for material in bench.materials.values()})
-    own = {name: each["default"] for name, each in choices.items()}
-    own |= {name: each["default"] for name, each in numbers.items() if name != "impact_velocity_m_s"}
+    own = {name: choice["default"] for name, choice in choices.items()}
+    own |= {name: slider["default"] for name, slider in numbers.items() if name != "impact_velocity_m_s"}
     assert predicted_json(bench, ShotRequest(**own), draws=8) == predicted_json(bench, ShotRequest(), draws=8)
-    json.dumps(found, allow_nan=False)
+    json.dumps(controls, allow_nan=False)
 
 
 def test_lab_of_its_own_limits_the_sliders(bench):
@@ -92,13 +92,13 @@ def test_sliders_show_what_a_model_has_learned():
                             Domain.of(table), {})  # fmt: skip
     materials = by_name(THESIS.values(), {})
     built = BuiltTwin(Twin(RegisteredContact(model)), shipped_bench(), materials["aluminum"], materials)
-    found = sliders(built)
-    assert found["numbers"]["tip_radius_m"]["domain"] == [0.015, 0.03]
+    controls = sliders(built)
+    assert controls["numbers"]["tip_radius_m"]["domain"] == [0.015, 0.03]
     velocity = table.column("impact_velocity")
-    assert found["numbers"]["impact_velocity_m_s"]["domain"] == [velocity.min(), velocity.max()]
-    known = {each["name"]: each["known"] for each in found["choices"]["tip_material"]["options"]}
-    assert known["aluminum"] and known["delrin"] and not known["steel"]
-    anvils = {each["name"]: each["known"] for each in found["choices"]["anvil_material"]["options"]}
+    assert controls["numbers"]["impact_velocity_m_s"]["domain"] == [velocity.min(), velocity.max()]
+    seen_tips = {option["name"]: option["known"] for option in controls["choices"]["tip_material"]["options"]}
+    assert seen_tips["aluminum"] and seen_tips["delrin"] and not seen_tips["steel"]
+    anvils = {option["name"]: option["known"] for option in controls["choices"]["anvil_material"]["options"]}
     assert anvils["none"] and anvils["steel"] and not anvils["delrin"]
     law = replace(built, twin=Twin(LawContact("hertz")))
     assert sliders(law)["numbers"]["tip_radius_m"]["domain"] is None

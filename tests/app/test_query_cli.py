@@ -71,8 +71,8 @@ def test_a_file_holds_the_answer_also_one_without_rows(store, tmp_path, ending):
 
 def test_bytes_columns_of_one_name_limits_and_numbers(store):
     def row(*words):
-        (found,) = json.loads(query(store, *words, "--json").stdout)
-        return found
+        (row,) = json.loads(query(store, *words, "--json").stdout)
+        return row
 
     frame = row("select frame from series_chunks limit 1")["frame"]
     assert frame.startswith("<") and frame.endswith(" bytes>")

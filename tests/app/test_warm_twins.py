@@ -216,5 +216,5 @@ def test_threads_predict_the_same(store, quick):
 
 
 def test_shipped_bench_needs_no_store(quick):
-    found = predicted_json(TwinCache(None, quick).get(TwinRequest(frequency_hz=FEW)), ShotRequest())
-    assert "shipped" in found["models"]["gun"]
+    prediction = predicted_json(TwinCache(None, quick).get(TwinRequest(frequency_hz=FEW)), ShotRequest())
+    assert "shipped" in prediction["models"]["gun"]

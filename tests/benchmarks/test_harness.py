@@ -38,7 +38,7 @@ def test_functions_take_turns_after_a_round_that_does_not_count():
     calls: list[str] = []
     seconds = take_turns({name: partial(calls.append, name) for name in "ab"}, 2)
     assert calls == ["a", "b"] * 3
-    assert {name: len(each) for name, each in seconds.items()} == {"a": 2, "b": 2}
+    assert {name: len(times) for name, times in seconds.items()} == {"a": 2, "b": 2}
 
 
 def test_a_function_may_report_its_own_seconds():

@@ -42,19 +42,19 @@ def content(tmp_path_factory):
 
 @pytest.mark.parametrize("kind", [series.OurStore, *series.PEERS])
 def test_stored_series_and_pulses_come_back(kind, content, tmp_path):
-    way = kind(tmp_path / "kept", content)
-    way.empty()
-    way.store()
+    storage = kind(tmp_path / "kept", content)
+    storage.empty()
+    storage.store()
     for run in (1, 3):
         force = content.recordings[run - 1].series["force"]
-        np.testing.assert_array_equal(way.whole(run), force)
-        np.testing.assert_array_equal(way.window(run, 1000, 1500), force[1000:1500])
+        np.testing.assert_array_equal(storage.whole(run), force)
+        np.testing.assert_array_equal(storage.window(run, 1000, 1500), force[1000:1500])
     for level, count in (("aluminum", 20), ("steel", 10)):
         expected = content.pulses(level)
         assert len(expected) == count
-        for found, pulse in zip(way.pulses(level), expected, strict=True):
-            np.testing.assert_array_equal(found, pulse)
-    assert way.room() > 1e6
+        for read_pulse, pulse in zip(storage.pulses(level), expected, strict=True):
+            np.testing.assert_array_equal(read_pulse, pulse)
+    assert storage.room() > 1e6
 
 
 def test_content_for_others_is_the_same(content, tmp_path):
@@ -89,8 +89,8 @@ HITS = [Hit(1.0, 1e-3, False, False), Hit(2.0, 1e-3, True, False)]
     ],
 )
 def test_pulses_are_scored_against_the_truth(hits, detected, score):
-    found = [pulses.DetectedPulse(*each) for each in detected]
-    result = pulses.score(ForceRecord(np.zeros(0), hits), found)
+    detected_pulses = [pulses.DetectedPulse(*peak) for peak in detected]
+    result = pulses.score(ForceRecord(np.zeros(0), hits), detected_pulses)
     assert (result.miscounted, result.misjudged, result.error) == score
 
 
@@ -99,7 +99,7 @@ def test_pulses_agree_on_a_clean_record():
     rate, force = 50_000.0, np.random.default_rng(0).normal(0, 0.01, 150_000)
     for at, height in ((50_000, 1e3), (100_000, 1e3), (101_000, 333.0)):
         force[at : at + 100] += height * np.sin(np.pi * np.arange(100) / 100)
-    peers = [pulses.with_second_hits(force, way(force, rate), rate) for way in pulses.PEERS.values()]
+    peers = [pulses.with_second_hits(force, method(force, rate), rate) for method in pulses.PEERS.values()]
     for detected in (pulses.ours(force, rate), *peers):
         assert [round(pulse.start_s, 3) for pulse in detected] == [1.0, 2.0]
         assert [pulse.contact_time_s for pulse in detected] == pytest.approx([2e-3, 2e-3], rel=0.02)
@@ -142,15 +142,15 @@ def test_another_likelihood_is_refused(tmp_path):
 
 
 def test_code_of_our_own_gives_the_numbers_of_libraries():
-    means = [way() for way in by_hand.left_out(60).values()]
+    means = [method() for method in by_hand.left_out(60).values()]
     assert len(means) == 3 and np.ptp(means[0]) > 0.1
     np.testing.assert_allclose(means, [means[0]] * 3, atol=1e-8)
-    alone, model = (way() for way in by_hand.likelihoods(30).values())
+    alone, model = (method() for method in by_hand.likelihoods(30).values())
     assert alone == pytest.approx(model, abs=1e-6)
-    ours, theirs = (way() for way in by_hand.kernels(30).values())
+    ours, theirs = (method() for method in by_hand.kernels(30).values())
     assert ours.shape == (1, 13) and np.abs(ours).max() > 1e-3
     np.testing.assert_allclose(ours, theirs, atol=1e-9)
-    losses = [way() for way in by_hand.contact_time(by_hand.SETTINGS["rbf, one lengthscale"], 40).values()]
+    losses = [method() for method in by_hand.contact_time(by_hand.SETTINGS["rbf, one lengthscale"], 40).values()]
     assert losses[0] == pytest.approx(losses[1], abs=1e-5)
     assert "7 factors of resolution 3: 8 runs, pyDOE3 16" in by_hand.fewest_runs()
 

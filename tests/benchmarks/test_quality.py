@@ -78,7 +78,7 @@ def test_labelled_set_is_large_and_varied(verdicts):
 @pytest.mark.parametrize(("verdict", "precision", "recall"), [("reject", 0.98, 0.95), ("warning", 0.8, 0.8)])
 def test_verdicts_are_right_and_complete(verdicts, verdict, precision, recall):
     right = verdicts[verdict, verdict]
-    given = sum(count for (_, said), count in verdicts.items() if said == verdict)
+    given = sum(count for (_, verdict_given), count in verdicts.items() if verdict_given == verdict)
     deserved = sum(count for (label, _), count in verdicts.items() if label == verdict)
     assert right / given >= precision
     assert right / deserved >= recall

@@ -241,7 +241,7 @@ def scratch(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def put_before(text: str, begin: str, line: str) -> str:
     lines = text.splitlines(keepends=True)
-    at = next(i for i, known in enumerate(lines) if known.startswith(begin))
+    at = next(i for i, present in enumerate(lines) if present.startswith(begin))
     return "".join([*lines[:at], line, *lines[at:]])
 
 

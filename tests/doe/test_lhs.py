@@ -105,10 +105,10 @@ def test_same_seed_gives_the_same_plan() -> None:
 @pytest.mark.parametrize("n", [1, 2, 50, 89, 90, 91, 104, 179, 180, 181, 361, 450])
 def test_any_number_of_hammer_runs_is_balanced(n: int) -> None:
     """But for a few like 5, where two 3-level and two 2-level factors leave no way to even out every pair."""
-    found = quality(HAMMER, balance_levels(HAMMER, n, _rng(n), steps=4000).treatments)
-    assert (found.runs, found.distinct) == (n, min(n, 180))
-    assert found.worst_level < 1
-    assert found.worst_pair < 1
+    judged = quality(HAMMER, balance_levels(HAMMER, n, _rng(n), steps=4000).treatments)
+    assert (judged.runs, judged.distinct) == (n, min(n, 180))
+    assert judged.worst_level < 1
+    assert judged.worst_pair < 1
 
 
 @given(st.integers(1, 70), st.integers(0, 1000))
@@ -317,7 +317,7 @@ def test_hypercube_is_cut_into_the_counts() -> None:
 
 def test_repair_replaces_what_repeats_or_is_not_in_the_pool() -> None:
     levels = np.array([[0], [1], [2], [3], [4]])
-    found = repair_level_shares(np.array([0, 0, 1]), np.array([0, 2, 3]), levels, [np.array([1, 0, 0, 2, 0])])
-    assert sorted(found.tolist()) == [0, 2, 3]
+    repaired = repair_level_shares(np.array([0, 0, 1]), np.array([0, 2, 3]), levels, [np.array([1, 0, 0, 2, 0])])
+    assert sorted(repaired.tolist()) == [0, 2, 3]
     again = repair_level_shares(np.array([0, 0]), np.array([0, 2, 3]), levels, [np.array([1, 0, 0, 1, 0])])
     assert sorted(again.tolist()) == [0, 3]

@@ -116,8 +116,8 @@ def test_missing_table_is_one_fault_and_each_key_of_a_plate_has_its_own(hammer_f
     toml = hammer_folder / "campaign.toml"
     with toml.open("a", encoding="utf-8") as file:
         file.write('[bench.plate]\nmaterial = "steel"\nthickness_m = "thick"\noutline_m = 3\n')
-    told = [fault.split(" is ")[0] for fault in faults_of(hammer_folder)]
-    assert told == [f"campaign.toml: bench.plate.{key}" for key in ("thickness_m", "outline_m")]
+    places = [fault.split(" is ")[0] for fault in faults_of(hammer_folder)]
+    assert places == [f"campaign.toml: bench.plate.{key}" for key in ("thickness_m", "outline_m")]
     toml.write_text("[bench.hammer]\nmass_kg = 1\n", encoding="utf-8")
     assert faults_of(hammer_folder) == ("campaign.toml: no table [campaign]; expected name, kind and date there",)
 

@@ -49,9 +49,9 @@ def refused_again(url, folder):
 def test_changed_channel_or_bench_is_refused_with_both_values(stored_hammer, old, new, words):
     url, folder = stored_hammer
     replace_in(folder / "campaign.toml", old, new)
-    told = refused_again(url, folder)
+    message = refused_again(url, folder)
     for word in (*words, "another name"):
-        assert word in told
+        assert word in message
 
 
 def test_recordings_added_later_do_not_take_another_unit(sqlite_url, tmp_path):
@@ -69,9 +69,9 @@ def test_all_changes_are_told_at_once(stored_hammer):
     url, folder = stored_hammer
     replace_in(folder / "campaign.toml", 'unit = "N"', 'unit = "kN"')
     replace_in(folder / "campaign.toml", "range = 10000.0", "range = 5.0")
-    told = refused_again(url, folder)
-    assert "channels.force.unit" in told
-    assert "channels.force.range" in told
+    message = refused_again(url, folder)
+    assert "channels.force.unit" in message
+    assert "channels.force.range" in message
 
 
 def test_second_force_channel_is_refused(stored_hammer):
@@ -103,8 +103,8 @@ def test_changed_gun_and_plate_are_told_with_both_values(sqlite_url, hammer_fold
     ):
         name = key.rpartition(".")[2]
         replace_in(folder / "campaign.toml", f"{name} = {old}", f"{name} = {new}")
-        told = refused_again(sqlite_url, folder)
-        assert f"{key} is {new}" in told and f"{old} in the store" in told
+        message = refused_again(sqlite_url, folder)
+        assert f"{key} is {new}" in message and f"{old} in the store" in message
 
 
 def test_changed_modal_table_is_told_with_both_values(sqlite_url, tmp_path):
@@ -134,9 +134,9 @@ def test_changed_modal_table_is_told_with_both_values(sqlite_url, tmp_path):
 def test_changed_row_is_told_with_both_values(stored_hammer, column, value, words):
     url, folder = stored_hammer
     write_runs(folder, with_cell(hammer_rows(), column, value))
-    told = refused_again(url, folder)
+    message = refused_again(url, folder)
     for word in words:
-        assert word in told
+        assert word in message
 
 
 def test_changed_impact_velocity_of_a_shot_is_refused(sqlite_url, tmp_path):

@@ -157,9 +157,9 @@ def test_figures_cost_one_statement(any_store, tmp_path):
         first = campaign(tmp_path / f"{name}-1", {"1.npz": records}, ["1.npz"], name=f"{name}-1")
         ingest_folder(any_store, first, jobs=1)
         again = campaign(tmp_path / f"{name}-2", {"1.npz": records}, ["1.npz"], name=f"{name}-2")
-        with statements(any_store) as said:
+        with statements(any_store) as statements_run:
             ingest_folder(any_store, again, jobs=1)
-        asked.append([s for s in said if "channel_figures" in s])
+        asked.append([s for s in statements_run if "channel_figures" in s])
     assert [len(some) for some in asked] == [0, 1]
 
 

@@ -27,20 +27,22 @@ MISSPELT = {
 }
 
 
-@pytest.mark.parametrize(("known", "written"), [(known, each) for known, many in MISSPELT.items() for each in many])
+@pytest.mark.parametrize(
+    ("known", "written"), [(column, misspelt) for column, many in MISSPELT.items() for misspelt in many]
+)
 def test_misspelt_column_is_refused_with_the_known_one(hammer_folder, refused: Refused, known, written):
     folder = renamed(hammer_folder, known, written)
     refused(folder, "runs.csv", repr(written), repr(known), "[factors]", "--free-factor")
 
 
 def test_other_units_and_swapped_letters_resemble():
-    known = {
+    columns = {
         "tank_pressure_psi": "tank_pressure_bar", "tank_pressure_Pa": "tank_pressure_bar",
         "bullet_mass_g": "bullet_mass_kg", "bullet_length_m": "bullet_length_mm",
         "impact_velocity": "impact_velocity_m_s", "impact_velocity_km_h": "impact_velocity_m_s",
         "Measured velocity": "measured_velocity_m_s", "anvil_materail": "anvil_material",
     }  # fmt: skip
-    assert {written: resembled(written) for written in known} == known
+    assert {written: resembled(written) for written in columns} == columns
 
 
 @pytest.mark.parametrize(

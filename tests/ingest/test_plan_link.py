@@ -52,8 +52,8 @@ def test_recorded_runs_become_done(any_store, tmp_path):
     again = link_campaign(any_store, "hammer", "plan")
     assert (again.linked, again.done, again.mismatches) == (0, 0, ())
     plan_of(any_store, hammer_rows(1), name="short")
-    (told,) = link_campaign(any_store, "hammer", "short").mismatches
-    assert told == {"run": 2, "reason": "the plan has no run of this number"}
+    (mismatch,) = link_campaign(any_store, "hammer", "short").mismatches
+    assert mismatch == {"run": 2, "reason": "the plan has no run of this number"}
 
 
 def test_run_with_too_few_repetitions_stays_to_do(any_store, tmp_path):
@@ -89,8 +89,8 @@ def test_setting_that_was_not_recorded_is_told(any_store, tmp_path):
         columns=(*COLUMNS, "boundary_conditions"),
     )
     ingested(any_store, hammer_campaign(tmp_path / "c", 1, 1))
-    (told,) = link_campaign(any_store, "hammer", "plan").mismatches
-    assert told["reason"] == "boundary_conditions is not recorded, planned free"
+    (mismatch,) = link_campaign(any_store, "hammer", "plan").mismatches
+    assert mismatch["reason"] == "boundary_conditions is not recorded, planned free"
 
 
 @pytest.mark.parametrize(

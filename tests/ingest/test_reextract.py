@@ -48,13 +48,13 @@ def in_use(store):
 def test_preview_changes_no_row_and_stored_settings_preview_the_stored_pulse(store):
     """An untouched setting shows what is there: the preview is the extraction itself, not a likeness."""
     before, used = count_rows(store), in_use(store)
-    found = preview_impacts(store, recordings(store)[0], OTHER)
-    assert (len(found.pulses), found.mismatch) == (2, None)
+    preview = preview_impacts(store, recordings(store)[0], OTHER)
+    assert (len(preview.pulses), preview.mismatch) == (2, None)
     assert (count_rows(store), in_use(store)) == (before, used)
-    found = preview_impacts(store, recordings(store)[0], ExtractionSettings())
+    preview = preview_impacts(store, recordings(store)[0], ExtractionSettings())
     with store.reading() as session:
-        row = session.scalars(select(Pulse).where(Pulse.impact_id == found.impacts[0])).one()
-        np.testing.assert_array_equal(as_floats(row.fine_force_n, "pulse"), found.pulses[0].fine_force_n)
+        row = session.scalars(select(Pulse).where(Pulse.impact_id == preview.impacts[0])).one()
+        np.testing.assert_array_equal(as_floats(row.fine_force_n, "pulse"), preview.pulses[0].fine_force_n)
 
 
 def test_what_is_stored_is_what_was_previewed(store):

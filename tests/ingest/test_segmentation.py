@@ -55,7 +55,7 @@ def test_record_of_gaps_rests_at_zero() -> None:
 def test_contacts_a_separation_apart_are_two_events(samples, settings, events):
     force = np.zeros(50)
     force[list(samples)] = list(samples.values())
-    assert [each.tolist() for each in find_events(force, QUIET, 10.0, settings)] == events
+    assert [event.tolist() for event in find_events(force, QUIET, 10.0, settings)] == events
     assert find_events(np.zeros(0), QUIET, 10.0, settings) == []
 
 
@@ -122,8 +122,8 @@ def test_record_inside_a_contact_is_truncated_at_its_own_end(cut):
 
 
 def test_contact_ends_at_the_first_sample_that_does_not_exceed_the_threshold():
-    found = segment(CONTACT[::-1], np.array([4]), QUIET, tenth())
-    assert (found.walk, found.mask) == ((1, 6), (1, 5))
+    segments = segment(CONTACT[::-1], np.array([4]), QUIET, tenth())
+    assert (segments.walk, segments.mask) == ((1, 6), (1, 5))
     raised = segment(CONTACT + 100.0, np.array([4]), RestLevel(100.0, 0.0), tenth())  # counts from the rest
     assert (raised.walk, raised.threshold) == ((2, 7), 101.0)
     force = CONTACT.copy()

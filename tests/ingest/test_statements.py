@@ -21,9 +21,9 @@ def asked(any_store, tmp_path):
 
     def count(name, recordings=2, hits=2):
         folder = hammer_campaign(tmp_path / name, recordings, hits, name=name)
-        with statements(any_store) as said:
+        with statements(any_store) as statements_run:
             ingest_folder(any_store, folder, jobs=1)
-        return len(said)
+        return len(statements_run)
 
     count("first", 6)  # its configurations are known to all later ones
     return count
@@ -42,9 +42,9 @@ def test_shots_without_recording_cost_no_statement_each(any_store, tmp_path):
     asked = []
     for shots in (3, 9):
         folder = gun_campaign(tmp_path / f"{shots}", shots, name=f"{shots}")
-        with statements(any_store) as said:
+        with statements(any_store) as statements_run:
             ingest_folder(any_store, folder, jobs=1)
-        asked.append(len(said))
+        asked.append(len(statements_run))
     assert asked[0] == asked[1]
 
 

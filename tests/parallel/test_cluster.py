@@ -43,8 +43,8 @@ def test_workers_of_the_cluster_do_it_with_one_thread(lab):
 def test_items_arrive_as_they_are(lab):
     """Also those in which Dask would look for something to compute."""
     items = [(1, 2), {"a": (max, [1, 2])}, ["b", None], np.arange(500)]
-    found = sorted((repr(item), result) for item, result in run_all_tasks(lab, repr, items, window=3))
-    assert found == sorted((repr(item), repr(item)) for item in items)
+    results = sorted((repr(item), result) for item, result in run_all_tasks(lab, repr, items, window=3))
+    assert results == sorted((repr(item), repr(item)) for item in items)
 
 
 def test_error_of_the_function_is_raised_here(lab):
@@ -91,8 +91,8 @@ def test_item_that_kills_its_workers_costs_no_other(tmp_path):
     """Nannies start workers anew, Dask gives up after four; alone it is tried once more."""
     with dask_cluster(tmp_path, 2, "--nanny") as running:
         executor = ExecutorConfig("dask", scheduler=running.address)
-        found = dict(run_all_tasks(executor, chores.deadly, range(8), lost=lambda number: -number))
-        assert found == {n: -3 if n == 3 else n for n in range(8)}
+        results = dict(run_all_tasks(executor, chores.deadly, range(8), lost=lambda number: -number))
+        assert results == {n: -3 if n == 3 else n for n in range(8)}
         ended = dict(run_all_tasks(executor, chores.endless, range(2, 5), lost=lambda number: -number, patience_s=1))
         assert ended == {2: 2, 3: -3, 4: 4}
 
@@ -101,10 +101,10 @@ def test_item_that_kills_its_workers_costs_no_other(tmp_path):
 def test_one_worker_works_and_not_this_process(tmp_path):
     """joblib takes a cluster of one thread for none."""
     with dask_cluster(tmp_path, 1) as running:
-        found = {
+        results = {
             pid for _, pid in run_all_tasks(ExecutorConfig("dask", scheduler=running.address), chores.process, range(3))
         }
-        assert found == {running.workers[0].pid}
+        assert results == {running.workers[0].pid}
 
 
 @pytest.mark.slow

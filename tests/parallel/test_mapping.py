@@ -36,8 +36,8 @@ def test_each_item_comes_with_its_result(executor):
 
 @pytest.mark.parametrize("executor", [HERE, TWO], ids=["here", "two"])
 def test_what_is_shared_reaches_every_call(executor):
-    found = run_all_tasks(executor, chores.scaled, range(5), shared=(np.ones(200_000), 7))
-    assert sorted(found) == [(n, n * 200_000 + 7.0) for n in range(5)]
+    results = run_all_tasks(executor, chores.scaled, range(5), shared=(np.ones(200_000), 7))
+    assert sorted(results) == [(n, n * 200_000 + 7.0) for n in range(5)]
     assert dict(run_all_tasks(executor, chores.scaled, [1], shared=(np.ones(2), 1))) == {
         1: 3.0
     }  # not what was shared before
@@ -59,8 +59,8 @@ def test_workers_have_one_thread_and_the_same_bits():
 
 
 def test_item_whose_process_dies_costs_no_other():
-    found = dict(run_all_tasks(TWO, chores.deadly, range(8), lost=lambda number: -number))
-    assert found == {n: -3 if n == 3 else n for n in range(8)}
+    results = dict(run_all_tasks(TWO, chores.deadly, range(8), lost=lambda number: -number))
+    assert results == {n: -3 if n == 3 else n for n in range(8)}
 
 
 def test_item_that_dies_is_named_where_nothing_stands_in():
@@ -69,8 +69,8 @@ def test_item_that_dies_is_named_where_nothing_stands_in():
 
 
 def test_item_that_takes_too_long_is_ended():
-    found = dict(run_all_tasks(HERE, chores.endless, range(2, 5), lost=lambda number: -number, patience_s=0.5))
-    assert found == {2: 2, 3: -3, 4: 4}
+    results = dict(run_all_tasks(HERE, chores.endless, range(2, 5), lost=lambda number: -number, patience_s=0.5))
+    assert results == {2: 2, 3: -3, 4: 4}
 
 
 @pytest.mark.parametrize("executor", [HERE, TWO], ids=["here", "two"])

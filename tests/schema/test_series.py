@@ -35,7 +35,7 @@ def test_frame_and_series_return_the_same_bits(samples):
 
 def test_hash_tells_dtype_and_content_apart():
     ones = np.ones(8, dtype=np.float32)
-    assert len({series_hash(each) for each in (ones, ones.astype(np.float64), ones[:7], ones * 2)}) == 4
+    assert len({series_hash(samples) for samples in (ones, ones.astype(np.float64), ones[:7], ones * 2)}) == 4
 
 
 @pytest.fixture

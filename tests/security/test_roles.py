@@ -68,9 +68,9 @@ def test_no_role_may_more_than_it_should(server: Server) -> None:
             " unnest(ARRAY['SELECT','INSERT','UPDATE','DELETE','TRUNCATE','REFERENCES','TRIGGER']) has_right"
             " WHERE schemaname = 'public' AND has_table_privilege(role::name, tablename::text, has_right)"
         )
-        found = {tuple(row) for row in connection.execute(text(query))}
+        granted = {tuple(row) for row in connection.execute(text(query))}
         rights = [(role, table, right) for table in tables_of(connection) for role, right in rights_on(table)]
-    assert found == {row for row in rights if row[0] != "pyroshock_admin"}
+    assert granted == {row for row in rights if row[0] != "pyroshock_admin"}
 
 
 def test_a_reader_looks_and_leaves_no_trace(server: Server, tmp_path: Path) -> None:
@@ -176,8 +176,8 @@ def test_an_operator_changes_no_tables_and_does_not_migrate(server: Server) -> N
     engine = make_engine(server.address(OPERATOR))
     try:
         for statement in REFUSED:
-            said = r"permission denied|must be owner"
-            with pytest.raises(ProgrammingError, match=said), engine.begin() as connection:
+            refusal_text = r"permission denied|must be owner"
+            with pytest.raises(ProgrammingError, match=refusal_text), engine.begin() as connection:
                 connection.exec_driver_sql(statement)
         with pytest.raises(StoreRoleError, match="needs the role pyroshock_admin"):
             migrate.downgrade(engine, "0004")

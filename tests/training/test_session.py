@@ -106,7 +106,8 @@ def test_model_is_the_same_alone_and_among_all(registry, tmp_path):
 def test_what_decides_a_training_makes_it_another(registry, monkeypatch):
     training_context = context_in(registry)
     keys = {
-        task_of("linear", "repetitions", each).key for each in (training_context, replace(training_context, seed=1))
+        task_of("linear", "repetitions", other_context).key
+        for other_context in (training_context, replace(training_context, seed=1))
     }
     keys.add(task_of("linear", "configurations", training_context).key)
     keys.add(task_of("linear", "repetitions", context_in(registry, name="autumn")).key)

@@ -36,7 +36,7 @@ def setting(**changes):
 
 
 def strikes(*settings):
-    return ImpactBatch(settings, np.array([each.impact_velocity_m_s for each in settings]))
+    return ImpactBatch(settings, np.array([setting.impact_velocity_m_s for setting in settings]))
 
 
 @pytest.fixture(scope="module")

@@ -77,19 +77,21 @@ def test_smallest_set_with_nine_tenths() -> None:
 
 
 def test_first_label_group_and_two() -> None:
-    said = CaseAnswer.of("c", verdict(([LEAK, DRAG], 0.7, [0.6, 0.4]), ([LAYER], 0.2, None), (["none"], 0.1, None)))
-    found = figures("t", [CaseResult(label(each), said) for each in (LEAK, DRAG, LAYER, "gun.valve_flow")])
-    hits = [each.hits for each in (found.first, found.first_group, found.first_two, found.first_two_groups)]
+    answer = CaseAnswer.of("c", verdict(([LEAK, DRAG], 0.7, [0.6, 0.4]), ([LAYER], 0.2, None), (["none"], 0.1, None)))
+    labels = [label(effect_id) for effect_id in (LEAK, DRAG, LAYER, "gun.valve_flow")]
+    case_figures = figures("t", [CaseResult(truth, answer) for truth in labels])
+    entries = (case_figures.first, case_figures.first_group, case_figures.first_two, case_figures.first_two_groups)
+    hits = [entry.hits for entry in entries]
     assert hits == [1, 2, 2, 3]
-    assert found.first.n == 4
-    assert found.group_size == 2
+    assert case_figures.first.n == 4
+    assert case_figures.group_size == 2
 
 
 def test_none_is_right_for_a_gap_within_tolerance() -> None:
     """It is no single effect to be found, and no false alarm either; its probability counts as right."""
-    found = figures("t", [says(label(LEAK, gap_in_tolerances=0.5), {"none": 0.9, DRAG: 0.1})])
-    assert (found.first.n, found.false_alarms.n, found.covered.hits) == (0, 0, 1)
-    assert found.mistaken == ()
+    case_figures = figures("t", [says(label(LEAK, gap_in_tolerances=0.5), {"none": 0.9, DRAG: 0.1})])
+    assert (case_figures.first.n, case_figures.false_alarms.n, case_figures.covered.hits) == (0, 0, 1)
+    assert case_figures.mistaken == ()
 
 
 def test_false_alarms_are_of_campaigns_without_effect() -> None:
@@ -124,8 +126,8 @@ def test_crash_is_a_wrong_answer_everywhere() -> None:
 
 
 def test_stage_is_the_first_one_named() -> None:
-    said = CaseAnswer("c", stages=("contact", "gun"))
-    rows = [CaseResult(label(LAYER, stages=("contact",)), said), CaseResult(label(LEAK, stages=("gun",)), said)]
+    answer = CaseAnswer("c", stages=("contact", "gun"))
+    rows = [CaseResult(label(LAYER, stages=("contact",)), answer), CaseResult(label(LEAK, stages=("gun",)), answer)]
     assert figures("t", rows).stage == Rate(1, 2)
 
 
@@ -158,14 +160,14 @@ def test_every_effect_has_its_stage(effect: str) -> None:
 
 
 def test_shrinkage_beside_the_right_effect_s() -> None:
-    said = [CaseAnswer("c", shrinkage={"fraction": f, "ci90": [0.5, 0.8]}) for f in (0.8, 0.6, None)]
+    answers = [CaseAnswer("c", shrinkage={"fraction": f, "ci90": [0.5, 0.8]}) for f in (0.8, 0.6, None)]
     truths = (0.8, 0.8, 0.8)
     rows = [
-        CaseResult(label(LEAK), s, {"fraction": f, "true_fraction": 0.7}) for s, f in zip(said, truths, strict=True)
+        CaseResult(label(LEAK), s, {"fraction": f, "true_fraction": 0.7}) for s, f in zip(answers, truths, strict=True)
     ]
-    found = figures("t", [*rows, CaseResult(label(LEAK), said[0], {"fraction": None})]).shrinkage
-    assert (found.ratio_median, found.n) == (pytest.approx(0.75), 3)
-    assert found.covered == Rate(3, 3)
+    shrinkage = figures("t", [*rows, CaseResult(label(LEAK), answers[0], {"fraction": None})]).shrinkage
+    assert (shrinkage.ratio_median, shrinkage.n) == (pytest.approx(0.75), 3)
+    assert shrinkage.covered == Rate(3, 3)
 
 
 def test_shuffled_labels_give_chance() -> None:

@@ -8,19 +8,19 @@ from support.records.blind_rows import DRAG, LAYER, LEAK, label, stranger, verdi
 
 
 def test_group_s_probability_is_split_between_its_labels() -> None:
-    said = CaseAnswer.of("c", verdict(([LEAK, DRAG], 0.8, [0.25, 0.75]), (["none"], 0.2, None)))
-    assert said.labels == (DRAG, LEAK, "none")
-    assert said.probabilities == pytest.approx({LEAK: 0.2, DRAG: 0.6, "none": 0.2})
+    answer = CaseAnswer.of("c", verdict(([LEAK, DRAG], 0.8, [0.25, 0.75]), (["none"], 0.2, None)))
+    assert answer.labels == (DRAG, LEAK, "none")
+    assert answer.probabilities == pytest.approx({LEAK: 0.2, DRAG: 0.6, "none": 0.2})
 
 
 def test_group_without_split_is_shared_evenly() -> None:
-    said = CaseAnswer.of("c", verdict(([LEAK, DRAG], 1.0, None)))
-    assert said.probabilities == pytest.approx({LEAK: 0.5, DRAG: 0.5})
+    answer = CaseAnswer.of("c", verdict(([LEAK, DRAG], 1.0, None)))
+    assert answer.probabilities == pytest.approx({LEAK: 0.5, DRAG: 0.5})
 
 
 def test_pairs_are_the_same_in_either_order() -> None:
-    said = CaseAnswer.of("c", verdict(([f"{LEAK}+{LAYER}"], 1.0, None)))
-    assert said.labels == (label(LEAK, LAYER).key,) == (label(LAYER, LEAK).key,)
+    answer = CaseAnswer.of("c", verdict(([f"{LEAK}+{LAYER}"], 1.0, None)))
+    assert answer.labels == (label(LEAK, LAYER).key,) == (label(LAYER, LEAK).key,)
 
 
 def test_truths_have_the_words_of_a_report() -> None:

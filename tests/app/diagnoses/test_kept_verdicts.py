@@ -81,9 +81,9 @@ def test_kept_verdict_is_the_one_that_was_made(made):
     assert again.fits == dict(made.fits)
     assert repr((again.effects, again.unexplained, again.path)) == repr((made.effects, made.unexplained, made.path))
     assert [(c.split, c.fitted) for c in again.causes] == [(c.split, c.fitted) for c in made.causes]
-    for one, other in zip(again.pictures.residuals + again.pictures.curves, _drawn(made), strict=True):
+    for read_picture, other in zip(again.pictures.residuals + again.pictures.curves, _drawn(made), strict=True):
         for item in fields(other):
-            np.testing.assert_array_equal(getattr(one, item.name), getattr(other, item.name))
+            np.testing.assert_array_equal(getattr(read_picture, item.name), getattr(other, item.name))
 
 
 def _drawn(made: Verdict) -> tuple[ResidualPicture | CurvePicture, ...]:
@@ -220,10 +220,10 @@ def test_an_option_that_there_was_once_is_left_out(store):
 
 def test_listing_does_not_read_what_is_drawn(store):
     keep(store, verdicts.verdict(campaign=CAMPAIGN))
-    said = []
-    event.listen(store.engine, "before_cursor_execute", lambda *given: said.append(given[2]))
+    statements_run = []
+    event.listen(store.engine, "before_cursor_execute", lambda *given: statements_run.append(given[2]))
     assert listed(store)[0]["complete"]
-    (query,) = [each for each in said if "FROM diagnoses" in each]
+    (query,) = [statement for statement in statements_run if "FROM diagnoses" in statement]
     assert query.count("details") == query.count("details IS NOT NULL") == 1
 
 

@@ -55,8 +55,8 @@ def test_labels_alone_and_in_sentences() -> None:
         "a_new_one": "a new one",
     }
     assert {name: observable_label(name).text for name in texts} == texts
-    told = with_labels("contact: measured less simulated ln_peak rises by 0.1")
-    assert told == "contact: measured less simulated peak force rises by 0.1"
+    sentence = with_labels("contact: measured less simulated ln_peak rises by 0.1")
+    assert sentence == "contact: measured less simulated peak force rises by 0.1"
 
 
 # --- `--with` and `--without`: which effects are left, what a report says of it, and what is refused ----------------

@@ -140,5 +140,5 @@ def test_nearest_effects_say_what_each_takes_and_all_together() -> None:
     assert "the damping of the contact, which takes 31 % of the error away" in first
     assert "the plastic yield of tip or target 14 %; the effects of the path together take 38 %" in first
     bare = replace(verdicts.unknown(), effects=(), path=(), unexplained=None)
-    told = "The nearest answer of the catalogue is the flow resistance of the valve (8 %)."
-    assert recommendations(bare)[0] == told
+    sentence = "The nearest answer of the catalogue is the flow resistance of the valve (8 %)."
+    assert recommendations(bare)[0] == sentence

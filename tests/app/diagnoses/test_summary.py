@@ -17,15 +17,15 @@ def in_stages(*shares: float) -> Verdict:
 
 
 def test_size_shares_and_what_the_fit_has_not_seen_are_told() -> None:
-    told = summary(verdicts.gun())
-    assert told.startswith(
+    sentences = summary(verdicts.gun())
+    assert sentences.startswith(
         "The model error is 42 times the tolerance and 99 times the measurement noise; it arises in the gun."
     )
     assert (
         "The flow resistance of the valve causes 61 % of it (52 to 68 %), the atmosphere ahead of the projectile 27 % "
         "(20 to 33 %) and the leak past the projectile 9 % (5 to 12 %); 3 % (1 to 6 %) remains unexplained."
-    ) in told
-    assert told.endswith("has not seen, 97 % of the error above the noise disappears.")
+    ) in sentences
+    assert sentences.endswith("has not seen, 97 % of the error above the noise disappears.")
     path = (replace(verdicts.gun().path[0], fraction=-0.2),)
     assert "has not seen, none of the error" in summary(verdicts.gun(path=path))
 

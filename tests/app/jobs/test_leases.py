@@ -43,8 +43,8 @@ __all__ = ["odd"]
 
 @pytest.fixture
 def fenced_store(sqlite_url: str) -> Iterator[Store]:
-    with opened(sqlite_url, create=True) as found:
-        yield found
+    with opened(sqlite_url, create=True) as opened_store:
+        yield opened_store
 
 
 def fenced_registry(fenced_store: Store, lease: Lease) -> FencedRegistry:
@@ -63,18 +63,18 @@ def test_only_the_holder_registers_and_nobody_twice(
 
     monkeypatch.setattr(Registry, "record", record)
     monkeypatch.setattr(Registry, "versions", lambda self: registered)
-    one, two = (SimpleNamespace(task=SimpleNamespace(key=key)) for key in ("one", "two"))
+    first_model, two = (SimpleNamespace(task=SimpleNamespace(key=key)) for key in ("one", "two"))
     odd.ask(fenced_store)
     late = fenced_registry(fenced_store, claimed(fenced_store).lease)
-    late.record(one)  # of a trained model, its task's key
+    late.record(first_model)  # of a trained model, its task's key
     taken = take_over(fenced_store, hand("next"), running(fenced_store, hand())[0])
     assert taken is not None
-    mine = fenced_registry(fenced_store, taken.lease)
-    assert mine.record(one) is registered[0]
+    own_registry = fenced_registry(fenced_store, taken.lease)
+    assert own_registry.record(first_model) is registered[0]
     with pytest.raises(LeaseLostError):
         late.record(two)
-    mine.record(two)
-    assert [each.task_key for each in registered] == ["one", "two"]
+    own_registry.record(two)
+    assert [version.task_key for version in registered] == ["one", "two"]
 
 
 # --- A dead worker's job is the next one's, and what a late one still writes is not stored --------------------------

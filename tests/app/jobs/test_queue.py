@@ -42,8 +42,8 @@ def test_jobs_are_done_one_after_the_other_in_the_order_asked(store: Store, odd:
         odd.ask(store, word)
     assert work_off(store) == 5
     assert order == list("abcde")
-    told = [(job.label, job.state, job.attempt) for job in list_jobs(store, 2)]
-    assert told == [("odd e", DONE, 1), ("odd d", DONE, 1)]
+    listed_jobs = [(job.label, job.state, job.attempt) for job in list_jobs(store, 2)]
+    assert listed_jobs == [("odd e", DONE, 1), ("odd d", DONE, 1)]
     last = list_jobs(store, 1)[0].key
     assert [job.label for job in list_jobs(store, 2, before=last)] == ["odd d", "odd c"]
 

@@ -52,5 +52,5 @@ def test_a_job_that_an_older_version_was_asked_for_is_done(tmp_path: Path) -> No
     assert "1 job\n" in result.stderr, result.stderr
     with opened(url) as store:
         found = list_jobs(store)
-    told = [(job.state, job.attempt, job.worker == "bench:1:0") for job in found]
-    assert told == [("done", 1, True), ("done", 1, False)]
+    listed_jobs = [(job.state, job.attempt, job.worker == "bench:1:0") for job in found]
+    assert listed_jobs == [("done", 1, True), ("done", 1, False)]

@@ -66,10 +66,10 @@ def test_twin_without_a_store_is_that_of_the_command_line() -> None:
 def test_coupled_twin_at_given_places_is_that_of_the_command_line() -> None:
     twin = ps.shipped_twin(frequencies=LINES, contact="hertz", coupled=True, sensors=[(0.3, 0.3), (0.6, 0.3)], q=25)
     words = ("--contact", "hertz", "--coupled", "--sensor-at", "0.3,0.3", "--sensor-at", "0.6,0.3", "--q", "25")
-    found = twin.predict(velocity=2.0, draws=FEW)
-    assert found.to_json() == printed("--velocity", "2m/s", *words)
+    shot = twin.predict(velocity=2.0, draws=FEW)
+    assert shot.to_json() == printed("--velocity", "2m/s", *words)
     with pytest.raises(ps.NotFoundError, match="no sensor 'roof'"):
-        found.srs["roof"]
+        shot.srs["roof"]
 
 
 def test_numbers_have_bands_and_units(shot: ShotPrediction) -> None:

@@ -59,8 +59,8 @@ def discard(url):
 def test_list_of_datasets_tells_what_was_withdrawn(care_store):
     assert json.loads(done(care_store, "dataset", "--json").stdout)[0]["withdrawn"] == 0
     discard(care_store)
-    told = done(care_store, "dataset")
-    assert f"{HITS} of the {2 * HITS} pulses of dataset small" in told.stderr and REASON in told.stderr
+    output = done(care_store, "dataset")
+    assert f"{HITS} of the {2 * HITS} pulses of dataset small" in output.stderr and REASON in output.stderr
     assert json.loads(done(care_store, "dataset", "--json").stdout)[0]["withdrawn"] == HITS
     shown = done(care_store, "dataset", "show", "small", code=2).stderr
     assert f"pyroshock ingest FOLDER --again {FIRST}" in shown
@@ -90,8 +90,8 @@ def test_tombstone_that_says_what_is_not_so_is_a_fault(care_store, statement, me
     discard(care_store)
     sound(care_store)
     execute(care_store, statement)
-    told = done(care_store, "db", "check", "--fast", code=1).stdout
-    assert told.startswith("tombstones: ") and message in told
+    output = done(care_store, "db", "check", "--fast", code=1).stdout
+    assert output.startswith("tombstones: ") and message in output
 
 
 @pytest.mark.slow
@@ -100,8 +100,8 @@ def test_models_of_such_a_dataset_and_what_they_predict_say_so(care_copy):
     for words in (["models"], ["compare", "hann", "hertz"], ["predict", "--velocity", "1m/s", "--contact", "hann@1"]):
         assert "no longer whole" not in pyroshock(*words, "--db", care_copy).stderr
     discard(care_copy)
-    told = done(care_copy, "models")
-    assert "trained on data that is no longer whole" in told.stderr and REASON in told.stderr
+    output = done(care_copy, "models")
+    assert "trained on data that is no longer whole" in output.stderr and REASON in output.stderr
     rows = json.loads(done(care_copy, "models", "--json").stdout)
     assert {row["withdrawn_pulses"] for row in rows} == {HITS}
     predicted = done(care_copy, "predict", "--velocity", "1m/s", "--contact", "hann@1")
@@ -149,8 +149,8 @@ def test_tombstone_names_what_stood_on_it_and_the_store_is_sound(care_store):
     stone = deleted(care_store)
     stood = stone["stood_on"]
     assert stood["datasets"] == [{"name": "small", "hash": digest, "pulses": 2 * HITS, "before": 2 * HITS}]
-    assert [(each["simulator"], each["id"]) for each in stood["diagnoses"]] == [("hertz", 1)]
-    assert [each["version"] for each in stood["adopted"]] == [1]
+    assert [(diagnosis["simulator"], diagnosis["id"]) for diagnosis in stood["diagnoses"]] == [("hertz", 1)]
+    assert [adopted["version"] for adopted in stood["adopted"]] == [1]
     assert stood["reopened"] == [{"plan": HAMMER, "run": 1}, {"plan": HAMMER, "run": 2}]
     assert len(stone["content_hash"]) == 64
     assert json.loads(run(care_store, "deleted", "--json").stdout)[1:] == [stone]
@@ -174,8 +174,8 @@ def test_models_of_its_datasets_are_named_and_stay(care_copy):
     registered = json.loads(pyroshock("models", "--json", "--db", care_copy).stdout)
     labels = {f"{row['model']}@{row['version']}" for row in registered}
     stone = deleted(care_copy)
-    assert {each["model"] for each in stone["stood_on"]["models"]} == labels
-    assert {each["dataset"] for each in stone["stood_on"]["models"]} == {"small"}
+    assert {model["model"] for model in stone["stood_on"]["models"]} == labels
+    assert {model["dataset"] for model in stone["stood_on"]["models"]} == {"small"}
     sound(care_copy)
     assert len(json.loads(pyroshock("models", "--json", "--db", care_copy).stdout)) == len(registered) > 0
 
@@ -236,11 +236,11 @@ def test_deletion_that_would_change_other_predictions_is_refused(tables_url, tmp
     ingested(tables_url, *(hammer_campaign(tmp_path / name, name=name) for name in ("a", "b")))
     _adopt(tables_url, 1, "a", {"id": "contact.effective_mass", "mass_factor": 1.2})
     before = counts(tables_url)
-    said = run(tables_url, "delete", "a", "--reason", "r", code=2).stderr
-    assert "contact.effective_mass" in said and "pyroshock diagnose b --adopt" in said
+    message = run(tables_url, "delete", "a", "--reason", "r", code=2).stderr
+    assert "contact.effective_mass" in message and "pyroshock diagnose b --adopt" in message
     assert counts(tables_url) == before
     _adopt(tables_url, 2, "b")
-    assert [each["version"] for each in deleted(tables_url, "a")["stood_on"]["adopted"]] == [1]
+    assert [adopted["version"] for adopted in deleted(tables_url, "a")["stood_on"]["adopted"]] == [1]
 
 
 # --- `campaigns archive` and `campaigns restore`: out of the store into a file, and back as it was ------------------
@@ -335,14 +335,14 @@ def test_restored_on_the_other_engine(care_copy, tmp_path, postgres_database):
 
 def test_nothing_is_deleted_where_the_file_cannot_be_written_or_is_another(care_copy, tmp_path):
     before = counts(care_copy)
-    said = run(care_copy, "archive", HAMMER, "--out", tmp_path / "no" / "file", "--reason", REASON, code=2).stderr
-    assert "no" in said
+    message = run(care_copy, "archive", HAMMER, "--out", tmp_path / "no" / "file", "--reason", REASON, code=2).stderr
+    assert "no" in message
     (tmp_path / "text").write_text("not a store")
     run(care_copy, "archive", HAMMER, "--out", tmp_path / "text", "--reason", REASON, code=2)
     other = tmp_path / "other"
     assert pyroshock("db", "export", "autumn", "--out", other, "--db", care_copy).exit_code == 0
-    said = run(care_copy, "archive", HAMMER, "--out", other, "--reason", REASON, code=2).stderr
-    assert "nothing was deleted" in said
+    message = run(care_copy, "archive", HAMMER, "--out", other, "--reason", REASON, code=2).stderr
+    assert "nothing was deleted" in message
     assert "the reason is empty" in run(care_copy, "archive", HAMMER, "--out", "f", "--reason", " ", code=2).stderr
     assert counts(care_copy) == before
     assert (tmp_path / "text").read_text() == "not a store"
@@ -356,8 +356,8 @@ def test_nothing_is_deleted_where_the_written_file_is_not_what_the_store_holds(c
 
     monkeypatch.setattr("pyroshock.schema.transfer.export.export_campaign", torn)
     before = counts(care_copy)
-    said = run(care_copy, "archive", HAMMER, "--out", tmp_path / "file", "--reason", REASON, code=2).stderr
-    assert "is refused" in said
+    message = run(care_copy, "archive", HAMMER, "--out", tmp_path / "file", "--reason", REASON, code=2).stderr
+    assert "is refused" in message
     assert counts(care_copy) == before
 
 
@@ -368,8 +368,8 @@ def test_nothing_is_deleted_where_the_campaign_changes_meanwhile(care_copy, tmp_
         return archive
 
     monkeypatch.setattr("pyroshock.app.ingest.archiving.write_archive", and_then)
-    said = run(care_copy, "archive", HAMMER, "--out", tmp_path / "file", "--reason", REASON, code=2).stderr
-    assert "changed while it was written" in said
+    message = run(care_copy, "archive", HAMMER, "--out", tmp_path / "file", "--reason", REASON, code=2).stderr
+    assert "changed while it was written" in message
     assert counts(care_copy)["recordings"] == 3
 
 
@@ -410,8 +410,8 @@ def discarded_store(tables_url, tmp_path) -> tuple[str, Path]:
 
 def test_import_that_brings_a_discarded_recording_back_says_so(discarded_store):
     url, out = discarded_store
-    told = pyroshock("db", "import", out, "--db", url)
-    assert "was discarded here, and is back with the file: hammer, recordings/test-01.npz" in told.stderr
+    output = pyroshock("db", "import", out, "--db", url)
+    assert "was discarded here, and is back with the file: hammer, recordings/test-01.npz" in output.stderr
     assert json.loads(run(url, "deleted", "--json").stdout)[0]["restored_at"] is not None
     sound(url)
 
@@ -471,15 +471,15 @@ def test_discarded_recording_goes_with_its_hits_and_all_else_stays(care_store):
     assert (gone["recordings"], gone["impacts"], gone["pulses"], gone["snapshot_pulses"]) == (1, HITS, 2 * HITS, HITS)
     assert (stone["kind"], stone["recording"], len(stone["file_sha256"])) == ("recording", FIRST, 64)
     assert stone["stood_on"]["reopened"] == [{"plan": HAMMER, "run": 1}]
-    assert [each["pulses"] for each in stone["stood_on"]["datasets"]] == [HITS]
+    assert [dataset["pulses"] for dataset in stone["stood_on"]["datasets"]] == [HITS]
     assert "dataset 'small'" in sound(care_store)
 
 
 def test_dry_run_names_what_would_go_and_changes_nothing(care_store):
     before = content(care_store)
-    told = done(care_store, "runs", "discard", HAMMER, FIRST, "--reason", REASON, "--dry-run").stderr
-    assert "dry run, nothing is deleted; would delete" in told
-    assert f"stood on it: dataset small ({HITS} pulses" in told
+    output = done(care_store, "runs", "discard", HAMMER, FIRST, "--reason", REASON, "--dry-run").stderr
+    assert "dry run, nothing is deleted; would delete" in output
+    assert f"stood on it: dataset small ({HITS} pulses" in output
     assert content(care_store) == before
 
 
@@ -524,8 +524,8 @@ def test_dry_run_of_an_ingest_keeps_the_tombstone_open(hammer):
     assert result.exit_code == 2 and "no row names this recording" in result.stderr
     discarded(url, "hammer", FIRST)
     before = content(url)
-    told = pyroshock("ingest", folder, "--again", FIRST, "--dry-run", "--db", url)
-    assert "would add 1 recordings" in told.stderr
+    output = pyroshock("ingest", folder, "--again", FIRST, "--dry-run", "--db", url)
+    assert "would add 1 recordings" in output.stderr
     assert content(url) == before
 
 
@@ -548,8 +548,10 @@ def test_recordings_are_listed_with_their_runs_and_discarded_by_them(hammer):
     assert [(row["recording"], row["status"], row["runs"]) for row in rows] == [
         (FIRST, "stored", ["1 (1-2)"]), (SECOND, "stored", ["2 (1-2)"])
     ]  # fmt: skip
-    told = done(url, "runs", "discard", "hammer", "--run", "1", "--repetition", "2", "--reason", REASON, code=2).stderr
-    assert "run 1, repetition 1" in told and "name every run" in told
+    output = done(
+        url, "runs", "discard", "hammer", "--run", "1", "--repetition", "2", "--reason", REASON, code=2
+    ).stderr
+    assert "run 1, repetition 1" in output and "name every run" in output
     assert discarded(url, "hammer", "--run", "2")["recording"] == SECOND
     assert paths(url) == [FIRST]
 
@@ -560,18 +562,18 @@ def test_run_that_shares_its_recording_is_refused_unless_all_are_meant(tables_ur
     write_runs(folder, rows)
     ingested(tables_url, folder)
     before = counts(tables_url)
-    told = done(tables_url, "runs", "discard", "hammer", "--run", "11", "--reason", REASON, code=2).stderr
-    assert "holds other hits too: run 12, repetition 1" in told
-    told = done(
+    output = done(tables_url, "runs", "discard", "hammer", "--run", "11", "--reason", REASON, code=2).stderr
+    assert "holds other hits too: run 12, repetition 1" in output
+    output = done(
         tables_url, "runs", "discard", "hammer", "--run", "11", "--run", "21", "--reason", REASON, code=2
     ).stderr
-    assert FIRST in told and SECOND in told
+    assert FIRST in output and SECOND in output
     assert "no run 7" in done(tables_url, "runs", "discard", "hammer", "--run", "7", "--reason", REASON, code=2).stderr
     assert counts(tables_url) == before
     assert discarded(tables_url, "hammer", "--run", "12", "--run", "11")["recording"] == FIRST
     ingested(tables_url, gun_campaign(tmp_path / "gun"))
-    told = done(tables_url, "runs", "discard", "gun", "--run", "1", "--reason", REASON, code=2).stderr
-    assert "a row without a recording" in told
+    output = done(tables_url, "runs", "discard", "gun", "--run", "1", "--reason", REASON, code=2).stderr
+    assert "a row without a recording" in output
 
 
 @pytest.mark.parametrize(
@@ -595,7 +597,7 @@ def test_what_cannot_be_discarded_is_named(hammer, words, said):
 def test_corrected_row_is_refused_by_ingest_with_the_way_out_and_replaced(hammer, tmp_path):
     url, folder = hammer
     row = hammer_rows()[0]
-    write_runs(folder, [{**each, "tip_radius_mm": 45} if each["run"] == row["run"] else each for each in hammer_rows()])
+    write_runs(folder, [{**run, "tip_radius_mm": 45} if run["run"] == row["run"] else run for run in hammer_rows()])
     refused = ingest(url, folder)
     assert refused.exit_code == 2
     assert f"pyroshock runs replace hammer {FIRST} --from FOLDER --reason TEXT" in refused.stderr
@@ -680,15 +682,15 @@ def test_what_cannot_take_the_place_replaces_nothing(hammer, change, words):
 def test_folder_of_another_campaign_or_without_the_rows_replaces_nothing(hammer, tmp_path):
     url, folder = hammer
     other = hammer_campaign(tmp_path / "other", name="other")
-    told = done(url, "runs", "replace", "hammer", FIRST, "--from", other, "--reason", REASON, code=2).stderr
-    assert "campaign.name is 'other'" in told
+    output = done(url, "runs", "replace", "hammer", FIRST, "--from", other, "--reason", REASON, code=2).stderr
+    assert "campaign.name is 'other'" in output
     write_runs(folder, [row for row in hammer_rows() if row["recording"] != FIRST])
-    told = done(url, "runs", "replace", "hammer", FIRST, "--from", folder, "--reason", REASON, code=2).stderr
-    assert "no row of runs.csv names recording" in told
+    output = done(url, "runs", "replace", "hammer", FIRST, "--from", folder, "--reason", REASON, code=2).stderr
+    assert "no row of runs.csv names recording" in output
     stray = tmp_path / "stray.npz"
     shutil.copyfile(folder / FIRST, stray)
-    told = done(url, "runs", "replace", "hammer", FIRST, stray, "--reason", REASON, code=2).stderr
-    assert "lies in no campaign folder" in told
+    output = done(url, "runs", "replace", "hammer", FIRST, stray, "--reason", REASON, code=2).stderr
+    assert "lies in no campaign folder" in output
 
 
 def test_planned_run_is_done_again_by_what_replaces_it(care_store, care_source, tmp_path):

@@ -191,9 +191,9 @@ def test_pulses_are_grouped_by_configuration(hits: Store) -> None:
     assert telling_factor(type(pulses)(pulses.groups * 3, 0, 0)) in pulses.varied
     assert telling_factor(type(pulses)(pulses.groups[:1], 0, 0)) is None
     found = tables(document(hits, "hits"))["Mean ± standard deviation over the pulses of a configuration."]
-    told = dict(zip(found.columns, found.rows[0], strict=True))
+    cells = dict(zip(found.columns, found.rows[0], strict=True))
     # 0.61 to 0.65 m/s in the first run, in steps of 0.01
-    assert (told["impact velocity (m/s)"], told["tip radius (mm)"]) == ("0.630 ± 0.016", 30)
+    assert (cells["impact velocity (m/s)"], cells["tip radius (mm)"]) == ("0.630 ± 0.016", 30)
 
 
 def test_rejected_pulses_and_recordings_set_aside_are_told(hits: Store) -> None:
@@ -246,8 +246,8 @@ def test_empty_campaign_has_a_report_too(tmp_path: Path) -> None:
 
 
 def test_whole_report_is_written_both_ways(hits: Store) -> None:
-    found = document(hits, "hits")
-    assert needs_nothing(Page(html_of(found)))
-    assert pdf_of(found) == pdf_of(document(hits, "hits"))
+    report = document(hits, "hits")
+    assert needs_nothing(Page(html_of(report)))
+    assert pdf_of(report) == pdf_of(document(hits, "hits"))
     with pytest.raises(LookupError, match="known: hits"):
         document(hits, "autumn")

@@ -39,12 +39,12 @@ PARTS = (
 
 
 def test_page_is_whole_and_holds_every_part() -> None:
-    found = Page(page(verdicts.verdict()))
-    tags = {tag for tag, _ in found.elements}
+    parsed_page = Page(page(verdicts.verdict()))
+    tags = {tag for tag, _ in parsed_page.elements}
     assert not tags & {"script", "link", "img", "iframe"}
-    assert not any(key in ("src", "href") for _, attributes in found.elements for key in attributes)
-    assert [part for part in PARTS if part not in found.text] == []
-    kinds = [attributes.get("class") for tag, attributes in found.elements if tag in ("polygon", "circle")]
+    assert not any(key in ("src", "href") for _, attributes in parsed_page.elements for key in attributes)
+    assert [part for part in PARTS if part not in parsed_page.text] == []
+    kinds = [attributes.get("class") for tag, attributes in parsed_page.elements if tag in ("polygon", "circle")]
     assert kinds.count("floor") == 1
     assert kinds.count("before") == kinds.count("after") == 5  # the sixth configuration was not measured
 
@@ -156,27 +156,29 @@ def test_report_alone_names_the_effects_of_its_first_entry() -> None:
 
 @EVERY
 def test_both_hold_every_part(made: Verdict) -> None:
-    found = document_of(made, "3", None)
-    page, paper = Page(html_of(found)), pdf_text(pdf_of(found))
+    report = document_of(made, "3", None)
+    page, paper = Page(html_of(report)), pdf_text(pdf_of(report))
     assert needs_nothing(page)
-    for section in found.sections:
+    for section in report.sections:
         assert section.title in page.text and section.title in paper
-    assert found.lead == summary(made)
+    assert report.lead == summary(made)
 
 
 def test_pictures_are_drawn_where_they_are_kept() -> None:
-    found = document_of(verdicts.verdict(), "3", None)
-    (figures,) = (block for section in found.sections for block in section.blocks if isinstance(block, ChartRow))
+    report = document_of(verdicts.verdict(), "3", None)
+    (figures,) = (block for section in report.sections for block in section.blocks if isinstance(block, ChartRow))
     assert len(figures.figures) == 3
     assert ("measured", "measured") in figures.keys
     without = document_of(verdicts.verdict(pictures=Pictures()), "3", None)
-    said = [block.text for section in without.sections for block in section.blocks if isinstance(block, Paragraph)]
-    assert "No pictures are kept with this diagnosis." in said
+    paragraphs = [
+        block.text for section in without.sections for block in section.blocks if isinstance(block, Paragraph)
+    ]
+    assert "No pictures are kept with this diagnosis." in paragraphs
 
 
 def test_bars_are_as_long_as_the_probabilities() -> None:
-    found = document_of(verdicts.verdict(), "3", None)
-    (causes,) = (section for section in found.sections if section.title == "Causes")
+    report = document_of(verdicts.verdict(), "3", None)
+    (causes,) = (section for section in report.sections if section.title == "Causes")
     (bars,) = causes.blocks
     assert isinstance(bars, Bars)
     assert [(bar.start, bar.end, bar.kind) for bar in bars.bars] == [
@@ -186,9 +188,9 @@ def test_bars_are_as_long_as_the_probabilities() -> None:
 
 def test_words_of_a_campaign_are_no_markup() -> None:
     hostile = verdicts.verdict(campaign=HOSTILE, simulator=HOSTILE, assumptions=(HOSTILE,))
-    found = document_of(hostile, HOSTILE, None)
-    assert "<script" not in html_of(found)
-    assert pdf_of(found).startswith(b"%PDF")
+    report = document_of(hostile, HOSTILE, None)
+    assert "<script" not in html_of(report)
+    assert pdf_of(report).startswith(b"%PDF")
 
 
 def test_missing_numbers_are_no_obstacle_and_a_missing_part_is_refused() -> None:

@@ -139,8 +139,8 @@ def test_columns_of_numbers_are_known_and_cells_told_in_words() -> None:
 
     assert number(1.0, None, 2) and number("5.62 ± 0.11", "7") and number("0.1 to 0.2", "-3")
     assert not (number("steel", 3.0) or number("2026-11-22 08:09") or number(None))
-    told = {None: "–", 0.123456: "0.1235", 123456.0: "123500", 12: "12", 1.2e9: "1.2e+09"}
-    assert {cell: cell_text(cell) for cell in told} == told
+    texts = {None: "–", 0.123456: "0.1235", 123456.0: "123500", 12: "12", 1.2e9: "1.2e+09"}
+    assert {cell: cell_text(cell) for cell in texts} == texts
     assert cell_text(float("nan")) == "–"
 
 

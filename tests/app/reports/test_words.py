@@ -32,9 +32,9 @@ def test_free_factors_keep_their_names_and_missing_layers_are_named() -> None:
 
 
 def test_mean_and_spread() -> None:
-    told = {(5.5, 5.6, 5.7): "5.60 ± 0.10", (5.6,): "5.6", (5.6, 5.6): "5.6", (1000.0, 1200.0): "1100 ± 141"}
-    told |= {(np.nan, 2.0): "2", (np.nan,): None, (): None}
-    assert [mean_and_spread(np.array(values, dtype=np.float64)) for values in told] == list(told.values())
+    texts = {(5.5, 5.6, 5.7): "5.60 ± 0.10", (5.6,): "5.6", (5.6, 5.6): "5.6", (1000.0, 1200.0): "1100 ± 141"}
+    texts |= {(np.nan, 2.0): "2", (np.nan,): None, (): None}
+    assert [mean_and_spread(np.array(values, dtype=np.float64)) for values in texts] == list(texts.values())
 
 
 @given(st.lists(st.floats(1e-6, 1e6), min_size=2, max_size=20))
@@ -51,9 +51,11 @@ def test_mean_is_told_to_a_tenth_of_the_spread(values: list[float]) -> None:
 
 
 def test_shrinkage_and_places_are_told() -> None:
-    told = shrinkage_line(verdicts.gun().shrinkage[0])
-    assert told.endswith("97 % (95 to 98 %) of the error above the noise disappears. With a learned correction of the "
-                         "rest 0.0085 would be left; a correction is not a cause.")  # fmt: skip
+    sentence = shrinkage_line(verdicts.gun().shrinkage[0])
+    assert sentence.endswith(
+        "97 % (95 to 98 %) of the error above the noise disappears. With a learned correction of the "
+        "rest 0.0085 would be left; a correction is not a cause."
+    )
     assert "correction" not in shrinkage_line(verdicts.verdict().shrinkage[0])
     assert shrinkage_line(verdicts.verdict().shrinkage[1]).endswith("; there was no error to reduce.")
     lines = list(where_lines(verdicts.verdict().where))

@@ -98,8 +98,8 @@ def test_an_effect_that_the_catalogue_does_not_have_is_no_job(filled: Lab) -> No
 def test_a_kept_diagnosis_and_a_plan_come_as_they_are_stored(filled: Lab) -> None:
     with filled.store.reading() as session:
         assert filled.client.get("/api/diagnoses/1").json() == kept_report(session, 1)
-    found = filled.client.get(f"/api/plans/{quote(PLAN, safe='')}").json()
-    assert (found["name"], len(found["runs"])) == (PLAN, 4)
+    plan_data = filled.client.get(f"/api/plans/{quote(PLAN, safe='')}").json()
+    assert (plan_data["name"], len(plan_data["runs"])) == (PLAN, 4)
 
 
 def test_a_spectrum_of_a_half_sine_is_the_closed_form(filled: Lab) -> None:

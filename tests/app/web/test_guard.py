@@ -54,7 +54,7 @@ def _tries(client: TestClient) -> list[int]:
     other = TestClient(client.app, base_url="http://127.0.0.1:8000")
     elsewhere = {"X-CSRF-Token": token(client), "origin": "http://evil.example"}
     headers: tuple[dict[str, str], ...] = ({}, {"X-CSRF-Token": "0" * 64}, {"X-CSRF-Token": token(other)}, elsewhere)
-    sent = [client.post("/api/ingest", json={"path": "x"}, headers=each) for each in headers]
+    sent = [client.post("/api/ingest", json={"path": "x"}, headers=request_headers) for request_headers in headers]
     sent += [client.post("/ingest/path", data={"path": "x"} | more) for more in ({}, {"csrf": "é"})]
     return [answer.status_code for answer in sent]
 

@@ -41,8 +41,10 @@ class OneMass:
 
     def pulses(self, strikes: ImpactBatch, z: Floats | None = None) -> ForcePulses:
         hammer = [replace(setting, impactor_mass_kg=MASS_KG) for setting in strikes.settings]
-        found = LawContact().pulses(ImpactBatch(hammer, strikes.impact_velocity_m_s), z)
-        return ForcePulses(found.contact_time_s, self.factor * found.force_n[:, ::4], found.compression_time_s)
+        law_pulses = LawContact().pulses(ImpactBatch(hammer, strikes.impact_velocity_m_s), z)
+        return ForcePulses(
+            law_pulses.contact_time_s, self.factor * law_pulses.force_n[:, ::4], law_pulses.compression_time_s
+        )
 
     def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]:
         return [()] * len(strikes)

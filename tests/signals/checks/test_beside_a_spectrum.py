@@ -35,8 +35,8 @@ def findings(x, rate=RATE, lines=LINES, full_scale=None, **options) -> dict[str,
     x = np.ascontiguousarray(x, dtype=np.float64)
     spectrum = shock_response_spectrum(x, rate, lines, **options)
     channel = Channel(Sensor("probe", "acceleration", "m/s2", range=full_scale), x, rate)
-    told = check_recording_channels([channel], run_checks(channel, ()) + run_spectrum_checks(channel, spectrum))
-    return {finding.check: finding for finding in told if finding.severity != "note" or finding.check in NOTES}
+    findings = check_recording_channels([channel], run_checks(channel, ()) + run_spectrum_checks(channel, spectrum))
+    return {finding.check: finding for finding in findings if finding.severity != "note" or finding.check in NOTES}
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -78,7 +78,7 @@ def recorded(
 
 def strikes_of(settings: Sequence[tuple[str, float, str, str]], velocity_m_s: np.ndarray) -> ImpactBatch:
     """The insulator is left out: without an anvil the twin knows none."""
-    return ImpactBatch([_setting(*each) for each in settings], velocity_m_s)
+    return ImpactBatch([_setting(*arguments) for arguments in settings], velocity_m_s)
 
 
 def _setting(tip: str, radius: float, anvil: str, _insulator: str) -> Setting:

@@ -31,19 +31,19 @@ def without_file() -> SearchJournal:
 
 
 def test_finds_the_bottom() -> None:
-    found = run_search(Search(LEVELS, 50, 30), bowl, 4, without_file())
-    assert found.value < bowl((1, 16, 5))  # a neighbour's
-    assert bowl(found.genes) == found.value
+    result = run_search(Search(LEVELS, 50, 30), bowl, 4, without_file())
+    assert result.value < bowl((1, 16, 5))  # a neighbour's
+    assert bowl(result.genes) == result.value
 
 
 def test_beats_chance() -> None:
     """With as many evaluations as it used itself, over ten seeds."""
     ours, theirs = [], []
     for seed in range(10):
-        found = run_search(SEARCH, bowl, seed, without_file())
+        result = run_search(SEARCH, bowl, seed, without_file())
         rng = np.random.default_rng(seed)
-        drawn = [tuple(map(int, rng.integers(LEVELS))) for _ in range(found.evaluated)]
-        ours.append(found.value)
+        drawn = [tuple(map(int, rng.integers(LEVELS))) for _ in range(result.evaluated)]
+        ours.append(result.value)
         theirs.append(min(map(bowl, drawn)))
     assert np.median(ours) < 0.5 * np.median(theirs)
 
@@ -61,9 +61,9 @@ def test_evaluates_nothing_twice() -> None:
         asked.append(genes)
         return bowl(genes)
 
-    found = run_search(Search((2, 3, 2), population=8, generations=10), counted, 1, without_file())
-    assert len(asked) == len(set(asked)) == found.evaluated <= 12
-    assert found.saved == found.asked - found.evaluated > 0
+    result = run_search(Search((2, 3, 2), population=8, generations=10), counted, 1, without_file())
+    assert len(asked) == len(set(asked)) == result.evaluated <= 12
+    assert result.saved == result.asked - result.evaluated > 0
 
 
 def test_genes_are_levels() -> None:
@@ -162,10 +162,10 @@ def test_killed_search_resumes_to_the_same_result(tmp_path: Path, kill: signal.S
     assert 0 < len(before) < run_search(SEARCH, bowl, 7, without_file()).evaluated
 
     fresh: list[Genes] = []
-    found = run_search(
+    result = run_search(
         SEARCH, lambda genes: fresh.append(genes) or bowl(genes), 7, SearchJournal(path, {"of": "a test"})
     )
-    assert found == run_search(SEARCH, bowl, 7, without_file())
+    assert result == run_search(SEARCH, bowl, 7, without_file())
     assert not set(fresh) & set(before)
 
 

@@ -30,12 +30,12 @@ def test_a_cluster_finds_the_same(tmp_path):
 
 def test_what_was_found_costs_no_worker(tmp_path):
     path = tmp_path / "journal"
-    found = run_search(SEARCH, chores.away, 3, SearchJournal(path, {}))
+    result = run_search(SEARCH, chores.away, 3, SearchJournal(path, {}))
     content = path.read_bytes()
     assert (
         run_search(
             SEARCH, chores.away, 3, SearchJournal(path, {}), executor=ExecutorConfig("dask", scheduler="tcp://nobody:1")
         )
-        == found
+        == result
     )
     assert path.read_bytes() == content

@@ -46,9 +46,9 @@ def test_each_contact_at_phases_of_its_own() -> None:
 
 def test_no_force_pulls() -> None:
     falls = ((np.array([0.0, 1.0]), np.array([1.0, 0.0]), np.array([0.0, 2.0])),)
-    found = ForceHistory.of(_march(falls)).at(np.linspace(0, 1, 50))
+    forces = ForceHistory.of(_march(falls)).at(np.linspace(0, 1, 50))
     assert CubicHermiteSpline(*falls[0])(0.8) < 0
-    assert found.min() == 0
+    assert forces.min() == 0
 
 
 def test_last_two_nodes_at_one_time() -> None:

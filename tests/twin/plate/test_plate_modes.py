@@ -204,9 +204,9 @@ def test_the_virtual_bench_has_the_same_frequencies():
     peer = modes(resonant_plate("aluminum", "free", np.random.default_rng(0)), Effects.none(), max_frequency_hz=10e3)
     ours = build(OUTLINE_M, thickness_m=0.01, material=THESIS["aluminum"])
     ours = replace(ours, sensors=named_points({"a": (0.22, 0.20), "b": (0.73, 0.37)}))
-    found = solve_plate(replace(ours, impact_points=named_points({"#1": (0.47, 0.28)})), 10e3)
-    elastic = slice(3, min(found.frequency_hz.size, peer.frequencies_hz.size))
-    error = found.frequency_hz[elastic] / peer.frequencies_hz[elastic] - 1
+    solved = solve_plate(replace(ours, impact_points=named_points({"#1": (0.47, 0.28)})), 10e3)
+    elastic = slice(3, min(solved.frequency_hz.size, peer.frequencies_hz.size))
+    error = solved.frequency_hz[elastic] / peer.frequencies_hz[elastic] - 1
     assert np.max(np.abs(error)) < 4e-3
     low = slice(3, 13)
-    np.testing.assert_allclose(np.abs(found.shapes[:, low]), np.abs(peer.shapes[:, low]), atol=0.02)
+    np.testing.assert_allclose(np.abs(solved.shapes[:, low]), np.abs(peer.shapes[:, low]), atol=0.02)
