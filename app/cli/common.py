@@ -44,7 +44,7 @@ def db_option(function: Function) -> Function:
         default=DEFAULT_DB,
         show_default=True,
         show_envvar=True,
-        help="The store: sqlite:///FILE or postgresql+psycopg://USER@HOST/NAME.",
+        help="Use this store: sqlite:///FILE or postgresql+psycopg://USER@HOST/NAME.",
     )(function)
 
 
@@ -68,8 +68,21 @@ def data_option(function: Function) -> Function:
         "folders",
         multiple=True,
         type=click.Path(exists=True, file_okay=False, path_type=Path),
-        help="Campaigns below this folder may be ingested by path; repeat it. [the current one]",
+        help=(
+            "Allow campaigns below this folder to be ingested by their path. The option can be "
+            "repeated. [default: the current folder]"
+        ),
     )(function)
+
+
+class CommandGroup(click.Group):
+    """A group whose help gives the whole first sentence of each command, where click cuts it to one line."""
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the section of commands."""
+        commands = [(name, self.get_command(ctx, name)) for name in self.list_commands(ctx)]
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, command.get_short_help_str(1000)) for name, command in commands if command])
 
 
 @contextmanager
@@ -235,9 +248,14 @@ def worker_options(jobs_help: str, jobs: int = 1) -> Callable[[Command], Command
             type=click.Choice(BACKENDS),
             default=LOCAL,
             show_default=True,
-            help="This machine, or a cluster: the same results.",
+            help="Choose where the work is done: on this machine or on a cluster. The results are the same.",
         )
-        @click.option("--scheduler", default=None, metavar="ADDRESS", help="Of the cluster: tcp://HOST:8786.")
+        @click.option(
+            "--scheduler",
+            default=None,
+            metavar="ADDRESS",
+            help="Give the address of the cluster's scheduler, such as tcp://HOST:8786.",
+        )
         @wraps(command)
         def with_crew(*args: Any, jobs: int, backend: str, scheduler: str | None, **others: Any) -> Any:
             with errors_as_one_line():

@@ -77,7 +77,7 @@ def listing_options(command: Command) -> Command:
     @click.option("--csv", is_flag=True, help="Print CSV on standard output.")
     @click.option("--sort", metavar="COLUMN", help="Sort by this column; -COLUMN begins with the largest.")
     @click.option("--descending", is_flag=True, help="Sort from the largest to the smallest.")
-    @click.option("--columns", metavar="A,B,…", help="Only these columns, in this order.")
+    @click.option("--columns", metavar="A,B,…", help="Show only these columns, in this order.")
     @wraps(command)
     def with_listing(
         *args: Any,

@@ -12,52 +12,69 @@ from click.shell_completion import CompletionItem
 
 from ...parallel.working_directory import close_working_directory
 
-#: Command -> (module of the package, its object, what `--help` says). The table keeps help from importing them.
-COMMANDS: dict[str, tuple[str, str, str]] = {
-    "init": (".app.store.cli", "init", "Make an empty store."),
-    "calibrate": (
-        ".app.ingest.cli",
-        "calibrate",
-        "Sensitivity and offset of a transducer from static points.",
-    ),
-    "ingest": (".app.ingest.cli", "ingest", "Read campaign folders into the store."),
-    "plan": (".app.plan.cli", "plan", "Plan a campaign: designs, run sheets, what is to do."),
-    "simulate": (".app.plan.cli", "simulate", "Play a plan on the virtual bench, into a campaign folder."),
-    "campaigns": (".app.ingest.campaigns_cli", "campaigns", "List the campaigns; delete, archive, restore one."),
-    "runs": (".app.ingest.runs_cli", "runs", "List a campaign's recordings; discard or replace one."),
-    "impacts": (".app.impacts.cli", "impacts", "List impacts with their factors and pulse figures."),
-    "shots": (".app.impacts.cli", "shots", "List shots of the gun beside the model's velocity."),
-    "query": (".app.store.query_cli", "query", "Ask the store a question in SQL; nothing can be changed."),
-    "show": (".app.impacts.cli", "show", "Show one impact: figures, findings, versions of its pulse, a plot."),
-    "extract": (".app.ingest.cli", "extract", "Extract pulses again with other settings; old versions stay."),
-    "dataset": (".app.train.dataset_cli", "dataset", "Freeze pulses for training; splits, ranges, traces."),
-    "train": (".app.train.cli", "train", "Train models on a dataset and register them."),
-    "models": (".app.train.cli", "models", "List the registered models, ranked, beside floor and thesis."),
-    "compare": (".app.train.cli", "compare", "Compare models on the same held-out pulses."),
-    "promote": (".app.train.cli", "promote", "Make a model's version the one in use, or refuse it."),
-    "predict": (".app.predict.cli", "predict", "Predict a shot: velocity, force, acceleration, spectrum, with bands."),
-    "validate": (".app.validate.cli", "validate", "Measured shots beside predictions that had not seen them."),
-    "srs": (".app.impacts.spectra_cli", "srs", "Shock response spectrum of any recording alone, with checks."),
-    "tune": (".app.tune.cli", "tune", "Settings of the bench that give a prescribed spectrum."),
-    "diagnose": (
-        ".app.diagnose.cli",
-        "diagnose",
-        "Where twin and bench disagree, which effect causes it, how far it shrinks.",
-    ),
-    "blind-check": (
-        ".app.diagnose.blind_check_cli",
-        "blind_check",
-        "Score the diagnosis on campaigns whose cause is withheld.",
-    ),
-    "report": (".app.report.cli", "report", "A campaign, a diagnosis or a model as one page or PDF."),
-    "serve": (".app.server.cli", "serve", "Start the web application: pages of all of this, and a JSON API."),
-    "work": (".app.jobs.cli", "work", "Do the long work that was asked for; on any machine of the store."),
-    "jobs": (".app.jobs.cli", "jobs", "List long work, or stop some of it."),
-    "export": (".app.impacts.cli", "export", "Write impacts, shots, pulses or series to CSV, Parquet or JSON."),
-    "materials": (".app.store.materials_cli", "materials", "List the known materials, or add one."),
-    "db": (".app.store.cli", "db", "Keep the store: check, copy, upgrade it; carry a campaign."),
-    "demo": (".app.demo.cli", "demo", "Ingest the shipped measurements and show what comes of them."),
+#: Section of `pyroshock --help` -> command -> (module of the package, its object, what the help says of it). The table
+#: keeps help from importing the commands.
+SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
+    "Recordings": {
+        "init": (".app.store.cli", "init", "Make an empty store."),
+        "campaigns": (
+            ".app.ingest.campaigns_cli",
+            "campaigns",
+            "List the campaigns; begin, delete, archive or restore one.",
+        ),
+        "ingest": (".app.ingest.cli", "ingest", "Read campaign folders into the store."),
+        "runs": (".app.ingest.runs_cli", "runs", "List the recordings of a campaign; discard or replace one."),
+        "impacts": (".app.impacts.cli", "impacts", "List impacts with their factors and figures."),
+        "shots": (".app.impacts.cli", "shots", "List the shots of the gun beside the velocity of the model."),
+        "show": (".app.impacts.cli", "show", "Show one impact, and draw its record and pulse."),
+        "srs": (".app.impacts.spectra_cli", "srs", "Compute the shock response spectrum of any recording."),
+        "extract": (".app.ingest.cli", "extract", "Extract the pulses of a campaign again with other settings."),
+        "calibrate": (".app.ingest.cli", "calibrate", "Compute sensitivity and offset of a transducer."),
+        "materials": (".app.store.materials_cli", "materials", "List the known materials, or add one."),
+    },
+    "Plans": {
+        "plan": (".app.plan.cli", "plan", "Design a campaign, write its run sheet, and see what is still to do."),
+        "simulate": (".app.plan.cli", "simulate", "Fire a plan on the virtual bench."),
+    },
+    "Models": {
+        "dataset": (".app.train.dataset_cli", "dataset", "Freeze pulses for training, and see what a dataset holds."),
+        "train": (".app.train.cli", "train", "Train models on a dataset and register them."),
+        "models": (".app.train.cli", "models", "List the registered models with their figures, or show one."),
+        "compare": (".app.train.cli", "compare", "Compare models on the same held-out pulses."),
+        "promote": (".app.train.cli", "promote", "Put a version of a model in use, if it is better."),
+    },
+    "Predictions": {
+        "predict": (".app.predict.cli", "predict", "Predict velocity, force, acceleration and spectrum of a shot."),
+        "validate": (".app.validate.cli", "validate", "Show how far the predictions for a campaign can be trusted."),
+        "tune": (".app.tune.cli", "tune", "Search the settings that give a prescribed spectrum."),
+    },
+    "Gap between twin and bench": {
+        "diagnose": (
+            ".app.diagnose.cli",
+            "diagnose",
+            "Find where the gap lies, what causes it, and how far it shrinks.",
+        ),
+        "blind-check": (
+            ".app.diagnose.blind_check_cli",
+            "blind_check",
+            "Score the diagnosis on campaigns whose cause is withheld.",
+        ),
+    },
+    "Reports and files": {
+        "report": (".app.report.cli", "report", "Write a campaign, a diagnosis or a model as one page or PDF."),
+        "export": (".app.impacts.cli", "export", "Write impacts, shots, pulses or series to a file."),
+        "query": (".app.store.query_cli", "query", "Ask the store a question in SQL."),
+    },
+    "Operation": {
+        "serve": (".app.server.cli", "serve", "Start the web application."),
+        "work": (".app.jobs.cli", "work", "Do the long work that was asked for."),
+        "jobs": (".app.jobs.cli", "jobs", "List the long work, or stop some of it."),
+        "db": (".app.store.cli", "db", "Check, copy and upgrade a store; carry campaigns."),
+        "demo": (".app.demo.cli", "demo", "Show the product in five chapters."),
+    },
 }
+#: Command -> (module, object, help).
+COMMANDS = {name: entry for commands in SECTIONS.values() for name, entry in commands.items()}
 
 
 class LazyGroup(click.Group):
@@ -105,8 +122,10 @@ class LazyGroup(click.Group):
         sys.exit(code or 0)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, text) for name, (_, _, text) in COMMANDS.items()])
+        width = max(map(len, COMMANDS))
+        for title, commands in SECTIONS.items():
+            with formatter.section(title):
+                formatter.write_dl([(name.ljust(width), text) for name, (_, _, text) in commands.items()])
 
 
 def _message_of(error: click.ClickException) -> str:
@@ -130,9 +149,8 @@ def main() -> None:
     """Experiment database, models and digital twin for pyroshock testing.
 
     \b
-    A first look, on measured shots:
+    Example:
         pyroshock demo
-    Your own campaign:
         pyroshock ingest my-campaign/
         pyroshock impacts --where tip_material=steel
     """

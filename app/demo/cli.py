@@ -43,20 +43,22 @@ NEXT = "ingest my-campaign/"
     type=click.Path(file_okay=False, path_type=Path),
     default=Path("results"),
     show_default=True,
-    help="Folder of the results.",
+    help="Write the results to this folder.",
 )
-@click.option("--db", metavar="URL", help="Store to fill. [sqlite:///OUT/demo.db]")
+@click.option("--db", metavar="URL", help="Fill this store. [default: sqlite:///OUT/demo.db]")
 @click.option(
     "--chapters",
     type=click.IntRange(1, len(TITLES)),
     default=len(TITLES),
     show_default=True,
-    help="Stop after so many.",
+    help="Stop after this number of chapters.",
 )
 @json_option
 def demo(out: Path, db: str | None, chapters: int, json_to: str | None) -> None:
-    """Show the product in five chapters: measured shots beside the thesis, a virtual campaign, a contact model, its
-    validation, and a gap that a diagnosis shrinks.
+    """Show the product in five chapters.
+
+    The chapters are measured shots beside the thesis, a virtual campaign, a contact model, its validation, and a gap
+    that a diagnosis shrinks.
 
     \b
     Example:

@@ -16,29 +16,56 @@ if TYPE_CHECKING:
 
 
 @click.command("blind-check")
-@click.option("--cases", type=click.IntRange(1), help="Campaigns of each tier.")
-@click.option("--seed", type=click.IntRange(0), help="Of the cases. [the split's own]")
-@click.option("--tier", "tiers", multiple=True, metavar="NAME", help="Only this tier: repeat. [all]")
-@click.option("--kind", "kinds", multiple=True, metavar="NAME", help="Only this kind where kinds take turns: repeat.")
+@click.option("--cases", type=click.IntRange(1), help="Set the number of campaigns of each tier.")
+@click.option("--seed", type=click.IntRange(0), help="Set the seed of the cases. [default: that of the split]")
+@click.option(
+    "--tier",
+    "tiers",
+    multiple=True,
+    metavar="NAME",
+    help="Take only this tier. The option can be repeated. [default: all]",
+)
+@click.option(
+    "--kind",
+    "kinds",
+    multiple=True,
+    metavar="NAME",
+    help="Take only this kind of campaign, where a tier has several. The option can be repeated.",
+)
 @click.option(
     "--split",
     type=click.Choice(["development", "calibration", "sealed"]),
     default="sealed",
     show_default=True,
-    help="Which families, laws and seeds may be drawn.",
+    help="Choose which families, laws and seeds may be drawn.",
 )
-@click.option("--time-limit", type=click.FloatRange(1), default=900.0, show_default=True, help="Seconds of a case.")
-@worker_options("Processes.", jobs=2)
-@click.option("--folder", type=click.Path(file_okay=False, path_type=Path), help="Keep answers here, and go on.")
+@click.option(
+    "--time-limit",
+    type=click.FloatRange(1),
+    default=900.0,
+    show_default=True,
+    help="Stop a case after this number of seconds.",
+)
+@worker_options("Set the number of processes.", jobs=2)
+@click.option(
+    "--folder",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Keep the answers in this folder, and continue those that are there.",
+)
 @click.option(
     "--pool",
     multiple=True,
     type=click.Path(path_type=Path),
     metavar="FOLDER",
-    help="No new check: one table over those kept here, of several nights or machines. Repeat.",
+    help=(
+        "Run no new check, but make one table of the answers kept here, from several nights "
+        "or machines. The option can be repeated."
+    ),
 )
-@click.option("--no-baselines", is_flag=True, help="Without the simpler ways of answering beside it.")
-@click.option("--no-shrinkage", is_flag=True, help="Only where and why, in two thirds of the time.")
+@click.option("--no-baselines", is_flag=True, help="Leave out the simpler methods that are shown beside the diagnosis.")
+@click.option(
+    "--no-shrinkage", is_flag=True, help="Leave out the reduction of the gap, which takes a third of the time."
+)
 @json_option
 def blind_check(
     cases: int | None,
@@ -54,10 +81,10 @@ def blind_check(
     no_shrinkage: bool,
     json_to: str | None,
 ) -> None:
-    """Record campaigns on the virtual bench whose effect is drawn and sealed, diagnose their folders, then score.
+    """Score the diagnosis on virtual campaigns whose effects are drawn and sealed before.
 
-    Salted hashes of the labels are published before the first diagnosis (in FOLDER, and in the JSON); the labels are
-    opened after the last.
+    The virtual bench records the campaigns, and their folders are diagnosed. Salted hashes of the labels are
+    published before the first diagnosis (in FOLDER, and in the JSON), and the labels are opened after the last one.
 
     \b
     Example:

@@ -22,14 +22,21 @@ _STAGES = ("gun", "contact", "plate")
 
 @click.command()
 @click.argument("target", metavar="CAMPAIGN_OR_FOLDER", shell_complete=campaign_names)
-@click.option("--simulator", metavar="nominal|models:/NAME@VERSION", default=None, help="Of the contact. [nominal]")
-@click.option("--html", type=click.Path(dir_okay=False, path_type=Path), default=None, help="Write a page to FILE.")
+@click.option(
+    "--simulator",
+    metavar="nominal|models:/NAME@VERSION",
+    default=None,
+    help="Choose the simulator of the contact. [default: nominal]",
+)
+@click.option(
+    "--html", type=click.Path(dir_okay=False, path_type=Path), default=None, help="Write the result to FILE as a page."
+)
 @click.option(
     "--with",
     "with_effects",
     multiple=True,
     metavar="EFFECT",
-    help="Consider these alone: repeat, or a,b.",
+    help="Consider these effects only. Repeat the option, or give a list: a,b.",
     shell_complete=effect_ids,
 )
 @click.option(
@@ -37,32 +44,61 @@ _STAGES = ("gun", "contact", "plate")
     "without_effects",
     multiple=True,
     metavar="EFFECT",
-    help="Leave these out: repeat, or a,b.",
+    help="Leave these effects out. Repeat the option, or give a list: a,b.",
     shell_complete=effect_ids,
 )
 @click.option(
     "--adopt",
     metavar="EFFECT|none",
     default=None,
-    help="Predictions use it from now on; none: no longer.",
+    help="Let predictions of this bench use the effect from now on; `none` ends this.",
     shell_complete=effect_ids,
 )
-@click.option("--tolerance", "tolerances", multiple=True, metavar="STAGE=SIZE", help="gun=1%, contact=3%, plate=0.5dB.")
 @click.option(
-    "--uncertain", multiple=True, metavar="NUMBER=SD", help="bullet_mass_kg=0.001, in SI; contact: shares. Repeat it."
+    "--tolerance",
+    "tolerances",
+    multiple=True,
+    metavar="STAGE=SIZE",
+    help="Set the tolerance of a stage: gun=1%, contact=3% or plate=0.5dB.",
 )
-@click.option("--modes", type=click.Path(path_type=Path), default=None, help="Modal table of the plate, CSV.")
-@click.option("--bench", type=click.Path(path_type=Path), default=None, help="The plate as a TOML file with [plate].")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed, the same answer.")
-@click.option("--list", "listed", is_flag=True, help="Diagnoses of the campaign that the store has.")
+@click.option(
+    "--uncertain",
+    multiple=True,
+    metavar="NUMBER=SD",
+    help=(
+        "Set the standard deviation of a number, in SI: bullet_mass_kg=0.001. Those of the "
+        "contact are shares. The option can be repeated."
+    ),
+)
+@click.option(
+    "--modes",
+    type=click.Path(path_type=Path),
+    default=None,
+    help="Read the measured modes of the plate from a CSV file.",
+)
+@click.option(
+    "--bench",
+    type=click.Path(path_type=Path),
+    default=None,
+    help="Describe the plate by a TOML file with the table [plate].",
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    help="Set the seed: the same seed gives the same answer.",
+)
+@click.option("--list", "listed", is_flag=True, help="List the diagnoses of the campaign that the store holds.")
 @db_option
 @json_option
 def diagnose(
     target: str, html: Path | None, adopt: str | None, listed: bool, db: str, json_to: str | None, **given: Any
 ) -> None:
-    """Where the gap between measurement and twin lies, which effect causes it, and how far it shrinks with it.
+    """Diagnose where the gap between measurement and twin lies, which effect causes it, and how far it shrinks with
+    that effect.
 
-    A campaign of the store keeps its diagnosis. A folder is read into nothing that stays.
+    The store keeps the diagnosis of a campaign that it holds. A folder is diagnosed without being stored.
 
     \b
     Example:

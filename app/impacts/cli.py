@@ -28,8 +28,9 @@ from ..cli.listed import Listing, listing_options
     help="Draw record and pulse into FILE (.png, .svg, .pdf).",
 )
 def show(impact: int, db: str, json_to: str | None, plot: Path | None) -> None:
-    """Show the impact with number IMPACT: factors, pulse, its versions, figures of each acceleration
-    channel, findings, channels.
+    """Show the impact with number IMPACT: its factors, its findings and its pulse.
+
+    The versions of the pulse, the figures of each acceleration channel and the channels are listed, too.
 
     \b
     Example:
@@ -55,14 +56,18 @@ def show(impact: int, db: str, json_to: str | None, plot: Path | None) -> None:
             click.echo(f"{key:24} {format_cell(value)}")
 
 
-_CAMPAIGN = click.option("--campaign", metavar="NAME", help="Only of this campaign.", shell_complete=campaign_names)
+_CAMPAIGN = click.option(
+    "--campaign", metavar="NAME", help="Take the impacts of this campaign only.", shell_complete=campaign_names
+)
 _WHERE = click.option(
     "--where",
     multiple=True,
     metavar="CONDITION",
-    help='FIELD=VALUE, also != < <= > >=; repeat to narrow ("tip_material=steel").',
+    help=(
+        'Select by FIELD=VALUE, also with != < <= > >=, such as "tip_material=steel". Several conditions must all hold.'
+    ),
 )
-_LIMIT = click.option("--limit", type=click.IntRange(1), help="At most this many rows.")
+_LIMIT = click.option("--limit", type=click.IntRange(1), help="List at most this number of rows.")
 
 
 @click.command()
@@ -72,8 +77,10 @@ _LIMIT = click.option("--limit", type=click.IntRange(1), help="At most this many
 @_WHERE
 @_LIMIT
 def impacts(db: str, listing: Listing, campaign: str | None, where: tuple[str, ...], limit: int | None) -> None:
-    """List impacts with their factors, the figures of the pulse in use, and those of the acceleration channel with the
-    largest peak. Numbers are SI.
+    """List impacts with their factors and figures.
+
+    The figures are those of the pulse in use, and those of the acceleration channel with the largest peak. Numbers
+    are in SI units.
 
     \b
     Example:
@@ -99,7 +106,8 @@ def impacts(db: str, listing: Listing, campaign: str | None, where: tuple[str, .
 @_WHERE
 @_LIMIT
 def shots(db: str, listing: Listing, campaign: str | None, where: tuple[str, ...], limit: int | None) -> None:
-    """List shots of the gun: pressure (gauge), mass, measured velocity, and the nominal model's. Numbers are SI.
+    """List the shots of the gun with tank pressure (gauge), bullet mass, measured velocity and the velocity of the
+    nominal model. Numbers are in SI units.
 
     \b
     Example:
@@ -121,13 +129,29 @@ def shots(db: str, listing: Listing, campaign: str | None, where: tuple[str, ...
 @click.argument("what", type=click.Choice(["impacts", "shots", "pulses", "channel-figures", "series"]))
 @db_option
 @click.option(
-    "--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="FILE.csv, .parquet or .json."
+    "--out",
+    required=True,
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Write to FILE.csv, FILE.parquet or FILE.json.",
 )
-@click.option("--campaign", metavar="NAME", help="Only of this campaign.", shell_complete=campaign_names)
-@click.option("--where", multiple=True, metavar="CONDITION", help="As for `impacts`; not for series.")
-@click.option("--recording", metavar="PATH", help="Series: only of this recording (its path in the campaign folder).")
-@click.option("--columns", metavar="A,B,…", help="Only these columns, in this order. [all that the selection has]")
-@click.option("--skip-damaged", is_flag=True, help="Series: leave damaged ones out, and name them.")
+@click.option(
+    "--campaign", metavar="NAME", help="Take the impacts of this campaign only.", shell_complete=campaign_names
+)
+@click.option(
+    "--where",
+    multiple=True,
+    metavar="CONDITION",
+    help="Select impacts as `impacts` does. Series cannot be selected so.",
+)
+@click.option(
+    "--recording",
+    metavar="PATH",
+    help="Export the series of this recording only, given by its path in the campaign folder.",
+)
+@click.option(
+    "--columns", metavar="A,B,…", help="Write only these columns, in this order. [default: all that the selection has]"
+)
+@click.option("--skip-damaged", is_flag=True, help="Leave out damaged series, and name them.")
 def export(
     what: str,
     db: str,
@@ -138,8 +162,10 @@ def export(
     columns: str | None,
     skip_damaged: bool,
 ) -> None:
-    """Write impacts, shots, pulses (in use, with their force points), figures of the acceleration channels or series
-    (in SI) to a file. A factor that no selected impact has is no column.
+    """Write impacts, shots, pulses, figures of the acceleration channels, or series to a file.
+
+    Pulses are those in use, with their points of force. Series are in SI units. A factor that no selected impact has
+    gets no column.
 
     \b
     Example:

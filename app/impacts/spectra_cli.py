@@ -19,19 +19,52 @@ _RATIO = click.FloatRange(0, 1, min_open=True, max_open=True)
 
 @click.command()
 @click.argument("file", type=_FILE)
-@click.option("--channel", metavar="NAME", help="[the only acceleration]")
-@click.option("--unit", metavar="UNIT", help="Where the file tells none: g, m/s2, ...")
-@click.option("--rate", metavar="HZ", help="Where the file has neither rate nor time: 51200, 51.2kHz.")
-@click.option("--frequencies", metavar="LINES", help="Hz: 100,200,500 or low:high:per_octave. [6 per octave]")
-@click.option("--q", type=click.FloatRange(0.5, min_open=True), help="[10]")
-@click.option("--damping", type=_RATIO, help="Damping ratio in place of Q: 0.05.")
-@click.option("--target", type=_FILE, metavar="SPEC.csv", help="Columns frequency_hz and level_g or level_m_s2.")
-@click.option("--tolerance", metavar="BAND", help="6dB, +9/-6dB or nasa-std-7003. [the target's own, else the last]")
-@click.option("--resample", is_flag=True, help="Band-limited, so that no peak is missed between samples.")
-@click.option("--range", "full_scale", metavar="VALUE", help="The sensor's full scale, such as 5000g, for clipping.")
+@click.option("--channel", metavar="NAME", help="Name the channel. [default: the only acceleration]")
+@click.option("--unit", metavar="UNIT", help="Give the unit if the file has none: g, m/s2 and so on.")
+@click.option(
+    "--rate",
+    metavar="HZ",
+    help="Give the sampling rate if the file has neither rate nor time, such as 51200 or 51.2kHz.",
+)
+@click.option(
+    "--frequencies",
+    metavar="LINES",
+    help="Set the frequencies in Hz: 100,200,500 or low:high:per_octave. [default: 6 per octave]",
+)
+@click.option(
+    "--q", type=click.FloatRange(0.5, min_open=True), help="Set Q of the oscillators of the spectrum. [default: 10]"
+)
+@click.option("--damping", type=_RATIO, help="Give the damping ratio in place of Q, such as 0.05.")
+@click.option(
+    "--target",
+    type=_FILE,
+    metavar="SPEC.csv",
+    help="Compare with the spectrum of a CSV file, with columns frequency_hz and level_g or level_m_s2.",
+)
+@click.option(
+    "--tolerance",
+    metavar="BAND",
+    help="Set the tolerance: 6dB, +9/-6dB or nasa-std-7003. [default: that of the target, else nasa-std-7003]",
+)
+@click.option(
+    "--resample", is_flag=True, help="Resample the record band-limited, so that no peak between samples is missed."
+)
+@click.option(
+    "--range",
+    "full_scale",
+    metavar="VALUE",
+    help="Give the full scale of the sensor, such as 5000g, so that clipping is detected.",
+)
 @click.option("--plot", type=_FILE, help="Draw spectrum and record into FILE (.png, .svg, .pdf).")
-@click.option("--out", type=_FILE, metavar="FILE.csv", help="Write the spectrum; it can be a target.")
-@click.option("--db", hidden=True, expose_value=False, help="Taken like everywhere; nothing is looked up in it.")
+@click.option(
+    "--out", type=_FILE, metavar="FILE.csv", help="Write the spectrum to FILE, which `tune` can take as a target."
+)
+@click.option(
+    "--db",
+    hidden=True,
+    expose_value=False,
+    help="This option is accepted as everywhere; nothing is read from the store.",
+)
 @json_option
 def srs(
     file: Path,
@@ -49,9 +82,10 @@ def srs(
     out: Path | None,
     json_to: str | None,
 ) -> None:
-    """Shock response spectrum of FILE (.mat .csv .txt .parquet .tdms .uff .lvm .h5 .npz .npy .wav), checks and moments.
+    """Compute the shock response spectrum of FILE, with checks and moments.
 
-    Ends with exit code 1 where a line lies outside of the target's tolerance.
+    FILE is a recording (.mat .csv .txt .parquet .tdms .uff .lvm .h5 .npz .npy .wav). The exit code is 1 if a line
+    lies outside of the tolerance of the target.
 
     \b
     Example:

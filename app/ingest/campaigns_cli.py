@@ -7,17 +7,18 @@ from typing import Any
 
 import click
 
-from ..cli.common import db_option, errors_as_one_line, json_option, note, open_command_store, write_json
+from ..cli.common import CommandGroup, db_option, errors_as_one_line, json_option, note, open_command_store, write_json
 from ..cli.completion import campaign_names, plan_names
 from ..cli.listed import Listing, listing_options
 
 
-@click.group(invoke_without_command=True)
+@click.group(cls=CommandGroup, invoke_without_command=True)
 @db_option
 @listing_options
 @click.pass_context
 def campaigns(ctx: click.Context, db: str, listing: Listing) -> None:
-    """List the campaigns with their counts; begin a folder, delete, archive or restore a campaign. Alone, it lists.
+    """List the campaigns with their counts; begin, delete, archive or restore a campaign. Without a command, list
+    them.
 
     \b
     Example:
@@ -52,23 +53,25 @@ def _list(db: str, listing: Listing) -> None:
     "--kind",
     type=click.Choice(["gun", "hammer", "drop"]),
     required=True,
-    help="Of the bench; drop: accelerometers alone.",
+    help="Choose the kind of the bench; `drop` has accelerometers only.",
 )
 @click.option(
     "--plan",
     metavar="NAME",
-    help="A row for each repetition that this plan of the store still asks for.",
+    help="Write a row for each repetition that this plan still asks for.",
     shell_complete=plan_names,
 )
 @click.option(
-    "--recordings", metavar="PATTERN", help="Files or a folder within FOLDER. [without a plan: all that are there]"
+    "--recordings",
+    metavar="PATTERN",
+    help="Take these files, or a folder within FOLDER. [default without a plan: all that are there]",
 )
 def init(folder: Path, db: str, kind: str, plan: str | None, recordings: str | None) -> None:
-    """Begin a campaign's FOLDER: write a commented campaign.toml and a runs.csv, to be filled in and ingested.
+    """Begin the FOLDER of a campaign: write a commented campaign.toml and a runs.csv, which you complete and ingest.
 
-    The rows come from a plan of the store, or there is one for each recording. Channels, their rates and units come
-    from the recordings where these state them. What you must write is marked FILL IN, what may be otherwise "please
-    check". Nothing that is there is overwritten.
+    The rows come from a plan of the store; without a plan there is a row for each recording. Channels, their rates
+    and their units come from the recordings where these contain them. What you must write is marked FILL IN, and what
+    may be wrong is marked "please check". Files that exist are never overwritten.
 
     \b
     Example:
@@ -91,16 +94,18 @@ def init(folder: Path, db: str, kind: str, plan: str | None, recordings: str | N
 @click.argument("name", shell_complete=campaign_names)
 @db_option
 @json_option
-@click.option("--reason", required=True, metavar="TEXT", help="Why it is deleted: is kept with the tombstone.")
-@click.option("--dry-run", is_flag=True, help="Say what would go and what stands on it, and delete nothing.")
+@click.option("--reason", required=True, metavar="TEXT", help="Say why it is deleted. The store keeps the reason.")
+@click.option(
+    "--dry-run", is_flag=True, help="Report what would be deleted and what depends on it, and delete nothing."
+)
 def delete(name: str, db: str, json_to: str | None, reason: str, dry_run: bool) -> None:
     """Delete a campaign with its recordings, impacts, shots, diagnoses and adopted effects.
 
-    It cannot be taken back; `campaigns archive` deletes it and keeps it in a file, from which it can.
+    A deleted campaign cannot be brought back. `campaigns archive` deletes a campaign, too, but keeps it in a file.
 
-    A tombstone stays: the hash of the content, when, why, who, and what stood on it. Datasets keep their name and hash
-    and can no longer be read; models that were trained on them stay and work; reports of diagnoses stay in the
-    tombstone. Runs of a plan that are no longer recorded are to do again.
+    The store keeps a tombstone: the hash of the content, the time, the person, the reason, and what depended on the
+    campaign. Datasets keep their name and hash, but can no longer be read. Models that were trained on them stay and
+    work. Reports of diagnoses stay in the tombstone. Runs of a plan that are no longer recorded are to be done again.
 
     \b
     Example:
@@ -124,13 +129,18 @@ def delete(name: str, db: str, json_to: str | None, reason: str, dry_run: bool) 
 @click.argument("name", shell_complete=campaign_names)
 @db_option
 @json_option
-@click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="FILE to write; a new one.")
-@click.option("--reason", required=True, metavar="TEXT", help="Why it leaves the store: is kept with the tombstone.")
+@click.option(
+    "--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="Write to FILE, which must not exist."
+)
+@click.option(
+    "--reason", required=True, metavar="TEXT", help="Say why it leaves the store. The store keeps the reason."
+)
 def archive(name: str, db: str, json_to: str | None, out: Path, reason: str) -> None:
     """Write a campaign to FILE, read the file back, then delete the campaign from the store.
 
-    The tombstone names the file and its SHA-256. `campaigns restore FILE` brings the campaign back, with its diagnoses,
-    adopted effects, and the pulses of its datasets. What was begun and killed is completed by the same command.
+    The store keeps a tombstone with the name of the file and its SHA-256. `campaigns restore FILE` brings the
+    campaign back, with its diagnoses, its adopted effects, and the pulses of its datasets. The same command completes
+    an archive that was interrupted.
 
     \b
     Example:
@@ -156,8 +166,8 @@ def archive(name: str, db: str, json_to: str | None, out: Path, reason: str) -> 
 def restore(file: Path, db: str, json_to: str | None) -> None:
     """Bring a deleted campaign back from FILE, which `campaigns archive` or `db export` wrote before.
 
-    The content must be that which was deleted. Datasets get their pulses back and can be read again; diagnoses and
-    adopted effects come back; the tombstone stays, and says when.
+    The content must be the same as that which was deleted. Datasets get their pulses back and can be read again.
+    Diagnoses and adopted effects come back. The tombstone stays and records the time of the return.
 
     \b
     Example:
@@ -182,7 +192,7 @@ def restore(file: Path, db: str, json_to: str | None) -> None:
 @db_option
 @listing_options
 def deleted(db: str, listing: Listing) -> None:
-    """List what was deleted: campaigns and recordings, when, why, their hash, and what stood on them."""
+    """List what was deleted: campaigns and recordings with time, reason, hash, and what depended on them."""
     with open_command_store(db) as store, store.reading() as session:
         from .removal import list_tombstones
 

@@ -42,13 +42,28 @@ if TYPE_CHECKING:
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 _OPTIONS = (
-    click.option("--segmentation", type=click.Choice(["walk", "mask"]), help="How a contact is delimited. [walk]"),
-    click.option("--threshold", type=float, help="Share of the peak where contact begins and ends. [0.005]"),
-    click.option("--smoothing", type=float, help="csaps parameter of the spline, on the sample index. [0.99]"),
-    click.option("--refinement", type=int, help="Points of the fine pulse per recorded sample. [10]"),
-    click.option("--points", type=int, help="Equidistant points of the force. [20]"),
-    click.option("--event-share", type=float, help="An impact reaches this share of the record's largest. [0.1]"),
-    click.option("--separation", "separation_s", metavar="SECONDS", help="Nearer contacts are one impact. [100ms]"),
+    click.option(
+        "--segmentation", type=click.Choice(["walk", "mask"]), help="Choose how a contact is delimited. [default: walk]"
+    ),
+    click.option(
+        "--threshold", type=float, help="Set the share of the peak at which a contact begins and ends. [default: 0.005]"
+    ),
+    click.option(
+        "--smoothing", type=float, help="Set the csaps parameter of the spline, on the sample index. [default: 0.99]"
+    ),
+    click.option("--refinement", type=int, help="Set the points of the fine pulse per recorded sample. [default: 10]"),
+    click.option("--points", type=int, help="Set the number of equidistant points of the force. [default: 20]"),
+    click.option(
+        "--event-share",
+        type=float,
+        help="Take as impacts what reaches this share of the largest peak of the record. [default: 0.1]",
+    ),
+    click.option(
+        "--separation",
+        "separation_s",
+        metavar="SECONDS",
+        help="Join contacts that are nearer than this into one impact. [default: 100ms]",
+    ),
 )
 
 
@@ -78,12 +93,15 @@ def settings_from(given: dict[str, Any]) -> ExtractionSettings:
     "--jobs",
     type=click.IntRange(1),
     default=None,
-    help="Processes that read and extract. [cores, at most 4; 1 for small files]",
+    help=(
+        "Set the number of processes that read and extract. [default: the number of cores, at "
+        "most 4; 1 for small files]"
+    ),
 )
 @click.option(
     "--plan",
     default=None,
-    help="The plan that is worked off. [the one of the campaign's name, if any]",
+    help="Name the plan whose runs the campaign does. [default: the plan of the campaign's name, if there is one]",
     shell_complete=plan_names,
 )
 @click.option(
@@ -91,20 +109,29 @@ def settings_from(given: dict[str, Any]) -> ExtractionSettings:
     "free_factors",
     multiple=True,
     metavar="COLUMN",
-    help="This column of runs.csv is a factor of its own, though its name resembles a known column. Repeatable.",
+    help=(
+        "Take this column of runs.csv as a factor of its own, although its name resembles a "
+        "known column. The option can be repeated."
+    ),
 )
 @click.option(
     "--confirm",
     "confirmed",
     multiple=True,
     metavar="RULE",
-    help="Rows may break this rule of what a bench can have; the refusal names it. Repeatable.",
+    help=(
+        "Allow rows to break this rule of what a bench can have. The message that refuses a "
+        "row names its rule. The option can be repeated."
+    ),
 )
 @click.option(
     "--again",
     multiple=True,
     metavar="RECORDING",
-    help="Store this recording though it was discarded (`runs discard`); its path as in runs.csv. Repeatable.",
+    help=(
+        "Store this recording although `runs discard` removed it. Give its path as in "
+        "runs.csv. The option can be repeated."
+    ),
 )
 @click.option(
     "--velocity-target-motion",
@@ -112,9 +139,14 @@ def settings_from(given: dict[str, Any]) -> ExtractionSettings:
     type=click.Choice(["none", "plate"]),
     default="none",
     show_default=True,
-    help="Add the plate's motion under the force to velocities integrated from the impactor's deceleration.",
+    help=(
+        "Add the motion of the plate under the force to velocities that are integrated from "
+        "the deceleration of the impactor."
+    ),
 )
-@click.option("--dry-run", is_flag=True, help="Say everything, store nothing: each folder beside what is stored now.")
+@click.option(
+    "--dry-run", is_flag=True, help="Report what would be stored, beside what is stored now, and store nothing."
+)
 @settings_options
 def ingest(
     folders: tuple[Path, ...],
@@ -129,11 +161,11 @@ def ingest(
     dry_run: bool,
     **given: Any,
 ) -> None:
-    """Read campaign folders into the store (which is made if there is none).
+    """Read campaign folders into the store, which is made if there is none.
 
-    What is already stored is not stored again: ingesting twice, or after a kill, completes the campaign. A damaged
-    recording is set aside with its reason, and one that was discarded stays out. Runs of a plan are marked as done;
-    what does not match it is told.
+    A recording that is already stored is not stored again, so that a second call completes a campaign, also after the
+    first one was killed. A damaged recording is set aside with its reason, and a discarded one stays out. Runs of a
+    plan are marked as done, and what does not match the plan is reported.
 
     \b
     Example:
@@ -205,15 +237,15 @@ def _tell(report: Any, dry_run: bool) -> None:
 
 @click.command()
 @click.argument("campaign", shell_complete=campaign_names)
-@worker_options("Processes that cut at once.")
+@worker_options("Set the number of processes that extract pulses.")
 @db_option
 @json_option
 @settings_options
 def extract(campaign: str, executor: ExecutorConfig, db: str, json_to: str | None, **given: Any) -> None:
-    """Cut the pulses of CAMPAIGN anew, from the stored series, with other settings.
+    """Extract the pulses of CAMPAIGN again from the stored series, with other settings.
 
-    The new version is in use from then on; the old ones stay (`pyroshock show` lists them), and the same
-    settings again put the old version back in use.
+    The new version of the pulses is in use from then on. The old versions stay, and `pyroshock show` lists them. The
+    same settings again put their version back in use.
 
     \b
     Example:
@@ -235,14 +267,29 @@ def extract(campaign: str, executor: ExecutorConfig, db: str, json_to: str | Non
 
 @click.command()
 @click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
-@click.option("--channel", default="tank_pressure", show_default=True, help="Of campaign.toml.")
-@click.option("--quantity", default="pressure", show_default=True, help="What the channel measures.")
-@click.option("--unit", default="bar", show_default=True, help="Of the references.")
-@click.option("--date", "day", metavar="DAY", help="Of the calibration: 2026-03-02. [today]")
-@click.option("--reference-u", metavar="2mbar", help="Standard uncertainty of each reference, for all. [0]")
-@click.option("--reading-u", metavar="1mV", help="Standard uncertainty of each reading, for all. [0]")
-@click.option("--common-u", metavar="5mbar", help="Standard uncertainty that all references share. [0]")
-@click.option("--db", hidden=True, expose_value=False, help="Taken like everywhere; nothing is looked up in it.")
+@click.option("--channel", default="tank_pressure", show_default=True, help="Name the channel as campaign.toml does.")
+@click.option("--quantity", default="pressure", show_default=True, help="Say what the channel measures.")
+@click.option("--unit", default="bar", show_default=True, help="Give the unit of the references.")
+@click.option(
+    "--date", "day", metavar="DAY", help="Give the date of the calibration, such as 2026-03-02. [default: today]"
+)
+@click.option(
+    "--reference-u",
+    metavar="2mbar",
+    help="Give the standard uncertainty of each reference, the same for all. [default: 0]",
+)
+@click.option(
+    "--reading-u", metavar="1mV", help="Give the standard uncertainty of each reading, the same for all. [default: 0]"
+)
+@click.option(
+    "--common-u", metavar="5mbar", help="Give the standard uncertainty that all references share. [default: 0]"
+)
+@click.option(
+    "--db",
+    hidden=True,
+    expose_value=False,
+    help="This option is accepted as everywhere; nothing is read from the store.",
+)
 @json_option
 def calibrate(
     file: Path,
@@ -255,11 +302,12 @@ def calibrate(
     common_u: str | None,
     json_to: str | None,
 ) -> None:
-    """Sensitivity and offset of a transducer from FILE, a table of static points, with their uncertainty.
+    """Compute sensitivity and offset of a transducer from FILE, a table of static points, with their uncertainty.
 
-    The table has the columns reference (in the unit) and reading_v (in volt), and reference_u and reading_u_v where
-    points differ in their standard uncertainty. What is printed for campaign.toml makes `ingest` apply the calibration,
-    keep it with each recording and give its uncertainty to each measured tank pressure.
+    The table has the columns reference (in the unit of --unit) and reading_v (in volt). Where the standard
+    uncertainty differs from point to point, it has the columns reference_u and reading_u_v, too. The command prints a
+    table for campaign.toml. With it, `ingest` applies the calibration, stores it with each recording, and gives its
+    uncertainty to each measured tank pressure.
 
     \b
     Example:

@@ -7,18 +7,20 @@ from typing import Any
 
 import click
 
-from ..cli.common import db_option, fail, json_option, note, open_command_store, write_json
+from ..cli.common import CommandGroup, db_option, fail, json_option, note, open_command_store, write_json
 from ..cli.completion import campaign_names, plan_names
 from ..cli.listed import Listing, listing_options
 from .cli import settings_from, settings_options
 
-_REASON = click.option("--reason", required=True, metavar="TEXT", help="Why: is kept with the tombstone.")
-_DRY_RUN = click.option("--dry-run", is_flag=True, help="Say what would go and what stands on it, and change nothing.")
+_REASON = click.option("--reason", required=True, metavar="TEXT", help="Say why. The store keeps the reason.")
+_DRY_RUN = click.option(
+    "--dry-run", is_flag=True, help="Report what would be removed and what depends on it, and change nothing."
+)
 
 
-@click.group()
+@click.group(cls=CommandGroup)
 def runs() -> None:
-    """List a campaign's recordings with their runs; take one out of the store, or put a corrected one in its place.
+    """List the recordings of a campaign with their runs; take one out of the store, or replace it by a corrected one.
 
     \b
     Example:
@@ -51,9 +53,16 @@ def list_(campaign: str, db: str, listing: Listing) -> None:
 @db_option
 @json_option
 @click.option(
-    "--run", "numbers", type=int, multiple=True, metavar="N", help="Name the recording by its run. Repeatable."
+    "--run",
+    "numbers",
+    type=int,
+    multiple=True,
+    metavar="N",
+    help="Name the recording by its run. The option can be repeated.",
 )
-@click.option("--repetition", type=int, metavar="M", help="With one --run: the recording of this repetition.")
+@click.option(
+    "--repetition", type=int, metavar="M", help="Take the recording of this repetition. This needs exactly one --run."
+)
 @_REASON
 @_DRY_RUN
 def discard(
@@ -68,9 +77,10 @@ def discard(
 ) -> None:
     """Take one RECORDING of CAMPAIGN out of the store, with its impacts, shots, pulses and findings.
 
-    A tombstone stays: the file's hash, when, why, who, and what stood on it. A later ingest of the folder does not
-    bring the file back; `pyroshock ingest FOLDER --again RECORDING` does. Datasets keep their name and hash and can no
-    longer be read; models stay. Runs of a plan that are no longer recorded are to do again.
+    The store keeps a tombstone: the hash of the file, the time, the person, the reason, and what depended on it. A
+    later ingest of the folder does not bring the file back, but `pyroshock ingest FOLDER --again RECORDING` does.
+    Datasets keep their name and hash, but can no longer be read. Models stay. Runs of a plan that are no longer
+    recorded are to be done again.
 
     \b
     Example:
@@ -115,16 +125,28 @@ def discard(
     "folder",
     type=click.Path(exists=True, file_okay=False, path_type=Path),
     metavar="FOLDER",
-    help="The campaign folder with the corrected row of runs.csv, or the new file.",
+    help="Read the campaign folder with the corrected row of runs.csv, or the new file.",
 )
 @click.option(
     "--plan",
     default=None,
-    help="The plan that is worked off. [the one of the campaign's name, if any]",
+    help="Name the plan whose runs the campaign does. [default: the plan of the campaign's name, if there is one]",
     shell_complete=plan_names,
 )
-@click.option("--free-factor", "free_factors", multiple=True, metavar="COLUMN", help="As of `ingest`. Repeatable.")
-@click.option("--confirm", "confirmed", multiple=True, metavar="RULE", help="As of `ingest`. Repeatable.")
+@click.option(
+    "--free-factor",
+    "free_factors",
+    multiple=True,
+    metavar="COLUMN",
+    help="This is the same option as that of `ingest`. It can be repeated.",
+)
+@click.option(
+    "--confirm",
+    "confirmed",
+    multiple=True,
+    metavar="RULE",
+    help="This is the same option as that of `ingest`. It can be repeated.",
+)
 @_REASON
 @_DRY_RUN
 @settings_options
@@ -142,11 +164,11 @@ def replace(
     dry_run: bool,
     **given: Any,
 ) -> None:
-    """Put what the campaign folder holds now in the place of a stored RECORDING, in one transaction.
+    """Replace a stored RECORDING by what the campaign folder holds now, in one transaction.
 
-    With --from FOLDER: its file of the same path and the rows of runs.csv that name it; either may be corrected. With
-    FILE: another file of a campaign folder, under its own path and rows. The old one leaves a tombstone that names the
-    new one's hash. Other recordings of the folder are not looked at.
+    With --from FOLDER, the file of the same path and the rows of runs.csv that name it are read again; either may be
+    corrected. With FILE, another file of a campaign folder is read, with its own path and rows. The store keeps a
+    tombstone of the old recording that names the hash of the new one. Other recordings of the folder are not read.
 
     \b
     Example:

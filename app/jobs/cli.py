@@ -11,7 +11,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from ..cli.common import data_option, db_option, note, open_command_store
+from ..cli.common import CommandGroup, data_option, db_option, note, open_command_store
 from ..cli.listed import Listing, listing_options
 
 #: Shorter, and a busy machine loses jobs that it is at work on.
@@ -20,20 +20,20 @@ _SHORTEST_LEASE_S = 1.0
 
 @click.command()
 @db_option
-@click.option("--once", is_flag=True, help="End when nothing waits, and no dead worker has left anything.")
+@click.option("--once", is_flag=True, help="End when no job waits and no dead worker has left a job.")
 @click.option(
     "--lease",
     default="30s",
     show_default=True,
     metavar="SECONDS",
-    help="A worker that is silent for so long has lost its job to the next.",
+    help="Give the job of a worker that was silent for this time to the next worker.",
 )
 @data_option
 def work(db: str, once: bool, lease: str, folders: tuple[Path, ...]) -> None:
-    """Do the long work that others have asked for (see `pyroshock jobs`): ingests, diagnoses, trainings, tunings.
+    """Do the long work that was asked for (see `pyroshock jobs`): ingests, diagnoses, trainings and tunings.
 
-    Start it on any machine that reaches the store, as often as jobs are to run at once. Ctrl-C gives back what is in
-    hand; a worker that is killed loses its job to the next one after --lease, and the job is begun again.
+    Start it on any machine that reaches the store, as many times as jobs are to run at once. Ctrl-C gives the current
+    job back. A worker that is killed loses its job to the next one after --lease, and the job begins again.
 
     \b
     Example:
@@ -68,13 +68,19 @@ def _lease_s(text: str) -> float:
     return seconds
 
 
-@click.group(invoke_without_command=True)
+@click.group(cls=CommandGroup, invoke_without_command=True)
 @db_option
 @listing_options
-@click.option("--last", type=click.IntRange(1), default=20, show_default=True, help="So many, the newest first.")
+@click.option(
+    "--last",
+    type=click.IntRange(1),
+    default=20,
+    show_default=True,
+    help="List at most this number of jobs, the newest first.",
+)
 @click.pass_context
 def jobs(context: click.Context, db: str, listing: Listing, last: int) -> None:
-    """List long work: what waits, what runs where, what came of it.
+    """List the long work: which jobs wait, which run and where, and with which result they ended.
 
     \b
     Example:
@@ -110,7 +116,7 @@ def _row(job: Any) -> dict[str, Any]:
 @db_option
 @click.pass_context
 def stop(context: click.Context, job: int, db: str) -> None:
-    """Ask JOB to end: at once where it waits, at its next step where it runs. What it has stored is whole.
+    """Ask JOB to end: at once if it waits, at its next step if it runs. What it has stored is complete.
 
     \b
     Example:

@@ -19,16 +19,16 @@ from .designs_cli import DesignCommands, augment, tell_plan
 
 @click.command()
 @click.argument("campaign", shell_complete=campaign_names)
-@click.option("--name", default=None, help="Of the plan. [CAMPAIGN-discriminate]")
-@click.option("--anew", is_flag=True, help="Diagnose once more, though the store has a diagnosis.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of a new diagnosis.")
-@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write the table as CSV.")
+@click.option("--name", default=None, help="Name the plan. [default: CAMPAIGN-discriminate]")
+@click.option("--anew", is_flag=True, help="Diagnose again, although the store has a diagnosis.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Set the seed of a new diagnosis.")
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write the table of runs to FILE as CSV.")
 @db_option
 @json_option
 def discriminate(
     campaign: str, name: str | None, anew: bool, seed: int, out: Path | None, db: str, json_to: str | None
 ) -> None:
-    """Plan the runs that tell apart what the last diagnosis of CAMPAIGN could not.
+    """Plan the runs that tell apart the causes which the last diagnosis of CAMPAIGN could not tell apart.
 
     \b
     Example:
@@ -64,7 +64,7 @@ def discriminate(
 @listing_options
 @click.pass_context
 def plan(ctx: click.Context, db: str, listing: Listing) -> None:
-    """Plan a campaign: make a design, keep it, see what is to do. Alone, it lists the plans.
+    """Plan a campaign: make a design, store it, and see what is still to do. Without a command, list the plans.
 
     \b
     Example:
@@ -95,10 +95,10 @@ def _list(db: str, listing: Listing) -> None:
 @plan.command()
 @click.argument("name", shell_complete=plan_names)
 @click.argument("run", type=int)
-@click.option("--reason", required=True, help="Why; it stays with the run.")
+@click.option("--reason", required=True, help="Say why. The plan keeps the reason with the run.")
 @db_option
 def discard(name: str, run: int, reason: str, db: str) -> None:
-    """Take a run out of a plan: it broke, it was refused, its records are no good."""
+    """Take a run out of a plan, for example because a part broke or its records are bad."""
     from ...doe.plans import discard_run
 
     with open_command_store(db) as store:
@@ -112,14 +112,17 @@ def discard(name: str, run: int, reason: str, db: str) -> None:
     "--against",
     default=None,
     metavar="OTHER",
-    help="Another plan, or a table (CSV) of the same factors.",
+    help="Compare with another plan, or with a table (CSV) of the same factors.",
     shell_complete=plan_names,
 )
-@click.option("--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw the quality into FILE.png.")
+@click.option(
+    "--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw the quality of the plan into FILE.png."
+)
 @db_option
 @json_option
 def quality(name: str, against: str | None, plot: Path | None, db: str, json_to: str | None) -> None:
-    """How good a plan is: balance of levels, pairs and triples, space filling, changeovers, confounding with time.
+    """Measure how good a plan is: balance of levels, pairs and triples, space filling, changeovers, and confounding
+    with time.
 
     \b
     Example:
@@ -145,7 +148,7 @@ def quality(name: str, against: str | None, plot: Path | None, db: str, json_to:
 @db_option
 @json_option
 def status(name: str, db: str, json_to: str | None) -> None:
-    """What of a plan is done, to do, and discarded."""
+    """Show which runs of a plan are done, still to do, or discarded."""
     from ...doe.plans import read_plan
     from ..common.plan_tables import plan_as_json
 
@@ -176,11 +179,11 @@ def status(name: str, db: str, json_to: str | None) -> None:
     type=click.Path(path_type=Path, dir_okay=False),
     required=True,
     metavar="FILE.html|.csv|.xlsx",
-    help="Its ending says as what.",
+    help="Write to this file; its ending chooses the format.",
 )
 @db_option
 def sheet(name: str, out: Path, db: str) -> None:
-    """The run sheet for the bench, in order of run, with a box to tick.
+    """Write the run sheet for the bench: the runs in their order, with a box to tick for each.
 
     \b
     Example:
@@ -200,21 +203,56 @@ for command in (augment, discriminate):
 
 @click.command()
 @click.argument("plan", shell_complete=plan_names)
-@click.option("--out", type=click.Path(path_type=Path), required=True, metavar="FOLDER", help="A new folder.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed, the same files.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    required=True,
+    metavar="FOLDER",
+    help="Write the campaign to this new folder.",
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    help="Set the seed: the same seed gives the same files.",
+)
 @click.option(
     "--effect",
     "effects",
     multiple=True,
     metavar="NAME=STRENGTH",
-    help="Set an effect: 0 takes it away, 1 is a realistic bench's. Repeat for several.",
+    help=(
+        "Set the strength of an effect: 0 removes it, 1 is the strength of a realistic bench. "
+        "The option can be repeated."
+    ),
 )
-@click.option("--echoes", is_flag=True, help="The plate's edges act on what strikes it while it touches.")
-@click.option("--name", default=None, help="The campaign's name. [the plan's]")
-@click.option("--repetitions", type=click.IntRange(1), default=None, help="[the plan's]")
-@click.option("--trigger", metavar="5%|none", default=None, help="Of a gun: share of the tank's pressure lost. [5%]")
-@click.option("--pre-trigger", metavar="300ms", default=None, help="Recorded before the trigger. [300ms]")
-@click.option("--jobs", type=click.IntRange(1), default=None, help="Processes. [cores, at most 4]")
+@click.option("--echoes", is_flag=True, help="Let reflections from the edges of the plate act on the contact.")
+@click.option("--name", default=None, help="Name the campaign. [default: the name of the plan]")
+@click.option(
+    "--repetitions",
+    type=click.IntRange(1),
+    default=None,
+    help="Set the number of repetitions of each run. [default: that of the plan]",
+)
+@click.option(
+    "--trigger",
+    metavar="5%|none",
+    default=None,
+    help="Set the share of the tank pressure whose loss triggers the record of a gun. [default: 5%]",
+)
+@click.option(
+    "--pre-trigger",
+    metavar="300ms",
+    default=None,
+    help="Set the time that is recorded before the trigger. [default: 300ms]",
+)
+@click.option(
+    "--jobs",
+    type=click.IntRange(1),
+    default=None,
+    help="Set the number of processes. [default: the number of cores, at most 4]",
+)
 @db_option
 @json_option
 def simulate(
@@ -231,9 +269,10 @@ def simulate(
     db: str,
     json_to: str | None,
 ) -> None:
-    """Play PLAN on the virtual bench: recordings as a real bench would leave them, to try everything on.
+    """Fire PLAN on the virtual bench, which writes recordings as a real bench does, to try everything on.
 
-    What was set and what really happened goes to FOLDER.sealed.json, for whoever scores a diagnosis afterwards.
+    The settings and the true values are written to FOLDER.sealed.json, for the person who scores a diagnosis
+    afterwards.
 
     \b
     Example:

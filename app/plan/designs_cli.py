@@ -12,7 +12,16 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from ..cli.common import db_option, errors_as_one_line, json_option, note, open_command_store, print_table, write_json
+from ..cli.common import (
+    CommandGroup,
+    db_option,
+    errors_as_one_line,
+    json_option,
+    note,
+    open_command_store,
+    print_table,
+    write_json,
+)
 from ..cli.completion import plan_names
 
 if TYPE_CHECKING:
@@ -37,7 +46,7 @@ def tell_plan(stored: StoredPlan, rows: Iterable[dict[str, Any]], json_to: str |
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-class DesignCommands(click.Group):
+class DesignCommands(CommandGroup):
     """The group `plan`: what is no command of its own is a method of design, made a command when it is asked for.
 
     The methods know NumPy, which `--help` of another command does not pay for.
@@ -75,25 +84,43 @@ def _design_options(function: Function) -> Function:
         db_option,
         json_option,
         click.option(
-            "--repetitions", type=click.IntRange(1), default=10, show_default=True, help="Hits or shots of each run."
+            "--repetitions",
+            type=click.IntRange(1),
+            default=10,
+            show_default=True,
+            help="Set the hits or shots of each run.",
         ),
         click.option(
-            "--seed", type=click.IntRange(0), default=None, help="The same seed, the same plan. [drawn, and told]"
+            "--seed",
+            type=click.IntRange(0),
+            default=None,
+            help="Set the seed: the same seed gives the same plan. [default: drawn and reported]",
         ),
-        click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write the table as CSV."),
         click.option(
-            "--kind", type=click.Choice(["gun", "hammer"]), default="gun", show_default=True, help="Whose factors."
+            "--out", type=click.Path(path_type=Path, dir_okay=False), help="Write the table of runs to FILE as CSV."
         ),
-        click.option("--factors", type=click.Path(path_type=Path), help="Your own factors, a TOML file."),
+        click.option(
+            "--kind",
+            type=click.Choice(["gun", "hammer"]),
+            default="gun",
+            show_default=True,
+            help="Take the factors of this kind of bench.",
+        ),
+        click.option("--factors", type=click.Path(path_type=Path), help="Read your own factors from a TOML file."),
         click.option(
             "--range",
             "ranges",
             callback=_ranges,
             multiple=True,
             metavar="COLUMN=LOW:HIGH[:STEP]",
-            help="Make a factor continuous, in its column's unit; repeat it.",
+            help="Make a factor continuous over a range, in the unit of its column. The option can be repeated.",
         ),
-        click.option("--gun", "bench", type=click.Path(path_type=Path), help="A campaign folder whose gun fires it."),
+        click.option(
+            "--gun",
+            "bench",
+            type=click.Path(path_type=Path),
+            help="Take the limits of the gun of this campaign folder.",
+        ),
     ):
         function = option(function)
     return function
@@ -110,7 +137,7 @@ def _method_command(name: str, method: DesignMethod) -> click.Command:
     for option in reversed(method.options):
         command = click.option(f"--{option.name}", **_of_option(option))(command)
     if "runs" in method.takes:
-        command = click.option("--runs", type=click.IntRange(1), required=True, help="How many treatments.")(command)
+        command = click.option("--runs", type=click.IntRange(1), required=True, help="Set the number of runs.")(command)
     if "table" in method.takes:
         command = click.argument("table", type=click.Path(path_type=Path))(command)
     command = click.argument("name")(command)
@@ -156,13 +183,29 @@ def _make(name: str, method: str, given: dict[str, Any], options: dict[str, Any]
 
 @click.command()
 @click.argument("name", shell_complete=plan_names)
-@click.option("--runs", type=click.IntRange(1), default=None, help="How many to add. [as many as were discarded]")
 @click.option(
-    "--repetitions", type=click.IntRange(1), default=None, help="Hits or shots of each run. [as most runs of the plan]"
+    "--runs",
+    type=click.IntRange(1),
+    default=None,
+    help="Set how many runs to add. [default: as many as were discarded]",
 )
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed, the same runs.")
-@click.option("--gun", "bench", type=click.Path(path_type=Path), help="A campaign folder whose gun fires it.")
-@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write the table as CSV.")
+@click.option(
+    "--repetitions",
+    type=click.IntRange(1),
+    default=None,
+    help="Set the hits or shots of each run. [default: as most runs of the plan]",
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    help="Set the seed: the same seed gives the same runs.",
+)
+@click.option(
+    "--gun", "bench", type=click.Path(path_type=Path), help="Take the limits of the gun of this campaign folder."
+)
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write the table of runs to FILE as CSV.")
 @db_option
 @json_option
 def augment(
@@ -175,7 +218,7 @@ def augment(
     db: str,
     json_to: str | None,
 ) -> None:
-    """Add runs to a plan, the ones that balance best what was recorded and what is still to do.
+    """Add runs to a plan, so that they balance best what was recorded and what is still to do.
 
     \b
     Example:

@@ -29,7 +29,7 @@ MANY = (
         "--plan",
         metavar="NAME",
         default=None,
-        help="Every run of a plan in place of one shot.",
+        help="Predict every run of a plan in place of one shot.",
         shell_complete=plan_names,
     ),
     click.option(
@@ -37,10 +37,20 @@ MANY = (
         type=click.Path(exists=True, dir_okay=False, path_type=Path),
         default=None,
         metavar="FILE.csv",
-        help="Every row of a table with the columns of runs.csv.",
+        help="Predict every row of a table with the columns of runs.csv.",
     ),
-    click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help="Their figures: .csv or .parquet."),
-    click.option("--spectra", type=click.Path(path_type=Path), metavar="FILE", help="Their spectra, the same."),
+    click.option(
+        "--out",
+        type=click.Path(path_type=Path),
+        metavar="FILE",
+        help="Write the predicted figures to FILE.csv or FILE.parquet.",
+    ),
+    click.option(
+        "--spectra",
+        type=click.Path(path_type=Path),
+        metavar="FILE",
+        help="Write the predicted spectra to FILE.csv or FILE.parquet.",
+    ),
 )
 #: Of a table on a screen: what names a shot, and what matters of it.
 _SHOWN = ("run", "repetition", "tip_material", "bullet_mass_kg", "tank_pressure_bar")
@@ -109,54 +119,75 @@ def _short(shot: PredictedShot) -> dict[str, object]:
 
 #: Options of what the operator sets; `tune` and `predict` spell them alike.
 _SET = (
-    click.option("--tank-pressure", metavar="5bar", default=None, help="Gauge, of a gun. [5bar]"),
-    click.option("--velocity", metavar="20m/s", default=None, help="Of impact, before contact; in place of the gun."),
+    click.option(
+        "--tank-pressure",
+        metavar="5bar",
+        default=None,
+        help="Set the gauge pressure in the tank of the gun. [default: 5bar]",
+    ),
+    click.option(
+        "--velocity",
+        metavar="20m/s",
+        default=None,
+        help="Set the velocity of the bullet before contact, in place of the gun.",
+    ),
     click.option(
         "--bullet-mass",
         metavar="0.5kg",
         default=None,
-        help="Of the projectile. [0.5kg; a hammer campaign's: its hammer]",
+        help="Set the mass of the bullet. [default: 0.5kg, or the hammer of a hammer campaign]",
     ),
     click.option(
         "--tip",
         metavar="MATERIAL",
         default="steel",
         show_default=True,
-        help="What the tip is made of.",
+        help="Name the material of the tip.",
         shell_complete=material_names,
     ),
-    click.option("--tip-radius", metavar="45mm", default="45mm", show_default=True, help="Of the ball."),
-    click.option("--plate", metavar="MATERIAL", default=None, help="What the plate is made of. [the bench's]"),
+    click.option(
+        "--tip-radius", metavar="45mm", default="45mm", show_default=True, help="Set the radius of the ball of the tip."
+    ),
+    click.option(
+        "--plate", metavar="MATERIAL", default=None, help="Name the material of the plate. [default: that of the bench]"
+    ),
     click.option(
         "--anvil",
         shell_complete=material_names,
         metavar="MATERIAL|none",
         default="none",
         show_default=True,
-        help="What it strikes on the plate.",
+        help="Name the material of the anvil on the plate, or `none` if the bullet strikes the plate.",
     ),
     click.option(
         "--insulator",
         type=click.Choice(("none", "polymeric")),
         default="none",
         show_default=True,
-        help="On the anvil, which it needs.",
+        help="Choose the insulator on the anvil. It needs an anvil.",
     ),
     click.option(
-        "--impact-position", metavar="'#1'", default="#1", show_default=True, help="Where it strikes the plate."
+        "--impact-position",
+        metavar="'#1'",
+        default="#1",
+        show_default=True,
+        help="Choose the point where the bullet strikes the plate.",
     ),
     click.option(
         "--boundary-conditions",
         type=click.Choice(("free", "fixed")),
         default=None,
-        help="How the plate is held. [free]",
+        help="Say how the plate is held. [default: free]",
     ),
     click.option(
         "--factor",
         "factors",
         multiple=True,
         metavar="NAME=VALUE",
-        help="A factor that the model learned from, in SI: plate_mass_kg, or one of your own. Repeat it.",
+        help=(
+            "Set a factor that the model learned from, in SI: plate_mass_kg, or a factor of your "
+            "own. The option can be repeated."
+        ),
     ),
 )
 #: Of `predict` alone: `tune` looks for no way of the valve.
@@ -164,36 +195,85 @@ _VALVE = click.option(
     "--valve-profile",
     metavar="FILE.csv|'0:0 0.1:1'",
     default=None,
-    help="The gun's valve over time: points of s and position, 0 shut, 1 open. [as the effects say]",
+    help=(
+        "Set the position of the gun's valve over time, by points of seconds and position, "
+        "where 0 is shut and 1 is open. [default: as the effects say]"
+    ),
 )
 _MADE_OF = (
     click.option(
         "--campaign",
         metavar="NAME",
         default=None,
-        help="Whose bench. [the newest of a gun]",
+        help="Take the bench of this campaign. [default: the newest gun campaign]",
         shell_complete=campaign_names,
     ),
-    click.option("--bench", type=click.Path(path_type=Path), default=None, help="TOML file with [gun], [plate]."),
-    click.option("--modes", type=click.Path(path_type=Path), default=None, help="Modal table of the plate, CSV."),
     click.option(
-        "--contact", metavar="LAW|prior|registered|NAME@VERSION", default=None, help="[the model in use, or prior]"
+        "--bench",
+        type=click.Path(path_type=Path),
+        default=None,
+        help="Describe gun and plate by a TOML file with the tables [gun] and [plate].",
     ),
-    click.option("--effect", "effects", multiple=True, metavar="ID[:NAME=VALUE,...]", help="Off the nominal: repeat."),
     click.option(
-        "--coupled", is_flag=True, help="Solve contact and plate together: thin plates, soft tips. [prior, or hertz]"
+        "--modes",
+        type=click.Path(path_type=Path),
+        default=None,
+        help="Read the measured modes of the plate from a CSV file.",
     ),
-    click.option("--no-adopted", is_flag=True, help="Without the effects that diagnoses have left to the bench."),
-    click.option("--impact-at", multiple=True, metavar="X,Y", help="Point #1, #2... of the outline, in m: repeat."),
-    click.option("--sensor-at", multiple=True, metavar="X,Y", help="acceleration_1, acceleration_2..., in m: repeat."),
+    click.option(
+        "--contact",
+        metavar="LAW|prior|registered|NAME@VERSION",
+        default=None,
+        help="Choose the contact model. [default: the model in use, else prior]",
+    ),
+    click.option(
+        "--effect",
+        "effects",
+        multiple=True,
+        metavar="ID[:NAME=VALUE,...]",
+        help="Add an effect to the nominal twin. The option can be repeated.",
+    ),
+    click.option(
+        "--coupled",
+        is_flag=True,
+        help=(
+            "Solve contact and plate together, which matters for thin plates and soft tips. The "
+            "contact is prior or hertz."
+        ),
+    ),
+    click.option(
+        "--no-adopted", is_flag=True, help="Leave out the effects that were adopted for the bench after a diagnosis."
+    ),
+    click.option(
+        "--impact-at",
+        multiple=True,
+        metavar="X,Y",
+        help=(
+            "Place the impact points #1, #2 and so on upon the outline of the plate, in m. The option can be repeated."
+        ),
+    ),
+    click.option(
+        "--sensor-at",
+        multiple=True,
+        metavar="X,Y",
+        help=(
+            "Place the sensors acceleration_1, acceleration_2 and so on upon the plate, in m. The "
+            "option can be repeated."
+        ),
+    ),
     click.option(
         "--q",
         type=click.FloatRange(0.5, min_open=True),
         default=10.0,
         show_default=True,
-        help="Of the spectrum's oscillators.",
+        help="Set Q of the oscillators of the spectrum.",
     ),
-    click.option("--frequencies", metavar="LOW:HIGH:PER_OCTAVE", default=None, help="Lines, Hz. [100:10000:6]"),
+    click.option(
+        "--frequencies",
+        metavar="LOW:HIGH:PER_OCTAVE",
+        default=None,
+        help="Set the frequencies of the spectrum in Hz, as low:high:per_octave. [default: 100:10000:6]",
+    ),
 )
 
 
@@ -210,14 +290,26 @@ def _with(options: tuple[Any, ...]) -> Callable[[Function], Function]:
 @_with(_SET)
 @_VALVE
 @_with(_MADE_OF)
-@click.option("--chain-height", metavar="112mm", default=None, help="By which the plate hangs higher: links of 56 mm.")
-@click.option("--draws", type=click.IntRange(0), default=64, show_default=True, help="Random shots for the bands.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the draws.")
 @click.option(
-    "--plot", type=click.Path(path_type=Path), default=None, metavar="FILE", help="Draw it: .png, .svg, .pdf."
+    "--chain-height", metavar="112mm", default=None, help="Say by how much the chain lifts the plate; a link is 56 mm."
+)
+@click.option(
+    "--draws",
+    type=click.IntRange(0),
+    default=64,
+    show_default=True,
+    help="Set the number of random draws that the bands are computed from.",
+)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Set the seed of the random draws.")
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path),
+    default=None,
+    metavar="FILE",
+    help="Draw the prediction into FILE (.png, .svg, .pdf).",
 )
 @_with(MANY)
-@worker_options("Processes, for many shots.")
+@worker_options("Set the number of processes, for many shots.")
 @db_option
 @json_option
 def predict(
@@ -233,11 +325,11 @@ def predict(
     json_to: str | None,
     **asked: Any,
 ) -> None:
-    """Velocity, force, acceleration and shock response spectrum of one shot, with 90 % bands.
+    """Predict velocity, force, acceleration and shock response spectrum of one shot, with 90 % bands.
 
-    The first line says what the bands rest on. Where a quantity is beyond the shots that were learned from, its range
-    stands beside the number. Without a store the bench that ships with the software is taken. The contact model is the
-    one in use for the kind of the campaign. A factor that no stage uses is an error.
+    The first line says what the bands rest on. If a quantity lies beyond the shots that the model learned from, their
+    range stands beside the number. Without a store, the bench that ships with the software is taken. The contact
+    model is the one in use for the kind of the campaign. A factor that no stage uses is an error.
 
     \b
     Example:

@@ -13,12 +13,14 @@ from ..cli.completion import subject_names
 @click.command()
 @click.argument("subject", metavar="CAMPAIGN|DIAGNOSIS|MODEL", shell_complete=subject_names)
 @db_option
-@click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="FILE.html or FILE.pdf.")
+@click.option(
+    "--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="Write to FILE.html or FILE.pdf."
+)
 def report(subject: str, db: str, out: Path) -> None:
-    """Write a report as one file that needs nothing else: a page (.html) or a PDF.
+    """Write a report as one file that needs no other file: a page (.html) or a PDF.
 
-    A campaign by its name, a diagnosis as diagnosis:ID or diagnosis:CAMPAIGN (its newest), a model as NAME@VERSION or
-    models:/NAME@VERSION. A file of the same name is replaced.
+    A campaign is given by its name, a diagnosis by diagnosis:ID or diagnosis:CAMPAIGN (its newest), a model by
+    NAME@VERSION or models:/NAME@VERSION. A file of the same name is replaced.
 
     \b
     Example:

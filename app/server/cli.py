@@ -16,16 +16,38 @@ if TYPE_CHECKING:
 
 @click.command()
 @db_option
-@click.option("--host", default="127.0.0.1", show_default=True, help="Any but this machine's own needs a token.")
-@click.option("--port", type=click.IntRange(0, 65535), default=8000, show_default=True, help="0: a free one.")
 @click.option(
-    "--token", envvar="PYROSHOCK_TOKEN", show_envvar=True, help="What others must know; better by the environment."
+    "--host",
+    default="127.0.0.1",
+    show_default=True,
+    help="Listen on this address. Any address but that of this machine itself needs a token.",
+)
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    default=8000,
+    show_default=True,
+    help="Listen on this port; 0 takes a free one.",
+)
+@click.option(
+    "--token",
+    envvar="PYROSHOCK_TOKEN",
+    show_envvar=True,
+    help="Set the token that other machines must send; an environment variable hides it better.",
 )
 @data_option
-@click.option("--mlflow", metavar="URL", help="Where `mlflow ui` runs: pages of models link to it.")
-@click.option("--max-upload", type=click.IntRange(1), default=2000, show_default=True, help="Megabytes of one upload.")
-@click.option("--no-worker", is_flag=True, help="Pages only: `pyroshock work`, here or elsewhere, does the jobs.")
-@click.option("--open", "show", is_flag=True, help="Open it in the browser.")
+@click.option("--mlflow", metavar="URL", help="Give the address of `mlflow ui`; the pages of models link to it.")
+@click.option(
+    "--max-upload",
+    type=click.IntRange(1),
+    default=2000,
+    show_default=True,
+    help="Limit one upload to this number of megabytes.",
+)
+@click.option(
+    "--no-worker", is_flag=True, help="Serve pages only. `pyroshock work`, on this machine or another, does the jobs."
+)
+@click.option("--open", "show", is_flag=True, help="Open the application in the browser.")
 def serve(
     db: str,
     host: str,
@@ -37,9 +59,10 @@ def serve(
     no_worker: bool,
     show: bool,
 ) -> None:
-    """Serve campaigns, pulses, models, the twin, plans and diagnoses as pages, and as a JSON API under /api.
+    """Start the web application: campaigns, pulses, models, the twin, plans and diagnoses as pages, and a JSON API
+    under /api.
 
-    Only this machine reaches it unless --host names another address. Ctrl-C ends it.
+    Only this machine reaches it, unless --host names another address. Ctrl-C ends it.
 
     \b
     Example:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..cli.common import db_option, errors_as_one_line, json_option, note, open_command_store, write_json
+from ..cli.common import CommandGroup, db_option, errors_as_one_line, json_option, note, open_command_store, write_json
 from ..cli.completion import campaign_names
 from ..cli.listed import Listing, listing_options
 
@@ -27,12 +27,16 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("campaign", shell_complete=campaign_names)
 @db_option
-@click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="FILE to write; a new one.")
+@click.option(
+    "--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="Write to FILE, which must not exist."
+)
 def export(campaign: str, db: str, out: Path) -> None:
-    """Write CAMPAIGN with all that belongs to it into one file, which is an SQLite store of that campaign alone.
+    """Write CAMPAIGN with everything that belongs to it into one file, which is an SQLite store of that campaign
+    only.
 
-    Bench, materials, configurations, recordings with their series, impacts, all versions of pulses, shots, findings,
-    the plan and its runs, diagnoses, and who wrote what. Any command looks at it: --db sqlite:///FILE.
+    The file holds bench, materials, configurations, recordings with their series, impacts, all versions of pulses,
+    shots, findings, the plan and its runs, diagnoses, and who wrote what. Any command can read it with --db
+    sqlite:///FILE.
 
     \b
     Example:
@@ -52,10 +56,11 @@ def export(campaign: str, db: str, out: Path) -> None:
 @db_option
 @json_option
 def import_(file: Path, db: str, json_to: str | None) -> None:
-    """Add the campaigns of FILE, which `db export` wrote, to the store; what is there stays, and nothing comes twice.
+    """Add the campaigns of FILE, which `db export` wrote, to the store. What is there stays, and nothing is stored
+    twice.
 
-    The file may come from anybody: it is checked as `db check` checks a store before anything is written, and all of
-    it is added or nothing. A campaign, material or plan that is another one under the same name is refused.
+    The file may come from anybody. It is checked as `db check` checks a store before anything is written, and all of
+    it is added or nothing. A campaign, material or plan that differs from a stored one of the same name is refused.
 
     \b
     Example:
@@ -83,10 +88,10 @@ def import_(file: Path, db: str, json_to: str | None) -> None:
 @click.option(
     "--campaign",
     metavar="NAME",
-    help="Only this campaign's recordings, impacts and pulses.",
+    help="Check the recordings, impacts and pulses of this campaign only.",
     shell_complete=campaign_names,
 )
-@click.option("--fast", is_flag=True, help="Count and compare, but read no series, pulse, dataset or model.")
+@click.option("--fast", is_flag=True, help="Count and compare rows, but read no series, pulse, dataset or model.")
 @click.option(
     "--repair",
     type=click.Path(exists=True, file_okay=False, path_type=Path),
@@ -94,10 +99,10 @@ def import_(file: Path, db: str, json_to: str | None) -> None:
     help="First read damaged series again from this campaign folder.",
 )
 def check(db: str, json_to: str | None, campaign: str | None, fast: bool, repair: Path | None) -> None:
-    """Verify hashes, references and counts of the store. Exit code 1: something is wrong, and is named.
+    """Verify hashes, references and counts of the store. The exit code is 1 if anything is wrong, and it is named.
 
-    Every series is decoded and compared with the SHA-256 of what was recorded; every reference must lead to a row,
-    every dataset give its hash, every registered model load.
+    Every series is decoded and compared with the SHA-256 of what was recorded. Every reference must lead to a row,
+    every dataset must give its hash, and every registered model must load.
 
     \b
     Example:
@@ -142,10 +147,11 @@ def _repair(store: object, folder: Path) -> None:
 @db_option
 @listing_options
 def roles(db: str, listing: Listing) -> None:
-    """Make reader, operator and admin of a store on PostgreSQL, grant what they lack, and list who has them.
+    """Make the roles reader, operator and admin of a store on PostgreSQL, grant what they lack, and list who has
+    them.
 
-    The migrations do so, too, where their login may make roles. A login is given one in SQL:
-    GRANT pyroshock_operator TO "alice".
+    The migrations do this, too, if their login may make roles. A login gets a role in SQL: GRANT pyroshock_operator
+    TO "alice".
 
     \b
     Example:
@@ -173,10 +179,10 @@ def note_missing_roles(engine: Engine) -> None:
 @click.argument("target", metavar="DST")
 @json_option
 def copy(source: str, target: str, json_to: str | None) -> None:
-    """Copy the store at address SRC into the empty place at address DST; engines may differ.
+    """Copy the store at address SRC to the empty place at address DST. The engines may differ.
 
     Rows and keys are the same afterwards: every table is read back and compared by a hash. DST becomes a store only
-    when all of it is there; a copy that was stopped leaves it empty. A PostgreSQL database must exist.
+    when everything is there, and a copy that was stopped leaves it empty. A PostgreSQL database must exist before.
 
     \b
     Example:
@@ -219,7 +225,7 @@ def _say_where_models_are(source: str) -> None:
 @click.command()
 @db_option
 def init(db: str) -> None:
-    """Make an empty store, with the known materials in it. An existing store is left as it is.
+    """Make an empty store that holds the known materials. A store that exists stays as it is.
 
     \b
     Example:
@@ -232,9 +238,9 @@ def init(db: str) -> None:
         note_missing_roles(store.engine)
 
 
-@click.group()
+@click.group(cls=CommandGroup)
 def db() -> None:
-    """Keep the store."""
+    """Check, copy and upgrade a store, and carry campaigns from one store to another."""
 
 
 for command in (check, copy, export, import_, roles):
@@ -244,7 +250,7 @@ for command in (check, copy, export, import_, roles):
 @db.command()
 @db_option
 def upgrade(db: str) -> None:
-    """Bring a store made by an older version up to this one.
+    """Bring a store that an older version made up to this version.
 
     \b
     Example:

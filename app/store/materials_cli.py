@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..cli.common import db_option, note, open_command_store
+from ..cli.common import CommandGroup, db_option, note, open_command_store
 from ..cli.listed import Listing, listing_options
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
 
-@click.group(invoke_without_command=True)
+@click.group(cls=CommandGroup, invoke_without_command=True)
 @db_option
 @listing_options
 @click.pass_context
@@ -51,15 +51,15 @@ def materials(ctx: click.Context, db: str, listing: Listing) -> None:
 @materials.command()
 @click.argument("name")
 @db_option
-@click.option("--youngs-modulus", required=True, metavar="QUANTITY", help="Such as 69.9GPa.")
-@click.option("--poisson-ratio", required=True, type=float, help="Such as 0.33.")
-@click.option("--density", required=True, metavar="QUANTITY", help="Such as 2700kg/m3.")
-@click.option("--yield-strength", required=True, metavar="QUANTITY", help="Such as 276MPa.")
-@click.option("--source", required=True, help="Where the values come from.")
+@click.option("--youngs-modulus", required=True, metavar="QUANTITY", help="Give Young's modulus, such as 69.9GPa.")
+@click.option("--poisson-ratio", required=True, type=float, help="Give Poisson's ratio, such as 0.33.")
+@click.option("--density", required=True, metavar="QUANTITY", help="Give the density, such as 2700kg/m3.")
+@click.option("--yield-strength", required=True, metavar="QUANTITY", help="Give the yield strength, such as 276MPa.")
+@click.option("--source", required=True, help="Name the source of the values.")
 def add(
     name: str, db: str, youngs_modulus: str, poisson_ratio: float, density: str, yield_strength: str, source: str
 ) -> None:
-    """Add a material; a name that is taken is refused."""
+    """Add a material. A name that exists is refused."""
     with open_command_store(db) as store:
         from ...schema.benches import Material, material_names
         from ..common.frames import parse_quantity

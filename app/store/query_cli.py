@@ -29,18 +29,22 @@ _TIMEOUT = "60s"
     nargs=2,
     multiple=True,
     metavar="NAME VALUE",
-    help="The value of :NAME in the statement; it is bound, never pasted. Repeatable.",
+    help="Give the value of :NAME in the statement. It is bound, never pasted. The option can be repeated.",
 )
 @click.option("--csv", "ending", flag_value=".csv", help="Print CSV.")
-@click.option("--json", "ending", flag_value=".json", help="Print JSON: a list of rows.")
+@click.option("--json", "ending", flag_value=".json", help="Print a list of rows as JSON.")
 @click.option(
     "--out",
     metavar="FILE",
-    help="Write FILE.csv, .parquet or .json; - is standard output.",
+    help="Write to FILE.csv, FILE.parquet or FILE.json; - is standard output.",
 )
-@click.option("--limit", type=click.IntRange(1), help="At most this many rows.")
+@click.option("--limit", type=click.IntRange(1), help="List at most this number of rows.")
 @click.option(
-    "--timeout", default=_TIMEOUT, show_default=True, metavar="SECONDS", help="Stop a statement that takes longer."
+    "--timeout",
+    default=_TIMEOUT,
+    show_default=True,
+    metavar="SECONDS",
+    help="Stop a statement that takes longer than this number of seconds.",
 )
 @click.option("--tables", is_flag=True, help="List the tables.")
 @click.option("--schema", metavar="TABLE", help="List the columns of a table, with units.")
@@ -55,7 +59,8 @@ def query(
     tables: bool,
     schema: str | None,
 ) -> None:
-    """Ask the store one SELECT in SQL; nothing can be changed. Numbers are SI, with the unit in the column's name.
+    """Answer one SELECT statement in SQL from the store; it cannot change anything. Numbers are in SI units, with the
+    unit in the name of the column.
 
     \b
     Example:

@@ -39,22 +39,37 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("dataset", shell_complete=dataset_names)
-@click.option("--models", default="all", show_default=True, metavar="A,B|all", help="Which, by name.")
+@click.option(
+    "--models", default="all", show_default=True, metavar="A,B|all", help="Train these models, given by name."
+)
 @click.option(
     "--split",
     "splits",
     default="repetitions,configurations",
     show_default=True,
     metavar="S,T",
-    help="What is held out: repetitions, configurations, treatments, materials, campaigns, material=NAME, "
-    "campaign=NAME. The first flatters; see it beside the second.",
+    help=(
+        "Choose what is held out: repetitions, configurations, treatments, materials, "
+        "campaigns, material=NAME or campaign=NAME. Held-out repetitions flatter a model; "
+        "read them beside held-out configurations."
+    ),
 )
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed, the same models.")
 @click.option(
-    "--budget", type=click.Choice(["reduced", "full"]), default="reduced", show_default=True, help="Of the GA search."
+    "--seed",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    help="Set the seed: the same seed gives the same models.",
 )
-@click.option("--retrain", is_flag=True, help="Train again what is registered already.")
-@worker_options("Processes that train at once.")
+@click.option(
+    "--budget",
+    type=click.Choice(["reduced", "full"]),
+    default="reduced",
+    show_default=True,
+    help="Choose the size of the genetic search of settings.",
+)
+@click.option("--retrain", is_flag=True, help="Train again what is already registered.")
+@worker_options("Set the number of processes that train.")
 @db_option
 @json_option
 def train(
@@ -68,9 +83,10 @@ def train(
     db: str,
     json_to: str | None,
 ) -> None:
-    """Train models on DATASET and register them, each judged on pulses that it has not seen.
+    """Train models on DATASET and register them; each is judged on pulses that it has not seen.
 
-    What is registered already is not trained again, so an interrupted training goes on by being started again.
+    A model that is registered already is not trained again, so that an interrupted training continues when it is
+    started again.
 
     \b
     Example:
@@ -115,11 +131,22 @@ def _train_tell(session: Session, floors: dict[str, str], json_to: str | None) -
     "--dataset",
     default=None,
     metavar="NAME",
-    help="Models of this one. [the newest trained on]",
+    help="Compare models of this dataset. [default: the newest that was trained on]",
     shell_complete=dataset_names,
 )
-@click.option("--split", default="repetitions", show_default=True, help="Of models named without a version.")
-@click.option("--metric", default="force_nrmse", show_default=True, metavar="M|all", help="In which, or in all eight.")
+@click.option(
+    "--split",
+    default="repetitions",
+    show_default=True,
+    help="Choose the split of models that are named without a version.",
+)
+@click.option(
+    "--metric",
+    default="force_nrmse",
+    show_default=True,
+    metavar="M|all",
+    help="Compare by this measure, or by all eight.",
+)
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Draw the first comparison into FILE.png.")
 @db_option
 @json_option
@@ -132,10 +159,11 @@ def compare(
     db: str,
     json_to: str | None,
 ) -> None:
-    """Compare models on the held-out pulses they have in common: which is better, where, whether beyond chance.
+    """Compare models on the held-out pulses that they have in common: which is better, where, and whether beyond
+    chance.
 
-    Each with each; without a name, the best of the split with all others. Intervals are 90 %, by configuration.
-    The settings that each training searched and found are listed side by side.
+    Each model is compared with each other one. Without a name, the best of the split is compared with all others.
+    Intervals are 90 %, by configuration. The settings that each training searched and chose are listed side by side.
 
     \b
     Example:
@@ -166,21 +194,28 @@ def compare(
 @click.command()
 @click.argument("model", metavar="MODEL@VERSION", shell_complete=model_versions)
 @click.argument("version", type=click.IntRange(1), required=False, metavar="")
-@click.option("--on", "other", default=None, metavar="DATASET|CAMPAIGN", help="Judge both on its pulses instead.")
-@click.option("--force", is_flag=True, help="Promote it though it is worse; needs --reason.")
-@click.option("--reason", default="", metavar="TEXT", help="Why; it is kept beside the figures.")
+@click.option(
+    "--on",
+    "other",
+    default=None,
+    metavar="DATASET|CAMPAIGN",
+    help="Judge both models on the pulses of this dataset or campaign instead.",
+)
+@click.option("--force", is_flag=True, help="Promote the model although it is worse. This needs --reason.")
+@click.option("--reason", default="", metavar="TEXT", help="Say why. The registry keeps the reason beside the figures.")
 @db_option
 @json_option
 def promote(
     model: str, version: int | None, other: str | None, force: bool, reason: str, db: str, json_to: str | None
 ) -> None:
-    """Put a model in use: predictions on benches of its kind (a gun, a hammer) take it from then on.
+    """Put a model in use: predictions on benches of its kind (gun or hammer) take it from then on.
 
-    The kind is that of the campaigns that the model's predictors are for. Of several predictor sets for one kind, the
-    model that was promoted last is in use. It must predict configurations that it has not seen better than the model in
-    use, and the first model better than what answers without one: the contact law updated by the measured shots. The
-    measure is the mean CRPS of peak force, contact time and impulse. Else it is refused, with exit code 1. Refusals are
-    kept too: pyroshock models --promotions.
+    The kind is that of the campaigns that the predictors of the model are for. If there are several sets of
+    predictors for one kind, the model that was promoted last is in use. A model is promoted if it predicts
+    configurations that it has not seen better than the model in use. The first model must predict them better than
+    the contact law updated by the measured shots, which answers without a model. The measure is the mean CRPS of peak
+    force, contact time and impulse. A model that is worse is refused, with exit code 1. `pyroshock models
+    --promotions` lists refusals, too.
 
     \b
     Example:
@@ -203,11 +238,17 @@ def promote(
 @click.command()
 @click.argument("version", required=False, metavar="[MODEL@VERSION]", shell_complete=model_versions)
 @click.option(
-    "--dataset", default=None, metavar="NAME", help="Only those trained on this one.", shell_complete=dataset_names
+    "--dataset",
+    default=None,
+    metavar="NAME",
+    help="List only models that were trained on this dataset.",
+    shell_complete=dataset_names,
 )
-@click.option("--split", default=None, help="Only those judged on this one.")
-@click.option("--all", "every", is_flag=True, help="Older versions too.")
-@click.option("--promotions", is_flag=True, help="List promotions and refusals, with who, when and why.")
+@click.option("--split", default=None, help="List only models that were judged on this split.")
+@click.option("--all", "every", is_flag=True, help="List older versions, too.")
+@click.option(
+    "--promotions", is_flag=True, help="List promotions and refusals with the person, the time and the reason."
+)
 @db_option
 @listing_options
 def models(
@@ -219,12 +260,13 @@ def models(
     db: str,
     listing: Listing,
 ) -> None:
-    """List the registered models, best first: both splits, the floor that repetitions set, the thesis's figures.
+    """List the registered models, the best first, with their figures on both splits.
 
-    With MODEL@VERSION, show that one: its figures, and the settings that its training searched and found.
+    The list names the floor that repetitions set, and the figures of the thesis. With MODEL@VERSION, one version is
+    shown with its figures and the settings that its training searched and chose.
 
-    A star is the model in use. Errors are shares, means over held-out pulses; all metrics with intervals by --json.
-    With --csv, --sort or --columns there is one row for each version, with its metrics as columns.
+    A star marks the model in use. Errors are shares, as means over held-out pulses; --json gives all metrics with
+    intervals. With --csv, --sort or --columns there is one row for each version, with its metrics as columns.
 
     \b
     Example:

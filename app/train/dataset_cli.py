@@ -8,22 +8,24 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..cli.common import db_option, json_option, note, open_command_store, print_table, write_json
+from ..cli.common import CommandGroup, db_option, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names, dataset_names
 from ..cli.listed import Listing, listing_options
 
 if TYPE_CHECKING:
     from ...dataset.catalog import Withdrawal
 
-_SEED = click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the split's draw.")
+_SEED = click.option(
+    "--seed", type=click.IntRange(0), default=0, show_default=True, help="Set the seed of the random split."
+)
 
 
-@click.group(invoke_without_command=True)
+@click.group(cls=CommandGroup, invoke_without_command=True)
 @db_option
 @listing_options
 @click.pass_context
 def dataset(ctx: click.Context, db: str, listing: Listing) -> None:
-    """Freeze pulses for training, and see what is in them. Alone, it lists the datasets.
+    """Freeze pulses for training, and see what a dataset holds. Without a command, list the datasets.
 
     \b
     Example:
@@ -38,7 +40,7 @@ def dataset(ctx: click.Context, db: str, listing: Listing) -> None:
 @db_option
 @listing_options
 def list_(db: str, listing: Listing) -> None:
-    """List the datasets: name, hash, pulses, campaigns."""
+    """List the datasets with their name, hash, pulses and campaigns."""
     _list(db, listing)
 
 
@@ -88,24 +90,32 @@ class _Campaigns(click.Command):
     multiple=True,
     required=True,
     metavar="CAMPAIGN…",
-    help="One or several.",
+    help="Take the pulses of these campaigns.",
     shell_complete=campaign_names,
 )
-@click.option("--predictors", metavar="SET", help="hammer, gun, or a TOML file of your own. [the campaigns' kind]")
+@click.option(
+    "--predictors",
+    metavar="SET",
+    help=(
+        "Choose the set of predictors: hammer, gun, or a TOML file of your own. [default: the kind of the campaigns]"
+    ),
+)
 @click.option(
     "--quality",
     type=click.Choice(["reject", "warning", "none"]),
     default="reject",
     show_default=True,
-    help="Verdicts that leave an impact out; warning: rejects too.",
+    help="Leave out impacts with this verdict; `warning` leaves out rejected ones, too.",
 )
-@click.option("--extraction", metavar="FINGERPRINT", help="Pulses of this extraction. [those in use]")
+@click.option("--extraction", metavar="FINGERPRINT", help="Take the pulses of this extraction. [default: those in use]")
 @click.option(
     "--velocity",
     type=click.Choice(["before-contact", "integrated"]),
-    help="Convert impact velocities to this kind. [as they are stored, of one kind]",
+    help="Convert impact velocities to this kind. [default: as they are stored, if all are of one kind]",
 )
-@click.option("--split", default="repetitions", show_default=True, help="Of which the two sides are counted.")
+@click.option(
+    "--split", default="repetitions", show_default=True, help="Count the pulses on the two sides of this split."
+)
 @_SEED
 def build(
     name: str,
@@ -119,10 +129,11 @@ def build(
     split: str,
     seed: int,
 ) -> None:
-    """Freeze the usable pulses of campaigns under NAME. The same content again is the same dataset.
+    """Freeze the usable pulses of campaigns under NAME. The same content gives the same dataset.
 
-    A velocity that was integrated from the impactor's deceleration is not the one before contact where the plate
-    gives way. A dataset has one kind; --velocity converts the others, by each pulse and the plate.
+    A velocity that was integrated from the deceleration of the impactor differs from the velocity before contact if
+    the plate moves. A dataset has velocities of one kind; --velocity converts the others, by each pulse and the
+    plate.
 
     \b
     Example:
@@ -184,9 +195,12 @@ def _tell_built(dataset: dict[str, Any], extractions: int) -> None:
 @db_option
 @json_option
 @_SEED
-@click.option("--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw correlations and values (.png).")
+@click.option(
+    "--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw correlations and values into FILE.png."
+)
 def show(name: str, db: str, json_to: str | None, seed: int, plot: Path | None) -> None:
-    """Show a dataset (by name or hash): where it is from, its splits, the predictors' ranges and correlations.
+    """Show a dataset, given by name or hash: its sources, its splits, and the ranges and correlations of its
+    predictors.
 
     \b
     Example:
@@ -236,7 +250,8 @@ def _show(snapshot: Any, dataset: dict[str, Any]) -> None:
 @db_option
 @json_option
 def trace(name: str, key: str | None, db: str, json_to: str | None) -> None:
-    """Tell from which raw file a pulse of a dataset comes: KEY is its key, or the start of it. Without, all files.
+    """Tell from which raw file a pulse of a dataset comes. KEY is the key of the pulse, or its beginning; without
+    KEY, all files are listed.
 
     \b
     Example:
@@ -260,9 +275,11 @@ def trace(name: str, key: str | None, db: str, json_to: str | None) -> None:
 @dataset.command()
 @click.argument("name", shell_complete=dataset_names)
 @db_option
-@click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="FILE.csv or FILE.parquet.")
+@click.option(
+    "--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="Write to FILE.csv or FILE.parquet."
+)
 def export(name: str, db: str, out: Path) -> None:
-    """Write a dataset to a file: a row per pulse with its key, predictors, figures and force points.
+    """Write a dataset to a file, with a row per pulse: its key, predictors, figures and points of force.
 
     \b
     Example:

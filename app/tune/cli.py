@@ -20,49 +20,89 @@ if TYPE_CHECKING:
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     required=True,
     metavar="SPEC.csv",
-    help="The prescribed spectrum.",
+    help="Read the prescribed spectrum from a CSV file.",
 )
 @click.option(
-    "--tolerance", default=None, metavar="6dB", help="Such as 6dB or +9/-6dB. [the file's, else NASA-STD-7003's]"
+    "--tolerance",
+    default=None,
+    metavar="6dB",
+    help="Set the tolerance, such as 6dB or +9/-6dB. [default: that of the file, else that of NASA-STD-7003]",
 )
 @click.option(
     "--measured",
     multiple=True,
     metavar="CAMPAIGN",
-    help="Shots to learn from. Repeat for several.",
+    help="Learn from the measured shots of this campaign. The option can be repeated.",
     shell_complete=campaign_names,
 )
-@click.option("--plate", default=None, metavar="MATERIAL", help="The plate that is mounted. [the bench's]")
 @click.option(
-    "--campaign", default=None, help="Whose bench it is. [the newest gun campaign]", shell_complete=campaign_names
+    "--plate",
+    default=None,
+    metavar="MATERIAL",
+    help="Name the material of the mounted plate. [default: that of the bench]",
 )
-@click.option("--sensor", default=None, metavar="NAME", help="Where the spectrum is prescribed. [the first]")
+@click.option(
+    "--campaign",
+    default=None,
+    help="Take the bench of this campaign. [default: the newest gun campaign]",
+    shell_complete=campaign_names,
+)
+@click.option(
+    "--sensor",
+    default=None,
+    metavar="NAME",
+    help="Name the sensor for which the spectrum is prescribed. [default: the first]",
+)
 @click.option(
     "--bullet-mass",
     default=None,
     metavar="MASSES",
-    help="Your bullets, 0.2kg,0.5kg, or any mass of a range, 0.2kg:1kg. [the factors' levels]",
+    help=(
+        "List your bullets (0.2kg,0.5kg), or allow any mass of a range (0.2kg:1kg). [default: the levels of the factor]"
+    ),
 )
 @click.option(
-    "--factors", type=click.Path(exists=True, path_type=Path), help="What the lab owns, as a plan's TOML file."
+    "--factors",
+    type=click.Path(exists=True, path_type=Path),
+    help="Say what the laboratory owns, by the TOML file of a plan's factors.",
 )
 @click.option(
-    "--modes", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Measured modes of the plate."
+    "--modes",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="Read the measured modes of the plate from a CSV file.",
 )
 @click.option(
-    "--bench", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Gun and plate, a TOML file."
+    "--bench",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="Describe gun and plate by a TOML file.",
 )
-@click.option("--contact", default=None, metavar="LAW", help="A law of contact, or registered. [the model in use]")
-@click.option("--no-adopted", is_flag=True, help="Without the effects that diagnoses have left to the bench.")
-@click.option("--impact-at", multiple=True, metavar="X,Y", help="Point #1, #2... of the outline, in m: repeat.")
-@click.option("--sensor-at", multiple=True, metavar="X,Y", help="acceleration_1, acceleration_2..., in m: repeat.")
-@click.option("--q", type=float, default=10.0, show_default=True, help="Of the spectrum's oscillators.")
+@click.option(
+    "--contact", default=None, metavar="LAW", help="Choose a contact law, or `registered`. [default: the model in use]"
+)
+@click.option(
+    "--no-adopted", is_flag=True, help="Leave out the effects that were adopted for the bench after a diagnosis."
+)
+@click.option(
+    "--impact-at",
+    multiple=True,
+    metavar="X,Y",
+    help="Place the impact points #1, #2 and so on upon the outline of the plate, in m. The option can be repeated.",
+)
+@click.option(
+    "--sensor-at",
+    multiple=True,
+    metavar="X,Y",
+    help=(
+        "Place the sensors acceleration_1, acceleration_2 and so on upon the plate, in m. The option can be repeated."
+    ),
+)
+@click.option("--q", type=float, default=10.0, show_default=True, help="Set Q of the oscillators of the spectrum.")
 @click.option(
     "--share",
     type=click.FloatRange(0, 1, min_open=True),
     default=1.0,
     show_default=True,
-    help="Of the lines that must lie within.",
+    help="Set the share of the lines that must lie within the tolerance.",
 )
 @click.option(
     "--at-least",
@@ -70,14 +110,24 @@ if TYPE_CHECKING:
     default=0.5,
     show_default=True,
     metavar="PROBABILITY",
-    help="From which probability on a setting meets the target.",
+    help="Count a setting as meeting the target from this probability on.",
 )
-@click.option("--extrapolate", is_flag=True, help="Propose settings outside of the model's domain, too.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the search and its draws.")
+@click.option("--extrapolate", is_flag=True, help="Propose settings outside of the domain of the model, too.")
 @click.option(
-    "--avoid", type=click.Path(dir_okay=False, path_type=Path), help="Write settings to avoid to FILE, as JSON."
+    "--seed",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    help="Set the seed of the search and its random draws.",
 )
-@click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), help="Draw the best ones' spectra into FILE.")
+@click.option(
+    "--avoid",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Write the settings that must be avoided to FILE, as JSON.",
+)
+@click.option(
+    "--plot", type=click.Path(dir_okay=False, path_type=Path), help="Draw the spectra of the best settings into FILE."
+)
 @db_option
 @json_option
 def tune(
@@ -105,11 +155,11 @@ def tune(
     db: str,
     json_to: str | None,
 ) -> None:
-    """Search the bench's settings for a prescribed spectrum: ranked, each with the probability that every line fits.
+    """Search the settings of the bench that give a prescribed spectrum.
 
-    The first line says whether any setting meets the target, how likely, and what stands in the way where none does;
-    the exit code is 1 then. Nothing is proposed that the bench must not fire. A shot that has been fired updates the
-    next proposal.
+    The settings are ranked, each with the probability that every line fits. The first line says whether any setting
+    meets the target, with which probability, and what stands in the way if none does; the exit code is 1 then.
+    Settings that the bench must not fire are never proposed. A shot that was fired updates the next proposal.
 
     \b
     Example:

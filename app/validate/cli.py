@@ -13,11 +13,36 @@ from ..cli.completion import campaign_names
 
 @click.command()
 @click.argument("campaign", shell_complete=campaign_names)
-@click.option("--contact", metavar="LAW|prior|registered|NAME@VERSION", default=None, help="[as of predict]")
-@click.option("--folds", type=click.IntRange(2), default=5, show_default=True, help="Of configurations.")
-@click.option("--draws", type=click.IntRange(20), default=64, show_default=True, help="Random shots for the bands.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed, the same answer.")
-@click.option("--html", type=click.Path(dir_okay=False, path_type=Path), default=None, help="Write a page to FILE.")
+@click.option(
+    "--contact",
+    metavar="LAW|prior|registered|NAME@VERSION",
+    default=None,
+    help="Choose the contact model as `predict` does.",
+)
+@click.option(
+    "--folds",
+    type=click.IntRange(2),
+    default=5,
+    show_default=True,
+    help="Set the number of folds; a fold leaves out whole configurations.",
+)
+@click.option(
+    "--draws",
+    type=click.IntRange(20),
+    default=64,
+    show_default=True,
+    help="Set the number of random draws that the bands are computed from.",
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    help="Set the seed: the same seed gives the same answer.",
+)
+@click.option(
+    "--html", type=click.Path(dir_okay=False, path_type=Path), default=None, help="Write the result to FILE as a page."
+)
 @db_option
 @json_option
 def validate(
@@ -30,11 +55,10 @@ def validate(
     db: str,
     json_to: str | None,
 ) -> None:
-    """How far the predictions of the twin can be trusted: each measured shot of a campaign beside a prediction that
-    had not seen it.
+    """Show how far predictions can be trusted: measured shots beside predictions that had not seen them.
 
-    The twin predicts the shots of each fold of configurations after it has learned from all other shots. Exit code 1
-    when the 90 % bands are too narrow ("Not calibrated").
+    The configurations of a campaign are divided into folds. The twin predicts the shots of each fold after it has
+    learned from all other shots. The exit code is 1 if the 90 % bands are too narrow ("Not calibrated").
 
     \b
     Example:

@@ -128,16 +128,17 @@ def _import(space: Space, request: DesignRequest) -> Design:
     return read_table(request.table, space)
 
 
-_LEVELS = Option("levels", "Values of each continuous factor, at equal distances.", 3, int)
+_LEVELS = Option("levels", "Set the number of values of each continuous factor, at equal distances.", 3, int)
 _TWO_LEVEL_WORDS = Option(
     "categorical",
-    "What three or more words without order are to a design of two levels: refused, or the first and the last.",
+    "Say what to do with a factor of three or more words without order, as the design has "
+    "two levels: refuse it, or take the first and the last word.",
     "refuse",
     choices=get_args(TwoLevelWords),
 )
 _SURFACE_WORDS = Option(
     "categorical",
-    "What words without order are to a surface: refused, or the whole design at each of them.",
+    "Say what to do with a factor of words without order: refuse it, or repeat the whole design at each word.",
     "refuse",
     choices=get_args(SurfaceWords),
 )
@@ -145,13 +146,13 @@ _SURFACE_WORDS = Option(
 METHODS: Mapping[str, DesignMethod] = {
     "lhs": DesignMethod(
         "Latin hypercube",
-        "Latin hypercube: every level, and every pair of levels, as often as any other.",
+        "Make a Latin hypercube: each level, and each pair of levels, occurs as often as any other.",
         _of_runs(_hypercube),
         ("runs",),
         [
             Option(
                 "criterion",
-                "What the hypercube is chosen by: balance of levels, pairs and triples, or one of pyDOE3's criteria.",
+                "Choose the hypercube by the balance of levels, pairs and triples, or by one of pyDOE3's criteria.",
                 "balance",
                 choices=("balance", *get_args(LhsCriterion)),
             )
@@ -161,7 +162,8 @@ METHODS: Mapping[str, DesignMethod] = {
     ),
     "sobol": DesignMethod(
         "Sobol' sequence",
-        "Points of a scrambled Sobol' sequence: for continuous factors; best in powers of two.",
+        "Take points of a scrambled Sobol' sequence, for continuous factors. Powers of two "
+        "are the best numbers of runs.",
         _of_runs(sobol),
         ("runs",),
         repeats=True,
@@ -169,7 +171,7 @@ METHODS: Mapping[str, DesignMethod] = {
     ),
     "halton": DesignMethod(
         "Halton sequence",
-        "Points of a shifted Halton sequence: for continuous factors, any number of runs.",
+        "Take points of a shifted Halton sequence, for continuous factors and any number of runs.",
         _of_runs(halton),
         ("runs",),
         repeats=True,
@@ -177,56 +179,69 @@ METHODS: Mapping[str, DesignMethod] = {
     ),
     "factorial": DesignMethod(
         "full factorial",
-        "Every feasible treatment, in an order with few changeovers.",
+        "Take every feasible treatment, in an order with few changeovers.",
         _of_space(factorial),
         options=[_LEVELS],
         example="plan factorial hammer --kind hammer",
     ),
     "subset": DesignMethod(
         "generalized subset design",
-        "A balanced part of all treatments, for factors of any number of levels.",
+        "Take a balanced part of all treatments, for factors with any number of levels.",
         _of_space(subset),
-        options=[Option("reduction", "One in so many of all treatments.", 2, int), _LEVELS],
+        options=[Option("reduction", "Take one in this number of all treatments.", 2, int), _LEVELS],
         example="plan subset spring --reduction 3",
     ),
     "fractional-factorial": DesignMethod(
         "two-level fractional factorial",
-        "Two levels of each factor, and a part of their combinations: main effects of many factors in few runs.",
+        "Take two levels of each factor and a part of their combinations, which gives the "
+        "main effects of many factors in few runs.",
         _of_space(fractional_factorial),
         options=[
-            Option("generators", "A word for each factor: 'a b c ab ac'. [the fewest runs of the resolution]"),
-            Option("resolution", "3: main effects aliased with pairs; 4: pairs with pairs; 5: neither.", 4, int),
+            Option(
+                "generators",
+                "Give a word for each factor, such as 'a b c ab ac'. [default: the fewest runs of the resolution]",
+            ),
+            Option(
+                "resolution",
+                "Set the resolution: with 3, main effects are aliased with pairs; with 4, pairs with "
+                "pairs; with 5, neither.",
+                4,
+                int,
+            ),
             _TWO_LEVEL_WORDS,
         ],
         example="plan fractional-factorial screening --resolution 4 --categorical first-last",
     ),
     "plackett-burman": DesignMethod(
         "Plackett-Burman design",
-        "Two levels of each factor, in the next multiple of four runs above the number of factors.",
+        "Take two levels of each factor; the number of runs is the next multiple of four above the number of factors.",
         _of_space(plackett_burman),
         options=[_TWO_LEVEL_WORDS],
         example="plan plackett-burman screening --categorical first-last",
     ),
     "central-composite": DesignMethod(
         "central composite design",
-        "Corners, stars and centre points, for a quadratic surface over ordered and continuous factors.",
+        "Take corners, star points and centre points, for a quadratic surface over ordered and continuous factors.",
         _of_space(central_composite),
         options=[
             Option(
                 "face",
-                "Stars on the faces of the range (ccf), at its ends beside a smaller cube (cci), or at alpha times a "
-                "cube of your own (ccc).",
+                "Place the star points on the faces of the range (ccf), at its ends with a smaller "
+                "cube (cci), or at alpha times a cube that you choose (ccc).",
                 "ccf",
                 choices=get_args(Face),
             ),
             Option(
                 "alpha",
-                "Distance of the stars: for orthogonal blocks, or for equal variance in all directions.",
+                "Choose the distance of the star points: for orthogonal blocks, or for the same "
+                "variance in all directions.",
                 "orthogonal",
                 choices=get_args(Alpha),
             ),
-            Option("centre", "Centre points beside the cube, and as many beside the stars.", 4, int),
-            Option("cube", "Of face ccc: the share of the range that the cube has.", 0.5, float),
+            Option(
+                "centre", "Set the number of centre points beside the cube, and as many beside the star points.", 4, int
+            ),
+            Option("cube", "Set the share of the range that the cube takes, with --face ccc.", 0.5, float),
             _SURFACE_WORDS,
         ],
         repeats=True,
@@ -235,33 +250,42 @@ METHODS: Mapping[str, DesignMethod] = {
     ),
     "box-behnken": DesignMethod(
         "Box-Behnken design",
-        "Midpoints of edges and centre points, for a quadratic surface without runs at the corners of the range.",
+        "Take midpoints of edges and centre points, for a quadratic surface without runs at the corners of the range.",
         _of_space(box_behnken),
-        options=[Option("centre", "Centre points. [as many as are usual]", None, int), _SURFACE_WORDS],
+        options=[
+            Option("centre", "Set the number of centre points. [default: the usual number]", None, int),
+            _SURFACE_WORDS,
+        ],
         repeats=True,
         example="plan box-behnken surface --categorical cross",
     ),
     "optimal": DesignMethod(
         "optimal design",
-        "The runs that serve a stated model best, chosen from all feasible treatments.",
+        "Choose the runs that serve a stated model best from all feasible treatments.",
         _of_runs(optimal),
         ("runs",),
         [
             Option(
                 "criterion",
-                "D: the determinant of the information; A: the variance of coefficients; I: that of predictions.",
+                "Choose what is optimised: D takes the determinant of the information, A the variance "
+                "of the coefficients, I the variance of predictions.",
                 "D",
                 choices=get_args(OptimalCriterion),
             ),
-            Option("degree", "Of the model: 1 for main effects, 2 with squares and interactions.", 1, int),
-            Option("exchange", "pyDOE3's way of exchanging runs.", "detmax", choices=get_args(Exchange)),
+            Option(
+                "degree",
+                "Set the degree of the model: 1 has main effects, 2 has squares and interactions, too.",
+                1,
+                int,
+            ),
+            Option("exchange", "Choose the exchange algorithm of pyDOE3.", "detmax", choices=get_args(Exchange)),
             _LEVELS,
         ],
         example="plan optimal spring --runs 24 --seed 1",
     ),
     "import": DesignMethod(
         "a table of your own",
-        "A design that somebody else has made: a CSV table, kept in its order.",
+        "Read a design that somebody else has made from a CSV table, and keep its order.",
         _import,
         ("table",),
         repeats=True,

@@ -10,8 +10,8 @@ from pyroshock.app.cli.main import main
 
 from .markdown import code, escaped, joined, prose, table
 
-#: A default that is no value stands at the end of an option's help: "[drawn, and told]".
-_TOLD = re.compile(r"\s*\[([^\]]+)\]$")
+#: A default that is no value stands at the end of an option's help: "[default: drawn and reported]".
+_DEFAULT_IN_WORDS = re.compile(r"\s*\[default:? ([^\]]+)\]$")
 
 
 def commands() -> Iterator[tuple[click.Context, click.Command]]:
@@ -50,10 +50,10 @@ def _row(context: click.Context, option: click.Option) -> tuple[str, str, str]:
     record, extra = option.get_help_record(context), option.get_help_extra(context)
     assert record is not None
     words = option.help or ""
-    told = _TOLD.search(words)
+    in_words = _DEFAULT_IN_WORDS.search(words)
     default = "required" if option.required else code(extra["default"]) if "default" in extra else ""
-    if not default and told:
-        words, default = words[: told.start()], escaped(told[1])
+    if not default and in_words:
+        words, default = words[: in_words.start()], escaped(in_words[1])
     notes = [words and escaped(words)]
     if option.multiple and "repeat" not in words:
         notes.append("May be repeated.")
