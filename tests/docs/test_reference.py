@@ -56,7 +56,7 @@ def test_defaults_of_options_are_told() -> None:
     words = section("commands", "pyroshock plan lhs")
     assert re.search(r"^\| `--repetitions [^|]*\| `10` \|", words, re.MULTILINE)
     assert re.search(r"^\| `--runs [^|]*\| required \|", words, re.MULTILINE)
-    assert re.search(r"^\| `--seed [^|]*\| drawn, and told \|", words, re.MULTILINE)
+    assert re.search(r"^\| `--seed [^|]*\| drawn and reported \|", words, re.MULTILINE)
     assert "`PYROSHOCK_DB`" in words
 
 
