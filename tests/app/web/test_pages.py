@@ -43,7 +43,7 @@ SPECIFICATION = "frequency_hz,level_g\n100,30\n1000,1000\n10000,1000\n"
         ("/twin", 'id="tank_pressure_pa"'),
         ("/plans", "No plan yet"),
         ("/plans/new", 'id="make"'),
-        ("/diagnoses", "No diagnosis is kept"),
+        ("/diagnoses", "The store has no diagnosis"),
         ("/validations", "No validation was made yet"),
         ("/ingest", 'id="upload"'),
         ("/jobs", "Nothing was asked for"),
