@@ -56,9 +56,9 @@ def decode_instrument_text(content: bytes) -> str:
 
 
 def delimiter_of(text: str) -> str:
-    """The semicolon, tab or comma that stands most often in the first line that holds anything."""
+    """The semicolon, tab or comma that stands most often in the first line that holds anything; a comma without any."""
     first = next((line for line in text.splitlines() if line.strip()), "")
-    return max(";\t,", key=first.count)
+    return max((sign for sign in ";\t," if sign in first), key=first.count, default=",")
 
 
 def table_rows(text: str, *, strict: bool = False) -> list[Row]:
@@ -92,13 +92,16 @@ class HeadedTable:
             raise ValueError("empty; expected a header and at least one row")
         (_, header), *body = rows
         width = len(header)
-        unnamed = [f"column {number} has no name" for number, name in enumerate(header, 1) if not name]
-        repeated = [name for name in dict.fromkeys(header) if name and header.count(name) > 1]
+        problems = [
+            f"column {name!r:.100} stands twice" if name else f"column {number} has no name"
+            for number, name in enumerate(header, 1)
+            if not name or header.count(name) > 1
+        ]
         misfits = [(line, len(cells)) for line, cells in body if len(cells) != width]
         return cls(
             header,
             [(line, dict(zip(header, cells, strict=True))) for line, cells in body if len(cells) == width],
-            unnamed + [f"column {name!r:.100} stands twice" for name in repeated],
+            list(dict.fromkeys(problems)),
             [f"row {line}: {count} cells; expected {width} as in the header" for line, count in misfits],
         )
 

@@ -13,7 +13,9 @@ def test_rows_keep_their_numbers_in_the_file(delimiter: str, line_end: str) -> N
     assert table_rows(text + line_end) == [(2, ["a", "b"]), (4, ["1", "2"])]
 
 
-@pytest.mark.parametrize(("header", "delimiter"), [("f;g, peak", ";"), ("a,b,c;d", ","), ("a\tb;c\td", "\t")])
+@pytest.mark.parametrize(
+    ("header", "delimiter"), [("f;g, peak", ";"), ("a,b,c;d", ","), ("a\tb;c\td", "\t"), ("a b|c", ",")]
+)
 def test_delimiter_is_the_sign_that_the_header_has_most_often(header: str, delimiter: str) -> None:
     assert delimiter_of(f"\n{header}\n1;1;1;1,1,1,1\n") == delimiter
 

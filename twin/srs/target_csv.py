@@ -64,7 +64,7 @@ def _table(content: bytes, source: str) -> tuple[list[str], list[tuple[int, Row]
         text_lines = decode_utf8(content).splitlines()
         # A comment becomes an empty line, so that the rows keep their numbers.
         text = "\n".join("" if line.lstrip().startswith("#") else line for line in text_lines)
-        lines = table_rows(text)
+        lines = table_rows(text, strict=True)
     except ValueError as error:
         raise ValueError(f"{source}: no CSV table in UTF-8: {error}") from error
     if not lines:
