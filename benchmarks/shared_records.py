@@ -14,6 +14,7 @@ from .harness import ROOT
 if str(ROOT / "tests") not in sys.path:
     sys.path.append(str(ROOT / "tests"))
 
+from support.checks.printed_filters import absolute_acceleration
 from support.records.contact_bodies import ball, impacts
 from support.records.force_records import ForceRecord, force_records
 from support.records.hammer_recordings import FULL_SCALE_N, HITS, NOISE_STEPS, digitised, hammer_record, hit_force
@@ -28,9 +29,9 @@ from support.stores.large_store import filled, sample_of
 from support.stores.postgres_server import running_server
 
 __all__ = [
-    "BENCH", "FULL_SCALE_N", "HITS", "HITS_PER_RECORDING", "NOISE_STEPS", "PREDICTORS", "RARE", "THESIS_GUN", "WRITER",
-    "ForceRecord", "Labelled", "Method", "ScalarGun", "Signal", "StoreSize", "ball", "campaign_name", "digitised",
-    "fill", "filled", "force_records", "fresh_database", "hammer_record", "held_out", "hit_force", "impacts",
-    "kept_campaign", "made_records", "pulse_table", "ringing_plate", "running_server", "sample_of", "scalar_guns",
-    "setting", "write_campaign",
+    "BENCH", "FULL_SCALE_N", "HITS", "HITS_PER_RECORDING", "NOISE_STEPS", "PREDICTORS", "RARE", "THESIS_GUN",
+    "WRITER", "ForceRecord", "Labelled", "Method", "ScalarGun", "Signal", "StoreSize", "absolute_acceleration",
+    "ball", "campaign_name", "digitised", "fill", "filled", "force_records", "fresh_database", "hammer_record",
+    "held_out", "hit_force", "impacts", "kept_campaign", "made_records", "pulse_table", "ringing_plate",
+    "running_server", "sample_of", "scalar_guns", "setting", "write_campaign",
 ]

@@ -16,7 +16,6 @@ from pathlib import Path
 
 import numpy as np
 from pyroshock.array_types import Floats
-from pyroshock.signals.srs.coefficients import absolute_acceleration
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.signals.srs.threads import processors
 
@@ -33,6 +32,7 @@ from .harness import (
     report,
     take_turns,
 )
+from .shared_records import absolute_acceleration
 
 THEME = "Shock response spectra: 50,000 samples, 80 lines, Q = 10; ours whole, the peers' maximax"
 QUESTION = "a shock response spectrum"

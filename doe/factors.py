@@ -13,7 +13,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ..schema.known_factors import parse_number
+from ..delimited_text import parse_number
 
 #: Names stand in table headers and in names of axes: no signs that a table or an axis gives a meaning to.
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,62}", re.ASCII)

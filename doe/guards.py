@@ -11,7 +11,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-from ..schema.known_factors import BY_COLUMN, parse_number
+from ..delimited_text import parse_number
+from ..schema.known_factors import BY_COLUMN
 from .limits.ballistic import positive
 from .limits.bench import BenchLimits, Swing
 from .limits.contact_force import Elastic, hertz_contact, raised_sine_peak_force

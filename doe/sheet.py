@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..delimited_text import parse_number
 from ..schema.atomic_write import atomic_file
-from ..schema.known_factors import parse_number
 from .plans import StoredPlan, StoredRun
 from .space import Space
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..schema.known_factors import parse_number
+from ..delimited_text import parse_number
 from ..schema.toml_text import key_problems
 from ..signals.calibration import Calibration, fit_line
 from .errors import IngestError, parse_date, printable

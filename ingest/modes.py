@@ -7,9 +7,10 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from ..schema.known_factors import parse_number
+from ..delimited_text import Line
+from ..signals.modal_table import SHAPE, modal_columns
 from .errors import IngestError
-from .tables import Line, read_table
+from .tables import read_table
 
 _FIXED = ("mode", "frequency_hz", "damping_ratio", "shape_impact")
 
@@ -41,19 +42,17 @@ def read_modal_table(folder: Path, name: str, accelerations: tuple[str, ...]) ->
 
     Raises `IngestError` with file, row, column, value and what was expected.
     """
-    columns, lines = _table(folder, name)
-    for column in (*_FIXED, *(f"shape_{channel}" for channel in accelerations)):
-        if column not in columns:
-            raise IngestError(f"{name}: no column {column!r}; it has {', '.join(columns)}")
-    sensors = [c.removeprefix("shape_") for c in columns if c.startswith("shape_") and c != "shape_impact"]
-    modes = tuple(_mode(name, line, cells, sensors) for line, cells in lines)
-    if not modes:
-        raise IngestError(f"{name}: no modes; expected at least one row")
-    numbers = [m.mode for m in modes]
-    if len(set(numbers)) != len(numbers):
-        twice = next(n for n in numbers if numbers.count(n) > 1)
-        raise IngestError(f"{name}: mode {twice} stands twice")
-    return ModalTableFile(modes)
+    header, lines = _table(folder, name)
+    try:
+        columns = modal_columns(header, lines, (*_FIXED, *(f"{SHAPE}{channel}" for channel in accelerations)))
+    except ValueError as error:
+        raise IngestError(f"{name}: {error}") from error
+    numbers, frequencies, dampings, impact_shapes = (columns.pop(column) for column in _FIXED)
+    shapes = [
+        dict(zip((column.removeprefix(SHAPE) for column in columns), values, strict=True))
+        for values in zip(*columns.values(), strict=True)
+    ] or [{}] * len(lines)
+    return ModalTableFile(tuple(map(ModeRow, map(int, numbers), frequencies, dampings, impact_shapes, shapes)))
 
 
 def _table(folder: Path, name: str) -> tuple[list[str], list[Line]]:
@@ -68,26 +67,3 @@ def _table(folder: Path, name: str) -> tuple[list[str], list[Line]]:
         return read_table(path, name)
     except FileNotFoundError as error:
         raise IngestError(f"campaign.toml: bench.plate.modes is {name!r}; there is no such file") from error
-
-
-def _mode(name: str, line: int, row: dict[str, str], sensors: list[str]) -> ModeRow:
-    def number(column: str, expected: str, low: float, high: float) -> float:
-        try:
-            value = parse_number(row[column])
-        except ValueError:
-            value = float("nan")
-        if not low <= value < high:
-            raise IngestError(f"{name}: row {line}, column {column!r}: {row[column]!r}; expected {expected}")
-        return value
-
-    inf = float("inf")
-    mode = number("mode", "a whole number", 0, 2**31)
-    if mode != int(mode):
-        raise IngestError(f"{name}: row {line}, column 'mode': {row['mode']!r}; expected a whole number")
-    return ModeRow(
-        mode=int(mode),
-        frequency_hz=number("frequency_hz", "a frequency of zero or more", 0, inf),
-        damping_ratio=number("damping_ratio", "a ratio from 0 to below 1", 0, 1),
-        shape_impact=number("shape_impact", "a finite number", -inf, inf),
-        shapes={s: number(f"shape_{s}", "a finite number", -inf, inf) for s in sensors},
-    )

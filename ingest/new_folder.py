@@ -24,7 +24,7 @@ from .runs import FILES
 
 FILL_IN, PLEASE_CHECK = "FILL IN", "# please check"
 #: `drop` stands for accelerometers alone, without an instrumented hammer.
-GUN, HAMMER, DROP = STARTS = ("gun", "hammer", "drop")
+GUN, HAMMER, DROP = ("gun", "hammer", "drop")
 #: What `[campaign]` calls each.
 KIND_OF_START = {GUN: "gun", HAMMER: "hammer", DROP: "hammer"}
 
@@ -87,7 +87,7 @@ _ANY_RATE = ReadingOptions(sampling_rate_hz=1.0)
 def start_folder(
     folder: Path, start: str, recordings: str | None = None, rows: Sequence[Mapping[str, str]] = ()
 ) -> NewFolder:
-    """The files of a new campaign in `folder`, one of `STARTS`.
+    """The files of a new campaign in `folder`, `start` is "gun", "hammer" or "drop".
 
     `rows` are those of a plan, with run, repetition and factors by column; without any, each recording has one.
     `recordings` is a pattern or a folder within `folder`; a plan's recordings stand in its order, one for each run or

@@ -18,7 +18,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
-from ..schema.known_factors import BY_COLUMN, BY_NAME, LevelError, MaterialNames, RunLevel, level_of, parse_number
+from ..delimited_text import Line, parse_number
+from ..schema.known_factors import BY_COLUMN, BY_NAME, LevelError, MaterialNames, RunLevel, level_of
 from ..signals.checks.base import Finding
 from ..signals.valve_profile import ValveProfile
 from .column_names import KEYS, MEASURED, RUNS_FILE, check_columns, suggestion
@@ -26,7 +27,7 @@ from .errors import LONGEST_NAME, Faults, IngestError, printable
 from .pulses import ExtractedPulse, Hits, Touch
 from .readers import RecordingError
 from .recording_files import recording_path
-from .tables import SUFFIXES, Line, read_table
+from .tables import SUFFIXES, read_table
 
 FILE = RUNS_FILE
 #: A folder has one of them.

@@ -7,7 +7,6 @@ Tables from spreadsheets, `.xlsx` and `.xls`: each cell as the text that a CSV f
 
 from __future__ import annotations
 
-import csv
 import datetime as dt
 import io
 import zipfile
@@ -15,6 +14,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from ..delimited_text import HeadedTable, Line, Row, decode_utf8, table_rows
 from .errors import LONGEST_NAME, Faults, IngestError, enumerated, printable
 
 SUFFIXES = (".xlsx", ".xls")
@@ -34,7 +34,7 @@ class SheetError:
         self.text = text
 
 
-def sheet_lines(path: Path, name: str) -> list[tuple[int, list[str]]]:
+def sheet_lines(path: Path, name: str) -> list[Row]:
     """Row number and cells, as many as the header's, of each row that holds anything; the first is the header.
 
     Numbers are written with all their digits and without a needless point (0.1, 12), dates as ISO. Raises `IngestError`
@@ -68,7 +68,7 @@ def _content(path: Path, name: str) -> bytes:
         raise IngestError(f"{name}: cannot be read: {error.strerror}") from error
 
 
-def _lines(cells: _Cells, name: str) -> list[tuple[int, list[str]]]:
+def _lines(cells: _Cells, name: str) -> list[Row]:
     rows: dict[int, dict[int, str]] = {}
     faults = Faults()
     for (row, column), value in sorted(cells.items()):
@@ -204,9 +204,6 @@ def _xls_cells(book: Any, sheet: Any) -> Iterator[tuple[tuple[int, int], Any]]:
                 yield (row + 1, column + 1), value
 
 
-Line = tuple[int, dict[str, str]]
-
-
 def read_table(path: Path, name: str, faults: Faults | None = None) -> tuple[list[str], list[Line]]:
     """The header and, for each row that holds anything, its line number and its cells by column, blanks stripped.
 
@@ -214,52 +211,31 @@ def read_table(path: Path, name: str, faults: Faults | None = None) -> tuple[lis
     columns without a name of their own, and for rows of another length than the header; `FileNotFoundError` where there
     is none. Where `faults` are given, those of rows are kept there, and the other rows are returned.
     """
-    lines = sheet_lines(path, name) if path.suffix.lower() in SUFFIXES else _csv_lines(path, name)
-    if not lines:
-        raise IngestError(f"{name}: empty; expected a header and at least one row")
-    header = lines[0][1]
-    _check_names(header, name)
-    bad = [(line, len(cells)) for line, cells in lines[1:] if len(cells) != len(header)]
-    of_rows = Faults() if faults is None else faults
-    of_rows.add(f"{name}: row {line}: {count} cells; expected {len(header)} as in the header" for line, count in bad)
+    try:
+        is_sheet = path.suffix.lower() in SUFFIXES
+        table = HeadedTable.of(sheet_lines(path, name) if is_sheet else table_rows(_text(path, name)))
+    except IngestError:
+        raise
+    except ValueError as error:
+        raise IngestError(f"{name}: {error}") from error
+    of_header, of_rows = Faults(), Faults() if faults is None else faults
+    of_header.add(f"{name}: {problem}" for problem in table.header_problems)
+    of_header.add(
+        f"{name}: column {printable(column)}: expected a name of at most {LONGEST_NAME} characters"
+        for column in table.header
+        if len(column) > LONGEST_NAME
+    )
+    of_header.refuse()
+    of_rows.add(f"{name}: {problem}" for problem in table.row_problems)
     if faults is None:
         of_rows.refuse()
-    return header, [
-        (line, dict(zip(header, cells, strict=True))) for line, cells in lines[1:] if len(cells) == len(header)
-    ]
+    return table.header, table.lines
 
 
-def _csv_lines(path: Path, name: str) -> list[tuple[int, list[str]]]:
-    text = _read_text(path, name)
-    first = text.lstrip().split("\n", 1)[0]
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=first.count))
+def _text(path: Path, name: str) -> str:
     try:
-        return [(reader.line_num, [c.strip() for c in cells]) for cells in reader if any(c.strip() for c in cells)]
-    except csv.Error as error:
-        raise IngestError(f"{name}: row {reader.line_num}: {error}") from error
-
-
-def _read_text(path: Path, name: str) -> str:
-    try:
-        text = path.read_bytes().decode("utf-8-sig")
+        return decode_utf8(path.read_bytes())
     except FileNotFoundError:
         raise
-    except UnicodeDecodeError as error:
-        raise IngestError(f"{name}: byte {error.start} is not UTF-8; save the file as UTF-8") from error
     except OSError as error:
         raise IngestError(f"{name}: cannot be read: {error.strerror}") from error
-    if "\x00" in text:
-        raise IngestError(f"{name}: holds a NUL character at {text.index(chr(0))}; not a text file")
-    return text
-
-
-def _check_names(header: list[str], name: str) -> None:
-    faults = Faults()
-    for number, column in enumerate(header, 1):
-        if not column:
-            faults.add([f"{name}: column {number} has no name"])
-        elif header.count(column) > 1:
-            faults.add([f"{name}: column {printable(column)} stands twice"])
-        if len(column) > LONGEST_NAME:
-            faults.add([f"{name}: column {printable(column)}: expected a name of at most {LONGEST_NAME} characters"])
-    faults.refuse()

@@ -1,8 +1,11 @@
-"""Reading ahead: several processes work on the next recordings while this one stores."""
+"""Reading ahead: several processes work on the next recordings while this one stores.
+
+`local_backend` cannot stand in: joblib keeps its processes for the next call, and a reader's process ends itself when a
+C library hangs, so that it must do nothing else; nor does joblib fork from a server that has the readers imported.
+"""
 
 from __future__ import annotations
 
-import faulthandler
 import multiprocessing
 import os
 import threading
@@ -11,9 +14,9 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+from .task import ended_after
 from .working_directory import working_directory_closed
 
 Item = TypeVar("Item")
@@ -84,13 +87,8 @@ def _pool(jobs: int, isolation: Isolation[Any, Any]) -> ProcessPoolExecutor:
 
 
 def _watched(function: Callable[[Item], Result], patience_s: float, item: Item) -> Result:
-    """In a process of its own, which ends when the item takes too long, even inside a C library."""
-    with Path(os.devnull).open("w") as nowhere:
-        faulthandler.dump_traceback_later(patience_s, exit=True, file=nowhere)
-        try:
-            return function(item)
-        finally:
-            faulthandler.cancel_dump_traceback_later()
+    with ended_after(patience_s):
+        return function(item)
 
 
 def _begin(begin: Callable[[], None]) -> None:

@@ -131,12 +131,12 @@ def run_task(function: Callable[..., Any], task: WorkerTask, shared: Any) -> Out
 
     use_one_thread()
     # The function's own libraries get no workers of their own: on a cluster they would wait for each other.
-    with parallel_config("sequential"), _ended_after(task.patience_s):
+    with parallel_config("sequential"), ended_after(task.patience_s):
         return task.number, function(task.item, *payload_contents(shared))
 
 
 @contextmanager
-def _ended_after(patience_s: float | None) -> Iterator[None]:
+def ended_after(patience_s: float | None) -> Iterator[None]:
     """This process ends when the block takes longer, even inside a C library."""
     if patience_s is None:
         yield

@@ -11,6 +11,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from ..delimited_text import parse_number
+
 #: A layer that is not there.
 NONE = "none"
 #: The plate is hung up by other links of its chains, whose pitch this is (section 2.1.1).
@@ -83,16 +85,6 @@ def column_of(factor: str) -> tuple[str, float]:
 def level_label(number: float) -> str:
     """The shortest text of a number that reads back as it: levels are compared by it."""
     return repr(float(f"{number:.12g}"))
-
-
-def parse_number(text: str) -> float:
-    """A number as a person or a German spreadsheet writes it; `ValueError` for anything that is not finite."""
-    if "_" in text or not text.isascii():  # Python's own spellings: 1_0 in a table is a slip of the keyboard
-        raise ValueError(f"{text!r} is no decimal number")
-    value = float(text.replace(",", ".") if "," in text and "." not in text else text)
-    if not math.isfinite(value):
-        raise ValueError(f"{text!r} is not finite")
-    return value
 
 
 #: Reads a material's name (any case, any alias) as the store's; None for an unknown one.

@@ -12,6 +12,8 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
+from ..delimited_text import decode_utf8
+
 #: The shipped files have 0.2 to 1.5 kB, fewer than 60 keys and five levels.
 LARGEST_BYTES, MOST_KEYS, DEEPEST = 2**18, 10_000, 16
 
@@ -31,10 +33,7 @@ def read_toml_text(path: Path) -> str:
         content = file.read(LARGEST_BYTES + 1)
     if len(content) > LARGEST_BYTES:
         raise ValueError(f"the file has {max(path.stat().st_size, len(content)):,} bytes; {_AT_MOST_BYTES}")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise ValueError(f"byte {error.start} is not UTF-8; save the file as UTF-8") from error
+    return decode_utf8(content)
 
 
 def toml_table(text: str) -> dict[str, Any]:

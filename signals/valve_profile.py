@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Self
+
+from ..delimited_text import HeadedTable, decode_utf8, parse_number, table_rows
 
 #: What the controller of the thesis's valve allows (section 2.1.2).
 SHORTEST_OPENING_S, LONGEST_OPENING_S = 0.1, 30.0
@@ -89,20 +89,20 @@ class ValveProfile:
     def read(cls, path: Path) -> Self:
         """Of a CSV file with the columns `time_s` and `valve_position`. Raises `ValueError` naming line and value."""
         try:
-            text = path.read_text(encoding="utf-8-sig")
+            table = HeadedTable.of(table_rows(decode_utf8(path.read_bytes())))
+            table.check()
         except OSError as error:
             raise ValueError(f"valve profile {path}: cannot be read: {error.strerror}") from error
-        except UnicodeDecodeError as error:
-            raise ValueError(f"valve profile {path}: is no text in UTF-8") from error
-        rows = csv.DictReader(io.StringIO(text, newline=""))
-        if rows.fieldnames is None or not set(COLUMNS) <= set(rows.fieldnames):
-            raise ValueError(f"valve profile {path}: columns {rows.fieldnames}; expected {', '.join(COLUMNS)}")
+        except ValueError as error:
+            raise ValueError(f"valve profile {path}: {error}") from error
+        if not set(COLUMNS) <= set(table.header):
+            raise ValueError(f"valve profile {path}: columns {table.header}; expected {', '.join(COLUMNS)}")
         points = []
-        for row in rows:
+        for line, cells in table.lines:
             try:
-                points.append(tuple(float(row[name]) for name in COLUMNS))
-            except (TypeError, ValueError):
-                raise ValueError(f"valve profile {path}: line {rows.line_num}: expected two numbers") from None
+                points.append(tuple(parse_number(cells[name]) for name in COLUMNS))
+            except ValueError:
+                raise ValueError(f"valve profile {path}: line {line}: expected two numbers") from None
         if not points:
             raise ValueError(f"valve profile {path}: no rows; expected at least one point")
         return cls(*zip(*points, strict=True))

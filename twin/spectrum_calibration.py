@@ -10,7 +10,7 @@ J. Am. Stat. Assoc. 113 (2018) 1094, section 5), as Student's t of as many confi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Self
 
@@ -43,7 +43,6 @@ from .tune.likelihood import fitted
 from .tune.shot_correction import Discrepancy, ShotCorrection, Term
 
 #: Levels of settings at velocities of impact and lines under the measured force: (n, sensors, 1 + lines), dB.
-Replay = Callable[[MeasuredShots], Floats]
 
 #: The largest acceleration stands so many octaves above the highest line: it shares levels with all lines, and colour
 #: with none.

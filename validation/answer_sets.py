@@ -209,11 +209,6 @@ def mean_region_score(rows: Sequence[CaseResult]) -> float:
     return float(np.mean(scores)) if scores else math.nan
 
 
-def false_regions(rows: Sequence[CaseResult]) -> Rate:
-    """How often a region is named although there is no effect."""
-    return Rate.of(bool(row.said.inside) for row in rows)
-
-
 def f1(named: Collection[int], true: Collection[int]) -> float:
     """2 |A and B| / (|A| + |B|); 0 for two empty sets."""
     both, total = len(set(named) & set(true)), len(set(named)) + len(set(true))

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from ...delimited_text import parse_number
 from ...doe.plans import StoredPlan
 from ...schema.atomic_write import atomic_file
-from ...schema.known_factors import BY_COLUMN, parse_number
+from ...schema.known_factors import BY_COLUMN
 
 
 def plan_as_json(plan: StoredPlan) -> dict[str, Any]:

@@ -68,11 +68,6 @@ class PulseOverlay:
     def thinned(self) -> bool:
         return self.drawn + len(self.damaged) < self.matching
 
-    @property
-    def axis_name(self) -> str:
-        """The axis, its unit in the name."""
-        return "share_of_contact" if self.normalised else "time_s"
-
 
 def pulse_overlay(
     session: Session,

@@ -22,6 +22,7 @@ from ...schema.conditions import CHANNEL_COLUMNS, IMPACT_COLUMNS, IN_USE, LARGES
 from ...schema.impacts import ChannelFigures, Impact, Pulse, velocity_kind
 from ...schema.recordings import NOT_JUDGED, SEVERITIES, QualityFinding, RecordedChannel
 from ...schema.series import as_floats, resolve
+from ...twin.contact.measured_restitution import RecordedPulse, poisson
 from ..common.errors import library_errors, raises_library_errors
 from ..common.filters import parse_where
 from ..common.frames import axes_or_new, facts_table, with_units
@@ -65,6 +66,21 @@ class ForcePulse:
         frame.attrs["units"] = {"time_s": "s", "force_n": "N"}
         frame.attrs |= {"impact": self.impact, "figures": dict(self.figures)}
         return frame
+
+    @raises_library_errors
+    def restitution(self, mass_kg: float, impact_velocity_m_s: float) -> float:
+        """P_r / P_c (Poisson, eq. 1.10) for the impactor's mass and velocity.
+
+        NaN where the impactor does not come to rest within the pulse. Raises `InvalidValueError` for a mass or velocity
+        that is not positive.
+        """
+        record = RecordedPulse(
+            self.force_n[np.newaxis],
+            np.diff(self.time_s[:2]),
+            np.array([mass_kg], dtype=np.float64),
+            np.array([impact_velocity_m_s], dtype=np.float64),
+        )
+        return float(poisson(record)[0])
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """The spline and its points over the time since first contact."""

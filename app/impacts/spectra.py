@@ -9,7 +9,6 @@ An uploaded specification as the target of a tune or a spectrum, read as `--targ
 
 from __future__ import annotations
 
-import csv
 import re
 from dataclasses import dataclass
 from functools import partial
@@ -229,10 +228,7 @@ def target_from_upload(content: bytes | str, name: str, tolerance: str | None = 
     if len(raw) > MOST_BYTES:
         raise ValueError(f"{source}: {len(raw)} bytes; expected a specification of at most {MOST_BYTES}")
     wanted = parse_tolerance(tolerance) if tolerance else None
-    try:
-        target = target_of_csv(raw, source, wanted)
-    except csv.Error as error:
-        raise ValueError(f"{source}: no CSV table ({error}); expected a header such as frequency_hz,level_g") from error
+    target = target_of_csv(raw, source, wanted)
     if target.frequency_hz.size > MOST_POINTS:
         raise ValueError(f"{source}: {target.frequency_hz.size} points; expected at most {MOST_POINTS}")
     for hz in (float(target.frequency_hz[0]), float(target.frequency_hz[-1])):

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, cast, get_args
 
 from sqlalchemy import select
 
+from ...delimited_text import parse_number
 from ...doe.designs.base import Design
 from ...doe.designs.methods import DesignRequest, get_method
 from ...doe.guards import TANK_PRESSURE, planned_shots, pressures_for_levels, refuse_unsafe
@@ -22,7 +23,7 @@ from ...doe.space import Kind, Space, shipped_factors, space_from_text
 from ...doe.toml_space import with_ranges
 from ...ingest.folder import read_campaign_file
 from ...schema.benches import Material, material_names
-from ...schema.known_factors import BY_COLUMN, parse_number
+from ...schema.known_factors import BY_COLUMN
 from ...schema.session import Store
 from ...twin.gun.nominal import GunBench, muzzle_velocity, tank_pressure_for
 

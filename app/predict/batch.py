@@ -10,11 +10,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...delimited_text import parse_number
 from ...ingest.column_names import MEASURED
 from ...ingest.tables import read_table
 from ...parallel.executor import ExecutorConfig
 from ...parallel.map_tasks import run_all_tasks
-from ...schema.known_factors import BY_COLUMN, BY_NAME, KnownFactor, parse_number
+from ...schema.known_factors import BY_COLUMN, BY_NAME, KnownFactor
 from ...schema.session import Store
 from ..common.table_files import write_batches
 from ..plan.rehearsal import rows_of

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from ...dataset.sources import STATED_PLATE_MASS
-from ...schema.known_factors import BY_NAME, parse_number
+from ...delimited_text import parse_number
+from ...schema.known_factors import BY_NAME
 from ...twin.contact_interface import Extrapolation, OutOfDomain
 from ...twin.prediction import Prediction
 from ..common.number_format import finite

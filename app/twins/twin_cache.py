@@ -42,8 +42,6 @@ _ASKED_EVERY_S = 10.0
 #: deleted leaves a tombstone (a key may be given again).
 _TABLES = (Campaign, Shot, Impact, Pulse, TwinVersion, Material, ModalTable, Tombstone)
 
-_Signature = tuple[tuple[int, int], ...]
-
 
 class CacheKeyReader:
     """Stamps of requests: equal as long as the same twin would be built. Takes some milliseconds."""

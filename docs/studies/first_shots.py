@@ -13,7 +13,6 @@ import numpy as np
 from pyroshock.diagnosis.observables.gun.stage import GunObservables
 from pyroshock.diagnosis.record import Run, RunConfiguration
 from pyroshock.twin.effects import Effect, effect
-from pyroshock.twin.gun.measured import corner_leakage
 
 from .gun_causes import Fit, Floats, distances, fit, gap
 from .real_guns import first_shots_record
@@ -42,6 +41,15 @@ class Leak:
     lost: Floats
     share: Floats
     psi: Floats
+
+
+def corner_leakage(velocity_ratio: Floats) -> Floats:
+    """psi of eq. 5.3, v / v_tight = (1 - psi)^0.7: 0 for a perfect seal, 1 for gas that all blows by.
+
+    Source: Corner, Theory of the Interior Ballistics of Guns (Wiley, 1950), as the thesis quotes it, which puts psi of
+    its gun between 0.4 and 0.6.
+    """
+    return np.asarray(1 - velocity_ratio ** (1 / 0.7))
 
 
 def clearance_leak(stage: GunObservables, discharge_coefficient: float, beside: Sequence[Effect] = ()) -> Leak:

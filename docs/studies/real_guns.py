@@ -9,8 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration
+from pyroshock.ingest.velocity import muzzle_velocity_uncertainty
 from pyroshock.twin.gun.bench import GunBench
-from pyroshock.twin.gun.measured import velocity_uncertainty_m_s
 
 FIRST_SHOTS = Path(__file__).resolve().parents[2] / "examples" / "first-shots"
 TRETTEL = Path(__file__).resolve().parents[3] / "shared" / "real-data" / "trettel-blastersim" / "shots.csv"
@@ -37,7 +37,7 @@ def first_shots_record(efficiency: float = 1.0) -> CampaignRecord:
     for row in rows:
         velocity = float(row["measured_velocity_m_s"])
         length, period = float(row["bullet_length_mm"]) / 1e3, 1 / float(row["laser_sampling_rate_hz"])
-        u = float(velocity_uncertainty_m_s(velocity, length, LENGTH_ERROR_M, period))
+        u = float(muzzle_velocity_uncertainty(length, length / velocity, LENGTH_ERROR_M, time_u_s=period))
         shots.append((float(row["tank_pressure_bar"]) * 1e5, float(row["bullet_mass_kg"]), velocity, u))
     said = f"efficiency {efficiency:g}; friction and travel identified from Table 5.1, not measured"
     return _record("first-shots", gun, shots, (said,))

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from ...delimited_text import decode_utf8, table_rows
 from ..space import Space
 from .base import Design
 
 RUN = "run"
 _BIGGEST_RUN = 10**9
-
-Lines = list[tuple[int, list[str]]]
 
 
 @dataclass(frozen=True)
@@ -28,40 +25,22 @@ class ImportedDesign(Design):
 def read_table(path: Path, space: Space) -> ImportedDesign:
     """The treatments of a table, in its order; equal ones are kept.
 
-    CSV in UTF-8, commas or semicolons between the cells, the columns "run" and those of the space in any order.
+    CSV in UTF-8, commas, semicolons or tabs between the cells, the columns "run" and those of the space in any order.
     Raises `ValueError` naming file, row, column, value and what was expected; `FileNotFoundError`.
     """
     try:
-        header, *lines = _lines(_text(path))
-        _check_header(header[1], space)
-        rows = [_row(header[1], cells, line) for line, cells in lines]
+        rows = table_rows(decode_utf8(path.read_bytes()), strict=True)
         if not rows:
+            raise ValueError("empty; expected a header and at least one run")
+        header, *lines = rows
+        _check_header(header[1], space)
+        cells_by_column = [_row(header[1], cells, line) for line, cells in lines]
+        if not cells_by_column:
             raise ValueError("no runs below the header; expected at least one")
-        runs = _run_numbers(rows, [line for line, _ in lines])
-        return ImportedDesign(space, space.treatments(rows), "import", None, runs)
+        runs = _run_numbers(cells_by_column, [line for line, _ in lines])
+        return ImportedDesign(space, space.treatments(cells_by_column), "import", None, runs)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise ValueError(f"byte {error.start} is not UTF-8; save the file as UTF-8") from error
-
-
-def _lines(text: str) -> Lines:
-    """Line number and cells, stripped, of each line that holds anything; the header first."""
-    first = next((line for line in text.splitlines() if line.strip()), "")
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;", key=first.count), strict=True)
-    try:
-        lines = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
-    except csv.Error as error:
-        raise ValueError(f"row {reader.line_num}: {error}") from error
-    lines = [(line, cells) for line, cells in lines if any(cells)]
-    if not lines:
-        raise ValueError("empty; expected a header and at least one run")
-    return lines
 
 
 def _check_header(header: Sequence[str], space: Space) -> None:

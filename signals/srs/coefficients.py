@@ -13,12 +13,9 @@ For small theta G and H are the small rests of large numbers; the series keeps t
 
 An oscillator left to itself: its largest responses from now on, exact and without a series.
 
-The recursive filters of ISO 18431-4 as they are printed, for whoever filters with them.
-
-Our own loop is another form of the same recursion (`kernel`): this one loses digits where omega dt is small.
-
-Thesis, eq. 1.3 to 1.8. Errors found: eq. 1.4 has T for the time step, where 1.5 to 1.8 have Delta t, and 1.7 and 1.8
-have a for the alpha of 1.3.
+The filters of ISO 18431-4 (thesis, eq. 1.3 to 1.8) are another form of the same recursion, which loses digits where
+omega dt is small. Errors found: eq. 1.4 has T for the time step, where 1.5 to 1.8 have Delta t, and 1.7 and 1.8 have a
+for the alpha of 1.3.
 """
 
 from __future__ import annotations
@@ -103,44 +100,3 @@ def extremes(start: Floats, slope: Floats, damping_ratio: float) -> tuple[Floats
     largest = np.maximum(start, np.maximum(first, second))
     least = np.minimum(start, np.minimum(first, second))
     return np.asarray(largest), np.asarray(least)
-
-
-@dataclass(frozen=True, eq=False)
-class RampInvariantFilter:
-    """H(z) = (b0 + b1/z + b2/z^2) / (a0 + a1/z + a2/z^2): both (3, f), a0 = 1; `lfilter` of SciPy takes a column."""
-
-    b: Floats
-    a: Floats
-
-
-def absolute_acceleration(omega_rad_s: Floats, time_step_s: float, damping_ratio: float) -> RampInvariantFilter:
-    """Base acceleration to absolute acceleration, eq. 1.4 to 1.8.
-
-    1 - S / theta of eq. 1.4 is written as H + 2 zeta G / theta, which does not lose digits; so are the others.
-    """
-    step_values = steps(np.asarray(omega_rad_s * time_step_s), damping_ratio)
-    rest = step_values.h + 2 * damping_ratio * step_values.g / step_values.theta
-    b1 = 2 * (step_values.g + damping_ratio * step_values.s - rest)
-    return RampInvariantFilter(
-        np.stack([rest, b1, np.expm1(-2 * damping_ratio * step_values.theta) + rest]), _poles(step_values)
-    )
-
-
-def relative_displacement(omega_rad_s: Floats, time_step_s: float, damping_ratio: float) -> RampInvariantFilter:
-    """Base acceleration, m/s2, to displacement relative to the base, m."""
-    step_values = steps(np.asarray(omega_rad_s * time_step_s), damping_ratio)
-    held, slope = step_values.g - step_values.h, step_values.g / step_values.theta
-    stay = 1 - step_values.g - 2 * damping_ratio * step_values.s
-    b = np.stack(
-        [
-            step_values.h,
-            held - stay * step_values.h + step_values.s * slope,
-            step_values.s * (step_values.s - slope) - stay * held,
-        ]
-    )
-    return RampInvariantFilter(-b / np.asarray(omega_rad_s) ** 2, _poles(step_values))
-
-
-def _poles(step: Steps) -> Floats:
-    cosine = 1 - step.g - step.damping_ratio * step.s
-    return np.stack([np.ones_like(cosine), -2 * cosine, np.exp(-2 * step.damping_ratio * step.theta)])

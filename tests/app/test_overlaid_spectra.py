@@ -157,8 +157,11 @@ def test_upload_is_what_the_file_is(tmp_path):
         (SPEC.replace("10000,", "1e9,"), r"spec.csv: frequency_hz is 1e\+09; expected 0.01 to 1e\+06 Hz"),
         (SPEC.replace(",tolerance_db", ""), r"spec.csv, line 2: 3 fields; expected 2"),
         ("", "spec.csv: is empty"),
-        (b"\xff\xfe\x00", "spec.csv: byte 0 is no UTF-8"),
-        ("frequency_hz,level_g\n" + "x" * 200_000 + ",1\n2,1\n", "spec.csv: no CSV table"),
+        (b"\xff\xfe\x00", "spec.csv: no CSV table in UTF-8: byte 0 is not UTF-8"),
+        (
+            "frequency_hz,level_g\n" + "x" * 200_000 + ",1\n2,1\n",
+            "spec.csv: no CSV table in UTF-8: row 2: field larger",
+        ),
         ("frequency_hz,level_g,slope_db_per_octave\n1,1,\n100000,,99999\n", r"line 3: slope_db_per_octave is '99999'"),
         ("#" * (MOST_BYTES + 1), f"{MOST_BYTES + 1} bytes; expected a specification of at most {MOST_BYTES}"),
     ],

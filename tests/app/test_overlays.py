@@ -69,7 +69,7 @@ def test_mean_and_deviation_are_those_of_the_curves(store):
 
 def test_axis_of_time_reaches_the_end_of_the_longest_contact(store):
     found = overlay(store, points=201)
-    assert (found.axis_name, found.axis[0], found.axis[-1]) == ("time_s", 0.0, 2e-3)
+    assert (found.normalised, found.axis[0], found.axis[-1]) == (False, 0.0, 2e-3)
     long, short = found.groups[0].force_n
     np.testing.assert_allclose(long, 500 * half_sine(found.axis / 2e-3), atol=0.1)
     assert (short[found.axis > 0.5e-3] == 0).all()
@@ -78,7 +78,7 @@ def test_axis_of_time_reaches_the_end_of_the_longest_contact(store):
 
 def test_normalised_by_contact_time_equal_shapes_coincide(store):
     found = overlay(store, points=51, normalised=True)
-    assert (found.axis_name, found.axis[-1]) == ("share_of_contact", 1.0)
+    assert (found.normalised, found.axis[-1]) == (True, 1.0)
     long, short = found.groups[0].force_n
     np.testing.assert_allclose(long, short, atol=1e-9)
     np.testing.assert_allclose(long, 500 * half_sine(found.axis), atol=0.1)

@@ -13,7 +13,7 @@ from pyroshock.diagnosis.diagnose import Options, diagnose
 from pyroshock.diagnosis.observables.gun.stage import GunObservables
 from pyroshock.twin.effects import effect
 
-from docs.studies.first_shots import clearance_leak, predicted, shots_needed
+from docs.studies.first_shots import clearance_leak, corner_leakage, predicted, shots_needed
 from docs.studies.gun_causes import distances, fit, gap
 from docs.studies.real_guns import first_shots_record, trettel_record, write_folder
 from docs.studies.small_gun import constant_factor, held_out, stuck_stays
@@ -45,6 +45,11 @@ def test_one_half_is_the_factor_and_stated_errors_do_not_cover_its_scatter(first
     assert np.exp(of.y.mean()) == pytest.approx(0.504, abs=0.001)
     assert np.sum(((of.y - of.y.mean()) / of.s) ** 2) == pytest.approx(57, abs=1)
     assert of.y.std(ddof=1) == pytest.approx(0.051, abs=0.001)
+
+
+def test_corner_takes_thirty_to_forty_seven_percent_for_the_thesis_range() -> None:
+    assert corner_leakage(1 - np.array([0.30, 0.47])) == pytest.approx([0.4, 0.6], abs=0.005)
+    assert corner_leakage(np.array([0.0, 0.5, 1.0])) == pytest.approx([1.0, 1 - 0.5 ** (10 / 7), 0.0], rel=1e-12)
 
 
 def test_leak_through_the_clearance_is_a_part_of_the_gap(first: GunObservables) -> None:

@@ -5,7 +5,12 @@ from __future__ import annotations
 PACKAGES = (
     *("pyroshock.ingest", "pyroshock.doe.toml_space", "pyroshock.doe.space", "pyroshock.doe.factors"),
     *("pyroshock.doe.designs.imported", "pyroshock.dataset.predictors", "pyroshock.schema.known_factors"),
-    *("pyroshock.schema.known_factors", "pyroshock.twin.plate.table", "pyroshock.twin.plate.table"),
+    *(
+        "pyroshock.schema.known_factors",
+        "pyroshock.delimited_text",
+        "pyroshock.signals.modal_table",
+        "pyroshock.twin.plate.table",
+    ),
     *(
         "pyroshock.twin.srs.target_csv",
         "pyroshock.twin.srs.target",

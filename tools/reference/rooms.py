@@ -20,8 +20,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "map_tasks",
     ),
     "signals": (
-        "units", "channel", "checks.base", "checks", "shock_figures", "srs.spectrum", "srs.coefficients",
-        "srs.moments",
+        "units", "channel", "checks.base", "checks", "shock_figures", "srs.spectrum", "srs.moments",
     ),
     "ingest": (
         "load", "report", "errors", "folder", "runs", "settings", "readers", "readers.base", "segmentation",
@@ -46,7 +45,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     ),
     "twin": (
         "chain", "setting", "prediction", "effects", "gun.stage", "contact_interface", "plate.stage",
-        "gun.bench", "gun.nominal", "gun.shot", "gun.shots", "gun.measured", "gun.prior", "gun.calibration",
+        "gun.bench", "gun.nominal", "gun.shot", "gun.shots", "gun.prior", "gun.calibration",
         "contact.bodies", "contact.pulse", "contact.laws", "contact.hertz", "contact.impact",
         "contact.impacts", "contact.stage", "contact.restitution_laws", "contact.measured_restitution",
         "plate.build", "plate.outline", "plate.modes", "plate.modal", "plate.table", "plate.response",

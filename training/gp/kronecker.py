@@ -158,8 +158,3 @@ def _bound(residual: float, s: Floats, a: Floats) -> float:
     s a'Ea <= s e |a|^2, as the inverse is convex. The two pull the value apart, so the larger counts.
     """
     return float(0.5 * residual * max(s.sum(), np.einsum("ij,ij,j->", a, a, s)))
-
-
-def coregional_likelihood(k: Floats, y: Floats, b: Floats, sigma: Floats, tolerance: float = TOLERANCE) -> Likelihood:
-    """Of y (n x m) with K (n x n), B and Sigma (m x m)."""
-    return likelihood(factorise(k, tolerance), y, b, sigma)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import re
 from collections.abc import Mapping
@@ -10,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...delimited_text import decode_utf8, delimiter_of, table_rows
 from .target import NASA_STD_7003, Target, Tolerance
 
 Row = Mapping[str, str]
@@ -60,34 +60,24 @@ def target_of_csv(content: bytes, source: str, tolerance: Tolerance | None = Non
 
 def _table(content: bytes, source: str) -> tuple[list[str], list[tuple[int, Row]]]:
     """Names of the columns, and the rows by name with their number in the file."""
-    lines = [
-        (number, line)
-        for number, line in enumerate(_text(content, source).splitlines(), 1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
+    try:
+        text_lines = decode_utf8(content).splitlines()
+        # A comment becomes an empty line, so that the rows keep their numbers.
+        text = "\n".join("" if line.lstrip().startswith("#") else line for line in text_lines)
+        lines = table_rows(text, strict=True)
+    except ValueError as error:
+        raise ValueError(f"{source}: no CSV table in UTF-8: {error}") from error
     if not lines:
         raise ValueError(f"{source}: is empty; expected a header such as frequency_hz,level_g")
-    header = lines[0][1]
-    delimiter = next((sign for sign in (";", "\t", ",") if sign in header), ",")
-    cells = [[cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))] for _, line in lines]
-    columns = [_column(name) for name in cells[0]]
+    columns = [_column(name) for name in lines[0][1]]
     rows: list[tuple[int, Row]] = []
-    for (number, _), row in zip(lines[1:], cells[1:], strict=True):
+    for number, row in lines[1:]:
         if len(row) != len(columns):
             raise ValueError(f"{source}, line {number}: {len(row)} fields; expected {len(columns)}, as in the header")
-        decimal = [cell.replace(",", ".") for cell in row] if delimiter == ";" else row
+        # Elsewhere the comma of "1,500" may part thousands.
+        decimal = [cell.replace(",", ".") for cell in row] if delimiter_of(text) == ";" else row
         rows.append((number, dict(zip(columns, decimal, strict=True))))
     return columns, rows
-
-
-def _text(content: bytes, source: str) -> str:
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise ValueError(f"{source}: byte {error.start} is no UTF-8; expected a CSV file in UTF-8") from error
-    if "\0" in text:
-        raise ValueError(f"{source}: holds zero bytes; expected a CSV file in UTF-8")
-    return text
 
 
 def _column(name: str) -> str:

@@ -13,8 +13,6 @@ import numpy as np
 from ..effects import Effects
 from .gas import GAS_CONSTANT, Gas, ValveWay
 
-_build__all__ = ["GunBuild", "Projectile"]
-
 
 def _check_positive(part: object, zero_allowed: frozenset[str] = frozenset()) -> None:
     for field in fields(part):  # type: ignore[arg-type]

@@ -60,9 +60,6 @@ def crossings(time_s: Floats, position_m: Floats, velocity_m_s: Floats, level_m:
     return np.sort(np.append(high, time_s[side == 0]))
 
 
-_truth__all__ = ["Ledger", "ShotTruth"]
-
-
 @dataclass(frozen=True)
 class Ledger:
     """The books of a shot (n,): what the chambers hold, and what has left them since the start."""
@@ -97,9 +94,6 @@ class ShotTruth:
     laser_position_m: float
     ledger: Ledger
     port_opens_s: float = 0.0  # the ball turns before its port opens; infinite where it never does
-
-
-_fire__all__ = ["GunBuild", "Projectile", "ShotTruth", "fire"]
 
 
 def fire(

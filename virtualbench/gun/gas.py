@@ -11,8 +11,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
-_gas__all__ = ["CP", "CV", "GAMMA", "GAS_CONSTANT", "Gas", "exchange", "gas_of", "iso6358_flow", "nozzle_flow"]
-
 GAMMA = 1.4
 GAS_CONSTANT = 287.05  # J/(kg K)
 CV = GAS_CONSTANT / (GAMMA - 1)

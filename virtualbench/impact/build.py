@@ -18,8 +18,6 @@ import numpy as np
 
 from ..effects import Effects
 
-_materials__all__ = ["HARDENING", "HARDNESS_RATIO", "MATERIALS", "ContactMaterial", "contact_material"]
-
 #: Mean pressure of a fully plastic contact over the yield strength (Tabor, The Hardness of Metals, 1951).
 HARDNESS_RATIO = 2.8
 #: Yield strength of a surface that has been struck before, at an impact's rate of strain, over that of the data sheet.
@@ -80,9 +78,6 @@ def contact_material(name: str) -> ContactMaterial:
         if material.lower() == name.strip().lower():
             return row
     raise ValueError(f"unknown contact material {name!r}: expected one of {', '.join(MATERIALS)}")
-
-
-_build__all__ = ["Anvil", "ImpactTarget", "Impactor", "Layer", "target"]
 
 
 @dataclass(frozen=True)

@@ -45,8 +45,6 @@ from numpy.typing import NDArray
 
 from ...array_types import Floats
 
-_contact__all__ = ["FULLY_PLASTIC", "ONSET_SHARE", "TIP_REFERENCE", "ContactLaw"]
-
 #: Mean pressure at which yield begins over the hardness, and d2 / d1.
 ONSET_SHARE, FULLY_PLASTIC = 0.4, 54.0
 #: b^2 / R^2.

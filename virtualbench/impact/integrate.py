@@ -18,8 +18,6 @@ from .build import Impactor, ImpactTarget, Layer
 from .chain import Chain, ContactLaw
 from .echoes import EchoHistory, PlateEchoes
 
-_assemble__all__ = ["POINT_PER_STRENGTH", "WEAR_PER_STRENGTH", "assemble", "hertz_time"]
-
 #: `contact.tip_geometry`: the radius at the apex of a worn tip grows by exp(0.2) with each strength, and that of a
 #: pointed one (strengths below 0) by exp(0.03), with a cone in the place of what is taken away.
 WEAR_PER_STRENGTH, POINT_PER_STRENGTH = 0.2, 0.03

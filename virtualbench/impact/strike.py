@@ -20,8 +20,6 @@ from .chain import Chain
 from .echoes import PlateEchoes
 from .integrate import CREEPING, ImpactHistories, assemble, solve
 
-_after_contact__all__ = ["ringing"]
-
 
 def ringing(chain: Chain, state: Floats, duration_s: float, step_s: float) -> tuple[Floats, Floats]:
     """Acceleration of the rear and force on the plate at steps 1, 2 ... after `state`, both (n, impacts).

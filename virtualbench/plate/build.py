@@ -15,8 +15,6 @@ from typing import Literal
 
 import numpy as np
 
-_build__all__ = ["BenchPlate", "Boundary", "Clamp", "PlateMaterial", "PlateSensor", "Point", "Spring"]
-
 Point = tuple[float, float]
 Boundary = Literal["free", "fixed"]
 
@@ -146,7 +144,6 @@ MATERIALS = {"aluminum": PlateMaterial(69.9e9, 0.33, 2700.0), "steel": PlateMate
 OUTLINE_M: tuple[Point, Point, Point, Point] = ((0.0, 0.10), (0.62, 0.0), (1.0, 0.38), (0.30, 0.60))
 #: #1, #2 and #3 of a plate that hangs as usual.
 IMPACT_POINTS_M: tuple[Point, ...] = ((0.47, 0.28), (0.31, 0.37), (0.68, 0.22))
-_MOST_MODES = 1000
 _SUSPENSION = (Spring((0.34, 0.56), 2e3), Spring((0.93, 0.37), 2e3), Spring((0.61, 0.03), 4e3))
 _FIXTURE = (Spring((0.02, 0.11), 2e4), Spring((0.61, 0.01), 2e4), Spring((0.98, 0.38), 2e4), Spring((0.31, 0.59), 2e4))
 

@@ -21,8 +21,6 @@ from numpy.typing import NDArray
 
 from .build import Clamp, PlateMaterial, Point
 
-_elements__all__ = ["SHEAR_CORRECTION", "UNKNOWNS", "basis", "lobatto_nodes", "mass_matrices", "stiffness_matrices"]
-
 #: Unknowns of a node: the deflection w, and rotations such that the shear is their sum with the slopes of w.
 UNKNOWNS = 3
 #: Reissner's value for a parabolic shear stress.

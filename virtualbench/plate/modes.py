@@ -38,9 +38,6 @@ if TYPE_CHECKING:
     Matrix = csc_array[np.float64]
 
 
-_assembly__all__ = ["assemble", "at_points", "clamped_unknowns", "deflection_rows"]
-
-
 def assemble(mesh: Mesh, material: PlateMaterial, thickness_m: float, stiffer: float = 0.0) -> tuple[Matrix, Matrix]:
     """Stiffness (N/m, N, N m) and mass of the bare plate without supports; both (size, size), symmetric.
 
@@ -120,8 +117,6 @@ def _gathered(mesh: Mesh, parts: NDArray[np.float64]) -> Matrix:
     return csc_array((parts.ravel(), (rows.ravel(), columns.ravel())), shape=(mesh.size, mesh.size))
 
 
-_eigen__all__ = ["lowest_modes", "modes_below"]
-
 #: By how much more modes are asked for when the last guess fell short of the limit.
 _MORE = 1.25
 
@@ -164,8 +159,6 @@ def modes_below(
     inside = frequencies <= limit_hz
     return frequencies[inside], shapes[:, inside]
 
-
-_modes__all__ = ["PlateModes", "flexural_wavenumber", "modes"]
 
 DAMPING_STEP = 0.10
 FREQUENCY_STEP = 0.01

@@ -20,8 +20,6 @@ from numpy.typing import NDArray
 
 from .modes import PlateModes
 
-_oscillators__all__ = ["Oscillators"]
-
 _LONGEST_BLOCK = 1024
 _MOST_DECAY = 5.0
 

@@ -105,6 +105,16 @@ def test_a_pulse_has_the_figures_of_the_listing(lab):
     assert "peak_force_n" in pulse._repr_html_()
 
 
+def test_restitution_of_a_pulse_is_its_impulse_over_that_of_the_impact(lab):
+    """Of one mass: P = m u (1 + e)."""
+    pulse = lab.pulse(1)
+    impulse = float(np.trapezoid(pulse.force_n, pulse.time_s))
+    assert pulse.restitution(0.5, impulse / 0.5 / 1.6) == pytest.approx(0.6, abs=1e-3)
+    assert np.isnan(pulse.restitution(0.5, impulse / 0.5 / 0.9))
+    with pytest.raises(ps.InvalidValueError, match="mass_kg: expected"):
+        pulse.restitution(0.0, 1.0)
+
+
 def test_an_impact_that_is_not_there(lab):
     with pytest.raises(ps.NotFoundError, match="no impact 999"):
         lab.pulse(999)

@@ -6,9 +6,10 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
-from pyroshock.signals.srs.coefficients import absolute_acceleration, relative_displacement, steps
+from pyroshock.signals.srs.coefficients import steps
 from pyroshock.signals.srs.kernel import run
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
+from support.checks.printed_filters import absolute_acceleration, relative_displacement
 
 THETAS = [1e-9, 1e-6, 1e-3, 0.1, 0.99999, 1.0, 1.5, 3.14]
 

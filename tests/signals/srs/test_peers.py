@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.signals.srs.coefficients import absolute_acceleration, relative_displacement
 from pyroshock.signals.srs.spectrum import oscillator_response, shock_response_spectrum
 from scipy.signal import lfilter
+from support.checks.printed_filters import absolute_acceleration, relative_displacement
 
 with np.printoptions():  # parts of pyyeti set the print options of all, by which pandas then writes CSV
     from pyyeti import srs as pyyeti

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from pyroshock.training.gp.kernels import KERNELS, kernel_matrix
-from pyroshock.training.gp.kronecker import coregional_likelihood, factorise
+from pyroshock.training.gp.kronecker import TOLERANCE, Likelihood, factorise, likelihood
 from support.records.pulse_tables import pulse_table
 
 Floats = NDArray[np.float64]
@@ -42,6 +42,11 @@ def some_parameters(m: int = 20, d: int = 13, rank: int = 3) -> Numbers:
     lengthscales, loadings = np.exp(rng.normal(1.0, 0.3, d)), 0.5 * rng.normal(size=(m, rank))
     kappa, noise = np.exp(rng.normal(-4, 1, m)), np.exp(rng.normal(-5, 1, m))
     return Numbers(lengthscales, loadings @ loadings.T + np.diag(kappa), np.diag(noise))
+
+
+def coregional_likelihood(k: Floats, y: Floats, b: Floats, sigma: Floats, tolerance: float = TOLERANCE) -> Likelihood:
+    """Of y (n x m) with K (n x n), B and Sigma (m x m)."""
+    return likelihood(factorise(k, tolerance), y, b, sigma)
 
 
 def dense(k: Floats, y: Floats, b: Floats, sigma: Floats) -> float:

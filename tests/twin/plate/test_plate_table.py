@@ -58,8 +58,8 @@ def test_the_shared_example_is_read(shared):
         ("frequency_hz,shape_impact,shape_a\n5,0,1\n", r"csv: no column 'damping_ratio'"),
         ("damping_ratio,shape_impact,shape_a\n0,1,1\n", r"csv: no column 'frequency_hz'; there are: damping_ratio, "),
         ("frequency_hz,damping_ratio,shape_a\n5,0,1\n", r"csv: no column 'shape_impact'"),
-        ("frequency_hz,damping_ratio,shape_impact,shape_a,shape_a\n", r"expected a header and at least one mode"),
-        ("frequency_hz,damping_ratio,shape_impact,shape_a,shape_a\n5,0,1,1,1\n", r"column 'shape_a' in the header"),
+        ("frequency_hz,damping_ratio,shape_impact,shape_a\n", r"csv: no modes below the header; expected at least one"),
+        ("frequency_hz,damping_ratio,shape_impact,shape_a,shape_a\n5,0,1,1,1\n", r"csv: column 'shape_a' stands twice"),
         (f"{HEADER}\n1,5,0,1,1,1,1\n1,6,0,1,1,1,1\n", r"mode 1 stands twice"),
     ],
 )

@@ -15,7 +15,7 @@ from ..shot import GunEffect, ShotInputs
 class BlowBy(GunEffect):
     """Flow through the ring between bore and projectile, as wide as the bench's diameters say, plus wear.
 
-    Corner's relation (`corner_velocity_ratio`, eq. 5.3) is the same loss by one number without geometry. Eq. 2.16
+    Corner's relation (eq. 5.3) is the same loss by one number without geometry. Eq. 2.16
     knows gauge pressure only; a leak that is reckoned likewise is choked at all pressures
     (`gauge_discharge_coefficient`), and takes less from shots of low pressure.
     """

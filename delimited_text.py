@@ -1,0 +1,121 @@
+"""Tables in text files: encoding, delimiter, rows below a header, numbers with a point or a decimal comma."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+#: A row's number in the file, counted from one, and its cells without the blanks around them.
+Row = tuple[int, list[str]]
+#: A row's number in the file, and its cells by column.
+Line = tuple[int, dict[str, str]]
+
+_UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
+_UTF8_MARK = b"\xef\xbb\xbf"
+#: A letter beyond ASCII as UTF-8 has it; Windows-1252 would spell nonsense with these bytes.
+_UTF8_LETTER = re.compile(rb"[\xc2-\xdf][\x80-\xbf]|[\xe0-\xef][\x80-\xbf]{2}")
+
+
+def decode_utf8(content: bytes) -> str:
+    """What a person wrote, with or without a byte order mark. Raises `ValueError` with the first byte that is no UTF-8.
+
+    No other encoding is tried: a name that is read wrongly would be stored as another name.
+    """
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ValueError(f"byte {error.start} is not UTF-8; save the file as UTF-8") from error
+
+
+def decode_instrument_text(content: bytes) -> str:
+    """What an instrument wrote: whole UTF-8, UTF-16 or Windows-1252. Raises `ValueError` for anything else.
+
+    UTF-16 is known by its mark. What is no UTF-8 and has no letter of it is Windows-1252, which instruments write for
+    `°` and `µ`.
+    """
+    if content.startswith(_UTF16_MARKS):
+        try:
+            return content.decode("utf-16")
+        except UnicodeDecodeError as error:
+            raise ValueError(f"its UTF-16 text is cut or damaged at byte {error.start}") from error
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        damage = f"byte {error.start} (0x{content[error.start]:02x}) is not UTF-8"
+        if content.startswith(_UTF8_MARK) or _UTF8_LETTER.search(content):
+            raise ValueError(f"{damage}, and other bytes are; it is damaged: save the file again") from error
+        try:
+            return content.decode("cp1252")
+        except UnicodeDecodeError:
+            raise ValueError(f"{damage}, nor Windows-1252: save the file again as UTF-8") from error
+
+
+def delimiter_of(text: str) -> str:
+    """The semicolon, tab or comma that stands most often in the first line that holds anything; a comma without any."""
+    first = next((line for line in text.splitlines() if line.strip()), "")
+    return max((sign for sign in ";\t," if sign in first), key=first.count, default=",")
+
+
+def table_rows(text: str, *, strict: bool = False) -> list[Row]:
+    """The rows that hold anything, with `delimiter_of` between their cells.
+
+    Raises `ValueError` naming the row for what is no CSV; `strict` refuses a quote that is not closed, too.
+    """
+    if "\0" in text:
+        raise ValueError(f"holds a NUL character at {text.index(chr(0))}; not a text file")
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter_of(text), strict=strict)
+    try:
+        rows = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
+    except csv.Error as error:
+        raise ValueError(f"row {reader.line_num}: {error}") from error
+    return [(line, cells) for line, cells in rows if any(cells)]
+
+
+@dataclass(frozen=True)
+class HeadedTable:
+    """Rows by the names of the header. `lines` lacks the rows that `row_problems` names."""
+
+    header: list[str]
+    lines: list[Line]
+    header_problems: list[str]
+    row_problems: list[str]
+
+    @classmethod
+    def of(cls, rows: Sequence[Row]) -> Self:
+        """Raises `ValueError` where there is no row at all."""
+        if not rows:
+            raise ValueError("empty; expected a header and at least one row")
+        (_, header), *body = rows
+        width = len(header)
+        problems = [
+            f"column {name!r:.100} stands twice" if name else f"column {number} has no name"
+            for number, name in enumerate(header, 1)
+            if not name or header.count(name) > 1
+        ]
+        misfits = [(line, len(cells)) for line, cells in body if len(cells) != width]
+        return cls(
+            header,
+            [(line, dict(zip(header, cells, strict=True))) for line, cells in body if len(cells) == width],
+            list(dict.fromkeys(problems)),
+            [f"row {line}: {count} cells; expected {width} as in the header" for line, count in misfits],
+        )
+
+    def check(self) -> None:
+        """Raise `ValueError` with the first problem; nothing where there is none."""
+        for problem in (*self.header_problems, *self.row_problems):
+            raise ValueError(problem)
+
+
+def parse_number(text: str) -> float:
+    """A number as a person or a German spreadsheet writes it; `ValueError` for anything that is not finite."""
+    if "_" in text or not text.isascii():  # Python's own spellings: 1_0 in a table is a slip of the keyboard
+        raise ValueError(f"{text!r} is no decimal number")
+    value = float(text.replace(",", ".") if "," in text and "." not in text else text)
+    if not math.isfinite(value):
+        raise ValueError(f"{text!r} is not finite")
+    return value
