@@ -8,15 +8,12 @@ from pyroshock.signals.valve_profile import ValveProfile
 CLOSING = ValveProfile.parse("0:0,0.1:1,0.12:1,0.16:0")
 
 
-def test_text_and_file_read_back(tmp_path) -> None:
+def test_text_file_and_controller_times_become_points(tmp_path) -> None:
     assert str(CLOSING) == "0:0 0.1:1 0.12:1 0.16:0"
     assert ValveProfile.parse(str(CLOSING)) == CLOSING
     path = tmp_path / "profile.csv"
     path.write_text("time_s,valve_position\n0,0\n0.1,1\n0.12,1\n0.16,0\n", encoding="utf-8")
     assert ValveProfile.read(path) == CLOSING
-
-
-def test_controller_times_become_points() -> None:
     assert ValveProfile.of_controller(0.2, 0.5, 0.3) == ValveProfile((0.0, 0.2, 0.5, 0.8), (0.0, 1.0, 1.0, 0.0))
     assert ValveProfile.of_controller(0.2, 0.1, 0.4) == ValveProfile((0.0, 0.1, 0.1 + 0.2), (0.0, 0.5, 0.0))
 

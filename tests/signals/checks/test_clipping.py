@@ -22,13 +22,10 @@ def endaq_channel(channel_of, window, axis):
     return channel_of(window[:, "xyz".index(axis) + 1], "acceleration", rate_hz, unit="g")
 
 
-def test_saturated_sensor_is_found_on_its_axis(channel_of, endaq):
+def test_saturated_sensor_is_found_on_its_axis_alone(channel_of, endaq):
     (finding,) = check_clipping(endaq_channel(channel_of, endaq["water6mps_40g_DC_Acceleration"], "x"), ())
     assert finding.evidence["samples"] == 13
     assert finding.evidence["level"] == pytest.approx(42.01 * G_M_S2, rel=1e-3)
-
-
-def test_no_other_axis_of_the_endaq_records_is_clipped(channel_of, endaq):
     flagged = [
         (name, axis)
         for name, window in endaq.items()
@@ -56,17 +53,13 @@ def test_evidence_tells_where_the_cut_is(channel_of, half_sine):
     assert finding.evidence["share"] == pytest.approx(at.size / x.size)
 
 
-def test_cut_in_a_contact_rejects_that_contact_only(channel_of, half_sine):
-    x = half_sine(first=400, height=700.0) + np.minimum(half_sine(first=1200), 800.0)
-    (finding,) = check_clipping(channel_of(x), (Contact(400, 430, 459), Contact(1200, 1230, 1259)))
+def test_cut_rejects_its_contact_and_is_a_warning_outside_every_contact(channel_of, half_sine):
+    whole, cut = half_sine(first=400, height=700.0), np.minimum(half_sine(first=1200), 800.0)
+    contacts = (Contact(400, 430, 459), Contact(1200, 1230, 1259))
+    (finding,) = check_clipping(channel_of(whole + cut), contacts)
     assert (finding.contact, finding.severity) == (1, "reject")
-
-
-def test_cut_outside_every_contact_is_a_warning(channel_of, half_sine):
-    x = half_sine(first=400, height=700.0) - np.minimum(half_sine(first=1200), 800.0)
-    (finding,) = check_clipping(channel_of(x, "acceleration"), (Contact(400, 430, 459),))
-    assert (finding.contact, finding.severity) == (None, "warning")
-    assert finding.evidence["level"] == -800.0
+    (finding,) = check_clipping(channel_of(whole - cut, "acceleration"), contacts[:1])
+    assert (finding.contact, finding.severity, finding.evidence["level"]) == (None, "warning", -800.0)
 
 
 def test_both_rails_are_reported(channel_of):

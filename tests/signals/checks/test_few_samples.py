@@ -37,13 +37,10 @@ def test_missed_peak_bounds_that_of_a_half_sine_sampled_anywhere(channel_of):
     assert 1.0 - peaks.min() == pytest.approx(finding.evidence["missed_peak_share"], rel=1e-6)
 
 
-def test_each_contact_is_judged_for_itself(channel_of):
+def test_each_contact_of_a_force_is_judged_for_itself(channel_of):
     force = -force_of((10, 4), (30, 21), (60, 2))
     contacts = (around(10, 4), around(30, 21), around(60, 2))
     assert [f.contact for f in check_few_samples(channel_of(force), contacts)] == [0, 2]
-
-
-def test_other_quantities_are_left_alone(channel_of):
     assert check_few_samples(channel_of(force_of((100, 3)), "acceleration"), (around(100, 3),)) == []
 
 

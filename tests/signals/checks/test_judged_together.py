@@ -61,22 +61,22 @@ def test_silent_sensor_elsewhere_is_rejected():
     assert doubts(judge(hit(), channel("a", ringing(), position="plate"), elsewhere)) == [("no-shock", "b", "reject")]
 
 
-def test_noise_is_told_once():
+@pytest.mark.parametrize(
+    ("channels", "expected"),
+    [
+        (channel("force", noise(), "force"), ("no-contact", "force", "reject")),
+        # at its declared range the top is flat as well
+        (channel("force", np.minimum(hit().si, 600.0), "force", range=600.0), ("saturation", "force", "reject")),
+        (channel("a", np.full(N, 3.0)), ("dropouts", "a", "reject")),
+    ],
+    ids=["no contact", "full scale", "one value"],
+)
+def test_fault_is_told_once(channels, expected):
+    assert doubts(judge(channels)) == [expected]
+
+
+def test_noise_is_told_once_with_its_notes():
     assert [(f.check, f.severity) for f in judge(channel("a", noise()))] == [("no-shock", "reject")]
-
-
-def test_force_without_contact_is_told_once():
-    assert doubts(judge(channel("force", noise(), "force"))) == [("no-contact", "force", "reject")]
-
-
-def test_full_scale_is_told_once():
-    """At its declared range the top is flat as well."""
-    x = np.minimum(hit().si, 600.0)
-    assert doubts(judge(channel("force", x, "force", range=600.0))) == [("saturation", "force", "reject")]
-
-
-def test_channel_that_never_moves_is_told_once():
-    assert doubts(judge(channel("a", np.full(N, 3.0)))) == [("dropouts", "a", "reject")]
 
 
 @pytest.mark.parametrize("level", [2e5, 5.5e5])

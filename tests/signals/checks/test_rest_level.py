@@ -22,14 +22,10 @@ def test_offset_of_a_fifth_of_the_peak_is_rejected(channel_of, share):
     assert finding.evidence["peak_share"] == pytest.approx(abs(share), rel=0.02)
 
 
-@pytest.mark.parametrize("share", [0.06, -0.15])
-def test_offset_above_a_twentieth_is_doubted(channel_of, share):
-    (finding,) = check_rest_level(channel_of(shock(share * HEIGHT), "acceleration"), ())
-    assert finding.severity == "warning"
-
-
-@pytest.mark.parametrize(("share", "severities"), [(0.0, []), (0.003, []), (0.03, ["note"])])
-def test_small_offset_is_a_note_at_most(channel_of, share, severities):
+@pytest.mark.parametrize(
+    ("share", "severities"), [(0.0, []), (0.003, []), (0.03, ["note"]), (0.06, ["warning"]), (-0.15, ["warning"])]
+)
+def test_smaller_offset_is_graded(channel_of, share, severities):
     findings = check_rest_level(channel_of(shock(share * HEIGHT), "acceleration"), ())
     assert [finding.severity for finding in findings] == severities
 
