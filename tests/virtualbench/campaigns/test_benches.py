@@ -23,11 +23,8 @@ def test_ten_hits_in_ten_seconds_stay_apart(seed):
     assert np.diff(starts).min() > 0.5
 
 
-def test_days_begin_in_the_morning():
+def test_days_begin_in_the_morning_and_a_plan_s_bookkeeping_gives_way():
     assert [day_fraction(i, 4) for i in range(6)] == [0.0, 0.25, 0.5, 0.75, 0.0, 0.25]
-
-
-def test_a_plan_s_own_bookkeeping_gives_way():
     assert cells_of({"order": "9", "repetition": "5", "run": "2", "recording": "x"}, 1) == {
         "run": "2",
         "repetition": "1",
@@ -42,17 +39,18 @@ def test_operator_sets_what_the_transducer_reads():
     assert taken.truths[0]["tank_pressure_pa"] == pytest.approx((1.5e5 - 5e3) / 1.05)
     reading = calibrated(taken.channels["tank_pressure"], TANK)[:1000].mean()
     assert reading == pytest.approx(1.5e5, abs=100)
+    ends = written(np.array([0.080, 0.130, 0.180]), LASER)
+    assert ends == pytest.approx([-5.0, 0.0, 5.0])
 
 
-def test_shorter_bullet_reads_too_fast():
+def test_shorter_bullet_reads_too_fast_and_trigger_jitter_moves_the_recording():
     """The lab divides the length it believes in by the transit of the true one."""
-    true, faulty = (shot(Effects.only("sensor.velocity_gain", s)).truths[0] for s in (0.0, 4.0))
-    assert true["bullet_length_m"] == gun.BULLET_LENGTH_M
-    assert gun.BULLET_LENGTH_M / faulty["bullet_length_m"] == pytest.approx(1.02)
-
-
-def test_trigger_jitter_moves_the_whole_recording():
-    still, moved = (shot(Effects.only("bench.trigger_jitter", s)) for s in (0.0, 5.0))
+    still, faulty, moved = (
+        shot(Effects.only(*effect))
+        for effect in (("sensor.velocity_gain", 0.0), ("sensor.velocity_gain", 4.0), ("bench.trigger_jitter", 5.0))
+    )
+    assert still.truths[0]["bullet_length_m"] == gun.BULLET_LENGTH_M
+    assert gun.BULLET_LENGTH_M / faulty.truths[0]["bullet_length_m"] == pytest.approx(1.02)
     shift = moved.truths[0]["start_s"] - still.truths[0]["start_s"]
     assert abs(shift) > 1e-4
     edges = [np.argmax(calibrated(taken.channels["laser"], LASER) < 0.1) / gun.RATE_HZ for taken in (still, moved)]
@@ -72,8 +70,3 @@ def test_shot_that_does_not_leave_records_no_impact():
     assert taken.truths[0]["velocity_m_s"] == 0.0
     assert "contact_time_s" not in taken.truths[0]
     assert np.abs(calibrated(taken.channels["force_1"], SENSORS[4])).max() < 100
-
-
-def test_laser_s_range_fits_its_converter():
-    ends = written(np.array([0.080, 0.130, 0.180]), LASER)
-    assert ends == pytest.approx([-5.0, 0.0, 5.0])

@@ -68,14 +68,11 @@ def test_blow_at_the_record_s_ends_is_cut():
     assert late[:, 1000:] == pytest.approx(whole[:, :600], rel=1e-6, abs=1e-6)
 
 
-def test_blow_without_force_moves_nothing():
+def test_no_blow_and_one_without_force_move_nothing():
     nothing = blow(0.01, PULSE_S, 0 * PULSE_N, FS_HZ, RATIO, 1e-3)
     assert not ringing_accelerations(
         [nothing], 900, MODES, MODES.shape_impact[0], response, SENSORS, FS_HZ, Effects.default()
     ).any()
-
-
-def test_no_blow_no_motion():
     assert not ringing_accelerations(
         [], 100, MODES, MODES.shape_impact[0], response, SENSORS, FS_HZ, Effects.none()
     ).any()

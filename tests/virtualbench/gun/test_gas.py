@@ -11,12 +11,16 @@ from pyroshock.virtualbench.gun.gas import (
     CP,
     CRITICAL_RATIO,
     CV,
+    DEAD_SHARE,
     GAS_CONSTANT,
+    RANGEABILITY,
     Gas,
+    ValveWay,
     exchange,
     gas_of,
     iso6358_flow,
     nozzle_flow,
+    open_share,
 )
 
 AREA = 1e-4
@@ -26,18 +30,17 @@ def air(pressure_pa: float, temperature_k: float = 293.15) -> Gas:
     return Gas(pressure_pa, temperature_k, pressure_pa / (GAS_CONSTANT * temperature_k))
 
 
-def test_choked_air_is_the_textbook_figure() -> None:
-    """Fliegner's formula: 0.0404 sqrt(K) s/m times p A / sqrt(T)."""
+def test_choked_air_is_the_textbook_figure_and_sonic_at_the_throat() -> None:
+    """Fliegner's formula, 0.0404 sqrt(K) s/m times p A / sqrt(T); mass flow by density and speed of sound at the
+    throat, where T = 2 T0 / (gamma + 1)."""
     assert nozzle_flow(air(5e5), 0.2, AREA) == pytest.approx(0.0404 * 5e5 * AREA / math.sqrt(293.15), rel=1e-3)
     assert pytest.approx(0.5283, abs=1e-4) == CRITICAL_RATIO
-
-
-def test_choked_flow_is_sonic_at_the_throat() -> None:
-    """Mass flow by density and speed of sound at the throat, where T = 2 T0 / (gamma + 1)."""
+    assert pytest.approx(0.6847, abs=1e-4) == CHOKED
     temperature = 293.15 * 2 / 2.4
     density = CRITICAL_RATIO * 5e5 / (GAS_CONSTANT * temperature)
     sonic = density * math.sqrt(1.4 * GAS_CONSTANT * temperature) * AREA
     assert nozzle_flow(air(5e5), 0.3, AREA) == pytest.approx(sonic, rel=1e-12)
+    assert iso6358_flow(air(5e5), 0.1, AREA, 0.35) == pytest.approx(nozzle_flow(air(5e5), 0.1, AREA), rel=1e-12)
 
 
 @pytest.mark.parametrize("law", [nozzle_flow, lambda gas, ratio, area: iso6358_flow(gas, ratio, area, 0.35)])
@@ -49,29 +52,19 @@ def test_flow_falls_smoothly_with_the_ratio(law) -> None:
     assert flow[-1] < 1e-6 * flow[0]
 
 
-def test_iso6358_is_choked_like_the_nozzle() -> None:
-    assert iso6358_flow(air(5e5), 0.1, AREA, 0.35) == pytest.approx(nozzle_flow(air(5e5), 0.1, AREA), rel=1e-12)
-
-
-def test_small_difference_is_bernoulli() -> None:
+def test_small_difference_is_bernoulli_and_the_smallest_laminar() -> None:
     gas = air(1.01e5)
     flow = nozzle_flow(gas, 0.98, AREA)
     assert flow == pytest.approx(AREA * math.sqrt(2 * gas.density * 0.02 * gas.pressure), rel=0.02)
-
-
-def test_smallest_difference_is_laminar() -> None:
     flows = [nozzle_flow(air(1e5), 1 - apart, AREA) for apart in (1e-7, 2e-7)]
     assert flows[1] == pytest.approx(2 * flows[0], rel=1e-6)
 
 
-def test_exchange_is_antisymmetric() -> None:
+def test_exchange_is_antisymmetric_and_none_at_equal_pressures() -> None:
     high, low = air(2e5, 350.0), air(1.5e5, 290.0)
     there, back = exchange(high, low, nozzle_flow, AREA), exchange(low, high, nozzle_flow, AREA)
     assert there == (-back[0], -back[1])
     assert there[1] == pytest.approx(there[0] * CP * 350.0)
-
-
-def test_equal_pressures_do_not_flow() -> None:
     assert exchange(air(1e5, 300.0), air(1e5, 280.0), nozzle_flow, AREA) == (0.0, 0.0)
 
 
@@ -82,5 +75,37 @@ def test_state_from_mass_and_energy() -> None:
     assert gas_of(-1e-15, 0.0, 1e-3).pressure == 0.0
 
 
-def test_choked_constant() -> None:
-    assert pytest.approx(0.6847, abs=1e-4) == CHOKED
+def test_port_opens_from_nothing_to_all() -> None:
+    shares = [open_share(turned) for turned in np.linspace(-0.1, 1.2, 131)]
+    assert np.diff(shares).min() >= 0
+    assert (shares[0], open_share(DEAD_SHARE), open_share(1.0), shares[-1]) == (0.0, 0.0, 1.0, 1.0)
+
+
+def test_equal_steps_of_travel_multiply_the_flow_equally() -> None:
+    """IEC 60534-2-4: R^(h - 1) of the flow, here less what it leaves at h = 0, over the span of the rest."""
+    travel = np.linspace(0, 1, 11)
+    shares = np.array([open_share(DEAD_SHARE + h * (1 - DEAD_SHARE)) for h in travel])
+    law = RANGEABILITY ** (travel - 1)
+    np.testing.assert_allclose(shares, (law - law[0]) / (1 - law[0]), atol=1e-12)
+    steps = np.diff(shares)
+    np.testing.assert_allclose(steps[1:] / steps[:-1], RANGEABILITY**0.1, rtol=1e-9)
+
+
+def test_kinks_are_where_the_port_begins_to_open_and_where_the_ball_turns_otherwise() -> None:
+    way = ValveWay((0.1, 0.5, 0.6, 0.8), (0.0, 1.0, 1.0, 0.1))
+    begin, end = 0.1 + 0.4 * DEAD_SHARE, 0.6 + 0.2 * (1 - DEAD_SHARE) / 0.9
+    assert way.kinks_s == pytest.approx((0.1, begin, 0.5, 0.6, end, 0.8))
+    assert open_share(way.position(begin - 1e-9)) == 0.0
+    assert open_share(way.position(begin + 1e-3)) > 0.0
+    assert open_share(way.position(end - 1e-3)) > 0.0
+    assert open_share(way.position(end + 1e-9)) == 0.0
+    assert [way.position(t) for t in (0.0, 0.3, 0.55, 0.7, 5.0)] == pytest.approx([0.0, 0.5, 1.0, 0.55, 0.1])
+
+
+@pytest.mark.parametrize(
+    ("moments", "positions"),
+    [((), ()), ((0.0, 0.0), (0.0, 1.0)), ((0.0,), (1.2,)), ((-1.0,), (0.0,)), ((0.0, 1.0), (0.0,))],
+)
+def test_a_way_that_no_ball_has_is_refused(moments: tuple[float, ...], positions: tuple[float, ...]) -> None:
+    with pytest.raises(ValueError, match="expected rising moments"):
+        ValveWay(moments, positions)

@@ -77,7 +77,7 @@ def test_without_echoes_nothing_has_changed_and_with_them_something_has():
         assert 0.5 < c.peak_force_n / a.peak_force_n < 1.5
 
 
-def test_echoes_come_late():
+def test_rigid_plate_has_no_echo_and_echoes_come_late():
     """A short contact is over before the edges, 0.2 m away, send anything back."""
     light = Impactor(contact_material("steel"), 0.01, 0.01)
     silent, heard = (
@@ -86,9 +86,6 @@ def test_echoes_come_late():
     )
     assert silent.contact_time_s < 1e-4
     assert heard.peak_force_n == pytest.approx(silent.peak_force_n, rel=0.02)
-
-
-def test_rigid_plate_has_no_echo():
     effects = Effects.none()
     silent, heard = (truths("delrin", [5.0], each, effects)[0] for each in (None, echoes()))
     assert np.array_equal(silent.force_n, heard.force_n[: silent.force_n.size])  # it is followed for longer

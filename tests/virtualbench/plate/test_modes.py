@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.polynomial import legendre
+from pyroshock.ingest.modes import read_modal_table
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.plate.build import BenchPlate, PlateSensor, resonant_plate
 from pyroshock.virtualbench.plate.mesh import Mesh, bilinear
-from pyroshock.virtualbench.plate.modes import PlateModes, assemble, lowest_modes, modes
+from pyroshock.virtualbench.plate.modes import PlateModes, assemble, lowest_modes, modal_table, modes
 
 LIMIT_HZ = 1500.0
 NONE = Effects.none()
@@ -43,20 +45,17 @@ def _rigid_receptance(plate: BenchPlate, at: np.ndarray, hit: np.ndarray) -> np.
     return 1 / mass.sum() + (at - centre) @ np.linalg.solve(second, hit - centre)
 
 
-def test_three_rigid_modes_and_no_more() -> None:
-    solved = _solved(_plate())
+def test_three_rigid_modes_obey_newton_and_euler_and_a_clamped_plate_has_none() -> None:
+    plate = _plate()
+    solved = _solved(plate)
     assert solved.frequencies_hz[:3].tolist() == [0.0, 0.0, 0.0]
     assert solved.frequencies_hz[3] > 50
     assert np.all(np.diff(solved.frequencies_hz[3:]) > 0)
-
-
-def test_rigid_modes_obey_newton_and_euler() -> None:
-    plate = _plate()
-    solved = _solved(plate)
     sensors = np.array([sensor.position_m for sensor in plate.sensors])
     for k, point in enumerate(plate.impact_points_m):
         expected = _rigid_receptance(plate, sensors, np.array(point))
         assert solved.shapes[:, :3] @ solved.shape_impact[k, :3] == pytest.approx(expected, rel=1e-6)
+    assert _solved(_plate("fixed")).frequencies_hz[0] > 50
 
 
 def test_shapes_are_orthonormal_in_mass() -> None:
@@ -102,16 +101,13 @@ def test_a_small_error_of_the_modulus_acts_as_rayleigh_says() -> None:
     assert 2 * (stiffer[3:] / frequencies[3:] - 1) == pytest.approx(expected, rel=0.01)
 
 
-def test_small_sensors_lower_frequencies_as_rayleigh_says() -> None:
+def test_sensors_lower_frequencies_and_small_ones_as_rayleigh_says() -> None:
     plate = _plate()
     light = Effects.only("plate.sensor_mass", 0.01)
     nominal, loaded = _solved(plate), _solved(plate, light)
     mass = np.array([0.01 * sensor.mass_kg for sensor in plate.sensors])
     expected = -(mass @ nominal.shapes[:, 3:] ** 2) / 2
     assert loaded.frequencies_hz[3:] / nominal.frequencies_hz[3:] - 1 == pytest.approx(expected, rel=0.05, abs=2e-6)
-
-
-def test_real_sensors_only_lower_frequencies() -> None:
     nominal, loaded = _solved(_plate()), _solved(_plate(), Effects.only("plate.sensor_mass"))
     fall = 1 - loaded.frequencies_hz[3:] / nominal.frequencies_hz[3 : loaded.frequencies_hz.size]
     assert fall.min() > 0
@@ -138,10 +134,6 @@ def test_supports_raise_the_low_modes_most(boundary: str) -> None:
     assert rise[:3].mean() > 10 * rise[-10:].mean()
 
 
-def test_clamped_plate_is_not_rigid() -> None:
-    assert _solved(_plate("fixed")).frequencies_hz[0] > 50
-
-
 def test_damping_is_the_plate_s_and_grows_with_the_effect() -> None:
     plate = _plate()
     nominal, damped = _solved(plate), _solved(plate, Effects.only("plate.damping", 4.0))
@@ -151,42 +143,49 @@ def test_damping_is_the_plate_s_and_grows_with_the_effect() -> None:
     assert damped.frequencies_hz is nominal.frequencies_hz  # solved once
 
 
-def test_other_stages_leave_the_plate_alone() -> None:
+def test_other_stages_leave_the_plate_and_its_shared_arrays_alone() -> None:
     other = Effects.default()
     for name in ("plate.damping", "plate.stiffness", "plate.sensor_mass", "plate.boundary"):
         other = other.with_strength(name, 0.0)
     assert np.array_equal(_solved(_plate(), other).shapes, _solved(_plate()).shapes)
-
-
-def test_solved_arrays_are_shared_and_closed() -> None:
     with pytest.raises(ValueError, match="read-only"):
         _solved(_plate()).shapes[0, 0] = 1.0
 
 
 @pytest.mark.parametrize(
-    ("name", "strength"), [("plate.boundary", -1.0), ("plate.stiffness", -100.0), ("plate.damping", -12.0)]
+    ("name", "strength", "words"),
+    [
+        ("plate.boundary", -1.0, "plate.boundary"),
+        ("plate.stiffness", -100.0, "plate.stiffness"),
+        ("plate.damping", -12.0, "plate.damping"),
+        ("plate.damping", 1e4, r"under plate\.damping"),
+    ],
 )
-def test_effect_without_a_meaning_is_refused(name: str, strength: float) -> None:
-    with pytest.raises(ValueError, match=name):
+def test_effect_without_a_meaning_is_refused(name: str, strength: float, words: str) -> None:
+    with pytest.raises(ValueError, match=words):
         _solved(_plate(), Effects.only(name, strength))
 
 
-def test_damping_beyond_critical_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"under plate\.damping"):
-        _solved(_plate(), Effects.only("plate.damping", 1e4))
-
-
-def test_too_few_damping_ratios_are_refused() -> None:
+def test_plate_and_limit_without_modes_are_refused() -> None:
     with pytest.raises(ValueError, match="damping_ratios has 5 values"):
         _solved(replace(_plate(), damping_ratios=(0.01,) * 5))
-
-
-def test_sensor_off_the_plate_is_refused() -> None:
     with pytest.raises(ValueError, match="off the plate"):
         _solved(replace(_plate(), sensors=(PlateSensor("lost", (0.0, 0.6)),)))
+    for limit in (0.0, -1.0, math.nan):
+        with pytest.raises(ValueError, match="max_frequency_hz"):
+            modes(_plate(), NONE, max_frequency_hz=limit)
 
 
-@pytest.mark.parametrize("limit", [0.0, -1.0, math.nan])
-def test_frequency_limit_is_checked(limit: float) -> None:
-    with pytest.raises(ValueError, match="max_frequency_hz"):
-        modes(_plate(), NONE, max_frequency_hz=limit)
+def test_ingest_reads_every_number_back(tmp_path: Path) -> None:
+    """The modal table, read back by the reader of campaign folders."""
+    plate = resonant_plate("steel", "free", np.random.default_rng(2))
+    solved = modes(plate, Effects.none(), max_frequency_hz=500.0)
+    (tmp_path / "plate_modes.csv").write_text(modal_table(solved, 1))
+    read = read_modal_table(tmp_path, "plate_modes.csv", ("acceleration_1", "acceleration_2")).modes
+    assert [row.frequency_hz for row in read] == solved.frequencies_hz.tolist()
+    assert [row.damping_ratio for row in read] == solved.damping.tolist()
+    assert [row.shape_impact for row in read] == solved.shape_impact[1].tolist()
+    assert [row.shapes["acceleration_2"] for row in read] == solved.shapes[1].tolist()
+    for point in (-1, 3):
+        with pytest.raises(ValueError, match=f"point = {point}"):
+            modal_table(solved, point)

@@ -78,9 +78,6 @@ def test_a_straight_force_is_exact_on_any_grid() -> None:
     time = np.arange(2000) / 51200
     coarse = respond(system, np.linspace(0, DURATION, 3), np.array([0, 5.0, 0]), time)
     assert respond(system, fine_time, fine, time) == pytest.approx(coarse, abs=1e-9)
-
-
-def test_a_mode_that_dies_within_a_step() -> None:
     # exp(-zeta omega dt) is zero as a number for three samples in half a second, and 1e-2 for five thousand.
     system = _oscillators([2000.0, 8000.0], [0.9, 0.9])
     fine_time, time = np.linspace(0, 0.5, 5001), np.linspace(0, 0.6, 7201)
@@ -91,31 +88,17 @@ def test_a_mode_that_dies_within_a_step() -> None:
 
 
 def test_linear_in_the_force_and_in_time() -> None:
+    """No answer before the force and none to no force; a recording may end within it; the impact point is chosen."""
     system = _oscillators(FREQUENCIES, DAMPING)
     force_time, force = _half_sine(1001)
     time = np.arange(4000) / 51200
-    late = respond(system, force_time + 0.01, 3 * force, time + 0.01)
-    assert late == pytest.approx(3 * respond(system, force_time, force, time), abs=1e-6)
-
-
-def test_no_answer_before_the_force_and_none_to_no_force() -> None:
-    system = _oscillators(FREQUENCIES, DAMPING)
-    force_time, force = _half_sine(1001)
+    whole = respond(system, force_time, force, time)
+    assert respond(system, force_time + 0.01, 3 * force, time + 0.01) == pytest.approx(3 * whole, abs=1e-6)
     assert not respond(system, force_time, force, np.linspace(-1, -1e-6, 50)).any()
     assert not respond(system, force_time, 0 * force, np.linspace(0, 1, 50)).any()
-
-
-def test_a_recording_may_end_within_the_force() -> None:
-    system = _oscillators(FREQUENCIES, DAMPING)
-    time = np.arange(400) / 51200
-    whole = respond(system, *_half_sine(1001), time)
-    assert respond(system, *_half_sine(1001), time[:30]) == pytest.approx(whole[:, :30])
-
-
-def test_the_impact_point_is_chosen() -> None:
-    system = replace(_oscillators([100.0], [0.01]), shape_impact=np.array([[1.0], [-2.5]]))
-    time = np.arange(100) / 51200
-    first, second = (respond(system, *_half_sine(101), time, point=k) for k in (0, 1))
+    assert respond(system, force_time, force, time[:30]) == pytest.approx(whole[:, :30])
+    two_points = replace(_oscillators([100.0], [0.01]), shape_impact=np.array([[1.0], [-2.5]]))
+    first, second = (respond(two_points, *_half_sine(101), time[:100], point=k) for k in (0, 1))
     assert second == pytest.approx(-2.5 * first)
 
 
@@ -136,18 +119,12 @@ def watched() -> tuple[PlateModes, np.ndarray]:
 def test_the_plate_s_momentum_grows_by_the_force(watched: tuple[PlateModes, np.ndarray], point: int) -> None:
     solved, mass = watched
     force_time, force = _half_sine(1001)
-    time = np.arange(400) / 51200
-    total = mass @ respond(solved, force_time, 800 * force, time, point=point)
-    assert total == pytest.approx(np.interp(time, force_time, 800 * force, right=0.0), abs=0.2)
-
-
-def test_a_struck_plate_moves_on(watched: tuple[PlateModes, np.ndarray]) -> None:
-    solved, mass = watched
-    force_time, force = _half_sine(1001)
     time = np.arange(20_000) / 51200
-    acceleration = respond(solved, force_time, force, time)
+    acceleration = respond(solved, force_time, 800 * force, time, point=point)
+    expected = np.interp(time[:400], force_time, 800 * force, right=0.0)
+    assert mass @ acceleration[:, :400] == pytest.approx(expected, abs=0.2)
     velocity = mass @ (acceleration.sum(axis=1) / 51200) / mass.sum()
-    assert velocity == pytest.approx(2 * DURATION / np.pi / mass.sum(), rel=1e-3)
+    assert velocity == pytest.approx(800 * 2 * DURATION / np.pi / mass.sum(), rel=1e-3)
 
 
 @pytest.fixture(scope="module")
@@ -194,17 +171,14 @@ def test_modes_beyond_the_bandwidth_are_left_out_unnoticed(many: PlateModes) -> 
     assert kept == pytest.approx(whole, abs=1e-3 * np.abs(whole).max())
 
 
-def test_too_coarse_samples_have_no_bandwidth() -> None:
-    assert pulse_bandwidth_hz(np.arange(3.0), np.array([0.0, 1.0, 0.0])) == np.inf
-
-
-def test_bandwidth_scales_with_the_pulse() -> None:
+def test_bandwidth_scales_with_the_pulse_and_coarse_samples_have_none() -> None:
     short, long = (
         pulse_bandwidth_hz(np.linspace(0, t, 4001), np.sin(np.linspace(0, np.pi, 4001)) ** 2) for t in (1e-4, 1e-2)
     )
     assert short == pytest.approx(100 * long)
     # f |F| of sin^2 falls as (T f)^-2: 1e-4 of its peak lies near 100 / T.
     assert 50 < 1e-4 * short < 200
+    assert pulse_bandwidth_hz(np.arange(3.0), np.array([0.0, 1.0, 0.0])) == np.inf
 
 
 @pytest.mark.parametrize(

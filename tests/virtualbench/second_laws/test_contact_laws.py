@@ -79,46 +79,33 @@ def test_layer_makes_a_pulse_longer_and_lower() -> None:
         assert values.size * other > 1.05 * nominal.size * step
 
 
-def test_hand_adds_to_the_impulse() -> None:
-    assert impulse({"contact.effective_mass": 30.0}, "sealed") > 1.01 * impulse({}, "sealed")
-
-
-def test_heavier_tip_of_steel_has_its_impulse() -> None:
-    wanted = 1 + 0.05 * 4 * law.TIP_MASS["steel"]
-    assert impulse({"contact.effective_mass": 4.0}, "development") == pytest.approx(
-        wanted * impulse({}, "sealed"), 1e-3
-    )
+def test_hand_and_a_heavier_tip_of_steel_add_to_the_impulse() -> None:
+    nominal = impulse({}, "sealed")
+    assert impulse({"contact.effective_mass": 30.0}, "sealed") > 1.01 * nominal
+    heavier = 1 + 0.05 * 4 * law.TIP_MASS["steel"]
+    assert impulse({"contact.effective_mass": 4.0}, "development") == pytest.approx(heavier * nominal, 1e-3)
 
 
 # --- curves ----------------------------------------------------------------------------------------------------------
 
 
-def test_ball_without_a_flat_is_hertz() -> None:
+def test_worn_ball_is_hertz_without_a_flat_and_a_punch_with_a_wide_one() -> None:
     np.testing.assert_allclose(worn_ball(DEPTH, MODULUS, RADIUS, 0.0), HERTZ, rtol=1e-12)
-
-
-def test_wide_flat_is_a_punch() -> None:
-    """F = 2 E* b d (Sneddon)."""
+    # F = 2 E* b d (Sneddon).
     flat = 0.05
     np.testing.assert_allclose(worn_ball(DEPTH[:10], MODULUS, RADIUS, flat), 2 * MODULUS * flat * DEPTH[:10], rtol=1e-4)
-
-
-def test_slope_of_a_worn_ball_is_that_of_its_contact() -> None:
-    """dF / dd = 2 E* a for any body of revolution."""
+    # dF / dd = 2 E* a for any body of revolution.
     flat, depth, step = 1e-3, 5e-5, 1e-9
     slope = np.diff(worn_ball(np.array([depth - step, depth + step]), MODULUS, RADIUS, flat))[0] / (2 * step)
     a = math.sqrt((flat**2 + math.sqrt(flat**4 + 4 * (RADIUS * depth) ** 2)) / 2)
     assert slope == pytest.approx(2 * MODULUS * a, rel=1e-5)
 
 
-def test_cone_begins_as_a_ball() -> None:
+def test_rounded_cone_begins_as_a_ball_and_is_a_cone_far_beyond() -> None:
     begins = 2e-3
     shallow = 0.5 * begins**2 / RADIUS > DEPTH
     np.testing.assert_allclose(rounded_cone(DEPTH, MODULUS, RADIUS, begins)[shallow], HERTZ[shallow], rtol=2e-3)
-
-
-def test_far_beyond_it_is_a_cone() -> None:
-    """F = 2 E* d^2 / (pi t), t the slope of its side (Sneddon)."""
+    # F = 2 E* d^2 / (pi t), t the slope of its side (Sneddon).
     begins, depth = 1e-5, np.geomspace(1e-4, 1e-3, 50)
     wanted = 2 * MODULUS * depth**2 / (math.pi * begins / RADIUS)
     np.testing.assert_allclose(rounded_cone(depth, MODULUS, RADIUS, begins)[-10:], wanted[-10:], rtol=0.03)

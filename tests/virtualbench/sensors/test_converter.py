@@ -26,18 +26,12 @@ def test_written_numbers_are_their_counts_again(bits, full_scale, data):
     assert round(float(converted(np.array([code * sensor.step]), sensor)[0]) / sensor.step) == code
 
 
-def test_beyond_the_range_it_clips():
+def test_value_beyond_the_range_is_clipped_zero_has_no_sign_and_nan_no_code():
     codes = counts(np.array([-1e9, -1000.0, 999.99, 1000.0, np.inf]), FORCE)
     assert codes.tolist() == [-32768, -32768, 32767, 32767, 32767]
-
-
-def test_zero_has_no_sign():
     values = converted(np.array([-1e-9, -0.0, 0.0]), FORCE)
     assert values.dtype == np.float32
     assert not np.signbit(values).any()
-
-
-def test_nan_has_no_code():
     with pytest.raises(ValueError, match="sample 1 is NaN"):
         counts(np.array([0.0, np.nan]), FORCE)
 
