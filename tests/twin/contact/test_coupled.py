@@ -263,7 +263,17 @@ def test_bar_on_a_wall():
     assert middle.mean() == pytest.approx(force, rel=2e-3)
 
 
-def test_point_for_each_impact():
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"damping_ratio": np.zeros(2)},
+        {"impedance_n_s_m": 0.0},
+        {"frequency_hz": np.array([-1.0]), "damping_ratio": np.zeros(1), "shape": np.zeros(1)},
+    ],
+)
+def test_impossible_points_and_other_numbers_of_them_are_refused(values):
+    with pytest.raises(ValueError, match="expected"):
+        replace(RIGID, **values)
     with pytest.raises(ValueError, match="1 points of impact for 2 impacts"):
         coupled_impact(impacts_of(np.array([1.0, 2.0])), [RIGID])
 
@@ -276,16 +286,3 @@ def test_batch_is_the_single_ones():
         alone = solved(impacts_of(np.array([one]), tip="delrin", thickness_m=0.004), point)
         assert alone.peak_force_n[0] == together.peak_force_n[row]
         assert alone.impulse_n_s[0] == together.impulse_n_s[row]
-
-
-@pytest.mark.parametrize(
-    "values",
-    [
-        {"damping_ratio": np.zeros(2)},
-        {"impedance_n_s_m": 0.0},
-        {"frequency_hz": np.array([-1.0]), "damping_ratio": np.zeros(1), "shape": np.zeros(1)},
-    ],
-)
-def test_impossible_points_are_refused(values):
-    with pytest.raises(ValueError, match="expected"):
-        replace(RIGID, **values)

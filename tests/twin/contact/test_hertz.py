@@ -15,14 +15,11 @@ MASS, VELOCITY = np.linspace(0.05, 3, 7), BODIES.impact_velocity_m_s
 
 
 def test_contact_time_of_johnson() -> None:
-    """Eq. 11.24: 2.87 (m^2 / (R E*^2 u))^(1/5); the number is 2.94 (15/16)^(2/5)."""
+    """Eq. 11.24: 2.87 (m^2 / (R E*^2 u))^(1/5); the number is 2.94 (15/16)^(2/5). Quadrature and motion agree."""
     scale = (MASS**2 * BODIES.compliance_1_pa**2 / (BODIES.impactor_radius_m * VELOCITY)) ** 0.2
     exact = 0.8 * beta(0.4, 0.5) * (15 / 16) ** 0.4
     assert exact == pytest.approx(2.87, abs=0.005)
     assert hertz(BODIES).contact_time_s == pytest.approx(exact * scale, rel=1e-9)
-
-
-def test_quadrature_and_motion_agree_on_contact_time() -> None:
     assert hertz(BODIES).contact_time_s == pytest.approx(contact_time(BODIES), rel=1e-9)
 
 
@@ -32,13 +29,9 @@ def test_peak_force_balances_energy() -> None:
     assert hertz(BODIES).peak_force_n == pytest.approx(BODIES.hertz_stiffness_n_m15 * deepest**1.5, rel=1e-9)
 
 
-def test_impulse_turns_the_momentum_round() -> None:
+def test_impulse_turns_the_momentum_round_and_gives_mass_and_velocity_back() -> None:
     pulse = hertz(BODIES)
     assert impulse(pulse.contact_time_s, pulse.force_n(4001)) == pytest.approx(2 * MASS * VELOCITY, rel=1e-7)
-
-
-def test_mass_and_velocity_come_back_from_contact_time_and_impulse() -> None:
-    pulse = hertz(BODIES)
     mass, velocity = impactor_of_pulse(pulse.contact_time_s, 2 * MASS * VELOCITY, BODIES.hertz_stiffness_n_m15)
     assert mass == pytest.approx(MASS, rel=1e-9)
     assert velocity == pytest.approx(VELOCITY, rel=1e-9)
@@ -49,15 +42,11 @@ def test_force_follows_the_motion_in_si() -> None:
     stiffness = float(bodies.hertz_stiffness_n_m15[0])
     pulse = hertz(bodies)
     time = np.linspace(0, float(pulse.contact_time_s[0]), 20)
-    run = solve_ivp(
-        lambda _, s: [s[1], -stiffness / 0.32 * max(s[0], 0) ** 1.5],
-        (0, time[-1]),
-        [0, 1.2],
-        "LSODA",
-        time,
-        rtol=1e-11,
-        atol=1e-15,
-    )
+
+    def rate(_, state):
+        return [state[1], -stiffness / 0.32 * max(state[0], 0) ** 1.5]
+
+    run = solve_ivp(rate, (0, time[-1]), [0, 1.2], "LSODA", time, rtol=1e-11, atol=1e-15)
     force = stiffness * np.maximum(run.y[0], 0) ** 1.5
     assert pulse.force_n()[0] == pytest.approx(force, abs=1e-6 * pulse.peak_force_n[0])
 
@@ -79,13 +68,8 @@ def test_points_converge_to_the_impulse() -> None:
 
 def test_guards_of_plans_take_the_same_impact() -> None:
     """`doe` has its own, scalar: rooms on one floor do not know each other."""
-    theirs = hertz_contact(
-        Elastic(3.2e9, 0.35),
-        Elastic(69.9e9, 0.33),
-        tip_radius_m=0.03,
-        bullet_mass_kg=0.32,
-        impact_velocity_m_s=1.2,
-    )
+    delrin, aluminium = Elastic(3.2e9, 0.35), Elastic(69.9e9, 0.33)
+    theirs = hertz_contact(delrin, aluminium, tip_radius_m=0.03, bullet_mass_kg=0.32, impact_velocity_m_s=1.2)
     ours = hertz(impacts())
     assert ours.contact_time_s == pytest.approx(theirs.contact_time_s, rel=1e-9)
     assert ours.peak_force_n == pytest.approx(theirs.peak_force_n, rel=1e-9)

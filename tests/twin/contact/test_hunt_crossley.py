@@ -20,14 +20,11 @@ def test_motion_in_si_ends_with_the_restitution(restitution: float) -> None:
     stiffness = float(bodies.hertz_stiffness_n_m15[0])
     damping = float(matched_damping(np.array([restitution]))[0]) / VELOCITY
     time = float(hunt_crossley(bodies, constant(restitution)).contact_time_s[0])
-    run = solve_ivp(
-        lambda _, s: [s[1], -stiffness / MASS * max(s[0], 0) ** 1.5 * (1 + damping * s[1])],
-        (0, time),
-        [0, VELOCITY],
-        "LSODA",
-        rtol=1e-11,
-        atol=1e-15,
-    )
+
+    def rate(_, state):
+        return [state[1], -stiffness / MASS * max(state[0], 0) ** 1.5 * (1 + damping * state[1])]
+
+    run = solve_ivp(rate, (0, time), [0, VELOCITY], "LSODA", rtol=1e-11, atol=1e-15)
     assert run.y[0, -1] == pytest.approx(0.0, abs=1e-6 * run.y[0].max())
     assert run.y[1, -1] == pytest.approx(-restitution * VELOCITY, rel=1e-6)
 
@@ -65,36 +62,26 @@ def test_damped_pulse_leans_forward() -> None:
     assert np.argmax(pulse.force_n(1001)) < 1000 * pulse.compression_time_s / pulse.contact_time_s
 
 
-def test_damping_solves_the_implicit_relation() -> None:
-    """a (1 + e) = ln((1 + a) / (1 - e a)), Gonthier et al. 2004."""
+def test_damping_and_restitution_are_inverse_by_the_implicit_relation() -> None:
+    """a (1 + e) = ln((1 + a) / (1 - e a)), Gonthier et al. 2004; where it has no digits left, the first term of the
+    series, 1 - e = 2 a / 3, eq. 1.20."""
     e = np.linspace(0.1, 0.99, 30)
     a = matched_damping(e)
     assert a * (1 + e) == pytest.approx(np.log((1 + a) / (1 - e * a)), rel=1e-9)
-
-
-def test_damping_and_restitution_are_inverse() -> None:
     e = np.r_[np.geomspace(0.01, 1, 40), 0.9999, 0.99991]
     assert restitution_of(matched_damping(e)) == pytest.approx(e, rel=1e-9)
-
-
-def test_what_loses_almost_nothing_is_both_ways_the_first_term_of_the_series() -> None:
-    """1 - e = 2 a / 3, eq. 1.20, where the implicit relation has no digits left."""
-    damping = np.array([0.0, 3e-6, 6e-5])
-    assert 1 - restitution_of(damping) == pytest.approx([0.0, 2e-6, 4e-5], abs=4e-9)
+    assert 1 - restitution_of(np.array([0.0, 3e-6, 6e-5])) == pytest.approx([0.0, 2e-6, 4e-5], abs=4e-9)
     e = np.array([1.0, 1 - 1e-6, 1 - 5e-5])
     assert restitution_of(matched_damping(e)) == pytest.approx(e, rel=1e-12)
 
 
-def test_low_loss_damping_loses_less_than_asked() -> None:
+def test_low_loss_damping_of_eq_1_20_loses_less_than_asked() -> None:
     e = np.array([0.1, 0.5, 2 / 3, 0.9])
     ends_with = restitution_of(low_loss_damping(e))
     assert np.all(ends_with > e)
     assert ends_with == pytest.approx([0.516, 0.663, 0.748, 0.909], abs=5e-4)
     nearly = 1 - 1e-3
     assert restitution_of(low_loss_damping(np.array([nearly]))) == pytest.approx(nearly, abs=1e-6)
-
-
-def test_damping_of_eq_1_20_can_be_chosen() -> None:
     pulse = hunt_crossley(impacts(), constant(2 / 3), low_loss_damping)
     assert pulse.impulse_n_s == pytest.approx((1 + 0.7484349) * MASS * VELOCITY, rel=1e-6)
     assert impulse(pulse.contact_time_s, pulse.force_n(4001)) == pytest.approx(pulse.impulse_n_s, rel=1e-5)

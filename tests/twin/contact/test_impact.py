@@ -280,25 +280,20 @@ def test_restitution_falls_with_yield_as_thornton_says() -> None:
     assert found.restitution.value == pytest.approx(thornton, rel=1e-6)
 
 
-def test_soft_layer_is_a_linear_spring() -> None:
-    """Half a period of m on C, and u sqrt(m / C)."""
-    compliance = 1e5 * DEPTH / FORCE
-    pulse = solve(_impacts(layer_compliance_m_n=compliance))
-    assert pulse.contact_time_s == pytest.approx([np.pi * np.sqrt(0.32 * compliance)], rel=2e-3)
-    assert pulse.peak_force_n == pytest.approx([1.2 * np.sqrt(0.32 / compliance)], rel=2e-3)
-
-
-def test_rigid_layer_and_plate_leave_hertz() -> None:
-    pulse = solve(_impacts(layer_compliance_m_n=1e-9 * DEPTH / FORCE, plate_mobility_m_n_s=1e-9 * 1.2 / FORCE))
-    assert pulse.peak_force_n == pytest.approx(hertz(ONE).peak_force_n, rel=1e-7)
-
-
-def test_flat_punch_is_a_linear_spring() -> None:
-    stiffness = 2 * FORCE / DEPTH
-    pulse = solve(_impacts(exponent=1.0, stiffness_n_mp=stiffness))
-    assert pulse.contact_time_s == pytest.approx([np.pi * np.sqrt(0.32 / stiffness)], rel=1e-7)
+def test_soft_layer_and_flat_punch_are_linear_springs_and_a_rigid_layer_is_none() -> None:
+    """Half a period of m on the spring, and of a layer C the peak u sqrt(m / C)."""
+    compliance, stiffness = 1e5 * DEPTH / FORCE, 2 * FORCE / DEPTH
+    layer, flat = (
+        solve(_impacts(layer_compliance_m_n=compliance)),
+        solve(_impacts(exponent=1.0, stiffness_n_mp=stiffness)),
+    )
+    assert layer.contact_time_s == pytest.approx([np.pi * np.sqrt(0.32 * compliance)], rel=2e-3)
+    assert layer.peak_force_n == pytest.approx([1.2 * np.sqrt(0.32 / compliance)], rel=2e-3)
+    assert flat.contact_time_s == pytest.approx([np.pi * np.sqrt(0.32 / stiffness)], rel=1e-7)
     phase = np.linspace(0, 1, 33)
-    assert pulse.force_at(phase)[0] / pulse.peak_force_n == pytest.approx(np.sin(np.pi * phase), abs=1e-6)
+    assert flat.force_at(phase)[0] / flat.peak_force_n == pytest.approx(np.sin(np.pi * phase), abs=1e-6)
+    rigid = solve(_impacts(layer_compliance_m_n=1e-9 * DEPTH / FORCE, plate_mobility_m_n_s=1e-9 * 1.2 / FORCE))
+    assert rigid.peak_force_n == pytest.approx(hertz(ONE).peak_force_n, rel=1e-7)
 
 
 def test_impactor_that_stays_with_a_sheet_is_told() -> None:
@@ -313,7 +308,7 @@ def test_impactor_that_stays_with_a_sheet_is_told() -> None:
     assert decay == pytest.approx(1 / (0.32 * mobility), rel=0.05)
 
 
-def test_impacts_do_not_meet() -> None:
+def test_impacts_do_not_meet_and_flags_are_one_for_each() -> None:
     bodies = impacts(impact_velocity_m_s=[0.3, 1.2, 30.0])
     loss = np.array([0.0, 3.0, 0.1])
     load = np.array([np.inf, 100.0, 5.0])
@@ -322,9 +317,6 @@ def test_impacts_do_not_meet() -> None:
         one = impacts(impact_velocity_m_s=bodies.impact_velocity_m_s[row])
         alone = solve(_impacts(one, rate_loss_s_m=loss[row], yield_load_n=load[row])).force_n(33)
         assert together[row] == pytest.approx(alone[0], rel=1e-9)
-
-
-def test_wrong_number_of_flags_is_refused() -> None:
     with pytest.raises(ValueError, match=r"insulated has shape \(2,\): expected \(1,\)"):
         impact(ONE, insulated=np.ones(2, dtype=bool))
 

@@ -64,18 +64,13 @@ def test_pulse_pushes_and_ends_at_zero(law: Law, bodies: Bodies) -> None:
 
 
 @every_law
-def test_impulse_is_the_integral_of_the_force(law: Law) -> None:
-    pulse = law(impacts(impact_velocity_m_s=[0.3, 1.0, 30.0]))
-    assert impulse(pulse.contact_time_s, pulse.force_n(5001)) == pytest.approx(pulse.impulse_n_s, rel=1e-5)
-
-
-@every_law
-def test_impacts_do_not_meet(law: Law) -> None:
+def test_impulse_is_the_integral_of_the_force_and_impacts_do_not_meet(law: Law) -> None:
     """Each impact alone gives what it gives among others."""
     speeds = np.array([0.3, 1.0, 30.0])
-    together = law(impacts(impact_velocity_m_s=speeds)).force_n()
+    pulse = law(impacts(impact_velocity_m_s=speeds))
+    assert impulse(pulse.contact_time_s, pulse.force_n(5001)) == pytest.approx(pulse.impulse_n_s, rel=1e-5)
     alone = [law(impacts(impact_velocity_m_s=speed)).force_n()[0] for speed in speeds]
-    assert together == pytest.approx(np.array(alone), rel=1e-9)
+    assert pulse.force_n() == pytest.approx(np.array(alone), rel=1e-9)
 
 
 @every_law
@@ -86,35 +81,26 @@ def test_a_campaign_in_one_call(law: Law) -> None:
     assert time.perf_counter() - started < 1.0
 
 
-@pytest.mark.parametrize("name", ["hunter", "reed", "hertz"])
-def test_without_loss_restitution_is_one(name: str) -> None:
-    found = LAWS[name](impacts()).restitution
-    assert found.value == pytest.approx(1.0)
-    assert not found.clipped.any()
-
-
-def test_restitution_can_be_chosen() -> None:
+def test_without_loss_restitution_is_one_and_otherwise_it_can_be_chosen() -> None:
+    for name in ("hunter", "reed", "hertz"):
+        found = LAWS[name](impacts()).restitution
+        assert found.value == pytest.approx(1.0)
+        assert not found.clipped.any()
     bodies = impacts(impact_velocity_m_s=90.0)
     times = [float(contact_law("hann", name)(bodies).contact_time_s[0]) for name in (None, *RESTITUTIONS)]
     assert times[0] == times[1] != times[2]
 
 
-@pytest.mark.parametrize("phase", [-0.1, 1.001, float("nan")])
-def test_phase_outside_of_the_contact_is_refused(phase: float) -> None:
-    with pytest.raises(ValueError, match="expected all in \\[0, 1\\]"):
-        LAWS["hunter"](impacts()).force_at(np.array([0.5, phase]))
-
-
-def test_unknown_names_are_told_with_the_known() -> None:
+def test_unknown_names_and_phases_outside_of_the_contact_are_refused() -> None:
     with pytest.raises(LookupError, match="'hanning'; there are: hunter, reed, hertz, hann, hunt-crossley"):
         contact_law("hanning")
     with pytest.raises(LookupError, match="'newton'; there are: zener, weir-tallon"):
         contact_law("hann", "newton")
-
-
-def test_restitution_of_a_law_without_loss_is_refused() -> None:
     with pytest.raises(ValueError, match="restitution 'zener' for 'reed'"):
         contact_law("reed", "zener")
+    for phase in (-0.1, 1.001, float("nan")):
+        with pytest.raises(ValueError, match="expected all in \\[0, 1\\]"):
+            LAWS["hunter"](impacts()).force_at(np.array([0.5, phase]))
 
 
 def test_no_force_at_both_ends_whatever_the_shape_says() -> None:

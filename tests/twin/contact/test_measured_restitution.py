@@ -53,22 +53,16 @@ def test_noise_scatters_as_stated() -> None:
     assert np.mean(draws, axis=0) == pytest.approx(expected, abs=0.01)
 
 
-def test_gain_error_of_the_load_cell_acts_on_one_plus_e() -> None:
+def test_turn_is_the_deepest_indentation_and_the_peak_is_no_substitute() -> None:
+    """The peak of a damped pulse comes before the turn: the restitution from it is too large. A gain error of the load
+    cell acts on one plus e."""
     record, expected = _recorded(LOSSES["viscous"])
-    assert poisson(replace(record, force_n=1.03 * record.force_n)) == pytest.approx(1.03 * (1 + expected) - 1, abs=1e-4)
-
-
-def test_turn_is_the_deepest_indentation() -> None:
-    record, _ = _recorded(LOSSES["viscous"])
     pulse = impact(BODIES, LOSSES["viscous"])
     assert turn_of(record) * record.interval_s == pytest.approx(pulse.compression_time_s, rel=1e-4)
-
-
-def test_peak_is_no_substitute_for_the_turn() -> None:
-    """The peak of a damped pulse comes before the turn: the restitution from it is too large."""
-    record, expected = _recorded(LOSSES["viscous"])
     at_the_peak = poisson(record, turn=np.argmax(record.force_n, axis=1).astype(float))
     assert np.all(at_the_peak > expected + 0.05)
+    louder = replace(record, force_n=1.03 * record.force_n)
+    assert poisson(louder) == pytest.approx(1.03 * (1 + expected) - 1, abs=1e-4)
 
 
 def test_waves_explain_what_an_elastic_contact_does_not() -> None:
@@ -89,22 +83,25 @@ def test_waves_explain_what_an_elastic_contact_does_not() -> None:
     assert stronge(record) == pytest.approx(pulse.restitution.value, abs=1e-4)
 
 
-def test_nothing_is_left_where_waves_carry_more_away_than_comes_back() -> None:
+def test_nothing_is_left_where_waves_carry_all_away_or_the_record_ends_too_early() -> None:
     record, _ = _recorded([])
     assert stronge(record, record.velocity_m_s, MASS * VELOCITY**2).tolist() == [0.0] * 3
-
-
-def test_record_that_ends_too_early_has_no_restitution() -> None:
-    record, _ = _recorded([])
     cut = replace(record, force_n=record.force_n[:, :400])
     assert np.isnan(poisson(cut)).all()
     assert np.isnan(stronge(cut)).all()
 
 
-def test_newton_wants_an_approach() -> None:
+def test_newton_wants_an_approach_and_a_record_three_points() -> None:
     assert newton(np.array([2.0]), np.array([1.0])) == pytest.approx([0.5])
     with pytest.raises(ValueError, match="approach_m_s: expected positive"):
         newton(np.array([0.0]), np.array([1.0]))
+
+    def record(*force_n: float) -> RecordedPulse:
+        return RecordedPulse(np.array([force_n]), *(np.array([value]) for value in (1e-4, 0.3, 1.0)))
+
+    assert record(0.0, 4e3, 0.0).velocity_m_s[0] == pytest.approx([1.0, 1 - 0.2 / 0.3, 1 - 0.4 / 0.3])
+    with pytest.raises(ValueError, match=r"force_n has shape \(1, 2\): expected \(n, p\) with 3 points or more"):
+        record(0.0, 4e3)
 
 
 @pytest.mark.parametrize(
@@ -114,12 +111,3 @@ def test_newton_wants_an_approach() -> None:
 def test_records_that_do_not_fit_are_refused(name: str, value: np.ndarray) -> None:
     with pytest.raises(ValueError, match=name):
         replace(_recorded([])[0], **{name: value})
-
-
-def test_three_points_make_a_record_of_one_impact() -> None:
-    def record(*force_n: float) -> RecordedPulse:
-        return RecordedPulse(np.array([force_n]), *(np.array([value]) for value in (1e-4, 0.3, 1.0)))
-
-    assert record(0.0, 4e3, 0.0).velocity_m_s[0] == pytest.approx([1.0, 1 - 0.2 / 0.3, 1 - 0.4 / 0.3])
-    with pytest.raises(ValueError, match=r"force_n has shape \(1, 2\): expected \(n, p\) with 3 points or more"):
-        record(0.0, 4e3)

@@ -46,14 +46,22 @@ def test_zeners_exponential_follows_his_equation(parameter: float) -> None:
     assert zener(impacts(plate_thickness_m=thickness)).value == pytest.approx(-run.y[1, -1], abs=0.014)
 
 
-def test_zener_loses_nothing_on_a_thick_plate() -> None:
+def test_restitution_beyond_its_bounds_is_clipped_and_told() -> None:
+    """Zener's on a sheet, Weir and Tallon's above one; the bounds themselves are allowed."""
     assert zener(impacts(plate_thickness_m=[0.01, 0.1, 10.0])).value == pytest.approx([0.5, 1, 1], abs=0.05)
-
-
-def test_zener_on_a_sheet_is_clipped_and_told() -> None:
-    found = zener(impacts(plate_thickness_m=[0.01, 0.001]))
-    assert found.clipped.tolist() == [False, True]
-    assert found.value[1] == LEAST
+    sheet = zener(impacts(plate_thickness_m=[0.01, 0.001]))
+    assert sheet.clipped.tolist() == [False, True]
+    assert sheet.value[1] == LEAST
+    above = weir_tallon(impacts(impact_velocity_m_s=[0.5, 200.0]))
+    assert above.clipped.tolist() == [True, False]
+    assert above.value[0] == 1.0
+    beyond = Restitution.bounded(np.array([0.999 * LEAST, LEAST, 0.5, 1.0, 1.001]))
+    assert beyond.value.tolist() == [LEAST, LEAST, 0.5, 1.0, 1.0]
+    assert beyond.clipped.tolist() == [True, False, False, False, True]
+    assert constant(LEAST)(ball()).value.tolist() == [LEAST]
+    for value in (0.0, 1.01, float("nan")):
+        with pytest.raises(ValueError, match="restitution = "):
+            constant(value)
 
 
 def test_weir_tallon_in_johnsons_form() -> None:
@@ -67,12 +75,6 @@ def test_weir_tallon_in_johnsons_form() -> None:
     assert not found.clipped.any()
 
 
-def test_weir_tallon_above_one_is_clipped_and_told() -> None:
-    found = weir_tallon(impacts(impact_velocity_m_s=[0.5, 200.0]))
-    assert found.clipped.tolist() == [True, False]
-    assert found.value[0] == 1.0
-
-
 def test_either_body_may_be_the_softer_one() -> None:
     tip, target = (weir_tallon(impacts(impact_velocity_m_s=90.0, **{name: 1e6})).value for name in _STRENGTHS)
     assert tip == pytest.approx(target)
@@ -82,32 +84,9 @@ def test_either_body_may_be_the_softer_one() -> None:
 _STRENGTHS = ("impactor_yield_strength_pa", "target_yield_strength_pa")
 
 
-@pytest.mark.parametrize("quantity", _STRENGTHS)
-def test_weir_tallon_asks_for_strengths(quantity: str) -> None:
-    with pytest.raises(MissingQuantityError, match=f"Weir and Tallon's restitution needs {quantity}"):
-        weir_tallon(impacts(**{quantity: None}))
-
-
-def test_zener_asks_for_the_thickness() -> None:
+def test_missing_strengths_and_thickness_are_asked_for() -> None:
+    for quantity in _STRENGTHS:
+        with pytest.raises(MissingQuantityError, match=f"Weir and Tallon's restitution needs {quantity}"):
+            weir_tallon(impacts(**{quantity: None}))
     with pytest.raises(MissingQuantityError, match="Zener's restitution needs plate_thickness_m"):
         zener(impacts(plate_thickness_m=None))
-
-
-@pytest.mark.parametrize("value", [0.0, 1.01, float("nan")])
-def test_impossible_restitution_is_refused(value: float) -> None:
-    with pytest.raises(ValueError, match="restitution = "):
-        constant(value)
-
-
-def test_bounds_are_allowed() -> None:
-    assert not Restitution.bounded(np.array([LEAST, 1.0])).clipped.any()
-
-
-def test_what_lies_just_beyond_either_end_is_clipped_and_told() -> None:
-    found = Restitution.bounded(np.array([0.999 * LEAST, 0.5, 1.001]))
-    assert found.value.tolist() == [LEAST, 0.5, 1.0]
-    assert found.clipped.tolist() == [True, False, True]
-
-
-def test_the_least_restitution_is_allowed() -> None:
-    assert constant(LEAST)(ball()).value.tolist() == [LEAST]

@@ -31,12 +31,18 @@ every_stage = pytest.mark.parametrize("stage", STAGES.values(), ids=STAGES.keys(
 
 
 @every_stage
-def test_pulses_push_and_end_at_zero(stage: ContactStage) -> None:
-    pulses = stage.pulses(STRIKES)
+def test_pulses_push_and_end_at_zero_and_zero_normals_are_their_mean(stage: ContactStage) -> None:
+    """The same out of a pickle."""
+    pulses, drawn = stage.pulses(STRIKES), stage.pulses(STRIKES, np.zeros((3, 1)))
     assert pulses.force_n.shape == (3, 65)
     assert np.all(pulses.force_n[:, [0, -1]] == 0)
     assert np.all(pulses.force_n >= 0)
     assert np.all((pulses.compression_time_s > 0) & (pulses.compression_time_s < pulses.contact_time_s))
+    assert stage.normals == 1
+    assert drawn.force_n == pytest.approx(pulses.force_n)
+    assert drawn.contact_time_s == pytest.approx(pulses.contact_time_s)
+    again = pickle.loads(pickle.dumps(stage))
+    assert again.pulses(STRIKES).force_n == pytest.approx(pulses.force_n)
 
 
 @pytest.mark.parametrize("name", [name for name in STAGES if name not in ("hunter", "reed")])
@@ -57,23 +63,12 @@ def test_slow_end_of_a_lossy_pulse_is_cut() -> None:
     assert cut.peak_force_n[2] == pytest.approx(law.peak_force_n[2], rel=0.01)
 
 
-def test_first_layer_hit_is_the_target() -> None:
+def test_first_layer_hit_is_the_target_and_a_layer_acts_below_the_insulator_only() -> None:
     bodies = bodies_of(STRIKES)
     assert bodies.target_youngs_modulus_pa.tolist() == [69.9e9, 200e9, 69.9e9]
     assert impedance(STRIKES)[0] == impedance(STRIKES)[1]
-
-
-def test_layer_acts_below_the_insulator_only() -> None:
     soft, hard = (LawContact(effects=effects).pulses(STRIKES) for effects in ([LayerCompliance(1e-6)], []))
     assert (soft.peak_force_n < 0.9 * hard.peak_force_n).tolist() == [False, True, False]
-
-
-@every_stage
-def test_zero_normals_are_the_mean_pulse(stage: ContactStage) -> None:
-    assert stage.normals == 1
-    mean, drawn = stage.pulses(STRIKES), stage.pulses(STRIKES, np.zeros((3, 1)))
-    assert drawn.force_n == pytest.approx(mean.force_n)
-    assert drawn.contact_time_s == pytest.approx(mean.contact_time_s)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -94,27 +89,18 @@ def test_scatter_keeps_the_impulse_and_has_about_the_tables_mean_error(law: str)
     assert 0.92 * table[0] < time < 1.08 * table[1]
 
 
-def test_small_spread_is_the_normals_own() -> None:
+def test_small_spread_is_the_normals_own_and_none_takes_no_normals() -> None:
     """Of a small error s, sqrt(pi / 2) s; of two, their quadratic mean."""
     assert LawUncertainty(0.01, 0.01, "assumed").stretch == pytest.approx(np.sqrt(np.pi / 2) * 0.01, 1e-3)
     assert LawUncertainty(0.01, 0.02, "assumed").stretch == pytest.approx(np.sqrt(np.pi / 2 * 2.5e-4), 1e-3)
-
-
-def test_a_law_without_spread_takes_no_normals() -> None:
     stage = LawContact(spread=NO_SPREAD)
     assert stage.normals == 0
     assert stage.pulses(STRIKES, np.zeros((3, 0))).force_n == pytest.approx(stage.pulses(STRIKES).force_n)
-
-
-def test_normals_of_another_shape_are_refused() -> None:
     with pytest.raises(ValueError, match=r"z has shape \(2, 2\): expected \(3, 1\)"):
         LawContact().pulses(STRIKES, np.zeros((2, 2)))
-
-
-@pytest.mark.parametrize("field", ["force", "time"])
-def test_impossible_spread_is_refused(field: str) -> None:
-    with pytest.raises(ValueError, match=f"spread of {field} = -0.1"):
-        replace(NO_SPREAD, **{field: -0.1})
+    for field in ("force", "time"):
+        with pytest.raises(ValueError, match=f"spread of {field} = -0.1"):
+            replace(NO_SPREAD, **{field: -0.1})
 
 
 def test_labels_say_what_answered() -> None:
@@ -130,42 +116,24 @@ def _told(stage: ContactStage) -> list[set[str]]:
 
 
 def test_what_lies_outside_is_told() -> None:
-    """The slow delrin tip yields, too: at 0.5 m/s its peak pressure is 1.6 times its strength already."""
-    bodies = bodies_of(STRIKES)
-    assert hertz(bodies).peak_force_n[0] > 0
+    """The slow delrin tip yields, too: at 0.5 m/s its peak pressure is 1.6 times its strength already. Effects that
+    know a thing do not tell it, nor does an unknown strength of yield."""
+    assert hertz(bodies_of(STRIKES)).peak_force_n[0] > 0
     velocity = {"impact_velocity_m_s"}
     assert _told(LawContact()) == [velocity, velocity | {"insulator"}, velocity]
     assert _told(LawContact("hunt-crossley"))[2] == velocity | {"restitution"}
-
-
-def test_effects_that_know_a_thing_do_not_tell_it() -> None:
     assert _told(LawContact(effects=[PlasticYield(), LayerCompliance()])) == [set(), set(), set()]
-
-
-def test_slow_soft_impact_lies_inside() -> None:
-    gentle = ImpactBatch([replace(SETTING, tip=THESIS["polyurethane"])], np.array([0.2]))
-    assert LawContact().outside(gentle) == [()]
-
-
-def test_unknown_strength_tells_nothing_of_yield() -> None:
+    gentle = replace(SETTING, tip=THESIS["polyurethane"])
     unknown = replace(SETTING, tip=replace(THESIS["delrin"], yield_strength_pa=None))
-    assert LawContact().outside(ImpactBatch([unknown], np.array([9.0]))) == [()]
+    for inside, speed in ((gentle, 0.2), (unknown, 9.0)):
+        assert LawContact().outside(ImpactBatch([inside], np.array([speed]))) == [()]
 
 
-def test_effects_change_hertz_only() -> None:
+def test_effects_of_other_laws_and_unknown_laws_are_refused() -> None:
     with pytest.raises(ValueError, match="effects of the contact on 'hann': expected 'hertz'"):
         LawContact("hann", effects=[ViscousLoss()])
-
-
-def test_unknown_laws_are_refused_at_once() -> None:
     with pytest.raises(LookupError, match="no law of contact 'herz'"):
         LawContact("herz")
-
-
-@every_stage
-def test_stage_can_be_pickled(stage: ContactStage) -> None:
-    again = pickle.loads(pickle.dumps(stage))
-    assert again.pulses(STRIKES).force_n == pytest.approx(stage.pulses(STRIKES).force_n)
 
 
 def test_strikes_do_not_meet() -> None:

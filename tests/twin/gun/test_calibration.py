@@ -128,15 +128,12 @@ def test_known_effects_are_not_drawn():
 
 @pytest.mark.parametrize("bad", [0.0, -1.0, np.nan])
 @pytest.mark.parametrize("name", ["tank_pressure_pa", "bullet_mass_kg", "measured_m_s"])
-def test_refuses_shots_that_are_none(name, bad):
+def test_refuses_shots_that_are_none_and_shapes_that_differ(name, bad):
     given = {"tank_pressure_pa": 1e5, "bullet_mass_kg": 0.5, "measured_m_s": 10.0, "measured_u_m_s": 0.0}
     shots = {key: np.array([value, value]) for key, value in given.items()}
     shots[name][1] = bad
     with pytest.raises(ValueError, match=name):
         VelocityShots(**shots)
-
-
-def test_refuses_shapes_that_differ():
     with pytest.raises(ValueError, match=r"bullet_mass_kg has shape \(2,\): expected \(1,\)"):
         VelocityShots(np.ones(1), np.ones(2), np.ones(1), np.zeros(1))
 

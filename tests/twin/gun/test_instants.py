@@ -30,15 +30,7 @@ from pyroshock.twin.gun.shots import (
     travel_time_s,
 )
 
-BENCH = GunBench(
-    tank_volume_m3=9.5e-3,
-    bore_diameter_m=0.049,
-    projectile_diameter_m=0.048,
-    travel_m=0.885,
-    friction_coefficient=0.3,
-    heat_capacity_ratio=1.4,
-    efficiency=1.0,
-)
+BENCH = GunBench(9.5e-3, 0.049, 0.048, 0.885, 0.3, 1.4, 1.0)
 AREA, AIR = math.pi / 4 * 0.048**2, 101_325.0
 OUTSIDE = AIR / (GAS_CONSTANT * 293.15)
 
@@ -70,62 +62,52 @@ def no_endless_steps(monkeypatch: pytest.MonkeyPatch) -> None:
 # --- what effects make of a shot ---
 
 
-def test_a_nominal_shot_has_no_valve_no_leak_and_no_atmosphere() -> None:
+def test_effects_prepare_what_a_shot_holds() -> None:
+    """A nominal shot has no valve, no leak and no atmosphere. Back pressure opposes and is the atmosphere that flows
+    see, on a bench below standard pressure the standard one. A dead volume shares the tank's energy; friction is of
+    weight and of a seal; a valve has the bore's area over the root of its loss."""
     shot = prepared([])
     absent = (shot.dead_volume_m3, shot.opposing_pressure_pa, shot.leak_area_m2, shot.opening_time_s)
-    assert [float(each[0]) for each in absent] == [0, 0, 0, 0]
+    assert [float(quantity[0]) for quantity in absent] == [0, 0, 0, 0]
     assert np.isinf(shot.valve_area_m2[0])
     assert shot.pressure_zero_pa[0] == AIR
     assert shot.friction_n[0] == pytest.approx(0.3 * 0.5 * 9.80665)
-
-
-def test_back_pressure_opposes_and_is_the_atmosphere_that_flows_see() -> None:
-    """A bench below standard pressure: flows then still see the standard atmosphere."""
     high, low = prepared([BackPressure(atmosphere_pa=1.05e5)]), prepared([BackPressure(atmosphere_pa=0.9e5)])
     assert (high.opposing_pressure_pa[0], high.atmosphere_pa[0]) == (1.05e5, 1.05e5)
     assert (low.opposing_pressure_pa[0], low.atmosphere_pa[0]) == (0.9e5, AIR)
     assert high.driving_pressure_pa[0] == 5.05e5
     assert low.pressure_zero_pa[0] == pytest.approx(AIR - 0.9e5)
-
-
-def test_dead_volume_shares_the_tanks_energy() -> None:
-    shot = prepared([DeadVolume(volume_m3=5e-4), BackPressure(atmosphere_pa=AIR)])
-    assert shot.volume_m3[0] == pytest.approx(1e-2)
-    assert shot.filled_pressure_pa[0] == pytest.approx(((4e5 + AIR) * 9.5e-3 + AIR * 5e-4) / 1e-2, rel=1e-12)
-
-
-def test_friction_is_of_weight_and_of_a_seal() -> None:
-    shot = prepared([SlidingFriction(added_coefficient=0.2, seal_force_n=7.0, seal_share=0.1)])
-    assert shot.friction_n[0] == pytest.approx(0.5 * 0.5 * 9.80665 + 7.0 + 0.1 * 4e5 * AREA, rel=1e-12)
-    assert starting_force_n(shot)[0] == pytest.approx(4e5 * AREA - shot.friction_n[0], rel=1e-12)
-
-
-def test_valve_has_the_bores_area_over_the_root_of_its_loss() -> None:
-    shot = prepared([ValveFlow(loss_coefficient=9.0, opening_time_s=0.2)])
-    assert shot.valve_area_m2[0] == pytest.approx(math.pi / 4 * 0.049**2 / 3, rel=1e-12)
-    assert shot.opening_time_s[0] == 0.2
+    dead = prepared([DeadVolume(volume_m3=5e-4), BackPressure(atmosphere_pa=AIR)])
+    assert dead.volume_m3[0] == pytest.approx(1e-2)
+    assert dead.filled_pressure_pa[0] == pytest.approx(((4e5 + AIR) * 9.5e-3 + AIR * 5e-4) / 1e-2, rel=1e-12)
+    rubbing = prepared([SlidingFriction(added_coefficient=0.2, seal_force_n=7.0, seal_share=0.1)])
+    assert rubbing.friction_n[0] == pytest.approx(0.5 * 0.5 * 9.80665 + 7.0 + 0.1 * 4e5 * AREA, rel=1e-12)
+    assert starting_force_n(rubbing)[0] == pytest.approx(4e5 * AREA - rubbing.friction_n[0], rel=1e-12)
+    valve = prepared([ValveFlow(loss_coefficient=9.0, opening_time_s=0.2)])
+    assert valve.valve_area_m2[0] == pytest.approx(math.pi / 4 * 0.049**2 / 3, rel=1e-12)
+    assert valve.opening_time_s[0] == 0.2
     assert np.isinf(prepared([ValveFlow(loss_coefficient=0.0)]).valve_area_m2[0])
 
 
-def test_a_steady_valve_drags_with_outside_air() -> None:
+def test_valve_and_barrel_drag_by_their_heads() -> None:
+    """A steady valve with outside air; a barrel by its column, the air ahead and the entrance, where gas that has no
+    pressure loses none; both add up."""
     steady = ValveFlow(loss_coefficient=0.0, opening_time_s=0.0, steady_loss_coefficient=12.0)
     assert half_way([steady])[0] == pytest.approx(12.0 * AREA * OUTSIDE * 20.0**2 / 2, rel=1e-9)
     assert half_way([])[0] == pytest.approx(0, abs=1e-9)
-
-
-def test_barrel_loss_is_of_the_column_the_air_ahead_and_the_entrance() -> None:
     loss = BarrelLoss(friction_factor=0.03, drag_coefficient=2.0, gas_heads=1.5)
     gas, gauge = (pressure / (GAS_CONSTANT * 280.0) for pressure in (3e5, 3e5 - AIR))
     heads = 0.03 * 0.5 / 0.049 * gas + 2.0 * OUTSIDE + 1.5 * gauge
     assert half_way([loss])[0] == pytest.approx(AREA * heads * 200.0, rel=1e-9)
-
-
-def test_losses_of_barrel_and_valve_add_up() -> None:
     valve = ValveFlow(loss_coefficient=0.0, opening_time_s=0.0, steady_loss_coefficient=3.0)
-    loss = BarrelLoss(friction_factor=0.0, drag_coefficient=2.0)
-    for effects in ([valve, loss], [loss, valve]):
+    drag = BarrelLoss(friction_factor=0.0, drag_coefficient=2.0)
+    for effects in ([valve, drag], [drag, valve]):
         assert prepared(effects).air_heads[0] == 5.0
         assert half_way(effects)[0] == pytest.approx(5.0 * AREA * OUTSIDE * 200.0, rel=1e-9)
+    entrance = BarrelLoss(friction_factor=0.0, drag_coefficient=0.0, gas_heads=10.0)
+    assert half_way([entrance], AIR - 2e3)[0] == pytest.approx(0, abs=1e-9)
+    dense = 3e4 / (GAS_CONSTANT * 280.0)
+    assert half_way([entrance], AIR + 3e4)[0] == pytest.approx(AREA * 10.0 * dense * 20.0**2 / 2, rel=1e-9)
 
 
 def choked_kg_s(area_m2: float, pressure_pa: float, temperature_k: float) -> float:
@@ -199,27 +181,21 @@ def test_gases_begin_as_they_were_filled() -> None:
 
 @pytest.mark.parametrize("opening_s", [0.2, 1.5])
 def test_an_opening_valve_shows_what_two_circles_share(opening_s: float) -> None:
+    """One that takes no time is open."""
     shares = np.array([0.0, 0.1, 0.5, 0.9, 1.0, 1.7])
     across = np.linspace(-1, 1, 400_001)
     chord = np.sqrt(1 - across**2)
     apart = 2 * (1 - np.minimum(shares, 1))
     common = [np.trapezoid(np.clip(2 * chord - d, 0, None), across) / np.pi for d in apart]
     assert [open_share(share)[0] for share in shares] == pytest.approx(common, abs=1e-6)
-    shot = prepared([ValveFlow(loss_coefficient=100.0, opening_time_s=opening_s)], np.full(6, 4e5))
-    chamber = TwoChambers(shot, [])
-    state = chamber.start()
-    state[2] = 0.3 * state[4]  # choked
-    flow = chamber.rates(shares * opening_s, state)[3]
-    np.testing.assert_allclose(flow / flow[-1], common, atol=1e-6)
-
-
-def test_a_valve_that_takes_no_time_is_open() -> None:
-    valve = ValveFlow(loss_coefficient=100.0, opening_time_s=0.0)
-    chamber = TwoChambers(prepared([valve], np.full(2, 4e5)), [])
-    state = chamber.start()
-    state[2] = 0.3 * state[4]
-    flow = chamber.rates(np.array([0.0, 0.3]), state)[3]
-    assert flow[0] == flow[1] > 0
+    for takes_s, expected in ((opening_s, common), (0.0, np.ones(6))):
+        valve = ValveFlow(loss_coefficient=100.0, opening_time_s=takes_s)
+        chamber = TwoChambers(prepared([valve], np.full(6, 4e5)), [])
+        state = chamber.start()
+        state[2] = 0.3 * state[4]  # choked
+        flow = chamber.rates(shares * opening_s, state)[3]
+        np.testing.assert_allclose(flow / flow[-1], expected, rtol=0, atol=1e-6 if takes_s else 0)
+        assert flow[-1] > 0
 
 
 def test_forces_at_rest_hold_and_do_not_pull_back() -> None:
@@ -276,6 +252,8 @@ def test_gas_goes_through_the_valve_at_the_temperature_where_it_comes_from(tank_
 
 
 def test_a_shot_is_given_up_at_rest_without_push_or_after_very_long() -> None:
+    """Some hundred times what the tank's pressure alone takes, sqrt(L m / (p A)), which is longer for heavy shots. A
+    shot waits for its valve: at rest it has the tank's pressure to come, and while the valve opens no time is lost."""
     effects = [BackPressure(), BlowBy(), SlidingFriction(seal_force_n=50.0)]
     chamber = chamber_of(Chamber, effects, np.full(6, 4e5))
     drag_pa = float(chamber.drag_n[0]) / AREA
@@ -286,33 +264,15 @@ def test_a_shot_is_given_up_at_rest_without_push_or_after_very_long() -> None:
     fall_s = math.sqrt(BENCH.travel_m * 0.5 / (AREA * (4e5 + 101_325.0)))
     assert chamber.given_up(np.full(6, fall_s), state).tolist() == [True, True, False, False, False, False]
     assert chamber.given_up(np.full(6, 1000 * fall_s), state).all()
-
-
-def test_heavy_shots_are_waited_for_longer() -> None:
-    """Some hundred times what the tank's pressure alone takes, sqrt(L m / (p A)); each moves all the while."""
     mass = np.array([0.02, 0.5, 8.0])
-    shot = nominal_shot(replace(BENCH, travel_m=0.3), 4e5, mass)
-    chamber = Chamber(shot, [])
+    moving = Chamber(nominal_shot(replace(BENCH, travel_m=0.3), 4e5, mass), [])
     state = np.array([np.full(3, 0.1), np.full(3, 1.0), np.full(3, 1e5), np.full(3, 0.02)])
-    fall_s = np.sqrt(0.3 * mass / (4e5 * AREA))
-    assert not chamber.given_up(50 * fall_s, state).any()
-    assert chamber.given_up(200 * fall_s, state).all()
-
-
-def test_a_shot_waits_for_its_valve() -> None:
-    """At rest it has the tank's pressure to come; while the valve opens no time is lost."""
-    slow = ValveFlow(loss_coefficient=1.0, opening_time_s=2.0)
-    chamber = chamber_of(TwoChambers, [slow], 8e5)
-    start = chamber.start()
-    assert not chamber.given_up(np.zeros(1), start)[0]
-    assert not chamber.given_up(np.full(1, 2.0), start)[0]
-
-
-def test_gas_that_has_no_pressure_loses_none_at_the_entrance() -> None:
-    heads = BarrelLoss(friction_factor=0.0, drag_coefficient=0.0, gas_heads=10.0)
-    assert half_way([heads], AIR - 2e3)[0] == pytest.approx(0, abs=1e-9)
-    dense = 3e4 / (GAS_CONSTANT * 280.0)
-    assert half_way([heads], AIR + 3e4)[0] == pytest.approx(AREA * 10.0 * dense * 20.0**2 / 2, rel=1e-9)
+    falls_s = np.sqrt(0.3 * mass / (4e5 * AREA))
+    assert not moving.given_up(50 * falls_s, state).any()
+    assert moving.given_up(200 * falls_s, state).all()
+    waiting = chamber_of(TwoChambers, [ValveFlow(loss_coefficient=1.0, opening_time_s=2.0)], 8e5)
+    for time in (0.0, 2.0):
+        assert not waiting.given_up(np.full(1, time), waiting.start())[0]
 
 
 def test_heat_that_takes_time_comes_by_the_time_of_the_shot() -> None:

@@ -18,15 +18,7 @@ from pyroshock.twin.gun.effects.valve_flow import ValveFlow
 from pyroshock.twin.gun.shot import GAS_CONSTANT, nominal_shot
 from scipy.integrate import solve_ivp
 
-BENCH = GunBench(
-    tank_volume_m3=9.5e-3,
-    bore_diameter_m=0.049,
-    projectile_diameter_m=0.048,
-    travel_m=0.885,
-    friction_coefficient=0.3,
-    heat_capacity_ratio=1.4,
-    efficiency=1.0,
-)
+BENCH = GunBench(9.5e-3, 0.049, 0.048, 0.885, 0.3, 1.4, 1.0)
 #: The law's pressure is absolute with the atmosphere ahead: only then is p V the gas's energy.
 LOSSES = [BackPressure(), BlowBy(), BarrelLoss(), SlidingFriction()]
 

@@ -30,48 +30,30 @@ ERROR = np.array([-2.1, 4.4, -2.4, -3.9, 7.6])
 THESIS = GunBench(0.0095, 0.049, 0.048, 0.90, 1.464, 1.4, 0.5)
 
 
-def test_table_5_1_is_predicted():
+def test_table_5_1_is_predicted_with_its_errors_uncertainties_and_spread():
     np.testing.assert_allclose(gun_velocity(THESIS, PRESSURE, 0.1428).velocity_m_s, PREDICTED, atol=0.009)
-
-
-def test_errors_of_table_5_1_and_their_mean():
     errors = percentage_error(MEASURED, PREDICTED)
     np.testing.assert_allclose(errors, ERROR, atol=0.06)
     assert np.abs(errors).mean() == pytest.approx(4.07, abs=0.01)
-
-
-def test_uncertainties_of_table_5_1():
-    found = velocity_uncertainty_m_s(MEASURED, 0.085, 1e-3, 4e-5)
-    np.testing.assert_allclose(found, UNCERTAINTY, atol=0.006)
+    np.testing.assert_allclose(velocity_uncertainty_m_s(MEASURED, 0.085, 1e-3, 4e-5), UNCERTAINTY, atol=0.006)
+    assert thesis_spread().log_sd == pytest.approx(velocity_spread(MEASURED, PREDICTED).log_sd, rel=0.01)
 
 
 def test_corner_takes_thirty_to_forty_seven_percent_for_the_thesis_range():
+    """And explains an efficiency of a half by leakage; the first share outside of 0 to 1 is named."""
     np.testing.assert_allclose(1 - corner_velocity_ratio([0.4, 0.6]), [0.30, 0.47], atol=0.005)
-
-
-def test_corner_explains_an_efficiency_of_a_half_by_leakage():
     assert corner_leakage(0.5) == pytest.approx(1 - 0.5 ** (10 / 7), rel=1e-12)
     np.testing.assert_allclose(corner_leakage(corner_velocity_ratio([0, 0.3, 1])), [0, 0.3, 1], atol=1e-12)
-
-
-def test_a_leakage_above_one_is_refused():
-    with pytest.raises(ValueError, match=r"leakage = 1\.2: expected 0 to 1"):
-        corner_velocity_ratio([0.5, 1.2])
-
-
-def test_the_first_share_outside_is_named():
-    with pytest.raises(ValueError, match=r"leakage = -0\.5: expected 0 to 1"):
-        corner_velocity_ratio([0.5, -0.5, 1.2])
+    for share, name in (([0.5, 1.2], r"1\.2"), ([0.5, -0.5, 1.2], r"-0\.5")):
+        with pytest.raises(ValueError, match=rf"leakage = {name}: expected 0 to 1"):
+            corner_velocity_ratio(share)
     with pytest.raises(ValueError, match=r"velocity_ratio = 1\.5: expected 0 to 1"):
         corner_leakage([1.0, 1.5])
 
 
-def test_the_spread_of_known_ratios_is_theirs():
+def test_the_spread_of_known_ratios_is_theirs_without_shots_that_stay():
     spread = velocity_spread(10 * np.exp([0.1, 0.2, 0.3]), np.full(3, 10.0))
     assert (spread.log_mean, spread.log_sd, spread.shots) == (pytest.approx(0.2), pytest.approx(0.1), 3)
-
-
-def test_shots_that_stay_in_either_are_left_out():
     found = velocity_spread([0.0, 0.2, 8.0, 9.0, 5.0], [4.0, 0.1, 0.5, 0.0, 2.5])
     assert found.shots == 3
     assert found.log_mean == pytest.approx(np.log(2 * 16 * 2) / 3)
@@ -79,10 +61,6 @@ def test_shots_that_stay_in_either_are_left_out():
     assert (pair.shots, pair.log_sd) == (2, pytest.approx(np.log(4) / np.sqrt(2)))
     with pytest.raises(ValueError, match="1 shots with both velocities"):
         velocity_spread([2.0, 0.0], [1.0, 1.0])
-
-
-def test_the_shipped_spread_is_that_of_the_five_shots():
-    assert thesis_spread().log_sd == pytest.approx(velocity_spread(MEASURED, PREDICTED).log_sd, rel=0.01)
 
 
 def test_effects_bring_another_gun_near_its_record(real_data):

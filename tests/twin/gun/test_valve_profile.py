@@ -102,19 +102,15 @@ def test_velocity_is_that_of_the_balances(profile: ValveProfile, pressure_pa: fl
     assert shots.exit_time_s[0] == pytest.approx(time, rel=2e-5)
 
 
-def test_wide_and_open_at_once_is_the_nominal_gun() -> None:
+def test_wide_and_open_at_once_is_the_nominal_gun_and_never_opened_keeps_the_projectile() -> None:
     pressure, mass = np.array([0.5e5, 2e5, 6e5]), np.array([0.1428, 0.5, 1.0])
     wide = effect("gun.valve_flow", loss_coefficient=1e-4)
     shots = gun_velocity(BENCH, pressure, mass, [wide], valve_profiles=[ValveProfile.parse("0:1")] * 3)
     np.testing.assert_allclose(shots.velocity_m_s, gun_velocity(BENCH, pressure, mass).velocity_m_s, rtol=1e-3)
-
-
-def test_never_opened_keeps_the_projectile() -> None:
-    valve = effect("gun.valve_flow", loss_coefficient=1.0)
     # Without a volume behind the valve only its own passage, a ten-thousandth of the tank, could push; with one the
     # pressure there is the atmosphere's, and nothing moves at all.
-    dead = effect("gun.dead_volume", volume_m3=5e-3)
-    shots = gun_velocity(BENCH, [2e5, 8e5], 0.5, [valve, dead], valve_profiles=[ValveProfile.parse("0:0")] * 2)
+    closed = [effect("gun.valve_flow", loss_coefficient=1.0), effect("gun.dead_volume", volume_m3=5e-3)]
+    shots = gun_velocity(BENCH, [2e5, 8e5], 0.5, closed, valve_profiles=[ValveProfile.parse("0:0")] * 2)
     assert shots.velocity_m_s.tolist() == [0.0, 0.0]
     assert not shots.left.any()
 
@@ -179,9 +175,6 @@ def test_a_profile_without_the_effect_acts_on_a_valve_as_wide_as_the_bore() -> N
     shots = gun_velocity(BENCH, [4e5, 4e5], 0.5, valve_profiles=[CLOSING, None])
     assert shots.velocity_m_s[0] == full_bore.velocity_m_s[0]
     assert shots.velocity_m_s[1] == gun_velocity(BENCH, 4e5, 0.5).velocity_m_s[0]
-
-
-def test_profiles_are_one_for_each_shot() -> None:
     with pytest.raises(ValueError, match="1 valve profiles: expected one for each of 2 shots"):
         gun_velocity(BENCH, [2e5, 3e5], 0.5, [effect("gun.valve_flow")], valve_profiles=[CLOSING])
 
