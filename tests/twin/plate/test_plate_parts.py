@@ -52,6 +52,7 @@ def flexural_hz(thickness_m: float, wavenumber_1_m: float) -> float:
 
 @pytest.mark.parametrize("waves_in_thickness", [0.02, 0.1, 0.5, 2.0])
 def test_thick_plates_have_mindlins_waves(waves_in_thickness: float) -> None:
+    """A free edge does not resist twisting over a third of the thickness."""
     h = 0.04
     build, k = plate(h), 2 * np.pi * waves_in_thickness / h
     thin_hz = k**2 * math.sqrt(200e9 * h**2 / 12 / (1 - 0.3**2) / 7800.0) / (2 * np.pi)
@@ -59,13 +60,11 @@ def test_thick_plates_have_mindlins_waves(waves_in_thickness: float) -> None:
     assert mindlin_hz(build, np.array([thin_hz, 0.0])) == pytest.approx([thick_hz, 0.0], rel=1e-9)
     assert kirchhoff_hz(build, thick_hz) == pytest.approx(thin_hz, rel=1e-9)
     assert flexural_wavelength_m(build, thin_hz) == pytest.approx(h / waves_in_thickness, rel=1e-12)
-
-
-def test_a_free_edge_does_not_resist_twisting_over_a_third_of_the_thickness() -> None:
-    assert edge_layer_m(plate(0.03)) == pytest.approx(0.03 / np.pi, rel=1e-12)
+    assert edge_layer_m(build) == pytest.approx(h / np.pi, rel=1e-12)
 
 
 def test_rayleighs_damping_has_both_ratios_and_both_laws_between() -> None:
+    """None is a damping at any two frequencies."""
     law = RayleighDamping(50.0, 0.02, 800.0, 0.05)
     assert law.ratios(np.array([0.0, 50.0, 800.0])) == pytest.approx([0.0, 0.02, 0.05], rel=1e-12)
     # 2 omega zeta = alpha + beta omega^2 is a straight line in the square of the frequency.
@@ -73,6 +72,11 @@ def test_rayleighs_damping_has_both_ratios_and_both_laws_between() -> None:
     rate = 2 * frequency * law.ratios(frequency)
     line = np.polynomial.Polynomial.fit(frequency[[1, 3]] ** 2, rate[[1, 3]], 1)
     assert rate == pytest.approx(line(frequency**2), rel=1e-9)
+    for none in (RayleighDamping(0.5, 0.0, 800.0, 0.0), ConstantDamping(0.0)):
+        assert none.ratios(np.array([0.0, 3.0])).tolist() == [0, 0]
+    for ratio in (-0.5, 1.0):
+        with pytest.raises(ValueError, match=f"ratio = {ratio!r}: expected 0 to below 1"):
+            ConstantDamping(ratio)
 
 
 @pytest.mark.parametrize(
@@ -90,17 +94,6 @@ def test_rayleighs_damping_has_both_ratios_and_both_laws_between() -> None:
 def test_damping_that_cannot_be_is_refused(given: tuple[float, float, float, float], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         RayleighDamping(*given)
-
-
-def test_none_is_a_damping_at_any_two_frequencies() -> None:
-    assert RayleighDamping(0.5, 0.0, 800.0, 0.0).ratios(np.array([0.0, 3.0])).tolist() == [0, 0]
-
-
-@pytest.mark.parametrize("ratio", [-0.5, 1.0])
-def test_a_ratio_beyond_none_and_critical_is_refused(ratio: float) -> None:
-    with pytest.raises(ValueError, match=f"ratio = {ratio!r}: expected 0 to below 1"):
-        ConstantDamping(ratio)
-    assert ConstantDamping(0.0).ratios(np.zeros(2)).tolist() == [0, 0]
 
 
 def derivatives(terms: dict[tuple[int, int], float]) -> np.ndarray:
@@ -149,15 +142,10 @@ def test_places_are_found_in_their_triangles_and_only_there() -> None:
         _located(mesh, np.array([[1 + 1e-4, 0.5], [0.5, 0.5], [0.2, -0.3]]))
 
 
-def test_a_triangle_is_a_polygon() -> None:
-    checked_outline(((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)))
-    with pytest.raises(ValueError, match="sides at corner 2 fold back"):
-        checked_outline(((0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (1.5, 0.0), (1.0, 1.0)))
-
-
 @pytest.mark.parametrize(
     ("outline", "message"),
     [
+        (((0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (1.5, 0.0), (1.0, 1.0)), "sides at corner 2 fold back"),
         (((0.0, 0.0), (1.0, 0.0), (math.nan, 1.0)), "expected three corners"),
         (((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "expected three corners"),
         (((0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (0.5, 0.0), (0.0, 0.5)), "sides 0 and 2 touch or cross"),
@@ -188,16 +176,17 @@ def test_sides_that_cross_do_so_from_any_corner_and_either_way() -> None:
 
 
 def test_an_outline_is_the_same_from_any_corner_and_either_way() -> None:
+    """Its area is signed; triangles turn counter-clockwise."""
     corners = np.array([[0.0, 0.2], [1.0, 0.0], [1.2, 0.9], [0.0, 0.7]])
     for start in range(4):
         turned = np.roll(corners, start, axis=0)
         np.testing.assert_array_equal(canonical(turned), corners)
         np.testing.assert_array_equal(canonical(turned[::-1]), corners)
-    assert area(corners) == -area(corners[::-1]) == pytest.approx(0.5 * abs(_shoelace(corners)))
-
-
-def _shoelace(corners: np.ndarray) -> float:
-    return sum(float(np.linalg.det(np.stack([a, b]))) for a, b in zip(corners, np.roll(corners, -1, 0), strict=True))
+    shoelace = sum(np.linalg.det(np.stack([a, b])) for a, b in zip(corners, np.roll(corners, -1, 0), strict=True))
+    assert area(corners) == -area(corners[::-1]) == pytest.approx(0.5 * abs(shoelace))
+    points, triangles = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 3.0]]), np.array([[0, 1, 2], [0, 2, 1]])
+    assert areas(points, triangles).tolist() == [3.0, -3.0]
+    assert areas(points, counter_clockwise(points, triangles)).tolist() == [3.0, 3.0]
 
 
 def test_points_of_sides_become_corners_where_they_lie() -> None:
@@ -213,12 +202,16 @@ def test_points_of_sides_become_corners_where_they_lie() -> None:
             assert more[more.index([x, 0.0]) - 1] == after
 
 
-def test_a_plate_knows_its_mass_and_its_rigidity() -> None:
+def test_a_plate_knows_its_mass_and_its_rigidity_and_where_a_stretch_lies() -> None:
     build = replace(plate(0.02), outline_m=((0.0, 0.0), (0.0, 2.0), (1.0, 0.0)))
     assert build.area_m2 == pytest.approx(1.0)
     assert build.mass_per_area_kg_m2 == pytest.approx(156.0)
     assert build.mass_kg == pytest.approx(156.0)
     assert build.rigidity_n_m == pytest.approx(200e9 * 8e-6 / 12 / 0.91, rel=1e-12)
+    outline = ((0.0, 0.0), (1.0, 0.0), (1.0, 2.0), (0.0, 1.0))
+    found = [stretch(replace(plate(0.01), outline_m=outline), Clamped(side, 0.25, 0.5)).tolist() for side in range(4)]
+    expected = [[[0.25, 0], [0.5, 0]], [[1, 0.5], [1, 1]], [[0.75, 1.75], [0.5, 1.5]], [[0, 0.75], [0, 0.5]]]
+    assert found == expected
 
 
 @pytest.mark.parametrize(
@@ -241,13 +234,6 @@ def test_plates_that_cannot_be_are_refused(change: dict[str, Any], message: str)
     with pytest.raises(ValueError, match=message):
         replace(plate(0.01), **change)
     assert replace(plate(0.01), masses=(PointMass((0.1, 0.1), 0.0),), edges=(Clamped(3),)).edges[0].side == 3
-
-
-def test_a_held_stretch_lies_on_its_side() -> None:
-    outline = ((0.0, 0.0), (1.0, 0.0), (1.0, 2.0), (0.0, 1.0))
-    found = [stretch(replace(plate(0.01), outline_m=outline), Clamped(side, 0.25, 0.5)).tolist() for side in range(4)]
-    expected = [[[0.25, 0], [0.5, 0]], [[1, 0.5], [1, 1]], [[0.75, 1.75], [0.5, 1.5]], [[0, 0.75], [0, 0.5]]]
-    assert found == expected
 
 
 def test_a_mesh_is_fine_about_what_is_sharp_and_nowhere_else() -> None:
@@ -304,12 +290,6 @@ def test_what_is_not_held_moves_as_a_whole(turned: float) -> None:
     spring = PointSpring((0.3 * c - 0.3 * s, 0.3 * s + 0.3 * c), 1e3)
     assert _rigid_modes(replace(build, springs=(spring,))) == 2
     assert _rigid_modes(replace(build, springs=(replace(spring, stiffness_n_m=0.0),))) == 3
-
-
-def test_triangles_have_areas_and_turn_counter_clockwise() -> None:
-    points = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 3.0]])
-    assert areas(points, np.array([[0, 1, 2], [0, 2, 1]])).tolist() == [3.0, -3.0]
-    assert areas(points, counter_clockwise(points, np.array([[0, 1, 2], [0, 2, 1]]))).tolist() == [3.0, 3.0]
 
 
 @pytest.mark.parametrize("turned", [0.0, 0.5])

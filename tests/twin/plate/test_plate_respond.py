@@ -88,12 +88,24 @@ def test_solve_ivp_agrees():
     assert np.max(np.abs(found - exact)) < 1e-6 * np.max(np.abs(exact))
 
 
-def test_a_finer_grid_of_the_same_force_changes_nothing():
-    many = plate(np.linspace(0, 4000, 40))
+def test_a_finer_grid_changes_nothing_and_hit_and_sensor_change_places():
+    """A force may be there at one sample only; sensors are chosen by name."""
+    many = plate(np.linspace(0, 4000, 40), sensors=3)
     force = np.random.default_rng(2).normal(size=200)
     fine = np.interp(np.arange(0, 199.01, 0.25), np.arange(200), force)
     coarse, refined = respond(many, force, 1e-4), respond(many, fine, 2.5e-5)
     np.testing.assert_allclose(refined[:, ::4], coarse, atol=1e-11 * np.abs(coarse).max())
+    np.testing.assert_array_equal(respond(many, force, 1e-4, sensors=("c", "a")), coarse[[2, 0]])
+    knock = np.zeros((2, 64))
+    knock[0, 0], knock[1, 1] = 2.5, -1.0
+    few = plate([100.0, 700.0])
+    exact = respond(few, knock, 1e-4)
+    found = PlateResponse.of(few, "#1", None, 1e-4, 64).accelerations(knock)
+    np.testing.assert_allclose(found, exact, atol=1e-12 * np.abs(exact).max())
+    there = plate(np.linspace(50, 4000, 33), sensors=1)
+    back = ModalPlate(there.frequency_hz, there.damping_ratio, there.shapes, there.shape_impact, ("#1",), ("a",))
+    half = half_sine(400, 1e-3, 1e-4)
+    np.testing.assert_allclose(respond(there, half, 1e-4), respond(back, half, 1e-4), rtol=1e-12, atol=1e-12)
 
 
 def test_work_becomes_motion_strain_and_heat():
@@ -106,13 +118,6 @@ def test_work_becomes_motion_strain_and_heat():
     work = np.trapezoid(force * velocity, dx=step_s)
     heat = np.trapezoid(2 * 0.03 * omega * velocity**2, dx=step_s)
     assert work == pytest.approx(velocity[-1] ** 2 / 2 + (omega * q[-1]) ** 2 / 2 + heat, rel=1e-4)
-
-
-def test_hit_and_sensor_change_places():
-    there = plate(np.linspace(50, 4000, 33), sensors=1)
-    back = ModalPlate(there.frequency_hz, there.damping_ratio, there.shapes, there.shape_impact, ("#1",), ("a",))
-    force = half_sine(400, 1e-3, 1e-4)
-    np.testing.assert_allclose(respond(there, force, 1e-4), respond(back, force, 1e-4), rtol=1e-12, atol=1e-12)
 
 
 def test_slow_modes_lose_no_precision():
@@ -151,31 +156,12 @@ def test_convolved_pulses_equal_the_recursion(begin):
     np.testing.assert_array_equal(response.accelerations(forces[2, :120]).shape, (2, 3000))
 
 
-def test_a_force_that_is_there_at_one_sample_only():
-    many = plate([100.0, 700.0])
-    knock = np.zeros((2, 64))
-    knock[0, 0], knock[1, 1] = 2.5, -1.0
-    exact = respond(many, knock, 1e-4)
-    found = PlateResponse.of(many, "#1", None, 1e-4, 64).accelerations(knock)
-    np.testing.assert_allclose(found, exact, atol=1e-12 * np.abs(exact).max())
-
-
-def test_sensors_are_chosen_by_name():
-    many = plate([100.0, 300.0], sensors=3)
-    force = half_sine(50, 1e-3, 1e-4)
-    both = respond(many, force, 1e-4, sensors=("c", "a"))
-    np.testing.assert_array_equal(both, respond(many, force, 1e-4)[[2, 0]])
-
-
 def test_modes_beyond_half_the_sampling_rate_are_refused():
     many = plate([100.0, 6000.0])
     with pytest.raises(ValueError, match=r"6000 Hz is beyond half the sampling rate, 5000 Hz"):
         respond(many, np.zeros(10), 1e-4)
     assert respond(kept_below(many, 5000.0), np.zeros(10), 1e-4).shape == (2, 10)
     assert kept_below(many, 6000.0).frequency_hz.tolist() == [100.0]
-
-
-def test_a_slow_plate_may_be_seen_in_long_steps():
     assert respond(oscillator(0.01, 0.0), np.ones(3), 20.0).shape == (1, 3)
     with pytest.raises(ValueError, match=r"0\.01 Hz is beyond half"):
         respond(oscillator(0.01, 0.0), np.ones(3), 50.0)

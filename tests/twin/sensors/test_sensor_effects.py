@@ -54,12 +54,10 @@ def test_default_acts_on_its_own_channel_alone(identity, hook):
 
 
 def test_pressure_set_by_a_reading_is_gain_and_offset_undone():
+    """The tank never holds less than the atmosphere."""
     both = SensorChain.of([effect("sensor.pressure_gain", gain=1.1), effect("sensor.pressure_offset", offset_pa=2e4)])
     true = np.array([1e5, 7e5])
     np.testing.assert_allclose(both.true_pressure_pa(1.1 * true + 2e4), true, rtol=1e-14)
-
-
-def test_tank_never_holds_less_than_the_atmosphere():
     assert chain("sensor.pressure_offset", offset_pa=5e4).true_pressure_pa(np.array([3e4])) == [0.0]
 
 
@@ -112,19 +110,16 @@ def test_low_pass_follows_the_differential_equation_and_keeps_the_impulse():
     assert seen.sum() == pytest.approx(force.sum(), rel=1e-9)
 
 
-def test_low_pass_far_above_the_rate_changes_next_to_nothing():
+def test_low_pass_changes_next_to_nothing_far_above_the_rate_and_keeps_its_digits_far_below():
     force = np.sin(np.linspace(0, np.pi, 200))
     seen = chain("sensor.force_bandwidth", time_constant_s=1e-9).measured_force_n(force, STEP_S)
     np.testing.assert_allclose(seen, force, atol=1e-4 * 0.02)
-
-
-def test_slow_low_pass_keeps_its_digits():
     step = chain("sensor.force_bandwidth", time_constant_s=1e-2).measured_force_n(np.ones(20), 1e-8)
     late = np.arange(1, 20) * 1e-8 / 1e-2
     np.testing.assert_allclose(np.diff(step), np.exp(-late[:19]) * -np.expm1(-1e-6), rtol=1e-6)
 
 
-def test_mount_follows_the_differential_equation():
+def test_mount_follows_the_differential_equation_and_answers_a_step_with_its_overshoot():
     period, zeta = 1.1e-4, 0.03
     w = 2 * np.pi / period
     time = np.arange(500) * STEP_S
@@ -132,9 +127,6 @@ def test_mount_follows_the_differential_equation():
     mount = chain("sensor.mount_resonance", period_s=period, damping_ratio=zeta)
     _, expected, _ = lsim(TransferFunction([2 * zeta * w, w**2], [1.0, 2 * zeta * w, w**2]), base, time)
     np.testing.assert_allclose(mount.measured_acceleration_m_s2(base, STEP_S), expected, atol=1e-10)
-
-
-def test_mount_answers_a_step_with_its_overshoot():
     seen = chain("sensor.mount_resonance", period_s=1e-3, damping_ratio=0.03).measured_acceleration_m_s2(
         np.concatenate(([0.0], np.ones(20_000))), 1e-6
     )
@@ -142,31 +134,20 @@ def test_mount_answers_a_step_with_its_overshoot():
     assert 1.9 < seen.max() < 2.0
 
 
-def test_zero_shift_is_a_share_of_the_peak_that_decays_from_it():
-    series = np.zeros((2, 1, 100))
-    series[0, 0, 10], series[1, 0, 40] = -200.0, 80.0
-    shift = chain("sensor.zero_shift", share=0.05, decay_time_s=1e-3)
-    offset = shift.measured_acceleration_m_s2(series, STEP_S) - series
-    assert np.all(offset[0, 0, :10] == 0) and np.all(offset[1, 0, :40] == 0)
-    np.testing.assert_allclose(offset[0, 0, 10:], 10.0 * np.exp(-np.arange(90) * STEP_S / 1e-3), rtol=1e-12)
-    np.testing.assert_allclose(offset[1, 0, 40:], 4.0 * np.exp(-np.arange(60) * STEP_S / 1e-3), rtol=1e-12)
-
-
-def test_each_shot_has_its_own_shift():
+def test_zero_shift_of_each_shot_is_a_share_of_the_peak_that_decays_from_it():
+    """After a long wait as after none: a second before the shock is ten thousand decay times, whose exponential is no
+    number."""
     series = np.zeros((3, 2, 50))
     series[:, 0, 20], series[:, 1, 30] = -10.0, 40.0
     shares, times = np.array([0.1, 0.0, -0.2]), np.array([1e-3, 1e-3, 2e-4])
-    shift = chain("sensor.zero_shift", share=shares, decay_time_s=times)
-    offset = shift.measured_acceleration_m_s2(series, STEP_S) - series
-    for row in range(3):
-        for channel, (peak, at) in enumerate(((10.0, 20), (40.0, 30))):
-            late = (np.arange(50) - at) * STEP_S
-            expected = np.where(late >= 0, shares[row] * peak * np.exp(-np.maximum(late, 0) / times[row]), 0.0)
-            np.testing.assert_allclose(offset[row, channel], expected, rtol=1e-12, atol=1e-12)
-
-
-def test_shift_after_a_long_wait_is_as_after_none():
-    """A second before the shock is ten thousand decay times, whose exponential is no number."""
+    for share, decay_s in ((shares, times), (0.05, 1e-3)):
+        shift = chain("sensor.zero_shift", share=share, decay_time_s=decay_s)
+        offset = shift.measured_acceleration_m_s2(series, STEP_S) - series
+        for row, (own, own_s) in enumerate(zip(np.broadcast_to(share, 3), np.broadcast_to(decay_s, 3), strict=True)):
+            for sensor, (peak, at) in enumerate(((10.0, 20), (40.0, 30))):
+                late = (np.arange(50) - at) * STEP_S
+                expected = np.where(late >= 0, own * peak * np.exp(-np.maximum(late, 0) / own_s), 0.0)
+                np.testing.assert_allclose(offset[row, sensor], expected, rtol=1e-12, atol=1e-12)
     short, before = np.array([0.0, 50.0, -20.0, 0.0, 0.0]), np.zeros(1000)
     shift = chain("sensor.zero_shift", share=0.1, decay_time_s=1e-4)
     alone = shift.measured_acceleration_m_s2(short, 1e-3)

@@ -88,13 +88,10 @@ def test_a_long_tail_keeps_its_impulse_whatever_is_beside_it() -> None:
         assert together.contact_time_s[row] == pytest.approx(alone.contact_time_s[0], rel=2e-3)
 
 
-def test_longest_of_an_octave_is_seen_to_its_end() -> None:
+def test_each_pulse_has_its_own_low_pass_and_the_longest_of_an_octave_its_end() -> None:
     time = OCTAVE_S * np.array([1.0, 1.999])
     given, tau = half_sines(time, np.array([1e3, 1e3])), OCTAVE_S * 0.01
     agrees(measured_pulses(low_pass(tau), given), given, 1, tau, time[0] / STEPS)
-
-
-def test_each_pulse_has_its_own_low_pass() -> None:
     time = np.array([3e-4, 2e-3, 3.1e-4])
     tau = np.array([1e-4, 2e-4, 3e-5])
     given = half_sines(time, np.array([1e3, 2e3, 3e3]))

@@ -24,34 +24,23 @@ def read(tmp_path, text, tolerance=None):
 
 
 def test_levels_between_break_points_are_a_power_law():
+    """Six decibels per octave double; break points keep their levels, and outside of them there is none."""
     lines = np.geomspace(100, 1000, 9)
     exponent = np.log10(1500 / 50)
     np.testing.assert_allclose(target().at(lines).level_m_s2, 50 * (lines / 100) ** exponent, rtol=1e-12)
-
-
-def test_slope_of_six_decibels_per_octave_doubles():
+    np.testing.assert_allclose(target().at(target().frequency_hz).level_m_s2, [50, 1500, 1500], rtol=1e-12)
     made = ramps(100, 10.0, (800, 20 * np.log10(2)), (1600, 0.0))
     np.testing.assert_allclose(made.level_m_s2, [10, 80, 80], rtol=1e-12)
     np.testing.assert_allclose(made.slope_db_per_octave, [20 * np.log10(2), 0], atol=1e-12)
-
-
-def test_break_points_keep_their_levels():
-    np.testing.assert_allclose(target().at(target().frequency_hz).level_m_s2, [50, 1500, 1500], rtol=1e-12)
-
-
-def test_no_level_outside_of_the_range():
     with pytest.raises(ValueError, match="99 Hz: the target reaches from 100 to 10000 Hz"):
         target().at(np.array([99.0, 200.0]))
 
 
-def test_tolerance_holds_up_to_the_next_break_point():
+def test_tolerance_holds_up_to_the_next_break_point_and_makes_break_points():
     steps = Target(np.array([100.0, 1000, 10000]), np.ones(3), np.array([3.0, 6, 9]), np.array([1.0, 2, 3]))
-    made = steps.at(np.array([100.0, 999, 1000, 9999, 10000]))
-    np.testing.assert_array_equal(made.upper_db, [3, 3, 6, 6, 9])
-    np.testing.assert_array_equal(made.lower_db, [1, 1, 2, 2, 3])
-
-
-def test_band_that_begins_between_break_points_becomes_one():
+    held = steps.at(np.array([100.0, 999, 1000, 9999, 10000]))
+    np.testing.assert_array_equal(held.upper_db, [3, 3, 6, 6, 9])
+    np.testing.assert_array_equal(held.lower_db, [1, 1, 2, 2, 3])
     made = target().with_tolerance(NASA_STD_7003)
     lines = made.at(np.array([100.0, 2999, 3000, 3001, 10000]))
     np.testing.assert_array_equal(lines.upper_db, [6, 6, 6, 9, 9])
@@ -59,16 +48,12 @@ def test_band_that_begins_between_break_points_becomes_one():
     np.testing.assert_allclose(made.at(np.array([500.0])).level_m_s2, target().at(np.array([500.0])).level_m_s2)
 
 
-def test_lines_of_a_specification_are_even_on_log_paper_and_keep_both_ends():
+def test_lines_of_a_specification_are_even_on_log_paper_and_those_of_a_table_its_own():
     lines = target(frequency=(100.0, 200.0, 1600.0)).lines(6)
     assert lines.size == 25
     np.testing.assert_allclose(np.diff(np.log2(lines)), 1 / 6, rtol=1e-9)
-
-
-def test_table_of_lines_is_judged_at_its_own_lines():
     own = 100 * 2 ** (np.arange(19) / 6)
-    table = Target(own, np.ones(19), np.ones(19), np.ones(19))
-    np.testing.assert_array_equal(table.lines(), own)
+    np.testing.assert_array_equal(Target(own, np.ones(19), np.ones(19), np.ones(19)).lines(), own)
 
 
 @pytest.mark.parametrize(
@@ -106,16 +91,14 @@ def test_one_target_however_it_is_written(tmp_path, text):
 
 
 def test_tolerance_given_counts_before_the_file_and_the_file_before_the_standard(tmp_path):
+    """A side without a column is free."""
     stated = "frequency_hz,level_g,tolerance_db\n100,50,3\n10000,1500,3\n"
     silent = "frequency_hz,level_g\n100,50\n10000,1500\n"
     assert set(read(tmp_path, stated, within_db(4.0)).upper_db) == {4.0}
     assert set(read(tmp_path, stated).upper_db) == {3.0}
     np.testing.assert_array_equal(read(tmp_path, silent).upper_db, [6, 9, 9])
-
-
-def test_side_without_a_column_is_free(tmp_path):
-    made = read(tmp_path, "frequency_hz,level_g,lower_db\n100,50,0\n1000,1500,0\n")
-    assert np.all(np.isinf(made.upper_db)) and np.all(made.lower_db == 0)
+    lower = read(tmp_path, "frequency_hz,level_g,lower_db\n100,50,0\n1000,1500,0\n")
+    assert np.all(np.isinf(lower.upper_db)) and np.all(lower.lower_db == 0)
 
 
 @pytest.mark.parametrize("content", [b"frequency_hz,level_g\n100,\xff\n", "Größe".encode("latin-1"), b"a\0b"])

@@ -13,34 +13,21 @@ def target(upper=6.0, lower=6.0) -> Target:
     return Target(LINES, np.full(4, 10.0), np.full(4, upper), np.full(4, lower))
 
 
-def test_twice_the_level_is_six_decibels_above():
-    found = compare(np.full(4, 20.0), LINES, target())
-    np.testing.assert_allclose(found.error_db, 6.0206, atol=1e-4)
-    np.testing.assert_allclose(found.margin_db, -0.0206, atol=1e-4)
-    assert not found.within
-
-
-def test_margin_counts_to_the_nearer_edge():
-    found = compare(10 * 10 ** (np.array([2.0, -2.0, 5.0, -1.0]) / 20), LINES, target(upper=9.0, lower=3.0))
-    np.testing.assert_allclose(found.margin_db, [5, 1, 4, 2], atol=1e-9)
-    assert found.worst_margin_db == pytest.approx(1.0) and found.worst_frequency_hz == 200
-
-
-def test_edge_belongs_to_the_band():
+def test_margin_counts_to_the_nearer_edge_and_shares_count_lines():
+    """Twice the level is six decibels above; the edge belongs to the band, a free side never fails, and no response is
+    infinitely below."""
+    double = compare(np.full(4, 20.0), LINES, target())
+    np.testing.assert_allclose(double.error_db, 6.0206, atol=1e-4)
+    np.testing.assert_allclose(double.margin_db, -0.0206, atol=1e-4)
+    assert not double.within
+    nearer = compare(10 * 10 ** (np.array([2.0, -2.0, 5.0, -1.0]) / 20), LINES, target(upper=9.0, lower=3.0))
+    np.testing.assert_allclose(nearer.margin_db, [5, 1, 4, 2], atol=1e-9)
+    assert nearer.worst_margin_db == pytest.approx(1.0) and nearer.worst_frequency_hz == 200
     assert compare(np.full(4, 10 * 10**0.3), LINES, target(upper=6.0)).within
-
-
-def test_shares_count_lines():
-    found = compare(np.array([10.0, 11.0, 9.0, 40.0]), LINES, target())
-    assert found.share_within == 0.75 and found.share_above == 0.75
-
-
-def test_no_response_is_infinitely_below():
-    found = compare(np.array([0.0, 10, 10, 10]), LINES, target())
-    assert found.worst_margin_db == -np.inf and found.worst_frequency_hz == 100
-
-
-def test_free_side_never_fails():
+    some = compare(np.array([10.0, 11.0, 9.0, 40.0]), LINES, target())
+    assert some.share_within == 0.75 and some.share_above == 0.75
+    none = compare(np.array([0.0, 10, 10, 10]), LINES, target())
+    assert none.worst_margin_db == -np.inf and none.worst_frequency_hz == 100
     assert compare(np.full(4, 1e9), LINES, target(upper=np.inf)).within
     assert not compare(np.full(4, 1.0), LINES, target(upper=np.inf)).within
 
@@ -58,20 +45,14 @@ def test_lines_beyond_the_target_are_left_out():
     found = compare(np.array([1e9, 10.0, 10.0, 1e9]), lines, target())
     np.testing.assert_array_equal(found.frequency_hz, [100, 800])
     assert found.within
-
-
-def test_spectrum_without_a_line_in_range_is_refused():
     with pytest.raises(ValueError, match=r"no line of the spectrum \(1 to 2 Hz\) .* range \(100 to 800 Hz\)"):
         compare(np.ones(2), np.array([1.0, 2.0]), target())
 
 
-def test_nasa_std_7003_opens_upwards_above_three_kilohertz():
+def test_nasa_std_7003_opens_upwards_above_three_kilohertz_and_no_tolerance_is_one():
     upper, lower = NASA_STD_7003.at(np.array([0.0, 100, 3000, 3000.5, 10_000]))
     assert upper.tolist() == [6, 6, 6, 9, 9]
     assert lower.tolist() == [6] * 5
-
-
-def test_no_tolerance_is_one_and_less_than_none_is_refused():
     assert compare(np.full(4, 10.0), LINES, Target(LINES, np.full(4, 10.0), *within_db(0.0).at(LINES))).within
     for wrong in ((-0.5, 1.0), (1.0, -0.5)):
         with pytest.raises(ValueError, match="expected 0 dB or more"):
@@ -87,22 +68,16 @@ def test_a_rounding_error_beyond_the_edge_is_no_offence_and_more_is():
     assert below.share_above == 1 and np.all(below.error_db == 0)
 
 
-@pytest.mark.parametrize(
-    ("text", "meant"),
-    [
-        ("6dB", within_db(6.0)),
-        (" 6 dB", within_db(6.0)),
-        ("±1.5db", within_db(1.5)),
-        ("+9/-6dB", within_db(9.0, 6.0)),
-        ("+9 dB / -6 dB", within_db(9.0, 6.0)),
-        ("NASA-STD-7003", NASA_STD_7003),
-    ],
-)
-def test_tolerances_read(text, meant):
-    assert parse_tolerance(text) == meant
-
-
-@pytest.mark.parametrize("text", ["6", "-6dB", "dB", "6dBm", "9/6dB", ""])
-def test_other_tolerances_are_refused(text):
-    with pytest.raises(ValueError, match="expected one such as 6dB"):
-        parse_tolerance(text)
+def test_tolerances_read_and_others_are_refused():
+    for text, meant in {
+        "6dB": within_db(6.0),
+        " 6 dB": within_db(6.0),
+        "±1.5db": within_db(1.5),
+        "+9/-6dB": within_db(9.0, 6.0),
+        "+9 dB / -6 dB": within_db(9.0, 6.0),
+        "NASA-STD-7003": NASA_STD_7003,
+    }.items():
+        assert parse_tolerance(text) == meant
+    for text in ("6", "-6dB", "dB", "6dBm", "9/6dB", ""):
+        with pytest.raises(ValueError, match="expected one such as 6dB"):
+            parse_tolerance(text)

@@ -69,17 +69,17 @@ def test_record_begins_by_the_share_that_triggers_or_before_the_valve_turns(shot
 
 
 def test_impossible_trigger_and_recording_are_refused(shot: ShotTruth) -> None:
-    for trigger in ({"share": 0.0}, {"share": 1.0}, {"pre_trigger_s": -0.1}):
+    for setting in ({"share": 0.0}, {"share": 1.0}, {"pre_trigger_s": -0.1}):
         with pytest.raises(ValueError, match="trigger: "):
-            Trigger(**trigger)
-    for rate_hz, duration_s, pre_trigger_s, words in (
-        (0.0, 0.9, 0.2, "sampling_rate_hz"),
-        (RATE_HZ, -1.0, None, "duration_s"),
-        (RATE_HZ, 0.9, 0.9, "pre_trigger_s"),
-        (RATE_HZ, 3.0, 0.2, "until_s"),
+            Trigger(**setting)
+    for rate_hz, duration_s, trigger, words in (
+        (0.0, 0.9, Trigger(pre_trigger_s=0.2), "sampling_rate_hz"),
+        (RATE_HZ, -1.0, Trigger(), "duration_s"),
+        (RATE_HZ, 0.9, Trigger(pre_trigger_s=0.9), "pre_trigger_s"),
+        (RATE_HZ, 3.0, Trigger(pre_trigger_s=0.2), "until_s"),
     ):
         with pytest.raises(ValueError, match=words):
-            shot_signals(shot, BULLET, rate_hz, duration_s, Trigger(pre_trigger_s=pre_trigger_s))
+            shot_signals(shot, BULLET, rate_hz, duration_s, trigger)
     quiet = fire(GunBuild(), Effects.default(), 0.0, BULLET, np.random.default_rng(1), until_s=0.3)
     with pytest.raises(ValueError, match="no trigger"):
         shot_signals(quiet, BULLET, RATE_HZ, 0.9, Trigger(pre_trigger_s=0.2))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -27,6 +28,7 @@ RAISED: dict[str, Callable[[ImpactTruth], float]] = {
 }
 
 
+@cache
 def _strike(
     effects: Effects, struck: ImpactTarget = BARE, speed: float = 1.0, impactor: Impactor | None = None
 ) -> ImpactTruth:
