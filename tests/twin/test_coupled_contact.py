@@ -45,29 +45,29 @@ def stage():
 
 
 def test_plate_that_gives_way_takes_force_and_impulse(stage):
+    """Impact position and boundary conditions count."""
     coupled, rigid = (each.pulses(strikes(setting())) for each in (stage, BASE))
     assert coupled.peak_force_n[0] < 0.7 * rigid.peak_force_n[0]
     assert coupled.impulse_n_s[0] < 0.9 * rigid.impulse_n_s[0]
     assert coupled.force_n[0, 0] == coupled.force_n[0, -1] == 0
-
-
-def test_impact_position_counts(stage):
     middle, side = stage.pulses(strikes(setting(), setting(impact_position="#2"))).peak_force_n
     assert middle != side
+    bare = CoupledContact(BASE, PlateStage({"aluminum": plate(rigid=False)}))
+    free, fixed = bare.pulses(strikes(setting(), setting(boundary_conditions="fixed"))).peak_force_n
+    assert free != fixed
 
 
 def test_plate_compliance_does_not_count_twice(stage):
-    """Nor does a part of it; the loss of the contact acts beside the modes."""
-    for effects in ([PlateCompliance(1.0)], [PlateCompliance(0.3)]):
-        with_effect = replace(stage, base=LawContact(effects=effects, spread=NO_SPREAD))
-        assert np.array_equal(with_effect.pulses(strikes(setting())).force_n, stage.pulses(strikes(setting())).force_n)
-    lossy = replace(stage, base=LawContact(effects=[ViscousLoss(0.1)], spread=NO_SPREAD))
-    assert lossy.pulses(strikes(setting())).impulse_n_s[0] < stage.pulses(strikes(setting())).impulse_n_s[0]
+    """Nor does a part of it; the loss of the contact acts beside the modes, as the dashpot of a polymer does."""
 
+    def pulses_with(*effects):
+        return replace(stage, base=LawContact(effects=effects, spread=NO_SPREAD)).pulses(strikes(setting()))
 
-def test_relaxing_polymer_keeps_its_dashpot(stage):
-    relaxing = replace(stage, base=LawContact(effects=[ViscousLoss(0.0, polymer_loss=0.3)], spread=NO_SPREAD))
-    assert relaxing.pulses(strikes(setting())).impulse_n_s[0] < 0.95 * stage.pulses(strikes(setting())).impulse_n_s[0]
+    usual = stage.pulses(strikes(setting()))
+    for share in (1.0, 0.3):
+        assert np.array_equal(pulses_with(PlateCompliance(share)).force_n, usual.force_n)
+    assert pulses_with(ViscousLoss(0.1)).impulse_n_s[0] < usual.impulse_n_s[0]
+    assert pulses_with(ViscousLoss(0.0, polymer_loss=0.3)).impulse_n_s[0] < 0.95 * usual.impulse_n_s[0]
 
 
 def test_free_plate_without_rigid_mode_moves_as_a_mass():
@@ -79,12 +79,6 @@ def test_free_plate_without_rigid_mode_moves_as_a_mass():
     assert np.array_equal(held.frequency_hz, bare.frequency_hz)
     swinging = point_of_plate(replace(whole, frequency_hz=np.array([2.0, 120.0, 300.0, 700.0])), "#1", 3360.0, MASS)
     assert swinging.frequency_hz[0] == 2.0  # a rigid mode on its chains
-
-
-def test_boundary_conditions_of_the_setting_count():
-    stage = CoupledContact(BASE, PlateStage({"aluminum": plate(rigid=False)}))
-    free, fixed = stage.pulses(strikes(setting(), setting(boundary_conditions="fixed"))).peak_force_n
-    assert free != fixed
 
 
 def test_random_pulses_keep_the_balance_of_the_mean(stage):

@@ -12,29 +12,23 @@ TIME = np.arange(200) / 200
 PULSE = np.sin(np.pi * TIME) ** 2
 
 
-def test_equal_records_are_rated_one() -> None:
+def test_a_gain_costs_corridor_magnitude_and_slope_and_a_shift_phase() -> None:
+    """Equal records are rated one. Twice as high, a record is outside the corridor where above half the peak, and the
+    phase alone is whole."""
     assert rating(PULSE, PULSE) == pytest.approx(1.0)
-
-
-def test_a_gain_costs_corridor_magnitude_and_slope() -> None:
-    """Twice as high: outside the corridor where above half the peak, and the phase alone is whole."""
     assert rating(PULSE, 2 * PULSE) == pytest.approx(0.4 * 0.2865 + 0.2 + 0.0 + 0.2 * 0.5, abs=0.02)
-
-
-def test_a_shift_costs_phase() -> None:
     late = np.interp(TIME - 0.05, TIME, PULSE)
     assert rating(PULSE, late) == pytest.approx(rating(late, PULSE), abs=0.01)
     assert 0.8 < rating(PULSE, late) < 0.95
+    ratings = [rating(PULSE, gain * PULSE) for gain in (1.0, 1.1, 1.3, 1.6)]
+    assert ratings == sorted(ratings, reverse=True)
 
 
-def test_ratings_fall_with_the_error() -> None:
-    found = [rating(PULSE, gain * PULSE) for gain in (1.0, 1.1, 1.3, 1.6)]
-    assert found == sorted(found, reverse=True)
-
-
-def test_constant_record_is_refused() -> None:
+def test_constant_records_and_other_lengths_are_refused() -> None:
     with pytest.raises(ValueError, match="constant record"):
         rating(PULSE, np.zeros(200))
+    with pytest.raises(ValueError, match="one length"):
+        rating(PULSE, PULSE[:-1])
 
 
 @pytest.mark.parametrize("contact", [TIME > 0.9, TIME < 0.1], ids=["end", "begin"])
@@ -51,11 +45,6 @@ def test_a_rectangle_is_rated() -> None:
     step = np.where((TIME > 0.1) & (TIME < 0.3), 1.0, 0.0)
     assert rating(step, step) == pytest.approx(1.0)
     assert 0 <= rating(step, np.where(TIME > 0.95, 1.0, 0.0)) < 0.5
-
-
-def test_other_lengths_are_refused() -> None:
-    with pytest.raises(ValueError, match="one length"):
-        rating(PULSE, PULSE[:-1])
 
 
 def test_warping_undoes_a_local_shift() -> None:

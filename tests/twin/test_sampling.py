@@ -57,9 +57,6 @@ def test_a_contact_of_any_duration_keeps_its_impulse(
 def test_a_contact_shorter_than_a_step_differs_little_from_one_that_is_longer() -> None:
     shorter, longer = (sampled(triangle(time, 1 / time), 1e-5, 8)[0] for time in (0.999e-5, 1.001e-5))
     np.testing.assert_allclose(shorter, longer[: shorter.size], rtol=1e-9)
-
-
-def test_no_force_stays_none() -> None:
     assert not sampled(triangle(1e-3, 0.0), 1e-4).any()
 
 

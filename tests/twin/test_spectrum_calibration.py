@@ -129,7 +129,7 @@ def test_more_shots_narrow_the_bands():
     assert widths[2] < widths[1] < widths[0] * 1.05
 
 
-def test_what_a_sensor_did_not_record_teaches_it_nothing():
+def test_what_a_sensor_did_not_record_teaches_it_nothing_and_unknown_sensors_are_refused():
     settings = settings_of(8)
     levels = np.full((8, 2, LINES.size + 1), 3.0)
     levels[:, 0] = np.nan
@@ -137,9 +137,6 @@ def test_what_a_sensor_did_not_record_teaches_it_nothing():
     corrections = db(calibration.factors(settings, SENSORS))
     assert np.all(corrections[:, 0] == 0)
     assert np.all(corrections[:, 1] > 1.0)
-
-
-def test_levels_that_do_not_fit_and_sensors_that_there_are_none_of_are_refused():
     settings = settings_of(2)
     shots = measured(settings, np.zeros((2, 2, LINES.size + 1)), [0, 1])
     with pytest.raises(ValueError, match="predicted_db has shape"):

@@ -44,10 +44,11 @@ def test_same_spectrum_of_another_mount_is_the_same_proposal(apart_db, count):
     assert len(distinct([proposal(FIRST), proposal(other, apart_db)])) == count
 
 
-def test_one_line_apart_is_another_spectrum():
+def test_one_line_apart_is_another_spectrum_and_inside_and_outside_of_the_domain_are_never_one():
     bent = proposal(SPACE.setting(MOUNTS[8], 6e5, 0.9))
     bent.level_db[17] += 2 * SAME_SPECTRUM_DB
-    assert len(distinct([proposal(FIRST), bent])) == 2
+    for other in (bent, proposal(FIRST, 0.0, ("tip unknown",))):
+        assert len(distinct([proposal(FIRST), other])) == 2
 
 
 def test_order_stays_and_the_first_of_a_group_keeps_the_others():
@@ -55,7 +56,3 @@ def test_order_stays_and_the_first_of_a_group_keeps_the_others():
     ranked = distinct([proposal(s, level) for s, level in zip(settings, (0.0, 5.0, 0.1, 5.1), strict=True)])
     assert [p.setting for p in ranked] == settings[:2]
     assert [p.alternatives for p in ranked] == [(settings[2],), (settings[3],)]
-
-
-def test_inside_and_outside_of_the_domain_are_never_one():
-    assert len(distinct([proposal(FIRST), proposal(FIRST, 0.0, ("tip unknown",))])) == 2

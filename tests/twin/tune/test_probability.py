@@ -25,16 +25,13 @@ def judged(terms, error_db=0.0, draws=40_000, tolerance_db=6.0):
 
 
 def test_one_level_for_all_lines_is_one_normal():
+    """Edges of the spectrum are its 5 and 95 % quantiles."""
     proposal = judged((Term("level", 3.0, Everywhere(), level),), error_db=2.0)
     expected = norm.cdf(4 / 3) - norm.cdf(-8 / 3)
     assert proposal.probability_within == pytest.approx(expected, abs=0.01)
     assert proposal.probability_95 == proposal.probability_within
     assert proposal.share_within == pytest.approx(expected, abs=0.01)
     assert proposal.probability_overtest == pytest.approx(norm.sf(4 / 3), abs=0.01)
-
-
-def test_edges_of_the_spectrum_are_its_5_and_95_percent_quantiles():
-    proposal = judged((Term("level", 3.0, Everywhere(), level),))
     assert proposal.upper_db - proposal.level_db == pytest.approx(norm.ppf(0.95, scale=3.0), rel=1e-3)
     assert proposal.lower_db - proposal.level_db == pytest.approx(norm.ppf(0.05, scale=3.0), rel=1e-3)
 
@@ -64,14 +61,11 @@ def test_better_ones_come_first():
 
 
 def test_scores_of_lines_are_log_probabilities_even_far_out():
+    """The root squares to the covariance even where that is singular."""
     goal = Goal.even(LINES[:3], np.ones(3), 6.0)
     scores = line_scores(np.array([[0.0, -8.0, 300.0]]), np.array([2.0, 3.0, 1.0]), goal)[0]
-    assert scores[0] == pytest.approx(np.log(norm.cdf(3) - norm.cdf(-3)))
-    assert scores[1] == pytest.approx(np.log(norm.cdf(14 / 3) - norm.cdf(2 / 3)))
-    assert scores[2] == pytest.approx(norm.logcdf(-294.0), rel=1e-6)
-
-
-def test_root_squares_to_the_covariance_even_where_it_is_singular():
+    expected = [np.log(norm.cdf(3) - norm.cdf(-3)), np.log(norm.cdf(14 / 3) - norm.cdf(2 / 3)), norm.logcdf(-294.0)]
+    assert scores == pytest.approx(expected)
     one = np.ones((4, 4))
     assert root(one) @ root(one).T == pytest.approx(one)
 

@@ -9,36 +9,27 @@ from pyroshock.twin.tune.space import ContinuousRange, Levels, mount_of, unlike
 from support.records.tuning_toy import SPACE
 
 
-def test_an_insulator_lies_on_an_anvil_only():
+def test_grid_is_every_mount_with_every_amount():
     assert len(list(SPACE.mounts())) == 3 * 2 * (1 + 2) * 2  # no anvil; anvil with and without
     assert all(mount.anvil is not None for mount in SPACE.mounts() if mount.insulator != "none")
-
-
-def test_grid_is_every_mount_with_every_amount():
     settings = SPACE.grid(4, 3)
     assert len(set(settings)) == len(settings) == 36 * 12
     assert {s.plate.name for s in settings} == {"aluminum"}
+    assert ContinuousRange(1.0, 16.0).grid(5) == pytest.approx([1, 2, 4, 8, 16])
 
 
-def test_settings_around_one_stay_on_its_mount_and_in_range():
+def test_settings_around_one_stay_on_its_mount_and_among_the_bullets_of_the_lab():
     setting = SPACE.setting(next(SPACE.mounts()), 7.9e5, 0.21)
     around = SPACE.around(setting, 1.3)
     assert setting in around
     assert {mount_of(s) for s in around} == {mount_of(setting)}
     assert max(s.tank_pressure_pa for s in around) == 8e5
     assert min(s.impactor_mass_kg for s in around) == 0.2
-
-
-def test_bullets_that_a_lab_has_not_got_are_not_proposed():
     space = replace(SPACE, impactor_mass_kg=Levels((1.0, 0.2, 0.5)))
     assert {s.impactor_mass_kg for s in space.grid(2, 6)} == {0.2, 0.5, 1.0}
     setting = space.setting(next(space.mounts()), 2e5, 0.5)
     assert {s.impactor_mass_kg for s in space.around(setting, 1.3)} == {0.5}
     assert {s.impactor_mass_kg for s in space.around(setting, 2.0)} == {0.5, 1.0}
-
-
-def test_ranges_are_covered_in_equal_ratios():
-    assert ContinuousRange(1.0, 16.0).grid(5) == pytest.approx([1, 2, 4, 8, 16])
 
 
 def test_work_between_two_settings_is_the_parts_that_differ():

@@ -28,26 +28,23 @@ def first():
     return tuned(goal())
 
 
-def test_spectrum_of_the_first_proposal_is_the_one_asked_for(first):
+def test_proposals_are_ranked_and_distinct_and_the_first_is_the_one_asked_for(first):
+    """The same with the same seed; progress counts up to the whole grid."""
     best = first.proposals[0]
     assert np.abs(level_db(spectrum(best.setting)) - goal().level_db).max() < 1.0
     assert best.worst_margin_db > 5.0
-
-
-def test_proposals_are_ranked_and_distinct(first):
     ranks = [p.rank for p in first.proposals]
     assert ranks == sorted(ranks, reverse=True)
     mounts = [mount_of(s) for p in first.proposals for s in (p.setting, *p.alternatives)]
     assert len(set(mounts)) == len(mounts) > 5
     levels = [p.level_db for p in first.proposals]
-    apart = [np.abs(a - b).max() for i, a in enumerate(levels) for b in levels[:i]]
-    assert min(apart) >= SAME_SPECTRUM_DB
-
-
-def test_same_seed_same_proposals(first):
-    again = tuned(goal())
-    assert [p.setting for p in again.proposals] == [p.setting for p in first.proposals]
-    assert [p.probability_within for p in again.proposals] == [p.probability_within for p in first.proposals]
+    assert min(np.abs(a - b).max() for i, a in enumerate(levels) for b in levels[:i]) >= SAME_SPECTRUM_DB
+    calls = []
+    again = tuned(goal(), progress=lambda done, total, what: calls.append((done, total, what)))
+    for name in ("setting", "probability_within"):
+        assert [getattr(p, name) for p in again.proposals] == [getattr(p, name) for p in first.proposals]
+    assert (648, 648, "grid") in calls
+    assert all(done <= total for done, total, _ in calls)
 
 
 def test_a_fired_shot_updates_the_next_proposal():
@@ -77,12 +74,6 @@ def test_nothing_refused_is_proposed():
     assert any("beyond the bench: no steel today" in each.reason for each in found.avoid)
 
 
-def test_bench_that_refuses_everything_is_told_why():
-    found = tuned(goal(), refusals=lambda settings: [("closed",)] * len(settings))
-    assert found.proposals == ()
-    assert "closed" in found.attainability.sentence
-
-
 def test_outside_of_the_model_is_to_avoid_unless_asked_for():
     def outside(settings):
         return [("tip unknown",) if s.tip.name == "PLA" else () for s in settings]
@@ -100,20 +91,9 @@ def test_likely_overtests_are_told_with_line_and_size():
     assert all("dB above the upper edge at" in reason for reason in said)
 
 
-def test_lines_of_another_grid_are_refused():
-    other = Goal.even(LINES[:-1], np.ones(40))
+def test_lines_of_another_grid_are_refused_and_shots_of_two_campaigns_come_together():
     with pytest.raises(ValueError, match="expected the same frequencies"):
-        tuned(other)
-
-
-def test_progress_counts_up_to_the_whole_grid():
-    seen = []
-    tuned(goal(), progress=lambda done, total, what: seen.append((done, total, what)))
-    assert (648, 648, "grid") in seen
-    assert all(done <= total for done, total, _ in seen)
-
-
-def test_shots_of_two_campaigns_come_together():
+        tuned(Goal.even(LINES[:-1], np.ones(40)))
     one = FiredShots((HIDDEN,), np.zeros((1, LINES.size)))
     assert len(FiredShots() + one + one) == 2
     assert (one + FiredShots()).level_db.shape == (1, LINES.size)
