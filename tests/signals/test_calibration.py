@@ -106,9 +106,6 @@ def test_uncertainty_grows_with_the_scatter_and_with_that_of_the_references() ->
     line = fit_line(*points(5, 0.0, 2e-3))
     alone, common = (Calibration(line, dt.date(2026, 3, 2), 24, u) for u in (0.0, 0.01))
     assert common.uncertainty(3.0) == pytest.approx(np.hypot(alone.uncertainty(3.0), 0.01))
-
-
-def test_a_calibration_is_the_same_out_of_json() -> None:
     calibration = Calibration(fit_line(*points(6, 0.0, 2e-3), 1e-3, 1e-3), dt.date(2026, 3, 2), 24, 0.01)
     assert Calibration.from_json(calibration.as_json()) == calibration
     assert isinstance(calibration.line, Line)

@@ -210,7 +210,7 @@ def test_sampling_keeps_the_impulse(step_s):
 # --- what is told, what is refused ---
 
 
-def test_json_has_the_contract_keys():
+def test_twin_goes_between_processes_and_has_the_contract_keys():
     found = json.loads(json.dumps(twin().predict(setting(impact_velocity_m_s=40.0), draws=4).as_json()))
     contract = {"velocity_m_s", "contact_time_s", "peak_force_n", "force", "srs", "models", "outside_domain"}
     assert contract <= found.keys()
@@ -218,6 +218,9 @@ def test_json_has_the_contract_keys():
     assert found["force"].keys() == {"time_s", "mean", "lower", "upper"}
     assert found["srs"]["unit"] == "m/s2" and found["srs"]["a2"].keys() == {"mean", "lower", "upper"}
     assert found["outside_domain"] == [{"predictor": "impact_velocity", "value": 40.0, "range": "0 to 30"}]
+    model = twin()
+    again = pickle.loads(pickle.dumps(model))
+    np.testing.assert_array_equal(again.spectra([setting()]), model.spectra([setting()]))
 
 
 def test_twin_without_a_plate_tells_the_force_and_another_stage_s_effect_is_refused():
@@ -241,12 +244,6 @@ def test_what_there_is_not_is_named():
     with pytest.raises(ValueError, match="plates with different sensors"):
         other = replace(ringing_plate(), sensors=("b1", "b2"))
         PlateStage({"aluminum": ringing_plate(), "steel": other})
-
-
-def test_twin_goes_between_processes():
-    model = twin()
-    again = pickle.loads(pickle.dumps(model))
-    np.testing.assert_array_equal(again.spectra([setting()]), model.spectra([setting()]))
 
 
 def test_samples_beyond_those_that_are_asked_for_are_not_made():

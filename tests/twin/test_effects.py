@@ -84,17 +84,14 @@ def test_parameters_lie_in_their_ranges_or_are_refused_by_name(kind):
         kind(**{item.name: float("nan")})
 
 
-def test_arrays_read_back_from_json():
-    given = effect("sensor.force_gain", gain=np.array([1.0, 1.1]))
-    again = effect_from_json(json.loads(json.dumps(given.as_json())))
-    np.testing.assert_array_equal(again.gain, [1.0, 1.1])  # type: ignore[attr-defined]
-
-
-def test_what_there_is_not_is_named():
+def test_what_there_is_not_is_named_and_arrays_read_back_from_json():
     with pytest.raises(LookupError, match=r"no effect 'gun\.magic'; there are: gun\."):
         effect("gun.magic")
     with pytest.raises(ValueError, match=r"sensor\.force_gain has no parameter 'loudness'; it has: gain"):
         effect("sensor.force_gain", loudness=1.0)
+    given = effect("sensor.force_gain", gain=np.array([1.0, 1.1]))
+    again = effect_from_json(json.loads(json.dumps(given.as_json())))
+    np.testing.assert_array_equal(again.gain, [1.0, 1.1])  # type: ignore[attr-defined]
 
 
 def test_effects_of_another_stage_and_doubles_are_refused():

@@ -40,11 +40,17 @@ def test_a_record_that_rests_for_most_of_its_time_is_rated(contact: np.ndarray) 
     assert 0 <= rating(short, PULSE) < 0.7
 
 
-def test_a_rectangle_is_rated() -> None:
+def test_a_rectangle_and_a_pulse_without_the_rest_around_it_are_rated() -> None:
     """Within it there is neither slope nor variance."""
     step = np.where((TIME > 0.1) & (TIME < 0.3), 1.0, 0.0)
     assert rating(step, step) == pytest.approx(1.0)
     assert 0 <= rating(step, np.where(TIME > 0.95, 1.0, 0.0)) < 0.5
+    # Rest before and after counts for nothing, at whatever rate; where there is no pulse there is no rating.
+    rested = np.concatenate([np.zeros(500), PULSE, np.zeros(500)])
+    assert pulse_rating(rested, 1.2 * rested) == pytest.approx(pulse_rating(PULSE, 1.2 * PULSE), abs=0.01)
+    assert pulse_rating(rested, rested) == pytest.approx(1.0)
+    assert np.isnan(pulse_rating(np.zeros(100), np.zeros(100)))
+    assert np.isnan(pulse_rating(np.full(200, np.nan), PULSE))
 
 
 def test_warping_undoes_a_local_shift() -> None:
@@ -67,12 +73,3 @@ def test_peer_agrees() -> None:
         other = rng.uniform(0.6, 1.4) * np.interp(t * rng.uniform(0.9, 1.1) + rng.uniform(-0.1, 0.1), t, one)
         expected = peer(np.c_[t, one], np.c_[t, other]).overall_rating(-1)
         assert rating(one, other) == pytest.approx(expected, abs=1e-9)
-
-
-def test_a_pulse_is_rated_without_the_rest_around_it() -> None:
-    """Rest before and after counts for nothing, at whatever rate; where there is no pulse there is no rating."""
-    rested = np.concatenate([np.zeros(500), PULSE, np.zeros(500)])
-    assert pulse_rating(rested, 1.2 * rested) == pytest.approx(pulse_rating(PULSE, 1.2 * PULSE), abs=0.01)
-    assert pulse_rating(rested, rested) == pytest.approx(1.0)
-    assert np.isnan(pulse_rating(np.zeros(100), np.zeros(100)))
-    assert np.isnan(pulse_rating(np.full(200, np.nan), PULSE))

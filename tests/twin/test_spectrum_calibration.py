@@ -175,16 +175,13 @@ def shown_by(model: Twin, settings, louder: float = 1.0) -> MeasuredShots:
     return replace(shots, peak_force_n=pulses.peak_force_n, impulse_n_s=pulses.impulse_n_s)
 
 
-def test_shots_replayed_with_their_own_forces_show_their_own_peaks():
+def test_shots_are_replayed_with_their_own_forces_and_places():
     """The shape of the law, stretched to the force that was measured, is the pulse that was played."""
     places = [(v, p) for v in (4.0, 9.0) for p in ("#1", "#2")]
     shots = shown_by(model := twin(), [setting(impact_velocity_m_s=v, impact_position=p) for v, p in places])
     levels = 10 ** (model.replayed_db(shots) / 20)
     assert levels[..., 0] == pytest.approx(shots.peak_acceleration_m_s2, rel=1e-9)
     assert levels[..., 1:] == pytest.approx(shots.spectra_m_s2, rel=1e-9)
-
-
-def test_shots_without_a_force_or_a_place_are_not_replayed():
     settings = [setting(), setting(), setting(plate=THESIS["steel"]), setting(impact_position="#9")]
     shots = measured(settings, np.zeros((4, 2, LINES.size + 1)), np.arange(4))
     forced = replace(shots, peak_force_n=np.array([1e4, np.nan, 1e4, 1e4]), impulse_n_s=np.full(4, 4.0))

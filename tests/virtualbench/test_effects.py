@@ -23,9 +23,6 @@ def test_benches_of_all_effects_of_none_and_of_one() -> None:
     effects = Effects.only("gun.blow_by", 0.5)
     assert effects["gun.blow_by"] == 0.5
     assert sum(effects.values()) == 0.5
-
-
-def test_strength_changes_one_and_off_remembers_it() -> None:
     default = Effects.default()
     stronger = default.with_strength("plate.damping", -0.3)
     assert {name for name in CATALOGUE if stronger[name] != default[name]} == {"plate.damping"}

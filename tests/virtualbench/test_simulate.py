@@ -208,7 +208,7 @@ def test_empty_folder_is_filled_and_progress_counts_the_recordings(tmp_path):
     assert theirs.is_dir() and (own / "campaign.toml").is_file()
 
 
-def test_interrupted_campaign_leaves_nothing_behind(tmp_path):
+def test_interrupted_campaign_leaves_nothing_behind_and_a_folder_in_use_is_refused(tmp_path, hammer):
     def stop(*_):
         raise KeyboardInterrupt
 
@@ -216,6 +216,12 @@ def test_interrupted_campaign_leaves_nothing_behind(tmp_path):
         played(tmp_path / "c", Effects.none(), progress=stop)
     assert not (tmp_path / "c").exists()
     assert not seal_path(tmp_path / "c").exists()
+    with pytest.raises(ValueError, match="expected a new or empty folder"):
+        played(hammer.folder, Effects.none())
+    copy = Path(shutil.copy(hammer.seal, seal_path(tmp_path / "other")))
+    with pytest.raises(ValueError, match="there is a seal already"):
+        played(tmp_path / "other", Effects.none())
+    assert json.loads(copy.read_text())["seed"] == SEED
 
 
 def without(row, column):
@@ -256,15 +262,6 @@ def test_plan_that_cannot_be_played_is_refused(tmp_path, kind, rows, message):
 def test_senseless_option_is_refused(tmp_path, options, message):
     with pytest.raises(ValueError, match=message):
         played(tmp_path / "c", Effects.none(), **options)
-
-
-def test_folder_in_use_is_refused(hammer, tmp_path):
-    with pytest.raises(ValueError, match="expected a new or empty folder"):
-        played(hammer.folder, Effects.none())
-    copy = Path(shutil.copy(hammer.seal, seal_path(tmp_path / "other")))
-    with pytest.raises(ValueError, match="there is a seal already"):
-        played(tmp_path / "other", Effects.none())
-    assert json.loads(copy.read_text())["seed"] == SEED
 
 
 KILLED = """

@@ -61,15 +61,11 @@ def test_planted_zero_shift_is_found_with_its_size(polarity):
     assert ("positive" if polarity > 0 else "negative") in found["balance"].message
 
 
-def test_constant_offset_is_a_rest_level_and_no_zero_shift():
+def test_offset_is_a_rest_level_and_wander_that_comes_back_a_displacement():
     x = ringing()
     found = findings(x + 0.01 * np.abs(x).max())
     assert "rest-level" in found and "zero-shift" not in found
     assert found["rest-level"].evidence["peak_share"] == pytest.approx(0.01, rel=0.05)
-
-
-def test_baseline_wander_that_comes_back_shows_in_displacement_alone():
-    x = ringing()
     wander = np.sin(2 * np.pi * np.arange(SAMPLES - ONSET) / (SAMPLES - ONSET))  # no velocity at the end
     x[ONSET:] += 0.02 * np.abs(x).max() * wander
     found = findings(x)
@@ -92,10 +88,13 @@ def test_coarse_converter_and_slow_crest_are_no_clipping():
         assert "clipping" not in findings(slow)
 
 
-def test_peak_at_full_scale_is_saturation_whatever_its_shape():
+def test_peak_at_full_scale_is_saturation_and_a_record_with_a_hole_is_refused():
     x = ringing()
     assert "saturation" in findings(x, full_scale=float(np.abs(x).max()))
     assert findings(x, full_scale=2 * float(np.abs(x).max())) == {}
+    x[100:103] = np.nan
+    with pytest.raises(ValueError, match="3 samples that are no numbers, the first at 100"):
+        findings(x)
 
 
 def test_noise_before_the_shock_limits_the_lines():
@@ -134,13 +133,6 @@ def test_findings_depend_neither_on_size_nor_on_sign(factor):
     assert list(findings(factor * x)) == list(findings(x)) != []
 
 
-def test_record_with_a_hole_is_refused():
-    x = ringing()
-    x[100:103] = np.nan
-    with pytest.raises(ValueError, match="3 samples that are no numbers, the first at 100"):
-        findings(x)
-
-
 def irvine(real_data: Path, name: str) -> tuple[np.ndarray, float]:
     table = np.load(real_data / "vibrationdata-irvine" / "records.npz")[name]
     return table[:, 1] * G, (len(table) - 1) / (table[-1, 0] - table[0, 0])
@@ -170,7 +162,7 @@ def test_saturated_sensor_is_found_and_the_one_beside_it_is_not(real_data):
     assert "clipping" not in found["100g_PR"]
 
 
-def test_hammer_hits_are_only_told_that_they_are_cut(real_data):
+def test_drop_table_shocks_are_not_accused_and_hammer_hits_of_their_cut_alone(real_data):
     """33 hits on a structure that rings beyond the quarter of a second kept here."""
     hits = np.load(real_data / "vrtac-impact-hammer" / "dewesoft_20000Hz.npz")
     told: set[str] = set()
@@ -178,10 +170,7 @@ def test_hammer_hits_are_only_told_that_they_are_cut(real_data):
         for record in hits[name][:, 1:].reshape(-1, hits[name].shape[-1]):
             told |= set(findings(record, 20_000.0, octave_grid(20, 2000)))
     assert told <= {"truncation"}
-
-
-def test_drop_table_shocks_are_not_accused(real_data):
-    """They keep a velocity of some 14 m/s, and begin with a slow foot that is no offset."""
+    # They keep a velocity of some 14 m/s, and begin with a slow foot that is no offset.
     shocks = np.load(real_data / "afrl-ds3-electronics-shock" / "shocks.npz")
     told = [
         set(findings(shocks[name][:, 1] * G, 1e6, octave_grid(400, 1e5))) for name in shocks.files if name[0] == "T"

@@ -41,15 +41,12 @@ def test_single_hits_are_left_alone(channel_of, half_sine):
     assert check_double_hit(channel_of(two_hits(half_sine, 0.5, 500), "acceleration"), (Contact(400, 430, 459),)) == []
 
 
-def test_noise_on_a_slow_flank_is_no_second_hit(channel_of):
+def test_measured_single_hits_and_noise_on_a_slow_flank_are_single(channel_of, contact_at_peak, vrtac):
     """Seen once in 2000 random pulses: 4 % was crossed down, then a noisy sample stood at 5.4 %."""
     rng, phase = np.random.default_rng(0), np.arange(260) / 260
     for _ in range(200):
         x = rng.normal(scale=5.0, size=2048)
         x[400:660] += 1000.0 * np.sin(np.pi * phase) ** 2.5
         assert check_double_hit(channel_of(x), (Contact(400, 530, 659),)) == []
-
-
-def test_33_measured_single_hits_are_single(channel_of, contact_at_peak, vrtac):
     flagged = [n for n, h in vrtac.items() if check_double_hit(channel_of(h[0], rate_hz=2e4), contact_at_peak(h[0]))]
     assert flagged == []

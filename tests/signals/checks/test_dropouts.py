@@ -55,7 +55,7 @@ def test_missing_samples_of_the_time_column_are_counted(channel_of, live):
         check_dropouts(channel_of(live, header={"time_gaps": 3}), CONTACT)
 
 
-def test_held_values_are_found_and_reject_a_contact(channel_of, live):
+def test_held_values_are_found_and_reject_a_contact(channel_of, live, half_sine):
     held = live.copy()
     live[900:950] = 0.0
     (finding,) = check_dropouts(channel_of(live), CONTACT)
@@ -63,9 +63,6 @@ def test_held_values_are_found_and_reject_a_contact(channel_of, live):
     held[410:420] = held[410]
     (finding,) = check_dropouts(channel_of(held), CONTACT)
     assert (finding.severity, finding.evidence["kind"]) == ("reject", "held")
-
-
-def test_pulse_cut_to_zero_is_found_in_a_record_that_rests_at_zero(channel_of, half_sine):
     x = half_sine() + half_sine(first=900, height=-300.0)
     x[425:440] = 0.0
     (finding,) = check_dropouts(channel_of(x), CONTACT)

@@ -20,12 +20,13 @@ def half_sine(samples=40_000, noise=0.3):
     return x
 
 
-def test_free_body_and_record_without_a_rest_are_left_alone(channel_of):
+def test_free_body_record_without_a_rest_and_noise_before_the_shock_are_left_alone(channel_of):
     """A free body keeps what a half sine gave it; a sensor's own offset integrates to any velocity, and without a rest
     nobody knows it."""
     for x in (half_sine(), half_sine()[ONSET:] + 0.04 * HEIGHT):
         channel = channel_of(x, "acceleration", RATE)
         assert check_velocity(channel, ()) == [] == check_displacement(channel, ())
+    assert check_truncation(channel_of(half_sine(noise=0.05 * HEIGHT), "acceleration", RATE), ()) == []
 
 
 def test_offset_after_the_shock_is_a_velocity_of_its_size(channel_of):
@@ -82,10 +83,6 @@ def test_ringing_at_the_end_is_told_with_its_share(channel_of, decay, told):
     for finding in findings:
         # the swing of the last 20th is that of its begin
         assert finding.evidence["peak_share"] == pytest.approx(np.exp(-decay * 0.95), rel=0.03)
-
-
-def test_noise_that_swings_before_the_shock_is_no_ringing(channel_of):
-    assert check_truncation(channel_of(half_sine(noise=0.05 * HEIGHT), "acceleration", RATE), ()) == []
 
 
 @pytest.mark.parametrize(("share", "severity"), [(0.002, "note"), (0.02, "warning")])

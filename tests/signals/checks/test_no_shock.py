@@ -48,14 +48,11 @@ def test_record_that_begins_in_the_ringing_is_rejected(channel_of, late):
     assert finding.channel == "probe"
 
 
-def test_record_that_begins_at_the_onset_is_doubted(channel_of):
+def test_whole_record_is_a_shock_and_one_that_begins_at_the_onset_is_doubted(channel_of, real_data):
     x = ringing(begin=0, noise=0.0)
     x[:40] *= np.arange(40) / 40.0
     assert severities(channel_of(x, "acceleration")) == ["warning"]
-
-
-def test_measured_shocks_are_shocks(channel_of, real_data):
-    """52 channels of others: Irvine's flights, AFRL's shocks, the drops of endaq, quiet axes included."""
+    # 52 channels of others: Irvine's flights, AFRL's shocks, the drops of endaq, quiet axes included.
     with np.load(real_data / "vibrationdata-irvine" / "records.npz") as file:
         records = [file[name][:, 1] for name in file.files if file[name].shape[1] == 2 and "SRS" not in name]
     with np.load(real_data / "afrl-ds3-electronics-shock" / "shocks.npz") as file:

@@ -30,13 +30,10 @@ def test_smaller_offset_is_graded(channel_of, share, severities):
     assert [finding.severity for finding in findings] == severities
 
 
-def test_gravity_is_a_note(channel_of):
+def test_gravity_is_a_note_and_the_level_after_is_taken_where_nothing_lies_before(channel_of):
     """The same record at a tenth of the height: 9.8 m/s2 are a tenth of its peak."""
     (finding,) = check_rest_level(channel_of(shock() / 10.0 - 9.80665, "acceleration"), ())
     assert (finding.severity, finding.evidence["could_be_gravity"]) == ("note", True)
-
-
-def test_level_after_the_shock_is_taken_where_nothing_lies_before(channel_of):
     (finding,) = check_rest_level(channel_of(shock(300.0, begin=3), "acceleration"), ())
     assert finding.severity == "reject"
     assert finding.evidence["after_m_s2"] == pytest.approx(300.0, rel=0.01)

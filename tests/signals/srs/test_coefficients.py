@@ -1,4 +1,4 @@
-"""Coefficients in double against many digits, and the loop where theta is small."""
+"""Coefficients in double against many digits, the loop where theta is small, and extremes of a decay."""
 
 from __future__ import annotations
 

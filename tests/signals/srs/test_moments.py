@@ -68,19 +68,13 @@ def test_moments_are_the_closed_forms(record, start_s, moments):
         assert getattr(found, name) == pytest.approx(expected, rel=rel, abs=absolute), name
 
 
-def test_silence_before_moves_the_centroid_and_nothing_else():
+def test_moments_of_silence_and_of_a_record_read_backwards():
     pulse = np.sin(np.pi * np.arange(1001) / 1000)
     alone, later = temporal_moments(pulse, RATE), temporal_moments(np.pad(pulse, (5000, 3000)), RATE)
     assert later.centroid_s - alone.centroid_s == pytest.approx(5e-3, rel=1e-9)
     np.testing.assert_allclose(astuple(later)[2:4], astuple(alone)[2:4], rtol=1e-9)
     np.testing.assert_allclose(astuple(later)[5:], astuple(alone)[5:], rtol=1e-9)
-
-
-def test_record_read_backwards_has_the_opposite_skewness():
     decay = np.exp(-np.arange(20000) / 1000)
     assert temporal_moments(decay[::-1], RATE).skewness == pytest.approx(-temporal_moments(decay, RATE).skewness)
-
-
-def test_zeros_have_no_moments():
     found = temporal_moments(np.zeros(10), RATE)
     assert found.energy_m2_s3 == 0.0 and np.isnan(found.rms_duration_s)

@@ -28,16 +28,13 @@ def test_old_samples_stay(n, factor, seed):
     assert fine[:, ::factor] == pytest.approx(record, rel=0, abs=1e-12)
 
 
-def test_factor_is_the_least_power_of_two():
+def test_factor_is_the_least_power_of_two_and_repair_finds_what_sampling_hides():
     lines = np.array([100.0, 1000.0, 1001.0, 2000.0, 4500.0])
     assert factors(lines, 1e4, 10.0).tolist() == [1, 1, 2, 2, 8]
     assert factors(lines, 1e4, None).tolist() == [1, 1, 1, 1, 1]
     assert factors(lines, 1e4, 0.5).tolist() == [1, 1, 1, 1, 1]
     assert factors(lines, 1e4, 1000.0).tolist() == [16, 128, 128, 256, 512]
-
-
-def test_repair_finds_what_sampling_hides():
-    """At 4 samples a cycle a line shows less than three quarters; repaired, what the fine record shows."""
+    # At 4 samples a cycle a line shows less than three quarters; repaired, what the fine record shows.
     lines = np.array([500.0, 1500.0, 2500.0, 3500.0, 4500.0])
     coarse = shock_response_spectrum(burst(1e4), 1e4, lines)
     repaired = shock_response_spectrum(burst(1e4), 1e4, lines, resample=100.0)

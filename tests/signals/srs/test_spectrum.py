@@ -1,4 +1,4 @@
-"""What holds for the spectrum of any record."""
+"""What holds for the spectrum of any record, its lines and its threads."""
 
 from __future__ import annotations
 
@@ -142,10 +142,7 @@ def test_defaults_are_q_10_and_six_lines_to_an_octave():
     assert one.frequency_hz[-1] == pytest.approx(RATE / 10)
     assert one.frequency_hz[6] / one.frequency_hz[0] == pytest.approx(2)
     assert all(np.all(np.isfinite(getattr(one, each.name))) for each in fields(one))
-
-
-def test_sampling_error_at_ten_samples_a_cycle():
-    """The parts, 4.89 % and 3.24 %, are those pyyeti's documentation adds up to 8.14 %."""
+    # The parts, 4.89 % and 3.24 %, are those pyyeti's documentation adds up to 8.14 %.
     assert sampling_error(np.array([1.0]), 10.0) == pytest.approx([1 - (1 - 0.048943) * (1 - 0.032466)], abs=1e-5)
 
 

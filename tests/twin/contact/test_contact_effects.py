@@ -66,15 +66,12 @@ def test_viscous_loss_has_its_restitution_for_any_tip_and_layer() -> None:
     assert loss == pytest.approx(2 / 3 * 0.003 * velocity, rel=0.02)
 
 
-def test_layer_acts_where_the_insulator_is() -> None:
+def test_layer_acts_where_the_insulator_is_and_gives_way_less_where_it_stiffens() -> None:
     pulse, nominal = (impact(BODIES, effects, insulated=INSULATED) for effects in ([LayerCompliance(1e-7)], []))
     softer = pulse.peak_force_n < 0.99 * nominal.peak_force_n
     assert softer.tolist() == INSULATED.tolist()
     assert pulse.force_n()[1] == pytest.approx(nominal.force_n()[1], rel=1e-12)
-
-
-def test_layer_that_stiffens_gives_way_less_under_hard_blows() -> None:
-    """The same loss of peak at the slowest blow: a linear layer takes more at faster ones, a stiffening one less."""
+    # The same loss of peak at the slowest blow: a linear layer takes more at faster ones, a stiffening one less.
     insulated = np.ones(3, dtype=bool)
     nominal = impact(BODIES, insulated=insulated).peak_force_n
     linear = impact(BODIES, [LayerCompliance(3e-8)], insulated=insulated).peak_force_n / nominal
@@ -102,11 +99,17 @@ def test_what_relaxes_is_like_polymers_of_all_materials() -> None:
     assert np.all(impact(metals, [relaxing]).restitution.value < 0.9)
 
 
-def test_a_stiffer_contact_is_shorter_and_harder() -> None:
+def test_stiffness_plate_and_mass_scale_the_impact() -> None:
     """Hertz: the time goes with k^(-2/5), the peak with k^(2/5)."""
     nominal, found = impact(BODIES), impact(BODIES, [ViscousLoss(0, relaxing_stiffening=0.5)])
     assert found.contact_time_s / nominal.contact_time_s == pytest.approx([1.5**-0.4] * 3, rel=1e-5)
     assert found.peak_force_n / nominal.peak_force_n == pytest.approx([1.5**0.4] * 3, rel=1e-5)
+    stiffer = impact(BODIES, [PlateCompliance()], plate_impedance_n_s_m=np.full(3, 1e6))
+    assert stiffer.restitution.value == pytest.approx(1.0, abs=0.01)
+    assert np.all(impact(BODIES, [PlateCompliance()]).restitution.value < 0.9)
+    heavier = impact(BODIES, [EffectiveMass(1.5)])
+    assert heavier.impulse_n_s == pytest.approx(1.5 * hertz(BODIES).impulse_n_s, rel=1e-7)
+    assert heavier.peak_force_n == pytest.approx(1.5**0.6 * hertz(BODIES).peak_force_n, rel=1e-7)
 
 
 @pytest.mark.parametrize("polymer", ["tip", "face"])
@@ -181,18 +184,7 @@ def test_missing_quantities_and_effects_of_other_stages_are_refused() -> None:
     other = next(kind for kind in catalogue().values() if not issubclass(kind, ContactEffect))
     with pytest.raises(TypeError, match="expected effects of ContactEffect"):
         impact(BODIES, [other()])
-
-
-def test_plates_own_material_may_be_another_one() -> None:
-    stiffer = impact(BODIES, [PlateCompliance()], plate_impedance_n_s_m=np.full(3, 1e6))
-    assert stiffer.restitution.value == pytest.approx(1.0, abs=0.01)
-    assert np.all(impact(BODIES, [PlateCompliance()]).restitution.value < 0.9)
-
-
-def test_mass_scales_the_impulse() -> None:
-    heavier = impact(BODIES, [EffectiveMass(1.5)])
-    assert heavier.impulse_n_s == pytest.approx(1.5 * hertz(BODIES).impulse_n_s, rel=1e-7)
-    assert heavier.peak_force_n == pytest.approx(1.5**0.6 * hertz(BODIES).peak_force_n, rel=1e-7)
+    assert list(EFFECTS) == [name for name in catalogue() if name.startswith("contact.")]
 
 
 def test_worn_tip_keeps_the_force_at_its_reference() -> None:
@@ -204,7 +196,3 @@ def test_worn_tip_keeps_the_force_at_its_reference() -> None:
     pulse = impact(bodies, [TipGeometry(1.2, depth)])
     assert pulse.deepest_indentation_m == pytest.approx([depth], rel=1e-6)
     assert pulse.peak_force_n == pytest.approx(stiffness * depth**1.5, rel=1e-6)
-
-
-def test_every_effect_of_the_contact_is_a_contact_effect() -> None:
-    assert list(EFFECTS) == [name for name in catalogue() if name.startswith("contact.")]

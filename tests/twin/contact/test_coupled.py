@@ -147,7 +147,7 @@ def test_plate_without_edges_is_zeners(tip, thickness):
     assert np.all(np.abs(found.separation_velocity_m_s / velocity - exact) < 0.015)
 
 
-def test_large_plate_before_its_echoes_is_without_edges():
+def test_modes_are_the_plate_before_its_echoes_and_above_its_table():
     """Flexural waves of up to 8 / T go 2 x 0.4 m in more than a contact of delrin on 3 mm."""
     velocity = np.array([2.0, 4.0])
     impacts = impacts_of(velocity, tip="delrin", thickness_m=0.003, mass_kg=0.01, radius_m=0.01)
@@ -156,10 +156,7 @@ def test_large_plate_before_its_echoes_is_without_edges():
                              radius_m=0.01))  # fmt: skip
     assert off(modes, zener, ("peak_force_n", "contact_time_s", "impulse_n_s")) < 5e-3
     assert off(solve(impacts), zener, ("peak_force_n",)) > 0.1  # of a rigid target
-
-
-def test_modes_above_the_table_are_those_of_the_plate():
-    """A table that ends early has the plate without edges in the place of what it lacks."""
+    # A table that ends early has the plate without edges in the place of what it lacks.
     impacts = impacts_of(np.array([2.0, 10.0]), tip="delrin", thickness_m=0.005)
     whole = solved(impacts, square_plate(0.005, 40e3))
     short = square_plate(0.005, 5e3)
@@ -169,7 +166,7 @@ def test_modes_above_the_table_are_those_of_the_plate():
     assert off(solved(impacts, rigid_above), whole, names) > 0.05
 
 
-def test_finer_steps_and_more_modes_change_nothing():
+def test_steps_modes_and_batches_change_nothing():
     impacts = impacts_of(np.array([1.0, 5.0, 15.0]), tip="delrin", thickness_m=0.005)
     point = square_plate(0.005, 20e3, damping=0.005)
     finest = solved(impacts, point, steps=192, cycles=32.0)
@@ -177,6 +174,13 @@ def test_finer_steps_and_more_modes_change_nothing():
     assert errors[0] > errors[1] > errors[2]
     assert errors[2] < 1e-5
     assert off(solved(impacts, point, cycles=8.0), finest, ("peak_force_n", "contact_time_s", "impulse_n_s")) < 1e-4
+    velocity = np.array([0.5, 3.0, 12.0])
+    point = square_plate(0.004, 8e3, damping=0.005)
+    together = solved(impacts_of(velocity, tip="delrin", thickness_m=0.004), point)
+    for row, one in enumerate(velocity):
+        alone = solved(impacts_of(np.array([one]), tip="delrin", thickness_m=0.004), point)
+        assert alone.peak_force_n[0] == together.peak_force_n[row]
+        assert alone.impulse_n_s[0] == together.impulse_n_s[row]
 
 
 MATERIALS = sorted(THESIS)
@@ -276,13 +280,3 @@ def test_impossible_points_and_other_numbers_of_them_are_refused(values):
         replace(RIGID, **values)
     with pytest.raises(ValueError, match="1 points of impact for 2 impacts"):
         coupled_impact(impacts_of(np.array([1.0, 2.0])), [RIGID])
-
-
-def test_batch_is_the_single_ones():
-    velocity = np.array([0.5, 3.0, 12.0])
-    point = square_plate(0.004, 8e3, damping=0.005)
-    together = solved(impacts_of(velocity, tip="delrin", thickness_m=0.004), point)
-    for row, one in enumerate(velocity):
-        alone = solved(impacts_of(np.array([one]), tip="delrin", thickness_m=0.004), point)
-        assert alone.peak_force_n[0] == together.peak_force_n[row]
-        assert alone.impulse_n_s[0] == together.impulse_n_s[row]

@@ -41,36 +41,16 @@ def test_between_nodes_lie_scipys_cubics() -> None:
     assert ForceHistory.of(_march()).at(own) == pytest.approx(np.maximum(expected, 0.0), rel=1e-13, abs=1e-15)
 
 
-def test_no_force_pulls() -> None:
+def test_no_force_pulls_and_nodes_at_and_a_digit_beyond_the_end_are_the_end() -> None:
     falls = ((np.array([0.0, 1.0]), np.array([1.0, 0.0]), np.array([0.0, 2.0])),)
     forces = ForceHistory.of(_march(falls)).at(np.linspace(0, 1, 50))
     assert CubicHermiteSpline(*falls[0])(0.8) < 0
     assert forces.min() == 0
-
-
-def test_nodes_at_and_a_digit_beyond_the_end_are_the_end() -> None:
-    """The way left may be nothing: then the end is the last node."""
+    # The way left may be nothing: then the end is the last node.
     twice = ((np.array([0.0, 1.0, 1.0]), np.array([0.0, 1.0, 0.25]), np.array([2.0, -1.0, -1.0])),)
     assert ForceHistory.of(_march(twice)).at(np.array([0.0, 1.0])).tolist() == [[0.0, 0.25]]
     after = ((np.array([0.0, 0.5, 1.0 + 1e-15]), np.array([0.0, 1.0, 0.0]), np.array([2.0, 0.0, -2.0])),)
     assert ForceHistory.of(_march(after, ends=[1.0])).phase.tolist() == [0.0, 0.5, 1.0]
-
-
-def test_peak_of_one_cubic() -> None:
-    """Every cubic that rises at first and falls at last, against the roots of its slope."""
-    rng = np.random.default_rng(5)
-    n = 200
-    begin, end = rng.uniform(0, 1, n), rng.uniform(0, 1, n)
-    rise, fall = 10 ** rng.uniform(-3, 2, n), -(10 ** rng.uniform(-3, 2, n))
-    width = 10 ** rng.uniform(-2, 1, n)
-    nodes = [
-        (np.array([0.0, w]), np.array([b, e]), np.array([r, f]))
-        for w, b, e, r, f in zip(width, begin, end, rise, fall, strict=True)
-    ]
-    cubics = [CubicHermiteSpline(*one) for one in nodes]
-    tops = [cubic.derivative().roots(extrapolate=False) for cubic in cubics]
-    expected = [cubic([*cubic.x, *at]).max() for cubic, at in zip(cubics, tops, strict=True)]
-    assert peak_force(_nodes(nodes)) == pytest.approx(expected, rel=1e-10)
 
 
 def test_peak_is_the_greatest_of_nodes_and_cubics() -> None:
@@ -84,3 +64,17 @@ def test_peak_is_the_greatest_of_nodes_and_cubics() -> None:
         assert peak_force(_nodes(touching)) == pytest.approx([rise / 3], rel=1e-12)
     flat = ((np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, -1.0])),)
     assert peak_force(_nodes(flat)).tolist() == [1.0]
+    # Every cubic that rises at first and falls at last, against the roots of its slope.
+    rng = np.random.default_rng(5)
+    n = 200
+    begin, end = rng.uniform(0, 1, n), rng.uniform(0, 1, n)
+    rise, fall = 10 ** rng.uniform(-3, 2, n), -(10 ** rng.uniform(-3, 2, n))
+    width = 10 ** rng.uniform(-2, 1, n)
+    nodes = [
+        (np.array([0.0, w]), np.array([b, e]), np.array([r, f]))
+        for w, b, e, r, f in zip(width, begin, end, rise, fall, strict=True)
+    ]
+    cubics = [CubicHermiteSpline(*one) for one in nodes]
+    tops = [cubic.derivative().roots(extrapolate=False) for cubic in cubics]
+    expected = [cubic([*cubic.x, *at]).max() for cubic, at in zip(cubics, tops, strict=True)]
+    assert peak_force(_nodes(nodes)) == pytest.approx(expected, rel=1e-10)

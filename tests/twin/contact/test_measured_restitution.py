@@ -83,15 +83,12 @@ def test_waves_explain_what_an_elastic_contact_does_not() -> None:
     assert stronge(record) == pytest.approx(pulse.restitution.value, abs=1e-4)
 
 
-def test_nothing_is_left_where_waves_carry_all_away_or_the_record_ends_too_early() -> None:
+def test_restitution_wants_an_approach_three_points_and_a_whole_record() -> None:
     record, _ = _recorded([])
     assert stronge(record, record.velocity_m_s, MASS * VELOCITY**2).tolist() == [0.0] * 3
     cut = replace(record, force_n=record.force_n[:, :400])
     assert np.isnan(poisson(cut)).all()
     assert np.isnan(stronge(cut)).all()
-
-
-def test_newton_wants_an_approach_and_a_record_three_points() -> None:
     assert newton(np.array([2.0]), np.array([1.0])) == pytest.approx([0.5])
     with pytest.raises(ValueError, match="approach_m_s: expected positive"):
         newton(np.array([0.0]), np.array([1.0]))

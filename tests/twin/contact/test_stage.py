@@ -1,9 +1,10 @@
-"""The contact as a stage: strikes to pulses."""
+"""The contact as a stage: strikes to pulses, with the spreads that its page tells."""
 
 from __future__ import annotations
 
 import pickle
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -63,12 +64,19 @@ def test_slow_end_of_a_lossy_pulse_is_cut() -> None:
     assert cut.peak_force_n[2] == pytest.approx(law.peak_force_n[2], rel=0.01)
 
 
-def test_first_layer_hit_is_the_target_and_a_layer_acts_below_the_insulator_only() -> None:
+def test_first_layer_hit_is_the_target_and_strikes_do_not_meet() -> None:
     bodies = bodies_of(STRIKES)
     assert bodies.target_youngs_modulus_pa.tolist() == [69.9e9, 200e9, 69.9e9]
     assert impedance(STRIKES)[0] == impedance(STRIKES)[1]
     soft, hard = (LawContact(effects=effects).pulses(STRIKES) for effects in ([LayerCompliance(1e-6)], []))
     assert (soft.peak_force_n < 0.9 * hard.peak_force_n).tolist() == [False, True, False]
+    stage = STAGES["effects"]
+    together = stage.pulses(STRIKES).force_n
+    alone = [
+        stage.pulses(ImpactBatch([setting], STRIKES.impact_velocity_m_s[k : k + 1])).force_n[0]
+        for k, setting in enumerate(STRIKES.settings)
+    ]
+    assert together == pytest.approx(np.array(alone), rel=1e-9)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -103,12 +111,16 @@ def test_small_spread_is_the_normals_own_and_none_takes_no_normals() -> None:
             replace(NO_SPREAD, **{field: -0.1})
 
 
-def test_labels_say_what_answered() -> None:
+def test_labels_say_what_answered_and_other_laws_are_refused() -> None:
     assert LawContact().label == "hertz"
     assert LawContact("hann", "weir-tallon").label == "hann + weir-tallon"
     assert LawContact(effects=[ViscousLoss(), PlasticYield()]).label == (
         "hertz + contact.viscous_loss + contact.plastic_yield"
     )
+    with pytest.raises(ValueError, match="effects of the contact on 'hann': expected 'hertz'"):
+        LawContact("hann", effects=[ViscousLoss()])
+    with pytest.raises(LookupError, match="no law of contact 'herz'"):
+        LawContact("herz")
 
 
 def _told(stage: ContactStage) -> list[set[str]]:
@@ -129,18 +141,10 @@ def test_what_lies_outside_is_told() -> None:
         assert LawContact().outside(ImpactBatch([inside], np.array([speed]))) == [()]
 
 
-def test_effects_of_other_laws_and_unknown_laws_are_refused() -> None:
-    with pytest.raises(ValueError, match="effects of the contact on 'hann': expected 'hertz'"):
-        LawContact("hann", effects=[ViscousLoss()])
-    with pytest.raises(LookupError, match="no law of contact 'herz'"):
-        LawContact("herz")
+PAGE = (Path(__file__).resolve().parents[3] / "docs" / "explanation" / "contact-effects.md").read_text(encoding="utf-8")
 
 
-def test_strikes_do_not_meet() -> None:
-    stage = STAGES["effects"]
-    together = stage.pulses(STRIKES).force_n
-    alone = [
-        stage.pulses(ImpactBatch([setting], STRIKES.impact_velocity_m_s[k : k + 1])).force_n[0]
-        for k, setting in enumerate(STRIKES.settings)
-    ]
-    assert together == pytest.approx(np.array(alone), rel=1e-9)
+@pytest.mark.parametrize("law", SPREADS)
+def test_every_spread_has_its_row(law: str) -> None:
+    row = next(line for line in PAGE.splitlines() if f"`{law}`" in line and "%" in line)
+    assert f"{100 * SPREADS[law].force:g} % | {100 * SPREADS[law].time:g} %" in row

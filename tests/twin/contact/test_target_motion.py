@@ -88,14 +88,11 @@ def test_what_yields_is_what_is_left() -> None:
     np.testing.assert_allclose(found, velocity, rtol=0.02)
 
 
-def test_nothing_is_taken_away() -> None:
+def test_nothing_is_taken_away_and_draws_have_the_stated_moments() -> None:
     none = np.zeros(1)
     force = np.sin(np.pi * np.linspace(0, 1, 20))[None]
     found, _ = velocity_before_contact(np.ones(1), PulseMoments.of(force), TargetMotion(none, none, none, none))
     np.testing.assert_allclose(found, 1.0, rtol=2e-3)
-
-
-def test_draws_have_the_stated_moments() -> None:
     z = np.random.default_rng(0).standard_normal((20_000, 2))
     motion = TargetMotion.of(impedance(20_000), np.zeros(20_000, dtype=bool)).drawn(z)
     share = motion.mobility_m_n_s * impedance(20_000)

@@ -147,13 +147,17 @@ def test_work_is_the_integral_of_the_force(share: float) -> None:
     assert ideal_velocity_m_s(shot)[0] == pytest.approx(leaves, rel=1e-12)
 
 
-def test_an_endless_tank_pushes_evenly() -> None:
+def test_work_of_an_endless_tank_is_even_and_efficiency_stands_before_every_velocity() -> None:
     shot = prepared([]).but(tank_volume_m3=1e9)
     push = 4e5 * AREA - 0.3 * 0.5 * 9.80665
     assert travel_time_s(shot)[0] == pytest.approx(math.sqrt(2 * 0.885 * 0.5 / push), rel=1e-6)
     assert ideal_velocity_m_s(shot)[0] == pytest.approx(math.sqrt(2 * 0.885 * push / 0.5), rel=1e-6)
     held = prepared([SlidingFriction(seal_force_n=1000.0)])
     assert ideal_velocity_m_s(held)[0] == 0
+    half = replace(BENCH, efficiency=0.5)
+    for effects in ([], [BarrelLoss()], [ValveFlow(loss_coefficient=10.0)]):
+        whole = gun_velocity(BENCH, [2e5, 4e5], 0.5, effects)
+        np.testing.assert_allclose(gun_velocity(half, [2e5, 4e5], 0.5, effects).velocity_m_s, whole.velocity_m_s / 2)
 
 
 # --- gases ---
@@ -304,13 +308,6 @@ def test_shots_that_leave_are_told_apart() -> None:
         assert np.isnan(small.exit_time_s).tolist() == [False, True, True]
         assert small.words() == ["left", "stopped in the barrel", "did not start"]
         assert small.velocity_m_s[1:].tolist() == [0, 0]
-
-
-def test_efficiency_stands_before_every_velocity() -> None:
-    half = replace(BENCH, efficiency=0.5)
-    for effects in ([], [BarrelLoss()], [ValveFlow(loss_coefficient=10.0)]):
-        whole = gun_velocity(BENCH, [2e5, 4e5], 0.5, effects)
-        np.testing.assert_allclose(gun_velocity(half, [2e5, 4e5], 0.5, effects).velocity_m_s, whole.velocity_m_s / 2)
 
 
 def test_each_shot_goes_the_way_of_its_own_effects() -> None:

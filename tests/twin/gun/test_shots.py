@@ -96,15 +96,7 @@ def test_a_wide_valve_is_none_a_leak_goes_with_its_area_and_the_order_of_effects
     np.testing.assert_allclose(velocity(*effects), velocity(*effects[::-1]), rtol=1e-9)
 
 
-def test_a_projectile_that_creeps_behind_its_leak_stays():
-    """It slowed down for ever, and took a diagnosis of pairs of effects with it: 200,000 steps, then an error."""
-    leak = effect("gun.blow_by", discharge_coefficient=1.0, wear_m=2e-3)
-    slow = effect("gun.valve_flow", loss_coefficient=0.0, opening_time_s=0.0, steady_loss_coefficient=1e4)
-    bench = replace(THESIS_GUN, friction_coefficient=0.0)
-    assert gun_velocity(bench, 2e5, 0.5, [leak, slow]).words() == ["stopped in the barrel"]
-
-
-def test_work_of_isothermal_endless_and_absolute_gas_is_the_closed_form():
+def test_work_and_time_in_the_barrel_are_the_closed_forms():
     """Heat for an isothermal expansion gives the logarithm; an endless tank pushes with the gauge pressure against the
     atmosphere; absolute pressure does the work of the absolute gas less that of the atmosphere."""
     free = replace(THESIS_GUN, friction_coefficient=0.0)
@@ -118,9 +110,6 @@ def test_work_of_isothermal_endless_and_absolute_gas_is_the_closed_form():
     gas = (PRESSURE + air) * tank_m3 / 0.4 * (1 - (1 + swept / tank_m3) ** -0.4)
     energy = gas - air * swept - THESIS_GUN.friction_work_j(MASS)
     np.testing.assert_allclose(velocity(ABSOLUTE), np.sqrt(2 * energy / MASS), rtol=1e-12)
-
-
-def test_the_time_in_the_barrel_is_that_of_the_integrated_motion():
     times = [trajectory(THESIS_GUN, q, m).exit_time_s for q, m in zip(PRESSURE, MASS, strict=True)]
     np.testing.assert_allclose(gun_velocity(THESIS_GUN, PRESSURE, MASS).exit_time_s, times, rtol=1e-8)
 
@@ -140,7 +129,7 @@ def test_shots_that_do_not_leave_say_where_they_are_and_an_empty_tank_fires_noth
     assert (empty.velocity_m_s.tolist(), empty.status.tolist()) == ([0.0], [Status.NOT_STARTED])
 
 
-def test_velocity_rises_with_pressure_falls_with_mass_and_bends_down():
+def test_velocity_bends_down_with_pressure_and_a_projectile_that_creeps_stays():
     """Fig. 2.12, with every effect on."""
     effects = [kind() for kind in GUN if kind.id != "gun.valve_flow"]
     by_pressure = gun_velocity(THESIS_GUN, np.linspace(1e5, 10e5, 10), 0.5, effects).velocity_m_s
@@ -148,6 +137,11 @@ def test_velocity_rises_with_pressure_falls_with_mass_and_bends_down():
     assert np.all(np.diff(by_pressure) > 0)
     assert np.all(np.diff(by_pressure, 2) < 0)
     assert np.all(np.diff(by_mass) < 0)
+    # It slowed down for ever, and took a diagnosis of pairs of effects with it: 200,000 steps, then an error.
+    leak = effect("gun.blow_by", discharge_coefficient=1.0, wear_m=2e-3)
+    slow = effect("gun.valve_flow", loss_coefficient=0.0, opening_time_s=0.0, steady_loss_coefficient=1e4)
+    bench = replace(THESIS_GUN, friction_coefficient=0.0)
+    assert gun_velocity(bench, 2e5, 0.5, [leak, slow]).words() == ["stopped in the barrel"]
 
 
 def test_ends_have_words_and_other_numbers_of_parameters_and_no_travel_are_refused():

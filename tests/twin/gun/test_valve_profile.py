@@ -115,16 +115,22 @@ def test_wide_and_open_at_once_is_the_nominal_gun_and_never_opened_keeps_the_pro
     assert not shots.left.any()
 
 
-def test_a_profile_of_even_opening_is_the_opening_time() -> None:
+def test_profiles_are_opening_times_and_act_on_a_valve_as_wide_as_the_bore() -> None:
     pressure, mass = np.array([1e5, 4e5, 8e5]), 0.5
     by_time = effect("gun.valve_flow", loss_coefficient=5.0, opening_time_s=0.13)
     other = effect("gun.valve_flow", loss_coefficient=5.0, opening_time_s=0.4)
     profiles = [ValveProfile.of_controller(0.13)] * 3
     shots = gun_velocity(BENCH, pressure, mass, [other], valve_profiles=profiles)
     np.testing.assert_array_equal(shots.velocity_m_s, gun_velocity(BENCH, pressure, mass, [by_time]).velocity_m_s)
+    full_bore = gun_velocity(BENCH, 4e5, 0.5, [effect("gun.valve_flow")], valve_profiles=[CLOSING])
+    shots = gun_velocity(BENCH, [4e5, 4e5], 0.5, valve_profiles=[CLOSING, None])
+    assert shots.velocity_m_s[0] == full_bore.velocity_m_s[0]
+    assert shots.velocity_m_s[1] == gun_velocity(BENCH, 4e5, 0.5).velocity_m_s[0]
+    with pytest.raises(ValueError, match="1 valve profiles: expected one for each of 2 shots"):
+        gun_velocity(BENCH, [2e5, 3e5], 0.5, [effect("gun.valve_flow")], valve_profiles=[CLOSING])
 
 
-def test_closing_after_the_exit_changes_nothing_and_before_it_slows() -> None:
+def test_closing_slows_stops_or_changes_nothing_after_the_exit() -> None:
     valve = effect("gun.valve_flow", loss_coefficient=20.0)
     opens = ValveProfile.of_controller(0.1)
     exit_s = gun_velocity(BENCH, 4e5, 0.5, [valve], valve_profiles=[opens]).exit_time_s[0]
@@ -135,9 +141,6 @@ def test_closing_after_the_exit_changes_nothing_and_before_it_slows() -> None:
     without_closing = gun_velocity(BENCH, 4e5, 0.5, [valve], valve_profiles=[opens]).velocity_m_s[0]
     assert shots.velocity_m_s[3] == pytest.approx(without_closing, rel=1e-6)
     assert shots.velocity_m_s[4] == gun_velocity(BENCH, 4e5, 0.5, [valve]).velocity_m_s[0]  # of the effect's own time
-
-
-def test_a_valve_that_closes_at_once_against_the_atmosphere_stops_the_projectile() -> None:
     effects = [effect("gun.valve_flow", loss_coefficient=20.0), effect("gun.back_pressure")]
     profile = ValveProfile.parse("0:0,0.02:0.1,0.03:0")
     shots = gun_velocity(BENCH, 2e5, 1.0, effects, valve_profiles=[profile])
@@ -168,15 +171,6 @@ def test_steps_of_both_integrators_meet_a_short_opening() -> None:
     assert compiled.left[0]
     assert compiled.exit_time_s[0] > 1.0
     np.testing.assert_allclose(hooked.velocity_m_s, compiled.velocity_m_s, rtol=1e-5)
-
-
-def test_a_profile_without_the_effect_acts_on_a_valve_as_wide_as_the_bore() -> None:
-    full_bore = gun_velocity(BENCH, 4e5, 0.5, [effect("gun.valve_flow")], valve_profiles=[CLOSING])
-    shots = gun_velocity(BENCH, [4e5, 4e5], 0.5, valve_profiles=[CLOSING, None])
-    assert shots.velocity_m_s[0] == full_bore.velocity_m_s[0]
-    assert shots.velocity_m_s[1] == gun_velocity(BENCH, 4e5, 0.5).velocity_m_s[0]
-    with pytest.raises(ValueError, match="1 valve profiles: expected one for each of 2 shots"):
-        gun_velocity(BENCH, [2e5, 3e5], 0.5, [effect("gun.valve_flow")], valve_profiles=[CLOSING])
 
 
 def test_the_stage_takes_the_profile_of_a_setting() -> None:

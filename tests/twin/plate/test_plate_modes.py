@@ -1,4 +1,4 @@
-"""Modes from an outline: published figures, closed forms, and what a plate does not depend on."""
+"""Modes from an outline: published figures, closed forms, what a plate does not depend on, and plates on disk."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pyroshock.twin.plate import modes
 from pyroshock.twin.plate.build import PlateBuild, PointMass, PointSpring, RayleighDamping, named_points
 from pyroshock.twin.plate.fem import elements_of
 from pyroshock.twin.plate.modes import solve_plate
@@ -34,13 +35,10 @@ def kirchhoff(plate, top=30.0, **more):
     return solve_plate(plate, top * unit, thickness_correction=False, **more).frequency_hz / unit
 
 
-def test_free_square_has_the_published_frequencies():
+def test_free_and_simply_supported_squares_have_their_published_frequencies():
     found = kirchhoff(build(), 40.0)
     assert np.all(found[:3] == 0)
     np.testing.assert_allclose(found[3:8], [13.468, 19.596, 24.270, 34.801, 34.801], rtol=1e-4)
-
-
-def test_simply_supported_square_has_its_closed_form():
     found = kirchhoff(build(edges=tuple(SimplySupported(side) for side in range(4))), 140.0)
     squares = sorted(i**2 + j**2 for i in range(1, 6) for j in range(1, 6))
     np.testing.assert_allclose(found, np.pi**2 * np.array(squares[: found.size]), rtol=1e-5)
@@ -98,7 +96,7 @@ def test_shapes_are_orthonormal_and_matrices_symmetric():
     assert abs(elements.stiffness @ one).max() < 1e-6 * abs(elements.stiffness).max()
 
 
-def test_rigid_shapes_hold_the_mass():
+def test_rigid_shapes_hold_the_mass_and_soft_springs_carry_it():
     free = solve_plate(build(), 20.0)
     rigid = np.vstack([free.shape_impact, free.shapes])[:, :3]
     plate = build()
@@ -106,9 +104,6 @@ def test_rigid_shapes_hold_the_mass():
     points = np.array([place.position_m for place in (*plate.impact_points, *plate.sensors)]) - 0.5
     expected = (1 + 12 * np.sum(points**2, axis=1)) / plate.mass_kg
     np.testing.assert_allclose(np.sum(rigid**2, axis=1), expected, rtol=1e-6)
-
-
-def test_soft_springs_carry_a_rigid_plate():
     k, plate = 50.0, build()
     held = replace(plate, springs=tuple(PointSpring(corner, k) for corner in SQUARE))
     found = solve_plate(held, 5.0).frequency_hz
@@ -193,3 +188,53 @@ def test_the_virtual_bench_has_the_same_frequencies():
     assert np.max(np.abs(error)) < 4e-3
     low = slice(3, 13)
     np.testing.assert_allclose(np.abs(solved.shapes[:, low]), np.abs(peer.shapes[:, low]), atol=0.02)
+
+
+BUILD = PlateBuild(
+    ((0.0, 0.0), (0.5, 0.0), (0.4, 0.4)),
+    0.01,
+    THESIS["steel"],
+    named_points({"#1": (0.3, 0.1)}),
+    named_points({"a": (0.35, 0.2)}),
+)
+
+
+@pytest.fixture
+def solutions(monkeypatch):
+    """How often a plate has been solved."""
+    solve, seen = solve_plate, []
+
+    def counted(*arguments, **more):
+        seen.append(arguments)
+        return solve(*arguments, **more)
+
+    monkeypatch.setattr(modes, "solve_plate", counted)
+    return seen
+
+
+def test_a_plate_is_solved_once(tmp_path, solutions):
+    first, again = (modes.cached_plate(BUILD, 500.0, tmp_path / "deep" / "er") for _ in range(2))
+    assert len(solutions) == 1
+    for name in ("frequency_hz", "damping_ratio", "shape_impact", "shapes"):
+        np.testing.assert_array_equal(getattr(first, name), getattr(again, name))
+    assert (again.impact_points, again.sensors) == (("#1",), ("a",))
+    assert {BUILD: 1}[replace(BUILD)] == 1
+
+
+@pytest.mark.slow
+def test_another_plate_is_another_file(tmp_path, solutions):
+    for build in (BUILD, replace(BUILD, thickness_m=0.011)):
+        modes.cached_plate(build, 500.0, tmp_path)
+    modes.cached_plate(BUILD, 400.0, tmp_path)
+    modes.cached_plate(BUILD, 400.0, tmp_path, thickness_correction=False)
+    assert len(solutions) == 4 == len(list(tmp_path.iterdir()))
+
+
+@pytest.mark.parametrize("damage", [b"", b"no archive", None])
+def test_a_damaged_file_is_solved_anew(tmp_path, solutions, damage):
+    good = modes.cached_plate(BUILD, 500.0, tmp_path)
+    (file,) = tmp_path.iterdir()
+    file.write_bytes(file.read_bytes()[:-200] if damage is None else damage)
+    np.testing.assert_array_equal(modes.cached_plate(BUILD, 500.0, tmp_path).shapes, good.shapes)
+    modes.cached_plate(BUILD, 500.0, tmp_path)
+    assert len(solutions) == 2

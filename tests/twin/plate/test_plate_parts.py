@@ -123,15 +123,12 @@ def test_stretches_that_are_none_are_refused(kind: type[Edge], start: float, sto
         kind(0, start, stop)
 
 
-def test_points_of_a_stretch_are_those_between_its_ends() -> None:
+def test_points_of_a_stretch_and_places_in_triangles_are_found() -> None:
     ends = np.array([[1.0, 2.0], [4.0, 6.0]])
     along, across = np.array([3.0, 4.0]), np.array([-4.0, 3.0])
     shares = [-0.3, -1e-6, 0.0, 0.5, 1.0, 1 + 1e-6, 1.4]
     points = [ends[0] + share * along for share in shares] + [ends[0] + 0.5 * along + off * across for off in (1e-6, 1)]
     assert on_stretch(np.transpose(points), ends) == [2, 3, 4]
-
-
-def test_places_are_found_in_their_triangles_and_only_there() -> None:
     mesh = MeshTri().refined(1)
     points = np.array([[0.1, 0.2], [0.8, 0.9], [1.0, 1.0], [1 + 1e-8, 0.5]])
     local, where = _located(mesh, points)
@@ -167,15 +164,7 @@ def test_sides_may_lie_in_line(outline: tuple[tuple[float, float], ...]) -> None
         checked_outline(way)
 
 
-def test_sides_that_cross_do_so_from_any_corner_and_either_way() -> None:
-    bow = np.array([[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]])
-    for start in range(4):
-        for way in (1, -1):
-            with pytest.raises(ValueError, match="touch or cross"):
-                checked_outline(tuple(map(tuple, np.roll(bow, start, axis=0)[::way].tolist())))
-
-
-def test_an_outline_is_the_same_from_any_corner_and_either_way() -> None:
+def test_outlines_are_the_same_from_any_corner_and_cross_from_any() -> None:
     """Its area is signed; triangles turn counter-clockwise."""
     corners = np.array([[0.0, 0.2], [1.0, 0.0], [1.2, 0.9], [0.0, 0.7]])
     for start in range(4):
@@ -187,6 +176,11 @@ def test_an_outline_is_the_same_from_any_corner_and_either_way() -> None:
     points, triangles = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 3.0]]), np.array([[0, 1, 2], [0, 2, 1]])
     assert areas(points, triangles).tolist() == [3.0, -3.0]
     assert areas(points, counter_clockwise(points, triangles)).tolist() == [3.0, 3.0]
+    bow = np.array([[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]])
+    for start in range(4):
+        for way in (1, -1):
+            with pytest.raises(ValueError, match="touch or cross"):
+                checked_outline(tuple(map(tuple, np.roll(bow, start, axis=0)[::way].tolist())))
 
 
 def test_points_of_sides_become_corners_where_they_lie() -> None:

@@ -67,7 +67,7 @@ def test_lines_are_found_without_a_guess() -> None:
     assert search_poles(noise, STEP_S, (200.0, 4000.0), 0.005, 10).size == 0
 
 
-def test_predicted_scatter_is_that_of_many_records() -> None:
+def test_predicted_scatter_is_that_of_many_records_and_parallel_columns_have_a_basis() -> None:
     rng, poles = np.random.default_rng(5), poles_of(FREQUENCY, RATIO)
     amplitudes, noise = some(rng, records=1), 0.02
     basis = Basis.of(poles, SAMPLES, STEP_S)
@@ -77,9 +77,6 @@ def test_predicted_scatter_is_that_of_many_records() -> None:
     ]
     _, jtj = basis.step(amplitudes, np.zeros((2 * FREQUENCY.size, 1)))
     assert basis.deviations(jtj, amplitudes, noise)[1][:, 0] == pytest.approx(np.std(found, axis=0), rel=0.25)
-
-
-def test_parallel_columns_still_have_a_basis() -> None:
     base = np.random.default_rng(6).standard_normal((50, 3))
     base[:, 2] = base[:, 1] * (1 + 1e-13)
     q, r = orthonormal(base)

@@ -51,11 +51,14 @@ def test_element_shifts_by_a_share_of_what_the_mount_lets_it_feel_and_the_gain_s
     assert both.measured_acceleration_m_s2(knock, 1e-5)[0, 0, -1] == pytest.approx(20.0, rel=1e-6)
 
 
-def test_force_is_scaled_and_filtered():
+def test_force_is_scaled_and_filtered_alike_whatever_is_beside_it():
     force = np.random.default_rng(3).standard_normal((2, 30))
     gain, low_pass = effect("sensor.force_gain", gain=np.array([0.5, 3.0])), effect("sensor.force_bandwidth")
     expected = low_pass.measured_force_n(force * [[0.5], [3.0]], 1e-5)  # type: ignore[attr-defined]
     np.testing.assert_array_equal(SensorChain.of([low_pass, gain]).measured_force_n(force, 1e-5), expected)
+    alone, beside = (measured_pulses(LOW_PASS, of_lengths(*times)) for times in ((3e-4,), (5e-5, 3e-4, 2e-3)))
+    np.testing.assert_array_equal(beside.force_n[1], alone.force_n[0])
+    assert beside.contact_time_s[1] == alone.contact_time_s[0]
 
 
 def pulses():
@@ -97,9 +100,3 @@ def test_contact_of_seconds_takes_no_room_of_microseconds():
     assert peak < 50e6
     np.testing.assert_allclose(seen.contact_time_s[1:], 5.0, rtol=1e-2)
     assert seen.contact_time_s[0] > 1.5 * 5e-5
-
-
-def test_a_pulse_is_seen_alike_whatever_is_beside_it():
-    alone, beside = (measured_pulses(LOW_PASS, of_lengths(*times)) for times in ((3e-4,), (5e-5, 3e-4, 2e-3)))
-    np.testing.assert_array_equal(beside.force_n[1], alone.force_n[0])
-    assert beside.contact_time_s[1] == alone.contact_time_s[0]

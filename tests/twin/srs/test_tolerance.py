@@ -32,15 +32,12 @@ def test_margin_counts_to_the_nearer_edge_and_shares_count_lines():
     assert not compare(np.full(4, 1.0), LINES, target(upper=np.inf)).within
 
 
-def test_batch_is_its_spectra_one_by_one():
+def test_batch_and_lines_in_range_are_judged_one_by_one():
     spectra = np.exp(np.random.default_rng(5).normal(2.3, 0.7, (3, 5, 4)))
     all_at_once = compare(spectra, LINES, target())
     alone = [[compare(one, LINES, target()) for one in row] for row in spectra]
     for name in ("share_within", "share_above", "worst_margin_db", "worst_frequency_hz", "within"):
         np.testing.assert_array_equal(getattr(all_at_once, name), [[getattr(x, name) for x in row] for row in alone])
-
-
-def test_lines_beyond_the_target_are_left_out():
     lines = np.array([50.0, 100, 800, 1600])
     found = compare(np.array([1e9, 10.0, 10.0, 1e9]), lines, target())
     np.testing.assert_array_equal(found.frequency_hz, [100, 800])

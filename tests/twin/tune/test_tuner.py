@@ -47,7 +47,7 @@ def test_proposals_are_ranked_and_distinct_and_the_first_is_the_one_asked_for(fi
     assert all(done <= total for done, total, _ in calls)
 
 
-def test_a_fired_shot_updates_the_next_proposal():
+def test_fired_shots_update_the_next_proposal_and_make_surer(first):
     """A bench 8 dB louder than its model: the first shot misses, the second does not."""
     fired = tuned(goal(8.0)).proposals[0].setting
     shown = FiredShots((fired,), level_db(spectrum(fired))[None] + 8.0)
@@ -55,9 +55,6 @@ def test_a_fired_shot_updates_the_next_proposal():
     after = tuned(goal(8.0), measured=shown)
     second_miss = np.abs(level_db(spectrum(after.proposals[0].setting)) + 8.0 - goal(8.0).level_db).max()
     assert first_miss > 6.0 > second_miss
-
-
-def test_shots_make_surer(first):
     rng, mounts = np.random.default_rng(2), list(SPACE.mounts())
     shots = tuple(SPACE.setting(m, 3e5, 0.5) for m in mounts[::4])
     exact = FiredShots(shots, level_db(Toy().spectra(shots)) + 0.5 * rng.standard_normal((len(shots), LINES.size)))
@@ -65,7 +62,7 @@ def test_shots_make_surer(first):
     assert after.proposals[0].probability_95 > first.proposals[0].probability_95 + 0.1
 
 
-def test_nothing_refused_is_proposed():
+def test_nothing_refused_or_outside_of_the_model_is_proposed():
     def no_steel(settings):
         return [("no steel today",) if s.tip.name == "steel" else () for s in settings]
 
@@ -73,8 +70,6 @@ def test_nothing_refused_is_proposed():
     assert all(p.setting.tip.name != "steel" for p in found.proposals)
     assert any("beyond the bench: no steel today" in each.reason for each in found.avoid)
 
-
-def test_outside_of_the_model_is_to_avoid_unless_asked_for():
     def outside(settings):
         return [("tip unknown",) if s.tip.name == "PLA" else () for s in settings]
 

@@ -1,4 +1,4 @@
-"""The two signals of a shot, measured again by the ingest's own rules."""
+"""The two signals of a shot, measured again by the ingest's own rules; the cubic between a shot's points."""
 
 from __future__ import annotations
 

@@ -64,36 +64,22 @@ def test_ideal_gun_is_adiabatic_expansion_and_its_error_falls_with_the_tolerance
     assert errors[2] < min(errors[1], 1e-6)
 
 
-def test_ideal_gun_with_friction_is_the_nominal_law() -> None:
+def test_friction_atmosphere_and_dead_volume_have_their_closed_forms() -> None:
     """The twin's closed form, by another road: gauge pressure, no efficiency, nominal Coulomb friction."""
     bench = GunBench(TANK_M3, 0.049, BULLET.diameter_m, TRAVEL_M, GUN.friction_coefficient, 1.4, 1.0)
     pressures = np.array([3e4, 1e5, 6e5])
     shots = [speed(Effects.none(), pressure) for pressure in pressures]
     # The virtual bench's friction grows from rest over the first millimetres per second.
     assert shots == pytest.approx(nominal_muzzle_velocity(bench, pressures, BULLET.mass_kg), rel=1e-5)
-
-
-def test_atmosphere_resists_when_it_can_get_away() -> None:
-    """Absolute pressure expands against the atmosphere; the vents are wide, so that none is compressed ahead."""
+    # Absolute pressure expands against the atmosphere; the vents are wide, so that none is compressed ahead.
     pressure = 5e4 + ATMOSPHERE_PA
     work = adiabatic_work_j(pressure) - ATMOSPHERE_PA * BULLET.area_m2 * TRAVEL_M
     shot = speed(Effects.only("gun.back_pressure"), 5e4, replace(SMOOTH, vent_count=3000))
     assert shot == pytest.approx(velocity_of(work), rel=3e-3)
     assert speed(Effects.only("gun.back_pressure"), 5e4, SMOOTH) < velocity_of(work)
-
-
-def test_dead_volume_shares_the_gas_first() -> None:
     whole = TANK_M3 + GUN.dead_volume_m3
     truth = velocity_of(adiabatic_work_j((8e5 + VACUUM_PA) * TANK_M3 / whole, whole))
     assert speed(Effects.only("gun.dead_volume"), 8e5, SMOOTH) == pytest.approx(truth, rel=1e-5)
-
-
-def test_infinite_tank_is_uniform_acceleration() -> None:
-    endless = replace(SMOOTH, tank_volume_m3=1e4)
-    shot = shoot(Effects.none(), 1e5, endless)
-    acceleration = 1e5 * BULLET.area_m2 / BULLET.mass_kg
-    assert shot.muzzle_velocity_m_s == pytest.approx(math.sqrt(2 * acceleration * TRAVEL_M), rel=1e-5)
-    assert shot.exit_time_s == pytest.approx(math.sqrt(2 * TRAVEL_M / acceleration), rel=1e-5)
 
 
 def test_leak_past_a_heavy_projectile_is_choked_blowdown() -> None:
@@ -127,12 +113,17 @@ def test_mass_and_energy_are_kept(effects: Effects, pressure: float) -> None:
     assert moving[flight].max() > 1e4 * np.abs(total[flight] - total[0]).max()
 
 
-def test_ideal_gas_follows_the_adiabat() -> None:
+def test_ideal_gas_follows_the_adiabat_and_an_infinite_tank_accelerates_evenly() -> None:
     shot = shoot(Effects.none(), 4e5, SMOOTH)
     inside = shot.position_m < TRAVEL_M - 1e-3
     inside[np.argmin(inside) :] = False
     volume = TANK_M3 + BULLET.area_m2 * shot.position_m[inside]
     assert shot.tank_pressure_pa[inside] == pytest.approx(4e5 * (TANK_M3 / volume) ** 1.4, rel=1e-6)
+    endless = replace(SMOOTH, tank_volume_m3=1e4)
+    shot = shoot(Effects.none(), 1e5, endless)
+    acceleration = 1e5 * BULLET.area_m2 / BULLET.mass_kg
+    assert shot.muzzle_velocity_m_s == pytest.approx(math.sqrt(2 * acceleration * TRAVEL_M), rel=1e-5)
+    assert shot.exit_time_s == pytest.approx(math.sqrt(2 * TRAVEL_M / acceleration), rel=1e-5)
 
 
 # --- what a shot looks like ------------------------------------------------------------------------------------------
@@ -230,19 +221,16 @@ def test_resistance_slows_the_real_gun_too(name: str) -> None:
 # --- scatter ---------------------------------------------------------------------------------------------------------
 
 
-def test_same_seed_same_shot_and_draws_do_not_depend_on_the_strength() -> None:
+def test_scatter_is_a_percent_or_two_and_of_the_seed() -> None:
+    rng = np.random.default_rng(3)
+    shots = [fire(GUN, Effects.default(), 1e5, BULLET, rng, until_s=0.25).muzzle_velocity_m_s for _ in range(30)]
+    assert 0.005 < np.std(shots) / np.mean(shots) < 0.03
     first, again = (fire(GUN, Effects.default(), 1e5, BULLET, np.random.default_rng(7), until_s=0.3) for _ in range(2))
     assert np.array_equal(first.velocity_m_s, again.velocity_m_s)
     generators = [np.random.default_rng(5), np.random.default_rng(5)]
     for effects, rng in zip((Effects.none(), Effects.default()), generators, strict=True):
         fire(GUN, effects, 1e5, BULLET, rng, until_s=0.1)
     assert generators[0].random() == generators[1].random()
-
-
-def test_scatter_is_a_percent_or_two() -> None:
-    rng = np.random.default_rng(3)
-    shots = [fire(GUN, Effects.default(), 1e5, BULLET, rng, until_s=0.25).muzzle_velocity_m_s for _ in range(30)]
-    assert 0.005 < np.std(shots) / np.mean(shots) < 0.03
 
 
 def test_a_shot_stays_little_work(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -295,15 +283,12 @@ def test_impossible_shots_guns_and_projectiles_are_refused_by_name(refused: Any,
 # --- the way of the valve
 
 
-def test_a_stated_way_of_the_usual_opening_is_the_usual_shot() -> None:
+def test_ways_of_the_valve_open_as_usual_keep_the_tank_or_slow_the_shot() -> None:
     way = ValveWay((0.0, GUN.valve_opening_time_s), (0.0, 1.0))
     usual, stated = shoot(STEADY, 4e5), shoot(STEADY, 4e5, valve_way=way)
     np.testing.assert_array_equal(stated.tank_pressure_pa, usual.tank_pressure_pa)
     np.testing.assert_array_equal(stated.velocity_m_s, usual.velocity_m_s)
-
-
-def test_a_closed_valve_keeps_what_is_left_in_the_tank() -> None:
-    """Without heat from the walls its pressure stands still once the ball's bore has left the seat again."""
+    # Without heat from the walls its pressure stands still once the ball's bore has left the seat again.
     way = ValveWay((0.0, 0.2, 0.25, 0.3), (0.0, 1.0, 1.0, 0.0))
     shut_s = way.kinks_s[-2]  # the bore leaves the seat before the ball is back
     truth = shoot(STEADY.with_strength("gun.heat_exchange", 0.0), 4e5, valve_way=way)
@@ -311,9 +296,6 @@ def test_a_closed_valve_keeps_what_is_left_in_the_tank() -> None:
     assert np.ptp(truth.tank_pressure_pa[after]) < 1e-6 * 4e5
     assert 0.05e5 < truth.tank_pressure_pa[-1] < 3.9e5
     assert truth.tank_pressure_pa[before][-1] < truth.tank_pressure_pa[before][0]
-
-
-def test_a_valve_that_closes_sooner_shoots_slower_and_one_that_stays_shut_not_at_all() -> None:
     light = Projectile(mass_kg=1.0)
     ways = [None, *(ValveWay((0.0, s, s + 0.02), (0.0, s / 0.25, 0.0)) for s in (0.2, 0.15, 0.1))]
     speeds = [shoot(STEADY, 4e5, bullet=light, valve_way=way).muzzle_velocity_m_s for way in ways]

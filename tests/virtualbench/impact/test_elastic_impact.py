@@ -65,7 +65,7 @@ def test_impulse_is_the_change_of_momentum() -> None:
             assert _impulse(impact) == pytest.approx(change, rel=2e-4)
 
 
-def test_error_falls_at_least_with_the_square_of_the_step() -> None:
+def test_error_falls_with_the_square_of_the_step_and_the_default_one_resolves_a_blow() -> None:
     """Between second and fourth order: Hertz's force has no second derivative at the ends of contact."""
     effects = Effects.only("contact.plate_compliance")
     exact = _strikes([1.0], effects, steps=2000)[0].contact_time_s
@@ -75,9 +75,6 @@ def test_error_falls_at_least_with_the_square_of_the_step() -> None:
     assert coarse < 1e-4
     assert middle < coarse / 4
     assert fine < middle / 4
-
-
-def test_default_step_resolves_a_realistic_blow() -> None:
     effects = Effects.default().without("bench.hand_scatter")
     usual, exact = (_strikes([1.0], effects, impactor=hammer("aluminum", 0.03), steps=n)[0] for n in (250, 2500))
     assert usual.restitution == pytest.approx(exact.restitution, abs=1e-4)

@@ -99,16 +99,12 @@ def test_force_is_continuous_where_the_law_changes(times: float, before: float, 
     assert np.log(above / at) / step == pytest.approx(after, rel=1e-3)
 
 
-def test_force_grows_with_depth_and_stays_below_the_elastic_contact() -> None:
+def test_force_grows_with_depth_below_the_elastic_one_and_leaves_a_dent_from_yield_on() -> None:
     law = _law()
     depth = law.yield_m * np.geomspace(0.1, 1e3, 4000)
     force = np.array([law.force(at, at)[0] for at in depth[:, None]])
     assert np.all(np.diff(force) > 0)
     assert np.all(force <= law.stiffness * depth**1.5 * (1 + 1e-12))
-
-
-def test_path_back_starts_where_the_way_in_ended_and_leaves_a_dent_from_yield_on() -> None:
-    law = _law()
     deepest = 200 * law.yield_m
     assert law.force(deepest * (1 - 1e-12), deepest) == pytest.approx(law.force(deepest, deepest))
     assert law.force(0.5 * deepest, deepest) == 0
@@ -119,12 +115,19 @@ def test_path_back_starts_where_the_way_in_ended_and_leaves_a_dent_from_yield_on
         assert _law(math.inf).force(apart, np.zeros(1)) == 0
 
 
-def test_tip_of_finite_height_is_stiffer() -> None:
+def test_tip_of_finite_height_is_stiffer_and_one_of_no_wear_a_ball() -> None:
     """Dimitriadis et al. 2002: at chi = 0.5, 1 + 0.5665 + 0.32075 + 0.096125 + 0.00609375 of Hertz."""
     one = np.ones(1)
     tip = ContactLaw(1e9 * one, 0.01 * one, math.inf * one, 0.02 * one, 0 * one)
     depth = np.array([0.01])
     assert tip.force(depth, depth) == pytest.approx(tip.stiffness * depth**1.5 * 1.98946875)
+    unit, depth = np.ones(1), np.array([1e-4])
+    near = [
+        ContactLaw(1e9 * unit, 0.03 * unit, math.inf * unit, 0.02 * unit, w * unit).force(depth, depth)
+        for w in (1e-9, -1e-9)
+    ]
+    ball = ContactLaw(1e9 * unit, 0.03 * unit, math.inf * unit, 0.02 * unit, 0 * unit)
+    assert near == pytest.approx(np.array([ball.force(depth, depth)] * 2), rel=1e-6)
 
 
 @pytest.mark.parametrize("share", [0.6, 0.18, -0.03, -0.3])
@@ -149,13 +152,3 @@ def test_worn_and_pointed_tips_are_popovs_integrals(share: float, radius_m: floa
     expected = 2 * modulus * quad(lambda x: depth - profile(x), 0, radius_m)[0]
     law = ContactLaw(*(np.array([x]) for x in (modulus, ball, math.inf, math.inf, share)))
     assert law.force(np.array([depth]), np.zeros(1))[0] == pytest.approx(expected, rel=1e-8)
-
-
-def test_tip_of_no_wear_is_a_ball() -> None:
-    unit, depth = np.ones(1), np.array([1e-4])
-    near = [
-        ContactLaw(1e9 * unit, 0.03 * unit, math.inf * unit, 0.02 * unit, w * unit).force(depth, depth)
-        for w in (1e-9, -1e-9)
-    ]
-    ball = ContactLaw(1e9 * unit, 0.03 * unit, math.inf * unit, 0.02 * unit, 0 * unit)
-    assert near == pytest.approx(np.array([ball.force(depth, depth)] * 2), rel=1e-6)

@@ -1,4 +1,4 @@
-"""The modes of the bench's plate: rigid ones, normalisation, and what each effect does to them."""
+"""The modes of the bench's plate: rigid ones, normalisation, what each effect does to them, and their table."""
 
 from __future__ import annotations
 
@@ -58,18 +58,13 @@ def test_three_rigid_modes_obey_newton_and_euler_and_a_clamped_plate_has_none() 
     assert _solved(_plate("fixed")).frequencies_hz[0] > 50
 
 
-def test_shapes_are_orthonormal_in_mass() -> None:
+def test_shapes_are_orthonormal_in_mass_and_give_the_mobility_of_an_endless_plate() -> None:
     plate = _plate()
     position, mass = _grid(plate)
     watched = replace(plate, sensors=tuple(PlateSensor(f"{k}", tuple(p)) for k, p in enumerate(position.tolist())))
     shapes = _solved(watched).shapes[:, :16]
     # Rotary inertia holds the little that is missing: k^2 h^2 / 12 of a mode with wavenumber k.
     assert (shapes * mass[:, None]).T @ shapes == pytest.approx(np.eye(16), abs=5e-3)
-
-
-def test_shapes_squared_give_the_mobility_of_an_endless_plate() -> None:
-    # Cremer: the mean real mobility of a plate of any size is 1 / (8 sqrt(D rho h)).
-    plate = _plate()
     interior = tuple((x, y) for x in (0.40, 0.45, 0.5, 0.55) for y in (0.22, 0.27, 0.32))
     limit = 8000.0
     solved = modes(replace(plate, impact_points_m=interior, sensors=()), NONE, max_frequency_hz=limit)
@@ -78,16 +73,13 @@ def test_shapes_squared_give_the_mobility_of_an_endless_plate() -> None:
     assert mean.mean() == pytest.approx(endless, rel=0.1)
 
 
-def test_uneven_modulus_raises_frequencies_by_what_is_stated_in_the_mean() -> None:
+def test_modulus_raises_frequencies_as_stated_and_as_rayleigh_says() -> None:
     nominal = modes(_plate(), NONE, max_frequency_hz=8000.0).frequencies_hz[3:]
     stiffer = modes(_plate(), Effects.only("plate.stiffness", 3.0), max_frequency_hz=8400.0).frequencies_hz[3:]
     rise = stiffer[: nominal.size] / nominal - 1
     assert rise.mean() == pytest.approx(0.03, abs=0.002)
     assert 0.001 < rise.std() < 0.01
-
-
-def test_a_small_error_of_the_modulus_acts_as_rayleigh_says() -> None:
-    """Half of the added strain energy over the whole: Theory of Sound I, section 88."""
+    # Half of the added strain energy over the whole: Theory of Sound I, section 88.
     plate = _plate()
     mesh = Mesh.regular(plate.outline_m, 4, 4, 8, ())
     even, mass = assemble(mesh, plate.material, plate.thickness_m)

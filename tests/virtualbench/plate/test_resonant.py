@@ -34,15 +34,12 @@ def test_plates_are_drawn_by_seed_and_have_their_mass_and_boundary() -> None:
     assert resonant_plate("steel", "fixed", np.random.default_rng(3)).boundary == "fixed"
 
 
-def test_no_two_sides_or_angles_are_alike() -> None:
+def test_sides_and_angles_differ_and_damping_is_drawn_between_its_limits() -> None:
     sides = np.roll(OUTLINE_M, -1, axis=0) - np.array(OUTLINE_M)
     lengths = np.sort(np.linalg.norm(sides, axis=1))
     angles = np.sort(np.diff(np.unwrap(np.arctan2(*sides[[0, 1, 2, 3, 0]].T[::-1]))))
     assert np.diff(lengths).min() > 0.03
     assert np.diff(angles).min() > math.radians(5)
-
-
-def test_damping_is_drawn_between_its_limits() -> None:
     ratios = np.array(PLATE.damping_ratios)
     assert 0.002 <= ratios.min() < 0.0021
     assert 0.0095 < ratios.max() <= 0.01

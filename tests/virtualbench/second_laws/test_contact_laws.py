@@ -59,27 +59,21 @@ def test_losses_lower_the_rebound(effect: str, split: str) -> None:
     assert restitution({effect: 1.0}, split) < 0.995
 
 
-def test_tsujis_damper_has_its_restitution() -> None:
+def test_dampers_lose_as_tsuji_and_kuwabara_and_kono_say() -> None:
     """1 - s l of the tip, at any speed: that is what alpha is chosen for."""
     for speed in (0.5, 2.0):
         e = restitution({"contact.viscous_loss": 3.0}, "sealed", tip="delrin", speed=speed)
         assert e == pytest.approx(1 - 3 * law.LOST_SPEED["delrin"], abs=0.02)
-
-
-def test_kuwabara_konos_loss_grows_with_the_fifth_root_of_speed() -> None:
-    """1 - e ~ v^(1/5): Brilliantov et al., eq. 10."""
+    # 1 - e ~ v^(1/5): Brilliantov et al., eq. 10.
     lost = [1 - restitution({"contact.viscous_loss": 5.0}, "development", speed=speed) for speed in (0.3, 3.0)]
     assert lost[1] / lost[0] == pytest.approx(10**0.2, rel=0.1)
 
 
-def test_layer_makes_a_pulse_longer_and_lower() -> None:
+def test_layer_makes_a_pulse_longer_and_hand_and_tip_a_larger_one() -> None:
     for split in SPLITS:
         (step, nominal), (other, values) = force({}, split), force({"contact.layer_compliance": 1.0}, split)
         assert values.max() < 0.9 * nominal.max()
         assert values.size * other > 1.05 * nominal.size * step
-
-
-def test_hand_and_a_heavier_tip_of_steel_add_to_the_impulse() -> None:
     nominal = impulse({}, "sealed")
     assert impulse({"contact.effective_mass": 30.0}, "sealed") > 1.01 * nominal
     heavier = 1 + 0.05 * 4 * law.TIP_MASS["steel"]
@@ -89,7 +83,7 @@ def test_hand_and_a_heavier_tip_of_steel_add_to_the_impulse() -> None:
 # --- curves ----------------------------------------------------------------------------------------------------------
 
 
-def test_worn_ball_is_hertz_without_a_flat_and_a_punch_with_a_wide_one() -> None:
+def test_balls_and_cones_are_hertz_and_sneddons() -> None:
     np.testing.assert_allclose(worn_ball(DEPTH, MODULUS, RADIUS, 0.0), HERTZ, rtol=1e-12)
     # F = 2 E* b d (Sneddon).
     flat = 0.05
@@ -99,9 +93,6 @@ def test_worn_ball_is_hertz_without_a_flat_and_a_punch_with_a_wide_one() -> None
     slope = np.diff(worn_ball(np.array([depth - step, depth + step]), MODULUS, RADIUS, flat))[0] / (2 * step)
     a = math.sqrt((flat**2 + math.sqrt(flat**4 + 4 * (RADIUS * depth) ** 2)) / 2)
     assert slope == pytest.approx(2 * MODULUS * a, rel=1e-5)
-
-
-def test_rounded_cone_begins_as_a_ball_and_is_a_cone_far_beyond() -> None:
     begins = 2e-3
     shallow = 0.5 * begins**2 / RADIUS > DEPTH
     np.testing.assert_allclose(rounded_cone(DEPTH, MODULUS, RADIUS, begins)[shallow], HERTZ[shallow], rtol=2e-3)
@@ -111,7 +102,7 @@ def test_rounded_cone_begins_as_a_ball_and_is_a_cone_far_beyond() -> None:
     np.testing.assert_allclose(rounded_cone(depth, MODULUS, RADIUS, begins)[-10:], wanted[-10:], rtol=0.03)
 
 
-def test_meyers_index_of_two_does_not_harden() -> None:
+def test_plastic_curves_begin_with_hertz_and_end_with_a_hardness() -> None:
     """Beyond the onset force then grows with depth, as mean pressure stays."""
     values, left = meyer(DEPTH, MODULUS, RADIUS, 1e9, 2.0)
     onset = RADIUS * (math.pi * 1e9 / (2 * MODULUS)) ** 2
@@ -120,9 +111,6 @@ def test_meyers_index_of_two_does_not_harden() -> None:
     np.testing.assert_allclose(values[~beyond], HERTZ[~beyond])
     assert np.all(left[~beyond] == 0)
     assert np.all(np.diff(left[beyond]) > 0)
-
-
-def test_jackson_and_green_begin_with_hertz_and_end_with_a_hardness() -> None:
     values, left = jackson_green(DEPTH, MODULUS, RADIUS, 4e8, 0.3)
     critical = (math.pi * 1.295 * math.exp(0.736 * 0.3) * 4e8 / (2 * MODULUS)) ** 2 * RADIUS
     elastic = 1.9 * critical > DEPTH

@@ -1,4 +1,4 @@
-"""The second laws of plate and sensors against limits and closed forms."""
+"""The second laws of plate and sensors against limits and closed forms, and which laws there are."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_plate_without_strength_is_its_table(effect: str, split: str) -> None:
     np.testing.assert_allclose(same.damping, MODES.damping)
 
 
-def test_damping_is_rayleighs_or_that_of_cables() -> None:
+def test_damping_thickness_and_supports_change_modes_as_they_say() -> None:
     added = changed_modes(MODES, SUPPORTS, {"plate.damping": 5.0}, "development").damping - MODES.damping
     middle = np.argsort(np.abs(MODES.frequencies_hz - np.median(MODES.frequencies_hz)))[:2]
     assert np.argmin(added) in middle
@@ -34,9 +34,6 @@ def test_damping_is_rayleighs_or_that_of_cables() -> None:
     added = changed_modes(MODES, SUPPORTS, {"plate.damping": 5.0}, "sealed").damping - MODES.damping
     square = np.sum(MODES.shapes**2, axis=0)
     np.testing.assert_allclose(added / added.sum(), square / square.sum())
-
-
-def test_thickness_raises_low_modes_most_and_rolled_sheet_has_two_families() -> None:
     ratio = (
         changed_modes(MODES, SUPPORTS, {"plate.stiffness": 2.0}, "development").frequencies_hz / MODES.frequencies_hz
     )
@@ -45,6 +42,14 @@ def test_thickness_raises_low_modes_most_and_rolled_sheet_has_two_families() -> 
     ratio = changed_modes(MODES, SUPPORTS, {"plate.stiffness": 2.0}, "sealed").frequencies_hz / MODES.frequencies_hz
     np.testing.assert_allclose(ratio[::2], 1.02)
     np.testing.assert_allclose(ratio[1::2], 1 + 0.02 * plate_law.ACROSS)
+    held = changed_modes(MODES, SUPPORTS, {"plate.boundary": 50.0}, "development")
+    felt = np.sum(SUPPORTS**2, axis=0) / np.mean(np.sum(SUPPORTS**2, axis=0))
+    np.testing.assert_allclose(held.frequencies_hz**2, MODES.frequencies_hz**2 + 2500 * felt)
+    assert np.all(held.damping > MODES.damping)
+    # The sum of the squares grows by that of the springs, whatever the coupling.
+    held = changed_modes(MODES, SUPPORTS, {"plate.boundary": 50.0}, "sealed")
+    grown = np.sum(held.frequencies_hz**2) - np.sum(MODES.frequencies_hz**2)
+    assert grown == pytest.approx(2500 * MODES.frequencies_hz.size, rel=1e-6)
 
 
 @pytest.mark.parametrize("split", SPLITS)
@@ -55,17 +60,6 @@ def test_small_mass_lowers_a_mode_by_its_square(split: str) -> None:
     share = np.array([1.0, 1.0 if split == "development" else plate_law.SECOND_SENSOR])
     wanted = -mass / 2 * share @ MODES.shapes[:, :1] ** 2
     assert f[0] / MODES.frequencies_hz[0] - 1 == pytest.approx(float(wanted[0]), rel=0.1)
-
-
-def test_supports_raise_by_their_stiffness_and_damp() -> None:
-    held = changed_modes(MODES, SUPPORTS, {"plate.boundary": 50.0}, "development")
-    felt = np.sum(SUPPORTS**2, axis=0) / np.mean(np.sum(SUPPORTS**2, axis=0))
-    np.testing.assert_allclose(held.frequencies_hz**2, MODES.frequencies_hz**2 + 2500 * felt)
-    assert np.all(held.damping > MODES.damping)
-    # The sum of the squares grows by that of the springs, whatever the coupling.
-    held = changed_modes(MODES, SUPPORTS, {"plate.boundary": 50.0}, "sealed")
-    grown = np.sum(held.frequencies_hz**2) - np.sum(MODES.frequencies_hz**2)
-    assert grown == pytest.approx(2500 * MODES.frequencies_hz.size, rel=1e-6)
 
 
 # --- sensors ---------------------------------------------------------------------------------------------------------
@@ -99,13 +93,25 @@ def test_pressure_errs_over_its_range_as_stated(name, strength, split, bar, expe
     assert law.pressure_bar(bar, {name: strength}, split) == pytest.approx(expected, **within)
 
 
-def test_velocity_errs_by_a_late_timer_or_by_the_bullets_length() -> None:
+def test_velocity_force_and_acceleration_err_as_they_say() -> None:
     v = np.array([5.0, 10.0])
     factor = law.velocity_factor(v, np.array([0.2, 0.2]), ["steel"] * 2, 0.03, "development", hand=False)
     assert (factor[1] - 1) / (factor[0] - 1) == pytest.approx(2.0)
     masses = np.array([0.1, 0.5])
     factor = law.velocity_factor(np.array([5.0, 5.0]), masses, ["steel"] * 2, 0.01, "sealed", hand=False)
     np.testing.assert_allclose(factor, [1 + 0.01 * bullet_share(m) for m in masses])
+    read = law.force_read(np.array([0.0, law.FULL_FORCE_N]), 1e-6, {"sensor.force_gain": 0.02}, "development", 25e3)
+    assert read[1] == pytest.approx(1.02 * law.FULL_FORCE_N)
+    gain = {"sensor.force_gain": 0.05}
+    factors = [law.force_read(np.array([0.0, top]), 1e-6, gain, "sealed", 25e3)[1] / top for top in (200.0, 8000.0)]
+    np.testing.assert_allclose(factors, [1 + 0.05 * law.LOW_RANGE, 1.05], rtol=1e-3)
+    time = np.arange(10240) / RATE
+    rows = np.stack([np.sin(2 * np.pi * f * time) for f in (1000.0, 10_000.0)])
+    read = law.accelerations_read(rows, RATE, {"sensor.acceleration_gain": 0.05}, "development", 45e3)
+    np.testing.assert_allclose(read.std(axis=1) / rows.std(axis=1), [1.0, 0.95], rtol=1e-3)
+    rows = np.full((2, 10), law.FULL_ACCELERATION_M_S2)
+    read = law.accelerations_read(rows, RATE, {"sensor.acceleration_gain": 0.1}, "sealed", 45e3)
+    np.testing.assert_allclose(read[:, 0] / rows[:, 0], [1.1, 1 + 0.1 * law.SECOND_CHANNEL])
 
 
 @pytest.mark.parametrize("split", SPLITS)
@@ -120,25 +126,7 @@ def test_low_pass_keeps_the_impulse_and_has_its_corner(split: str) -> None:
     assert response == pytest.approx(np.sqrt(0.5), rel=0.02)
 
 
-def test_force_errs_with_its_level() -> None:
-    read = law.force_read(np.array([0.0, law.FULL_FORCE_N]), 1e-6, {"sensor.force_gain": 0.02}, "development", 25e3)
-    assert read[1] == pytest.approx(1.02 * law.FULL_FORCE_N)
-    gain = {"sensor.force_gain": 0.05}
-    factors = [law.force_read(np.array([0.0, top]), 1e-6, gain, "sealed", 25e3)[1] / top for top in (200.0, 8000.0)]
-    np.testing.assert_allclose(factors, [1 + 0.05 * law.LOW_RANGE, 1.05], rtol=1e-3)
-
-
-def test_sensitivity_falls_by_decade_and_rises_with_the_level() -> None:
-    time = np.arange(10240) / RATE
-    rows = np.stack([np.sin(2 * np.pi * f * time) for f in (1000.0, 10_000.0)])
-    read = law.accelerations_read(rows, RATE, {"sensor.acceleration_gain": 0.05}, "development", 45e3)
-    np.testing.assert_allclose(read.std(axis=1) / rows.std(axis=1), [1.0, 0.95], rtol=1e-3)
-    rows = np.full((2, 10), law.FULL_ACCELERATION_M_S2)
-    read = law.accelerations_read(rows, RATE, {"sensor.acceleration_gain": 0.1}, "sealed", 45e3)
-    np.testing.assert_allclose(read[:, 0] / rows[:, 0], [1.1, 1 + 0.1 * law.SECOND_CHANNEL])
-
-
-def test_damped_mounting_has_its_transmissibility() -> None:
+def test_mountings_have_their_transmissibility_or_two_resonances() -> None:
     resonance, damping, frequency = 9e3, law.SOFT_MOUNT_DAMPING, 6e3
     time = np.arange(20480) / RATE
     rows = np.sin(2 * np.pi * frequency * time)[None]
@@ -146,9 +134,6 @@ def test_damped_mounting_has_its_transmissibility() -> None:
     r = frequency / resonance
     wanted = np.sqrt((1 + (2 * damping * r) ** 2) / ((1 - r**2) ** 2 + (2 * damping * r) ** 2))
     assert read[0, 4000:].std() / rows[0, 4000:].std() == pytest.approx(wanted, rel=0.05)
-
-
-def test_block_on_a_stud_has_two_resonances() -> None:
     impulse = np.zeros((1, 8192))
     impulse[0, 1] = 1.0
     read = law.accelerations_read(impulse, RATE, {"sensor.mount_resonance": 5.0}, "sealed", 45e3)

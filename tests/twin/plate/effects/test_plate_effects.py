@@ -42,8 +42,13 @@ def test_off_leaves_the_plate_as_it_is_and_the_default_does_not(identity, plate)
     assert np.any(changed.frequency_hz != plate.frequency_hz) or np.any(changed.damping_ratio != plate.damping_ratio)
 
 
-def test_the_catalogue_has_the_effects_of_the_plate():
+def test_the_catalogue_has_the_effects_of_the_plate_and_others_are_refused(plate):
     assert [name for name, kind in catalogue().items() if issubclass(kind, PlateEffect)] == PLATE_EFFECTS
+    other = next(kind for name, kind in catalogue().items() if not name.startswith("plate."))
+    with pytest.raises(TypeError, match="does not act here"):
+        with_effects(plate, [other()])
+    with pytest.raises(ValueError, match="given twice"):
+        with_effects(plate, [effect("plate.damping"), effect("plate.damping")])
 
 
 BY_PART = {"plate.damping": "modes", "plate.sensor_mass": "sensors"}
@@ -70,12 +75,16 @@ def test_a_plate_is_no_batch(identity):
         effect(identity, **{name: np.array([1.0, 1.0])})
 
 
-def test_damping_is_scaled_then_added(plate):
+def test_damping_is_scaled_then_added_and_supports_lift_the_low_modes_most(plate):
     found = of_plate("plate.damping", factor=2.0, added_ratio=0.003).apply(plate)
     np.testing.assert_allclose(found.damping_ratio, 0.013)
     most = of_plate("plate.damping", factor=20.0, added_ratio=0.5)
     np.testing.assert_allclose(most.apply(found).damping_ratio, 20 * 0.013 + 0.5)
     assert most.apply(most.apply(found)).damping_ratio.max() < 1
+    found = of_plate("plate.boundary", support_frequency_hz=20.0).apply(plate)
+    rise = found.frequency_hz - plate.frequency_hz
+    np.testing.assert_allclose(rise[:3], 20.0)
+    assert np.all(np.diff(rise) <= 1e-9)
 
 
 @pytest.mark.slow
@@ -133,13 +142,6 @@ def test_one_mode_under_one_sensor_is_a_heavier_oscillator(frequency_hz):
     assert abs(found.shape_impact[0, 0]) == pytest.approx(1 / root, rel=1e-12)
 
 
-def test_supports_lift_the_low_modes_most(plate):
-    found = of_plate("plate.boundary", support_frequency_hz=20.0).apply(plate)
-    rise = found.frequency_hz - plate.frequency_hz
-    np.testing.assert_allclose(rise[:3], 20.0)
-    assert np.all(np.diff(rise) <= 1e-9)
-
-
 @pytest.mark.slow
 def test_supports_agree_with_many_springs():
     # Springs over the whole plate are an elastic foundation: as many as there are weights in a rule of quadrature.
@@ -154,11 +156,3 @@ def test_supports_agree_with_many_springs():
     held = solve_plate(replace(BUILD, springs=springs), 300.0, thickness_correction=False)
     found = of_plate("plate.boundary", support_frequency_hz=30.0).apply(free).frequency_hz[: held.frequency_hz.size]
     np.testing.assert_allclose(found, held.frequency_hz, rtol=1e-5)
-
-
-def test_effects_of_other_stages_are_refused(plate):
-    other = next(kind for name, kind in catalogue().items() if not name.startswith("plate."))
-    with pytest.raises(TypeError, match="does not act here"):
-        with_effects(plate, [other()])
-    with pytest.raises(ValueError, match="given twice"):
-        with_effects(plate, [effect("plate.damping"), effect("plate.damping")])

@@ -1,11 +1,17 @@
-"""The law of force in an impact's own units."""
+"""The law of force in an impact's own units, and eq. 1.17: unloading with a permanent indentation."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from pyroshock.twin.contact.kernel import Law, layer, rates, spring
+from pyroshock.twin.contact.hertz import hertz, restitution_of_loop, returned_work, unloading_force
+from pyroshock.twin.contact.impact import solve
+from pyroshock.twin.contact.impacts import Impacts
+from pyroshock.twin.contact.kernel import Law, layer, rates, spring, unloading
 from scipy.integrate import quad
+from support.records.contact_bodies import impacts
 
 
 def _law(**values: float) -> Law:
@@ -54,3 +60,45 @@ def test_rates_of_change_are_those_of_the_motion(depth: float, velocity: float) 
     before, after = (rates(law, depth + by * now.indentation, velocity - by * now.force) for by in (-small, small))
     assert now.force_rate == pytest.approx((after.force - before.force) / (2 * small), rel=1e-8)
     assert now.approach_rate == pytest.approx((after.approach - before.approach) / (2 * small), rel=1e-8)
+
+
+PEAK, DEEPEST, PERMANENT = np.array([800.0]), np.array([3e-4]), np.array([1e-4])
+
+
+def test_curve_runs_from_the_peak_to_what_stays_if_anything_yielded() -> None:
+    depth = np.array([0.5e-4, 1e-4, 2e-4, 3e-4])
+    assert unloading_force(depth, PEAK, DEEPEST, PERMANENT) == pytest.approx([0, 0, 800 / 2**1.5, 800])
+    # Hertz' loading and eq. 1.17 without a mark are one curve: the loop has no area, e = 1.
+    law = Law(1.5, 1.0, 0.0, 0.9, 0.0, 0.0, 0.0, 0.0)
+    assert unloading(law, 0.8) == law._replace(yield_depth=np.inf)
+    assert restitution_of_loop(0.4 * PEAK * DEEPEST, PEAK, DEEPEST, 0 * DEEPEST) == pytest.approx([1.0])
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0])
+def test_returned_work_is_the_area_below(exponent: float) -> None:
+    depth = np.linspace(1e-4, 3e-4, 4001)
+    area = np.trapezoid(unloading_force(depth, PEAK, DEEPEST, PERMANENT, exponent), depth)
+    assert returned_work(PEAK, DEEPEST, PERMANENT, exponent) == pytest.approx([area], rel=1e-6)
+
+
+def test_loop_area_is_the_energy_lost() -> None:
+    """Of a solved impact: loading work minus returned work against the kinetic energy, and e = sqrt(W_r / W_c)."""
+    bodies = impacts()
+    nominal = Impacts.of(bodies)
+    load = 0.2 * hertz(bodies).peak_force_n
+    pulse = solve(replace(nominal, yield_load_n=load))
+    depth = np.linspace(0, pulse.deepest_indentation_m[0], 20_001)
+    stiffness = nominal.stiffness_n_mp
+    reach = (load / stiffness) ** (2 / 3)
+    loading = np.where(depth < reach, stiffness * depth**1.5, load + 1.5 * load / reach * (depth - reach))
+    work = np.trapezoid(loading, depth)
+    loop = (pulse.peak_force_n, pulse.deepest_indentation_m, pulse.permanent_indentation_m)
+    kinetic = 0.32 / 2 * (1.2**2 - pulse.separation_velocity_m_s**2)
+    assert work - returned_work(*loop) == pytest.approx(kinetic, rel=1e-6)
+    assert restitution_of_loop(work, *loop) == pytest.approx(pulse.restitution.value, rel=1e-6)
+
+
+@pytest.mark.parametrize("permanent", [-1e-6, 3e-4])
+def test_impossible_marks_are_refused(permanent: float) -> None:
+    with pytest.raises(ValueError, match="permanent_m: expected"):
+        unloading_force(DEEPEST, PEAK, DEEPEST, np.array([permanent]))

@@ -1,12 +1,13 @@
-"""Hunt and Crossley's impact: it loses what it was told to, and is Hertz' without loss."""
+"""Hunt and Crossley's impact and the asymmetric von Hann pulse: they lose what they were told to."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from pyroshock.twin.contact.bodies import MissingQuantityError
 from pyroshock.twin.contact.hertz import hertz, low_loss_damping, matched_damping, restitution_of
-from pyroshock.twin.contact.laws import hunt_crossley
-from pyroshock.twin.contact.restitution_laws import constant
+from pyroshock.twin.contact.laws import hunt_crossley, von_hann
+from pyroshock.twin.contact.restitution_laws import constant, zener
 from scipy.integrate import cumulative_trapezoid, solve_ivp
 from support.records.contact_bodies import impacts, impulse
 
@@ -50,19 +51,16 @@ def test_any_restitution_between_those_solved() -> None:
     assert found == pytest.approx(asked, abs=5e-4)
 
 
-def test_without_loss_it_is_hertz() -> None:
+def test_without_loss_it_is_hertz_and_a_damped_pulse_leans_forward() -> None:
     ours, his = hunt_crossley(impacts(), constant(1.0)), hertz(impacts())
     assert ours.contact_time_s == pytest.approx(his.contact_time_s, rel=1e-12)
     assert ours.force_n() == pytest.approx(his.force_n(), abs=1e-9 * his.peak_force_n[0])
-
-
-def test_damped_pulse_leans_forward() -> None:
     pulse = hunt_crossley(impacts(), constant(0.3))
     assert pulse.compression_time_s < 0.5 * pulse.contact_time_s
     assert np.argmax(pulse.force_n(1001)) < 1000 * pulse.compression_time_s / pulse.contact_time_s
 
 
-def test_damping_and_restitution_are_inverse_by_the_implicit_relation() -> None:
+def test_damping_gives_its_restitution_or_more_by_eq_1_20() -> None:
     """a (1 + e) = ln((1 + a) / (1 - e a)), Gonthier et al. 2004; where it has no digits left, the first term of the
     series, 1 - e = 2 a / 3, eq. 1.20."""
     e = np.linspace(0.1, 0.99, 30)
@@ -73,9 +71,6 @@ def test_damping_and_restitution_are_inverse_by_the_implicit_relation() -> None:
     assert 1 - restitution_of(np.array([0.0, 3e-6, 6e-5])) == pytest.approx([0.0, 2e-6, 4e-5], abs=4e-9)
     e = np.array([1.0, 1 - 1e-6, 1 - 5e-5])
     assert restitution_of(matched_damping(e)) == pytest.approx(e, rel=1e-12)
-
-
-def test_low_loss_damping_of_eq_1_20_loses_less_than_asked() -> None:
     e = np.array([0.1, 0.5, 2 / 3, 0.9])
     ends_with = restitution_of(low_loss_damping(e))
     assert np.all(ends_with > e)
@@ -85,3 +80,37 @@ def test_low_loss_damping_of_eq_1_20_loses_less_than_asked() -> None:
     pulse = hunt_crossley(impacts(), constant(2 / 3), low_loss_damping)
     assert pulse.impulse_n_s == pytest.approx((1 + 0.7484349) * MASS * VELOCITY, rel=1e-6)
     assert impulse(pulse.contact_time_s, pulse.force_n(4001)) == pytest.approx(pulse.impulse_n_s, rel=1e-5)
+
+
+BODIES = impacts(impact_velocity_m_s=[0.4, 1.2, 8.0], impactor_mass_kg=[0.1, 0.32, 1.0])
+MOMENTUM = np.array([0.1 * 0.4, 0.32 * 1.2, 8.0])
+
+
+@pytest.mark.parametrize("restitution", [0.05, 2 / 3, 1.0])
+def test_impulse_is_momentum_given_and_returned(restitution: float) -> None:
+    pulse = von_hann(BODIES, constant(restitution))
+    assert pulse.impulse_n_s == pytest.approx((1 + restitution) * MOMENTUM)
+    assert impulse(pulse.contact_time_s, pulse.force_n(5001)) == pytest.approx(pulse.impulse_n_s, rel=1e-6)
+
+
+def test_compression_is_half_of_hertz_time_and_the_shape_that_of_figure_1_7() -> None:
+    """Eq. 1.27: twice the momentum over the time. Zener's is the restitution unless told."""
+    pulse = von_hann(BODIES, constant(2 / 3))
+    assert pulse.compression_time_s == pytest.approx(hertz(BODIES).contact_time_s / 2, rel=1e-9)
+    to_the_peak = pulse.force_at(np.linspace(0, 0.6, 3001))
+    assert impulse(pulse.compression_time_s, to_the_peak) == pytest.approx(MOMENTUM, rel=1e-6)
+    usual = von_hann(BODIES)
+    assert usual.peak_force_n == pytest.approx(2 * MOMENTUM / usual.compression_time_s)
+    assert usual.restitution.value == pytest.approx(zener(BODIES).value)
+    # e = 2/3: peak at 3/5 of the contact, half of it at 3/10 and 4/5; the halves meet without a step.
+    share = pulse.force_at(np.array([0.3, 0.6 - 1e-9, 0.6, 0.6 + 1e-9, 0.8])) / pulse.peak_force_n[:, None]
+    assert share == pytest.approx(np.tile([0.5, 1, 1, 1, 0.5], (3, 1)), abs=1e-9)
+    pulse = von_hann(BODIES, constant(1.0))
+    expected = np.hanning(21) * pulse.peak_force_n[:, None]
+    assert pulse.force_n(21) == pytest.approx(expected, abs=1e-9 * float(pulse.peak_force_n.max()))
+
+
+@pytest.mark.parametrize("quantity", ["impactor_mass_kg", "plate_thickness_m"])
+def test_what_it_needs_is_asked_for(quantity: str) -> None:
+    with pytest.raises(MissingQuantityError, match=f"needs {quantity}"):
+        von_hann(impacts(**{quantity: None}))
