@@ -121,10 +121,7 @@ def test_what_never_moves_has_no_figures(x):
     assert shock_figures(x, RATE) is None
 
 
-@given(
-    st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=80),
-    st.floats(0.1, 10.0),
-)
+@given(st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=80), st.floats(0.1, 10.0))
 def test_figures_scale_with_the_record(samples, gain):
     x = np.round(samples, 6)
     found, scaled = shock_figures(x, 1000.0), shock_figures(gain * x, 1000.0)

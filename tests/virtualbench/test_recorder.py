@@ -50,12 +50,7 @@ def channels(n=1000):
 def test_card_and_runs_are_read_as_they_were_meant(tmp_path):
     write_card(tmp_path, CARD)
     file = read_campaign_file(tmp_path)
-    assert (file.name, file.kind, file.date.isoformat(), file.description) == (
-        CARD.name,
-        "gun",
-        "2026-11-21",
-        "Vögel",
-    )
+    assert (file.name, file.kind, file.date.isoformat(), file.description) == (CARD.name, "gun", "2026-11-21", "Vögel")
     assert file.plate.outline_m == ((0.0, 0.0), (1.0, 0.0), (0.5, 0.7))
     assert file.hammer.mass_kg == 0.32
     assert (file.sensors["tank"].sensitivity, file.sensors["tank"].offset_v) == (0.5621, 0.3624)

@@ -254,11 +254,7 @@ def test_next_to_nothing_of_a_mechanism_is_none_of_it(quantity: str) -> None:
 
 @pytest.mark.parametrize(
     ("quantity", "unit"),
-    [
-        ("rate_loss_s_m", 1 / 1.2),
-        ("plate_mobility_m_n_s", 1.2 / FORCE),
-        ("layer_compliance_m_n", DEPTH / FORCE),
-    ],
+    [("rate_loss_s_m", 1 / 1.2), ("plate_mobility_m_n_s", 1.2 / FORCE), ("layer_compliance_m_n", DEPTH / FORCE)],
 )
 def test_more_of_it_acts_more(quantity: str, unit: float) -> None:
     strength = np.geomspace(0.01, 3, 12) * unit

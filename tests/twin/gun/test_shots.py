@@ -173,10 +173,7 @@ def test_similar_shots_are_similar_to_the_last_step(pressure: float, mass: float
     )
     one = gun_velocity(small, 1e5, 0.3, [effect("gun.barrel_loss", friction_factor=0.0, drag_coefficient=5.0)])
     other = gun_velocity(
-        large,
-        pressure * 1e5,
-        mass * 0.3,
-        [effect("gun.barrel_loss", friction_factor=0.0, drag_coefficient=5.0 * drag)],
+        large, pressure * 1e5, mass * 0.3, [effect("gun.barrel_loss", friction_factor=0.0, drag_coefficient=5.0 * drag)]
     )
     speed = (pressure * area * travel / mass) ** 0.5
     np.testing.assert_allclose(other.velocity_m_s / speed, one.velocity_m_s, rtol=3e-12)

@@ -274,12 +274,7 @@ def test_what_is_not_held_moves_as_a_whole(turned: float) -> None:
     c, s = np.cos(turned), np.sin(turned)
     square = tuple((c * x - s * y, s * x + c * y) for x, y in plate(0.01).outline_m)
     build = replace(plate(0.01), outline_m=square)
-    ways = {
-        (): 3,
-        (SimplySupported(0),): 1,
-        (Clamped(0),): 0,
-        (SimplySupported(0), SimplySupported(1, 0.5, 0.6)): 0,
-    }
+    ways = {(): 3, (SimplySupported(0),): 1, (Clamped(0),): 0, (SimplySupported(0), SimplySupported(1, 0.5, 0.6)): 0}
     assert {edges: _rigid_modes(replace(build, edges=edges)) for edges in ways} == ways
     spring = PointSpring((0.3 * c - 0.3 * s, 0.3 * s + 0.3 * c), 1e3)
     assert _rigid_modes(replace(build, springs=(spring,))) == 2

@@ -222,10 +222,7 @@ def test_a_table_is_read_in_rising_order_and_a_german_one_is_the_same(tmp_path, 
     ("text", "message"),
     [
         ("frequency_hz,damping_ratio,shape_impact,shape_a\n5,0.1,x,1\n", r"csv: row 2, column 'shape_impact': 'x'"),
-        (
-            "frequency_hz,damping_ratio,shape_impact,shape_a\n5,1.1,1,1\n",
-            r"row 2, column 'damping_ratio': '1.1'",
-        ),
+        ("frequency_hz,damping_ratio,shape_impact,shape_a\n5,1.1,1,1\n", r"row 2, column 'damping_ratio': '1.1'"),
         ("frequency_hz,damping_ratio,shape_impact,shape_a\n-5,0,1,1\n", r"row 2, column 'frequency_hz': '-5'"),
         ("frequency_hz,damping_ratio,shape_impact,shape_a\n5,0,inf,1\n", r"row 2, column 'shape_impact': 'inf'"),
         ("frequency_hz,damping_ratio,shape_impact,shape_a\n5,0,1\n", r"row 2: 3 cells; expected 4"),

@@ -133,10 +133,7 @@ def test_each_shot_has_its_own_corner_and_none_is_none() -> None:
 
 @pytest.mark.parametrize(
     ("parameters", "corner_hz", "lag_rad"),
-    [
-        ({"time_constant_s": 1e-4}, 1 / (2 * np.pi * 1e-4), np.pi / 4),
-        ({"corner_period_s": 1e-3}, 1e3, np.pi / 2),
-    ],
+    [({"time_constant_s": 1e-4}, 1 / (2 * np.pi * 1e-4), np.pi / 4), ({"corner_period_s": 1e-3}, 1e3, np.pi / 2)],
 )
 def test_at_the_corner_half_of_the_power_is_left(
     parameters: dict[str, float], corner_hz: float, lag_rad: float

@@ -87,8 +87,7 @@ def test_restitution_of_a_plastic_contact_falls_with_the_fourth_root_of_speed() 
 
 
 @pytest.mark.parametrize(
-    ("times", "before", "after"),
-    [(1.0, 1.5, 1 + 0.6 / 0.4 / math.log(54)), (54.0, 1 + 0.6 / math.log(54), 1.0)],
+    ("times", "before", "after"), [(1.0, 1.5, 1 + 0.6 / 0.4 / math.log(54)), (54.0, 1 + 0.6 / math.log(54), 1.0)]
 )
 def test_force_is_continuous_where_the_law_changes(times: float, before: float, after: float) -> None:
     """The exponent d ln F / d ln d falls there, from 1.5 to 1.376 and from 1.15 to 1."""
