@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pyroshock.signals.valve_profile import ValveProfile
 from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.gun.shot import GunEffect
 
@@ -42,6 +43,10 @@ class ScalarGun:
     heat: float = 0.0
     heat_rate: float = 0.0
     dead: float = 0.0
+    #: In the place of an even opening.
+    profile: ValveProfile | None = None
+    #: Of the last solution.
+    exit_s: float = math.nan
 
     def __post_init__(self) -> None:
         b, g = self.bench, self.bench.heat_capacity_ratio
@@ -80,9 +85,12 @@ class ScalarGun:
         return area * self.choked * p1 / math.sqrt(GAS * max(t1, 1.0)) * free / math.sqrt(max(free, 0.0) + 1e-3)
 
     def open_share(self, t: float) -> float:
-        if self.opening <= 0 or t >= self.opening:
+        if self.profile is not None:
+            s = 1 - float(np.interp(t, self.profile.time_s, self.profile.position))
+        elif self.opening <= 0 or t >= self.opening:
             return 1.0
-        s = 1 - t / self.opening
+        else:
+            s = 1 - t / self.opening
         return 2 / math.pi * (math.acos(s) - s * math.sqrt(1 - s * s))
 
     def rates(self, t: float, y: Floats) -> list[float]:
@@ -132,6 +140,7 @@ class ScalarGun:
         end = solve_ivp(
             self.rates, (0.0, longest_s), start, method, events=at_vents, rtol=rtol, atol=[rtol * s for s in sizes]
         )
+        self.exit_s = float(end.t[-1])
         return float(end.y[1, -1]) if end.t_events and end.t_events[0].size else 0.0, int(end.nfev)
 
 

@@ -178,3 +178,35 @@ def test_similar_shots_are_similar_to_the_last_step(pressure: float, mass: float
     speed = (pressure * area * travel / mass) ** 0.5
     np.testing.assert_allclose(other.velocity_m_s / speed, one.velocity_m_s, rtol=3e-12)
     np.testing.assert_allclose(other.exit_time_s * speed / travel, one.exit_time_s, rtol=3e-12)
+
+
+#: Gauge, from what hardly moves the bullet.
+LOW_PRESSURE = np.array([0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0, 3.0]) * 1e5
+
+
+@pytest.mark.parametrize("mass_kg", [0.1428, 1.0])
+@pytest.mark.parametrize("ahead_pa", [0.0, 101_325.0])
+def test_gauge_leak_follows_the_balances_at_every_pressure(ahead_pa, mass_kg):
+    """A choked leak of what is above the surroundings, with atmosphere ahead and without."""
+    effects = [
+        effect("gun.blow_by", discharge_coefficient=0.0, gauge_discharge_coefficient=0.6),
+        effect("gun.back_pressure", atmosphere_pa=ahead_pa),
+    ]
+    found = gun_velocity(THESIS_GUN, LOW_PRESSURE, mass_kg, effects).velocity_m_s
+    expected = by_scipy(LOW_PRESSURE, np.full(LOW_PRESSURE.size, mass_kg), effects, "DOP853", 1e-9)
+    np.testing.assert_allclose(found, expected, rtol=1e-5)
+    assert np.all(np.diff(found[found > 0]) > 0) and found[-1] > 10
+
+
+def test_tank_at_the_surroundings_pressure_does_not_leak():
+    """With the atmosphere the law counts from vacuum: a leak of that pressure would let air out of an open tank.
+
+    A gas of no more than the surroundings' pressure pushes a bullet without friction as if there were no leak.
+    """
+    free = replace(THESIS_GUN, friction_coefficient=0.0)
+    leak = effect("gun.blow_by", discharge_coefficient=0.0, gauge_discharge_coefficient=1e-3)
+    little = np.array([0.02e5, 0.1e5, 0.4e5])
+    tight, leaking = (
+        gun_velocity(free, little, 0.2, effects).velocity_m_s for effects in ([ABSOLUTE], [ABSOLUTE, leak])
+    )
+    np.testing.assert_allclose(leaking, tight, rtol=5e-3)
