@@ -53,23 +53,17 @@ def test_wander_that_comes_back_is_a_displacement_of_its_size(channel_of, sample
     assert check_velocity(channel, ()) == []
 
 
-@pytest.mark.parametrize("position", ["hammer", "Projectile", "tip"])
-def test_what_moves_on_purpose_is_left_alone(channel_of, position):
+def test_what_moves_on_purpose_and_other_quantities_are_left_alone(channel_of):
     x = half_sine()
     x[ONSET + WIDTH :] += 0.2 * HEIGHT
-    channel = channel_of(x, "acceleration", RATE, position=position)
-    assert check_velocity(channel, ()) == [] == check_displacement(channel, ())
-
-
-@pytest.mark.parametrize(
-    ("check", "offset", "swing"),
-    [(check_velocity, 0.04, 0.0), (check_displacement, 0.04, 0.0), (check_truncation, 0.0, 0.2)],
-)
-def test_other_quantities_are_left_alone(channel_of, check, offset, swing):
-    x = half_sine()
-    x[ONSET:] += HEIGHT * (offset + swing * np.sin(0.3 * np.arange(x.size - ONSET)))
-    assert check(channel_of(x, "acceleration", RATE), ()) != []
-    assert check(channel_of(x, "force", RATE), ()) == []
+    for position in ("hammer", "Projectile", "tip"):
+        channel = channel_of(x, "acceleration", RATE, position=position)
+        assert check_velocity(channel, ()) == [] == check_displacement(channel, ())
+    for check, offset, swing in ((check_velocity, 0.04, 0), (check_displacement, 0.04, 0), (check_truncation, 0, 0.2)):
+        x = half_sine()
+        x[ONSET:] += HEIGHT * (offset + swing * np.sin(0.3 * np.arange(x.size - ONSET)))
+        assert check(channel_of(x, "acceleration", RATE), ()) != []
+        assert check(channel_of(x, "force", RATE), ()) == []
 
 
 @pytest.mark.parametrize(("decay", "told"), [(4.0, False), (1.0, True)])

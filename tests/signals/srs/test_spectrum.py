@@ -80,24 +80,17 @@ def test_time_runs_backwards_for_undamped_residuals(record):
 
 @given(records, dampings)
 @few
-def test_primary_is_of_the_series_of_the_oscillator(record, zeta):
+def test_primary_and_residual_are_of_the_series_of_the_oscillator(record, zeta):
+    """The residual is of the series after the record: one step to 0, then a decay whose peaks 2,000 zeros show at
+    samples."""
     one = spectrum(record, zeta)
     series = [oscillator_response(record, RATE, line, damping_ratio=zeta) for line in LINES]
-    highest = [np.abs(each.absolute_acceleration_m_s2).max() for each in series]
-    assert one.primary == close(highest)
-
-
-@given(records, dampings)
-@few
-def test_residual_is_of_the_series_after_the_record(record, zeta):
-    """One step to 0, then a decay whose peaks 2,000 zeros show at samples."""
-    lines = LINES[LINES < RATE / 20]
-    one = spectrum(record, zeta, lines)
-    for i, line in enumerate(lines):
+    assert one.primary == close([np.abs(each.absolute_acceleration_m_s2).max() for each in series])
+    for line, residual in zip(LINES[LINES < RATE / 20], one.residual, strict=False):
         series = oscillator_response(np.append(record, np.zeros(2000)), RATE, line, damping_ratio=zeta)
         later = np.abs(series.absolute_acceleration_m_s2[record.size :]).max()
-        assert later <= one.residual[i] * (1 + 1e-9)
-        assert later >= one.residual[i] * np.cos(np.pi * line / RATE) * np.exp(-np.pi * zeta * line / RATE) - 1e-12
+        assert later <= residual * (1 + 1e-9)
+        assert later >= residual * np.cos(np.pi * line / RATE) * np.exp(-np.pi * zeta * line / RATE) - 1e-12
 
 
 @pytest.mark.parametrize("shape", [(100,), (3, 100), (2, 3, 100)])
@@ -189,10 +182,13 @@ def test_refuses_what_has_no_spectrum(acceleration, options, what):
         shock_response_spectrum(np.array(acceleration), RATE, **options)
 
 
-@pytest.mark.parametrize("rate", [0.0, -1.0, np.nan, np.inf])
-def test_refuses_a_rate_that_is_none(rate):
-    with pytest.raises(ValueError, match="sampling_rate_hz"):
-        shock_response_spectrum(np.array([0.0, 1.0]), rate, [1.0])
+def test_refuses_what_is_no_range_and_a_rate_that_is_none():
+    for low, high, per_octave in ((0, 1, 6), (2, 1, 6), (1, np.inf, 6), (np.nan, 2, 6), (1, 2, 0)):
+        with pytest.raises(ValueError, match="expected"):
+            octave_grid(low, high, per_octave)
+    for rate in (0.0, -1.0, np.nan, np.inf):
+        with pytest.raises(ValueError, match="sampling_rate_hz"):
+            shock_response_spectrum(np.array([0.0, 1.0]), rate, [1.0])
 
 
 @given(st.floats(1, 1e3), st.floats(0, 12), st.integers(1, 24))
@@ -215,14 +211,6 @@ def test_lines_of_octaves_and_of_a_record():
     assert grid_of_record(10, 1e4).tolist() == [1e3]
     with pytest.raises(ValueError, match="9 samples"):
         grid_of_record(9, 1e4)
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "per_octave"), [(0, 1, 6), (2, 1, 6), (1, np.inf, 6), (np.nan, 2, 6), (1, 2, 0)]
-)
-def test_refuses_what_is_no_range(low, high, per_octave):
-    with pytest.raises(ValueError, match="expected"):
-        octave_grid(low, high, per_octave)
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3])

@@ -189,18 +189,16 @@ def test_halved_tolerances_change_nothing_much(pressure: float, mass: float) -> 
 @pytest.mark.parametrize("name", GUN_EFFECTS)
 @pytest.mark.parametrize("pressure", [5e4, 4e5])
 def test_effect_alone_goes_its_way_and_grows(name: str, pressure: float) -> None:
-    """Heat from the walls speeds the shot up; every other effect slows the ideal gun down."""
+    """Heat from the walls speeds the shot up; every other effect slows the ideal gun down. Each vanishes with its
+    strength."""
     ideal, weak, strong = (speed(Effects.only(name, strength), pressure) for strength in (0.0, 0.5, 1.0))
     sign = 1 if name == "gun.heat_exchange" else -1
     assert sign * (weak - ideal) > 1e-5 * ideal
     assert sign * (strong - weak) > 1e-5 * ideal
-
-
-@pytest.mark.parametrize("name", GUN_EFFECTS)
-def test_effect_vanishes_with_its_strength(name: str) -> None:
-    ideal, none, little, more = (speed(Effects.only(name, strength), 2e5) for strength in (0.0, 1e-9, 1e-3, 1e-1))
-    assert none == pytest.approx(ideal, rel=1e-5)
-    assert abs(little - ideal) < max(0.05 * abs(more - ideal), 1e-5 * ideal)
+    if pressure == 5e4:
+        ideal, none, little, more = (speed(Effects.only(name, strength), 2e5) for strength in (0.0, 1e-9, 1e-3, 1e-1))
+        assert none == pytest.approx(ideal, rel=1e-5)
+        assert abs(little - ideal) < max(0.05 * abs(more - ideal), 1e-5 * ideal)
 
 
 @pytest.mark.parametrize("name", [name for name in CATALOGUE if not name.startswith("gun.") and "hand" not in name])

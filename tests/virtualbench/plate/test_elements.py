@@ -90,32 +90,24 @@ def test_a_point_is_found_again(u: float, v: float) -> None:
     assert MESH.locate((point[0], point[1])) == pytest.approx((u, v), abs=1e-9)
 
 
-@pytest.mark.parametrize("point", [(0.0, 0.0), (0.9, 0.6), (-0.01, 0.1), (5.0, 5.0)])
-def test_a_point_off_the_plate_is_refused(point: tuple[float, float]) -> None:
-    with pytest.raises(ValueError, match="off the plate"):
-        MESH.locate(point)
-
-
-def test_neighbours_share_the_nodes_between_them() -> None:
+def test_neighbours_share_the_nodes_between_them_and_points_off_the_plate_are_refused() -> None:
     unknowns = MESH.element_unknowns()
     assert unknowns.shape == (12, 48)
     assert np.unique(unknowns).size == MESH.size == 3 * 13 * 10
     assert np.intersect1d(unknowns[0], unknowns[1]).size == 3 * 4
+    for point in ((0.0, 0.0), (0.9, 0.6), (-0.01, 0.1), (5.0, 5.0)):
+        with pytest.raises(ValueError, match="off the plate"):
+            MESH.locate(point)
 
 
 @pytest.mark.parametrize("edge", range(4))
-def test_elements_end_where_a_clamp_does(edge: int) -> None:
-    clamp = Clamp(edge, 0.3, 0.71)
-    mesh = Mesh.regular(OUTLINE_M, 4, 3, 3, (clamp,))
-    ends = {0.3, 0.71} if edge < 2 else {0.7, 0.29}
+def test_an_edge_runs_from_its_corner_to_the_next_and_elements_end_where_a_clamp_does(edge: int) -> None:
+    mesh = Mesh.regular(OUTLINE_M, 4, 3, 3, (Clamp(edge, 0.3, 0.71),))
     lines = mesh.v if edge % 2 else mesh.u
-    assert all(np.abs(lines - end).min() < 1e-12 for end in ends)
+    for end in (0.3, 0.71) if edge < 2 else (0.7, 0.29):
+        assert np.abs(lines - end).min() < 1e-12
     assert np.diff(lines).max() <= 1 / (3 if edge % 2 else 4) + 1e-12
-
-
-@pytest.mark.parametrize(("edge", "corners"), [(0, (0, 1)), (1, (1, 2)), (2, (2, 3)), (3, (3, 0))])
-def test_an_edge_runs_from_its_corner_to_the_next(edge: int, corners: tuple[int, int]) -> None:
-    at_corners = [MESH.deflection_at(OUTLINE_M[k]) for k in corners]
+    at_corners = [MESH.deflection_at(OUTLINE_M[k % 4]) for k in (edge, edge + 1)]
     first, last = (unknowns[np.argmax(weights)] // 3 for unknowns, weights in at_corners)
     assert first in MESH.edge_nodes(Clamp(edge, 0.0, 0.1))
     assert last in MESH.edge_nodes(Clamp(edge, 0.9, 1.0))

@@ -144,21 +144,15 @@ def test_other_stages_leave_the_plate_and_its_shared_arrays_alone() -> None:
         _solved(_plate()).shapes[0, 0] = 1.0
 
 
-@pytest.mark.parametrize(
-    ("name", "strength", "words"),
-    [
+def test_effects_plates_and_limits_without_a_meaning_are_refused() -> None:
+    for name, strength, words in (
         ("plate.boundary", -1.0, "plate.boundary"),
         ("plate.stiffness", -100.0, "plate.stiffness"),
         ("plate.damping", -12.0, "plate.damping"),
         ("plate.damping", 1e4, r"under plate\.damping"),
-    ],
-)
-def test_effect_without_a_meaning_is_refused(name: str, strength: float, words: str) -> None:
-    with pytest.raises(ValueError, match=words):
-        _solved(_plate(), Effects.only(name, strength))
-
-
-def test_plate_and_limit_without_modes_are_refused() -> None:
+    ):
+        with pytest.raises(ValueError, match=words):
+            _solved(_plate(), Effects.only(name, strength))
     with pytest.raises(ValueError, match="damping_ratios has 5 values"):
         _solved(replace(_plate(), damping_ratios=(0.01,) * 5))
     with pytest.raises(ValueError, match="off the plate"):

@@ -174,24 +174,19 @@ def test_bandwidth_scales_with_the_pulse_and_coarse_samples_have_none() -> None:
     assert pulse_bandwidth_hz(np.arange(3.0), np.array([0.0, 1.0, 0.0])) == np.inf
 
 
-@pytest.mark.parametrize(
-    ("force_time", "force", "time", "match"),
-    [
-        (np.array([0, 1.0, 3.0]), np.ones(3), np.arange(3.0), "force_time_s.*even"),
-        (np.arange(3.0), np.ones(3), np.array([0.0, 1.0, 3.0]), "time_s.*even"),
-        (np.arange(3.0)[::-1], np.ones(3), np.arange(3.0), "rising"),
-        (np.arange(3.0), np.ones(4), np.arange(3.0), "shape"),
-        (np.arange(3.0), np.array([0, np.nan, 0]), np.arange(3.0), "finite"),
-        (np.arange(3.0), np.ones(3), np.ones((2, 2)), "time_s has shape"),
-        (np.zeros(1), np.zeros(1), np.arange(3.0), "two or more"),
-    ],
-)
-def test_bad_input_is_refused(force_time: np.ndarray, force: np.ndarray, time: np.ndarray, match: str) -> None:
-    with pytest.raises(ValueError, match=match):
-        respond(_oscillators([100.0], [0.01]), force_time, force, time)
-
-
-@pytest.mark.parametrize("point", [-1, 1])
-def test_an_unknown_impact_point_is_refused(point: int) -> None:
-    with pytest.raises(ValueError, match=f"point = {point}"):
-        respond(_oscillators([100.0], [0.01]), *_half_sine(11), np.arange(3.0), point=point)
+def test_bad_input_and_unknown_impact_points_are_refused() -> None:
+    three = np.arange(3.0)
+    for force_time, force, time, words in (
+        (np.array([0, 1.0, 3.0]), np.ones(3), three, "force_time_s.*even"),
+        (three, np.ones(3), np.array([0.0, 1.0, 3.0]), "time_s.*even"),
+        (three[::-1], np.ones(3), three, "rising"),
+        (three, np.ones(4), three, "shape"),
+        (three, np.array([0, np.nan, 0]), three, "finite"),
+        (three, np.ones(3), np.ones((2, 2)), "time_s has shape"),
+        (np.zeros(1), np.zeros(1), three, "two or more"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            respond(_oscillators([100.0], [0.01]), force_time, force, time)
+    for point in (-1, 1):
+        with pytest.raises(ValueError, match=f"point = {point}"):
+            respond(_oscillators([100.0], [0.01]), *_half_sine(11), three, point=point)

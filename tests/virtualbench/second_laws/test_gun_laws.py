@@ -35,11 +35,20 @@ def expanded(index: float, opposing: float = 0.0, mass: float = BULLET.mass_kg) 
 
 
 @pytest.mark.parametrize("split", SPLITS)
-def test_without_effects_it_is_the_ideal_bench_whose_gas_expands_adiabatically(split: str) -> None:
+def test_without_effects_it_is_the_ideal_bench_and_with_atmosphere_or_dead_volume_the_closed_form(split: str) -> None:
     assert shot({}) == pytest.approx(expanded(1.4), rel=1e-5)
     build = GunBuild()
     own = muzzle_velocity(build, Effects.none(), PRESSURE, BULLET, np.random.default_rng(0))
     assert muzzle_velocity_m_s(build, {}, split, PRESSURE, BULLET) == pytest.approx(own, rel=1e-5)
+    # A column in front weighs little then, and a shock is weak.
+    heavy = Projectile(50.0)
+    wanted = expanded(1.4, GUN.atmosphere_pa, 50.0)
+    assert shot({"gun.back_pressure": 1.0}, split, heavy) == pytest.approx(wanted, rel=0.01)
+    # A volume whose walls are cold, or behind a hole, takes about what filling it at once does.
+    volume = 4 * GUN.dead_volume_m3
+    lower = PRESSURE * GUN.tank_volume_m3 / (GUN.tank_volume_m3 + volume)
+    at_once = math.sqrt(lower / PRESSURE)
+    assert shot({"gun.dead_volume": 4.0}, split) / shot({}) == pytest.approx(at_once, abs=0.03)
 
 
 @pytest.mark.parametrize("split", SPLITS)
@@ -61,23 +70,6 @@ def test_fast_relaxation_is_isothermal_and_a_step_backwards_meets_no_vacuum() ->
     figures = law._figures(GUN, acting, "development", BULLET)
     exhausted, backwards = [3e-3, 600.0, 6e-4, -211.0, 0.0, 0.0], [-0.47, -597.0]
     assert np.isfinite(law.rates(0.3, np.array(exhausted + backwards), figures)).all()
-
-
-@pytest.mark.parametrize("split", SPLITS)
-def test_slow_heavy_shot_feels_the_atmosphere_as_a_constant_pressure(split: str) -> None:
-    """A column in front weighs little then, and a shock is weak."""
-    heavy = Projectile(50.0)
-    wanted = expanded(1.4, GUN.atmosphere_pa, 50.0)
-    assert shot({"gun.back_pressure": 1.0}, split, heavy) == pytest.approx(wanted, rel=0.01)
-
-
-@pytest.mark.parametrize("split", SPLITS)
-def test_dead_volume_is_filled_before_the_expansion(split: str) -> None:
-    """A volume whose walls are cold, or behind a hole, takes about what filling it at once does."""
-    volume = 4 * GUN.dead_volume_m3
-    lower = PRESSURE * GUN.tank_volume_m3 / (GUN.tank_volume_m3 + volume)
-    at_once = math.sqrt(lower / PRESSURE)
-    assert shot({"gun.dead_volume": 4.0}, split) / shot({}) == pytest.approx(at_once, abs=0.03)
 
 
 # --- single formulas -------------------------------------------------------------------------------------------------
