@@ -241,8 +241,11 @@ def test_force_balances_momentum_and_energy_and_gains_none(case: Impacts) -> Non
     assert spent == pytest.approx(lost, abs=2e-4 * float(case.mass_kg[0] * case.bodies.impact_velocity_m_s[0] ** 2))
 
 
-@pytest.mark.parametrize("quantity", ["rate_loss_s_m", "plate_mobility_m_n_s", "layer_compliance_m_n"])
-def test_next_to_nothing_of_a_mechanism_is_none_of_it(quantity: str) -> None:
+@pytest.mark.parametrize(
+    ("quantity", "unit"),
+    [("rate_loss_s_m", 1 / 1.2), ("plate_mobility_m_n_s", 1.2 / FORCE), ("layer_compliance_m_n", DEPTH / FORCE)],
+)
+def test_next_to_nothing_of_a_mechanism_is_none_of_it_and_more_acts_more(quantity: str, unit: float) -> None:
     """As little as a number can hold, whose inverse none can; of a spring, as its depth is the inverse itself."""
     little = np.array([0.0, 5e-324, 1e-320, 1e-316, 1e-312, 1e-308])
     plain = Impacts.of(impacts(impact_velocity_m_s=np.full(6, 1.2)))
@@ -250,16 +253,8 @@ def test_next_to_nothing_of_a_mechanism_is_none_of_it(quantity: str) -> None:
     pulse = solve(replace(spring, **{quantity: little}))
     assert pulse.contact_time_s == pytest.approx(np.full(6, pulse.contact_time_s[0]), rel=1e-6)
     assert pulse.restitution.value == pytest.approx(1, abs=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("quantity", "unit"),
-    [("rate_loss_s_m", 1 / 1.2), ("plate_mobility_m_n_s", 1.2 / FORCE), ("layer_compliance_m_n", DEPTH / FORCE)],
-)
-def test_more_of_it_acts_more(quantity: str, unit: float) -> None:
-    strength = np.geomspace(0.01, 3, 12) * unit
     bodies = impacts(impact_velocity_m_s=np.full(12, 1.2))
-    pulse = solve(replace(Impacts.of(bodies), **{quantity: strength}))
+    pulse = solve(replace(Impacts.of(bodies), **{quantity: np.geomspace(0.01, 3, 12) * unit}))
     if quantity == "layer_compliance_m_n":
         assert np.all(np.diff(pulse.peak_force_n) < 0)
         assert np.all(np.diff(pulse.contact_time_s) > 0)

@@ -15,12 +15,13 @@ MASS, VELOCITY = 0.32, 1.2
 
 
 @pytest.mark.parametrize("restitution", [0.02, 0.1, 2 / 3, 0.95, 0.9999])
-def test_motion_in_si_ends_with_the_restitution(restitution: float) -> None:
+def test_motion_in_si_ends_with_the_restitution_and_balances_momentum_and_energy(restitution: float) -> None:
     """Eq. 1.21 integrated for the law's own contact time: indentation gone, velocity -e u."""
     bodies = impacts()
     stiffness = float(bodies.hertz_stiffness_n_m15[0])
     damping = float(matched_damping(np.array([restitution]))[0]) / VELOCITY
-    time = float(hunt_crossley(bodies, constant(restitution)).contact_time_s[0])
+    pulse = hunt_crossley(bodies, constant(restitution))
+    time, force = float(pulse.contact_time_s[0]), pulse.force_n(20_001)
 
     def rate(_, state):
         return [state[1], -stiffness / MASS * max(state[0], 0) ** 1.5 * (1 + damping * state[1])]
@@ -28,18 +29,14 @@ def test_motion_in_si_ends_with_the_restitution(restitution: float) -> None:
     run = solve_ivp(rate, (0, time), [0, VELOCITY], "LSODA", rtol=1e-11, atol=1e-15)
     assert run.y[0, -1] == pytest.approx(0.0, abs=1e-6 * run.y[0].max())
     assert run.y[1, -1] == pytest.approx(-restitution * VELOCITY, rel=1e-6)
-
-
-@pytest.mark.parametrize("restitution", [0.02, 0.1, 2 / 3, 0.95])
-def test_force_balances_momentum_and_energy(restitution: float) -> None:
-    pulse = hunt_crossley(impacts(), constant(restitution))
-    time, force = float(pulse.contact_time_s[0]), pulse.force_n(20_001)
-    velocity = VELOCITY - cumulative_trapezoid(force[0], dx=time / 20_000, initial=0) / MASS
     assert impulse(pulse.contact_time_s, force) == pytest.approx(pulse.impulse_n_s, rel=3e-5)
     assert pulse.impulse_n_s == pytest.approx((1 + restitution) * MASS * VELOCITY)
-    spent = np.trapezoid(force[0] * velocity, dx=time / 20_000)
-    assert spent == pytest.approx(MASS * VELOCITY**2 / 2 * (1 - restitution**2), rel=1e-4)
-    assert np.interp(pulse.compression_time_s, np.linspace(0, time, 20_001), velocity) == pytest.approx(0, abs=1e-4)
+    if restitution < 0.99:  # what is lost has digits
+        velocity = VELOCITY - cumulative_trapezoid(force[0], dx=time / 20_000, initial=0) / MASS
+        spent = np.trapezoid(force[0] * velocity, dx=time / 20_000)
+        assert spent == pytest.approx(MASS * VELOCITY**2 / 2 * (1 - restitution**2), rel=1e-4)
+        turn = np.interp(pulse.compression_time_s, np.linspace(0, time, 20_001), velocity)
+        assert turn == pytest.approx(0, abs=1e-4)
 
 
 def test_any_restitution_between_those_solved() -> None:
@@ -88,9 +85,13 @@ MOMENTUM = np.array([0.1 * 0.4, 0.32 * 1.2, 8.0])
 
 @pytest.mark.parametrize("restitution", [0.05, 2 / 3, 1.0])
 def test_impulse_is_momentum_given_and_returned(restitution: float) -> None:
+    """The quantities that the law needs are asked for."""
     pulse = von_hann(BODIES, constant(restitution))
     assert pulse.impulse_n_s == pytest.approx((1 + restitution) * MOMENTUM)
     assert impulse(pulse.contact_time_s, pulse.force_n(5001)) == pytest.approx(pulse.impulse_n_s, rel=1e-6)
+    for quantity in ("impactor_mass_kg", "plate_thickness_m"):
+        with pytest.raises(MissingQuantityError, match=f"needs {quantity}"):
+            von_hann(impacts(**{quantity: None}))
 
 
 def test_compression_is_half_of_hertz_time_and_the_shape_that_of_figure_1_7() -> None:
@@ -108,9 +109,3 @@ def test_compression_is_half_of_hertz_time_and_the_shape_that_of_figure_1_7() ->
     pulse = von_hann(BODIES, constant(1.0))
     expected = np.hanning(21) * pulse.peak_force_n[:, None]
     assert pulse.force_n(21) == pytest.approx(expected, abs=1e-9 * float(pulse.peak_force_n.max()))
-
-
-@pytest.mark.parametrize("quantity", ["impactor_mass_kg", "plate_thickness_m"])
-def test_what_it_needs_is_asked_for(quantity: str) -> None:
-    with pytest.raises(MissingQuantityError, match=f"needs {quantity}"):
-        von_hann(impacts(**{quantity: None}))

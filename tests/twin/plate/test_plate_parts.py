@@ -27,7 +27,7 @@ from pyroshock.twin.plate.modes import (
     mindlin_hz,
     solve_plate,
 )
-from pyroshock.twin.plate.outline import Clamped, Edge, SimplySupported, area, canonical, checked_outline, with_corners
+from pyroshock.twin.plate.outline import Clamped, SimplySupported, area, canonical, checked_outline, with_corners
 from pyroshock.twin.setting import ElasticMaterial
 from scipy.linalg import eigh
 from skfem import MeshTri
@@ -79,21 +79,25 @@ def test_rayleighs_damping_has_both_ratios_and_both_laws_between() -> None:
             ConstantDamping(ratio)
 
 
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
+def test_damping_and_stretches_that_cannot_be_are_refused() -> None:
+    none = "no Rayleigh damping"
+    for given, words in (
         ((0.0, 0.02, 800.0, 0.05), "expected rising ones above 0"),
         ((800.0, 0.02, 800.0, 0.05), "expected rising ones above 0"),
         ((50.0, 0.07, 800.0, 1.0), r"ratios 0\.07 and 1\.0: no Rayleigh damping has them"),
-        ((50.0, 0.1, 800.0, 1.5), "no Rayleigh damping"),
-        ((50.0, 1.0, 800.0, 0.5), "no Rayleigh damping"),
-        ((50.0, 0.02, 800.0, 0.001), "no Rayleigh damping"),
-        ((50.0, 0.001, 800.0, 0.9), "no Rayleigh damping"),
-    ],
-)
-def test_damping_that_cannot_be_is_refused(given: tuple[float, float, float, float], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        RayleighDamping(*given)
+        ((50.0, 0.1, 800.0, 1.5), none),
+        ((50.0, 1.0, 800.0, 0.5), none),
+        ((50.0, 0.02, 800.0, 0.001), none),
+        ((50.0, 0.001, 800.0, 0.9), none),
+    ):
+        with pytest.raises(ValueError, match=words):
+            RayleighDamping(*given)
+    for start, stop in ((-0.1, 1.0), (0.0, 1.1), (0.5, 0.5), (0.7, 0.2)):
+        for kind in (SimplySupported, Clamped):
+            with pytest.raises(
+                ValueError, match=f"stretch from {start!r} to {stop!r}: expected 0 <= start < stop <= 1"
+            ):
+                kind(0, start, stop)
 
 
 def derivatives(terms: dict[tuple[int, int], float]) -> np.ndarray:
@@ -116,13 +120,6 @@ def test_held_edges_leave_what_is_flat_along_them(angle: float) -> None:
         assert np.linalg.matrix_rank(rows, tol=1e-9) == 6 - len(left)
 
 
-@pytest.mark.parametrize(("start", "stop"), [(-0.1, 1.0), (0.0, 1.1), (0.5, 0.5), (0.7, 0.2)])
-@pytest.mark.parametrize("kind", [SimplySupported, Clamped])
-def test_stretches_that_are_none_are_refused(kind: type[Edge], start: float, stop: float) -> None:
-    with pytest.raises(ValueError, match=f"stretch from {start!r} to {stop!r}: expected 0 <= start < stop <= 1"):
-        kind(0, start, stop)
-
-
 def test_points_of_a_stretch_and_places_in_triangles_are_found() -> None:
     ends = np.array([[1.0, 2.0], [4.0, 6.0]])
     along, across = np.array([3.0, 4.0]), np.array([-4.0, 3.0])
@@ -139,6 +136,9 @@ def test_points_of_a_stretch_and_places_in_triangles_are_found() -> None:
         _located(mesh, np.array([[1 + 1e-4, 0.5], [0.5, 0.5], [0.2, -0.3]]))
 
 
+BRIDGE = ((0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (1.5, 0.5), (1.5, 0.0), (3.0, 0.0), (3.0, 1.0), (0.0, 1.0))
+
+
 @pytest.mark.parametrize(
     ("outline", "message"),
     [
@@ -151,17 +151,12 @@ def test_points_of_a_stretch_and_places_in_triangles_are_found() -> None:
     ],
 )
 def test_outlines_that_are_no_polygon_are_refused(outline: tuple[tuple[float, float], ...], message: str) -> None:
+    """Sides may lie in line."""
     with pytest.raises(ValueError, match=message):
         checked_outline(outline)
-
-
-BRIDGE = ((0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (1.5, 0.5), (1.5, 0.0), (3.0, 0.0), (3.0, 1.0), (0.0, 1.0))
-
-
-@pytest.mark.parametrize("outline", [BRIDGE, ((0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))])
-def test_sides_may_lie_in_line(outline: tuple[tuple[float, float], ...]) -> None:
-    for way in (outline, outline[::-1]):
-        checked_outline(way)
+    for in_line in (BRIDGE, ((0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))):
+        for way in (in_line, in_line[::-1]):
+            checked_outline(way)
 
 
 def test_outlines_are_the_same_from_any_corner_and_cross_from_any() -> None:

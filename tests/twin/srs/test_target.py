@@ -56,19 +56,20 @@ def test_lines_of_a_specification_are_even_on_log_paper_and_those_of_a_table_its
     np.testing.assert_array_equal(Target(own, np.ones(19), np.ones(19), np.ones(19)).lines(), own)
 
 
-@pytest.mark.parametrize(
-    ("changed", "said"),
-    [
+def test_what_is_no_target_and_no_text_is_refused(tmp_path):
+    for changed, words in (
         ({"frequency": (100.0, 100.0, 200.0)}, "frequency_hz = 100 follows 100"),
         ({"level": (50.0, 0.0, 10.0)}, "level_m_s2 = 0 at point 2"),
         ({"level": (50.0, np.nan, 10.0)}, "level_m_s2 = nan at point 2"),
         ({"lower": -3.0}, "lower_db = -3"),
         ({"frequency": (100.0,)}, "level_m_s2 has shape"),
-    ],
-)
-def test_what_is_no_target_is_refused(changed, said):
-    with pytest.raises(ValueError, match=said):
-        target(**changed)
+    ):
+        with pytest.raises(ValueError, match=words):
+            target(**changed)
+    for content in (b"frequency_hz,level_g\n100,\xff\n", "Größe".encode("latin-1"), b"a\0b"):
+        (tmp_path / "spec.csv").write_bytes(content)
+        with pytest.raises(ValueError, match=r"^spec\.csv: .*expected a CSV file in UTF-8"):
+            read_target(tmp_path / "spec.csv")
 
 
 @pytest.mark.parametrize(
@@ -99,13 +100,6 @@ def test_tolerance_given_counts_before_the_file_and_the_file_before_the_standard
     np.testing.assert_array_equal(read(tmp_path, silent).upper_db, [6, 9, 9])
     lower = read(tmp_path, "frequency_hz,level_g,lower_db\n100,50,0\n1000,1500,0\n")
     assert np.all(np.isinf(lower.upper_db)) and np.all(lower.lower_db == 0)
-
-
-@pytest.mark.parametrize("content", [b"frequency_hz,level_g\n100,\xff\n", "Größe".encode("latin-1"), b"a\0b"])
-def test_what_is_no_text_is_refused(tmp_path, content):
-    (tmp_path / "spec.csv").write_bytes(content)
-    with pytest.raises(ValueError, match=r"^spec\.csv: .*expected a CSV file in UTF-8"):
-        read_target(tmp_path / "spec.csv")
 
 
 @pytest.mark.parametrize(

@@ -86,17 +86,18 @@ def test_steps_of_the_bench_decide_what_is_set_alike(other, merged):
     assert ranked[0].alternatives == ((other,) if merged else ())
 
 
-@pytest.mark.parametrize(("apart_db", "count"), [(0.9 * SAME_SPECTRUM_DB, 1), (1.1 * SAME_SPECTRUM_DB, 2)])
-def test_same_spectrum_of_another_mount_is_the_same_proposal(apart_db, count):
-    other = SPACE.setting(MOUNTS[8], 6e5, 0.9)
-    assert len(distinct([proposal(FIRST), proposal(other, apart_db)])) == count
-
-
-def test_one_line_apart_is_another_spectrum_and_inside_and_outside_of_the_domain_are_never_one():
-    bent = proposal(SPACE.setting(MOUNTS[8], 6e5, 0.9))
+def test_same_spectrum_of_another_mount_is_the_same_proposal():
+    """One line apart is another one; inside and outside of the domain are never one."""
+    elsewhere = SPACE.setting(MOUNTS[8], 6e5, 0.9)
+    bent = proposal(elsewhere)
     bent.level_db[17] += 2 * SAME_SPECTRUM_DB
-    for other in (bent, proposal(FIRST, 0.0, ("tip unknown",))):
-        assert len(distinct([proposal(FIRST), other])) == 2
+    for other, count in (
+        (proposal(elsewhere, 0.9 * SAME_SPECTRUM_DB), 1),
+        (proposal(elsewhere, 1.1 * SAME_SPECTRUM_DB), 2),
+        (bent, 2),
+        (proposal(FIRST, 0.0, ("tip unknown",)), 2),
+    ):
+        assert len(distinct([proposal(FIRST), other])) == count
 
 
 def test_order_stays_and_the_first_of_a_group_keeps_the_others():

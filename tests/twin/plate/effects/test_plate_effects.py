@@ -54,10 +54,15 @@ def test_the_catalogue_has_the_effects_of_the_plate_and_others_are_refused(plate
 BY_PART = {"plate.damping": "modes", "plate.sensor_mass": "sensors"}
 
 
-@pytest.mark.parametrize("identity", BY_PART)
+@pytest.mark.parametrize("identity", PLATE_EFFECTS)
 def test_values_by_part_are_as_many_as_the_parts(identity, plate):
-    """The same value for each part is the value for all; another number of values is refused with both numbers."""
+    """The same value for each part is the value for all; another number of values is refused with both numbers, and so
+    is an array where there are no parts: a plate is no batch."""
     name = catalogue()[identity].parameters()[0].name
+    if identity not in BY_PART:
+        with pytest.raises(ValueError, match=f"{identity}: {name} is an array"):
+            effect(identity, **{name: np.array([1.0, 1.0])})
+        return
     count = {"modes": plate.frequency_hz.size, "sensors": len(plate.shapes)}[BY_PART[identity]]
     common = of_plate(identity, **{name: 0.5}).apply(plate)
     by_part = of_plate(identity, **{name: np.full(count, 0.5)}).apply(plate)
@@ -66,13 +71,6 @@ def test_values_by_part_are_as_many_as_the_parts(identity, plate):
     wrong = of_plate(identity, **{name: np.full(count + 1, 0.5)})
     with pytest.raises(ValueError, match=f"{count + 1} values.*the {count} {BY_PART[identity]}"):
         wrong.apply(plate)
-
-
-@pytest.mark.parametrize("identity", sorted(set(PLATE_EFFECTS) - set(BY_PART)))
-def test_a_plate_is_no_batch(identity):
-    name = catalogue()[identity].parameters()[0].name
-    with pytest.raises(ValueError, match=f"{identity}: {name} is an array"):
-        effect(identity, **{name: np.array([1.0, 1.0])})
 
 
 def test_damping_is_scaled_then_added_and_supports_lift_the_low_modes_most(plate):
