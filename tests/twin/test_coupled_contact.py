@@ -45,7 +45,6 @@ def stage():
 
 
 def test_plate_that_gives_way_takes_force_and_impulse(stage):
-    """Impact position and boundary conditions count."""
     coupled, rigid = (each.pulses(strikes(setting())) for each in (stage, BASE))
     assert coupled.peak_force_n[0] < 0.7 * rigid.peak_force_n[0]
     assert coupled.impulse_n_s[0] < 0.9 * rigid.impulse_n_s[0]

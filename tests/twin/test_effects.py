@@ -135,7 +135,6 @@ def table_of_effects() -> str:
 
 
 def renew() -> None:
-    """Put the table into the page."""
     kept = [line for line in DOCS.read_text(encoding="utf-8").splitlines() if not line.startswith("| `")]
     at = next(i for i, line in enumerate(kept) if line.startswith("| ---")) + 1
     DOCS.write_text("\n".join([*kept[:at], table_of_effects(), *kept[at:], ""]), encoding="utf-8")

@@ -459,7 +459,6 @@ def test_a_body_that_waits_on_its_way_is_waited_for() -> None:
 
 
 def test_a_step_to_where_rates_are_none_is_tried_again_shorter() -> None:
-    """Though its own error is small."""
 
     class Walled(Moving):
         def place(self, time: Floats) -> Floats:

@@ -13,7 +13,6 @@ def two_hits(half_sine, share, delay, rng=None):
 
 
 def test_second_contact_soon_after_the_first_is_a_double_hit(channel_of, half_sine):
-    """Where segmentation saw one contact as well."""
     contacts = (Contact(400, 430, 459), Contact(900, 930, 959))
     (finding,) = check_double_hit(channel_of(two_hits(half_sine, 0.5, 500)), contacts)
     assert finding.contact == 0

@@ -53,7 +53,6 @@ def test_loses_no_more_than_it_states(resample):
 @pytest.mark.parametrize("factor", [1, 2, 8])
 @pytest.mark.parametrize("duration", [0.04, 0.0401])  # an even and an odd number of samples
 def test_band_limited_record_is_exact(factor, duration):
-    """A number of samples that is none is refused."""
     fine = upsampled(burst(1e4, duration_s=duration)[np.newaxis], factor)[0]
     assert fine == pytest.approx(burst(factor * 1e4, duration_s=duration), rel=0, abs=1e-12)
     for resample in (0.0, -3.0, np.nan, np.inf, 1e6):

@@ -95,7 +95,6 @@ def test_primary_and_residual_are_of_the_series_of_the_oscillator(record, zeta):
 
 @pytest.mark.parametrize("shape", [(100,), (3, 100), (2, 3, 100)])
 def test_many_records_are_each_on_its_own(shape):
-    """Their lines are those of their length."""
     record = np.random.default_rng(1).normal(size=shape)
     many, first = spectrum(record, 0.05, resample=10.0), (0,) * (len(shape) - 1)
     assert many.maximax.shape == (*shape[:-1], LINES.size)

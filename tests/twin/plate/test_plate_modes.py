@@ -201,7 +201,6 @@ BUILD = PlateBuild(
 
 @pytest.fixture
 def solutions(monkeypatch):
-    """How often a plate has been solved."""
     solve, seen = solve_plate, []
 
     def counted(*arguments, **more):

@@ -52,7 +52,6 @@ def flexural_hz(thickness_m: float, wavenumber_1_m: float) -> float:
 
 @pytest.mark.parametrize("waves_in_thickness", [0.02, 0.1, 0.5, 2.0])
 def test_thick_plates_have_mindlins_waves(waves_in_thickness: float) -> None:
-    """A free edge does not resist twisting over a third of the thickness."""
     h = 0.04
     build, k = plate(h), 2 * np.pi * waves_in_thickness / h
     thin_hz = k**2 * math.sqrt(200e9 * h**2 / 12 / (1 - 0.3**2) / 7800.0) / (2 * np.pi)
@@ -64,7 +63,6 @@ def test_thick_plates_have_mindlins_waves(waves_in_thickness: float) -> None:
 
 
 def test_rayleighs_damping_has_both_ratios_and_both_laws_between() -> None:
-    """None is a damping at any two frequencies."""
     law = RayleighDamping(50.0, 0.02, 800.0, 0.05)
     assert law.ratios(np.array([0.0, 50.0, 800.0])) == pytest.approx([0.0, 0.02, 0.05], rel=1e-12)
     # 2 omega zeta = alpha + beta omega^2 is a straight line in the square of the frequency.
@@ -151,7 +149,6 @@ BRIDGE = ((0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (1.5, 0.5), (1.5, 0.0), (3.0, 0.0)
     ],
 )
 def test_outlines_that_are_no_polygon_are_refused(outline: tuple[tuple[float, float], ...], message: str) -> None:
-    """Sides may lie in line."""
     with pytest.raises(ValueError, match=message):
         checked_outline(outline)
     for in_line in (BRIDGE, ((0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))):

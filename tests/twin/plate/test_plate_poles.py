@@ -52,7 +52,6 @@ def test_poles_are_refined_from_a_near_guess(seed: int, off: float, wider: float
 
 
 def test_lines_are_found_without_a_guess() -> None:
-    """Heavily damped ones, too, and none in noise alone."""
     rng = np.random.default_rng(2)
     records = ringing(poles_of(FREQUENCY, RATIO), some(rng), offset=0.2)
     records = records + 0.01 * rng.standard_normal(records.shape)

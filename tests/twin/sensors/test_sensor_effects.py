@@ -54,7 +54,6 @@ def test_default_acts_on_its_own_channel_alone(identity, hook):
 
 
 def test_pressure_set_by_a_reading_is_gain_and_offset_undone():
-    """The tank never holds less than the atmosphere."""
     both = SensorChain.of([effect("sensor.pressure_gain", gain=1.1), effect("sensor.pressure_offset", offset_pa=2e4)])
     true = np.array([1e5, 7e5])
     np.testing.assert_allclose(both.true_pressure_pa(1.1 * true + 2e4), true, rtol=1e-14)

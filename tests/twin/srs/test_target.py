@@ -92,7 +92,6 @@ def test_one_target_however_it_is_written(tmp_path, text):
 
 
 def test_tolerance_given_counts_before_the_file_and_the_file_before_the_standard(tmp_path):
-    """A side without a column is free."""
     stated = "frequency_hz,level_g,tolerance_db\n100,50,3\n10000,1500,3\n"
     silent = "frequency_hz,level_g\n100,50\n10000,1500\n"
     assert set(read(tmp_path, stated, within_db(4.0)).upper_db) == {4.0}

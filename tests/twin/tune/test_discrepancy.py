@@ -22,7 +22,6 @@ def some(count, seed=0):
 
 
 def planted(settings, terms=TERMS, seed=1):
-    """Residuals (n, f) drawn from the process."""
     prior = Discrepancy(LINES, terms)
     joint = covariance(prior, Coordinates.of(settings))
     drawn = np.random.default_rng(seed).multivariate_normal(np.zeros(len(joint)), joint, method="cholesky")
@@ -52,7 +51,6 @@ def test_conditioning_is_that_of_the_joint_normal():
 
 
 def test_a_fired_setting_is_known_to_its_scatter_and_others_less():
-    """Repeats of one setting close in on its mean."""
     (setting,) = some(1)
     learned = Discrepancy(LINES).after([setting], np.full((1, LINES.size), 4.0))
     own = sum(term.sd_db**2 for term in TERMS if "shot" in term.name)

@@ -25,7 +25,6 @@ def judged(terms, error_db=0.0, draws=40_000, tolerance_db=6.0):
 
 
 def test_one_level_for_all_lines_is_one_normal():
-    """Edges of the spectrum are its 5 and 95 % quantiles."""
     proposal = judged((Term("level", 3.0, Everywhere(), level),), error_db=2.0)
     expected = norm.cdf(4 / 3) - norm.cdf(-8 / 3)
     assert proposal.probability_within == pytest.approx(expected, abs=0.01)

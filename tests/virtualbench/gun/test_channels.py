@@ -101,7 +101,6 @@ def test_order_of_convergence_is_four() -> None:
 
 
 def test_cubic_motion_and_its_crossings_are_exact() -> None:
-    """Outside of the points it rests."""
     moment = np.linspace(0, 1.4, 57)
     assert position_at(*WAY, moment) == pytest.approx(moment**3 - moment, abs=1e-14)
     assert velocity_at(*WAY, moment) == pytest.approx(3 * moment**2 - 1, abs=1e-13)
