@@ -18,7 +18,7 @@ WEIGHT_X = [1000.0, 1000.0, 500.0, 800.0, 200.0, 80.0, 60.0, 20.0, 1.8, 1.0]
 WEIGHT_Y = [1.0, 1.8, 4.0, 8.0, 20.0, 20.0, 70.0, 70.0, 100.0, 500.0]
 
 
-def test_the_thermometer_of_the_gum() -> None:
+def test_published_lines_of_the_gum_and_of_pearson() -> None:
     """Example H.3, with the reference temperature 20 degrees: its equations H.14 a to d and Table H.6."""
     line = fit_line(np.array(THERMOMETER_C) - 20.0, CORRECTION_C)
     assert line.offset == pytest.approx(-0.1712, abs=5e-5)
@@ -32,10 +32,7 @@ def test_the_thermometer_of_the_gum() -> None:
     assert at_30 == pytest.approx(-0.1494, abs=5e-5)
     calibration = Calibration(line, dt.date(2026, 3, 2), 11)
     assert calibration.uncertainty(10.0) * abs(line.sensitivity) == pytest.approx(0.0041, abs=5e-5)
-
-
-def test_pearsons_points_with_yorks_weights() -> None:
-    """Published: a = 5.47991022, b = -0.480533407; standard errors 0.359246523 and 0.0706202695 once scaled."""
+    # Published: a = 5.47991022, b = -0.480533407; standard errors 0.359246523 and 0.0706202695 once scaled.
     line = fit_line(PEARSON_X, PEARSON_Y, 1 / np.sqrt(WEIGHT_X), 1 / np.sqrt(WEIGHT_Y))
     assert line.offset == pytest.approx(5.47991022, rel=1e-8)
     assert line.sensitivity == pytest.approx(-0.480533407, rel=1e-8)

@@ -67,14 +67,11 @@ def test_decaying_sinusoid_at_a_line_excites_it_as_the_closed_form_says():
     assert found.srs_peak_m_s2 == pytest.approx(envelope.max(), rel=0.03)
 
 
-def test_lines_are_octaves_that_the_record_holds():
+def test_spectrum_is_that_of_another_package():
     assert summary_lines(100_000, 100_000.0) == tuple(10.0 * 2**i for i in range(10))
     assert summary_lines(1_000, 100_000.0)[0] == 160.0  # the first of at least a period in 10 ms
     assert summary_lines(5, 100_000.0) == ()
     assert summary_lines(100, 50.0) == ()
-
-
-def test_spectrum_is_that_of_another_package():
     srs = pytest.importorskip("pyyeti.srs")
     x = half_sine(500.0, 11e-3)
     found = shock_figures(x, RATE)

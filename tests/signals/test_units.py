@@ -56,14 +56,11 @@ def test_any_text_is_a_finite_factor_or_refused(unit, quantity):
     assert isinstance(offset, float)
 
 
-def test_transducer_calibration_of_the_thesis():
+def test_calibration_of_the_thesis_and_recorded_numbers_stay_as_they_are():
     """0.5621 V/bar and 0.3624 V (section 2.2.1): 2 bar read 1.4866 V."""
     sensor = Sensor("pressure", "pressure", "bar", sensitivity=0.5621, offset_v=0.3624)
     channel = Channel(sensor, np.array([0.3624, 0.3624 + 0.5621, 1.4866]), 1e3)
     np.testing.assert_allclose(channel.si, [0, 1e5, 2e5], atol=1e-6)
-
-
-def test_recorded_numbers_stay_as_they_are():
     recorded = np.array([1, -2, 32767], dtype=np.int16)
     sensor = Sensor("a", "acceleration", "g", range=100.0)
     channel = Channel(sensor, recorded, 1e3)

@@ -110,14 +110,6 @@ def test_batches_and_chunks_are_the_single_shots():
     np.testing.assert_allclose(model.spectra(many)[::-1], model.spectra(many[::-1]), rtol=1e-9)
 
 
-def test_bullet_that_stays_in_the_barrel_has_no_spectrum():
-    weak, good = setting(tank_pressure_pa=0.0), setting(tank_pressure_pa=4e5)
-    spectra = twin().spectra([weak, good])
-    assert np.all(spectra[0] == 0) and np.all(spectra[1] > 0)
-    with pytest.raises(ValueError, match="does not leave the barrel at 0 bar"):
-        twin().predict(weak)
-
-
 def test_draws_of_settings_share_their_luck_and_are_those_of_the_prediction():
     model = twin(contact=HalfSine(scatter=0.0))
     drawn = model.draws([setting(impact_velocity_m_s=u) for u in (4.0, 8.0)], 5, rng())
@@ -210,7 +202,13 @@ def test_sampling_keeps_the_impulse(step_s):
 # --- what is told, what is refused ---
 
 
-def test_twin_goes_between_processes_and_has_the_contract_keys():
+def test_twin_without_a_plate_tells_the_force_and_pickles_and_json_read_back():
+    shot = twin(plate=PlateStage({})).predict(setting(), draws=4)
+    assert shot.sensors == () and shot.as_json()["srs"] is None
+    with pytest.raises(ValueError, match="has no plate"):
+        twin(plate=PlateStage({})).spectra([setting()])
+    with pytest.raises(TypeError, match=r"sensor\.force_gain does not act here"):
+        PlateStage({"aluminum": ringing_plate()}, (effect("sensor.force_gain"),))
     found = json.loads(json.dumps(twin().predict(setting(impact_velocity_m_s=40.0), draws=4).as_json()))
     contract = {"velocity_m_s", "contact_time_s", "peak_force_n", "force", "srs", "models", "outside_domain"}
     assert contract <= found.keys()
@@ -223,16 +221,7 @@ def test_twin_goes_between_processes_and_has_the_contract_keys():
     np.testing.assert_array_equal(again.spectra([setting()]), model.spectra([setting()]))
 
 
-def test_twin_without_a_plate_tells_the_force_and_another_stage_s_effect_is_refused():
-    shot = twin(plate=PlateStage({})).predict(setting(), draws=4)
-    assert shot.sensors == () and shot.as_json()["srs"] is None
-    with pytest.raises(ValueError, match="has no plate"):
-        twin(plate=PlateStage({})).spectra([setting()])
-    with pytest.raises(TypeError, match=r"sensor\.force_gain does not act here"):
-        PlateStage({"aluminum": ringing_plate()}, (effect("sensor.force_gain"),))
-
-
-def test_what_there_is_not_is_named():
+def test_what_there_is_not_is_named_and_a_bullet_that_stays_has_no_spectrum():
     with pytest.raises(LookupError, match="no modes of a plate of 'aluminum'; there are: steel"):
         twin(plate=PlateStage({"steel": ringing_plate()})).predict(setting())
     with pytest.raises(LookupError, match="no impact position '#9' on this plate; there are: #1, #2"):
@@ -244,6 +233,11 @@ def test_what_there_is_not_is_named():
     with pytest.raises(ValueError, match="plates with different sensors"):
         other = replace(ringing_plate(), sensors=("b1", "b2"))
         PlateStage({"aluminum": ringing_plate(), "steel": other})
+    weak, good = setting(tank_pressure_pa=0.0), setting(tank_pressure_pa=4e5)
+    spectra = twin().spectra([weak, good])
+    assert np.all(spectra[0] == 0) and np.all(spectra[1] > 0)
+    with pytest.raises(ValueError, match="does not leave the barrel at 0 bar"):
+        twin().predict(weak)
 
 
 def test_samples_beyond_those_that_are_asked_for_are_not_made():

@@ -88,19 +88,16 @@ def test_random_pulses_keep_the_balance_of_the_mean(stage):
     assert high.peak_force_n[0] != mean.peak_force_n[0]
 
 
-def test_what_is_not_there_is_refused(stage):
-    with pytest.raises(LookupError, match="no impact position '#9'"):
-        stage.pulses(strikes(setting(impact_position="#9")))
-    with pytest.raises(LookupError, match="no modes of a plate of 'steel'"):
-        stage.pulses(strikes(setting(plate=THESIS["steel"])))
-    with pytest.raises(ValueError, match="law 'hunter' on the modes of a plate: expected 'hertz'"):
-        replace(stage, base=LawContact("hunter")).pulses(strikes(setting()))
-
-
-def test_chain_takes_it_as_any_contact(stage):
+def test_chain_takes_it_as_any_contact_and_what_is_not_there_is_refused(stage):
     plates = PlateStage({"aluminum": plate()})
     twin = Twin(CoupledContact(LawContact(), plates), plate=plates)
     prediction = twin.predict(setting(), draws=8)
     assert prediction.models["contact"] == "hertz + modes of the plate"
     assert prediction.peak_force_n.mean > 0
     assert pickle.loads(pickle.dumps(stage)).pulses(strikes(setting())).force_n.shape == (1, 129)
+    with pytest.raises(LookupError, match="no impact position '#9'"):
+        stage.pulses(strikes(setting(impact_position="#9")))
+    with pytest.raises(LookupError, match="no modes of a plate of 'steel'"):
+        stage.pulses(strikes(setting(plate=THESIS["steel"])))
+    with pytest.raises(ValueError, match="law 'hunter' on the modes of a plate: expected 'hertz'"):
+        replace(stage, base=LawContact("hunter")).pulses(strikes(setting()))

@@ -12,7 +12,7 @@ TIME = np.arange(200) / 200
 PULSE = np.sin(np.pi * TIME) ** 2
 
 
-def test_a_gain_costs_corridor_magnitude_and_slope_and_a_shift_phase() -> None:
+def test_gain_shift_rest_and_warping_are_rated() -> None:
     """Equal records are rated one. Twice as high, a record is outside the corridor where above half the peak, and the
     phase alone is whole."""
     assert rating(PULSE, PULSE) == pytest.approx(1.0)
@@ -22,6 +22,10 @@ def test_a_gain_costs_corridor_magnitude_and_slope_and_a_shift_phase() -> None:
     assert 0.8 < rating(PULSE, late) < 0.95
     ratings = [rating(PULSE, gain * PULSE) for gain in (1.0, 1.1, 1.3, 1.6)]
     assert ratings == sorted(ratings, reverse=True)
+    late = np.interp(TIME - 0.02 * np.sin(np.pi * TIME), TIME, PULSE)
+    path = warping_path(late, PULSE, 20)
+    assert np.abs(late[path[:, 0]] - PULSE[path[:, 1]]).max() < 0.2 * np.abs(late - PULSE).max()
+    assert (np.diff(path, axis=0) >= 0).all()
 
 
 def test_constant_records_and_other_lengths_are_refused() -> None:
@@ -51,13 +55,6 @@ def test_a_rectangle_and_a_pulse_without_the_rest_around_it_are_rated() -> None:
     assert pulse_rating(rested, rested) == pytest.approx(1.0)
     assert np.isnan(pulse_rating(np.zeros(100), np.zeros(100)))
     assert np.isnan(pulse_rating(np.full(200, np.nan), PULSE))
-
-
-def test_warping_undoes_a_local_shift() -> None:
-    late = np.interp(TIME - 0.02 * np.sin(np.pi * TIME), TIME, PULSE)
-    path = warping_path(late, PULSE, 20)
-    assert np.abs(late[path[:, 0]] - PULSE[path[:, 1]]).max() < 0.2 * np.abs(late - PULSE).max()
-    assert (np.diff(path, axis=0) >= 0).all()
 
 
 def test_peer_agrees() -> None:

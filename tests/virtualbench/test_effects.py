@@ -9,15 +9,12 @@ import pytest
 from pyroshock.virtualbench.effects import CATALOGUE, SIGNED, Effects, EffectSwitch
 
 
-def test_names_are_the_catalogue_and_the_habits(effect_ids: list[str]) -> None:
+def test_names_and_benches_are_those_of_the_catalogue(effect_ids: list[str]) -> None:
     assert len(effect_ids) == 25
     assert [name for name in CATALOGUE if not name.startswith("bench.")] == effect_ids
     habits = [name for name in CATALOGUE if name.startswith("bench.")]
     assert habits == ["bench.hand_scatter", "bench.trigger_jitter", "bench.drift", "bench.noise"]
     assert set(CATALOGUE) >= SIGNED
-
-
-def test_benches_of_all_effects_of_none_and_of_one() -> None:
     assert dict(Effects.default()) == dict.fromkeys(CATALOGUE, 1.0)
     assert dict(Effects.none()) == dict.fromkeys(CATALOGUE, 0.0)
     effects = Effects.only("gun.blow_by", 0.5)

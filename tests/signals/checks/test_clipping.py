@@ -35,7 +35,7 @@ def test_saturated_sensor_is_found_on_its_axis_alone(channel_of, endaq):
     assert flagged == [("water6mps_40g_DC_Acceleration", "x")]
 
 
-def test_evidence_tells_where_the_cut_is(channel_of, half_sine):
+def test_cut_is_located_and_rejects_its_contact_alone(channel_of, half_sine):
     x = half_sine(first=400, width=60, height=1000.0)
     cut = np.minimum(x, 800.0)
     (finding,) = check_clipping(channel_of(cut, rate_hz=1000.0), ())
@@ -44,9 +44,6 @@ def test_evidence_tells_where_the_cut_is(channel_of, half_sine):
     assert finding.evidence["first_time_s"] == pytest.approx(at[0] / 1000.0)
     assert finding.evidence["samples"] == at.size
     assert finding.evidence["share"] == pytest.approx(at.size / x.size)
-
-
-def test_cut_rejects_its_contact_and_is_a_warning_outside_every_contact(channel_of, half_sine):
     whole, cut = half_sine(first=400, height=700.0), np.minimum(half_sine(first=1200), 800.0)
     contacts = (Contact(400, 430, 459), Contact(1200, 1230, 1259))
     (finding,) = check_clipping(channel_of(whole + cut), contacts)

@@ -11,15 +11,12 @@ def pressed(half_sine, rng, ripple=1.0):
     return np.minimum(half_sine(width=120), 700.0) + rng.normal(scale=ripple, size=2048)
 
 
-def test_sample_at_declared_full_scale_is_rejected(channel_of, half_sine):
+def test_full_scale_of_either_sign_is_rejected_and_less_is_not(channel_of, half_sine):
     x = np.minimum(half_sine(width=9), 990.0)  # two samples at the rail: no plateau to see
     (finding,) = check_saturation(channel_of(x / 1000.0, range=0.99, unit="kN"), (Contact(400, 404, 408),))
     assert (finding.severity, finding.contact) == ("reject", 0)
     assert finding.evidence["samples"] == np.count_nonzero(x >= 990.0)
-
-
-def test_full_scale_of_either_sign_counts_and_less_does_not(channel_of, half_sine):
-    """The top code of a converter is full scale; the range of a temperature says nothing."""
+    # The top code of a converter is full scale; the range of a temperature says nothing.
     codes = np.clip(np.round(half_sine(height=40000.0, width=300)), -32768, 32767).astype(np.int16)
     assert check_saturation(channel_of(codes, range=32768.0), ())
     (finding,) = check_saturation(channel_of(-half_sine(), "acceleration", range=900.0), ())

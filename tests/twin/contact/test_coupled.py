@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pyroshock.twin.contact.bodies import Bodies
 from pyroshock.twin.contact.coupled import PlatePoint, coupled_impact
 from pyroshock.twin.contact.effects.effective_mass import EffectiveMass
 from pyroshock.twin.contact.effects.layer_compliance import LayerCompliance
@@ -20,6 +19,7 @@ from pyroshock.twin.contact.impact import solve
 from pyroshock.twin.contact.impacts import Impacts
 from pyroshock.twin.setting import THESIS
 from scipy.integrate import solve_ivp
+from support.records.contact_bodies import of_materials
 
 NONE = np.zeros(0)
 QUANTITIES = ("peak_force_n", "contact_time_s", "compression_time_s", "impulse_n_s", "deepest_indentation_m")
@@ -27,21 +27,10 @@ QUANTITIES = ("peak_force_n", "contact_time_s", "compression_time_s", "impulse_n
 
 def impacts_of(velocity_m_s, effects=(), *, tip="steel", thickness_m=0.01, mass_kg=0.5, radius_m=0.03):
     """On aluminium, everywhere insulated: only the layer's effect minds."""
-    material, target = THESIS[tip], THESIS["aluminum"]
-    bodies = Bodies.of(
-        impactor_radius_m=radius_m,
-        impactor_youngs_modulus_pa=material.youngs_modulus_pa,
-        impactor_poisson_ratio=material.poisson_ratio,
-        impactor_density_kg_m3=material.density_kg_m3,
-        impactor_yield_strength_pa=material.yield_strength_pa,
-        target_youngs_modulus_pa=target.youngs_modulus_pa,
-        target_poisson_ratio=target.poisson_ratio,
-        target_density_kg_m3=target.density_kg_m3,
-        target_yield_strength_pa=target.yield_strength_pa,
-        plate_thickness_m=thickness_m,
-        impactor_mass_kg=mass_kg,
-        impact_velocity_m_s=velocity_m_s,
-    )
+    bodies = of_materials(
+        THESIS[tip], THESIS["aluminum"], impactor_radius_m=radius_m, plate_thickness_m=thickness_m,
+        impactor_mass_kg=mass_kg, impact_velocity_m_s=velocity_m_s,
+    )  # fmt: skip
     nominal = Impacts.of(bodies, np.ones(len(bodies), dtype=np.bool_))
     return reduce(lambda impacts, effect: effect.prepare(impacts), effects, nominal)
 

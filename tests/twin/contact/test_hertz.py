@@ -27,7 +27,7 @@ def test_contact_time_and_peak_force_of_johnson() -> None:
     assert hertz(BODIES).peak_force_n == pytest.approx(BODIES.hertz_stiffness_n_m15 * deepest**1.5, rel=1e-9)
 
 
-def test_impulse_turns_the_momentum_round_by_a_pulse_that_is_its_own_mirror_image() -> None:
+def test_impulse_turns_the_momentum_round_and_points_converge_to_it() -> None:
     pulse = hertz(BODIES)
     assert impulse(pulse.contact_time_s, pulse.force_n(4001)) == pytest.approx(2 * MASS * VELOCITY, rel=1e-7)
     mass, velocity = impactor_of_pulse(pulse.contact_time_s, 2 * MASS * VELOCITY, BODIES.hertz_stiffness_n_m15)
@@ -36,6 +36,18 @@ def test_impulse_turns_the_momentum_round_by_a_pulse_that_is_its_own_mirror_imag
     force = hertz(BODIES).force_n(41)
     assert force == pytest.approx(force[:, ::-1], abs=1e-6 * force.max())
     assert hertz(BODIES).compression_time_s == pytest.approx(hertz(BODIES).contact_time_s / 2, rel=1e-9)
+    # The trapezoid's error falls with the square of the step, or faster: the force starts as t^1.5.
+    pulse = hertz(impacts())
+    errors = [
+        abs(impulse(pulse.contact_time_s, pulse.force_n(points)) / pulse.impulse_n_s - 1)[0] for points in (21, 81)
+    ]
+    assert errors[1] < errors[0] / 16
+    # `doe` has its own, scalar: rooms on one floor do not know each other.
+    delrin, aluminium = Elastic(3.2e9, 0.35), Elastic(69.9e9, 0.33)
+    theirs = hertz_contact(delrin, aluminium, tip_radius_m=0.03, bullet_mass_kg=0.32, impact_velocity_m_s=1.2)
+    ours = hertz(impacts())
+    assert ours.contact_time_s == pytest.approx(theirs.contact_time_s, rel=1e-9)
+    assert ours.peak_force_n == pytest.approx(theirs.peak_force_n, rel=1e-9)
 
 
 def test_force_follows_the_motion_in_si() -> None:
@@ -50,21 +62,6 @@ def test_force_follows_the_motion_in_si() -> None:
     run = solve_ivp(rate, (0, time[-1]), [0, 1.2], "LSODA", time, rtol=1e-11, atol=1e-15)
     force = stiffness * np.maximum(run.y[0], 0) ** 1.5
     assert pulse.force_n()[0] == pytest.approx(force, abs=1e-6 * pulse.peak_force_n[0])
-
-
-def test_points_converge_to_the_impulse_and_guards_of_plans_take_the_same_impact() -> None:
-    """The trapezoid's error falls with the square of the step, or faster: the force starts as t^1.5."""
-    pulse = hertz(impacts())
-    errors = [
-        abs(impulse(pulse.contact_time_s, pulse.force_n(points)) / pulse.impulse_n_s - 1)[0] for points in (21, 81)
-    ]
-    assert errors[1] < errors[0] / 16
-    # `doe` has its own, scalar: rooms on one floor do not know each other.
-    delrin, aluminium = Elastic(3.2e9, 0.35), Elastic(69.9e9, 0.33)
-    theirs = hertz_contact(delrin, aluminium, tip_radius_m=0.03, bullet_mass_kg=0.32, impact_velocity_m_s=1.2)
-    ours = hertz(impacts())
-    assert ours.contact_time_s == pytest.approx(theirs.contact_time_s, rel=1e-9)
-    assert ours.peak_force_n == pytest.approx(theirs.peak_force_n, rel=1e-9)
 
 
 BALLS = ball(impact_velocity_m_s=np.array([0.3, 1.0, 10.0]), impactor_radius_m=np.array([0.0005, 0.015, 0.03]))

@@ -85,7 +85,7 @@ def test_a_campaign_in_one_call(law: Law) -> None:
     assert time.perf_counter() - started < 1.0
 
 
-def test_restitution_can_be_chosen_and_unknown_names_and_phases_are_refused() -> None:
+def test_unknown_names_and_phases_are_refused_and_ends_have_no_force() -> None:
     for name in ("hunter", "reed", "hertz"):
         found = LAWS[name](impacts()).restitution
         assert found.value == pytest.approx(1.0)
@@ -103,8 +103,6 @@ def test_restitution_can_be_chosen_and_unknown_names_and_phases_are_refused() ->
         with pytest.raises(ValueError, match="expected all in \\[0, 1\\]"):
             LAWS["hunter"](impacts()).force_at(np.array([0.5, phase]))
 
-
-def test_no_force_at_both_ends_whatever_the_shape_says() -> None:
     def flat(phase: np.ndarray) -> np.ndarray:
         return np.ones((2, phase.size))
 

@@ -32,7 +32,7 @@ def test_what_is_held_by_its_losses_creeps_apart(exponent: float) -> None:
     assert found.nodes.force[last].tolist() == found.nodes.force_rate[last].tolist() == [0, 0]
 
 
-def test_what_creeps_is_followed_to_its_end_and_contacts_without_one_are_counted() -> None:
+def test_what_creeps_stays_or_parts_at_one_step_comes_to_its_own_end() -> None:
     """Slower yet: force and way fall together, and neither is said to have gone."""
     coarse, fine = (march(_numbers(1.5, damping=[1e4]), *steps) for steps in ((), (480,)))
     assert coarse.contact_time == pytest.approx(fine.contact_time, rel=1e-5)
@@ -43,6 +43,13 @@ def test_what_creeps_is_followed_to_its_end_and_contacts_without_one_are_counted
     held = _numbers(1.5, damping=[0.1, 1e4], inelasticity=[0.0, 1e4])
     with pytest.raises(ArithmeticError, match=r"^1 contacts neither part nor come to rest$"):
         march(held, 4)
+    # Some 65 steps after the turn both come to their end.
+    damped = [np.linspace(1800.0, 2100.0, 20), np.linspace(5.0, 9.0, 40)]
+    both = march(_numbers(1.5, damping=[*np.concatenate(damped)]))
+    assert both.parted.tolist() == [False] * 20 + [True] * 40
+    apart = [march(_numbers(1.5, damping=[*some])) for some in damped]
+    assert both.contact_time == pytest.approx(np.concatenate([one.contact_time for one in apart]), rel=1e-12)
+    assert both.velocity == pytest.approx(np.concatenate([one.velocity for one in apart]), rel=1e-12)
 
 
 @pytest.mark.parametrize("inelasticity", [10.0, 30.0, 100.0])
@@ -71,16 +78,6 @@ def test_what_stays_is_left_when_its_force_has_fallen(inelasticity: float) -> No
     assert found.deepest == pytest.approx([deepest], rel=1e-6)
     assert found.contact_time == pytest.approx([end.t[-1]], rel=3e-6)
     assert found.velocity == pytest.approx([end.y[1, -1]], abs=3e-6)
-
-
-def test_what_stays_and_what_parts_at_the_same_step_are_each_their_own() -> None:
-    """Some 65 steps after the turn both come to their end."""
-    damped = [np.linspace(1800.0, 2100.0, 20), np.linspace(5.0, 9.0, 40)]
-    both = march(_numbers(1.5, damping=[*np.concatenate(damped)]))
-    assert both.parted.tolist() == [False] * 20 + [True] * 40
-    apart = [march(_numbers(1.5, damping=[*some])) for some in damped]
-    assert both.contact_time == pytest.approx(np.concatenate([one.contact_time for one in apart]), rel=1e-12)
-    assert both.velocity == pytest.approx(np.concatenate([one.velocity for one in apart]), rel=1e-12)
 
 
 HIT = {"exponent": 1.5, "damping": 0.0, "inelasticity": 1e-12, "compliance": 0.0, "stiffening": 0.0}

@@ -43,7 +43,7 @@ def test_the_three_agree_on_a_direct_impact(loss: str, points: int, by_impulse: 
     assert stronge(record) == pytest.approx(expected, abs=by_work)
 
 
-def test_noise_scatters_as_stated() -> None:
+def test_noise_scatters_as_stated_and_the_peak_is_no_substitute_for_the_turn() -> None:
     record, expected = _recorded(LOSSES["viscous"], 201)
     rng = np.random.default_rng(5)
     deviation = 0.05 * float(record.force_n.max())
@@ -53,11 +53,8 @@ def test_noise_scatters_as_stated() -> None:
     ]
     assert np.std(draws, axis=0) == pytest.approx(record.noise(deviation), rel=0.12)
     assert np.mean(draws, axis=0) == pytest.approx(expected, abs=0.01)
-
-
-def test_turn_is_the_deepest_indentation_and_the_peak_is_no_substitute() -> None:
-    """The peak of a damped pulse comes before the turn: the restitution from it is too large. A gain error of the load
-    cell acts on one plus e."""
+    # The peak of a damped pulse comes before the turn: the restitution from it is too large. A gain error of the load
+    # cell acts on one plus e.
     record, expected = _recorded(LOSSES["viscous"])
     pulse = impact(BODIES, LOSSES["viscous"])
     assert turn_of(record) * record.interval_s == pytest.approx(pulse.compression_time_s, rel=1e-4)

@@ -102,7 +102,7 @@ def test_a_hammers_mass_is_drawn_and_neither_a_bullets_nor_what_is_given() -> No
     assert bullet.label == "prior of 4 effects"
 
 
-def test_zero_normals_are_the_nominal_pulse_and_other_shapes_are_refused() -> None:
+def test_zero_normals_are_the_nominal_pulse_and_pulses_do_not_depend_on_their_batch() -> None:
     stage, strikes = (
         PriorContact(),
         ImpactBatch([SETTING, replace(SETTING, anvil=THESIS["steel"])], np.array([2.0, 9.0])),
@@ -111,9 +111,6 @@ def test_zero_normals_are_the_nominal_pulse_and_other_shapes_are_refused() -> No
     np.testing.assert_allclose(drawn.force_n, nominal.force_n, rtol=1e-12)
     with pytest.raises(ValueError, match=r"z has shape \(1, 2\): expected \(1, 11\)"):
         PriorContact().pulses(ImpactBatch([SETTING], np.ones(1)), np.zeros((1, 2)))
-
-
-def test_a_pulse_does_not_depend_on_its_batch() -> None:
     unknown = replace(SETTING, tip=replace(THESIS["delrin"], yield_strength_pa=None))
     many = ImpactBatch([SETTING, unknown, replace(SETTING, anvil=THESIS["aluminum"])], np.array([3.0, 8.0, 30.0]))
     stage = PriorContact().updated(shots_of([SETTING], [10.0], [100e3], [4e-4], [13.0]))

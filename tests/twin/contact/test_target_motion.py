@@ -20,25 +20,17 @@ from pyroshock.twin.setting import THESIS
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.impact.build import hammer, target
 from pyroshock.virtualbench.impact.strike import strike_many
+from support.records.contact_bodies import of_materials
 
 MASS_KG, THICKNESS_M = 0.32, 0.010
 TIPS = {"aluminum": 0.030, "delrin": 0.030, "polyurethane": 0.015}
 
 
 def bodies(tip: str, velocity_m_s: Any) -> Bodies:
-    of_tip, plate = THESIS[tip], THESIS["aluminum"]
-    return Bodies.of(
-        impactor_radius_m=TIPS[tip],
-        impactor_youngs_modulus_pa=of_tip.youngs_modulus_pa,
-        impactor_poisson_ratio=of_tip.poisson_ratio,
-        impactor_density_kg_m3=of_tip.density_kg_m3,
-        impactor_mass_kg=MASS_KG,
-        target_youngs_modulus_pa=plate.youngs_modulus_pa,
-        target_poisson_ratio=plate.poisson_ratio,
-        target_density_kg_m3=plate.density_kg_m3,
-        plate_thickness_m=THICKNESS_M,
-        impact_velocity_m_s=velocity_m_s,
-    )
+    return of_materials(
+        THESIS[tip], THESIS["aluminum"], impactor_radius_m=TIPS[tip], impactor_mass_kg=MASS_KG,
+        plate_thickness_m=THICKNESS_M, impact_velocity_m_s=velocity_m_s,
+    )  # fmt: skip
 
 
 def impedance(n: int) -> np.ndarray:

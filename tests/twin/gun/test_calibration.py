@@ -101,7 +101,7 @@ def test_bands_grow_away_from_the_shots(open_gun, pressure, mass):
     assert width(learned, pressure, mass) > 2 * width(learned, 2e5, 0.5)
 
 
-def test_stated_gain_of_the_velocity_measurement_is_taken_out(open_gun):
+def test_stated_gain_is_taken_out_and_known_effects_are_not_drawn(open_gun):
     pressure, mass, measured = campaign(GUNS[0], 4)
     learned, chain = (
         open_gun.updated(pressure, mass, 1.1 * measured),
@@ -111,9 +111,6 @@ def test_stated_gain_of_the_velocity_measurement_is_taken_out(open_gun):
     truth = gun_velocity(BENCH, [2e5], [0.5], GUNS[0]).velocity_m_s
     assert learned.velocities(at, chain) == pytest.approx(truth, rel=0.03)
     assert learned.velocities(at, NOMINAL) == pytest.approx(1.1 * truth, rel=0.03)
-
-
-def test_known_effects_are_not_drawn():
     stated = GunStage(BENCH, 0.0, (effect("gun.back_pressure", atmosphere_pa=0.0),), unknown_effects=True)
     free = GunStage(BENCH, 0.0, unknown_effects=True)
     low = np.array([0.4e5]), np.array([0.5])  # where the atmosphere weighs most

@@ -39,19 +39,7 @@ def test_table_5_1_is_predicted_with_its_errors_uncertainties_and_spread():
     assert thesis_spread().log_sd == pytest.approx(velocity_spread(MEASURED, PREDICTED).log_sd, rel=0.01)
 
 
-def test_corner_takes_thirty_to_forty_seven_percent_for_the_thesis_range():
-    """And explains an efficiency of a half by leakage; the first share outside of 0 to 1 is named."""
-    np.testing.assert_allclose(1 - corner_velocity_ratio([0.4, 0.6]), [0.30, 0.47], atol=0.005)
-    assert corner_leakage(0.5) == pytest.approx(1 - 0.5 ** (10 / 7), rel=1e-12)
-    np.testing.assert_allclose(corner_leakage(corner_velocity_ratio([0, 0.3, 1])), [0, 0.3, 1], atol=1e-12)
-    for share, name in (([0.5, 1.2], r"1\.2"), ([0.5, -0.5, 1.2], r"-0\.5")):
-        with pytest.raises(ValueError, match=rf"leakage = {name}: expected 0 to 1"):
-            corner_velocity_ratio(share)
-    with pytest.raises(ValueError, match=r"velocity_ratio = 1\.5: expected 0 to 1"):
-        corner_leakage([1.0, 1.5])
-
-
-def test_the_spread_of_known_ratios_is_theirs_without_shots_that_stay():
+def test_spread_of_known_ratios_and_corner_losses():
     spread = velocity_spread(10 * np.exp([0.1, 0.2, 0.3]), np.full(3, 10.0))
     assert (spread.log_mean, spread.log_sd, spread.shots) == (pytest.approx(0.2), pytest.approx(0.1), 3)
     found = velocity_spread([0.0, 0.2, 8.0, 9.0, 5.0], [4.0, 0.1, 0.5, 0.0, 2.5])
@@ -61,6 +49,15 @@ def test_the_spread_of_known_ratios_is_theirs_without_shots_that_stay():
     assert (pair.shots, pair.log_sd) == (2, pytest.approx(np.log(4) / np.sqrt(2)))
     with pytest.raises(ValueError, match="1 shots with both velocities"):
         velocity_spread([2.0, 0.0], [1.0, 1.0])
+    # And explains an efficiency of a half by leakage; the first share outside of 0 to 1 is named.
+    np.testing.assert_allclose(1 - corner_velocity_ratio([0.4, 0.6]), [0.30, 0.47], atol=0.005)
+    assert corner_leakage(0.5) == pytest.approx(1 - 0.5 ** (10 / 7), rel=1e-12)
+    np.testing.assert_allclose(corner_leakage(corner_velocity_ratio([0, 0.3, 1])), [0, 0.3, 1], atol=1e-12)
+    for share, name in (([0.5, 1.2], r"1\.2"), ([0.5, -0.5, 1.2], r"-0\.5")):
+        with pytest.raises(ValueError, match=rf"leakage = {name}: expected 0 to 1"):
+            corner_velocity_ratio(share)
+    with pytest.raises(ValueError, match=r"velocity_ratio = 1\.5: expected 0 to 1"):
+        corner_leakage([1.0, 1.5])
 
 
 def test_effects_bring_another_gun_near_its_record(real_data):

@@ -170,7 +170,7 @@ def flow(here_pa, there_pa, here_k=300.0, there_k=400.0):
     return np.array([mass_flow(area, p, gas * here_k, q, gas * there_k, critical) for p, q in pairs])
 
 
-def test_flow_hangs_on_what_is_upstream_and_turns_with_the_pressures():
+def test_flow_turns_with_the_pressures_and_is_laminar_next_to_equal_ones():
     expected = 1e-4 * 6e5 * choked_flow(1.4) / math.sqrt(GAS_CONSTANT * 300.0)
     np.testing.assert_allclose(flow([6e5, 6e5], [1e5, 3e5]), [expected] * 2, rtol=6e-4)
     assert flow(6e5, 1e5) == flow(6e5, 3e5)
@@ -179,10 +179,7 @@ def test_flow_hangs_on_what_is_upstream_and_turns_with_the_pressures():
     assert forth[2] == 0.0
     mixed = flow([6e5, 1e5], [1e5, 6e5])
     assert mixed[1] == pytest.approx(-mixed[0] * math.sqrt(300 / 400))
-
-
-def test_next_to_equal_pressures_it_is_laminar():
-    """In proportion to the drop below 1e-5, with its root well above."""
+    # In proportion to the drop below 1e-5, with its root well above.
     critical = critical_ratio(1.4)
     one, two = (ellipse(ratio, critical)[0] for ratio in (1 - 1e-7, 1 - 2e-7))
     assert two / one == pytest.approx(2, rel=1e-3)

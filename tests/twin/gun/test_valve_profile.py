@@ -39,7 +39,7 @@ def test_velocity_is_that_of_the_balances(profile: ValveProfile, pressure_pa: fl
     assert shots.exit_time_s[0] == pytest.approx(alone.exit_s, rel=2e-5)
 
 
-def test_wide_and_open_at_once_is_the_nominal_gun_and_never_opened_keeps_the_projectile() -> None:
+def test_wide_open_valves_are_none_closed_ones_keep_the_projectile_and_profiles_are_times() -> None:
     pressure, mass = np.array([0.5e5, 2e5, 6e5]), np.array([0.1428, 0.5, 1.0])
     wide = effect("gun.valve_flow", loss_coefficient=1e-4)
     shots = gun_velocity(BENCH, pressure, mass, [wide], valve_profiles=[ValveProfile.parse("0:1")] * 3)
@@ -50,9 +50,6 @@ def test_wide_and_open_at_once_is_the_nominal_gun_and_never_opened_keeps_the_pro
     shots = gun_velocity(BENCH, [2e5, 8e5], 0.5, closed, valve_profiles=[ValveProfile.parse("0:0")] * 2)
     assert shots.velocity_m_s.tolist() == [0.0, 0.0]
     assert not shots.left.any()
-
-
-def test_profiles_are_opening_times_and_act_on_a_valve_as_wide_as_the_bore() -> None:
     pressure, mass = np.array([1e5, 4e5, 8e5]), 0.5
     by_time = effect("gun.valve_flow", loss_coefficient=5.0, opening_time_s=0.13)
     other = effect("gun.valve_flow", loss_coefficient=5.0, opening_time_s=0.4)

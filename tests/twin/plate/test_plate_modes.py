@@ -96,7 +96,7 @@ def test_shapes_are_orthonormal_and_matrices_symmetric():
     assert abs(elements.stiffness @ one).max() < 1e-6 * abs(elements.stiffness).max()
 
 
-def test_rigid_shapes_hold_the_mass_and_soft_springs_carry_it():
+def test_rigid_shapes_hold_the_mass_soft_springs_carry_it_and_a_law_of_damping_is_followed():
     free = solve_plate(build(), 20.0)
     rigid = np.vstack([free.shape_impact, free.shapes])[:, :3]
     plate = build()
@@ -110,6 +110,10 @@ def test_rigid_shapes_hold_the_mass_and_soft_springs_carry_it():
     # Up: 4 k / m; tilting: 4 k (a/2)^2 / (m a^2 / 12) = 12 k / m.
     expected = np.sqrt(np.array([4, 12, 12]) * k / plate.mass_kg) / (2 * np.pi)
     np.testing.assert_allclose(found[:3], expected, rtol=1e-3)
+    law = RayleighDamping(50.0, 0.01, 200.0, 0.02)
+    np.testing.assert_allclose(law.ratios(np.array([0.0, 50.0, 200.0])), [0.0, 0.01, 0.02])
+    free = solve_plate(build(damping=law), 100.0)
+    np.testing.assert_array_equal(free.damping_ratio, law.ratios(free.frequency_hz))
 
 
 @pytest.mark.slow
@@ -147,13 +151,6 @@ def test_thin_plates_need_no_correction():
     top = 0.1
     exact, corrected = (solve_plate(thin, top, thickness_correction=given).frequency_hz for given in (False, True))
     np.testing.assert_allclose(corrected[3:], exact[3:], rtol=1e-4)
-
-
-def test_a_law_of_damping_is_followed():
-    law = RayleighDamping(50.0, 0.01, 200.0, 0.02)
-    np.testing.assert_allclose(law.ratios(np.array([0.0, 50.0, 200.0])), [0.0, 0.01, 0.02])
-    free = solve_plate(build(damping=law), 100.0)
-    np.testing.assert_array_equal(free.damping_ratio, law.ratios(free.frequency_hz))
 
 
 @pytest.mark.parametrize(

@@ -118,7 +118,7 @@ def test_held_edges_leave_what_is_flat_along_them(angle: float) -> None:
         assert np.linalg.matrix_rank(rows, tol=1e-9) == 6 - len(left)
 
 
-def test_points_of_a_stretch_and_places_in_triangles_are_found() -> None:
+def test_points_of_sides_become_corners_and_of_stretches_and_triangles_are_found() -> None:
     ends = np.array([[1.0, 2.0], [4.0, 6.0]])
     along, across = np.array([3.0, 4.0]), np.array([-4.0, 3.0])
     shares = [-0.3, -1e-6, 0.0, 0.5, 1.0, 1 + 1e-6, 1.4]
@@ -132,6 +132,16 @@ def test_points_of_a_stretch_and_places_in_triangles_are_found() -> None:
     np.testing.assert_allclose(found.T, points, atol=1e-12)
     with pytest.raises(ValueError, match="2 of 3 points lie off the plate"):
         _located(mesh, np.array([[1 + 1e-4, 0.5], [0.5, 0.5], [0.2, -0.3]]))
+    corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])
+    found = with_corners(corners, np.array([[2.0, 0.5], [0.5, 0.0], [0.0, 1.0], [0.0, 0.25]]))
+    expected = [[0, 0], [0.5, 0], [2, 0], [2, 0.5], [2, 1], [0, 1], [0, 0.25]]
+    np.testing.assert_allclose(found, expected)
+    # On a side in line with another one, which ends before.
+    for start in range(8):
+        turned = np.roll(np.array(BRIDGE), start, axis=0)
+        for x, after in ((1.75, [1.5, 0.0]), (0.75, [0.0, 0.0])):
+            more = with_corners(turned, np.array([[x, 0.0]])).tolist()
+            assert more[more.index([x, 0.0]) - 1] == after
 
 
 BRIDGE = ((0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (1.5, 0.5), (1.5, 0.0), (3.0, 0.0), (3.0, 1.0), (0.0, 1.0))
@@ -173,19 +183,6 @@ def test_outlines_are_the_same_from_any_corner_and_cross_from_any() -> None:
         for way in (1, -1):
             with pytest.raises(ValueError, match="touch or cross"):
                 checked_outline(tuple(map(tuple, np.roll(bow, start, axis=0)[::way].tolist())))
-
-
-def test_points_of_sides_become_corners_where_they_lie() -> None:
-    corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])
-    found = with_corners(corners, np.array([[2.0, 0.5], [0.5, 0.0], [0.0, 1.0], [0.0, 0.25]]))
-    expected = [[0, 0], [0.5, 0], [2, 0], [2, 0.5], [2, 1], [0, 1], [0, 0.25]]
-    np.testing.assert_allclose(found, expected)
-    # On a side in line with another one, which ends before.
-    for start in range(8):
-        turned = np.roll(np.array(BRIDGE), start, axis=0)
-        for x, after in ((1.75, [1.5, 0.0]), (0.75, [0.0, 0.0])):
-            more = with_corners(turned, np.array([[x, 0.0]])).tolist()
-            assert more[more.index([x, 0.0]) - 1] == after
 
 
 def test_a_plate_knows_its_mass_and_its_rigidity_and_where_a_stretch_lies() -> None:

@@ -53,26 +53,23 @@ def test_default_acts_on_its_own_channel_alone(identity, hook):
         assert changed == (name == hook)
 
 
-def test_pressure_set_by_a_reading_is_gain_and_offset_undone():
+def test_gains_and_offsets_of_each_shot_meet_its_own_series():
     both = SensorChain.of([effect("sensor.pressure_gain", gain=1.1), effect("sensor.pressure_offset", offset_pa=2e4)])
     true = np.array([1e5, 7e5])
     np.testing.assert_allclose(both.true_pressure_pa(1.1 * true + 2e4), true, rtol=1e-14)
     assert chain("sensor.pressure_offset", offset_pa=5e4).true_pressure_pa(np.array([3e4])) == [0.0]
-
-
-@given(gain=st.floats(0.5, 2.0), velocity=st.floats(0.1, 80))
-def test_gains_multiply(gain, velocity):
-    seen = chain("sensor.velocity_gain", gain=gain).measured_velocity_m_s(np.array([velocity]))
-    assert seen[0] == pytest.approx(gain * velocity, rel=1e-15)
-
-
-def test_parameters_of_each_shot_meet_its_own_series():
     gains = np.array([0.5, 2.0])
     series = np.random.default_rng(1).standard_normal((2, 3, 8))
     seen = chain("sensor.acceleration_gain", gain=gains).measured_acceleration_m_s2(series, STEP_S)
     np.testing.assert_array_equal(seen, series * gains[:, None, None])
     with pytest.raises(ValueError, match="2 values of a parameter for series of shape"):
         chain("sensor.acceleration_gain", gain=gains).measured_acceleration_m_s2(series[:1], STEP_S)
+
+
+@given(gain=st.floats(0.5, 2.0), velocity=st.floats(0.1, 80))
+def test_gains_multiply(gain, velocity):
+    seen = chain("sensor.velocity_gain", gain=gain).measured_velocity_m_s(np.array([velocity]))
+    assert seen[0] == pytest.approx(gain * velocity, rel=1e-15)
 
 
 @pytest.mark.parametrize("shape", [(), (3,), (2, 3)])
@@ -119,7 +116,7 @@ def test_zero_shift_of_each_shot_is_a_share_of_the_peak_that_decays_from_it():
     np.testing.assert_array_equal(waited, np.concatenate([before, alone]))
 
 
-def test_transmissibility_of_a_mounting_is_that_of_its_transfer_function():
+def test_transmissibility_and_inverse_force_are_those_of_the_transfer_functions():
     omega, zeta, gains = 2 * np.pi / 1e-4, 0.05, np.array([0.9, 1.2])
     mount = effect("sensor.mount_resonance", period_s=1e-4, damping_ratio=zeta)
     driven = 2 * np.pi * np.array([100.0, 5e3, 2e4])
@@ -127,9 +124,6 @@ def test_transmissibility_of_a_mounting_is_that_of_its_transfer_function():
     both = SensorChain.of([mount, effect("sensor.acceleration_gain", gain=gains)])
     seen = both.transmissibility(1j * driven)
     np.testing.assert_allclose(seen, gains[:, None] * mounting, rtol=1e-12)
-
-
-def test_force_without_an_inverse_of_its_own_is_found_by_going_back_and_forth():
     force, cell = np.hanning(40), ForceGain(gain=0.8)
     back = SensorEffect.true_force_n(cell, cell.measured_force_n(force, STEP_S), STEP_S)
     np.testing.assert_allclose(back, force, atol=1e-12)

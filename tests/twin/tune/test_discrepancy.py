@@ -92,7 +92,7 @@ def test_shots_left_out_are_predicted_as_if_they_had_not_been_fired():
         assert deviations[row] ** 2 == pytest.approx(np.diag(learned.covariance_db2(new)), rel=1e-6)
 
 
-def test_the_mean_of_repeats_teaches_what_the_repeats_do():
+def test_the_mean_of_repeats_teaches_what_they_do_and_draws_have_the_stated_covariance():
     first, second, new = some(3)
     settings, groups = [first, second, first, first], np.array([4, 7, 4, 4])
     residual = planted(settings)
@@ -101,9 +101,6 @@ def test_the_mean_of_repeats_teaches_what_the_repeats_do():
     together = ShotCorrection.of(Discrepancy(LINES), Coordinates.of(settings).means(groups), means)
     assert together.mean_db([new]) == pytest.approx(alone.mean_db([new]), abs=1e-5)
     assert together.covariance_db2(new) == pytest.approx(alone.covariance_db2(new), abs=1e-5)
-
-
-def test_draws_have_the_stated_covariance():
     shots, (new,) = some(3), some(1, seed=9)
     learned = Discrepancy(LINES).after(shots, planted(shots))
     drawn = learned.draws_db([new], np.random.default_rng(0).standard_normal((20_000, LINES.size)))[:, 0]

@@ -35,12 +35,19 @@ def test_one_level_for_all_lines_is_one_normal():
     assert proposal.lower_db - proposal.level_db == pytest.approx(norm.ppf(0.05, scale=3.0), rel=1e-3)
 
 
-def test_lines_for_themselves_multiply():
+def test_lines_for_themselves_multiply_and_scores_are_log_probabilities():
     proposal = judged((Term("line", 2.5, Everywhere(), white),))
     line = norm.cdf(6 / 2.5) - norm.cdf(-6 / 2.5)
     assert proposal.probability_within == pytest.approx(line**LINES.size, abs=0.01)
     assert proposal.share_within == pytest.approx(line, abs=0.002)
     assert proposal.probability_95 > proposal.probability_within
+    # The root squares to the covariance even where that is singular.
+    goal = Goal.even(LINES[:3], np.ones(3), 6.0)
+    scores = line_scores(np.array([[0.0, -8.0, 300.0]]), np.array([2.0, 3.0, 1.0]), goal)[0]
+    expected = [np.log(norm.cdf(3) - norm.cdf(-3)), np.log(norm.cdf(14 / 3) - norm.cdf(2 / 3)), norm.logcdf(-294.0)]
+    assert scores == pytest.approx(expected)
+    one = np.ones((4, 4))
+    assert root(one) @ root(one).T == pytest.approx(one)
 
 
 def test_worst_line_is_named_and_better_ones_come_first():
@@ -54,16 +61,6 @@ def test_worst_line_is_named_and_better_ones_come_first():
     candidates = [Candidate(SETTING, goal.level_db + error, 0.0) for error in (5.0, 0.0, -3.0)]
     ranked = proposals(candidates, learned, goal, np.random.default_rng(0))
     assert [p.level_db[0] - goal.level_db[0] for p in ranked] == pytest.approx([0.0, -3.0, 5.0])
-
-
-def test_scores_of_lines_are_log_probabilities_even_far_out():
-    """The root squares to the covariance even where that is singular."""
-    goal = Goal.even(LINES[:3], np.ones(3), 6.0)
-    scores = line_scores(np.array([[0.0, -8.0, 300.0]]), np.array([2.0, 3.0, 1.0]), goal)[0]
-    expected = [np.log(norm.cdf(3) - norm.cdf(-3)), np.log(norm.cdf(14 / 3) - norm.cdf(2 / 3)), norm.logcdf(-294.0)]
-    assert scores == pytest.approx(expected)
-    one = np.ones((4, 4))
-    assert root(one) @ root(one).T == pytest.approx(one)
 
 
 def test_stated_probability_is_how_often_it_comes_true():
@@ -98,14 +95,11 @@ def test_stated_probability_is_how_often_it_comes_true():
 FOUR_LINES = np.array([100.0, 200.0, 400.0, 800.0])
 
 
-def test_margin_is_the_way_to_the_nearer_edge_which_passes():
+def test_margin_is_the_way_to_the_nearer_edge_and_95_percent_of_41_lines_are_39():
     goal = Goal(FOUR_LINES, np.full(4, 60.0), np.array([3.0, 6.0, 6.0, np.inf]), np.array([6.0, 6.0, 3.0, 6.0]))
     assert goal.margin_db(np.array([62.0, 67.0, 58.0, 90.0])) == pytest.approx([1.0, -1.0, 1.0, 36.0])
     even = Goal.even(FOUR_LINES, np.ones(4), 6.0)
     assert even.met(np.full(4, 6.0)) and not even.met(np.full(4, 6.0 + 1e-9))
-
-
-def test_ninety_five_percent_of_41_lines_are_39():
     lines = 100 * 2.0 ** (np.arange(41) / 6)
     goal = Goal.even(lines, np.ones(41), 6.0, share=0.95)
     for out, met in ((2, True), (3, False)):

@@ -21,7 +21,7 @@ def test_grid_is_every_mount_with_every_amount():
     assert ContinuousRange(1.0, 16.0).grid(5) == pytest.approx([1, 2, 4, 8, 16])
 
 
-def test_settings_around_one_stay_on_its_mount_and_among_the_bullets_of_the_lab():
+def test_settings_around_one_stay_on_its_mount_and_work_is_the_parts_that_differ():
     setting = SPACE.setting(next(SPACE.mounts()), 7.9e5, 0.21)
     around = SPACE.around(setting, 1.3)
     assert setting in around
@@ -33,9 +33,6 @@ def test_settings_around_one_stay_on_its_mount_and_among_the_bullets_of_the_lab(
     setting = space.setting(next(space.mounts()), 2e5, 0.5)
     assert {s.impactor_mass_kg for s in space.around(setting, 1.3)} == {0.5}
     assert {s.impactor_mass_kg for s in space.around(setting, 2.0)} == {0.5, 1.0}
-
-
-def test_work_between_two_settings_is_the_parts_that_differ():
     first, *_, last = SPACE.mounts()
     one, other = SPACE.setting(first, 1e5, 0.5), SPACE.setting(last, 2e5, 0.5)
     assert unlike(one, SPACE.setting(first, 3e5, 0.2)) == 0

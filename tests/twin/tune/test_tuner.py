@@ -79,14 +79,11 @@ def test_nothing_refused_or_outside_of_the_model_is_proposed():
     assert any(p.outside for p in bold.proposals)
 
 
-def test_likely_overtests_are_told_with_line_and_size():
+def test_likely_overtests_are_told_and_lines_of_another_grid_are_refused():
     every_mount = Effort(pressures=6, masses=3, finalists=36)
     said = [each.reason for each in tuned(goal(), effort=every_mount).avoid if each.reason.startswith("overtests")]
     assert said
     assert all("dB above the upper edge at" in reason for reason in said)
-
-
-def test_lines_of_another_grid_are_refused_and_shots_of_two_campaigns_come_together():
     with pytest.raises(ValueError, match="expected the same frequencies"):
         tuned(Goal.even(LINES[:-1], np.ones(40)))
     one = FiredShots((HIDDEN,), np.zeros((1, LINES.size)))

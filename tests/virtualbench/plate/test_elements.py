@@ -52,7 +52,7 @@ def _state(deflection: np.ndarray, turn_x: np.ndarray | float, turn_y: np.ndarra
     return np.stack(np.broadcast_arrays(deflection, turn_x, turn_y), axis=-1).ravel()
 
 
-def test_moves_of_the_whole_plate_weigh_it_and_uniform_strains_are_exact(
+def test_strains_deflections_and_moves_of_the_whole_are_exact(
     plate: tuple[Mesh, np.ndarray, np.ndarray, np.ndarray],
 ) -> None:
     _, stiffness, mass, positions = plate
@@ -70,9 +70,6 @@ def test_moves_of_the_whole_plate_weigh_it_and_uniform_strains_are_exact(
     sheared = _state(positions[:, 0], 0.0, 0.0)
     modulus = 200e9 / 2.6
     assert sheared @ stiffness @ sheared == pytest.approx(5 / 6 * modulus * THICKNESS_M * AREA_M2, rel=1e-9)
-
-
-def test_deflection_between_nodes(plate: tuple[Mesh, np.ndarray, np.ndarray, np.ndarray]) -> None:
     mesh, _, _, positions = plate
     x, y = positions.T
     points = [(0.47, 0.28), (0.9, 0.37), (0.0, 0.10)]

@@ -126,16 +126,13 @@ def test_supports_raise_the_low_modes_most(boundary: str) -> None:
     assert rise[:3].mean() > 10 * rise[-10:].mean()
 
 
-def test_damping_is_the_plate_s_and_grows_with_the_effect() -> None:
+def test_damping_is_the_plate_s_and_other_stages_leave_it_alone() -> None:
     plate = _plate()
     nominal, damped = _solved(plate), _solved(plate, Effects.only("plate.damping", 4.0))
     assert nominal.damping.tolist() == list(plate.damping_ratios[: nominal.damping.size])
     rise = 0.4 * (nominal.frequencies_hz / 2000.0) ** 0.3
     assert damped.damping == pytest.approx((1 + rise) * nominal.damping)
     assert damped.frequencies_hz is nominal.frequencies_hz  # solved once
-
-
-def test_other_stages_leave_the_plate_and_its_shared_arrays_alone() -> None:
     other = Effects.default()
     for name in ("plate.damping", "plate.stiffness", "plate.sensor_mass", "plate.boundary"):
         other = other.with_strength(name, 0.0)

@@ -22,7 +22,7 @@ from pyroshock.virtualbench.plate.build import (
 PLATE = resonant_plate("steel", "free", np.random.default_rng(3))
 
 
-def test_plates_are_drawn_by_seed_and_have_their_mass_and_boundary() -> None:
+def test_plates_are_drawn_by_seed_with_sides_angles_and_damping_of_their_own() -> None:
     area = 0.3448  # by triangles: 0.1178 + 0.2270 m^2
     plates = {name: resonant_plate(name, "free", np.random.default_rng(3)) for name in MATERIALS}
     assert PLATE.area_m2 == pytest.approx(area)
@@ -32,9 +32,6 @@ def test_plates_are_drawn_by_seed_and_have_their_mass_and_boundary() -> None:
     assert plates["steel"] == PLATE != resonant_plate("steel", "free", np.random.default_rng(4))
     assert PLATE.boundary == "free"
     assert resonant_plate("steel", "fixed", np.random.default_rng(3)).boundary == "fixed"
-
-
-def test_sides_and_angles_differ_and_damping_is_drawn_between_its_limits() -> None:
     sides = np.roll(OUTLINE_M, -1, axis=0) - np.array(OUTLINE_M)
     lengths = np.sort(np.linalg.norm(sides, axis=1))
     angles = np.sort(np.diff(np.unwrap(np.arctan2(*sides[[0, 1, 2, 3, 0]].T[::-1]))))

@@ -61,12 +61,23 @@ def test_grid_that_is_no_multiple_of_the_recorders_gives_the_same(ratio):
     )
 
 
-def test_noise_has_its_level_and_comes_back_with_the_generator() -> None:
+def test_noise_drift_and_pressure_errors_are_as_stated() -> None:
     noise = digitised(np.zeros(200_000), FORCE, FS_HZ, Effects.only("bench.noise", 2.0), np.random.default_rng(1))
     assert noise.std() == pytest.approx(1.0, rel=0.01)
     assert abs(noise.mean()) < 0.01
     first, again, other = (recorded(FORCE, Effects.default(), seed=seed) for seed in (4, 4, 5))
     assert np.array_equal(first, again) and not np.array_equal(first, other)
+    gains = []
+    for day in (0.0, 0.5, 1.0):
+        values = recorded(ACCELERATION, Effects.only("bench.drift"), day_fraction=day)
+        assert values[:100].mean() == pytest.approx(5.0 * day, abs=0.02)
+        gains.append((values.max() - values[0]) / 1000)
+    assert np.diff(gains) == pytest.approx([0.0015, 0.0015], rel=0.02)
+    level = (np.arange(4096) / (8 * FS_HZ), np.full(4096, 3e5))
+    volts = recorded(TANK, Effects.only("sensor.pressure_offset", 2.0), level)
+    assert volts.mean() == pytest.approx(0.3624 + 0.5621 * 3.01, abs=TANK.step)
+    volts = recorded(TANK, Effects.only("sensor.pressure_gain", -1.0), level)
+    assert volts.mean() == pytest.approx(0.3624 + 0.5621 * 3 * 0.996, abs=TANK.step)
 
 
 @pytest.mark.parametrize(("sensor", "name"), [(FORCE, "sensor.force_gain"), (ACCELERATION, "sensor.acceleration_gain")])
@@ -117,20 +128,6 @@ def test_zero_shift_is_a_share_of_the_largest_peak_and_fades():
     fade = np.exp(-5001 / FS_HZ / ACCELERATION.zero_shift_decay_s)
     assert offset[6001] == pytest.approx(2.0 * fade, abs=0.02)
     assert offset[12_001] == pytest.approx(4.0, abs=0.02)
-
-
-def test_drift_grows_over_the_day_and_pressure_errs_in_the_volts():
-    gains = []
-    for day in (0.0, 0.5, 1.0):
-        values = recorded(ACCELERATION, Effects.only("bench.drift"), day_fraction=day)
-        assert values[:100].mean() == pytest.approx(5.0 * day, abs=0.02)
-        gains.append((values.max() - values[0]) / 1000)
-    assert np.diff(gains) == pytest.approx([0.0015, 0.0015], rel=0.02)
-    level = (np.arange(4096) / (8 * FS_HZ), np.full(4096, 3e5))
-    volts = recorded(TANK, Effects.only("sensor.pressure_offset", 2.0), level)
-    assert volts.mean() == pytest.approx(0.3624 + 0.5621 * 3.01, abs=TANK.step)
-    volts = recorded(TANK, Effects.only("sensor.pressure_gain", -1.0), level)
-    assert volts.mean() == pytest.approx(0.3624 + 0.5621 * 3 * 0.996, abs=TANK.step)
 
 
 @pytest.mark.parametrize(
