@@ -163,6 +163,26 @@ _NAMES = {
     "volume_m3": "dead",
 }
 
+#: Of each parameter, from which tests draw.
+WITHIN = {
+    "atmosphere_pa": (9e4, 1.05e5),
+    "discharge_coefficient": (0.1, 1.0),
+    "wear_m": (0.0, 1e-3),
+    "gauge_discharge_coefficient": (0.0, 1.0),
+    "loss_coefficient": (10.0, 1e3),
+    "opening_time_s": (0.0, 0.2),
+    "steady_loss_coefficient": (0.0, 50.0),
+    "friction_factor": (0.0, 0.2),
+    "drag_coefficient": (0.0, 10.0),
+    "gas_heads": (0.0, 10.0),
+    "added_coefficient": (0.0, 2.0),
+    "seal_force_n": (0.0, 20.0),
+    "seal_share": (0.0, 0.3),
+    "share": (-0.5, 1.0),
+    "rate_1_s": (0.0, 3.0),
+    "volume_m3": (0.0, 2e-3),
+}
+
 
 def scalar_guns(bench: GunBench, pressure: Floats, mass: Floats, effects: Sequence[GunEffect]) -> list[ScalarGun]:
     """One for each pressure and mass, with the same effects."""

@@ -20,7 +20,6 @@ from scipy.optimize import minimize_scalar
 from support.records.contact_bodies import any_impacts, ball, impacts, impulse
 
 ONE = impacts()
-NOMINAL = Impacts.of(ONE)
 FORCE = float(hertz(ONE).peak_force_n[0])
 DURATION = float(hertz(ONE).contact_time_s[0])
 DEPTH = 1.2 * float(hertz(ONE).compression_time_s[0])  # about the deepest indentation

@@ -9,7 +9,7 @@ import pytest
 from pyroshock.twin.effects import catalogue, effect
 from pyroshock.twin.gun.nominal import muzzle_velocity, trajectory
 from pyroshock.twin.gun.shots import Status, gun_velocity
-from support.records.scalar_gun import THESIS_GUN, scalar_guns
+from support.records.scalar_gun import THESIS_GUN, WITHIN, scalar_guns
 
 GUN = [kind for identity, kind in catalogue().items() if identity.startswith("gun.")]
 IDS = [kind.id for kind in GUN]
@@ -49,26 +49,6 @@ def test_travel_of_each_shot_takes_the_bench_s_place(kind):
         for t, p, m in zip(travel, PRESSURE, MASS, strict=True)
     ]
     assert found == pytest.approx(alone, rel=1e-5)
-
-
-WITHIN = {
-    "atmosphere_pa": (9e4, 1.05e5),
-    "discharge_coefficient": (0.1, 1.0),
-    "wear_m": (0.0, 1e-3),
-    "gauge_discharge_coefficient": (0.0, 1.0),
-    "loss_coefficient": (10.0, 1e3),
-    "opening_time_s": (0.0, 0.2),
-    "steady_loss_coefficient": (0.0, 50.0),
-    "friction_factor": (0.0, 0.2),
-    "drag_coefficient": (0.0, 10.0),
-    "gas_heads": (0.0, 10.0),
-    "added_coefficient": (0.0, 2.0),
-    "seal_force_n": (0.0, 20.0),
-    "seal_share": (0.0, 0.3),
-    "share": (-0.5, 1.0),
-    "rate_1_s": (0.0, 3.0),
-    "volume_m3": (0.0, 2e-3),
-}
 
 
 def mixture(rng):
