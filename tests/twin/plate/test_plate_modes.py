@@ -54,11 +54,12 @@ def test_clamped_and_cantilever_squares_have_the_published_frequencies():
     assert cantilever[0] < 3.494
 
 
-@pytest.mark.parametrize("outline", [SQUARE[2:] + SQUARE[:2], SQUARE[::-1]])
-def test_start_and_sense_of_the_outline_do_not_matter(outline):
-    one, other = (solve_plate(build(given), 60.0) for given in (SQUARE, outline))
-    np.testing.assert_array_equal(one.frequency_hz, other.frequency_hz)
-    np.testing.assert_array_equal(one.shapes, other.shapes)
+def test_start_and_sense_of_the_outline_do_not_matter():
+    one = solve_plate(build(SQUARE), 60.0)
+    for outline in (SQUARE[2:] + SQUARE[:2], SQUARE[::-1]):
+        other = solve_plate(build(outline), 60.0)
+        np.testing.assert_array_equal(one.frequency_hz, other.frequency_hz)
+        np.testing.assert_array_equal(one.shapes, other.shapes)
 
 
 @pytest.mark.slow
@@ -226,11 +227,11 @@ def test_another_plate_is_another_file(tmp_path, solutions):
     assert len(solutions) == 4 == len(list(tmp_path.iterdir()))
 
 
-@pytest.mark.parametrize("damage", [b"", b"no archive", None])
-def test_a_damaged_file_is_solved_anew(tmp_path, solutions, damage):
+def test_a_damaged_file_is_solved_anew(tmp_path, solutions):
     good = modes.cached_plate(BUILD, 500.0, tmp_path)
     (file,) = tmp_path.iterdir()
-    file.write_bytes(file.read_bytes()[:-200] if damage is None else damage)
-    np.testing.assert_array_equal(modes.cached_plate(BUILD, 500.0, tmp_path).shapes, good.shapes)
-    modes.cached_plate(BUILD, 500.0, tmp_path)
-    assert len(solutions) == 2
+    for times, damage in enumerate((b"", b"no archive", file.read_bytes()[:-200]), 2):
+        file.write_bytes(damage)
+        for _ in range(2):
+            np.testing.assert_array_equal(modes.cached_plate(BUILD, 500.0, tmp_path).shapes, good.shapes)
+            assert len(solutions) == times
