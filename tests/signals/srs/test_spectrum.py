@@ -87,8 +87,8 @@ def test_primary_and_residual_are_of_the_series_of_the_oscillator(record, zeta):
     series = [oscillator_response(record, RATE, line, damping_ratio=zeta) for line in LINES]
     assert one.primary == close([np.abs(each.absolute_acceleration_m_s2).max() for each in series])
     for line, residual in zip(LINES[LINES < RATE / 20], one.residual, strict=False):
-        series = oscillator_response(np.append(record, np.zeros(2000)), RATE, line, damping_ratio=zeta)
-        later = np.abs(series.absolute_acceleration_m_s2[record.size :]).max()
+        longer = oscillator_response(np.append(record, np.zeros(2000)), RATE, line, damping_ratio=zeta)
+        later = np.abs(longer.absolute_acceleration_m_s2[record.size :]).max()
         assert later <= residual * (1 + 1e-9)
         assert later >= residual * np.cos(np.pi * line / RATE) * np.exp(-np.pi * zeta * line / RATE) - 1e-12
 

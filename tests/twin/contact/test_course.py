@@ -68,11 +68,11 @@ def test_peak_is_the_greatest_of_nodes_and_cubics() -> None:
     rng = np.random.default_rng(5)
     n = 200
     begin, end = rng.uniform(0, 1, n), rng.uniform(0, 1, n)
-    rise, fall = 10 ** rng.uniform(-3, 2, n), -(10 ** rng.uniform(-3, 2, n))
+    rises, falls = 10 ** rng.uniform(-3, 2, n), -(10 ** rng.uniform(-3, 2, n))
     width = 10 ** rng.uniform(-2, 1, n)
     nodes = [
         (np.array([0.0, w]), np.array([b, e]), np.array([r, f]))
-        for w, b, e, r, f in zip(width, begin, end, rise, fall, strict=True)
+        for w, b, e, r, f in zip(width, begin, end, rises, falls, strict=True)
     ]
     cubics = [CubicHermiteSpline(*one) for one in nodes]
     tops = [cubic.derivative().roots(extrapolate=False) for cubic in cubics]

@@ -125,11 +125,11 @@ def test_points_of_sides_become_corners_and_of_stretches_and_triangles_are_found
     points = [ends[0] + share * along for share in shares] + [ends[0] + 0.5 * along + off * across for off in (1e-6, 1)]
     assert on_stretch(np.transpose(points), ends) == [2, 3, 4]
     mesh = MeshTri().refined(1)
-    points = np.array([[0.1, 0.2], [0.8, 0.9], [1.0, 1.0], [1 + 1e-8, 0.5]])
-    local, where = _located(mesh, points)
+    places = np.array([[0.1, 0.2], [0.8, 0.9], [1.0, 1.0], [1 + 1e-8, 0.5]])
+    local, where = _located(mesh, places)
     corners = mesh.p[:, mesh.t[:, where]]
     found = corners[:, 0] + sum(local[i, :, 0] * (corners[:, i + 1] - corners[:, 0]) for i in range(2))
-    np.testing.assert_allclose(found.T, points, atol=1e-12)
+    np.testing.assert_allclose(found.T, places, atol=1e-12)
     with pytest.raises(ValueError, match="2 of 3 points lie off the plate"):
         _located(mesh, np.array([[1 + 1e-4, 0.5], [0.5, 0.5], [0.2, -0.3]]))
     corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])

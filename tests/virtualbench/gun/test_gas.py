@@ -78,10 +78,10 @@ def test_port_opens_by_equal_percentage_from_nothing_to_all() -> None:
     assert (shares[0], open_share(DEAD_SHARE), open_share(1.0), shares[-1]) == (0.0, 0.0, 1.0, 1.0)
     # IEC 60534-2-4: R^(h - 1) of the flow, here less what it leaves at h = 0, over the span of the rest.
     travel = np.linspace(0, 1, 11)
-    shares = np.array([open_share(DEAD_SHARE + h * (1 - DEAD_SHARE)) for h in travel])
+    flows = np.array([open_share(DEAD_SHARE + h * (1 - DEAD_SHARE)) for h in travel])
     law = RANGEABILITY ** (travel - 1)
-    np.testing.assert_allclose(shares, (law - law[0]) / (1 - law[0]), atol=1e-12)
-    steps = np.diff(shares)
+    np.testing.assert_allclose(flows, (law - law[0]) / (1 - law[0]), atol=1e-12)
+    steps = np.diff(flows)
     np.testing.assert_allclose(steps[1:] / steps[:-1], RANGEABILITY**0.1, rtol=1e-9)
 
 

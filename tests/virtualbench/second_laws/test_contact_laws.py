@@ -60,10 +60,10 @@ def test_layers_hands_tips_and_dampers_act_as_they_say() -> None:
         (step, nominal), (other, values) = force({}, split), force({"contact.layer_compliance": 1.0}, split)
         assert values.max() < 0.9 * nominal.max()
         assert values.size * other > 1.05 * nominal.size * step
-    nominal = impulse({}, "sealed")
-    assert impulse({"contact.effective_mass": 30.0}, "sealed") > 1.01 * nominal
+    light = impulse({}, "sealed")
+    assert impulse({"contact.effective_mass": 30.0}, "sealed") > 1.01 * light
     heavier = 1 + 0.05 * 4 * law.TIP_MASS["steel"]
-    assert impulse({"contact.effective_mass": 4.0}, "development") == pytest.approx(heavier * nominal, 1e-3)
+    assert impulse({"contact.effective_mass": 4.0}, "development") == pytest.approx(heavier * light, 1e-3)
     # 1 - s l of the tip, at any speed: that is what alpha is chosen for.
     for speed in (0.5, 2.0):
         e = restitution({"contact.viscous_loss": 3.0}, "sealed", tip="delrin", speed=speed)
@@ -90,9 +90,9 @@ def test_balls_and_cones_are_hertz_and_sneddons() -> None:
     shallow = 0.5 * begins**2 / RADIUS > DEPTH
     np.testing.assert_allclose(rounded_cone(DEPTH, MODULUS, RADIUS, begins)[shallow], HERTZ[shallow], rtol=2e-3)
     # F = 2 E* d^2 / (pi t), t the slope of its side (Sneddon).
-    begins, depth = 1e-5, np.geomspace(1e-4, 1e-3, 50)
-    wanted = 2 * MODULUS * depth**2 / (math.pi * begins / RADIUS)
-    np.testing.assert_allclose(rounded_cone(depth, MODULUS, RADIUS, begins)[-10:], wanted[-10:], rtol=0.03)
+    begins, deep = 1e-5, np.geomspace(1e-4, 1e-3, 50)
+    wanted = 2 * MODULUS * deep**2 / (math.pi * begins / RADIUS)
+    np.testing.assert_allclose(rounded_cone(deep, MODULUS, RADIUS, begins)[-10:], wanted[-10:], rtol=0.03)
 
 
 def test_plastic_curves_begin_with_hertz_and_end_with_a_hardness() -> None:
