@@ -147,8 +147,8 @@ def test_bands_are_those_of_the_draws_and_log_normal_for_the_velocity():
 def test_a_sure_twin_has_no_bands_and_every_stage_widens_them(own):
     sure = {"gun": GunStage(BENCH, 0.0), "contact": HalfSine(scatter=0.0)}
     narrow, wide = (
-        twin(**sure | stage).predict(setting(tank_pressure_pa=5e5), draws=32, rng=rng()).spectra_m_s2["a1"]
-        for stage in ({}, own)
+        twin(**given).predict(setting(tank_pressure_pa=5e5), draws=32, rng=rng()).spectra_m_s2["a1"]
+        for given in (sure, sure | own)
     )
     np.testing.assert_allclose(narrow.upper, narrow.lower, rtol=1e-9)
     assert np.median(wide.upper / wide.lower) > 1.1

@@ -165,14 +165,14 @@ def test_saturated_sensor_is_found_and_the_one_beside_it_is_not(real_data):
 def test_drop_table_shocks_are_not_accused_and_hammer_hits_of_their_cut_alone(real_data):
     """33 hits on a structure that rings beyond the quarter of a second kept here."""
     hits = np.load(real_data / "vrtac-impact-hammer" / "dewesoft_20000Hz.npz")
-    told: set[str] = set()
+    checks: set[str] = set()
     for name in (key for key in hits.files if key.startswith("F")):
         for record in hits[name][:, 1:].reshape(-1, hits[name].shape[-1]):
-            told |= set(findings(record, 20_000.0, octave_grid(20, 2000)))
-    assert told <= {"truncation"}
+            checks |= set(findings(record, 20_000.0, octave_grid(20, 2000)))
+    assert checks <= {"truncation"}
     # They keep a velocity of some 14 m/s, and begin with a slow foot that is no offset.
     shocks = np.load(real_data / "afrl-ds3-electronics-shock" / "shocks.npz")
-    told = [
+    accused = [
         set(findings(shocks[name][:, 1] * G, 1e6, octave_grid(400, 1e5))) for name in shocks.files if name[0] == "T"
     ]
-    assert told == [set()] * 6
+    assert accused == [set()] * 6

@@ -92,12 +92,12 @@ def test_restitution_wants_an_approach_three_points_and_a_whole_record() -> None
     with pytest.raises(ValueError, match="approach_m_s: expected positive"):
         newton(np.array([0.0]), np.array([1.0]))
 
-    def record(*force_n: float) -> RecordedPulse:
+    def one_impact(*force_n: float) -> RecordedPulse:
         return RecordedPulse(np.array([force_n]), *(np.array([value]) for value in (1e-4, 0.3, 1.0)))
 
-    assert record(0.0, 4e3, 0.0).velocity_m_s[0] == pytest.approx([1.0, 1 - 0.2 / 0.3, 1 - 0.4 / 0.3])
+    assert one_impact(0.0, 4e3, 0.0).velocity_m_s[0] == pytest.approx([1.0, 1 - 0.2 / 0.3, 1 - 0.4 / 0.3])
     with pytest.raises(ValueError, match=r"force_n has shape \(1, 2\): expected \(n, p\) with 3 points or more"):
-        record(0.0, 4e3)
+        one_impact(0.0, 4e3)
 
 
 @pytest.mark.parametrize(

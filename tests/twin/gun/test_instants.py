@@ -91,7 +91,7 @@ def test_start_and_rates_are_those_of_the_scalar_gun(kind: type[Chamber]) -> Non
         off = low if item.name == "loss_coefficient" else item.off
         return np.where(rng.random(n) < 1 / 3, off, rng.uniform(low, high, n))
 
-    kinds = [BackPressure, BarrelLoss, BlowBy, DeadVolume, HeatExchange, SlidingFriction]
+    kinds: list[type[GunEffect]] = [BackPressure, BarrelLoss, BlowBy, DeadVolume, HeatExchange, SlidingFriction]
     kinds += [ValveFlow] if kind is TwoChambers else []
     effects = [effect(**{item.name: drawn(item) for item in effect.parameters()}) for effect in kinds]
     pressure, mass = rng.uniform(2e5, 10e5, n), rng.uniform(0.1, 1.5, n)

@@ -50,12 +50,12 @@ def test_wide_open_valves_are_none_closed_ones_keep_the_projectile_and_profiles_
     shots = gun_velocity(BENCH, [2e5, 8e5], 0.5, closed, valve_profiles=[ValveProfile.parse("0:0")] * 2)
     assert shots.velocity_m_s.tolist() == [0.0, 0.0]
     assert not shots.left.any()
-    pressure, mass = np.array([1e5, 4e5, 8e5]), 0.5
+    pressure = np.array([1e5, 4e5, 8e5])
     by_time = effect("gun.valve_flow", loss_coefficient=5.0, opening_time_s=0.13)
     other = effect("gun.valve_flow", loss_coefficient=5.0, opening_time_s=0.4)
     profiles = [ValveProfile.of_controller(0.13)] * 3
-    shots = gun_velocity(BENCH, pressure, mass, [other], valve_profiles=profiles)
-    np.testing.assert_array_equal(shots.velocity_m_s, gun_velocity(BENCH, pressure, mass, [by_time]).velocity_m_s)
+    shots = gun_velocity(BENCH, pressure, 0.5, [other], valve_profiles=profiles)
+    np.testing.assert_array_equal(shots.velocity_m_s, gun_velocity(BENCH, pressure, 0.5, [by_time]).velocity_m_s)
     full_bore = gun_velocity(BENCH, 4e5, 0.5, [effect("gun.valve_flow")], valve_profiles=[CLOSING])
     shots = gun_velocity(BENCH, [4e5, 4e5], 0.5, valve_profiles=[CLOSING, None])
     assert shots.velocity_m_s[0] == full_bore.velocity_m_s[0]

@@ -90,8 +90,8 @@ def test_a_long_tail_keeps_its_impulse_whatever_is_beside_it() -> None:
 
 def test_each_pulse_has_its_own_low_pass_and_the_longest_of_an_octave_its_end() -> None:
     time = OCTAVE_S * np.array([1.0, 1.999])
-    given, tau = half_sines(time, np.array([1e3, 1e3])), OCTAVE_S * 0.01
-    agrees(measured_pulses(low_pass(tau), given), given, 1, tau, time[0] / STEPS)
+    given, shortest = half_sines(time, np.array([1e3, 1e3])), OCTAVE_S * 0.01
+    agrees(measured_pulses(low_pass(shortest), given), given, 1, shortest, time[0] / STEPS)
     time = np.array([3e-4, 2e-3, 3.1e-4])
     tau = np.array([1e-4, 2e-4, 3e-5])
     given = half_sines(time, np.array([1e3, 2e3, 3e3]))
@@ -130,8 +130,7 @@ def test_peak_of_a_coarse_pulse_is_late_and_no_force_stays_none() -> None:
     # y' = 0 behind the middle: exp(-s / tau) (2 - exp(-T / 2 tau)) = 1
     later = tau * np.log(2 - np.exp(-time / 2 / tau))
     assert seen.compression_time_s[0] - time / 2 == pytest.approx(later, abs=0.6 * time / STEPS)
-    time = np.array([3e-4, 3e-4])
-    given = half_sines(time, np.array([1e3, 0.0]))
+    given = half_sines(np.array([3e-4, 3e-4]), np.array([1e3, 0.0]))
     seen = measured_pulses(low_pass(5e-5), given)
     assert seen.contact_time_s[1] == 3e-4 and seen.compression_time_s[1] == 1.5e-4
     np.testing.assert_array_equal(seen.force_n[1], 0.0)

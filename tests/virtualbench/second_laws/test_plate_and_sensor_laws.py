@@ -134,8 +134,8 @@ def test_mountings_have_their_transmissibility_or_two_resonances() -> None:
     impulse[0, 1] = 1.0
     read = law.accelerations_read(impulse, RATE, {"sensor.mount_resonance": 5.0}, "sealed", 45e3)
     level = np.abs(np.fft.rfft(read[0]))
-    frequency = np.fft.rfftfreq(8192, 1 / RATE)
-    peaks = [frequency[1:-1][(level[1:-1] > level[:-2]) & (level[1:-1] > level[2:]) & (level[1:-1] > 1.2)]]
+    spectrum_hz = np.fft.rfftfreq(8192, 1 / RATE)
+    peaks = [spectrum_hz[1:-1][(level[1:-1] > level[:-2]) & (level[1:-1] > level[2:]) & (level[1:-1] > 1.2)]]
     assert np.abs(peaks[0] / 9e3 - 1).min() < 0.03
     assert np.abs(peaks[0] / (9e3 * law.BLOCK_RATIO) - 1).min() < 0.06
 

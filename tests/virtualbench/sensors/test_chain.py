@@ -124,10 +124,10 @@ def test_zero_shift_is_a_share_of_the_largest_peak_and_fades():
     assert offset[1010:] == pytest.approx(expected, abs=sensor.step)
     shocks = np.zeros(20_000)
     shocks[[1000, 6000, 12_000]] = 1000.0, -300.0, -2000.0
-    offset = digitised(shocks, ACCELERATION, FS_HZ, Effects.only("sensor.zero_shift"), np.random.default_rng(0))
+    shifts = digitised(shocks, ACCELERATION, FS_HZ, Effects.only("sensor.zero_shift"), np.random.default_rng(0))
     fade = np.exp(-5001 / FS_HZ / ACCELERATION.zero_shift_decay_s)
-    assert offset[6001] == pytest.approx(2.0 * fade, abs=0.02)
-    assert offset[12_001] == pytest.approx(4.0, abs=0.02)
+    assert shifts[6001] == pytest.approx(2.0 * fade, abs=0.02)
+    assert shifts[12_001] == pytest.approx(4.0, abs=0.02)
 
 
 @pytest.mark.parametrize(
