@@ -38,9 +38,6 @@ def rng(seed: int = 0) -> np.random.Generator:
     return np.random.default_rng(seed)
 
 
-# --- stages meet ---
-
-
 def test_velocity_is_the_guns_at_the_true_pressure_or_the_given_one():
     shot = twin().predict(setting(tank_pressure_pa=5e5), draws=0)
     assert shot.velocity_m_s.mean == pytest.approx(float(muzzle_velocity(BENCH, 5e5, 0.5)), rel=1e-12)
@@ -96,9 +93,6 @@ def test_measured_shots_correct_the_gun_and_say_its_spread():
     assert "12 measured shots" in shot.models["gun"]
 
 
-# --- many shots ---
-
-
 def test_batches_and_chunks_are_the_single_shots():
     model = twin()
     many = [setting(tank_pressure_pa=p, impact_position=i) for p in (2e5, 4e5, 6e5) for i in ("#1", "#2")]
@@ -119,9 +113,6 @@ def test_draws_of_settings_share_their_luck_and_are_those_of_the_prediction():
     drawn = model.draws([one], 16, rng(7))[:, 0]
     shot = model.predict(one, draws=16, rng=rng(7))
     np.testing.assert_allclose(shot.spectra_m_s2["a1"].mean, drawn.mean(axis=0), rtol=1e-9)
-
-
-# --- bands ---
 
 
 def test_bands_are_those_of_the_draws_and_log_normal_for_the_velocity():
@@ -174,9 +165,6 @@ def test_stratified_normals_are_standard_and_quantiles_those_of_draws():
     np.testing.assert_allclose((band.lower, band.upper), ([4.55, -95.45], [95.45, -4.55]))
 
 
-# --- measured interfaces ---
-
-
 def test_measured_velocity_stands_in_for_the_gun_and_measured_force_for_the_contact_as_well():
     model = twin()
     fired = model.predict(setting(tank_pressure_pa=5e5), draws=0)
@@ -188,9 +176,6 @@ def test_measured_velocity_stands_in_for_the_gun_and_measured_force_for_the_cont
     np.testing.assert_allclose(shot.spectra_m_s2["a1"].mean, expected.spectra_m_s2["a1"].mean, rtol=0.01)
     assert shot.impulse_n_s.mean == pytest.approx(expected.impulse_n_s.mean, rel=1e-3)
     assert shot.models["contact"] == "measured force"
-
-
-# --- what is told, what is refused ---
 
 
 def test_twin_without_a_plate_tells_the_force_and_pickles_and_json_read_back():

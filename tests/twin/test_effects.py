@@ -103,9 +103,6 @@ def test_effects_of_another_stage_and_doubles_are_refused():
         checked_effects([gain, gain], SensorEffect)
 
 
-# --- the page ---
-
-
 def rows() -> dict[str, tuple[str, ...]]:
     """Cells of effects.md by id: law, parameters, source."""
     table: dict[str, tuple[str, ...]] = {}
@@ -143,9 +140,6 @@ def renew() -> None:
 def test_page_has_the_current_row_of_each_and_no_other():
     assert rows() == {kind.id: row_of(kind) for kind in catalogue().values()}
     assert list(rows()) == list(catalogue())
-
-
-# --- in the chain ---
 
 
 def spectra_and_all(given: tuple[Effect, ...]) -> np.ndarray:

@@ -47,9 +47,6 @@ def every_gun(stage: GunStage, pressure: float, mass: float, chain: SensorChain 
     return stage.velocity_draws([setting(tank_pressure_pa=pressure, impactor_mass_kg=mass)], chain, z)[:, 0]
 
 
-# --- limits ---
-
-
 def test_more_than_the_escape_speed_is_refused_with_the_limit():
     assert escape_speed_m_s(1.4, 293.15) == pytest.approx(5 * 343.2, rel=1e-3)
     assert escape_speed_m_s(1.0, 293.15) == math.inf
@@ -89,9 +86,6 @@ def test_no_draw_has_more_energy_than_its_gas_gives(log_pressure, log_mass, benc
     velocity = every_gun(stage, pressure, mass)
     assert np.all(mass * velocity**2 / 2 <= barrel_work_j(bench, pressure, 0.0) * (1 + 1e-9))
     assert np.all(velocity <= escape_speed_m_s(1.4, 293.15))
-
-
-# --- draws ---
 
 
 def test_median_of_the_draws_is_the_central_velocity_by_the_stated_efficiency():
@@ -149,9 +143,6 @@ def test_warm_draws_take_milliseconds():
             stage.velocity_draws(asked, NOMINAL, z)
             seconds.append(time.perf_counter() - begin)
         assert min(seconds) < 0.015
-
-
-# --- beyond the shots ---
 
 
 def test_pressure_and_mass_beyond_the_shots_are_named_with_their_ranges():

@@ -26,9 +26,6 @@ def stepped(
     return method.step(rates, at, now, rates(at, now), each, np.ones_like(now))
 
 
-# --- one step ---
-
-
 def thrown(_: Floats, state: Floats) -> Floats:
     """x = sin t."""
     return np.stack([state[1], -state[0]])
@@ -164,9 +161,6 @@ def test_many_problems_step_as_each_alone(method: Method) -> None:
             np.testing.assert_allclose(one[:, 0], all_of_them[:, i], rtol=1e-9, atol=1e-9)
 
 
-# --- from the start to the target ---
-
-
 @pytest.fixture(autouse=True)
 def no_endless_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     """None of these problems takes as many."""
@@ -194,7 +188,7 @@ class Thrown:
 
 
 @METHODS
-def test_targets_are_met_when_they_should_be(method: Method) -> None:
+def test_targets_are_met_when_they_should_be_as_each_alone(method: Method) -> None:
     omega = np.array([0.5, 1.0, 2.0])
     problem = Thrown(omega, np.array([1.0, 0.5, 9.0]))
     start = np.stack([np.zeros(3), np.ones(3)])
@@ -203,10 +197,6 @@ def test_targets_are_met_when_they_should_be(method: Method) -> None:
     np.testing.assert_allclose(ends.state[0, :2], [1.0, 0.5], rtol=1e-9)
     expected = np.arcsin(problem.target[:2] * omega[:2]) / omega[:2]
     np.testing.assert_allclose(ends.time[:2], expected, rtol=1e-8)
-
-
-@METHODS
-def test_many_problems_end_as_each_alone(method: Method) -> None:
     omega = np.geomspace(0.05, 3.0, 9)
     problem = Thrown(omega, np.linspace(0.9, 0.4, 9))
     start, floor = np.stack([np.zeros(9), np.ones(9)]), np.full((2, 9), 0.1)

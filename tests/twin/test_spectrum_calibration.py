@@ -155,9 +155,6 @@ def test_pulses_get_the_measured_peak_and_impulse():
         assert np.array_equal(getattr(measured_pulses, name)[1], getattr(pulses, name)[1])
 
 
-# --- in the chain ---
-
-
 def twin(**own) -> Twin:
     return Twin(contact=HalfSine(), plate=PlateStage({"aluminum": ringing_plate()}), samples=4_000,
                 frequency_hz=LINES, **own)  # fmt: skip

@@ -51,7 +51,7 @@ def test_free_body_that_keeps_its_velocity_is_not_accused():
 
 
 @pytest.mark.parametrize("polarity", [1, -1])
-def test_planted_zero_shift_is_found_with_its_size(polarity):
+def test_planted_zero_shift_and_clipped_crest_are_found_with_their_size(polarity):
     x = ringing()
     peak = np.abs(x).max()
     x[ONSET + 50 :] += polarity * 0.02 * peak
@@ -59,6 +59,9 @@ def test_planted_zero_shift_is_found_with_its_size(polarity):
     assert set(found) == {"zero-shift", "balance"}
     assert found["zero-shift"].evidence["peak_share"] == pytest.approx(0.02, rel=0.1)
     assert ("positive" if polarity > 0 else "negative") in found["balance"].message
+    x = polarity * ringing()
+    found = findings(np.clip(x, -np.inf, 0.6 * x.max()))
+    assert found["clipping"].evidence["longest_samples"] >= 3 and found["clipping"].severity == "reject"
 
 
 def test_offset_is_a_rest_level_and_wander_that_comes_back_a_displacement():
@@ -70,13 +73,6 @@ def test_offset_is_a_rest_level_and_wander_that_comes_back_a_displacement():
     x[ONSET:] += 0.02 * np.abs(x).max() * wander
     found = findings(x)
     assert "displacement" in found and "velocity" not in found
-
-
-@pytest.mark.parametrize("polarity", [1, -1])
-def test_clipped_crest_is_found(polarity):
-    x = polarity * ringing()
-    found = findings(np.clip(x, -np.inf, 0.6 * x.max()))
-    assert found["clipping"].evidence["longest_samples"] >= 3 and found["clipping"].severity == "reject"
 
 
 def test_coarse_converter_and_slow_crest_are_no_clipping():

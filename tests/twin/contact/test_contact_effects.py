@@ -25,7 +25,7 @@ INSULATED = np.array([True, False, True])
 
 
 @every_effect
-def test_off_is_hertz_to_the_last_digit_and_the_default_is_not(kind: type[ContactEffect]) -> None:
+def test_off_is_hertz_and_parameters_are_one_for_each_impact(kind: type[ContactEffect]) -> None:
     """Parameters of other impacts are refused."""
     off = kind(**{item.name: item.off for item in kind.parameters()})
     nominal = impact(BODIES, insulated=INSULATED)
@@ -35,10 +35,6 @@ def test_off_is_hertz_to_the_last_digit_and_the_default_is_not(kind: type[Contac
     wrong = kind(**{item.name: np.full(2, item.default) for item in kind.parameters()})
     with pytest.raises(ValueError, match=f"{kind.id}: parameter of shape"):
         impact(BODIES, [wrong])
-
-
-@every_effect
-def test_one_parameter_for_each_impact(kind: type[ContactEffect]) -> None:
     items = kind.parameters()
     each = kind(**{item.name: np.linspace(item.default, item.off, 3) for item in items})
     together = impact(BODIES, [each], insulated=np.ones(3, dtype=bool)).peak_force_n

@@ -129,9 +129,6 @@ def test_refuses_shots_that_are_none_and_shapes_that_differ(name, bad):
         VelocityShots(np.ones(1), np.ones(2), np.ones(1), np.zeros(1))
 
 
-# --- other people's guns ---
-
-
 def columns_of(record):
     """Pressures, masses, velocities, uncertainties (0: not stated)."""
     names = ("tank_pressure_pa", "bullet_mass_kg", "velocity_m_s", "velocity_u_m_s")

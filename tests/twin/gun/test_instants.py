@@ -50,9 +50,6 @@ def no_endless_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ode, "MOST_STEPS", 2000)
 
 
-# --- what effects make of a shot ---
-
-
 def test_effects_prepare_what_a_shot_holds() -> None:
     """A nominal shot has no valve, no leak and no atmosphere. Back pressure opposes and is the atmosphere that flows
     see, on a bench below standard pressure the standard one. A dead volume shares the tank's energy; friction is of
@@ -116,9 +113,6 @@ def test_start_and_rates_are_those_of_the_scalar_gun(kind: type[Chamber]) -> Non
     np.testing.assert_allclose(rates, expected, rtol=1e-9, atol=1e-9 * np.abs(rates).max(axis=0).min())
 
 
-# --- in closed form ---
-
-
 @pytest.mark.parametrize("share", [0.0, 0.6, 1.0])
 def test_work_is_the_integral_of_the_force(share: float) -> None:
     effects = [HeatExchange(share=share), DeadVolume(volume_m3=3e-4), BackPressure(), SlidingFriction()]
@@ -146,9 +140,6 @@ def test_work_of_an_endless_tank_is_even_and_efficiency_stands_before_every_velo
     for effects in ([], [BarrelLoss()], [ValveFlow(loss_coefficient=10.0)]):
         whole = gun_velocity(BENCH, [2e5, 4e5], 0.5, effects)
         np.testing.assert_allclose(gun_velocity(half, [2e5, 4e5], 0.5, effects).velocity_m_s, whole.velocity_m_s / 2)
-
-
-# --- gases ---
 
 
 def chamber_of(kind: type[Chamber], effects: Sequence[GunEffect], pressure_pa: ArrayLike) -> Chamber:
@@ -216,9 +207,6 @@ def test_heat_that_takes_time_comes_by_the_time_of_the_shot() -> None:
     np.testing.assert_allclose(shot.polytropic_index, 1.4 - 0.4 * share, rtol=1e-12)
     empty = HeatExchange(share=0.25, rate_1_s=0.0).prepare(nominal_shot(BENCH, 0.0, 0.5))
     np.testing.assert_allclose(empty.polytropic_index, 1.3, rtol=1e-12)
-
-
-# --- shots ---
 
 
 def test_shots_that_leave_are_told_apart() -> None:

@@ -29,7 +29,7 @@ def velocity(*effects, bench=THESIS_GUN):
 
 
 @pytest.mark.parametrize("kind", GUN, ids=IDS)
-def test_an_effect_off_for_all_or_some_shots_leaves_those_nominal_and_is_scipys_elsewhere(kind):
+def test_an_effect_off_leaves_shots_nominal_and_is_scipys_elsewhere_for_each_travel(kind):
     on = {item.name: item.default for item in kind.parameters()}
     off = {item.name: item.off for item in kind.parameters()}
     np.testing.assert_allclose(velocity(kind(**off)), muzzle_velocity(THESIS_GUN, PRESSURE, MASS), rtol=1e-13)
@@ -38,10 +38,6 @@ def test_an_effect_off_for_all_or_some_shots_leaves_those_nominal_and_is_scipys_
     mixed = kind(**{name: np.array([off[name], on[name], off[name], on[name]]) for name in on})
     # Integrated steps hang on rounding.
     np.testing.assert_allclose(velocity(mixed), np.where([True, False, True, False], velocity(), acting), rtol=1e-6)
-
-
-@pytest.mark.parametrize("kind", GUN, ids=IDS)
-def test_travel_of_each_shot_takes_the_bench_s_place(kind):
     travel = np.array([0.5, 0.7, 0.885, 1.2])
     found = gun_velocity(THESIS_GUN, PRESSURE, MASS, [kind()], travel_m=travel).velocity_m_s
     alone = [

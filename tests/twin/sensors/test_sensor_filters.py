@@ -24,9 +24,6 @@ def mount(**parameters: Value) -> SensorChain:
     return SensorChain.of([effect("sensor.mount_resonance", **parameters)])
 
 
-# --- rows with parameters of their own ---
-
-
 def recursion(gain: float, memory: float) -> tuple[Floats, Floats]:
     return np.array([gain, 0.5]), np.array([1.0, -memory])
 
@@ -69,9 +66,6 @@ def test_one_series_takes_one_set_of_parameters_and_rows_that_share_them_share_a
     assert sorted(designs) == [(1.0, 0.1), (2.0, 0.2), (2.0, 0.3)]
 
 
-# --- low pass of one pole ---
-
-
 def triangle_through_one_pole(share: float, count: int) -> list[float]:
     """Response to a force of 1 at the first sample, 0 at all others and straight between, by steps / time constant.
 
@@ -100,9 +94,6 @@ def test_each_shot_has_its_own_time_constant_and_none_is_none() -> None:
     for row in (0, 2, 4):
         answer = triangle_through_one_pole(STEP_S / tau[row], 60)
         np.testing.assert_allclose(seen[row], np.convolve(force[row], answer)[:60], atol=1e-12)
-
-
-# --- low pass of two poles ---
 
 
 def ramp_through_two_poles(time_s: Floats, period_s: float) -> Floats:
@@ -155,9 +146,6 @@ def test_poles_keep_the_impulse_and_two_follow_the_one() -> None:
     both = low_pass(time_constant_s=3e-5, corner_period_s=2e-4).measured_force_n(force, STEP_S)
     one = low_pass(time_constant_s=3e-5).measured_force_n(force, STEP_S)
     np.testing.assert_array_equal(both, low_pass(corner_period_s=2e-4).measured_force_n(one, STEP_S))
-
-
-# --- mount ---
 
 
 @pytest.mark.parametrize("zeta", [np.array([0.02, 0.02, 0.5, 0.2]), 0.1], ids=["own damping", "one damping"])

@@ -51,9 +51,6 @@ def velocity_of(work_j: float) -> float:
     return math.sqrt(2 * work_j / BULLET.mass_kg)
 
 
-# --- limits with a closed form ---------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("pressure", [2.5e4, 8e5])
 def test_ideal_gun_is_adiabatic_expansion_and_its_error_falls_with_the_tolerance(pressure: float) -> None:
     truth = velocity_of(adiabatic_work_j(pressure + VACUUM_PA))
@@ -80,9 +77,6 @@ def test_friction_atmosphere_and_dead_volume_have_their_closed_forms() -> None:
     whole = TANK_M3 + GUN.dead_volume_m3
     truth = velocity_of(adiabatic_work_j((8e5 + VACUUM_PA) * TANK_M3 / whole, whole))
     assert speed(Effects.only("gun.dead_volume"), 8e5, SMOOTH) == pytest.approx(truth, rel=1e-5)
-
-
-# --- balances --------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("effects", [Effects.none(), Effects.only("gun.back_pressure"), STEADY])
@@ -122,9 +116,6 @@ def test_ideal_gas_follows_the_adiabat_infinite_tanks_accelerate_and_leaks_blow_
     early = shot.time_s < 0.5
     assert shot.tank_pressure_pa[early] == pytest.approx(truth[early], rel=1e-5)
     assert shot.tank_pressure_pa[early][-1] < 5e5
-
-
-# --- what a shot looks like ------------------------------------------------------------------------------------------
 
 
 def test_five_real_shots_come_out_within_a_tenth(thesis_tables: Path) -> None:
@@ -178,9 +169,6 @@ def test_halved_tolerances_change_nothing_much(pressure: float, mass: float) -> 
     assert speeds[:2] == pytest.approx([speeds[2]] * 2, rel=2e-4)
 
 
-# --- effects ---------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", GUN_EFFECTS)
 @pytest.mark.parametrize("pressure", [5e4, 4e5])
 def test_effect_alone_goes_its_way_and_grows(name: str, pressure: float) -> None:
@@ -209,9 +197,6 @@ def test_resistance_slows_the_real_gun_too(name: str) -> None:
     pressure, strengths = (4e4, (0.0, 0.5, 1.0, 2.0)) if name == "gun.blow_by" else (5e4, (0.0, 1.0, 2.0))
     speeds = [speed(STEADY.with_strength(name, strength), pressure) for strength in strengths]
     assert np.diff(speeds).max() < 0
-
-
-# --- scatter ---------------------------------------------------------------------------------------------------------
 
 
 def test_scatter_is_a_percent_or_two_and_of_the_seed() -> None:
@@ -248,9 +233,6 @@ def test_hundred_and_five_shots_take_seconds() -> None:
     assert (time.process_time() - started) / 10 < 0.15  # 0.05 on an idle machine
 
 
-# --- bad input -------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("refused", "words"),
     [
@@ -271,9 +253,6 @@ def test_hundred_and_five_shots_take_seconds() -> None:
 def test_impossible_shots_guns_and_projectiles_are_refused_by_name(refused: Any, words: str) -> None:
     with pytest.raises(ValueError, match=words):
         refused()
-
-
-# --- the way of the valve
 
 
 def test_ways_of_the_valve_open_as_usual_keep_the_tank_or_slow_the_shot() -> None:

@@ -73,9 +73,6 @@ def test_layers_hands_tips_and_dampers_act_as_they_say() -> None:
     assert lost[1] / lost[0] == pytest.approx(10**0.2, rel=0.1)
 
 
-# --- curves ----------------------------------------------------------------------------------------------------------
-
-
 def test_balls_and_cones_are_hertz_and_sneddons() -> None:
     np.testing.assert_allclose(worn_ball(DEPTH, MODULUS, RADIUS, 0.0), HERTZ, rtol=1e-12)
     # F = 2 E* b d (Sneddon).

@@ -72,9 +72,6 @@ def test_fast_relaxation_is_isothermal_and_a_step_backwards_meets_no_vacuum() ->
     assert np.isfinite(law.rates(0.3, np.array(exhausted + backwards), figures)).all()
 
 
-# --- single formulas -------------------------------------------------------------------------------------------------
-
-
 def test_shock_and_valve_have_their_limits() -> None:
     assert law.shock_pressure(1e5, 1e-4) / 1e5 - 1 == pytest.approx(1.4e-4, rel=1e-3)
     assert law.shock_pressure(1e5, 100.0) / 1e5 == pytest.approx(1.4 * 2.4 / 2 * 100**2, rel=0.01)

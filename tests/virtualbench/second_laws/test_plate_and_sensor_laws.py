@@ -62,9 +62,6 @@ def test_small_mass_lowers_a_mode_by_its_square(split: str) -> None:
     assert f[0] / MODES.frequencies_hz[0] - 1 == pytest.approx(float(wanted[0]), rel=0.1)
 
 
-# --- sensors ---------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("split", SPLITS)
 def test_sensors_without_strength_read_what_is_there_and_a_low_pass_keeps_the_impulse(split: str) -> None:
     pulse, ringing = np.hanning(200) * 5000, np.random.default_rng(1).standard_normal((2, 300))
