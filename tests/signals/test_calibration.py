@@ -18,7 +18,7 @@ WEIGHT_X = [1000.0, 1000.0, 500.0, 800.0, 200.0, 80.0, 60.0, 20.0, 1.8, 1.0]
 WEIGHT_Y = [1.0, 1.8, 4.0, 8.0, 20.0, 20.0, 70.0, 70.0, 100.0, 500.0]
 
 
-def test_the_thermometer_of_the_gum() -> None:
+def test_published_lines_of_the_gum_and_of_pearson() -> None:
     """Example H.3, with the reference temperature 20 degrees: its equations H.14 a to d and Table H.6."""
     line = fit_line(np.array(THERMOMETER_C) - 20.0, CORRECTION_C)
     assert line.offset == pytest.approx(-0.1712, abs=5e-5)
@@ -32,10 +32,7 @@ def test_the_thermometer_of_the_gum() -> None:
     assert at_30 == pytest.approx(-0.1494, abs=5e-5)
     calibration = Calibration(line, dt.date(2026, 3, 2), 11)
     assert calibration.uncertainty(10.0) * abs(line.sensitivity) == pytest.approx(0.0041, abs=5e-5)
-
-
-def test_pearsons_points_with_yorks_weights() -> None:
-    """Published: a = 5.47991022, b = -0.480533407; standard errors 0.359246523 and 0.0706202695 once scaled."""
+    # Published: a = 5.47991022, b = -0.480533407; standard errors 0.359246523 and 0.0706202695 once scaled.
     line = fit_line(PEARSON_X, PEARSON_Y, 1 / np.sqrt(WEIGHT_X), 1 / np.sqrt(WEIGHT_Y))
     assert line.offset == pytest.approx(5.47991022, rel=1e-8)
     assert line.sensitivity == pytest.approx(-0.480533407, rel=1e-8)
@@ -51,16 +48,13 @@ def points(seed: int, x_u: float, y_u: float) -> tuple[np.ndarray, np.ndarray]:
     return bar + x_u * rng.standard_normal(24), 0.3624 + 0.5621 * bar + y_u * rng.standard_normal(24)
 
 
-def test_without_uncertainties_it_is_polyfit() -> None:
+def test_without_uncertainties_of_references_it_is_polyfit() -> None:
     x, y = points(1, 0.0, 2e-3)
     line = fit_line(x, y)
     (slope, offset), covariance = np.polyfit(x, y, 1, cov=True)
     assert (line.sensitivity, line.offset) == pytest.approx((slope, offset), rel=1e-12)
     assert (line.sensitivity_u**2, line.offset_u**2) == pytest.approx(np.diag(covariance), rel=1e-9)
     assert line.covariance == pytest.approx(covariance[0, 1], rel=1e-9)
-
-
-def test_with_uncertainties_of_readings_it_is_weighted_polyfit() -> None:
     x, y = points(2, 0.0, 2e-3)
     y_u = np.linspace(5e-3, 8e-3, 24)  # larger than the scatter: nothing is enlarged
     line = fit_line(x, y, 0.0, y_u)
@@ -101,20 +95,14 @@ def test_the_truth_lies_within_the_stated_uncertainty_as_often_as_it_says() -> N
     assert 0.92 <= inside / 400 <= 0.985
 
 
-def test_points_that_scatter_more_than_they_say_enlarge_the_uncertainty() -> None:
+def test_uncertainty_grows_with_the_scatter_and_with_that_of_the_references() -> None:
     x, y = points(4, 0.0, 2e-3)
     honest, boasting = fit_line(x, y), fit_line(x, y, 0.0, 1e-5)
     assert boasting.enlarged > 100
     assert boasting.sensitivity_u == pytest.approx(honest.sensitivity_u, rel=1e-9)
-
-
-def test_a_common_uncertainty_of_the_references_is_added_and_never_averaged() -> None:
     line = fit_line(*points(5, 0.0, 2e-3))
     alone, common = (Calibration(line, dt.date(2026, 3, 2), 24, u) for u in (0.0, 0.01))
     assert common.uncertainty(3.0) == pytest.approx(np.hypot(alone.uncertainty(3.0), 0.01))
-
-
-def test_a_calibration_is_the_same_out_of_json() -> None:
     calibration = Calibration(fit_line(*points(6, 0.0, 2e-3), 1e-3, 1e-3), dt.date(2026, 3, 2), 24, 0.01)
     assert Calibration.from_json(calibration.as_json()) == calibration
     assert isinstance(calibration.line, Line)

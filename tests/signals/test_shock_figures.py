@@ -33,29 +33,23 @@ def test_half_sine_has_its_closed_figures(peak):
     assert found.peak_time_s == pytest.approx(2.0 + REST_S + duration / 2, abs=1.5 / RATE)
     assert found.pulse_duration_s == pytest.approx(duration * (1 - 2 * np.arcsin(0.1) / np.pi), rel=2e-4)
     assert found.effective_duration_s == pytest.approx(duration * (1 - 2 * np.arcsin(1 / 3) / np.pi), rel=2e-4)
-    assert found.velocity_change_m_s == pytest.approx(2 * peak * duration / np.pi, rel=1e-4)
-    assert found.record_velocity_change_m_s == pytest.approx(2 * peak * duration / np.pi, rel=1e-4)
+    for velocity_m_s in (found.velocity_change_m_s, found.record_velocity_change_m_s):
+        assert velocity_m_s == pytest.approx(2 * peak * duration / np.pi, rel=1e-4)
     assert found.rest_m_s2 == pytest.approx(0.0, abs=1e-12)
 
 
-def test_terminal_peak_sawtooth_has_its_closed_figures():
+def test_sawtooth_trapezoid_and_rectangle_have_their_closed_figures():
     duration = 6e-3
     found = shock_figures(record(lambda t: 1000.0 * t / duration, duration), RATE)
     assert found.peak_acceleration_m_s2 == pytest.approx(1000.0, rel=1e-3)
     assert found.pulse_duration_s == pytest.approx(0.9 * duration, abs=1.5 / RATE)
     assert found.effective_duration_s == pytest.approx(2 / 3 * duration, abs=1.5 / RATE)
     assert found.velocity_change_m_s == pytest.approx(1000.0 * duration / 2, rel=3e-3)  # the drop takes one sample
-
-
-def test_trapezoid_has_its_closed_figures():
     duration, flank = 10e-3, 1e-3
     found = shock_figures(record(lambda t: 800.0 * np.clip(np.minimum(t, duration - t) / flank, 0, 1), duration), RATE)
     assert found.pulse_duration_s == pytest.approx(duration - 0.2 * flank, rel=1e-4)
     assert found.effective_duration_s == pytest.approx(duration - 2 / 3 * flank, rel=1e-4)
     assert found.velocity_change_m_s == pytest.approx(800.0 * (duration - flank), rel=1e-4)
-
-
-def test_energy_duration_of_a_rectangle_is_nine_tenths_of_it():
     found = shock_figures(record(lambda t: np.full_like(t, 300.0), 20e-3), RATE)
     assert found.energy_duration_s == pytest.approx(0.9 * 20e-3, rel=2e-3)
 
@@ -73,14 +67,11 @@ def test_decaying_sinusoid_at_a_line_excites_it_as_the_closed_form_says():
     assert found.srs_peak_m_s2 == pytest.approx(envelope.max(), rel=0.03)
 
 
-def test_lines_are_octaves_that_the_record_holds():
+def test_spectrum_is_that_of_another_package():
     assert summary_lines(100_000, 100_000.0) == tuple(10.0 * 2**i for i in range(10))
     assert summary_lines(1_000, 100_000.0)[0] == 160.0  # the first of at least a period in 10 ms
     assert summary_lines(5, 100_000.0) == ()
     assert summary_lines(100, 50.0) == ()
-
-
-def test_spectrum_is_that_of_another_package():
     srs = pytest.importorskip("pyyeti.srs")
     x = half_sine(500.0, 11e-3)
     found = shock_figures(x, RATE)
@@ -108,7 +99,7 @@ def test_energy_duration_is_that_of_the_whole_record():
         assert shock_figures(x, RATE).energy_duration_s == pytest.approx(moments.duration_5_95_s, rel=1e-9)
 
 
-def test_offset_and_noise_leave_the_velocity_change():
+def test_offset_noise_and_lost_samples_leave_the_velocity_change():
     rng = np.random.default_rng(4)
     x = half_sine(500.0, 11e-3)
     noisy = x + 12.0 + rng.normal(size=x.size) * 2.0
@@ -116,9 +107,8 @@ def test_offset_and_noise_leave_the_velocity_change():
     assert found.rest_m_s2 == pytest.approx(12.0, abs=0.2)
     assert found.velocity_change_m_s == pytest.approx(2 * 500 * 11e-3 / np.pi, rel=0.01)
     assert found.pulse_duration_s == pytest.approx(0.936 * 11e-3, rel=0.01)
-
-
-def test_record_without_rest_says_so():
+    x[100:120] = np.nan
+    assert shock_figures(x, RATE).velocity_change_m_s == pytest.approx(2 * 500 * 11e-3 / np.pi, rel=1e-3)
     x = half_sine(500.0, 11e-3)[5_000:]
     assert shock_figures(x, RATE).rest_m_s2 is None
 
@@ -128,16 +118,7 @@ def test_what_never_moves_has_no_figures(x):
     assert shock_figures(x, RATE) is None
 
 
-def test_lost_samples_count_as_rest():
-    x = half_sine(500.0, 11e-3)
-    x[100:120] = np.nan
-    assert shock_figures(x, RATE).velocity_change_m_s == pytest.approx(2 * 500 * 11e-3 / np.pi, rel=1e-3)
-
-
-@given(
-    st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=80),
-    st.floats(0.1, 10.0),
-)
+@given(st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=80), st.floats(0.1, 10.0))
 def test_figures_scale_with_the_record(samples, gain):
     x = np.round(samples, 6)
     found, scaled = shock_figures(x, 1000.0), shock_figures(gain * x, 1000.0)

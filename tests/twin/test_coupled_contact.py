@@ -49,25 +49,24 @@ def test_plate_that_gives_way_takes_force_and_impulse(stage):
     assert coupled.peak_force_n[0] < 0.7 * rigid.peak_force_n[0]
     assert coupled.impulse_n_s[0] < 0.9 * rigid.impulse_n_s[0]
     assert coupled.force_n[0, 0] == coupled.force_n[0, -1] == 0
-
-
-def test_impact_position_counts(stage):
     middle, side = stage.pulses(strikes(setting(), setting(impact_position="#2"))).peak_force_n
     assert middle != side
+    bare = CoupledContact(BASE, PlateStage({"aluminum": plate(rigid=False)}))
+    free, fixed = bare.pulses(strikes(setting(), setting(boundary_conditions="fixed"))).peak_force_n
+    assert free != fixed
 
 
 def test_plate_compliance_does_not_count_twice(stage):
-    """Nor does a part of it; the loss of the contact acts beside the modes."""
-    for effects in ([PlateCompliance(1.0)], [PlateCompliance(0.3)]):
-        with_effect = replace(stage, base=LawContact(effects=effects, spread=NO_SPREAD))
-        assert np.array_equal(with_effect.pulses(strikes(setting())).force_n, stage.pulses(strikes(setting())).force_n)
-    lossy = replace(stage, base=LawContact(effects=[ViscousLoss(0.1)], spread=NO_SPREAD))
-    assert lossy.pulses(strikes(setting())).impulse_n_s[0] < stage.pulses(strikes(setting())).impulse_n_s[0]
+    """Nor does a part of it; the loss of the contact acts beside the modes, as the dashpot of a polymer does."""
 
+    def pulses_with(*effects):
+        return replace(stage, base=LawContact(effects=effects, spread=NO_SPREAD)).pulses(strikes(setting()))
 
-def test_relaxing_polymer_keeps_its_dashpot(stage):
-    relaxing = replace(stage, base=LawContact(effects=[ViscousLoss(0.0, polymer_loss=0.3)], spread=NO_SPREAD))
-    assert relaxing.pulses(strikes(setting())).impulse_n_s[0] < 0.95 * stage.pulses(strikes(setting())).impulse_n_s[0]
+    usual = stage.pulses(strikes(setting()))
+    for share in (1.0, 0.3):
+        assert np.array_equal(pulses_with(PlateCompliance(share)).force_n, usual.force_n)
+    assert pulses_with(ViscousLoss(0.1)).impulse_n_s[0] < usual.impulse_n_s[0]
+    assert pulses_with(ViscousLoss(0.0, polymer_loss=0.3)).impulse_n_s[0] < 0.95 * usual.impulse_n_s[0]
 
 
 def test_free_plate_without_rigid_mode_moves_as_a_mass():
@@ -81,12 +80,6 @@ def test_free_plate_without_rigid_mode_moves_as_a_mass():
     assert swinging.frequency_hz[0] == 2.0  # a rigid mode on its chains
 
 
-def test_boundary_conditions_of_the_setting_count():
-    stage = CoupledContact(BASE, PlateStage({"aluminum": plate(rigid=False)}))
-    free, fixed = stage.pulses(strikes(setting(), setting(boundary_conditions="fixed"))).peak_force_n
-    assert free != fixed
-
-
 def test_random_pulses_keep_the_balance_of_the_mean(stage):
     wide = replace(stage, base=LawContact())
     assert wide.normals == 1
@@ -95,19 +88,16 @@ def test_random_pulses_keep_the_balance_of_the_mean(stage):
     assert high.peak_force_n[0] != mean.peak_force_n[0]
 
 
-def test_what_is_not_there_is_refused(stage):
-    with pytest.raises(LookupError, match="no impact position '#9'"):
-        stage.pulses(strikes(setting(impact_position="#9")))
-    with pytest.raises(LookupError, match="no modes of a plate of 'steel'"):
-        stage.pulses(strikes(setting(plate=THESIS["steel"])))
-    with pytest.raises(ValueError, match="law 'hunter' on the modes of a plate: expected 'hertz'"):
-        replace(stage, base=LawContact("hunter")).pulses(strikes(setting()))
-
-
-def test_chain_takes_it_as_any_contact(stage):
+def test_chain_takes_it_as_any_contact_and_what_is_not_there_is_refused(stage):
     plates = PlateStage({"aluminum": plate()})
     twin = Twin(CoupledContact(LawContact(), plates), plate=plates)
     prediction = twin.predict(setting(), draws=8)
     assert prediction.models["contact"] == "hertz + modes of the plate"
     assert prediction.peak_force_n.mean > 0
     assert pickle.loads(pickle.dumps(stage)).pulses(strikes(setting())).force_n.shape == (1, 129)
+    with pytest.raises(LookupError, match="no impact position '#9'"):
+        stage.pulses(strikes(setting(impact_position="#9")))
+    with pytest.raises(LookupError, match="no modes of a plate of 'steel'"):
+        stage.pulses(strikes(setting(plate=THESIS["steel"])))
+    with pytest.raises(ValueError, match="law 'hunter' on the modes of a plate: expected 'hertz'"):
+        replace(stage, base=LawContact("hunter")).pulses(strikes(setting()))

@@ -55,38 +55,28 @@ def at_off(kind: type[Effect]) -> Effect:
     return kind(**{item.name: item.off for item in kind.parameters()})
 
 
-def test_catalogue_has_exactly_these():
+def test_catalogue_has_exactly_these_in_the_order_of_the_exchange_formats(effect_ids):
     assert sorted(catalogue()) == sorted(IDS)
-
-
-def test_list_has_the_exchange_formats(effect_ids):
-    """In its order; a lab's own effects come on top."""
+    # In its order; a lab's own effects come on top.
     assert [name for name in IDS if name in effect_ids] == effect_ids
 
 
 @KINDS
-def test_law_and_source_are_told(kind):
-    assert kind.law and "\n" not in kind.law
-    assert kind.source and "\n" not in kind.source
-
-
-@KINDS
-def test_file_bears_the_name(kind):
+def test_law_and_source_are_told_the_file_bears_the_name_and_json_reads_back(kind):
+    for text in (kind.law, kind.source):
+        assert text and "\n" not in text
     assert kind.__module__.rpartition(".")[2] == kind.id.rpartition(".")[2]
+    assert effect_from_json(json.loads(json.dumps(kind().as_json(), allow_nan=False))) == kind()
 
 
 @KINDS
-def test_parameters_lie_in_their_ranges(kind):
+def test_parameters_lie_in_their_ranges_or_are_refused_by_name(kind):
     assert kind.parameters()
     for item in kind.parameters():
         assert item.meaning
         assert item.low <= item.default <= item.high and item.low <= item.off <= item.high
         assert np.all(np.isfinite([item.low, item.default, item.high, item.off]))
     assert any(item.default != item.off for item in kind.parameters()), "by default an effect does something"
-
-
-@KINDS
-def test_parameter_outside_of_its_range_is_refused_by_name(kind):
     item = kind.parameters()[0]
     with pytest.raises(ValueError, match=re.escape(f"{kind.id}: {item.name} = ")):
         kind(**{item.name: item.high + 1 + abs(item.high)})
@@ -94,24 +84,14 @@ def test_parameter_outside_of_its_range_is_refused_by_name(kind):
         kind(**{item.name: float("nan")})
 
 
-@KINDS
-def test_json_reads_back(kind):
-    given = kind()
-    again = effect_from_json(json.loads(json.dumps(given.as_json(), allow_nan=False)))
-    assert again == given
-
-
-def test_arrays_read_back_from_json():
-    given = effect("sensor.force_gain", gain=np.array([1.0, 1.1]))
-    again = effect_from_json(json.loads(json.dumps(given.as_json())))
-    np.testing.assert_array_equal(again.gain, [1.0, 1.1])  # type: ignore[attr-defined]
-
-
-def test_what_there_is_not_is_named():
+def test_what_there_is_not_is_named_and_arrays_read_back_from_json():
     with pytest.raises(LookupError, match=r"no effect 'gun\.magic'; there are: gun\."):
         effect("gun.magic")
     with pytest.raises(ValueError, match=r"sensor\.force_gain has no parameter 'loudness'; it has: gain"):
         effect("sensor.force_gain", loudness=1.0)
+    given = effect("sensor.force_gain", gain=np.array([1.0, 1.1]))
+    again = effect_from_json(json.loads(json.dumps(given.as_json())))
+    np.testing.assert_array_equal(again.gain, [1.0, 1.1])  # type: ignore[attr-defined]
 
 
 def test_effects_of_another_stage_and_doubles_are_refused():
@@ -121,9 +101,6 @@ def test_effects_of_another_stage_and_doubles_are_refused():
         checked_effects([gain], GunEffect)
     with pytest.raises(ValueError, match="given twice"):
         checked_effects([gain, gain], SensorEffect)
-
-
-# --- the page ---
 
 
 def rows() -> dict[str, tuple[str, ...]]:
@@ -155,22 +132,14 @@ def table_of_effects() -> str:
 
 
 def renew() -> None:
-    """Put the table into the page."""
     kept = [line for line in DOCS.read_text(encoding="utf-8").splitlines() if not line.startswith("| `")]
     at = next(i for i, line in enumerate(kept) if line.startswith("| ---")) + 1
     DOCS.write_text("\n".join([*kept[:at], table_of_effects(), *kept[at:], ""]), encoding="utf-8")
 
 
-def test_page_has_a_row_for_each_and_no_other():
+def test_page_has_the_current_row_of_each_and_no_other():
+    assert rows() == {kind.id: row_of(kind) for kind in catalogue().values()}
     assert list(rows()) == list(catalogue())
-
-
-@KINDS
-def test_row_is_current(kind):
-    assert rows()[kind.id] == row_of(kind)
-
-
-# --- in the chain ---
 
 
 def spectra_and_all(given: tuple[Effect, ...]) -> np.ndarray:
@@ -198,12 +167,8 @@ def nominal() -> np.ndarray:
 
 
 @KINDS
-def test_off_leaves_the_prediction_as_it_is(kind, nominal):
+def test_off_leaves_the_prediction_as_it_is_and_the_default_changes_it(kind, nominal):
     """To the bit but for the contact, whose nominal law is a closed form and whose effects are integrated."""
     tolerance = 1e-6 if kind.stage() == "contact" else 0.0
     np.testing.assert_allclose(spectra_and_all((at_off(kind),)), nominal, rtol=tolerance)
-
-
-@KINDS
-def test_default_changes_the_prediction(kind, nominal):
     assert not np.allclose(spectra_and_all((kind(),)), nominal, rtol=1e-5)

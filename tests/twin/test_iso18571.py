@@ -12,29 +12,27 @@ TIME = np.arange(200) / 200
 PULSE = np.sin(np.pi * TIME) ** 2
 
 
-def test_equal_records_are_rated_one() -> None:
+def test_gain_shift_rest_and_warping_are_rated() -> None:
+    """Equal records are rated one. Twice as high, a record is outside the corridor where above half the peak, and the
+    phase alone is whole."""
     assert rating(PULSE, PULSE) == pytest.approx(1.0)
-
-
-def test_a_gain_costs_corridor_magnitude_and_slope() -> None:
-    """Twice as high: outside the corridor where above half the peak, and the phase alone is whole."""
     assert rating(PULSE, 2 * PULSE) == pytest.approx(0.4 * 0.2865 + 0.2 + 0.0 + 0.2 * 0.5, abs=0.02)
-
-
-def test_a_shift_costs_phase() -> None:
     late = np.interp(TIME - 0.05, TIME, PULSE)
     assert rating(PULSE, late) == pytest.approx(rating(late, PULSE), abs=0.01)
     assert 0.8 < rating(PULSE, late) < 0.95
+    ratings = [rating(PULSE, gain * PULSE) for gain in (1.0, 1.1, 1.3, 1.6)]
+    assert ratings == sorted(ratings, reverse=True)
+    late = np.interp(TIME - 0.02 * np.sin(np.pi * TIME), TIME, PULSE)
+    path = warping_path(late, PULSE, 20)
+    assert np.abs(late[path[:, 0]] - PULSE[path[:, 1]]).max() < 0.2 * np.abs(late - PULSE).max()
+    assert (np.diff(path, axis=0) >= 0).all()
 
 
-def test_ratings_fall_with_the_error() -> None:
-    found = [rating(PULSE, gain * PULSE) for gain in (1.0, 1.1, 1.3, 1.6)]
-    assert found == sorted(found, reverse=True)
-
-
-def test_constant_record_is_refused() -> None:
+def test_constant_records_and_other_lengths_are_refused() -> None:
     with pytest.raises(ValueError, match="constant record"):
         rating(PULSE, np.zeros(200))
+    with pytest.raises(ValueError, match="one length"):
+        rating(PULSE, PULSE[:-1])
 
 
 @pytest.mark.parametrize("contact", [TIME > 0.9, TIME < 0.1], ids=["end", "begin"])
@@ -46,23 +44,17 @@ def test_a_record_that_rests_for_most_of_its_time_is_rated(contact: np.ndarray) 
     assert 0 <= rating(short, PULSE) < 0.7
 
 
-def test_a_rectangle_is_rated() -> None:
+def test_a_rectangle_and_a_pulse_without_the_rest_around_it_are_rated() -> None:
     """Within it there is neither slope nor variance."""
     step = np.where((TIME > 0.1) & (TIME < 0.3), 1.0, 0.0)
     assert rating(step, step) == pytest.approx(1.0)
     assert 0 <= rating(step, np.where(TIME > 0.95, 1.0, 0.0)) < 0.5
-
-
-def test_other_lengths_are_refused() -> None:
-    with pytest.raises(ValueError, match="one length"):
-        rating(PULSE, PULSE[:-1])
-
-
-def test_warping_undoes_a_local_shift() -> None:
-    late = np.interp(TIME - 0.02 * np.sin(np.pi * TIME), TIME, PULSE)
-    path = warping_path(late, PULSE, 20)
-    assert np.abs(late[path[:, 0]] - PULSE[path[:, 1]]).max() < 0.2 * np.abs(late - PULSE).max()
-    assert (np.diff(path, axis=0) >= 0).all()
+    # Rest before and after counts for nothing, at whatever rate; where there is no pulse there is no rating.
+    rested = np.concatenate([np.zeros(500), PULSE, np.zeros(500)])
+    assert pulse_rating(rested, 1.2 * rested) == pytest.approx(pulse_rating(PULSE, 1.2 * PULSE), abs=0.01)
+    assert pulse_rating(rested, rested) == pytest.approx(1.0)
+    assert np.isnan(pulse_rating(np.zeros(100), np.zeros(100)))
+    assert np.isnan(pulse_rating(np.full(200, np.nan), PULSE))
 
 
 def test_peer_agrees() -> None:
@@ -78,12 +70,3 @@ def test_peer_agrees() -> None:
         other = rng.uniform(0.6, 1.4) * np.interp(t * rng.uniform(0.9, 1.1) + rng.uniform(-0.1, 0.1), t, one)
         expected = peer(np.c_[t, one], np.c_[t, other]).overall_rating(-1)
         assert rating(one, other) == pytest.approx(expected, abs=1e-9)
-
-
-def test_a_pulse_is_rated_without_the_rest_around_it() -> None:
-    """Rest before and after counts for nothing, at whatever rate; where there is no pulse there is no rating."""
-    rested = np.concatenate([np.zeros(500), PULSE, np.zeros(500)])
-    assert pulse_rating(rested, 1.2 * rested) == pytest.approx(pulse_rating(PULSE, 1.2 * PULSE), abs=0.01)
-    assert pulse_rating(rested, rested) == pytest.approx(1.0)
-    assert np.isnan(pulse_rating(np.zeros(100), np.zeros(100)))
-    assert np.isnan(pulse_rating(np.full(200, np.nan), PULSE))

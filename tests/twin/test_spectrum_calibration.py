@@ -129,7 +129,7 @@ def test_more_shots_narrow_the_bands():
     assert widths[2] < widths[1] < widths[0] * 1.05
 
 
-def test_what_a_sensor_did_not_record_teaches_it_nothing():
+def test_what_a_sensor_did_not_record_teaches_it_nothing_and_unknown_sensors_are_refused():
     settings = settings_of(8)
     levels = np.full((8, 2, LINES.size + 1), 3.0)
     levels[:, 0] = np.nan
@@ -137,9 +137,6 @@ def test_what_a_sensor_did_not_record_teaches_it_nothing():
     corrections = db(calibration.factors(settings, SENSORS))
     assert np.all(corrections[:, 0] == 0)
     assert np.all(corrections[:, 1] > 1.0)
-
-
-def test_levels_that_do_not_fit_and_sensors_that_there_are_none_of_are_refused():
     settings = settings_of(2)
     shots = measured(settings, np.zeros((2, 2, LINES.size + 1)), [0, 1])
     with pytest.raises(ValueError, match="predicted_db has shape"):
@@ -156,9 +153,6 @@ def test_pulses_get_the_measured_peak_and_impulse():
     assert measured_pulses.compression_time_s[0] == pytest.approx(measured_pulses.contact_time_s[0] / 2)
     for name in ("force_n", "contact_time_s"):
         assert np.array_equal(getattr(measured_pulses, name)[1], getattr(pulses, name)[1])
-
-
-# --- in the chain ---
 
 
 def twin(**own) -> Twin:
@@ -178,16 +172,13 @@ def shown_by(model: Twin, settings, louder: float = 1.0) -> MeasuredShots:
     return replace(shots, peak_force_n=pulses.peak_force_n, impulse_n_s=pulses.impulse_n_s)
 
 
-def test_shots_replayed_with_their_own_forces_show_their_own_peaks():
+def test_shots_are_replayed_with_their_own_forces_and_places():
     """The shape of the law, stretched to the force that was measured, is the pulse that was played."""
     places = [(v, p) for v in (4.0, 9.0) for p in ("#1", "#2")]
     shots = shown_by(model := twin(), [setting(impact_velocity_m_s=v, impact_position=p) for v, p in places])
     levels = 10 ** (model.replayed_db(shots) / 20)
     assert levels[..., 0] == pytest.approx(shots.peak_acceleration_m_s2, rel=1e-9)
     assert levels[..., 1:] == pytest.approx(shots.spectra_m_s2, rel=1e-9)
-
-
-def test_shots_without_a_force_or_a_place_are_not_replayed():
     settings = [setting(), setting(), setting(plate=THESIS["steel"]), setting(impact_position="#9")]
     shots = measured(settings, np.zeros((4, 2, LINES.size + 1)), np.arange(4))
     forced = replace(shots, peak_force_n=np.array([1e4, np.nan, 1e4, 1e4]), impulse_n_s=np.full(4, 4.0))

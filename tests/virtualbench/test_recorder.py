@@ -47,22 +47,14 @@ def channels(n=1000):
     return {"tank": rng.integers(-100, 100, n).astype(np.float32), "force": rng.standard_normal(n).astype(np.float32)}
 
 
-def test_card_is_read_as_it_was_meant(tmp_path):
+def test_card_and_runs_are_read_as_they_were_meant(tmp_path):
     write_card(tmp_path, CARD)
     file = read_campaign_file(tmp_path)
-    assert (file.name, file.kind, file.date.isoformat(), file.description) == (
-        CARD.name,
-        "gun",
-        "2026-11-21",
-        "Vögel",
-    )
+    assert (file.name, file.kind, file.date.isoformat(), file.description) == (CARD.name, "gun", "2026-11-21", "Vögel")
     assert file.plate.outline_m == ((0.0, 0.0), (1.0, 0.0), (0.5, 0.7))
     assert file.hammer.mass_kg == 0.32
     assert (file.sensors["tank"].sensitivity, file.sensors["tank"].offset_v) == (0.5621, 0.3624)
     assert (file.sensors["force"].position, file.sensors["force"].range) == ("tip", 1e4)
-
-
-def test_runs_keep_columns_and_cells(tmp_path):
     rows = [{"run": "1", "note": 'a "b", c'}, {"run": "2", "tip_material": "steel"}]
     write_runs(tmp_path, rows)
     header, lines = read_table(tmp_path / "runs.csv", "runs.csv")
@@ -74,29 +66,23 @@ def test_runs_keep_columns_and_cells(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", [".npz", ".mat"])
-def test_recording_reads_back_sample_for_sample(tmp_path, suffix):
+def test_recording_reads_back_and_is_the_same_bytes_each_time(tmp_path, suffix, monkeypatch):
     write_recording(tmp_path / f"r{suffix}", channels(), 51_200.0)
     with open_recording(tmp_path / f"r{suffix}") as recording:
         for name, values in channels().items():
             assert recording.info(name).sampling_rate_hz == 51_200.0
             assert recording.read(name).dtype == np.float32
             assert np.array_equal(recording.read(name), values)
-
-
-@pytest.mark.parametrize("suffix", [".npz", ".mat"])
-def test_same_channels_same_bytes(tmp_path, suffix, monkeypatch):
     write_recording(tmp_path / f"a{suffix}", channels(), 51_200.0)
     monkeypatch.setattr("time.asctime", lambda *_: "another time")
     write_recording(tmp_path / f"b{suffix}", channels(), 51_200.0)
     assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
 
 
-def test_unknown_format_is_refused(tmp_path):
+def test_unknown_format_is_refused_and_a_failed_write_leaves_nothing(tmp_path, monkeypatch):
     with pytest.raises(ValueError, match=r"'r\.wav': format unknown; expected one of \.npz, \.mat"):
         write_recording(tmp_path / "r.wav", channels(), 1.0)
 
-
-def test_failed_write_leaves_nothing(tmp_path, monkeypatch):
     def fails(*_):
         raise OSError(errno.ENOSPC, "disk full")
 
@@ -119,17 +105,13 @@ def seal_of(folder):
     return Seal("gun", 7, Effects.only("gun.blow_by", 3.0).as_json(), [{"run": 1}], folder_hash(folder))
 
 
-def test_seal_comes_back_and_knows_its_folder(folder):
+def test_seal_comes_back_and_knows_its_folder_until_a_byte_changes(folder):
     path = write_seal(folder, seal_of(folder))
     assert path == seal_path(folder) == folder.with_name("campaign.sealed.json")
     seal = open_seal(path)
     assert seal == seal_of(folder)
     assert Effects.from_json(seal.effects)["gun.blow_by"] == 3.0
     assert seal.belongs_to(folder)
-
-
-def test_one_changed_byte_and_the_seal_is_anothers(folder):
-    seal = open_seal(write_seal(folder, seal_of(folder)))
     (folder / "recordings" / "1.npz").write_bytes(b"x")
     assert not seal.belongs_to(folder)
 
@@ -150,17 +132,16 @@ def test_folder_hash_depends_on_names_and_contents_only(folder, tmp_path):
     assert folder_hash(lone) == hashlib.sha256(f"empty\0{nothing}\n".encode()).hexdigest()
 
 
-@pytest.mark.parametrize("inside", ["labels.json", "recordings/labels.json", "../campaign/labels.json"])
-def test_seal_inside_the_folder_is_refused(folder, inside):
-    with pytest.raises(SealError, match="expected a place outside of the campaign folder"):
-        write_seal(folder, seal_of(folder), folder / inside)
-    assert not list(folder.rglob("labels.json"))
-
-
-def test_seal_is_never_overwritten(folder):
+def test_seal_inside_the_folder_is_refused_and_never_overwritten(folder, tmp_path):
+    for inside in ("labels.json", "recordings/labels.json", "../campaign/labels.json"):
+        with pytest.raises(SealError, match="expected a place outside of the campaign folder"):
+            write_seal(folder, seal_of(folder), folder / inside)
+        assert not list(folder.rglob("labels.json"))
     write_seal(folder, seal_of(folder))
     with pytest.raises(SealError, match="there is one already"):
         write_seal(folder, replace(seal_of(folder), seed=8))
+    with pytest.raises(SealError, match="no such folder"):
+        folder_hash(tmp_path / "gone")
 
 
 @pytest.mark.parametrize(
@@ -175,8 +156,3 @@ def test_what_is_no_seal_is_refused(folder, tmp_path, content, message):
     path.write_text(content)
     with pytest.raises(SealError, match=message):
         open_seal(path)
-
-
-def test_hash_of_no_folder_is_refused(tmp_path):
-    with pytest.raises(SealError, match="no such folder"):
-        folder_hash(tmp_path / "gone")

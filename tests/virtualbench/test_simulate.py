@@ -8,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -21,42 +22,22 @@ from pyroshock.virtualbench.simulate import simulate
 from sqlalchemy import select
 from support.stores.stores import opened
 
-HAMMER_ROWS = [
-    {
-        "run": "11",
-        "impact_position": "#1",
-        "hammer_speed": "low",
-        "tip_material": "aluminum",
-        "tip_radius_mm": "30",
-        "anvil_material": "none",
-        "insulator": "none",
-        "boundary_conditions": "free",
-    },
-    {
-        "run": "12",
-        "impact_position": "#3",
-        "hammer_speed": "high",
-        "tip_material": "polyurethane",
-        "tip_radius_mm": "15",
-        "anvil_material": "steel",
-        "insulator": "polymeric",
-        "boundary_conditions": "free",
-    },
-]
-GUN_ROWS = [
-    {
-        "run": str(run),
-        "plate_material": "steel",
-        "anvil_material": "none",
-        "insulator": "none",
-        "tip_material": tip,
-        "tip_radius_mm": "45",
-        "bullet_mass_kg": mass,
-        "velocity_level": "low",
-        "tank_pressure_bar": pressure,
-    }
-    for run, tip, mass, pressure in ((1, "PLA", "0.2", "0.6"), (2, "steel", "1", "3.5"))
-]
+
+def rows_of(table: str) -> list[dict[str, str]]:
+    names, *rows = (line.split() for line in table.strip().splitlines())
+    return [dict(zip(names, row, strict=True)) for row in rows]
+
+
+HAMMER_ROWS = rows_of("""
+run impact_position hammer_speed tip_material tip_radius_mm anvil_material insulator boundary_conditions
+11  #1              low          aluminum     30            none           none      free
+12  #3              high         polyurethane 15            steel          polymeric free
+""")
+GUN_ROWS = rows_of("""
+run plate_material anvil_material insulator tip_material tip_radius_mm bullet_mass_kg velocity_level tank_pressure_bar
+1   steel          none           none      PLA          45            0.2            low            0.6
+2   steel          none           none      steel        45            1              low            3.5
+""")
 SEED = 918273645
 HAMMER_CHANNELS = ("force", "acceleration_hammer", "acceleration_1", "acceleration_2")
 
@@ -121,6 +102,7 @@ def test_hammer_s_hits_come_back(hammer, sqlite_url):
 
 
 def test_shots_come_back(gun, sqlite_url):
+    """Their forces are the array's sum."""
     with opened(sqlite_url, create=True) as store:
         report = ingest_folder(store, gun.folder, jobs=1)
         with store.reading() as session:
@@ -128,19 +110,13 @@ def test_shots_come_back(gun, sqlite_url):
             measured = [(s.measured_velocity_m_s, s.measured_velocity_u_m_s, s.tank_pressure_pa) for s in shots]
     assert (report.recordings, report.shots, report.set_aside) == (4, 4, [])
     truths = [hit for run in (1, 2) for hit in sealed_hits(gun, run)]
-    for (velocity, uncertainty, pressure), truth in zip(measured, truths, strict=True):
+    pulses = [pulse for run in (1, 2) for pulse in pulses_of(sqlite_url, run)]
+    for (velocity, uncertainty, pressure), pulse, truth in zip(measured, pulses, truths, strict=True):
         # sensor.velocity_gain at strength 1 reads half a per cent too much
         assert abs(velocity / 1.005 - truth["muzzle_velocity_m_s"]) < 2.5 * uncertainty
         assert pressure == pytest.approx(1.005 * truth["tank_pressure_pa"] + 500, rel=0.01, abs=500)
-
-
-def test_shots_forces_are_the_array_s_sum(gun, sqlite_url):
-    with opened(sqlite_url, create=True) as store:
-        ingest_folder(store, gun.folder, jobs=1)
-    for run in (1, 2):
-        for pulse, hit in zip(pulses_of(sqlite_url, run), sealed_hits(gun, run), strict=True):
-            assert pulse.peak_force_n == pytest.approx(1.01 * hit["peak_force_n"], rel=0.03)
-            assert pulse.contact_time_s == pytest.approx(hit["contact_time_s"], rel=0.05, abs=3e-5)
+        assert pulse.peak_force_n == pytest.approx(1.01 * truth["peak_force_n"], rel=0.03)
+        assert pulse.contact_time_s == pytest.approx(truth["contact_time_s"], rel=0.05, abs=3e-5)
 
 
 @pytest.mark.parametrize("kind", ["hammer", "gun"])
@@ -152,29 +128,24 @@ def test_folder_gives_nothing_away(kind, request):
     assert Effects.from_json(seal.effects) == Effects.default()
     truths = [f"{value:.4g}" for run in seal.runs for hit in run["hits"] for value in hit.values() if value]
     secret = [*CATALOGUE, "strength", "restitution", "seal", "seed", str(SEED), *(t for t in truths if len(t) > 4)]
+    names = tomllib.loads((campaign.folder / "campaign.toml").read_text(encoding="utf-8"))["channels"].keys()
     for path in campaign.folder.rglob("*"):
         if path.suffix in (".toml", ".csv"):
             text = path.read_text(encoding="utf-8")
             assert [word for word in secret if word in text] == []
         elif path.is_file():
-            known = {"fs", *(s["name"] for s in _channels_of(campaign.folder))}
             with np.load(path) as file:
-                assert set(file.files) == known
+                assert set(file.files) == {"fs", *names}
 
 
-def _channels_of(folder):
-    import tomllib
-
-    table = tomllib.loads((folder / "campaign.toml").read_text(encoding="utf-8"))["channels"]
-    return [{"name": name, **channel} for name, channel in table.items()]
-
-
-def test_what_is_written_by_hand_does_not_depend_on_the_effects(tmp_path):
-    folders = [
-        played(tmp_path / str(i) / "campaign", effects) for i, effects in enumerate((Effects.default(), Effects.none()))
-    ]
+def test_what_is_written_by_hand_does_not_depend_on_the_effects_and_forces_do_on_the_seed(tmp_path):
+    default, ideal, other = (
+        played(tmp_path / name / "campaign", effects, seed=seed)
+        for name, effects, seed in (("a", Effects.default(), 1), ("b", Effects.none(), 1), ("c", Effects.default(), 2))
+    )
     for name in ("campaign.toml", "runs.csv"):
-        assert (folders[0] / name).read_bytes() == (folders[1] / name).read_bytes()
+        assert (default / name).read_bytes() == (ideal / name).read_bytes()
+    assert not np.array_equal(channels(default)["force"], channels(other)["force"])
 
 
 @pytest.mark.parametrize(("processors", "jobs"), [(1, 1), (3, 3), (9, 4)])
@@ -188,11 +159,6 @@ def test_number_of_processes_changes_no_byte(hammer, tmp_path):
         HAMMER_ROWS, "hammer", tmp_path / "campaign", seed=SEED, effects=Effects.default(), repetitions=4, jobs=2
     )
     assert open_seal(again.seal) == open_seal(hammer.seal)
-
-
-def test_another_seed_is_another_campaign(tmp_path):
-    one, two = (channels(played(tmp_path / str(seed), Effects.default(), seed=seed)) for seed in (1, 2))
-    assert not np.array_equal(one["force"], two["force"])
 
 
 @pytest.mark.parametrize(
@@ -230,14 +196,19 @@ def ideal(tmp_path_factory):
     return channels(played(tmp_path_factory.mktemp("ideal") / "campaign", Effects.none()))
 
 
-def test_progress_counts_the_recordings(tmp_path):
-    seen = []
+def test_empty_folder_is_filled_and_progress_counts_the_recordings(tmp_path):
+    """What another process, still alive, plays under the same name is left alone: its parent's is."""
+    theirs, own = tmp_path / f".c.{os.getppid()}.part", tmp_path / "c"
+    theirs.mkdir()
+    own.mkdir()
+    calls = []
     rows = [{**HAMMER_ROWS[0], "run": "7"}, {**HAMMER_ROWS[0], "run": "8"}]
-    played(tmp_path / "c", Effects.none(), rows, progress=lambda *x: seen.append(x), suffix=".mat")
-    assert seen == [(1, 2, "recordings/0007.mat"), (2, 2, "recordings/0008.mat")]
+    played(own, Effects.none(), rows, progress=lambda *call: calls.append(call), suffix=".mat")
+    assert calls == [(1, 2, "recordings/0007.mat"), (2, 2, "recordings/0008.mat")]
+    assert theirs.is_dir() and (own / "campaign.toml").is_file()
 
 
-def test_interrupted_campaign_leaves_nothing_behind(tmp_path):
+def test_interrupted_campaign_leaves_nothing_behind_and_a_folder_in_use_is_refused(tmp_path, hammer):
     def stop(*_):
         raise KeyboardInterrupt
 
@@ -245,6 +216,12 @@ def test_interrupted_campaign_leaves_nothing_behind(tmp_path):
         played(tmp_path / "c", Effects.none(), progress=stop)
     assert not (tmp_path / "c").exists()
     assert not seal_path(tmp_path / "c").exists()
+    with pytest.raises(ValueError, match="expected a new or empty folder"):
+        played(hammer.folder, Effects.none())
+    copy = Path(shutil.copy(hammer.seal, seal_path(tmp_path / "other")))
+    with pytest.raises(ValueError, match="there is a seal already"):
+        played(tmp_path / "other", Effects.none())
+    assert json.loads(copy.read_text())["seed"] == SEED
 
 
 def without(row, column):
@@ -287,15 +264,6 @@ def test_senseless_option_is_refused(tmp_path, options, message):
         played(tmp_path / "c", Effects.none(), **options)
 
 
-def test_folder_in_use_is_refused(hammer, tmp_path):
-    with pytest.raises(ValueError, match="expected a new or empty folder"):
-        played(hammer.folder, Effects.none())
-    copy = Path(shutil.copy(hammer.seal, seal_path(tmp_path / "other")))
-    with pytest.raises(ValueError, match="there is a seal already"):
-        played(tmp_path / "other", Effects.none())
-    assert json.loads(copy.read_text())["seed"] == SEED
-
-
 KILLED = """
 import json, os, signal, sys
 from pathlib import Path
@@ -321,17 +289,3 @@ def test_killed_campaign_is_begun_anew_by_a_repeat(tmp_path):
     played(lab / "c", Effects.none(), repetitions=1, seed=1)
     assert sorted(path.name for path in lab.iterdir()) == ["c", "c.sealed.json"]
     assert open_seal(seal_path(lab / "c")).belongs_to(lab / "c")
-
-
-def test_campaign_that_another_process_plays_is_left_alone(tmp_path):
-    """Of its own name and still alive: its parent's is."""
-    theirs = tmp_path / f".c.{os.getppid()}.part"
-    theirs.mkdir()
-    played(tmp_path / "c", Effects.none(), HAMMER_ROWS[:1], repetitions=1)
-    assert theirs.is_dir()
-
-
-def test_empty_folder_is_filled(tmp_path):
-    (tmp_path / "c").mkdir()
-    played(tmp_path / "c", Effects.none(), HAMMER_ROWS[:1], repetitions=1)
-    assert (tmp_path / "c" / "campaign.toml").is_file()

@@ -30,20 +30,14 @@ def test_severity_follows_the_number_of_samples(channel_of, samples, severity, e
     assert [f.evidence["samples"] for f in findings] == ([] if severity is None else [samples])
 
 
-def test_missed_peak_bounds_that_of_a_half_sine_sampled_anywhere(channel_of):
+def test_missed_peak_is_bounded_and_each_contact_judged_for_itself(channel_of):
     (finding,) = check_few_samples(channel_of(force_of((100, 8))), (around(100, 8),))
     offsets = np.linspace(0.0, 1.0, 201)[:-1]
     peaks = np.sin(np.pi * (np.arange(8) + offsets[:, None]) / 8).max(axis=1)
     assert 1.0 - peaks.min() == pytest.approx(finding.evidence["missed_peak_share"], rel=1e-6)
-
-
-def test_each_contact_is_judged_for_itself(channel_of):
     force = -force_of((10, 4), (30, 21), (60, 2))
     contacts = (around(10, 4), around(30, 21), around(60, 2))
     assert [f.contact for f in check_few_samples(channel_of(force), contacts)] == [0, 2]
-
-
-def test_other_quantities_are_left_alone(channel_of):
     assert check_few_samples(channel_of(force_of((100, 3)), "acceleration"), (around(100, 3),)) == []
 
 

@@ -56,27 +56,29 @@ def test_quiet_cross_axis_is_a_note(loud, quiet, share):
     assert loud["name"] in note.message
 
 
-def test_silent_sensor_elsewhere_is_rejected():
+def test_silent_sensor_elsewhere_and_tank_at_its_sensor_s_range_are_rejected():
     elsewhere = channel("b", noise(seed=3), position="frame")
     assert doubts(judge(hit(), channel("a", ringing(), position="plate"), elsewhere)) == [("no-shock", "b", "reject")]
+    x = np.minimum(6e5 + 1e5 * np.sin(np.arange(N) / 900.0), 6.5e5)
+    assert ("saturation", "tank", "reject") in doubts(judge(channel("tank", x, "pressure", range=6.5e5)))
 
 
-def test_noise_is_told_once():
+@pytest.mark.parametrize(
+    ("channels", "expected"),
+    [
+        (channel("force", noise(), "force"), ("no-contact", "force", "reject")),
+        # at its declared range the top is flat as well
+        (channel("force", np.minimum(hit().si, 600.0), "force", range=600.0), ("saturation", "force", "reject")),
+        (channel("a", np.full(N, 3.0)), ("dropouts", "a", "reject")),
+    ],
+    ids=["no contact", "full scale", "one value"],
+)
+def test_fault_is_told_once(channels, expected):
+    assert doubts(judge(channels)) == [expected]
+
+
+def test_noise_is_told_once_with_its_notes():
     assert [(f.check, f.severity) for f in judge(channel("a", noise()))] == [("no-shock", "reject")]
-
-
-def test_force_without_contact_is_told_once():
-    assert doubts(judge(channel("force", noise(), "force"))) == [("no-contact", "force", "reject")]
-
-
-def test_full_scale_is_told_once():
-    """At its declared range the top is flat as well."""
-    x = np.minimum(hit().si, 600.0)
-    assert doubts(judge(channel("force", x, "force", range=600.0))) == [("saturation", "force", "reject")]
-
-
-def test_channel_that_never_moves_is_told_once():
-    assert doubts(judge(channel("a", np.full(N, 3.0)))) == [("dropouts", "a", "reject")]
 
 
 @pytest.mark.parametrize("level", [2e5, 5.5e5])
@@ -88,8 +90,3 @@ def test_tank_that_holds_its_pressure_is_right(level, ripple, fall):
     x = level * (1.0 - fall * (1.0 - np.exp(-np.maximum(t - 7000, 0) / 600.0))) + noise(ripple)
     step = 10e5 / 2**14
     assert doubts(judge(channel("tank", np.round(x / step) * step, "pressure"))) == []
-
-
-def test_tank_that_reaches_its_sensor_s_range_is_not():
-    x = np.minimum(6e5 + 1e5 * np.sin(np.arange(N) / 900.0), 6.5e5)
-    assert ("saturation", "tank", "reject") in doubts(judge(channel("tank", x, "pressure", range=6.5e5)))

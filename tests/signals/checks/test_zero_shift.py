@@ -30,35 +30,48 @@ def irvine_channel(channel_of, record):
     return channel_of(record[:, 1], "acceleration", float(1 / np.median(np.diff(record[:, 0]))), unit="g")
 
 
-def test_raw_separation_record_is_flagged(channel_of, irvine):
+def test_raw_separation_record_and_one_other_are_flagged(channel_of, irvine):
     (finding,) = check_zero_shift(irvine_channel(channel_of, irvine["rv_separation_raw_txt"]), ())
     assert finding.severity == "warning"
     assert finding.evidence["velocity_ratio"] > 10.0
     assert not finding.evidence["could_be_tilt"]
-
-
-def test_residual_velocity_is_what_the_raw_record_integrates_to(channel_of, irvine):
-    """Integrated with the level before the event removed; the record as it stands gives -75 m/s."""
+    # Integrated with the level before the event removed; the record as it stands gives -75 m/s.
     channel = irvine_channel(channel_of, irvine["rv_separation_raw_txt"])
     (finding,) = check_zero_shift(channel, ())
     velocity_m_s = np.cumsum(channel.si - channel.si[:200].mean()) * channel.period_s
     assert finding.evidence["residual_velocity_m_s"] == pytest.approx(velocity_m_s[-1], rel=0.05)
-
-
-def test_of_the_other_records_only_one_moves_its_rest(channel_of, irvine):
-    """Avionics channel 33 rests at 10.2 g before and 4.0 g after; its neighbours 25 and 30 move by 1.5 g and less."""
+    # Avionics channel 33 rests at 10.2 g before and 4.0 g after; its neighbours 25 and 30 move by 1.5 g and less.
     flagged = [name for name, record in irvine.items() if check_zero_shift(irvine_channel(channel_of, record), ())]
     assert flagged == ["rv_separation_raw_txt", "avionics_channel_33"]
 
 
-def test_decayed_record_is_clean(channel_of):
-    assert check_zero_shift(channel_of(ringing(), "acceleration"), CONTACT) == []
+def test_records_whose_rest_stays_are_clean(channel_of):
+    """Decayed; with 2 m/s2 for 0.3 s, 0.6 m/s that a suspension could drive where the shock itself reached 0.36 m/s;
+    with a pulse whose impulse a plate on strings keeps as velocity; with 0.1 m/s that its strings turn round within the
+    record, half a period at 2 Hz; and without a level before the shock."""
+    rate_hz, free, swinging = 51200.0, ringing(), ringing()
+    free[1000:1020] += 500.0
+    t = np.arange(swinging.size - 1000) / rate_hz
+    swinging[1000:1020] += 0.1 * rate_hz / 20
+    swinging[1000:] -= 0.1 * 2 * np.pi * 2.0 * np.sin(2 * np.pi * 2.0 * t)
+    for x in (ringing(), ringing(shift=2.0), free, swinging):
+        assert check_zero_shift(channel_of(x, "acceleration", rate_hz), CONTACT) == []
+    assert check_zero_shift(channel_of(ringing(shift=50.0)[990:], "acceleration"), (Contact(10, 20, 30),)) == []
+    # Noise that remembers for 33 samples: the means before and after differ by more than white noise lets them.
+    from scipy.signal import lfilter
+
+    for seed in range(20):
+        wander = lfilter([1.0], [1.0, -0.97], np.random.default_rng(100 + seed).normal(scale=4.0, size=16384))
+        assert check_zero_shift(channel_of(ringing(seed=seed) + wander, "acceleration"), CONTACT) == []
 
 
-def test_lasting_offset_is_measured(channel_of):
+def test_offset_is_measured_and_graded(channel_of):
     (finding,) = check_zero_shift(channel_of(ringing(shift=-20.0), "acceleration"), CONTACT)
     assert finding.severity == "warning"
     assert finding.evidence["shift_m_s2"] == pytest.approx(-20.0, abs=0.5)
+    (finding,) = check_zero_shift(channel_of(ringing(n=60000, shift=4.0), "acceleration"), CONTACT)
+    assert finding.severity == "note"
+    assert check_zero_shift(channel_of(ringing(shift=40.0, fade=8000.0), "acceleration"), CONTACT)
 
 
 @pytest.mark.parametrize("contacts", [CONTACT, ()], ids=["contact known", "contact unknown"])
@@ -69,25 +82,13 @@ def test_large_offset_is_not_taken_for_ringing(channel_of, contacts, n):
     assert (finding.severity, finding.evidence["truncated"]) == ("warning", False)
 
 
-def test_offset_that_fades_is_still_found(channel_of):
-    assert check_zero_shift(channel_of(ringing(shift=40.0, fade=8000.0), "acceleration"), CONTACT)
-
-
-def test_offset_below_half_a_per_cent_is_a_note(channel_of):
-    (finding,) = check_zero_shift(channel_of(ringing(n=60000, shift=4.0), "acceleration"), CONTACT)
-    assert finding.severity == "note"
-
-
-def test_record_cut_before_decay_never_warns(channel_of):
+def test_offset_of_a_truncated_record_never_warns(channel_of):
     found = [
         f.severity
         for seed in range(20)
         for f in check_zero_shift(channel_of(ringing(n=2500, decay=3000.0, seed=seed), "acceleration"), CONTACT)
     ]
     assert "warning" not in found
-
-
-def test_offset_in_a_truncated_record_is_a_note(channel_of):
     t = np.arange(7000)
     x = np.random.default_rng(0).normal(size=8000)
     x[1000:] += 1000.0 * np.exp(-t / 3000) * np.sin(0.4 * t) + 100.0  # 97 of the 1000 still ring at the end
@@ -95,50 +96,15 @@ def test_offset_in_a_truncated_record_is_a_note(channel_of):
     assert (finding.severity, finding.evidence["truncated"]) == ("note", True)
 
 
-def test_ramp_that_a_suspension_could_drive_is_no_shift(channel_of):
-    """2 m/s2 for 0.3 s are 0.6 m/s; the shock itself reached 0.36 m/s."""
-    assert check_zero_shift(channel_of(ringing(shift=2.0), "acceleration"), CONTACT) == []
-
-
-def test_slow_wander_is_no_shift(channel_of):
-    """Noise that remembers for 33 samples: the means before and after differ by more than white noise lets them."""
-    from scipy.signal import lfilter
-
-    for seed in range(20):
-        wander = lfilter([1.0], [1.0, -0.97], np.random.default_rng(100 + seed).normal(scale=4.0, size=16384))
-        assert check_zero_shift(channel_of(ringing(seed=seed) + wander, "acceleration"), CONTACT) == []
-
-
-def test_velocity_gained_by_a_free_plate_is_no_shift(channel_of):
-    x = ringing()
-    x[1000:1020] += 500.0  # the pulse's impulse, kept as velocity by a plate on strings
-    assert check_zero_shift(channel_of(x, "acceleration"), CONTACT) == []
-
-
-def test_swinging_plate_is_no_shift(channel_of):
-    """It takes 0.1 m/s from the hit and its strings turn it round within the record: half a period at 2 Hz."""
-    rate_hz, x = 51200.0, ringing()
-    t = np.arange(x.size - 1000) / rate_hz
-    x[1000:1020] += 0.1 * rate_hz / 20
-    x[1000:] -= 0.1 * 2 * np.pi * 2.0 * np.sin(2 * np.pi * 2.0 * t)
-    assert check_zero_shift(channel_of(x, "acceleration", rate_hz), CONTACT) == []
-
-
-@pytest.mark.parametrize("position", ["hammer", "Impactor", "bullet"])
-def test_what_is_moved_on_purpose_is_not_judged(channel_of, position):
-    assert check_zero_shift(channel_of(ringing(shift=50.0), "acceleration", position=position), CONTACT) == []
-
-
-@pytest.mark.parametrize(("offset_n", "severity"), [(2.0, None), (7.0, "note"), (30.0, "warning")])
-def test_force_that_rests_elsewhere_after_the_hit_is_graded(channel_of, half_sine, offset_n, severity):
-    x = half_sine(noise=1.0, rng=np.random.default_rng(2))
-    x[460:] += offset_n
-    findings = check_zero_shift(channel_of(x), (Contact(400, 430, 459),))
-    assert [f.severity for f in findings] == ([] if severity is None else [severity])
-
-
-def test_record_without_a_level_before_is_not_judged(channel_of):
-    assert check_zero_shift(channel_of(ringing(shift=50.0)[990:], "acceleration"), (Contact(10, 20, 30),)) == []
+def test_force_that_rests_elsewhere_is_graded_and_what_is_moved_on_purpose_is_not_judged(channel_of, half_sine):
+    for offset_n, severities in ((2.0, []), (7.0, ["note"]), (30.0, ["warning"])):
+        x = half_sine(noise=1.0, rng=np.random.default_rng(2))
+        x[460:] += offset_n
+        findings = check_zero_shift(channel_of(x), (Contact(400, 430, 459),))
+        assert [f.severity for f in findings] == severities
+    for position in ("hammer", "Impactor", "bullet"):
+        channel = channel_of(ringing(shift=50.0), "acceleration", position=position)
+        assert check_zero_shift(channel, CONTACT) == []
 
 
 def test_measured_hits_and_their_responses_do_not_shift(channel_of, contact_at_peak, vrtac):

@@ -31,26 +31,20 @@ def test_pyyeti_gives_the_same_absolute_acceleration(record, q):
     assert ours.primary == pytest.approx(peer(record, Q=q), rel=1e-9, abs=0)
 
 
-def test_pyyeti_gives_the_same_of_either_sign(record):
+def test_pyyeti_gives_the_same_of_either_sign_and_of_residual_and_pseudo_velocity(record):
     quiet = np.append(record, np.zeros(5))  # both ends at rest, and what comes later is less
     ours = shock_response_spectrum(quiet, RATE, LINES)
     ends = ours.residual < 0.9 * np.minimum(ours.positive, ours.negative)
     assert ends.sum() > 20
     assert ours.positive[ends] == pytest.approx(peer(quiet, peak="poss")[ends], rel=1e-9, abs=0)
     assert -ours.negative[ends] == pytest.approx(peer(quiet, peak="negs")[ends], rel=1e-9, abs=0)
-
-
-def test_pyyeti_gives_the_same_pseudo_velocity(record):
-    """Its coefficients lose digits: 1e-9 from 100 Hz on is what is left of them."""
+    # Its coefficients lose digits: 1e-9 from 100 Hz on is what is left of them.
     ours = shock_response_spectrum(np.append(record, np.zeros(2000)), RATE, LINES[5:])
     theirs = peer(np.append(record, np.zeros(2000)), stype="pvelo")[5:]
     late = ours.residual < 0.5 * ours.primary
     assert late.sum() > 20
     assert ours.pseudo_velocity_m_s[late] == pytest.approx(theirs[late], rel=1e-9, abs=0)
-
-
-def test_exact_residual_is_what_pyyeti_samples(record):
-    """Theirs is the largest sample of one cycle of the lowest line, so it is less, by the sampling error at most."""
+    # Theirs is the largest sample of one cycle of the lowest line, so it is less, by the sampling error at most.
     ours = shock_response_spectrum(record, RATE, LINES)
     theirs = peer(record, time="residual")
     assert np.all(theirs <= ours.residual * (1 + 1e-9))

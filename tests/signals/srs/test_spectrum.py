@@ -1,7 +1,8 @@
-"""What holds for the spectrum of any record."""
+"""What holds for the spectrum of any record, its lines and its threads."""
 
 from __future__ import annotations
 
+import threading
 from dataclasses import fields
 
 import numpy as np
@@ -9,7 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from pyroshock.signals.srs.spectrum import oscillator_response, sampling_error, shock_response_spectrum
+from pyroshock.signals.srs.spectrum import (
+    grid_of_record,
+    octave_grid,
+    oscillator_response,
+    sampling_error,
+    shock_response_spectrum,
+)
+from pyroshock.signals.srs.threads import checked_threads, over_threads, processors
 
 RATE = 1e4
 LINES = np.geomspace(20, 4000, 11)
@@ -29,47 +37,26 @@ def close(values, rel=1e-9):
     return pytest.approx(values, rel=rel, abs=1e-12)
 
 
-@given(records, dampings, st.floats(0.1, 1e4))
+@given(records, dampings, st.floats(0.1, 1e4), st.integers(1, 50), st.integers(1, 200))
 @few
-def test_grows_with_the_record(record, zeta, factor):
+def test_spectrum_of_a_scaled_turned_later_or_longer_record(record, zeta, factor, before, after):
+    """It grows with the record; the other sign swaps positive and negative; waiting changes nothing. Zeros at the end
+    move peaks from after the record, where they are exact, into it: they lose the sampling error at most."""
     one, more = spectrum(record, zeta), spectrum(factor * record, zeta)
+    late = spectrum(np.append(np.zeros(before), record), zeta)
     for name in PEAKS:
         assert getattr(more, name) / factor == close(getattr(one, name))
-
-
-@given(records, dampings)
-@few
-def test_other_sign_swaps_positive_and_negative(record, zeta):
-    one, other = spectrum(record, zeta), spectrum(-record, zeta)
+        assert getattr(late, name) == close(getattr(one, name))
+    assert np.array_equal(one.maximax, np.maximum(one.positive, one.negative))
+    assert np.array_equal(one.maximax, np.maximum(one.primary, one.residual))
+    other = spectrum(-record, zeta)
     assert other.positive == close(one.negative)
     assert other.negative == close(one.positive)
     assert other.pseudo_velocity_m_s == close(one.pseudo_velocity_m_s)
     assert other.maximax == close(one.maximax)
-
-
-@given(records, dampings, st.integers(1, 50))
-@few
-def test_waiting_changes_nothing(record, zeta, samples):
-    one, late = spectrum(record, zeta), spectrum(np.append(np.zeros(samples), record), zeta)
-    for name in PEAKS:
-        assert getattr(late, name) == close(getattr(one, name))
-
-
-@given(records, dampings, st.integers(1, 200))
-@few
-def test_a_longer_record_of_the_same_finds_less_by_the_sampling_error_at_most(record, zeta, samples):
-    """Zeros at the end move peaks from after the record, where they are exact, into it."""
-    one, longer = spectrum(record, zeta), spectrum(np.append(record, np.zeros(samples)), zeta)
+    longer = spectrum(np.append(record, np.zeros(after)), zeta)
     assert np.all(longer.maximax <= one.maximax * (1 + 1e-9) + 1e-12)
     assert np.all(longer.residual <= one.residual * (1 + 1e-9) + 1e-12)
-
-
-@given(records, dampings)
-@few
-def test_maximax_is_the_largest_of_all(record, zeta):
-    one = spectrum(record, zeta)
-    assert np.array_equal(one.maximax, np.maximum(one.positive, one.negative))
-    assert np.array_equal(one.maximax, np.maximum(one.primary, one.residual))
 
 
 @given(records, records, dampings)
@@ -93,41 +80,29 @@ def test_time_runs_backwards_for_undamped_residuals(record):
 
 @given(records, dampings)
 @few
-def test_primary_is_of_the_series_of_the_oscillator(record, zeta):
+def test_primary_and_residual_are_of_the_series_of_the_oscillator(record, zeta):
+    """The residual is of the series after the record: one step to 0, then a decay whose peaks 2,000 zeros show at
+    samples."""
     one = spectrum(record, zeta)
     series = [oscillator_response(record, RATE, line, damping_ratio=zeta) for line in LINES]
-    highest = [np.abs(each.absolute_acceleration_m_s2).max() for each in series]
-    assert one.primary == close(highest)
-
-
-@given(records, dampings)
-@few
-def test_residual_is_of_the_series_after_the_record(record, zeta):
-    """One step to 0, then a decay whose peaks 2,000 zeros show at samples."""
-    lines = LINES[LINES < RATE / 20]
-    one = spectrum(record, zeta, lines)
-    for i, line in enumerate(lines):
-        series = oscillator_response(np.append(record, np.zeros(2000)), RATE, line, damping_ratio=zeta)
-        later = np.abs(series.absolute_acceleration_m_s2[record.size :]).max()
-        assert later <= one.residual[i] * (1 + 1e-9)
-        assert later >= one.residual[i] * np.cos(np.pi * line / RATE) * np.exp(-np.pi * zeta * line / RATE) - 1e-12
-
-
-def test_lines_of_many_records_are_those_of_their_length():
-    record = np.random.default_rng(2).normal(size=(2, 30, 240))
-    many, alone = shock_response_spectrum(record, 1e4), shock_response_spectrum(record[0, 0], 1e4)
-    np.testing.assert_array_equal(many.frequency_hz, alone.frequency_hz)
-    assert many.maximax.shape == (2, 30, alone.frequency_hz.size)
+    assert one.primary == close([np.abs(each.absolute_acceleration_m_s2).max() for each in series])
+    for line, residual in zip(LINES[LINES < RATE / 20], one.residual, strict=False):
+        longer = oscillator_response(np.append(record, np.zeros(2000)), RATE, line, damping_ratio=zeta)
+        later = np.abs(longer.absolute_acceleration_m_s2[record.size :]).max()
+        assert later <= residual * (1 + 1e-9)
+        assert later >= residual * np.cos(np.pi * line / RATE) * np.exp(-np.pi * zeta * line / RATE) - 1e-12
 
 
 @pytest.mark.parametrize("shape", [(100,), (3, 100), (2, 3, 100)])
 def test_many_records_are_each_on_its_own(shape):
     record = np.random.default_rng(1).normal(size=shape)
-    many = spectrum(record, 0.05, resample=10.0)
+    many, first = spectrum(record, 0.05, resample=10.0), (0,) * (len(shape) - 1)
     assert many.maximax.shape == (*shape[:-1], LINES.size)
-    alone = spectrum(record[(0,) * (len(shape) - 1)], 0.05, resample=10.0)
+    alone = spectrum(record[first], 0.05, resample=10.0)
     for name in PEAKS:
-        assert getattr(many, name)[(0,) * (len(shape) - 1)] == close(getattr(alone, name))
+        assert getattr(many, name)[first] == close(getattr(alone, name))
+    own_lines, lines = (shock_response_spectrum(part, RATE).frequency_hz for part in (record, record[first]))
+    np.testing.assert_array_equal(own_lines, lines)
 
 
 @pytest.mark.parametrize("count", [1, 7, 8, 9, 41])
@@ -141,14 +116,10 @@ def test_threads_and_other_lines_change_nothing(count, threads):
     assert np.array_equal(some.residual, every.residual[:, -count:])
 
 
-def test_no_shock_has_no_response():
-    nothing = spectrum(np.zeros((2, 50)), 0.05)
-    for name in PEAKS:
-        assert not np.any(getattr(nothing, name))
-
-
-def test_a_decay_to_nothing_is_0_at_its_end():
+def test_no_shock_has_no_response_and_a_decay_ends_at_0():
     """States that fade below 1e-308 are held up by what no sample notices."""
+    nothing = spectrum(np.zeros((2, 50)), 0.05)
+    assert not any(np.any(getattr(nothing, name)) for name in PEAKS)
     click = np.append(1.0, np.zeros(60_000))
     one = spectrum(click, 0.5)
     assert np.all(one.residual < 1e-150)
@@ -163,10 +134,7 @@ def test_defaults_are_q_10_and_six_lines_to_an_octave():
     assert one.frequency_hz[-1] == pytest.approx(RATE / 10)
     assert one.frequency_hz[6] / one.frequency_hz[0] == pytest.approx(2)
     assert all(np.all(np.isfinite(getattr(one, each.name))) for each in fields(one))
-
-
-def test_sampling_error_at_ten_samples_a_cycle():
-    """The parts, 4.89 % and 3.24 %, are those pyyeti's documentation adds up to 8.14 %."""
+    # The parts, 4.89 % and 3.24 %, are those pyyeti's documentation adds up to 8.14 %.
     assert sampling_error(np.array([1.0]), 10.0) == pytest.approx([1 - (1 - 0.048943) * (1 - 0.032466)], abs=1e-5)
 
 
@@ -213,7 +181,76 @@ def test_refuses_what_has_no_spectrum(acceleration, options, what):
         shock_response_spectrum(np.array(acceleration), RATE, **options)
 
 
-@pytest.mark.parametrize("rate", [0.0, -1.0, np.nan, np.inf])
-def test_refuses_a_rate_that_is_none(rate):
-    with pytest.raises(ValueError, match="sampling_rate_hz"):
-        shock_response_spectrum(np.array([0.0, 1.0]), rate, [1.0])
+def test_refuses_what_is_no_range_and_a_rate_that_is_none():
+    for low, high, per_octave in ((0, 1, 6), (2, 1, 6), (1, np.inf, 6), (np.nan, 2, 6), (1, 2, 0)):
+        with pytest.raises(ValueError, match="expected"):
+            octave_grid(low, high, per_octave)
+    for rate in (0.0, -1.0, np.nan, np.inf):
+        with pytest.raises(ValueError, match="sampling_rate_hz"):
+            shock_response_spectrum(np.array([0.0, 1.0]), rate, [1.0])
+
+
+@given(st.floats(1, 1e3), st.floats(0, 12), st.integers(1, 24))
+def test_ends_are_lines_and_steps_are_equal(low, octaves, per_octave):
+    high = low * 2**octaves
+    lines = octave_grid(low, high, per_octave)
+    ratios = lines[1:] / lines[:-1]
+    assert (lines[0], lines[-1]) == pytest.approx((low, high), rel=1e-9)
+    assert ratios[:-1] == pytest.approx(2 ** (1 / per_octave), rel=1e-12)
+    assert np.all(ratios > 1) and np.all(ratios <= 2 ** (1 / per_octave) * (1 + 1e-8))
+
+
+def test_lines_of_octaves_and_of_a_record():
+    """A record gives a cycle to its length; ten samples are enough for a line."""
+    assert octave_grid(100.0, 400.0) == pytest.approx(100 * 2 ** (np.arange(13) / 6))
+    assert octave_grid(100.0, 10_000.0).size == 41
+    assert octave_grid(50.0, 50.0).tolist() == [50.0]
+    lines = grid_of_record(2000, 1e5, per_octave=1)
+    assert (lines[0], lines[-1]) == pytest.approx((50.0, 1e4))
+    assert grid_of_record(10, 1e4).tolist() == [1e3]
+    with pytest.raises(ValueError, match="9 samples"):
+        grid_of_record(9, 1e4)
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3])
+@pytest.mark.parametrize("tasks", [1, 2, 7, 100])
+def test_every_task_is_done_once(tasks, threads):
+    done, lock = list[int](), threading.Lock()
+
+    def run(start, stop):
+        with lock:
+            done.extend(range(start, stop))
+
+    over_threads(run, tasks, threads)
+    assert sorted(done) == list(range(tasks))
+
+
+def test_a_busy_pool_is_not_waited_for():
+    """The other thread is held until the caller has done all that is left."""
+    held, begun, by = threading.Event(), threading.Event(), {}
+
+    def run(start, stop):
+        by[start] = threading.current_thread()
+        if by[start] is not threading.main_thread():
+            begun.set()
+            held.wait(10)
+        elif start <= 1:  # the last that is left to the caller
+            held.set()
+        else:
+            begun.wait(10)
+
+    over_threads(run, 8, 2)
+    assert len(by) == 8
+    assert sum(thread is not threading.main_thread() for thread in by.values()) == 1
+
+
+def test_errors_reach_the_caller_and_threads_are_as_many_as_processors():
+    def run(start, stop):
+        if start <= 3 < stop:
+            raise ArithmeticError("task 3")
+
+    with pytest.raises(ArithmeticError, match="task 3"):
+        over_threads(run, 8, 2)
+    assert checked_threads(None) == processors() >= 1
+    with pytest.raises(ValueError, match="threads = 0"):
+        checked_threads(0)

@@ -6,6 +6,7 @@ import numpy as np
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 from pyroshock.twin.contact.bodies import Bodies
+from pyroshock.twin.setting import ElasticMaterial
 
 DELRIN = {
     "impactor_radius_m": 0.03,
@@ -25,6 +26,14 @@ DELRIN = {
 
 def impacts(**changes: ArrayLike | None) -> Bodies:
     return Bodies.of(**{**DELRIN, **changes})
+
+
+def of_materials(tip: ElasticMaterial, target: ElasticMaterial, **others: ArrayLike | None) -> Bodies:
+    bodies = {}
+    for body, material in (("impactor", tip), ("target", target)):
+        for name in ("youngs_modulus_pa", "poisson_ratio", "density_kg_m3", "yield_strength_pa"):
+            bodies[f"{body}_{name}"] = getattr(material, name)
+    return Bodies.of(**bodies | others)
 
 
 def ball(**changes: ArrayLike | None) -> Bodies:

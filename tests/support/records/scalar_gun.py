@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pyroshock.signals.valve_profile import ValveProfile
 from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.gun.shot import GunEffect
 
@@ -42,6 +43,10 @@ class ScalarGun:
     heat: float = 0.0
     heat_rate: float = 0.0
     dead: float = 0.0
+    #: In the place of an even opening.
+    profile: ValveProfile | None = None
+    #: Of the last solution.
+    exit_s: float = math.nan
 
     def __post_init__(self) -> None:
         b, g = self.bench, self.bench.heat_capacity_ratio
@@ -80,9 +85,12 @@ class ScalarGun:
         return area * self.choked * p1 / math.sqrt(GAS * max(t1, 1.0)) * free / math.sqrt(max(free, 0.0) + 1e-3)
 
     def open_share(self, t: float) -> float:
-        if self.opening <= 0 or t >= self.opening:
+        if self.profile is not None:
+            s = 1 - float(np.interp(t, self.profile.time_s, self.profile.position))
+        elif self.opening <= 0 or t >= self.opening:
             return 1.0
-        s = 1 - t / self.opening
+        else:
+            s = 1 - t / self.opening
         return 2 / math.pi * (math.acos(s) - s * math.sqrt(1 - s * s))
 
     def rates(self, t: float, y: Floats) -> list[float]:
@@ -132,6 +140,7 @@ class ScalarGun:
         end = solve_ivp(
             self.rates, (0.0, longest_s), start, method, events=at_vents, rtol=rtol, atol=[rtol * s for s in sizes]
         )
+        self.exit_s = float(end.t[-1])
         return float(end.y[1, -1]) if end.t_events and end.t_events[0].size else 0.0, int(end.nfev)
 
 
@@ -152,6 +161,26 @@ _NAMES = {
     "share": "heat",
     "rate_1_s": "heat_rate",
     "volume_m3": "dead",
+}
+
+#: Of each parameter, from which tests draw.
+WITHIN = {
+    "atmosphere_pa": (9e4, 1.05e5),
+    "discharge_coefficient": (0.1, 1.0),
+    "wear_m": (0.0, 1e-3),
+    "gauge_discharge_coefficient": (0.0, 1.0),
+    "loss_coefficient": (10.0, 1e3),
+    "opening_time_s": (0.0, 0.2),
+    "steady_loss_coefficient": (0.0, 50.0),
+    "friction_factor": (0.0, 0.2),
+    "drag_coefficient": (0.0, 10.0),
+    "gas_heads": (0.0, 10.0),
+    "added_coefficient": (0.0, 2.0),
+    "seal_force_n": (0.0, 20.0),
+    "seal_share": (0.0, 0.3),
+    "share": (-0.5, 1.0),
+    "rate_1_s": (0.0, 3.0),
+    "volume_m3": (0.0, 2e-3),
 }
 
 

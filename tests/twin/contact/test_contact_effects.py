@@ -24,32 +24,17 @@ BODIES = impacts(impact_velocity_m_s=[0.3, 1.2, 5.0])
 INSULATED = np.array([True, False, True])
 
 
-def test_the_catalogue_has_them() -> None:
-    assert set(EFFECTS) == {
-        "contact.effective_mass",
-        "contact.layer_compliance",
-        "contact.plastic_yield",
-        "contact.plate_compliance",
-        "contact.tip_geometry",
-        "contact.viscous_loss",
-    }
-
-
 @every_effect
-def test_off_is_hertz_to_the_last_digit(kind: type[ContactEffect]) -> None:
+def test_off_is_hertz_and_parameters_are_one_for_each_impact(kind: type[ContactEffect]) -> None:
+    """Parameters of other impacts are refused."""
     off = kind(**{item.name: item.off for item in kind.parameters()})
     nominal = impact(BODIES, insulated=INSULATED)
     assert np.array_equal(impact(BODIES, [off], insulated=INSULATED).force_n(33), nominal.force_n(33))
-
-
-@every_effect
-def test_default_changes_the_pulse(kind: type[ContactEffect]) -> None:
     changed = impact(BODIES, [kind()], insulated=np.ones(3, dtype=bool)).peak_force_n
     assert not np.allclose(changed, hertz(BODIES).peak_force_n, rtol=1e-3)
-
-
-@every_effect
-def test_one_parameter_for_each_impact(kind: type[ContactEffect]) -> None:
+    wrong = kind(**{item.name: np.full(2, item.default) for item in kind.parameters()})
+    with pytest.raises(ValueError, match=f"{kind.id}: parameter of shape"):
+        impact(BODIES, [wrong])
     items = kind.parameters()
     each = kind(**{item.name: np.linspace(item.default, item.off, 3) for item in items})
     together = impact(BODIES, [each], insulated=np.ones(3, dtype=bool)).peak_force_n
@@ -59,54 +44,36 @@ def test_one_parameter_for_each_impact(kind: type[ContactEffect]) -> None:
         assert alone.peak_force_n[0] == pytest.approx(together[row], rel=1e-9)
 
 
-@every_effect
-def test_parameters_of_other_impacts_are_refused(kind: type[ContactEffect]) -> None:
-    wrong = kind(**{item.name: np.full(2, item.default) for item in kind.parameters()})
-    with pytest.raises(ValueError, match=f"{kind.id}: parameter of shape"):
-        impact(BODIES, [wrong])
-
-
-def test_viscous_loss_tells_its_restitution() -> None:
+def test_viscous_loss_has_its_restitution_for_any_tip_and_layer() -> None:
+    """The motion's integral knows only the work: a (1 + e) = ln((1 + a) / (1 - e a)) for every elastic curve. Small
+    losses grow with the velocity: eq. 1.19 with alpha = (2/3) chi."""
     velocity = BODIES.impact_velocity_m_s
     effect = ViscousLoss(0.4)
     found = impact(BODIES, [effect]).restitution.value
     assert found == pytest.approx(effect.restitution(velocity), rel=1e-6)
     assert found == pytest.approx(restitution_of(0.4 * velocity), rel=1e-6)
-
-
-def test_viscous_loss_of_a_wanted_restitution() -> None:
+    others = [effect, TipGeometry(1.1), LayerCompliance(1e-7), EffectiveMass(2.0)]
+    beside_others = impact(BODIES, others, insulated=np.ones(3, dtype=bool)).restitution.value
+    assert beside_others == pytest.approx(effect.restitution(velocity), rel=2e-6)
     wanted = np.array([0.3, 0.6, 0.9])
-    effect = ViscousLoss.of_restitution(wanted, BODIES.impact_velocity_m_s)
-    assert impact(BODIES, [effect]).restitution.value == pytest.approx(wanted, rel=1e-6)
+    matched = impact(BODIES, [ViscousLoss.of_restitution(wanted, velocity)]).restitution.value
+    assert matched == pytest.approx(wanted, rel=1e-6)
+    loss = 1 - impact(BODIES, [ViscousLoss(0.003)]).restitution.value
+    assert loss == pytest.approx(2 / 3 * 0.003 * velocity, rel=0.02)
 
 
-def test_restitution_is_the_same_for_any_tip_and_layer() -> None:
-    """The motion's integral knows only the work: a (1 + e) = ln((1 + a) / (1 - e a)) for every elastic curve."""
-    others = [ViscousLoss(0.4), TipGeometry(1.1), LayerCompliance(1e-7), EffectiveMass(2.0)]
-    found = impact(BODIES, others, insulated=np.ones(3, dtype=bool)).restitution.value
-    assert found == pytest.approx(ViscousLoss(0.4).restitution(BODIES.impact_velocity_m_s), rel=2e-6)
-
-
-def test_small_losses_grow_with_the_velocity() -> None:
-    """Eq. 1.19 with alpha = (2/3) chi."""
-    effect = ViscousLoss(0.003)
-    loss = 1 - impact(BODIES, [effect]).restitution.value
-    assert loss == pytest.approx(2 / 3 * 0.003 * BODIES.impact_velocity_m_s, rel=0.02)
-
-
-def test_layer_acts_where_the_insulator_is() -> None:
+def test_layer_acts_where_the_insulator_is_and_gives_way_less_where_it_stiffens() -> None:
     pulse, nominal = (impact(BODIES, effects, insulated=INSULATED) for effects in ([LayerCompliance(1e-7)], []))
     softer = pulse.peak_force_n < 0.99 * nominal.peak_force_n
     assert softer.tolist() == INSULATED.tolist()
     assert pulse.force_n()[1] == pytest.approx(nominal.force_n()[1], rel=1e-12)
-
-
-def test_layer_that_stiffens_gives_way_less_under_hard_blows() -> None:
-    """The same loss of peak at the slowest blow: a linear layer takes more at faster ones, a stiffening one less."""
+    # The same loss of peak at the slowest blow: a linear layer takes more at faster ones, a stiffening one less.
     insulated = np.ones(3, dtype=bool)
-    nominal = impact(BODIES, insulated=insulated).peak_force_n
-    linear = impact(BODIES, [LayerCompliance(3e-8)], insulated=insulated).peak_force_n / nominal
-    stiff = impact(BODIES, [LayerCompliance(3e-8, stiffening_1_n=1e-2)], insulated=insulated).peak_force_n / nominal
+    linear, stiff, none = (
+        impact(BODIES, effects, insulated=insulated).peak_force_n
+        for effects in ([LayerCompliance(3e-8)], [LayerCompliance(3e-8, stiffening_1_n=1e-2)], [])
+    )
+    linear, stiff = linear / none, stiff / none
     assert np.all(np.diff(linear) < 0)
     assert np.all(stiff > linear)
     assert stiff[2] - linear[2] > 2 * (stiff[0] - linear[0])
@@ -130,11 +97,24 @@ def test_what_relaxes_is_like_polymers_of_all_materials() -> None:
     assert np.all(impact(metals, [relaxing]).restitution.value < 0.9)
 
 
-def test_a_stiffer_contact_is_shorter_and_harder() -> None:
+def test_yield_stiffness_plate_and_mass_act_as_they_say() -> None:
     """Hertz: the time goes with k^(-2/5), the peak with k^(2/5)."""
     nominal, found = impact(BODIES), impact(BODIES, [ViscousLoss(0, relaxing_stiffening=0.5)])
     assert found.contact_time_s / nominal.contact_time_s == pytest.approx([1.5**-0.4] * 3, rel=1e-5)
     assert found.peak_force_n / nominal.peak_force_n == pytest.approx([1.5**0.4] * 3, rel=1e-5)
+    stiffer = impact(BODIES, [PlateCompliance()], plate_impedance_n_s_m=np.full(3, 1e6))
+    assert stiffer.restitution.value == pytest.approx(1.0, abs=0.01)
+    assert np.all(impact(BODIES, [PlateCompliance()]).restitution.value < 0.9)
+    heavier = impact(BODIES, [EffectiveMass(1.5)])
+    assert heavier.impulse_n_s == pytest.approx(1.5 * hertz(BODIES).impulse_n_s, rel=1e-7)
+    assert heavier.peak_force_n == pytest.approx(1.5**0.6 * hertz(BODIES).peak_force_n, rel=1e-7)
+    # Johnson, eq. 4.24: p0 = (6 F E*^2 / (pi^3 R^2))^(1/3); delrin yields before aluminium.
+    velocity = yield_velocity(impacts())[0]
+    bodies = impacts(impact_velocity_m_s=velocity * np.array([0.99, 1.01]))
+    below, above = impact(bodies, [PlasticYield()]).permanent_indentation_m
+    assert below == 0.0 < above
+    pressure = (6 * yield_load(impacts()) / (np.pi**3 * 0.03**2 * impacts().compliance_1_pa ** 2)) ** (1 / 3)
+    assert pressure == pytest.approx([1.6 * 71.7e6])
 
 
 @pytest.mark.parametrize("polymer", ["tip", "face"])
@@ -154,29 +134,21 @@ def test_polymers_act_by_their_share_of_the_compliance(polymer: str) -> None:
     assert found.contact_time_s / nominal.contact_time_s == pytest.approx([stiffer**-0.4], rel=1e-5)
 
 
-def test_what_relaxes_loses_as_zener_says() -> None:
-    """e = exp(-1.72 lambda) for little of it, at any speed, mass and stiffness (Zener, Phys. Rev. 59 (1941) 669)."""
+def test_what_relaxes_loses_the_same_at_any_speed_mass_and_stiffness() -> None:
+    """As Zener says, e = exp(-1.72 lambda) for little of it (Phys. Rev. 59 (1941) 669). With a flat tip it is a mass on
+    a Maxwell body, p = 1: f'' + lambda f' + f = 0, whence e = exp(-lambda pi / sqrt(4 - lambda^2))."""
     bodies = impacts(impact_velocity_m_s=[0.3, 5.0, 0.3], impactor_mass_kg=[0.32, 0.32, 4.0])
     found = [impact(bodies, [ViscousLoss(0, relaxing_loss=0.1, relaxing_stiffening=s)]) for s in (0.0, 3.0)]
     e = np.array([one.restitution.value for one in found])
     assert e == pytest.approx(np.full((2, 3), e[0, 0]), rel=1e-6)
     assert e[0, 0] == pytest.approx(np.exp(-0.172), rel=5e-3)
-
-
-def test_flat_tip_that_relaxes_loses_as_the_closed_form_says() -> None:
-    """A mass on a Maxwell body, p = 1: f'' + lambda f' + f = 0, whence e = exp(-lambda pi / sqrt(4 - lambda^2))."""
     inelasticity = np.array([0.05, 0.3, 1.0])
-    bodies = impacts(impact_velocity_m_s=[0.3, 5.0, 0.3], impactor_mass_kg=[0.32, 0.32, 4.0])
     flat = impact(bodies, [TipGeometry(exponent=1.0), ViscousLoss(0, relaxing_loss=inelasticity)])
     expected = np.exp(-inelasticity * np.pi / np.sqrt(4 - inelasticity**2))
     assert flat.restitution.value == pytest.approx(expected, rel=1e-5)
-
-
-@pytest.mark.parametrize("exponent", [1.0, 1.2, 2.0])
-def test_tip_of_any_shape_that_relaxes_loses_the_same_at_any_speed_and_mass(exponent: float) -> None:
-    bodies = impacts(impact_velocity_m_s=[0.3, 5.0, 0.3], impactor_mass_kg=[0.32, 0.32, 4.0])
-    relaxing = impact(bodies, [TipGeometry(exponent=exponent), ViscousLoss(0, relaxing_loss=0.2)])
-    assert relaxing.restitution.value == pytest.approx(np.full(3, relaxing.restitution.value[0]), rel=1e-6)
+    for exponent in (1.0, 1.2, 2.0):
+        relaxing = impact(bodies, [TipGeometry(exponent=exponent), ViscousLoss(0, relaxing_loss=0.2)]).restitution.value
+        assert relaxing == pytest.approx(np.full(3, relaxing[0]), rel=1e-6)
 
 
 def test_contact_that_springs_back_at_once_ends_after_its_deepest_indentation() -> None:
@@ -199,41 +171,15 @@ def test_contact_that_springs_back_at_once_ends_after_its_deepest_indentation() 
     assert np.all(faster.force_n() >= 0)
 
 
-def test_nothing_yields_below_the_yield_velocity() -> None:
-    velocity = yield_velocity(impacts())[0]
-    bodies = impacts(impact_velocity_m_s=velocity * np.array([0.99, 1.01]))
-    marks = impact(bodies, [PlasticYield()]).permanent_indentation_m
-    assert marks[0] == 0.0
-    assert marks[1] > 0.0
-
-
-def test_yield_load_is_hertz_load_of_its_pressure() -> None:
-    """Johnson, eq. 4.24: p0 = (6 F E*^2 / (pi^3 R^2))^(1/3); delrin yields before aluminium."""
-    load = yield_load(impacts())
-    pressure = (6 * load / (np.pi**3 * 0.03**2 * impacts().compliance_1_pa ** 2)) ** (1 / 3)
-    assert pressure == pytest.approx([1.6 * 71.7e6])
-
-
-def test_plastic_yield_asks_for_strengths() -> None:
+def test_missing_quantities_and_effects_of_other_stages_are_refused() -> None:
     with pytest.raises(MissingQuantityError, match=r"contact.plastic_yield needs target_yield_strength_pa"):
         impact(impacts(target_yield_strength_pa=None), [PlasticYield()])
-
-
-def test_plate_compliance_asks_for_the_thickness() -> None:
     with pytest.raises(MissingQuantityError, match=r"contact.plate_compliance needs plate_thickness_m"):
         impact(impacts(plate_thickness_m=None), [PlateCompliance()])
-
-
-def test_plates_own_material_may_be_another_one() -> None:
-    stiffer = impact(BODIES, [PlateCompliance()], plate_impedance_n_s_m=np.full(3, 1e6))
-    assert stiffer.restitution.value == pytest.approx(1.0, abs=0.01)
-    assert np.all(impact(BODIES, [PlateCompliance()]).restitution.value < 0.9)
-
-
-def test_mass_scales_the_impulse() -> None:
-    heavier = impact(BODIES, [EffectiveMass(1.5)])
-    assert heavier.impulse_n_s == pytest.approx(1.5 * hertz(BODIES).impulse_n_s, rel=1e-7)
-    assert heavier.peak_force_n == pytest.approx(1.5**0.6 * hertz(BODIES).peak_force_n, rel=1e-7)
+    other = next(kind for kind in catalogue().values() if not issubclass(kind, ContactEffect))
+    with pytest.raises(TypeError, match="expected effects of ContactEffect"):
+        impact(BODIES, [other()])
+    assert list(EFFECTS) == [name for name in catalogue() if name.startswith("contact.")]
 
 
 def test_worn_tip_keeps_the_force_at_its_reference() -> None:
@@ -245,9 +191,3 @@ def test_worn_tip_keeps_the_force_at_its_reference() -> None:
     pulse = impact(bodies, [TipGeometry(1.2, depth)])
     assert pulse.deepest_indentation_m == pytest.approx([depth], rel=1e-6)
     assert pulse.peak_force_n == pytest.approx(stiffness * depth**1.5, rel=1e-6)
-
-
-def test_effects_of_other_stages_are_refused() -> None:
-    other = next(kind for kind in catalogue().values() if not issubclass(kind, ContactEffect))
-    with pytest.raises(TypeError, match="expected effects of ContactEffect"):
-        impact(BODIES, [other()])

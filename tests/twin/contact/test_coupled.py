@@ -1,4 +1,4 @@
-"""Impacts on a plate that moves: rigid and infinite plates, an oscillator, balances, a bar on a wall, convergence."""
+"""Impacts on a plate that moves and on an anvil: limits, an oscillator, balances, a bar on a wall, convergence."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pyroshock.twin.contact.anvil import anvil_pulses
 from pyroshock.twin.contact.bodies import Bodies
 from pyroshock.twin.contact.coupled import PlatePoint, coupled_impact
 from pyroshock.twin.contact.effects.effective_mass import EffectiveMass
@@ -16,10 +17,13 @@ from pyroshock.twin.contact.effects.layer_compliance import LayerCompliance
 from pyroshock.twin.contact.effects.plastic_yield import PlasticYield
 from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
 from pyroshock.twin.contact.effects.viscous_loss import ViscousLoss
+from pyroshock.twin.contact.hertz import hertz
 from pyroshock.twin.contact.impact import solve
 from pyroshock.twin.contact.impacts import Impacts
+from pyroshock.twin.contact_interface import ForcePulses
 from pyroshock.twin.setting import THESIS
 from scipy.integrate import solve_ivp
+from support.records.contact_bodies import of_materials
 
 NONE = np.zeros(0)
 QUANTITIES = ("peak_force_n", "contact_time_s", "compression_time_s", "impulse_n_s", "deepest_indentation_m")
@@ -27,21 +31,10 @@ QUANTITIES = ("peak_force_n", "contact_time_s", "compression_time_s", "impulse_n
 
 def impacts_of(velocity_m_s, effects=(), *, tip="steel", thickness_m=0.01, mass_kg=0.5, radius_m=0.03):
     """On aluminium, everywhere insulated: only the layer's effect minds."""
-    material, target = THESIS[tip], THESIS["aluminum"]
-    bodies = Bodies.of(
-        impactor_radius_m=radius_m,
-        impactor_youngs_modulus_pa=material.youngs_modulus_pa,
-        impactor_poisson_ratio=material.poisson_ratio,
-        impactor_density_kg_m3=material.density_kg_m3,
-        impactor_yield_strength_pa=material.yield_strength_pa,
-        target_youngs_modulus_pa=target.youngs_modulus_pa,
-        target_poisson_ratio=target.poisson_ratio,
-        target_density_kg_m3=target.density_kg_m3,
-        target_yield_strength_pa=target.yield_strength_pa,
-        plate_thickness_m=thickness_m,
-        impactor_mass_kg=mass_kg,
-        impact_velocity_m_s=velocity_m_s,
-    )
+    bodies = of_materials(
+        THESIS[tip], THESIS["aluminum"], impactor_radius_m=radius_m, plate_thickness_m=thickness_m,
+        impactor_mass_kg=mass_kg, impact_velocity_m_s=velocity_m_s,
+    )  # fmt: skip
     nominal = Impacts.of(bodies, np.ones(len(bodies), dtype=np.bool_))
     return reduce(lambda impacts, effect: effect.prepare(impacts), effects, nominal)
 
@@ -147,7 +140,7 @@ def test_plate_without_edges_is_zeners(tip, thickness):
     assert np.all(np.abs(found.separation_velocity_m_s / velocity - exact) < 0.015)
 
 
-def test_large_plate_before_its_echoes_is_without_edges():
+def test_modes_are_the_plate_before_its_echoes_and_above_its_table():
     """Flexural waves of up to 8 / T go 2 x 0.4 m in more than a contact of delrin on 3 mm."""
     velocity = np.array([2.0, 4.0])
     impacts = impacts_of(velocity, tip="delrin", thickness_m=0.003, mass_kg=0.01, radius_m=0.01)
@@ -156,10 +149,7 @@ def test_large_plate_before_its_echoes_is_without_edges():
                              radius_m=0.01))  # fmt: skip
     assert off(modes, zener, ("peak_force_n", "contact_time_s", "impulse_n_s")) < 5e-3
     assert off(solve(impacts), zener, ("peak_force_n",)) > 0.1  # of a rigid target
-
-
-def test_modes_above_the_table_are_those_of_the_plate():
-    """A table that ends early has the plate without edges in the place of what it lacks."""
+    # A table that ends early has the plate without edges in the place of what it lacks.
     impacts = impacts_of(np.array([2.0, 10.0]), tip="delrin", thickness_m=0.005)
     whole = solved(impacts, square_plate(0.005, 40e3))
     short = square_plate(0.005, 5e3)
@@ -169,7 +159,7 @@ def test_modes_above_the_table_are_those_of_the_plate():
     assert off(solved(impacts, rigid_above), whole, names) > 0.05
 
 
-def test_finer_steps_and_more_modes_change_nothing():
+def test_steps_modes_and_batches_change_nothing():
     impacts = impacts_of(np.array([1.0, 5.0, 15.0]), tip="delrin", thickness_m=0.005)
     point = square_plate(0.005, 20e3, damping=0.005)
     finest = solved(impacts, point, steps=192, cycles=32.0)
@@ -177,6 +167,13 @@ def test_finer_steps_and_more_modes_change_nothing():
     assert errors[0] > errors[1] > errors[2]
     assert errors[2] < 1e-5
     assert off(solved(impacts, point, cycles=8.0), finest, ("peak_force_n", "contact_time_s", "impulse_n_s")) < 1e-4
+    velocity = np.array([0.5, 3.0, 12.0])
+    point = square_plate(0.004, 8e3, damping=0.005)
+    together = solved(impacts_of(velocity, tip="delrin", thickness_m=0.004), point)
+    for row, one in enumerate(velocity):
+        alone = solved(impacts_of(np.array([one]), tip="delrin", thickness_m=0.004), point)
+        assert alone.peak_force_n[0] == together.peak_force_n[row]
+        assert alone.impulse_n_s[0] == together.impulse_n_s[row]
 
 
 MATERIALS = sorted(THESIS)
@@ -255,27 +252,12 @@ def test_bar_on_a_wall():
     shape = np.where(count == 0, 1.0, np.sqrt(2)) / np.sqrt(mass)
     bar = PlatePoint(count * wave / (2 * length), np.zeros(400), shape, density * wave * section)
     contact = replace(impacts_of(np.array([speed]), mass_kg=1e6), exponent=np.ones(1), stiffness_n_mp=np.array([1e12]))
-    found = solved(contact, bar, steps=400, cycles=50.0)
+    found = solved(contact, bar, steps=100, cycles=50.0)
     duration, force = 2 * length / wave, density * wave * section * speed
     assert found.contact_time_s[0] == pytest.approx(duration, rel=0.01)
     assert found.impulse_n_s[0] == pytest.approx(2 * mass * speed, rel=2e-3)
     middle = found.force_at(np.linspace(0.2, 0.8, 200))[0]
     assert middle.mean() == pytest.approx(force, rel=2e-3)
-
-
-def test_point_for_each_impact():
-    with pytest.raises(ValueError, match="1 points of impact for 2 impacts"):
-        coupled_impact(impacts_of(np.array([1.0, 2.0])), [RIGID])
-
-
-def test_batch_is_the_single_ones():
-    velocity = np.array([0.5, 3.0, 12.0])
-    point = square_plate(0.004, 8e3, damping=0.005)
-    together = solved(impacts_of(velocity, tip="delrin", thickness_m=0.004), point)
-    for row, one in enumerate(velocity):
-        alone = solved(impacts_of(np.array([one]), tip="delrin", thickness_m=0.004), point)
-        assert alone.peak_force_n[0] == together.peak_force_n[row]
-        assert alone.impulse_n_s[0] == together.impulse_n_s[row]
 
 
 @pytest.mark.parametrize(
@@ -286,6 +268,69 @@ def test_batch_is_the_single_ones():
         {"frequency_hz": np.array([-1.0]), "damping_ratio": np.zeros(1), "shape": np.zeros(1)},
     ],
 )
-def test_impossible_points_are_refused(values):
+def test_impossible_points_and_other_numbers_of_them_are_refused(values):
     with pytest.raises(ValueError, match="expected"):
         replace(RIGID, **values)
+    with pytest.raises(ValueError, match="1 points of impact for 2 impacts"):
+        coupled_impact(impacts_of(np.array([1.0, 2.0])), [RIGID])
+
+
+BODIES = Bodies.of(
+    impactor_radius_m=0.045, impactor_youngs_modulus_pa=200e9, impactor_poisson_ratio=0.3,
+    impactor_density_kg_m3=7800.0, target_youngs_modulus_pa=200e9, target_poisson_ratio=0.3,
+    target_density_kg_m3=7800.0, impact_velocity_m_s=5.0, impactor_mass_kg=0.5, impactor_yield_strength_pa=400e6,
+    target_yield_strength_pa=400e6, plate_thickness_m=0.01,
+)  # fmt: skip
+
+
+def on_anvil(
+    impacts: Impacts, mass_kg: float, stiffness_n_m: float, mobility_m_n_s: float, phases: int = 401
+) -> ForcePulses:
+    mass, stiffness, mobility = (np.array([value]) for value in (mass_kg, stiffness_n_m, mobility_m_n_s))
+    return anvil_pulses(impacts, mass, stiffness, mobility, phases)
+
+
+def test_anvils_are_hertz_where_they_are_light_and_shield_the_plate_where_heavy() -> None:
+    pulse, law = on_anvil(Impacts.of(BODIES), 0.02, 1e11, 0.0), hertz(BODIES)
+    assert pulse.peak_force_n[0] == pytest.approx(law.peak_force_n[0], rel=0.01)
+    assert pulse.impulse_n_s[0] == pytest.approx(law.impulse_n_s[0], rel=0.01)
+    assert pulse.contact_time_s[0] == pytest.approx(law.contact_time_s[0], rel=0.05)
+    elastic = Impacts.of(BODIES)
+    yielded = PlasticYield(1.6).prepare(elastic)
+    soft, hard = (on_anvil(impacts, 0.3, 1e10, 0.0).peak_force_n[0] for impacts in (yielded, elastic))
+    assert soft < 0.8 * hard
+    # A joint that is softer by far than the contact rings at its own frequency with the anvil's momentum. That is 2 m u
+    # M / (m + M) after an elastic impact of two free bodies; damping of 5 % takes a part.
+    mass, stiffness = 4.0, 1e6
+    pulse = on_anvil(Impacts.of(BODIES), mass, stiffness, 0.0)
+    momentum = 2 * 0.5 * 5.0 * mass / (mass + 0.5)
+    assert pulse.peak_force_n[0] == pytest.approx(
+        momentum * np.sqrt(stiffness / mass) * np.exp(-0.05 * np.pi / 2), rel=0.02
+    )
+    assert pulse.contact_time_s[0] == pytest.approx(np.pi * np.sqrt(mass / stiffness), rel=0.05)
+
+
+@pytest.mark.parametrize(("mass", "stiffness", "mobility"), [(1.2, 2e9, 1e-4), (0.4, 5e8, 3e-4), (2.0, 1e10, 3e-5)])
+def test_pulse_is_that_of_another_integration(mass: float, stiffness: float, mobility: float) -> None:
+    """Elastic contact; the force on the plate until it first falls to half a per cent of its peak."""
+    impacts = Impacts.of(BODIES)
+    hard, own = float(impacts.stiffness_n_mp[0]), 0.5
+    damping = 2 * 0.05 * np.sqrt(stiffness * mass)
+
+    def joint(state: np.ndarray) -> np.ndarray:
+        return (stiffness * (state[2] - state[4]) + damping * state[3]) / (1 + damping * mobility)
+
+    def rate(_: float, state: np.ndarray) -> list[float]:
+        x, v, y, w, _plate = state
+        contact, carried = hard * max(x - y, 0.0) ** 1.5, joint(state)
+        return [v, -contact / own, w, (contact - carried) / mass, mobility * carried]
+
+    run = solve_ivp(rate, (0, 2e-3), [0, 5.0, 0, 0, 0], rtol=1e-8, atol=1e-12, max_step=1e-6)
+    force = joint(run.y)
+    top = int(np.argmax(force))
+    last = top + int(np.flatnonzero(force[top:] < 0.005 * force[top])[0])
+    first = int(np.flatnonzero(force[:top] < 0.005 * force[top])[-1])
+    pulse = on_anvil(impacts, mass, stiffness, mobility)
+    assert pulse.peak_force_n[0] == pytest.approx(force[top], rel=0.005)
+    assert pulse.contact_time_s[0] == pytest.approx(run.t[last] - run.t[first], rel=0.02)
+    assert pulse.impulse_n_s[0] == pytest.approx(np.trapezoid(force[first:last], run.t[first:last]), rel=0.01)

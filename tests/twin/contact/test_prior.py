@@ -81,16 +81,6 @@ def test_every_draw_keeps_momentum_and_energy(setting: Setting, velocity: float,
     assert np.all((pulses.compression_time_s > 0) & (pulses.compression_time_s <= pulses.contact_time_s))
 
 
-def test_a_hammers_mass_is_drawn_and_a_bullets_is_not() -> None:
-    hammer = PriorContact(hand_held=True)
-    assert hammer.normals == PriorContact().normals + 1
-    assert draws(hammer, SETTING, 1.0).impulse_n_s.max() > 2.0
-    heavy = PriorContact([EffectiveMass(1.5)], hand_held=True)
-    assert np.all(draws(heavy, SETTING, 1.0).impulse_n_s <= 3.0 + 1e-6)
-    low, high = HAND_MASS.values(np.array([-2.0, 2.0]))
-    assert (low, high) == pytest.approx((0.5, 3.0))
-
-
 @pytest.mark.parametrize("parameter", [each for column in COLUMNS.values() for each in column], ids=lambda p: p.name)
 def test_parameters_are_drawn_from_their_documented_ranges(parameter: UncertainParameter) -> None:
     if parameter.effect is not None:
@@ -99,23 +89,28 @@ def test_parameters_are_drawn_from_their_documented_ranges(parameter: UncertainP
     assert parameter.values(np.array([-2.0, 2.0])) == pytest.approx([parameter.low, parameter.high])
 
 
-def test_an_effect_that_is_given_is_not_drawn() -> None:
+def test_a_hammers_mass_is_drawn_and_neither_a_bullets_nor_what_is_given() -> None:
+    hammer, bullet = PriorContact(hand_held=True), PriorContact()
+    assert hammer.normals == bullet.normals + 1
+    assert draws(hammer, SETTING, 1.0).impulse_n_s.max() > 2.0
+    heavy = PriorContact([EffectiveMass(1.5)], hand_held=True)
+    assert np.all(draws(heavy, SETTING, 1.0).impulse_n_s <= 3.0 + 1e-6)
+    assert HAND_MASS.values(np.array([-2.0, 2.0])) == pytest.approx((0.5, 3.0))
     fixed = PriorContact([PlasticYield(3.0)])
-    assert fixed.normals == PriorContact().normals - 1
+    assert fixed.normals == bullet.normals - 1
     assert fixed.label == "prior of 3 effects + contact.plastic_yield"
-    assert PriorContact().label == "prior of 4 effects"
+    assert bullet.label == "prior of 4 effects"
 
 
-def test_zero_normals_are_the_nominal_pulse() -> None:
+def test_zero_normals_are_the_nominal_pulse_and_pulses_do_not_depend_on_their_batch() -> None:
     stage, strikes = (
         PriorContact(),
         ImpactBatch([SETTING, replace(SETTING, anvil=THESIS["steel"])], np.array([2.0, 9.0])),
     )
     nominal, drawn = stage.pulses(strikes), stage.pulses(strikes, np.zeros((2, stage.normals)))
     np.testing.assert_allclose(drawn.force_n, nominal.force_n, rtol=1e-12)
-
-
-def test_a_pulse_does_not_depend_on_its_batch() -> None:
+    with pytest.raises(ValueError, match=r"z has shape \(1, 2\): expected \(1, 11\)"):
+        PriorContact().pulses(ImpactBatch([SETTING], np.ones(1)), np.zeros((1, 2)))
     unknown = replace(SETTING, tip=replace(THESIS["delrin"], yield_strength_pa=None))
     many = ImpactBatch([SETTING, unknown, replace(SETTING, anvil=THESIS["aluminum"])], np.array([3.0, 8.0, 30.0]))
     stage = PriorContact().updated(shots_of([SETTING], [10.0], [100e3], [4e-4], [13.0]))
@@ -124,11 +119,6 @@ def test_a_pulse_does_not_depend_on_its_batch() -> None:
     for row in range(3):
         alone = stage.pulses(ImpactBatch([many.settings[row]], many.impact_velocity_m_s[[row]]), z[[row]])
         np.testing.assert_allclose(alone.force_n[0], together.force_n[row], rtol=1e-9)
-
-
-def test_normals_of_another_shape_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"z has shape \(1, 2\): expected \(1, 11\)"):
-        PriorContact().pulses(ImpactBatch([SETTING], np.ones(1)), np.zeros((1, 2)))
 
 
 def test_a_measured_shot_lies_in_the_prior_band_and_two_of_them_move_it_there() -> None:
@@ -148,15 +138,12 @@ def test_a_measured_shot_lies_in_the_prior_band_and_two_of_them_move_it_there() 
     assert 0.02 < math.log(narrow[1] / narrow[0]) < 0.5 * math.log(wide[1] / wide[0])
 
 
-def test_shots_in_two_parts_are_the_shots_at_once() -> None:
+def test_shots_in_two_parts_are_the_shots_at_once_and_empty_ones_teach_nothing() -> None:
     both = shots_of([SETTING] * 3, [9.0, 10.0, 11.0], [90e3, 100e3, 110e3], [4e-4] * 3, [12.0, 13.0, math.nan])
     once, parts = PriorContact().updated(both), PriorContact().updated(both.take([0])).updated(both.take([1, 2]))
     assert once.shots == parts.shots == 3
     assert once.label == "contact law updated by 3 shots"
     np.testing.assert_allclose(draws(once, SETTING, 9.5).force_n, draws(parts, SETTING, 9.5).force_n, rtol=1e-6)
-
-
-def test_shots_without_velocity_or_pulse_teach_nothing() -> None:
     nothing = shots_of([SETTING] * 2, [math.nan, 10.0], [1e5, math.nan], [4e-4, math.nan], [math.nan] * 2)
     assert PriorContact().updated(nothing).shots == 0
 
@@ -173,10 +160,16 @@ def test_what_lies_beyond_the_learned_shots_is_said() -> None:
     assert PriorContact().extrapolation(ImpactBatch([SETTING], np.array([99.0]))) == [()]
 
 
-def test_it_goes_between_processes() -> None:
+def test_it_goes_between_processes_and_more_settings_than_are_kept_are_no_matter(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     stage = PriorContact().updated(shots_of([SETTING], [10.0], [100e3], [4e-4], [13.0]))
     again = pickle.loads(pickle.dumps(stage))
     np.testing.assert_array_equal(draws(again, SETTING, 9.0).force_n, draws(stage, SETTING, 9.0).force_n)
+    monkeypatch.setattr(prior, "_KEPT", 3)
+    stage = PriorContact().updated(shots_of([SETTING], [10.0], [100e3], [4e-4], [13.0]))
+    many = ImpactBatch([replace(SETTING, tip_radius_m=r) for r in np.linspace(0.02, 0.06, 9)], np.linspace(2, 20, 9))
+    np.testing.assert_array_equal(stage.pulses(many).force_n, stage.pulses(many).force_n)
 
 
 def test_roots_of_a_covariance_that_rounding_has_spoilt() -> None:
@@ -185,13 +178,6 @@ def test_roots_of_a_covariance_that_rounding_has_spoilt() -> None:
     roots = lower_roots(np.array([good, spoilt]))
     np.testing.assert_allclose(roots @ np.swapaxes(roots, 1, 2), [good, spoilt], atol=1e-6)
     assert np.all(roots[:, 0, 1] == 0)
-
-
-def test_more_settings_than_are_kept_are_no_matter(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(prior, "_KEPT", 3)
-    stage = PriorContact().updated(shots_of([SETTING], [10.0], [100e3], [4e-4], [13.0]))
-    many = ImpactBatch([replace(SETTING, tip_radius_m=r) for r in np.linspace(0.02, 0.06, 9)], np.linspace(2, 20, 9))
-    np.testing.assert_array_equal(stage.pulses(many).force_n, stage.pulses(many).force_n)
 
 
 def test_a_hammers_anvil_passes_less_of_the_highest_frequencies_and_the_impulse_of_the_blow():

@@ -20,25 +20,17 @@ from pyroshock.twin.setting import THESIS
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.impact.build import hammer, target
 from pyroshock.virtualbench.impact.strike import strike_many
+from support.records.contact_bodies import of_materials
 
 MASS_KG, THICKNESS_M = 0.32, 0.010
 TIPS = {"aluminum": 0.030, "delrin": 0.030, "polyurethane": 0.015}
 
 
 def bodies(tip: str, velocity_m_s: Any) -> Bodies:
-    of_tip, plate = THESIS[tip], THESIS["aluminum"]
-    return Bodies.of(
-        impactor_radius_m=TIPS[tip],
-        impactor_youngs_modulus_pa=of_tip.youngs_modulus_pa,
-        impactor_poisson_ratio=of_tip.poisson_ratio,
-        impactor_density_kg_m3=of_tip.density_kg_m3,
-        impactor_mass_kg=MASS_KG,
-        target_youngs_modulus_pa=plate.youngs_modulus_pa,
-        target_poisson_ratio=plate.poisson_ratio,
-        target_density_kg_m3=plate.density_kg_m3,
-        plate_thickness_m=THICKNESS_M,
-        impact_velocity_m_s=velocity_m_s,
-    )
+    return of_materials(
+        THESIS[tip], THESIS["aluminum"], impactor_radius_m=TIPS[tip], impactor_mass_kg=MASS_KG,
+        plate_thickness_m=THICKNESS_M, impact_velocity_m_s=velocity_m_s,
+    )  # fmt: skip
 
 
 def impedance(n: int) -> np.ndarray:
@@ -88,14 +80,11 @@ def test_what_yields_is_what_is_left() -> None:
     np.testing.assert_allclose(found, velocity, rtol=0.02)
 
 
-def test_nothing_is_taken_away() -> None:
+def test_nothing_is_taken_away_and_draws_have_the_stated_moments() -> None:
     none = np.zeros(1)
     force = np.sin(np.pi * np.linspace(0, 1, 20))[None]
     found, _ = velocity_before_contact(np.ones(1), PulseMoments.of(force), TargetMotion(none, none, none, none))
     np.testing.assert_allclose(found, 1.0, rtol=2e-3)
-
-
-def test_draws_have_the_stated_moments() -> None:
     z = np.random.default_rng(0).standard_normal((20_000, 2))
     motion = TargetMotion.of(impedance(20_000), np.zeros(20_000, dtype=bool)).drawn(z)
     share = motion.mobility_m_n_s * impedance(20_000)

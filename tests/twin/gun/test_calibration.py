@@ -55,15 +55,12 @@ def open_gun() -> GunStage:
     return GunStage(BENCH, 0.046, unknown_effects=True)
 
 
-def test_nothing_learned_holds_guns_of_the_catalogue(open_gun):
+def test_nothing_learned_holds_the_catalogue_and_one_shot_narrows_the_band(open_gun):
     pressure, mass = np.array([0.6e5, 2e5, 6e5]), np.array([0.2, 0.5, 1.0])
     low, high = np.quantile(draws(open_gun, pressure, mass), [0.05, 0.95], axis=0)
     for effects in GUNS:
         velocity = gun_velocity(BENCH, pressure, mass, effects).velocity_m_s
         assert np.all((low < velocity) & (velocity < high))
-
-
-def test_one_shot_narrows_the_band_there_and_elsewhere(open_gun):
     pressure, mass, measured = campaign(GUNS[0], 1)
     learned = open_gun.updated(pressure[0], mass[0], measured[0])
     assert width(learned, pressure[0], mass[0]) < width(open_gun, pressure[0], mass[0]) / 2
@@ -86,12 +83,16 @@ def test_unseen_settings_lie_in_the_band_as_often_as_it_says(open_gun):
     assert np.median(errors) < 0.025  # the scatter of one shot is 0.015
 
 
-def test_scatter_is_that_of_repetitions(open_gun):
+def test_scatter_is_that_of_repetitions_and_the_order_of_shots_does_not_matter(open_gun):
     pressure, mass = np.repeat([1e5, 2e5, 4e5], 20), np.full(60, 0.5)
     velocity = gun_velocity(BENCH, pressure, mass, GUNS[0]).velocity_m_s
     measured = velocity * np.exp(0.03 * np.random.default_rng(0).standard_normal(60))
     learned = open_gun.updated(pressure, mass, measured)
     assert width(learned, 2e5, 0.5) / 3.29 == pytest.approx(0.03, rel=0.3)
+    shots = campaign(GUNS[1], 3)
+    parts = open_gun.updated(*(values[:5] for values in shots)).updated(*(values[5:] for values in shots))
+    at = np.array([2e5]), np.array([0.5])
+    np.testing.assert_allclose(draws(parts, *at), draws(open_gun.updated(*shots), *at), rtol=1e-12)
 
 
 @pytest.mark.parametrize(("pressure", "mass"), [(60e5, 0.5), (3e5, 5.0), (0.2e5, 0.2)])
@@ -100,14 +101,7 @@ def test_bands_grow_away_from_the_shots(open_gun, pressure, mass):
     assert width(learned, pressure, mass) > 2 * width(learned, 2e5, 0.5)
 
 
-def test_order_of_the_shots_and_their_parts_do_not_matter(open_gun):
-    shots = campaign(GUNS[1], 3)
-    parts = open_gun.updated(*(values[:5] for values in shots)).updated(*(values[5:] for values in shots))
-    at = np.array([2e5]), np.array([0.5])
-    np.testing.assert_allclose(draws(parts, *at), draws(open_gun.updated(*shots), *at), rtol=1e-12)
-
-
-def test_stated_gain_of_the_velocity_measurement_is_taken_out(open_gun):
+def test_stated_gain_is_taken_out_and_known_effects_are_not_drawn(open_gun):
     pressure, mass, measured = campaign(GUNS[0], 4)
     learned, chain = (
         open_gun.updated(pressure, mass, 1.1 * measured),
@@ -117,9 +111,6 @@ def test_stated_gain_of_the_velocity_measurement_is_taken_out(open_gun):
     truth = gun_velocity(BENCH, [2e5], [0.5], GUNS[0]).velocity_m_s
     assert learned.velocities(at, chain) == pytest.approx(truth, rel=0.03)
     assert learned.velocities(at, NOMINAL) == pytest.approx(1.1 * truth, rel=0.03)
-
-
-def test_known_effects_are_not_drawn():
     stated = GunStage(BENCH, 0.0, (effect("gun.back_pressure", atmosphere_pa=0.0),), unknown_effects=True)
     free = GunStage(BENCH, 0.0, unknown_effects=True)
     low = np.array([0.4e5]), np.array([0.5])  # where the atmosphere weighs most
@@ -128,20 +119,14 @@ def test_known_effects_are_not_drawn():
 
 @pytest.mark.parametrize("bad", [0.0, -1.0, np.nan])
 @pytest.mark.parametrize("name", ["tank_pressure_pa", "bullet_mass_kg", "measured_m_s"])
-def test_refuses_shots_that_are_none(name, bad):
+def test_refuses_shots_that_are_none_and_shapes_that_differ(name, bad):
     given = {"tank_pressure_pa": 1e5, "bullet_mass_kg": 0.5, "measured_m_s": 10.0, "measured_u_m_s": 0.0}
     shots = {key: np.array([value, value]) for key, value in given.items()}
     shots[name][1] = bad
     with pytest.raises(ValueError, match=name):
         VelocityShots(**shots)
-
-
-def test_refuses_shapes_that_differ():
     with pytest.raises(ValueError, match=r"bullet_mass_kg has shape \(2,\): expected \(1,\)"):
         VelocityShots(np.ones(1), np.ones(2), np.ones(1), np.zeros(1))
-
-
-# --- other people's guns ---
 
 
 def columns_of(record):

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 from pyroshock.twin import ode
+from pyroshock.twin.effects import Parameter
 from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.gun.chambers import Chamber, TwoChambers
 from pyroshock.twin.gun.effects.back_pressure import BackPressure
@@ -29,18 +30,10 @@ from pyroshock.twin.gun.shots import (
     starting_force_n,
     travel_time_s,
 )
+from support.records.scalar_gun import WITHIN, scalar_guns
 
-BENCH = GunBench(
-    tank_volume_m3=9.5e-3,
-    bore_diameter_m=0.049,
-    projectile_diameter_m=0.048,
-    travel_m=0.885,
-    friction_coefficient=0.3,
-    heat_capacity_ratio=1.4,
-    efficiency=1.0,
-)
+BENCH = GunBench(9.5e-3, 0.049, 0.048, 0.885, 0.3, 1.4, 1.0)
 AREA, AIR = math.pi / 4 * 0.048**2, 101_325.0
-OUTSIDE = AIR / (GAS_CONSTANT * 293.15)
 
 
 def prepared(effects: Sequence[GunEffect], pressure_pa: ArrayLike = 4e5) -> ShotInputs:
@@ -51,102 +44,73 @@ def prepared(effects: Sequence[GunEffect], pressure_pa: ArrayLike = 4e5) -> Shot
     return shot
 
 
-def half_way(effects: Sequence[GunEffect], pressure_pa: float = 3e5, kelvin: float = 280.0) -> tuple[float, float]:
-    """Resistance beyond constant friction (N) and leak (kg/s), half way at 20 m/s, at an absolute pressure."""
-    shot = prepared(effects)
-    chamber = Chamber(shot, [])
-    law_pa = pressure_pa - float(shot.pressure_zero_pa[0])
-    mass = pressure_pa * (BENCH.tank_volume_m3 + AREA * 0.5) / (GAS_CONSTANT * kelvin)
-    rates = chamber.rates(np.zeros(1), np.array([[0.5], [20.0], [law_pa], [mass]]))[:, 0]
-    return law_pa * AREA - float(chamber.drag_n[0]) - 0.5 * float(rates[1]), -float(rates[3])
-
-
 @pytest.fixture(autouse=True)
 def no_endless_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     """No shot takes as many."""
     monkeypatch.setattr(ode, "MOST_STEPS", 2000)
 
 
-# --- what effects make of a shot ---
-
-
-def test_a_nominal_shot_has_no_valve_no_leak_and_no_atmosphere() -> None:
+def test_effects_prepare_what_a_shot_holds() -> None:
+    """A nominal shot has no valve, no leak and no atmosphere. Back pressure opposes and is the atmosphere that flows
+    see, on a bench below standard pressure the standard one. A dead volume shares the tank's energy; friction is of
+    weight and of a seal; a valve has the bore's area over the root of its loss."""
     shot = prepared([])
     absent = (shot.dead_volume_m3, shot.opposing_pressure_pa, shot.leak_area_m2, shot.opening_time_s)
-    assert [float(each[0]) for each in absent] == [0, 0, 0, 0]
+    assert [float(quantity[0]) for quantity in absent] == [0, 0, 0, 0]
     assert np.isinf(shot.valve_area_m2[0])
     assert shot.pressure_zero_pa[0] == AIR
     assert shot.friction_n[0] == pytest.approx(0.3 * 0.5 * 9.80665)
-
-
-def test_back_pressure_opposes_and_is_the_atmosphere_that_flows_see() -> None:
-    """A bench below standard pressure: flows then still see the standard atmosphere."""
     high, low = prepared([BackPressure(atmosphere_pa=1.05e5)]), prepared([BackPressure(atmosphere_pa=0.9e5)])
     assert (high.opposing_pressure_pa[0], high.atmosphere_pa[0]) == (1.05e5, 1.05e5)
     assert (low.opposing_pressure_pa[0], low.atmosphere_pa[0]) == (0.9e5, AIR)
     assert high.driving_pressure_pa[0] == 5.05e5
     assert low.pressure_zero_pa[0] == pytest.approx(AIR - 0.9e5)
-
-
-def test_dead_volume_shares_the_tanks_energy() -> None:
-    shot = prepared([DeadVolume(volume_m3=5e-4), BackPressure(atmosphere_pa=AIR)])
-    assert shot.volume_m3[0] == pytest.approx(1e-2)
-    assert shot.filled_pressure_pa[0] == pytest.approx(((4e5 + AIR) * 9.5e-3 + AIR * 5e-4) / 1e-2, rel=1e-12)
-
-
-def test_friction_is_of_weight_and_of_a_seal() -> None:
-    shot = prepared([SlidingFriction(added_coefficient=0.2, seal_force_n=7.0, seal_share=0.1)])
-    assert shot.friction_n[0] == pytest.approx(0.5 * 0.5 * 9.80665 + 7.0 + 0.1 * 4e5 * AREA, rel=1e-12)
-    assert starting_force_n(shot)[0] == pytest.approx(4e5 * AREA - shot.friction_n[0], rel=1e-12)
-
-
-def test_valve_has_the_bores_area_over_the_root_of_its_loss() -> None:
-    shot = prepared([ValveFlow(loss_coefficient=9.0, opening_time_s=0.2)])
-    assert shot.valve_area_m2[0] == pytest.approx(math.pi / 4 * 0.049**2 / 3, rel=1e-12)
-    assert shot.opening_time_s[0] == 0.2
+    dead = prepared([DeadVolume(volume_m3=5e-4), BackPressure(atmosphere_pa=AIR)])
+    assert dead.volume_m3[0] == pytest.approx(1e-2)
+    assert dead.filled_pressure_pa[0] == pytest.approx(((4e5 + AIR) * 9.5e-3 + AIR * 5e-4) / 1e-2, rel=1e-12)
+    rubbing = prepared([SlidingFriction(added_coefficient=0.2, seal_force_n=7.0, seal_share=0.1)])
+    assert rubbing.friction_n[0] == pytest.approx(0.5 * 0.5 * 9.80665 + 7.0 + 0.1 * 4e5 * AREA, rel=1e-12)
+    assert starting_force_n(rubbing)[0] == pytest.approx(4e5 * AREA - rubbing.friction_n[0], rel=1e-12)
+    valve = prepared([ValveFlow(loss_coefficient=9.0, opening_time_s=0.2)])
+    assert valve.valve_area_m2[0] == pytest.approx(math.pi / 4 * 0.049**2 / 3, rel=1e-12)
+    assert valve.opening_time_s[0] == 0.2
     assert np.isinf(prepared([ValveFlow(loss_coefficient=0.0)]).valve_area_m2[0])
 
 
-def test_a_steady_valve_drags_with_outside_air() -> None:
-    steady = ValveFlow(loss_coefficient=0.0, opening_time_s=0.0, steady_loss_coefficient=12.0)
-    assert half_way([steady])[0] == pytest.approx(12.0 * AREA * OUTSIDE * 20.0**2 / 2, rel=1e-9)
-    assert half_way([])[0] == pytest.approx(0, abs=1e-9)
+@pytest.mark.parametrize("kind", [Chamber, TwoChambers])
+def test_start_and_rates_are_those_of_the_scalar_gun(kind: type[Chamber]) -> None:
+    """Gas that flows both ways through leak and valve, at its own temperature or that outside; drag by all heads; tank
+    and dead volume as one, or with the valve's passage, 1e-4 of the tank, on the barrel's side."""
+    n, rng = 300, np.random.default_rng(8)
 
+    def drawn(item: Parameter) -> np.ndarray:
+        low, high = WITHIN[item.name]
+        off = low if item.name == "loss_coefficient" else item.off
+        return np.where(rng.random(n) < 1 / 3, off, rng.uniform(low, high, n))
 
-def test_barrel_loss_is_of_the_column_the_air_ahead_and_the_entrance() -> None:
-    loss = BarrelLoss(friction_factor=0.03, drag_coefficient=2.0, gas_heads=1.5)
-    gas, gauge = (pressure / (GAS_CONSTANT * 280.0) for pressure in (3e5, 3e5 - AIR))
-    heads = 0.03 * 0.5 / 0.049 * gas + 2.0 * OUTSIDE + 1.5 * gauge
-    assert half_way([loss])[0] == pytest.approx(AREA * heads * 200.0, rel=1e-9)
-
-
-def test_losses_of_barrel_and_valve_add_up() -> None:
-    valve = ValveFlow(loss_coefficient=0.0, opening_time_s=0.0, steady_loss_coefficient=3.0)
-    loss = BarrelLoss(friction_factor=0.0, drag_coefficient=2.0)
-    for effects in ([valve, loss], [loss, valve]):
-        assert prepared(effects).air_heads[0] == 5.0
-        assert half_way(effects)[0] == pytest.approx(5.0 * AREA * OUTSIDE * 200.0, rel=1e-9)
-
-
-def choked_kg_s(area_m2: float, pressure_pa: float, temperature_k: float) -> float:
-    """Of air through a nozzle, where the other side has less than half the pressure."""
-    return area_m2 * math.sqrt(1.4) * 1.2**-3 * pressure_pa / math.sqrt(GAS_CONSTANT * temperature_k)
-
-
-def test_blow_by_goes_through_the_ring() -> None:
-    """With wear on both sides of it; a gauge flow goes through the ring as it was made, by gauge pressure alone."""
-    worn = BlowBy(discharge_coefficient=0.7, wear_m=4e-4)
-    ring = 0.7 * math.pi / 4 * (0.0498**2 - 0.048**2)
-    assert prepared([worn]).leak_area_m2[0] == pytest.approx(ring, rel=1e-12)
-    assert half_way([worn])[1] == pytest.approx(choked_kg_s(ring, 3e5, 280.0), rel=2e-3)
-    both = BlowBy(discharge_coefficient=0.7, wear_m=4e-4, gauge_discharge_coefficient=0.5)
-    added = half_way([both])[1] - half_way([worn])[1]
-    made = 0.5 * math.pi / 4 * (0.049**2 - 0.048**2)
-    assert added == pytest.approx(choked_kg_s(made, 3e5 - AIR, 280.0), rel=1e-9)
-    assert half_way([both], 0.9e5)[1] == half_way([worn], 0.9e5)[1]
-
-
-# --- in closed form ---
+    kinds: list[type[GunEffect]] = [BackPressure, BarrelLoss, BlowBy, DeadVolume, HeatExchange, SlidingFriction]
+    kinds += [ValveFlow] if kind is TwoChambers else []
+    effects = [effect(**{item.name: drawn(item) for item in effect.parameters()}) for effect in kinds]
+    pressure, mass = rng.uniform(2e5, 10e5, n), rng.uniform(0.1, 1.5, n)
+    shot = nominal_shot(BENCH, pressure, mass)
+    for effect in effects:
+        shot = effect.prepare(shot)
+    chamber, guns = kind(shot, []), scalar_guns(BENCH, pressure, mass, effects)
+    start = chamber.start()
+    np.testing.assert_allclose(start.T, [gun.start() for gun in guns], rtol=1e-12)
+    x, speed, kelvin = rng.uniform(0.01, 0.885, n), rng.uniform(0.1, 30, n), rng.uniform(150, 600, (2, n))
+    absolute = rng.uniform(2e4, 7e5, (2, n))
+    gas = [
+        absolute[0] - shot.pressure_zero_pa,
+        absolute[0] * (chamber.volume_m3 + AREA * x) / (GAS_CONSTANT * kelvin[0]),
+    ]
+    if isinstance(chamber, TwoChambers):
+        gas += [absolute[1] - shot.pressure_zero_pa, absolute[1] * chamber.tank_m3 / (GAS_CONSTANT * kelvin[1])]
+    state = np.stack([x, speed, *gas])
+    time = rng.uniform(0, 0.3, n)
+    expected = [gun.rates(*instant) for gun, *instant in zip(guns, time, state.T, strict=True)]
+    rates = chamber.rates(time, state).T
+    np.testing.assert_allclose(rates, expected, rtol=1e-9, atol=1e-9 * np.abs(rates).max(axis=0).min())
 
 
 @pytest.mark.parametrize("share", [0.0, 0.6, 1.0])
@@ -165,61 +129,29 @@ def test_work_is_the_integral_of_the_force(share: float) -> None:
     assert ideal_velocity_m_s(shot)[0] == pytest.approx(leaves, rel=1e-12)
 
 
-def test_an_endless_tank_pushes_evenly() -> None:
+def test_work_of_an_endless_tank_is_even_and_efficiency_stands_before_every_velocity() -> None:
     shot = prepared([]).but(tank_volume_m3=1e9)
     push = 4e5 * AREA - 0.3 * 0.5 * 9.80665
     assert travel_time_s(shot)[0] == pytest.approx(math.sqrt(2 * 0.885 * 0.5 / push), rel=1e-6)
     assert ideal_velocity_m_s(shot)[0] == pytest.approx(math.sqrt(2 * 0.885 * push / 0.5), rel=1e-6)
     held = prepared([SlidingFriction(seal_force_n=1000.0)])
     assert ideal_velocity_m_s(held)[0] == 0
-
-
-# --- gases ---
+    half = replace(BENCH, efficiency=0.5)
+    for effects in ([], [BarrelLoss()], [ValveFlow(loss_coefficient=10.0)]):
+        whole = gun_velocity(BENCH, [2e5, 4e5], 0.5, effects)
+        np.testing.assert_allclose(gun_velocity(half, [2e5, 4e5], 0.5, effects).velocity_m_s, whole.velocity_m_s / 2)
 
 
 def chamber_of(kind: type[Chamber], effects: Sequence[GunEffect], pressure_pa: ArrayLike) -> Chamber:
     return kind(prepared(effects, pressure_pa), [])
 
 
-def test_gases_begin_as_they_were_filled() -> None:
-    """Tank and dead volume as one, or with the valve's passage, 1e-4 of the tank, on the barrel's side."""
-    effects = [BackPressure(), DeadVolume(volume_m3=5e-4)]
-    room, tank_pa = GAS_CONSTANT * 293.15, 4e5 + AIR
-    one = chamber_of(Chamber, effects, 4e5).start()[:, 0]
-    np.testing.assert_allclose(
-        one, [0, 0, (tank_pa * 9.5e-3 + AIR * 5e-4) / 1e-2, (tank_pa * 9.5e-3 + AIR * 5e-4) / room], rtol=1e-12
-    )
-    behind_valve = chamber_of(TwoChambers, [*effects, ValveFlow()], 4e5)
-    energy = tank_pa * 9.5e-7 + AIR * 5e-4
-    two = behind_valve.start()[:, 0]
-    expected = [0, 0, energy / 5.0095e-4, energy / room, tank_pa, tank_pa * 9.5e-3 * (1 - 1e-4) / room]
-    np.testing.assert_allclose(two, expected, rtol=1e-12)
-    np.testing.assert_allclose(behind_valve.volume_m3, 5.0095e-4, rtol=1e-12)
-
-
-@pytest.mark.parametrize("opening_s", [0.2, 1.5])
-def test_an_opening_valve_shows_what_two_circles_share(opening_s: float) -> None:
+def test_an_opening_valve_shows_what_two_circles_share() -> None:
     shares = np.array([0.0, 0.1, 0.5, 0.9, 1.0, 1.7])
-    across = np.linspace(-1, 1, 400_001)
-    chord = np.sqrt(1 - across**2)
+    chord = np.sqrt(1 - np.linspace(-1, 1, 400_001) ** 2)
     apart = 2 * (1 - np.minimum(shares, 1))
-    common = [np.trapezoid(np.clip(2 * chord - d, 0, None), across) / np.pi for d in apart]
+    common = [np.trapezoid(np.clip(2 * chord - d, 0, None), dx=1 / 200_000) / np.pi for d in apart]
     assert [open_share(share)[0] for share in shares] == pytest.approx(common, abs=1e-6)
-    shot = prepared([ValveFlow(loss_coefficient=100.0, opening_time_s=opening_s)], np.full(6, 4e5))
-    chamber = TwoChambers(shot, [])
-    state = chamber.start()
-    state[2] = 0.3 * state[4]  # choked
-    flow = chamber.rates(shares * opening_s, state)[3]
-    np.testing.assert_allclose(flow / flow[-1], common, atol=1e-6)
-
-
-def test_a_valve_that_takes_no_time_is_open() -> None:
-    valve = ValveFlow(loss_coefficient=100.0, opening_time_s=0.0)
-    chamber = TwoChambers(prepared([valve], np.full(2, 4e5)), [])
-    state = chamber.start()
-    state[2] = 0.3 * state[4]
-    flow = chamber.rates(np.array([0.0, 0.3]), state)[3]
-    assert flow[0] == flow[1] > 0
 
 
 def test_forces_at_rest_hold_and_do_not_pull_back() -> None:
@@ -241,41 +173,9 @@ def test_forces_at_rest_hold_and_do_not_pull_back() -> None:
     assert (rates[3] == 0).all()
 
 
-def test_gas_leaks_at_its_own_temperature_and_air_comes_in_at_that_outside() -> None:
-    """dp/dt over dM/dt at rest is n R T / V of what flows: two shots at once, one above the atmosphere, one below."""
-    chamber = chamber_of(Chamber, [BackPressure(), BlowBy(wear_m=1e-3)], [4e5, 4e5])
-    volume = BENCH.tank_volume_m3 + AREA * 0.5
-    pressure, mass = np.array([4e5, 0.4e5]), np.array([0.06, 0.009])
-    state = np.stack([np.full(2, 0.5), np.zeros(2), pressure, mass])
-    rates = chamber.rates(np.zeros(2), state)
-    inside_k = pressure[0] * volume / (GAS_CONSTANT * mass[0])
-    assert rates[3, 0] < 0 < rates[3, 1]
-    np.testing.assert_allclose(
-        rates[2] / rates[3], 1.4 * GAS_CONSTANT * np.array([inside_k, 293.15]) / volume, rtol=1e-12
-    )
-    ring = 0.6 * math.pi / 4 * (0.051**2 - 0.048**2)
-    expected = [-choked_kg_s(ring, 4e5, inside_k), choked_kg_s(ring, 101_325.0, 293.15)]
-    np.testing.assert_allclose(rates[3], expected, rtol=2e-3)
-
-
-@pytest.mark.parametrize(("tank_pa", "behind_pa"), [(8e5, 2e5), (2e5, 8e5)], ids=["into the barrel", "back"])
-def test_gas_goes_through_the_valve_at_the_temperature_where_it_comes_from(tank_pa: float, behind_pa: float) -> None:
-    chamber = chamber_of(TwoChambers, [BackPressure(), ValveFlow(loss_coefficient=100.0, opening_time_s=0.0)], 8e5)
-    assert isinstance(chamber, TwoChambers)
-    tank_m3 = float(chamber.tank_m3[0])
-    barrel_m3 = float(chamber.volume_m3[0]) + AREA * 0.7
-    tank_kg, barrel_kg = tank_pa * tank_m3 / (GAS_CONSTANT * 250.0), behind_pa * barrel_m3 / (GAS_CONSTANT * 330.0)
-    state = np.array([[0.7], [0.0], [behind_pa], [barrel_kg], [tank_pa], [tank_kg]])
-    rates = chamber.rates(np.full(1, 0.1), state)[:, 0]
-    forth = tank_pa > behind_pa
-    from_k = 250.0 if forth else 330.0
-    flow = choked_kg_s(math.pi / 4 * BENCH.bore_diameter_m**2 / 10, 8e5, from_k) * (1 if forth else -1)
-    np.testing.assert_allclose([rates[3], rates[5]], [flow, -flow], rtol=2e-3)
-    energy = 1.4 * GAS_CONSTANT * from_k * rates[3]
-    np.testing.assert_allclose([rates[2] * barrel_m3, rates[4] * tank_m3], [energy, -energy], rtol=1e-12)
-
-
 def test_a_shot_is_given_up_at_rest_without_push_or_after_very_long() -> None:
+    """Some hundred times what the tank's pressure alone takes, sqrt(L m / (p A)), which is longer for heavy shots. A
+    shot waits for its valve: at rest it has the tank's pressure to come, and while the valve opens no time is lost."""
     effects = [BackPressure(), BlowBy(), SlidingFriction(seal_force_n=50.0)]
     chamber = chamber_of(Chamber, effects, np.full(6, 4e5))
     drag_pa = float(chamber.drag_n[0]) / AREA
@@ -286,33 +186,15 @@ def test_a_shot_is_given_up_at_rest_without_push_or_after_very_long() -> None:
     fall_s = math.sqrt(BENCH.travel_m * 0.5 / (AREA * (4e5 + 101_325.0)))
     assert chamber.given_up(np.full(6, fall_s), state).tolist() == [True, True, False, False, False, False]
     assert chamber.given_up(np.full(6, 1000 * fall_s), state).all()
-
-
-def test_heavy_shots_are_waited_for_longer() -> None:
-    """Some hundred times what the tank's pressure alone takes, sqrt(L m / (p A)); each moves all the while."""
     mass = np.array([0.02, 0.5, 8.0])
-    shot = nominal_shot(replace(BENCH, travel_m=0.3), 4e5, mass)
-    chamber = Chamber(shot, [])
+    moving = Chamber(nominal_shot(replace(BENCH, travel_m=0.3), 4e5, mass), [])
     state = np.array([np.full(3, 0.1), np.full(3, 1.0), np.full(3, 1e5), np.full(3, 0.02)])
-    fall_s = np.sqrt(0.3 * mass / (4e5 * AREA))
-    assert not chamber.given_up(50 * fall_s, state).any()
-    assert chamber.given_up(200 * fall_s, state).all()
-
-
-def test_a_shot_waits_for_its_valve() -> None:
-    """At rest it has the tank's pressure to come; while the valve opens no time is lost."""
-    slow = ValveFlow(loss_coefficient=1.0, opening_time_s=2.0)
-    chamber = chamber_of(TwoChambers, [slow], 8e5)
-    start = chamber.start()
-    assert not chamber.given_up(np.zeros(1), start)[0]
-    assert not chamber.given_up(np.full(1, 2.0), start)[0]
-
-
-def test_gas_that_has_no_pressure_loses_none_at_the_entrance() -> None:
-    heads = BarrelLoss(friction_factor=0.0, drag_coefficient=0.0, gas_heads=10.0)
-    assert half_way([heads], AIR - 2e3)[0] == pytest.approx(0, abs=1e-9)
-    dense = 3e4 / (GAS_CONSTANT * 280.0)
-    assert half_way([heads], AIR + 3e4)[0] == pytest.approx(AREA * 10.0 * dense * 20.0**2 / 2, rel=1e-9)
+    falls_s = np.sqrt(0.3 * mass / (4e5 * AREA))
+    assert not moving.given_up(50 * falls_s, state).any()
+    assert moving.given_up(200 * falls_s, state).all()
+    waiting = chamber_of(TwoChambers, [ValveFlow(loss_coefficient=1.0, opening_time_s=2.0)], 8e5)
+    for time in (0.0, 2.0):
+        assert not waiting.given_up(np.full(1, time), waiting.start())[0]
 
 
 def test_heat_that_takes_time_comes_by_the_time_of_the_shot() -> None:
@@ -325,9 +207,6 @@ def test_heat_that_takes_time_comes_by_the_time_of_the_shot() -> None:
     np.testing.assert_allclose(shot.polytropic_index, 1.4 - 0.4 * share, rtol=1e-12)
     empty = HeatExchange(share=0.25, rate_1_s=0.0).prepare(nominal_shot(BENCH, 0.0, 0.5))
     np.testing.assert_allclose(empty.polytropic_index, 1.3, rtol=1e-12)
-
-
-# --- shots ---
 
 
 def test_shots_that_leave_are_told_apart() -> None:
@@ -344,13 +223,6 @@ def test_shots_that_leave_are_told_apart() -> None:
         assert np.isnan(small.exit_time_s).tolist() == [False, True, True]
         assert small.words() == ["left", "stopped in the barrel", "did not start"]
         assert small.velocity_m_s[1:].tolist() == [0, 0]
-
-
-def test_efficiency_stands_before_every_velocity() -> None:
-    half = replace(BENCH, efficiency=0.5)
-    for effects in ([], [BarrelLoss()], [ValveFlow(loss_coefficient=10.0)]):
-        whole = gun_velocity(BENCH, [2e5, 4e5], 0.5, effects)
-        np.testing.assert_allclose(gun_velocity(half, [2e5, 4e5], 0.5, effects).velocity_m_s, whole.velocity_m_s / 2)
 
 
 def test_each_shot_goes_the_way_of_its_own_effects() -> None:

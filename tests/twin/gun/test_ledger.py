@@ -18,15 +18,7 @@ from pyroshock.twin.gun.effects.valve_flow import ValveFlow
 from pyroshock.twin.gun.shot import GAS_CONSTANT, nominal_shot
 from scipy.integrate import solve_ivp
 
-BENCH = GunBench(
-    tank_volume_m3=9.5e-3,
-    bore_diameter_m=0.049,
-    projectile_diameter_m=0.048,
-    travel_m=0.885,
-    friction_coefficient=0.3,
-    heat_capacity_ratio=1.4,
-    efficiency=1.0,
-)
+BENCH = GunBench(9.5e-3, 0.049, 0.048, 0.885, 0.3, 1.4, 1.0)
 #: The law's pressure is absolute with the atmosphere ahead: only then is p V the gas's energy.
 LOSSES = [BackPressure(), BlowBy(), BarrelLoss(), SlidingFriction()]
 
@@ -74,18 +66,13 @@ def energy(chamber, state, mass_kg):
     ids=["leak", "leak and valve"],
 )
 def test_nothing_is_lost(kind, effects, bar, mass_kg):
+    """What moves the projectile is less than what the gas gives up: no efficiency is above one."""
     chamber, start, end, (work, leaked, carried) = books(kind, effects, bar, mass_kg)
     assert end[1] > 0.1  # it moves
-    assert leaked > 0
+    assert leaked > 0 and work > 0 and carried > 0
     before, after = energy(chamber, start, mass_kg), energy(chamber, end, mass_kg)
     assert after + work + carried == pytest.approx(before, rel=1e-6)
     masses = slice(3, None, 2)
     assert end[masses].sum() + leaked == pytest.approx(start[masses].sum(), rel=1e-8)
-
-
-def test_efficiency_cannot_be_above_one():
-    """What moves the projectile is less than what the gas gives up."""
-    chamber, start, end, (work, _, carried) = books(Chamber, LOSSES, 4.0, 0.5)
-    given = energy(chamber, start, 0.5) - (energy(chamber, end, 0.5) - 0.5 * end[1] ** 2 / 2)
-    assert 0 < 0.5 * end[1] ** 2 / 2 < given
-    assert work > 0 and carried > 0
+    moving = mass_kg * end[1] ** 2 / 2
+    assert 0 < moving < before - (after - moving)

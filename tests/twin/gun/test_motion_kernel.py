@@ -1,7 +1,8 @@
-"""The compiled motion: against the steps of `ode.run` on the same rates, its derivatives, and extremes."""
+"""The compiled motion against the steps of `ode.run` on the same rates; its derivatives, extremes and flows."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
@@ -11,12 +12,12 @@ import pytest
 from pyroshock.twin import ode
 from pyroshock.twin.effects import Parameter, Value, catalogue, parameter
 from pyroshock.twin.gun.bench import GunBench
-from pyroshock.twin.gun.chambers import TwoChambers
+from pyroshock.twin.gun.chambers import TwoChambers, choked_flow, critical_ratio
 from pyroshock.twin.gun.effects.back_pressure import BackPressure
 from pyroshock.twin.gun.effects.barrel_loss import BarrelLoss
 from pyroshock.twin.gun.effects.blow_by import BlowBy
 from pyroshock.twin.gun.effects.valve_flow import ValveFlow
-from pyroshock.twin.gun.motion_kernel import all_derivatives
+from pyroshock.twin.gun.motion_kernel import all_derivatives, ellipse, mass_flow
 from pyroshock.twin.gun.shot import GAS_CONSTANT, GunEffect, Instant, ShotInputs, nominal_shot
 from pyroshock.twin.gun.shots import GunShots, Status, gun_velocity
 from scipy.stats import qmc
@@ -65,20 +66,16 @@ def difference(one: GunShots, other: GunShots) -> np.ndarray:
 
 
 @pytest.mark.parametrize("likely", [True, False], ids=["likely", "all ranges"])
-def test_one_gas_is_as_the_reference_has_it(likely: bool) -> None:
+def test_one_and_two_gases_are_as_the_reference_has_them(likely: bool) -> None:
+    """Two at steps so fine that both are exact: where friction holds a projectile, coarser ones err by chance."""
+    every_end = {Status.LEFT, Status.STOPPED, Status.NOT_STARTED}
     pressure, mass, effects = sample(200, 1, valve=False, likely=likely)
     compiled = gun_velocity(BENCH, pressure, mass, effects)
-    assert {Status.LEFT, Status.STOPPED, Status.NOT_STARTED} == set(compiled.status)
-    apart = difference(compiled, gun_velocity(BENCH, pressure, mass, [*effects, AddedDrag()]))
-    assert apart.max() < 1e-9
-
-
-@pytest.mark.parametrize("likely", [True, False], ids=["likely", "all ranges"])
-def test_two_gases_are_as_the_reference_has_them(likely: bool) -> None:
-    """At steps so fine that both are exact: where friction holds a projectile, coarser ones err by chance."""
+    assert set(compiled.status) == every_end
+    assert difference(compiled, gun_velocity(BENCH, pressure, mass, [*effects, AddedDrag()])).max() < 1e-9
     pressure, mass, effects = sample(100, 6, valve=True, likely=likely)
     compiled = gun_velocity(BENCH, pressure, mass, effects, 0.1)
-    assert {Status.LEFT, Status.STOPPED, Status.NOT_STARTED} == set(compiled.status)
+    assert set(compiled.status) == every_end
     assert difference(compiled, gun_velocity(BENCH, pressure, mass, [*effects, AddedDrag()], 0.1)).max() < 2e-6
     usual = difference(gun_velocity(BENCH, pressure, mass, effects), compiled)
     assert np.quantile(usual, 0.9) < 2e-6
@@ -146,15 +143,46 @@ def test_no_shot_takes_endless_steps(coarser: float, monkeypatch: pytest.MonkeyP
 @pytest.mark.parametrize("opening_s", [0.0, 1e-6, 2.0])
 def test_extreme_valves_are_integrated(loss: float, opening_s: float) -> None:
     shots = gun_velocity(BENCH, [0.0, 1.0, 1e5, 50e5], 0.5, [ValveFlow(loss, opening_s)])
-    assert shots.status[0] == Status.NOT_STARTED
-    assert shots.status[2:].tolist() == [Status.LEFT, Status.LEFT]
+    assert shots.status[[0, 2, 3]].tolist() == [Status.NOT_STARTED, Status.LEFT, Status.LEFT]
     assert np.isfinite(shots.velocity_m_s).all()
     assert 0 < shots.velocity_m_s[2] < shots.velocity_m_s[3]
     assert np.isfinite(shots.exit_time_s[2:]).all()
 
 
-@pytest.mark.parametrize("effects", [[BlowBy()], [ValveFlow()]], ids=["one gas", "two gases"])
-def test_a_shot_of_too_many_steps_is_named(effects: list[GunEffect], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_shot_of_too_many_steps_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ode, "MOST_STEPS", 3)
-    with pytest.raises(RuntimeError, match="shot number 0 of 2 took more than 3 steps"):
-        gun_velocity(BENCH, [4e5, 5e5], 0.5, effects)
+    for effects in ([BlowBy()], [ValveFlow()]):
+        with pytest.raises(RuntimeError, match="shot number 0 of 2 took more than 3 steps"):
+            gun_velocity(BENCH, [4e5, 5e5], 0.5, effects)
+
+
+def test_air_has_the_figures_of_the_books_and_isothermal_gas_their_limit():
+    assert critical_ratio(1.4) == pytest.approx(0.5283, abs=5e-5)
+    assert choked_flow(1.4) == pytest.approx(0.6847, abs=5e-5)
+    for ratio in (1.0, 1 + 1e-12):
+        assert critical_ratio(ratio) == pytest.approx(math.exp(-0.5), rel=1e-6)
+        assert choked_flow(ratio) == pytest.approx(math.exp(-0.5), rel=1e-6)
+
+
+def flow(here_pa, there_pa, here_k=300.0, there_k=400.0):
+    area, gas, critical = 1e-4 * choked_flow(1.4), GAS_CONSTANT, critical_ratio(1.4)
+    pairs = zip(np.atleast_1d(here_pa), np.atleast_1d(there_pa), strict=True)
+    return np.array([mass_flow(area, p, gas * here_k, q, gas * there_k, critical) for p, q in pairs])
+
+
+def test_flow_turns_with_the_pressures_and_is_laminar_next_to_equal_ones():
+    expected = 1e-4 * 6e5 * choked_flow(1.4) / math.sqrt(GAS_CONSTANT * 300.0)
+    np.testing.assert_allclose(flow([6e5, 6e5], [1e5, 3e5]), [expected] * 2, rtol=6e-4)
+    assert flow(6e5, 1e5) == flow(6e5, 3e5)
+    forth, back = flow([6e5, 2e5, 1e5], [1e5, 1.5e5, 1e5]), flow([1e5, 1.5e5, 1e5], [6e5, 2e5, 1e5], 400.0, 300.0)
+    np.testing.assert_allclose(back, -forth, rtol=1e-14)
+    assert forth[2] == 0.0
+    mixed = flow([6e5, 1e5], [1e5, 6e5])
+    assert mixed[1] == pytest.approx(-mixed[0] * math.sqrt(300 / 400))
+    # In proportion to the drop below 1e-5, with its root well above.
+    critical = critical_ratio(1.4)
+    one, two = (ellipse(ratio, critical)[0] for ratio in (1 - 1e-7, 1 - 2e-7))
+    assert two / one == pytest.approx(2, rel=1e-3)
+    few, many = (ellipse(ratio, critical)[0] for ratio in (0.99, 0.96))
+    assert many / few == pytest.approx(2, rel=0.05)
+    assert one == pytest.approx(2e-7 / (1 - critical) / math.sqrt(1e-3), rel=1e-3)

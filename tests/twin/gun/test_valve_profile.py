@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -10,79 +9,15 @@ import numpy as np
 import pytest
 from pyroshock.signals.valve_profile import ValveProfile
 from pyroshock.twin.effects import effect
-from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.gun.shot import GunEffect, Instant, ShotInputs
 from pyroshock.twin.gun.shots import Status, gun_velocity
 from pyroshock.twin.gun.stage import GunStage
 from pyroshock.twin.sensors.chain import SensorChain
 from pyroshock.twin.setting import ElasticMaterial, Setting
-from scipy.integrate import solve_ivp
+from support.records.scalar_gun import THESIS_GUN as BENCH
+from support.records.scalar_gun import scalar_guns
 
-BENCH = GunBench(0.0095, 0.049, 0.048, 0.885, 0.2, 1.4, 1.0)
-AIR, ATMOSPHERE_PA, ROOM_K = 287.05, 101_325.0, 293.15
 CLOSING = ValveProfile.parse("0:0,0.1:1,0.12:1,0.16:0")
-
-
-def lens(position: float) -> float:
-    """Share of a circle's area that a circle of the same size covers, by numerical integration over the chords."""
-    from scipy.integrate import quad
-
-    apart = 1.0 - position
-    return quad(lambda x: math.sqrt(max(1 - x * x, 0.0)), apart, 1.0)[0] * 4 / math.pi
-
-
-def balances(profile: ValveProfile, pressure_pa: float, mass_kg: float, loss: float) -> tuple[float, float]:
-    """Exit velocity and time by Radau at 1e-9: gauge pressures drive, flows see absolute ones (gun.md)."""
-    gamma, area, bore = 1.4, math.pi * 0.048**2 / 4, math.pi * 0.049**2 / 4 / math.sqrt(loss)
-    choked = math.sqrt(gamma) * (2 / (gamma + 1)) ** ((gamma + 1) / (2 * (gamma - 1)))
-    critical = (2 / (gamma + 1)) ** (gamma / (gamma - 1))
-    passage, tank = 1e-4 * 0.0095, (1 - 1e-4) * 0.0095
-    positions = np.linspace(0, 1, 4001)
-    shares = np.array([lens(position) for position in positions])
-
-    def flow(first_pa: float, first_rt: float, second_pa: float) -> float:
-        ratio = second_pa / first_pa
-        over = max(ratio - critical, 0.0) / (1 - critical)
-        free = 1 - over * over
-        return choked * first_pa / math.sqrt(first_rt) * free / math.sqrt(free + 1e-3)
-
-    def rates(time: float, state: np.ndarray) -> list[float]:
-        x, v, inside, gas, outside, held = state
-        volume = passage + area * x
-        inside_pa, outside_pa = inside + ATMOSPHERE_PA, outside + ATMOSPHERE_PA
-        inside_rt, outside_rt = inside_pa * volume / gas, outside_pa * tank / held
-        opening = bore * np.interp(np.interp(time, profile.time_s, profile.position), positions, shares)
-        if outside_pa >= inside_pa:
-            mdot = opening * flow(outside_pa, outside_rt, inside_pa)
-            enthalpy = mdot * outside_rt
-        else:
-            mdot = -opening * flow(inside_pa, inside_rt, outside_pa)
-            enthalpy = mdot * inside_rt
-        force = inside * area - 0.2 * 9.80665 * mass_kg
-        if v <= 0 and force < 0:
-            force = 0.0
-        return [
-            v,
-            force / mass_kg,
-            gamma / volume * (enthalpy - inside * area * v),
-            mdot,
-            -gamma / tank * enthalpy,
-            -mdot,
-        ]
-
-    def at_vents(_: float, state: np.ndarray) -> float:
-        return state[0] - 0.885
-
-    at_vents.terminal = True  # type: ignore[attr-defined]
-    absolute = pressure_pa + ATMOSPHERE_PA
-    state = [0.0, 0.0, pressure_pa, absolute * passage / (AIR * ROOM_K), pressure_pa, absolute * tank / (AIR * ROOM_K)]
-    time, corners = 0.0, [*(t for t in profile.time_s if t > 0), 5.0]
-    for corner in corners:
-        run = solve_ivp(rates, (time, corner), state, method="Radau", rtol=1e-9, atol=1e-12, events=at_vents)
-        if run.t_events[0].size:
-            return float(run.y_events[0][0][1]), float(run.t_events[0][0])
-        time, state = corner, run.y[:, -1].tolist()
-    raise AssertionError("the projectile stays in the barrel")
 
 
 @pytest.mark.parametrize(
@@ -95,40 +30,41 @@ def balances(profile: ValveProfile, pressure_pa: float, mass_kg: float, loss: fl
     ],
 )
 def test_velocity_is_that_of_the_balances(profile: ValveProfile, pressure_pa: float, mass_kg: float) -> None:
-    velocity, time = balances(profile, pressure_pa, mass_kg, 20.0)
     valve = effect("gun.valve_flow", loss_coefficient=20.0)
+    (alone,) = scalar_guns(BENCH, np.array([pressure_pa]), np.array([mass_kg]), [valve])
+    alone.profile = profile
+    velocity = alone.velocity("LSODA", 1e-10)
     shots = gun_velocity(BENCH, pressure_pa, mass_kg, [valve], valve_profiles=[profile])
     assert shots.velocity_m_s[0] == pytest.approx(velocity, rel=2e-5)
-    assert shots.exit_time_s[0] == pytest.approx(time, rel=2e-5)
+    assert shots.exit_time_s[0] == pytest.approx(alone.exit_s, rel=2e-5)
 
 
-def test_wide_and_open_at_once_is_the_nominal_gun() -> None:
+def test_wide_open_valves_are_none_closed_ones_keep_the_projectile_and_profiles_are_times() -> None:
     pressure, mass = np.array([0.5e5, 2e5, 6e5]), np.array([0.1428, 0.5, 1.0])
     wide = effect("gun.valve_flow", loss_coefficient=1e-4)
     shots = gun_velocity(BENCH, pressure, mass, [wide], valve_profiles=[ValveProfile.parse("0:1")] * 3)
     np.testing.assert_allclose(shots.velocity_m_s, gun_velocity(BENCH, pressure, mass).velocity_m_s, rtol=1e-3)
-
-
-def test_never_opened_keeps_the_projectile() -> None:
-    valve = effect("gun.valve_flow", loss_coefficient=1.0)
     # Without a volume behind the valve only its own passage, a ten-thousandth of the tank, could push; with one the
     # pressure there is the atmosphere's, and nothing moves at all.
-    dead = effect("gun.dead_volume", volume_m3=5e-3)
-    shots = gun_velocity(BENCH, [2e5, 8e5], 0.5, [valve, dead], valve_profiles=[ValveProfile.parse("0:0")] * 2)
+    closed = [effect("gun.valve_flow", loss_coefficient=1.0), effect("gun.dead_volume", volume_m3=5e-3)]
+    shots = gun_velocity(BENCH, [2e5, 8e5], 0.5, closed, valve_profiles=[ValveProfile.parse("0:0")] * 2)
     assert shots.velocity_m_s.tolist() == [0.0, 0.0]
     assert not shots.left.any()
-
-
-def test_a_profile_of_even_opening_is_the_opening_time() -> None:
-    pressure, mass = np.array([1e5, 4e5, 8e5]), 0.5
+    pressure = np.array([1e5, 4e5, 8e5])
     by_time = effect("gun.valve_flow", loss_coefficient=5.0, opening_time_s=0.13)
     other = effect("gun.valve_flow", loss_coefficient=5.0, opening_time_s=0.4)
     profiles = [ValveProfile.of_controller(0.13)] * 3
-    shots = gun_velocity(BENCH, pressure, mass, [other], valve_profiles=profiles)
-    np.testing.assert_array_equal(shots.velocity_m_s, gun_velocity(BENCH, pressure, mass, [by_time]).velocity_m_s)
+    shots = gun_velocity(BENCH, pressure, 0.5, [other], valve_profiles=profiles)
+    np.testing.assert_array_equal(shots.velocity_m_s, gun_velocity(BENCH, pressure, 0.5, [by_time]).velocity_m_s)
+    full_bore = gun_velocity(BENCH, 4e5, 0.5, [effect("gun.valve_flow")], valve_profiles=[CLOSING])
+    shots = gun_velocity(BENCH, [4e5, 4e5], 0.5, valve_profiles=[CLOSING, None])
+    assert shots.velocity_m_s[0] == full_bore.velocity_m_s[0]
+    assert shots.velocity_m_s[1] == gun_velocity(BENCH, 4e5, 0.5).velocity_m_s[0]
+    with pytest.raises(ValueError, match="1 valve profiles: expected one for each of 2 shots"):
+        gun_velocity(BENCH, [2e5, 3e5], 0.5, [effect("gun.valve_flow")], valve_profiles=[CLOSING])
 
 
-def test_closing_after_the_exit_changes_nothing_and_before_it_slows() -> None:
+def test_closing_slows_stops_or_changes_nothing_after_the_exit() -> None:
     valve = effect("gun.valve_flow", loss_coefficient=20.0)
     opens = ValveProfile.of_controller(0.1)
     exit_s = gun_velocity(BENCH, 4e5, 0.5, [valve], valve_profiles=[opens]).exit_time_s[0]
@@ -139,9 +75,6 @@ def test_closing_after_the_exit_changes_nothing_and_before_it_slows() -> None:
     without_closing = gun_velocity(BENCH, 4e5, 0.5, [valve], valve_profiles=[opens]).velocity_m_s[0]
     assert shots.velocity_m_s[3] == pytest.approx(without_closing, rel=1e-6)
     assert shots.velocity_m_s[4] == gun_velocity(BENCH, 4e5, 0.5, [valve]).velocity_m_s[0]  # of the effect's own time
-
-
-def test_a_valve_that_closes_at_once_against_the_atmosphere_stops_the_projectile() -> None:
     effects = [effect("gun.valve_flow", loss_coefficient=20.0), effect("gun.back_pressure")]
     profile = ValveProfile.parse("0:0,0.02:0.1,0.03:0")
     shots = gun_velocity(BENCH, 2e5, 1.0, effects, valve_profiles=[profile])
@@ -172,18 +105,6 @@ def test_steps_of_both_integrators_meet_a_short_opening() -> None:
     assert compiled.left[0]
     assert compiled.exit_time_s[0] > 1.0
     np.testing.assert_allclose(hooked.velocity_m_s, compiled.velocity_m_s, rtol=1e-5)
-
-
-def test_a_profile_without_the_effect_acts_on_a_valve_as_wide_as_the_bore() -> None:
-    full_bore = gun_velocity(BENCH, 4e5, 0.5, [effect("gun.valve_flow")], valve_profiles=[CLOSING])
-    shots = gun_velocity(BENCH, [4e5, 4e5], 0.5, valve_profiles=[CLOSING, None])
-    assert shots.velocity_m_s[0] == full_bore.velocity_m_s[0]
-    assert shots.velocity_m_s[1] == gun_velocity(BENCH, 4e5, 0.5).velocity_m_s[0]
-
-
-def test_profiles_are_one_for_each_shot() -> None:
-    with pytest.raises(ValueError, match="1 valve profiles: expected one for each of 2 shots"):
-        gun_velocity(BENCH, [2e5, 3e5], 0.5, [effect("gun.valve_flow")], valve_profiles=[CLOSING])
 
 
 def test_the_stage_takes_the_profile_of_a_setting() -> None:

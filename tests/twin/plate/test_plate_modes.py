@@ -1,4 +1,4 @@
-"""Modes from an outline: published figures, closed forms, and what a plate does not depend on."""
+"""Modes from an outline: published figures, closed forms, what a plate does not depend on, and plates on disk."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pyroshock.twin.plate import modes
 from pyroshock.twin.plate.build import PlateBuild, PointMass, PointSpring, RayleighDamping, named_points
 from pyroshock.twin.plate.fem import elements_of
 from pyroshock.twin.plate.modes import solve_plate
@@ -34,38 +35,31 @@ def kirchhoff(plate, top=30.0, **more):
     return solve_plate(plate, top * unit, thickness_correction=False, **more).frequency_hz / unit
 
 
-def test_free_square_has_the_published_frequencies():
+def test_free_and_simply_supported_squares_have_their_published_frequencies():
     found = kirchhoff(build(), 40.0)
     assert np.all(found[:3] == 0)
     np.testing.assert_allclose(found[3:8], [13.468, 19.596, 24.270, 34.801, 34.801], rtol=1e-4)
-
-
-def test_simply_supported_square_has_its_closed_form():
     found = kirchhoff(build(edges=tuple(SimplySupported(side) for side in range(4))), 140.0)
     squares = sorted(i**2 + j**2 for i in range(1, 6) for j in range(1, 6))
     np.testing.assert_allclose(found, np.pi**2 * np.array(squares[: found.size]), rtol=1e-5)
 
 
 @pytest.mark.slow
-def test_clamped_square_has_the_published_frequencies():
-    # Leissa, NASA SP-160 (1969), table 4.24.
-    found = kirchhoff(build(edges=tuple(Clamped(side) for side in range(4))), 133.0)
-    np.testing.assert_allclose(found, [35.992, 73.413, 73.413, 108.27, 131.64, 132.24], rtol=6e-4)
+def test_clamped_and_cantilever_squares_have_the_published_frequencies():
+    # Leissa, NASA SP-160 (1969), tables 4.24 and 4.54 (Barton 1951), the latter an upper bound.
+    clamped = kirchhoff(build(edges=tuple(Clamped(side) for side in range(4))), 133.0)
+    np.testing.assert_allclose(clamped, [35.992, 73.413, 73.413, 108.27, 131.64, 132.24], rtol=6e-4)
+    cantilever = kirchhoff(build(edges=(Clamped(0),)), 32.0)
+    np.testing.assert_allclose(cantilever, [3.494, 8.547, 21.44, 27.46, 31.17], rtol=1e-2)
+    assert cantilever[0] < 3.494
 
 
-@pytest.mark.slow
-def test_cantilever_square_has_the_published_frequencies():
-    # Leissa, NASA SP-160 (1969), table 4.54 (Barton 1951), an upper bound.
-    found = kirchhoff(build(edges=(Clamped(0),)), 32.0)
-    np.testing.assert_allclose(found, [3.494, 8.547, 21.44, 27.46, 31.17], rtol=1e-2)
-    assert found[0] < 3.494
-
-
-@pytest.mark.parametrize("outline", [SQUARE[2:] + SQUARE[:2], SQUARE[::-1]])
-def test_start_and_sense_of_the_outline_do_not_matter(outline):
-    one, other = (solve_plate(build(given), 60.0) for given in (SQUARE, outline))
-    np.testing.assert_array_equal(one.frequency_hz, other.frequency_hz)
-    np.testing.assert_array_equal(one.shapes, other.shapes)
+def test_start_and_sense_of_the_outline_do_not_matter():
+    one = solve_plate(build(SQUARE), 60.0)
+    for outline in (SQUARE[2:] + SQUARE[:2], SQUARE[::-1]):
+        other = solve_plate(build(outline), 60.0)
+        np.testing.assert_array_equal(one.frequency_hz, other.frequency_hz)
+        np.testing.assert_array_equal(one.shapes, other.shapes)
 
 
 @pytest.mark.slow
@@ -103,7 +97,7 @@ def test_shapes_are_orthonormal_and_matrices_symmetric():
     assert abs(elements.stiffness @ one).max() < 1e-6 * abs(elements.stiffness).max()
 
 
-def test_rigid_shapes_hold_the_mass():
+def test_rigid_shapes_hold_the_mass_soft_springs_carry_it_and_a_law_of_damping_is_followed():
     free = solve_plate(build(), 20.0)
     rigid = np.vstack([free.shape_impact, free.shapes])[:, :3]
     plate = build()
@@ -111,33 +105,25 @@ def test_rigid_shapes_hold_the_mass():
     points = np.array([place.position_m for place in (*plate.impact_points, *plate.sensors)]) - 0.5
     expected = (1 + 12 * np.sum(points**2, axis=1)) / plate.mass_kg
     np.testing.assert_allclose(np.sum(rigid**2, axis=1), expected, rtol=1e-6)
-
-
-def test_soft_springs_carry_a_rigid_plate():
     k, plate = 50.0, build()
     held = replace(plate, springs=tuple(PointSpring(corner, k) for corner in SQUARE))
     found = solve_plate(held, 5.0).frequency_hz
     # Up: 4 k / m; tilting: 4 k (a/2)^2 / (m a^2 / 12) = 12 k / m.
     expected = np.sqrt(np.array([4, 12, 12]) * k / plate.mass_kg) / (2 * np.pi)
     np.testing.assert_allclose(found[:3], expected, rtol=1e-3)
+    law = RayleighDamping(50.0, 0.01, 200.0, 0.02)
+    np.testing.assert_allclose(law.ratios(np.array([0.0, 50.0, 200.0])), [0.0, 0.01, 0.02])
+    free = solve_plate(build(damping=law), 100.0)
+    np.testing.assert_array_equal(free.damping_ratio, law.ratios(free.frequency_hz))
 
 
 @pytest.mark.slow
-def test_one_spring_leaves_two_rigid_modes():
-    found = solve_plate(build(springs=(PointSpring((0.5, 0.5), 1e3),)), 30.0).frequency_hz
-    assert np.all(found[:2] == 0)
-    assert found[2] > 0.5
-
-
-@pytest.mark.slow
-def test_a_heavy_mass_is_a_support():
-    heavy, stiff = (
-        solve_plate(build(**{kind: value}), 60.0).frequency_hz
-        for kind, value in (
-            ("masses", (PointMass((0.5, 0.5), 1e7),)),
-            ("springs", (PointSpring((0.5, 0.5), 1e12),)),
-        )
-    )
+def test_one_spring_leaves_two_rigid_modes_and_a_heavy_mass_is_a_support():
+    sprung = solve_plate(build(springs=(PointSpring((0.5, 0.5), 1e3),)), 30.0).frequency_hz
+    assert np.all(sprung[:2] == 0)
+    assert sprung[2] > 0.5
+    heavy = solve_plate(build(masses=(PointMass((0.5, 0.5), 1e7),)), 60.0).frequency_hz
+    stiff = solve_plate(build(springs=(PointSpring((0.5, 0.5), 1e12),)), 60.0).frequency_hz
     np.testing.assert_allclose(heavy[heavy > 1], stiff[stiff > 1], rtol=1e-4)
 
 
@@ -168,18 +154,6 @@ def test_thin_plates_need_no_correction():
     np.testing.assert_allclose(corrected[3:], exact[3:], rtol=1e-4)
 
 
-def test_a_law_of_damping_is_followed():
-    law = RayleighDamping(50.0, 0.01, 200.0, 0.02)
-    np.testing.assert_allclose(law.ratios(np.array([0.0, 50.0, 200.0])), [0.0, 0.01, 0.02])
-    free = solve_plate(build(damping=law), 100.0)
-    np.testing.assert_array_equal(free.damping_ratio, law.ratios(free.frequency_hz))
-
-
-def test_points_off_the_plate_are_refused():
-    with pytest.raises(ValueError, match="off the plate"):
-        solve_plate(replace(build(ELL), sensors=named_points({"a": (0.9, 0.7)})), 30.0)
-
-
 @pytest.mark.parametrize(
     ("outline", "message"),
     [
@@ -189,9 +163,11 @@ def test_points_off_the_plate_are_refused():
         (((0, 0), (1, 0), (1, 0), (0, 1)), "fold back"),
     ],
 )
-def test_outlines_that_are_no_polygon_are_refused(outline, message):
+def test_outlines_that_are_no_polygon_and_points_off_the_plate_are_refused(outline, message):
     with pytest.raises(ValueError, match=message):
         build(outline)
+    with pytest.raises(ValueError, match="off the plate"):  # within the triangle's bounds
+        solve_plate(replace(BUILD, sensors=named_points({"a": (0.1, 0.3)})), 30.0)
 
 
 @pytest.mark.slow
@@ -210,3 +186,52 @@ def test_the_virtual_bench_has_the_same_frequencies():
     assert np.max(np.abs(error)) < 4e-3
     low = slice(3, 13)
     np.testing.assert_allclose(np.abs(solved.shapes[:, low]), np.abs(peer.shapes[:, low]), atol=0.02)
+
+
+BUILD = PlateBuild(
+    ((0.0, 0.0), (0.5, 0.0), (0.4, 0.4)),
+    0.01,
+    THESIS["steel"],
+    named_points({"#1": (0.3, 0.1)}),
+    named_points({"a": (0.35, 0.2)}),
+)
+
+
+@pytest.fixture
+def solutions(monkeypatch):
+    solve, seen = solve_plate, []
+
+    def counted(*arguments, **more):
+        seen.append(arguments)
+        return solve(*arguments, **more)
+
+    monkeypatch.setattr(modes, "solve_plate", counted)
+    return seen
+
+
+def test_a_plate_is_solved_once(tmp_path, solutions):
+    first, again = (modes.cached_plate(BUILD, 500.0, tmp_path / "deep" / "er") for _ in range(2))
+    assert len(solutions) == 1
+    for name in ("frequency_hz", "damping_ratio", "shape_impact", "shapes"):
+        np.testing.assert_array_equal(getattr(first, name), getattr(again, name))
+    assert (again.impact_points, again.sensors) == (("#1",), ("a",))
+    assert {BUILD: 1}[replace(BUILD)] == 1
+
+
+@pytest.mark.slow
+def test_another_plate_is_another_file(tmp_path, solutions):
+    for build in (BUILD, replace(BUILD, thickness_m=0.011)):
+        modes.cached_plate(build, 500.0, tmp_path)
+    modes.cached_plate(BUILD, 400.0, tmp_path)
+    modes.cached_plate(BUILD, 400.0, tmp_path, thickness_correction=False)
+    assert len(solutions) == 4 == len(list(tmp_path.iterdir()))
+
+
+def test_a_damaged_file_is_solved_anew(tmp_path, solutions):
+    good = modes.cached_plate(BUILD, 500.0, tmp_path)
+    (file,) = tmp_path.iterdir()
+    for times, damage in enumerate((b"", b"no archive", file.read_bytes()[:-200]), 2):
+        file.write_bytes(damage)
+        for _ in range(2):
+            np.testing.assert_array_equal(modes.cached_plate(BUILD, 500.0, tmp_path).shapes, good.shapes)
+            assert len(solutions) == times

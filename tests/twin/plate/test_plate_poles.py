@@ -32,10 +32,13 @@ def some(rng: np.random.Generator, modes: int = 3, records: int = 4) -> np.ndarr
     return rng.uniform(0.5, 2.0, (modes, records)) * np.exp(2j * np.pi * rng.uniform(size=(modes, records)))
 
 
-def test_amplitudes_come_back() -> None:
+def test_amplitudes_come_back_from_waves_that_are_exponentials() -> None:
     poles, amplitudes = poles_of(FREQUENCY, RATIO), some(np.random.default_rng(1))
     projected = Basis.of(poles, SAMPLES, STEP_S).projected(ringing(poles, amplitudes, offset=3.0))[0]
     assert projected == pytest.approx(amplitudes, abs=1e-8)
+    poles = poles_of(FREQUENCY, RATIO)
+    exact = np.exp(poles * (STEP_S * np.arange(777))[:, None])
+    assert waves(poles, 777, STEP_S) == pytest.approx(np.hstack([exact.real, exact.imag]), abs=1e-11)
 
 
 @given(seed=st.integers(0, 1000), off=st.floats(-0.01, 0.01), wider=st.floats(0.5, 2.0))
@@ -55,21 +58,15 @@ def test_lines_are_found_without_a_guess() -> None:
     found = search_poles(records, STEP_S, (200.0, 4000.0), 0.005, 10)
     assert frequencies_hz(found) == pytest.approx(FREQUENCY, rel=1e-3)
     assert damping_ratios(found) == pytest.approx(RATIO, rel=0.05)
-
-
-def test_heavily_damped_lines_are_found() -> None:
     rng = np.random.default_rng(3)
-    records = ringing(poles_of(FREQUENCY, 6 * RATIO), some(rng)) + 0.002 * rng.standard_normal((SAMPLES, 4))
-    found = search_poles(records, STEP_S, (200.0, 4000.0), 0.005, 10)
+    damped = ringing(poles_of(FREQUENCY, 6 * RATIO), some(rng)) + 0.002 * rng.standard_normal((SAMPLES, 4))
+    found = search_poles(damped, STEP_S, (200.0, 4000.0), 0.005, 10)
     assert frequencies_hz(found) == pytest.approx(FREQUENCY, rel=5e-3)
+    noise = np.random.default_rng(4).standard_normal((SAMPLES, 8))
+    assert search_poles(noise, STEP_S, (200.0, 4000.0), 0.005, 10).size == 0
 
 
-def test_noise_alone_has_no_lines() -> None:
-    records = np.random.default_rng(4).standard_normal((SAMPLES, 8))
-    assert search_poles(records, STEP_S, (200.0, 4000.0), 0.005, 10).size == 0
-
-
-def test_predicted_scatter_is_that_of_many_records() -> None:
+def test_predicted_scatter_is_that_of_many_records_and_parallel_columns_have_a_basis() -> None:
     rng, poles = np.random.default_rng(5), poles_of(FREQUENCY, RATIO)
     amplitudes, noise = some(rng, records=1), 0.02
     basis = Basis.of(poles, SAMPLES, STEP_S)
@@ -79,16 +76,7 @@ def test_predicted_scatter_is_that_of_many_records() -> None:
     ]
     _, jtj = basis.step(amplitudes, np.zeros((2 * FREQUENCY.size, 1)))
     assert basis.deviations(jtj, amplitudes, noise)[1][:, 0] == pytest.approx(np.std(found, axis=0), rel=0.25)
-
-
-def test_parallel_columns_still_have_a_basis() -> None:
     base = np.random.default_rng(6).standard_normal((50, 3))
     base[:, 2] = base[:, 1] * (1 + 1e-13)
     q, r = orthonormal(base)
     assert q @ r == pytest.approx(base, abs=1e-9)
-
-
-def test_waves_are_exponentials() -> None:
-    poles = poles_of(FREQUENCY, RATIO)
-    exact = np.exp(poles * (STEP_S * np.arange(777))[:, None])
-    assert waves(poles, 777, STEP_S) == pytest.approx(np.hstack([exact.real, exact.imag]), abs=1e-11)

@@ -12,7 +12,7 @@ from pyroshock.twin.effects import catalogue, effect
 from pyroshock.twin.sensors.chain import SensorChain
 from pyroshock.twin.sensors.effect import SensorEffect
 from pyroshock.twin.sensors.effects.force_gain import ForceGain
-from scipy.signal import TransferFunction, freqs, lsim
+from scipy.signal import freqs
 
 STEP_S = 1e-5
 SENSOR_EFFECTS = [identity for identity in catalogue() if identity.startswith("sensor.")]
@@ -53,23 +53,11 @@ def test_default_acts_on_its_own_channel_alone(identity, hook):
         assert changed == (name == hook)
 
 
-def test_pressure_set_by_a_reading_is_gain_and_offset_undone():
+def test_gains_and_offsets_of_each_shot_meet_its_own_series():
     both = SensorChain.of([effect("sensor.pressure_gain", gain=1.1), effect("sensor.pressure_offset", offset_pa=2e4)])
     true = np.array([1e5, 7e5])
     np.testing.assert_allclose(both.true_pressure_pa(1.1 * true + 2e4), true, rtol=1e-14)
-
-
-def test_tank_never_holds_less_than_the_atmosphere():
     assert chain("sensor.pressure_offset", offset_pa=5e4).true_pressure_pa(np.array([3e4])) == [0.0]
-
-
-@given(gain=st.floats(0.5, 2.0), velocity=st.floats(0.1, 80))
-def test_gains_multiply(gain, velocity):
-    seen = chain("sensor.velocity_gain", gain=gain).measured_velocity_m_s(np.array([velocity]))
-    assert seen[0] == pytest.approx(gain * velocity, rel=1e-15)
-
-
-def test_parameters_of_each_shot_meet_its_own_series():
     gains = np.array([0.5, 2.0])
     series = np.random.default_rng(1).standard_normal((2, 3, 8))
     seen = chain("sensor.acceleration_gain", gain=gains).measured_acceleration_m_s2(series, STEP_S)
@@ -78,95 +66,49 @@ def test_parameters_of_each_shot_meet_its_own_series():
         chain("sensor.acceleration_gain", gain=gains).measured_acceleration_m_s2(series[:1], STEP_S)
 
 
+@given(gain=st.floats(0.5, 2.0), velocity=st.floats(0.1, 80))
+def test_gains_multiply(gain, velocity):
+    seen = chain("sensor.velocity_gain", gain=gain).measured_velocity_m_s(np.array([velocity]))
+    assert seen[0] == pytest.approx(gain * velocity, rel=1e-15)
+
+
 @pytest.mark.parametrize("shape", [(), (3,), (2, 3)])
-def test_values_of_shots_need_a_series_for_each(shape):
+def test_values_of_shots_need_a_series_for_each_and_a_number_serves_all(shape):
     """Three values do not meet the three samples of one series: its axis is time."""
-    gains = np.array([0.5, 1.0, 2.0])
     for identity, hook in (("acceleration_gain", "measured_acceleration_m_s2"), ("force_gain", "measured_force_n")):
+        several = chain(f"sensor.{identity}", gain=np.array([0.5, 1.0, 2.0]))
         with pytest.raises(ValueError, match=rf"3 values of a parameter for series of shape {re.escape(str(shape))}$"):
-            getattr(chain(f"sensor.{identity}", gain=gains), hook)(np.ones(shape), STEP_S)
+            getattr(several, hook)(np.ones(shape), STEP_S)
+        series = np.full(shape, 3.0)
+        for gain in (2, 2.0, np.float32(2.0), np.array(2.0)):
+            seen = getattr(chain(f"sensor.{identity}", gain=gain), hook)(series, STEP_S)
+            np.testing.assert_array_equal(seen, 2 * series)
 
 
-@pytest.mark.parametrize("shape", [(), (4,), (2, 4)])
-@pytest.mark.parametrize("gain", [2, 2.0, np.float32(2.0), np.array(2.0)])
-def test_a_number_of_any_kind_serves_all_shots(shape, gain):
-    series = np.full(shape, 3.0)
-    np.testing.assert_array_equal(chain("sensor.force_gain", gain=gain).measured_force_n(series, STEP_S), 2 * series)
-    seen = chain("sensor.acceleration_gain", gain=gain).measured_acceleration_m_s2(series, STEP_S)
-    np.testing.assert_array_equal(seen, 2 * series)
-
-
-def test_low_pass_of_a_ramp_is_the_closed_form():
-    tau, time = 3.3e-5, np.arange(60) * STEP_S
-    ramp = np.concatenate(([0.0], 2.0 * time[1:]))
-    seen = chain("sensor.force_bandwidth", time_constant_s=tau).measured_force_n(ramp, STEP_S)
-    np.testing.assert_allclose(seen, 2.0 * (time - tau * (1 - np.exp(-time / tau))), rtol=1e-11, atol=1e-16)
-
-
-def test_low_pass_follows_the_differential_equation_and_keeps_the_impulse():
-    tau, time = 1.6e-5, np.arange(400) * STEP_S
-    force = np.where(time < 1e-3, np.sin(np.pi * time / 1e-3) ** 2, 0.0)
-    seen = chain("sensor.force_bandwidth", time_constant_s=tau).measured_force_n(force, STEP_S)
-    _, expected, _ = lsim(TransferFunction([1.0], [tau, 1.0]), force, time)
-    np.testing.assert_allclose(seen, expected, atol=1e-12)
-    assert seen.sum() == pytest.approx(force.sum(), rel=1e-9)
-
-
-def test_low_pass_far_above_the_rate_changes_next_to_nothing():
+def test_low_pass_changes_next_to_nothing_far_above_the_rate_and_keeps_its_digits_far_below():
+    """Its closed form and that of mountings stand in `test_sensor_filters`."""
     force = np.sin(np.linspace(0, np.pi, 200))
     seen = chain("sensor.force_bandwidth", time_constant_s=1e-9).measured_force_n(force, STEP_S)
     np.testing.assert_allclose(seen, force, atol=1e-4 * 0.02)
-
-
-def test_slow_low_pass_keeps_its_digits():
     step = chain("sensor.force_bandwidth", time_constant_s=1e-2).measured_force_n(np.ones(20), 1e-8)
     late = np.arange(1, 20) * 1e-8 / 1e-2
     np.testing.assert_allclose(np.diff(step), np.exp(-late[:19]) * -np.expm1(-1e-6), rtol=1e-6)
 
 
-def test_mount_follows_the_differential_equation():
-    period, zeta = 1.1e-4, 0.03
-    w = 2 * np.pi / period
-    time = np.arange(500) * STEP_S
-    base = np.where(time < 5e-4, np.sin(2 * np.pi * 4e3 * time) * np.sin(np.pi * time / 5e-4) ** 2, 0.0)
-    mount = chain("sensor.mount_resonance", period_s=period, damping_ratio=zeta)
-    _, expected, _ = lsim(TransferFunction([2 * zeta * w, w**2], [1.0, 2 * zeta * w, w**2]), base, time)
-    np.testing.assert_allclose(mount.measured_acceleration_m_s2(base, STEP_S), expected, atol=1e-10)
-
-
-def test_mount_answers_a_step_with_its_overshoot():
-    seen = chain("sensor.mount_resonance", period_s=1e-3, damping_ratio=0.03).measured_acceleration_m_s2(
-        np.concatenate(([0.0], np.ones(20_000))), 1e-6
-    )
-    assert seen[-1] == pytest.approx(1.0, abs=0.03)
-    assert 1.9 < seen.max() < 2.0
-
-
-def test_zero_shift_is_a_share_of_the_peak_that_decays_from_it():
-    series = np.zeros((2, 1, 100))
-    series[0, 0, 10], series[1, 0, 40] = -200.0, 80.0
-    shift = chain("sensor.zero_shift", share=0.05, decay_time_s=1e-3)
-    offset = shift.measured_acceleration_m_s2(series, STEP_S) - series
-    assert np.all(offset[0, 0, :10] == 0) and np.all(offset[1, 0, :40] == 0)
-    np.testing.assert_allclose(offset[0, 0, 10:], 10.0 * np.exp(-np.arange(90) * STEP_S / 1e-3), rtol=1e-12)
-    np.testing.assert_allclose(offset[1, 0, 40:], 4.0 * np.exp(-np.arange(60) * STEP_S / 1e-3), rtol=1e-12)
-
-
-def test_each_shot_has_its_own_shift():
+def test_zero_shift_of_each_shot_is_a_share_of_the_peak_that_decays_from_it():
+    """After a long wait as after none: a second before the shock is ten thousand decay times, whose exponential is no
+    number."""
     series = np.zeros((3, 2, 50))
     series[:, 0, 20], series[:, 1, 30] = -10.0, 40.0
     shares, times = np.array([0.1, 0.0, -0.2]), np.array([1e-3, 1e-3, 2e-4])
-    shift = chain("sensor.zero_shift", share=shares, decay_time_s=times)
-    offset = shift.measured_acceleration_m_s2(series, STEP_S) - series
-    for row in range(3):
-        for channel, (peak, at) in enumerate(((10.0, 20), (40.0, 30))):
-            late = (np.arange(50) - at) * STEP_S
-            expected = np.where(late >= 0, shares[row] * peak * np.exp(-np.maximum(late, 0) / times[row]), 0.0)
-            np.testing.assert_allclose(offset[row, channel], expected, rtol=1e-12, atol=1e-12)
-
-
-def test_shift_after_a_long_wait_is_as_after_none():
-    """A second before the shock is ten thousand decay times, whose exponential is no number."""
+    for share, decay_s in ((shares, times), (0.05, 1e-3)):
+        shift = chain("sensor.zero_shift", share=share, decay_time_s=decay_s)
+        offset = shift.measured_acceleration_m_s2(series, STEP_S) - series
+        for row, (own, own_s) in enumerate(zip(np.broadcast_to(share, 3), np.broadcast_to(decay_s, 3), strict=True)):
+            for sensor, (peak, at) in enumerate(((10.0, 20), (40.0, 30))):
+                late = (np.arange(50) - at) * STEP_S
+                expected = np.where(late >= 0, own * peak * np.exp(-np.maximum(late, 0) / own_s), 0.0)
+                np.testing.assert_allclose(offset[row, sensor], expected, rtol=1e-12, atol=1e-12)
     short, before = np.array([0.0, 50.0, -20.0, 0.0, 0.0]), np.zeros(1000)
     shift = chain("sensor.zero_shift", share=0.1, decay_time_s=1e-4)
     alone = shift.measured_acceleration_m_s2(short, 1e-3)
@@ -174,7 +116,7 @@ def test_shift_after_a_long_wait_is_as_after_none():
     np.testing.assert_array_equal(waited, np.concatenate([before, alone]))
 
 
-def test_transmissibility_of_a_mounting_is_that_of_its_transfer_function():
+def test_transmissibility_and_inverse_force_are_those_of_the_transfer_functions():
     omega, zeta, gains = 2 * np.pi / 1e-4, 0.05, np.array([0.9, 1.2])
     mount = effect("sensor.mount_resonance", period_s=1e-4, damping_ratio=zeta)
     driven = 2 * np.pi * np.array([100.0, 5e3, 2e4])
@@ -182,9 +124,6 @@ def test_transmissibility_of_a_mounting_is_that_of_its_transfer_function():
     both = SensorChain.of([mount, effect("sensor.acceleration_gain", gain=gains)])
     seen = both.transmissibility(1j * driven)
     np.testing.assert_allclose(seen, gains[:, None] * mounting, rtol=1e-12)
-
-
-def test_force_without_an_inverse_of_its_own_is_found_by_going_back_and_forth():
     force, cell = np.hanning(40), ForceGain(gain=0.8)
     back = SensorEffect.true_force_n(cell, cell.measured_force_n(force, STEP_S), STEP_S)
     np.testing.assert_allclose(back, force, atol=1e-12)

@@ -24,9 +24,6 @@ def mount(**parameters: Value) -> SensorChain:
     return SensorChain.of([effect("sensor.mount_resonance", **parameters)])
 
 
-# --- rows with parameters of their own ---
-
-
 def recursion(gain: float, memory: float) -> tuple[Floats, Floats]:
     return np.array([gain, 0.5]), np.array([1.0, -memory])
 
@@ -51,31 +48,22 @@ def test_each_row_is_filtered_by_its_own_parameters(shape: tuple[int, ...], gain
         np.testing.assert_array_equal(found[row], expected)
 
 
-def test_one_series_takes_one_set_of_parameters() -> None:
+def test_one_series_takes_one_set_of_parameters_and_rows_that_share_them_share_a_design() -> None:
     series = np.random.default_rng(2).standard_normal(40)
     np.testing.assert_array_equal(filtered(series, recursion, 2.0, 0.4), lfilter([2.0, 0.5], [1.0, -0.4], series))
     with pytest.raises(ValueError, match=r"40 values of a parameter for series of shape \(40,\)"):
         filtered(series, recursion, np.linspace(1, 2, 40), 0.4)
-
-
-def test_rows_that_share_parameters_share_a_design() -> None:
-    asked = []
+    for name in ("time_constant_s", "corner_period_s"):
+        with pytest.raises(ValueError, match=r"2 values of a parameter for series of shape \(3, 8\)"):
+            low_pass(**{name: np.array([1e-5, 2e-5])}).measured_force_n(np.ones((3, 8)), STEP_S)
+    designs = []
 
     def counted(gain: float, memory: float) -> tuple[Floats, Floats]:
-        asked.append((gain, memory))
+        designs.append((gain, memory))
         return recursion(gain, memory)
 
     filtered(np.ones((4, 2, 6)), counted, np.array([1.0, 2.0, 1.0, 2.0]), np.array([0.1, 0.2, 0.1, 0.3]))
-    assert sorted(asked) == [(1.0, 0.1), (2.0, 0.2), (2.0, 0.3)]
-
-
-@pytest.mark.parametrize("name", ["time_constant_s", "corner_period_s"])
-def test_values_for_other_rows_than_there_are_are_refused(name: str) -> None:
-    with pytest.raises(ValueError, match=r"2 values of a parameter for series of shape \(3, 8\)"):
-        low_pass(**{name: np.array([1e-5, 2e-5])}).measured_force_n(np.ones((3, 8)), STEP_S)
-
-
-# --- low pass of one pole ---
+    assert sorted(designs) == [(1.0, 0.1), (2.0, 0.2), (2.0, 0.3)]
 
 
 def triangle_through_one_pole(share: float, count: int) -> list[float]:
@@ -108,9 +96,6 @@ def test_each_shot_has_its_own_time_constant_and_none_is_none() -> None:
         np.testing.assert_allclose(seen[row], np.convolve(force[row], answer)[:60], atol=1e-12)
 
 
-# --- low pass of two poles ---
-
-
 def ramp_through_two_poles(time_s: Floats, period_s: float) -> Floats:
     """Butterworth's w^2 / (p^2 + sqrt(2) w p + w^2), whose poles are w (-1 +- i) / sqrt(2), to t from t = 0 on."""
     a = 2 * np.pi / period_s / np.sqrt(2)
@@ -139,10 +124,7 @@ def test_each_shot_has_its_own_corner_and_none_is_none() -> None:
 
 @pytest.mark.parametrize(
     ("parameters", "corner_hz", "lag_rad"),
-    [
-        ({"time_constant_s": 1e-4}, 1 / (2 * np.pi * 1e-4), np.pi / 4),
-        ({"corner_period_s": 1e-3}, 1e3, np.pi / 2),
-    ],
+    [({"time_constant_s": 1e-4}, 1 / (2 * np.pi * 1e-4), np.pi / 4), ({"corner_period_s": 1e-3}, 1e3, np.pi / 2)],
 )
 def test_at_the_corner_half_of_the_power_is_left(
     parameters: dict[str, float], corner_hz: float, lag_rad: float
@@ -156,42 +138,32 @@ def test_at_the_corner_half_of_the_power_is_left(
     assert -np.angle(amplitude) == pytest.approx(lag_rad, abs=1e-4)
 
 
-def test_two_poles_keep_the_impulse() -> None:
+def test_poles_keep_the_impulse_and_two_follow_the_one() -> None:
     force = np.concatenate(([0.0], np.hanning(50), np.zeros(2000)))
-    seen = low_pass(corner_period_s=1e-3).measured_force_n(force, STEP_S)
-    assert seen.sum() == pytest.approx(force.sum(), rel=1e-9)
-
-
-def test_both_low_passes_follow_each_other() -> None:
+    for parameters in ({"corner_period_s": 1e-3}, {"time_constant_s": 1.6e-5}):
+        assert low_pass(**parameters).measured_force_n(force, STEP_S).sum() == pytest.approx(force.sum(), rel=1e-9)
     force = np.random.default_rng(6).standard_normal((2, 50))
     both = low_pass(time_constant_s=3e-5, corner_period_s=2e-4).measured_force_n(force, STEP_S)
     one = low_pass(time_constant_s=3e-5).measured_force_n(force, STEP_S)
     np.testing.assert_array_equal(both, low_pass(corner_period_s=2e-4).measured_force_n(one, STEP_S))
 
 
-# --- mount ---
-
-
-def test_each_shot_has_its_own_mount_and_none_is_none() -> None:
-    period, zeta = np.array([5e-5, 0.0, 3e-4, 5e-5]), np.array([0.02, 0.02, 0.5, 0.2])
+@pytest.mark.parametrize("zeta", [np.array([0.02, 0.02, 0.5, 0.2]), 0.1], ids=["own damping", "one damping"])
+def test_each_shot_has_its_own_mount_and_none_is_none(zeta: Value) -> None:
+    period, dampings = np.array([5e-5, 0.0, 3e-4, 5e-5]), np.broadcast_to(zeta, 4)
     base = np.random.default_rng(7).standard_normal((4, 2, 120))
     base[..., 0] = 0.0  # lsim begins at the first sample, a record a sample before it
     seen = mount(period_s=period, damping_ratio=zeta).measured_acceleration_m_s2(base, STEP_S)
     np.testing.assert_array_equal(seen[1], base[1])
     for row in (0, 2, 3):
         w = 2 * np.pi / period[row]
-        system = TransferFunction([2 * zeta[row] * w, w**2], [1.0, 2 * zeta[row] * w, w**2])
+        system = TransferFunction([2 * dampings[row] * w, w**2], [1.0, 2 * dampings[row] * w, w**2])
+        alone = mount(period_s=period[row], damping_ratio=dampings[row])
         for channel in range(2):
             _, expected, _ = lsim(system, base[row, channel], np.arange(120) * STEP_S)
             np.testing.assert_allclose(seen[row, channel], expected, atol=1e-10)
-
-
-def test_one_damping_serves_mounts_of_several_periods() -> None:
-    base = np.random.default_rng(8).standard_normal((2, 60))
-    together = mount(period_s=np.array([6e-5, 2e-4]), damping_ratio=0.1).measured_acceleration_m_s2(base, STEP_S)
-    for row, period in enumerate((6e-5, 2e-4)):
-        alone = mount(period_s=period, damping_ratio=0.1).measured_acceleration_m_s2(base[row], STEP_S)
-        np.testing.assert_array_equal(together[row], alone)
+            single = alone.measured_acceleration_m_s2(base[row, channel], STEP_S)
+            np.testing.assert_array_equal(seen[row, channel], single)
 
 
 def test_mount_rings_at_its_damped_frequency_and_loses_its_share_each_turn() -> None:

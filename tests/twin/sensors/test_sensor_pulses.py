@@ -88,13 +88,10 @@ def test_a_long_tail_keeps_its_impulse_whatever_is_beside_it() -> None:
         assert together.contact_time_s[row] == pytest.approx(alone.contact_time_s[0], rel=2e-3)
 
 
-def test_longest_of_an_octave_is_seen_to_its_end() -> None:
+def test_each_pulse_has_its_own_low_pass_and_the_longest_of_an_octave_its_end() -> None:
     time = OCTAVE_S * np.array([1.0, 1.999])
-    given, tau = half_sines(time, np.array([1e3, 1e3])), OCTAVE_S * 0.01
-    agrees(measured_pulses(low_pass(tau), given), given, 1, tau, time[0] / STEPS)
-
-
-def test_each_pulse_has_its_own_low_pass() -> None:
+    given, shortest = half_sines(time, np.array([1e3, 1e3])), OCTAVE_S * 0.01
+    agrees(measured_pulses(low_pass(shortest), given), given, 1, shortest, time[0] / STEPS)
     time = np.array([3e-4, 2e-3, 3.1e-4])
     tau = np.array([1e-4, 2e-4, 3e-5])
     given = half_sines(time, np.array([1e3, 2e3, 3e3]))
@@ -125,7 +122,7 @@ def test_a_gain_moves_no_peak_to_before_where_it_was(at: int) -> None:
     assert 4e-4 <= seen.compression_time_s[0] <= 4e-4 + 0.5 * 1e-3 / STEPS
 
 
-def test_peak_of_a_coarse_pulse_is_late_by_what_the_filter_makes_it() -> None:
+def test_peak_of_a_coarse_pulse_is_late_and_no_force_stays_none() -> None:
     """A triangle of three points: y = F (t - tau (1 - exp(-t / tau))) / (T / 2), less twice that from T / 2 on."""
     time, tau = 1e-3, 1e-4
     given = ForcePulses(np.array([time]), np.array([[0.0, 500.0, 0.0]]), np.array([time / 2]))
@@ -133,11 +130,7 @@ def test_peak_of_a_coarse_pulse_is_late_by_what_the_filter_makes_it() -> None:
     # y' = 0 behind the middle: exp(-s / tau) (2 - exp(-T / 2 tau)) = 1
     later = tau * np.log(2 - np.exp(-time / 2 / tau))
     assert seen.compression_time_s[0] - time / 2 == pytest.approx(later, abs=0.6 * time / STEPS)
-
-
-def test_no_force_stays_none_beside_others() -> None:
-    time = np.array([3e-4, 3e-4])
-    given = half_sines(time, np.array([1e3, 0.0]))
+    given = half_sines(np.array([3e-4, 3e-4]), np.array([1e3, 0.0]))
     seen = measured_pulses(low_pass(5e-5), given)
     assert seen.contact_time_s[1] == 3e-4 and seen.compression_time_s[1] == 1.5e-4
     np.testing.assert_array_equal(seen.force_n[1], 0.0)

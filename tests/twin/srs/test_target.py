@@ -24,34 +24,23 @@ def read(tmp_path, text, tolerance=None):
 
 
 def test_levels_between_break_points_are_a_power_law():
+    """Six decibels per octave double; break points keep their levels, and outside of them there is none."""
     lines = np.geomspace(100, 1000, 9)
     exponent = np.log10(1500 / 50)
     np.testing.assert_allclose(target().at(lines).level_m_s2, 50 * (lines / 100) ** exponent, rtol=1e-12)
-
-
-def test_slope_of_six_decibels_per_octave_doubles():
+    np.testing.assert_allclose(target().at(target().frequency_hz).level_m_s2, [50, 1500, 1500], rtol=1e-12)
     made = ramps(100, 10.0, (800, 20 * np.log10(2)), (1600, 0.0))
     np.testing.assert_allclose(made.level_m_s2, [10, 80, 80], rtol=1e-12)
     np.testing.assert_allclose(made.slope_db_per_octave, [20 * np.log10(2), 0], atol=1e-12)
-
-
-def test_break_points_keep_their_levels():
-    np.testing.assert_allclose(target().at(target().frequency_hz).level_m_s2, [50, 1500, 1500], rtol=1e-12)
-
-
-def test_no_level_outside_of_the_range():
     with pytest.raises(ValueError, match="99 Hz: the target reaches from 100 to 10000 Hz"):
         target().at(np.array([99.0, 200.0]))
 
 
-def test_tolerance_holds_up_to_the_next_break_point():
+def test_tolerance_holds_up_to_the_next_break_point_and_makes_break_points():
     steps = Target(np.array([100.0, 1000, 10000]), np.ones(3), np.array([3.0, 6, 9]), np.array([1.0, 2, 3]))
-    made = steps.at(np.array([100.0, 999, 1000, 9999, 10000]))
-    np.testing.assert_array_equal(made.upper_db, [3, 3, 6, 6, 9])
-    np.testing.assert_array_equal(made.lower_db, [1, 1, 2, 2, 3])
-
-
-def test_band_that_begins_between_break_points_becomes_one():
+    held = steps.at(np.array([100.0, 999, 1000, 9999, 10000]))
+    np.testing.assert_array_equal(held.upper_db, [3, 3, 6, 6, 9])
+    np.testing.assert_array_equal(held.lower_db, [1, 1, 2, 2, 3])
     made = target().with_tolerance(NASA_STD_7003)
     lines = made.at(np.array([100.0, 2999, 3000, 3001, 10000]))
     np.testing.assert_array_equal(lines.upper_db, [6, 6, 6, 9, 9])
@@ -59,31 +48,28 @@ def test_band_that_begins_between_break_points_becomes_one():
     np.testing.assert_allclose(made.at(np.array([500.0])).level_m_s2, target().at(np.array([500.0])).level_m_s2)
 
 
-def test_lines_of_a_specification_are_even_on_log_paper_and_keep_both_ends():
+def test_lines_of_a_specification_are_even_on_log_paper_and_those_of_a_table_its_own():
     lines = target(frequency=(100.0, 200.0, 1600.0)).lines(6)
     assert lines.size == 25
     np.testing.assert_allclose(np.diff(np.log2(lines)), 1 / 6, rtol=1e-9)
-
-
-def test_table_of_lines_is_judged_at_its_own_lines():
     own = 100 * 2 ** (np.arange(19) / 6)
-    table = Target(own, np.ones(19), np.ones(19), np.ones(19))
-    np.testing.assert_array_equal(table.lines(), own)
+    np.testing.assert_array_equal(Target(own, np.ones(19), np.ones(19), np.ones(19)).lines(), own)
 
 
-@pytest.mark.parametrize(
-    ("changed", "said"),
-    [
+def test_what_is_no_target_and_no_text_is_refused(tmp_path):
+    for changed, words in (
         ({"frequency": (100.0, 100.0, 200.0)}, "frequency_hz = 100 follows 100"),
         ({"level": (50.0, 0.0, 10.0)}, "level_m_s2 = 0 at point 2"),
         ({"level": (50.0, np.nan, 10.0)}, "level_m_s2 = nan at point 2"),
         ({"lower": -3.0}, "lower_db = -3"),
         ({"frequency": (100.0,)}, "level_m_s2 has shape"),
-    ],
-)
-def test_what_is_no_target_is_refused(changed, said):
-    with pytest.raises(ValueError, match=said):
-        target(**changed)
+    ):
+        with pytest.raises(ValueError, match=words):
+            target(**changed)
+    for content in (b"frequency_hz,level_g\n100,\xff\n", "Größe".encode("latin-1"), b"a\0b"):
+        (tmp_path / "spec.csv").write_bytes(content)
+        with pytest.raises(ValueError, match=r"^spec\.csv: no CSV table in UTF-8: "):
+            read_target(tmp_path / "spec.csv")
 
 
 @pytest.mark.parametrize(
@@ -116,13 +102,6 @@ def test_tolerance_given_counts_before_the_file_and_the_file_before_the_standard
 def test_side_without_a_column_is_free(tmp_path):
     made = read(tmp_path, "frequency_hz,level_g,lower_db\n100,50,0\n1000,1500,0\n")
     assert np.all(np.isinf(made.upper_db)) and np.all(made.lower_db == 0)
-
-
-@pytest.mark.parametrize("content", [b"frequency_hz,level_g\n100,\xff\n", "Größe".encode("latin-1"), b"a\0b"])
-def test_what_is_no_text_is_refused(tmp_path, content):
-    (tmp_path / "spec.csv").write_bytes(content)
-    with pytest.raises(ValueError, match=r"^spec\.csv: no CSV table in UTF-8: "):
-        read_target(tmp_path / "spec.csv")
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,6 @@ def some(count, seed=0):
 
 
 def planted(settings, terms=TERMS, seed=1):
-    """Residuals (n, f) drawn from the process."""
     prior = Discrepancy(LINES, terms)
     joint = covariance(prior, Coordinates.of(settings))
     drawn = np.random.default_rng(seed).multivariate_normal(np.zeros(len(joint)), joint, method="cholesky")
@@ -51,29 +50,21 @@ def test_conditioning_is_that_of_the_joint_normal():
     assert learned.covariance_db2(new) == pytest.approx(joint[n:, n:] - gain @ joint[:n, n:], abs=1e-6)
 
 
-def test_a_fired_setting_is_known_to_its_scatter():
+def test_a_fired_setting_is_known_to_its_scatter_and_others_less():
     (setting,) = some(1)
-    residual = np.full((1, LINES.size), 4.0)
-    learned = Discrepancy(LINES).after([setting], residual)
+    learned = Discrepancy(LINES).after([setting], np.full((1, LINES.size), 4.0))
     own = sum(term.sd_db**2 for term in TERMS if "shot" in term.name)
     assert np.all(np.abs(learned.mean_db([setting]) - 4.0) < 0.7)
     assert np.all(np.diag(learned.covariance_db2(setting)) < 2.2 * own)
-
-
-def test_repeats_of_one_setting_close_in_on_its_mean():
-    (setting,) = some(1)
     rng = np.random.default_rng(3)
     residual = 3.0 + 0.7 * rng.standard_normal((20, 1)) + 0.7 * rng.standard_normal((20, LINES.size))
-    learned = Discrepancy(LINES).after([setting] * 20, residual)
-    assert learned.mean_db([setting])[0] == pytest.approx(residual.mean(axis=0), abs=0.15)
-
-
-def test_shots_elsewhere_teach_less():
+    repeated = Discrepancy(LINES).after([setting] * 20, residual)
+    assert repeated.mean_db([setting])[0] == pytest.approx(residual.mean(axis=0), abs=0.15)
     near, far = SPACE.grid(1, 1)[0], SPACE.grid(6, 4)[-1]
-    learned = Discrepancy(LINES).after([near], np.full((1, LINES.size), 5.0))
-    assert np.all(learned.mean_db([near]) > learned.mean_db([far]) + 0.5)
-    assert np.all(np.diag(learned.covariance_db2(near)) < np.diag(learned.covariance_db2(far)))
-    assert np.all(learned.mean_db([far]) > 0.5)  # the part that all settings share
+    elsewhere = Discrepancy(LINES).after([near], np.full((1, LINES.size), 5.0))
+    assert np.all(elsewhere.mean_db([near]) > elsewhere.mean_db([far]) + 0.5)
+    assert np.all(np.diag(elsewhere.covariance_db2(near)) < np.diag(elsewhere.covariance_db2(far)))
+    assert np.all(elsewhere.mean_db([far]) > 0.5)  # the part that all settings share
 
 
 def test_spread_of_the_model_widens_the_prior_and_leaves_with_the_first_shot():
@@ -101,7 +92,7 @@ def test_shots_left_out_are_predicted_as_if_they_had_not_been_fired():
         assert deviations[row] ** 2 == pytest.approx(np.diag(learned.covariance_db2(new)), rel=1e-6)
 
 
-def test_the_mean_of_repeats_teaches_what_the_repeats_do():
+def test_the_mean_of_repeats_teaches_what_they_do_and_draws_have_the_stated_covariance():
     first, second, new = some(3)
     settings, groups = [first, second, first, first], np.array([4, 7, 4, 4])
     residual = planted(settings)
@@ -110,9 +101,6 @@ def test_the_mean_of_repeats_teaches_what_the_repeats_do():
     together = ShotCorrection.of(Discrepancy(LINES), Coordinates.of(settings).means(groups), means)
     assert together.mean_db([new]) == pytest.approx(alone.mean_db([new]), abs=1e-5)
     assert together.covariance_db2(new) == pytest.approx(alone.covariance_db2(new), abs=1e-5)
-
-
-def test_draws_have_the_stated_covariance():
     shots, (new,) = some(3), some(1, seed=9)
     learned = Discrepancy(LINES).after(shots, planted(shots))
     drawn = learned.draws_db([new], np.random.default_rng(0).standard_normal((20_000, LINES.size)))[:, 0]
@@ -134,12 +122,9 @@ def test_fitting_does_not_lower_the_likelihood_and_finds_what_was_planted():
     assert log_likelihood(found) > log_likelihood(Discrepancy(LINES, true)) - 5
 
 
-def test_few_shots_leave_the_stated_deviations():
+def test_few_shots_leave_the_stated_deviations_and_residuals_that_do_not_fit_are_refused():
     settings = some(19)
     assert fitted(Discrepancy(LINES), settings, planted(settings)).terms == TERMS
-
-
-def test_residuals_that_do_not_fit_are_refused():
     with pytest.raises(ValueError, match="residual_db has shape"):
         Discrepancy(LINES).after(some(2), np.zeros((1, LINES.size)))
     with pytest.raises(ValueError, match="finite"):

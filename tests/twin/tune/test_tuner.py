@@ -28,29 +28,26 @@ def first():
     return tuned(goal())
 
 
-def test_spectrum_of_the_first_proposal_is_the_one_asked_for(first):
+def test_proposals_are_ranked_and_distinct_and_the_first_is_the_one_asked_for(first):
+    """The same with the same seed; progress counts up to the whole grid."""
     best = first.proposals[0]
     assert np.abs(level_db(spectrum(best.setting)) - goal().level_db).max() < 1.0
     assert best.worst_margin_db > 5.0
-
-
-def test_proposals_are_ranked_and_distinct(first):
     ranks = [p.rank for p in first.proposals]
     assert ranks == sorted(ranks, reverse=True)
     mounts = [mount_of(s) for p in first.proposals for s in (p.setting, *p.alternatives)]
     assert len(set(mounts)) == len(mounts) > 5
     levels = [p.level_db for p in first.proposals]
-    apart = [np.abs(a - b).max() for i, a in enumerate(levels) for b in levels[:i]]
-    assert min(apart) >= SAME_SPECTRUM_DB
+    assert min(np.abs(a - b).max() for i, a in enumerate(levels) for b in levels[:i]) >= SAME_SPECTRUM_DB
+    calls = []
+    again = tuned(goal(), progress=lambda done, total, what: calls.append((done, total, what)))
+    for name in ("setting", "probability_within"):
+        assert [getattr(p, name) for p in again.proposals] == [getattr(p, name) for p in first.proposals]
+    assert (648, 648, "grid") in calls
+    assert all(done <= total for done, total, _ in calls)
 
 
-def test_same_seed_same_proposals(first):
-    again = tuned(goal())
-    assert [p.setting for p in again.proposals] == [p.setting for p in first.proposals]
-    assert [p.probability_within for p in again.proposals] == [p.probability_within for p in first.proposals]
-
-
-def test_a_fired_shot_updates_the_next_proposal():
+def test_fired_shots_update_the_next_proposal_and_make_surer(first):
     """A bench 8 dB louder than its model: the first shot misses, the second does not."""
     fired = tuned(goal(8.0)).proposals[0].setting
     shown = FiredShots((fired,), level_db(spectrum(fired))[None] + 8.0)
@@ -58,9 +55,6 @@ def test_a_fired_shot_updates_the_next_proposal():
     after = tuned(goal(8.0), measured=shown)
     second_miss = np.abs(level_db(spectrum(after.proposals[0].setting)) + 8.0 - goal(8.0).level_db).max()
     assert first_miss > 6.0 > second_miss
-
-
-def test_shots_make_surer(first):
     rng, mounts = np.random.default_rng(2), list(SPACE.mounts())
     shots = tuple(SPACE.setting(m, 3e5, 0.5) for m in mounts[::4])
     exact = FiredShots(shots, level_db(Toy().spectra(shots)) + 0.5 * rng.standard_normal((len(shots), LINES.size)))
@@ -68,7 +62,7 @@ def test_shots_make_surer(first):
     assert after.proposals[0].probability_95 > first.proposals[0].probability_95 + 0.1
 
 
-def test_nothing_refused_is_proposed():
+def test_nothing_refused_or_outside_of_the_model_is_proposed():
     def no_steel(settings):
         return [("no steel today",) if s.tip.name == "steel" else () for s in settings]
 
@@ -76,14 +70,6 @@ def test_nothing_refused_is_proposed():
     assert all(p.setting.tip.name != "steel" for p in found.proposals)
     assert any("beyond the bench: no steel today" in each.reason for each in found.avoid)
 
-
-def test_bench_that_refuses_everything_is_told_why():
-    found = tuned(goal(), refusals=lambda settings: [("closed",)] * len(settings))
-    assert found.proposals == ()
-    assert "closed" in found.attainability.sentence
-
-
-def test_outside_of_the_model_is_to_avoid_unless_asked_for():
     def outside(settings):
         return [("tip unknown",) if s.tip.name == "PLA" else () for s in settings]
 
@@ -93,27 +79,13 @@ def test_outside_of_the_model_is_to_avoid_unless_asked_for():
     assert any(p.outside for p in bold.proposals)
 
 
-def test_likely_overtests_are_told_with_line_and_size():
+def test_likely_overtests_are_told_and_lines_of_another_grid_are_refused():
     every_mount = Effort(pressures=6, masses=3, finalists=36)
     said = [each.reason for each in tuned(goal(), effort=every_mount).avoid if each.reason.startswith("overtests")]
     assert said
     assert all("dB above the upper edge at" in reason for reason in said)
-
-
-def test_lines_of_another_grid_are_refused():
-    other = Goal.even(LINES[:-1], np.ones(40))
     with pytest.raises(ValueError, match="expected the same frequencies"):
-        tuned(other)
-
-
-def test_progress_counts_up_to_the_whole_grid():
-    seen = []
-    tuned(goal(), progress=lambda done, total, what: seen.append((done, total, what)))
-    assert (648, 648, "grid") in seen
-    assert all(done <= total for done, total, _ in seen)
-
-
-def test_shots_of_two_campaigns_come_together():
+        tuned(Goal.even(LINES[:-1], np.ones(40)))
     one = FiredShots((HIDDEN,), np.zeros((1, LINES.size)))
     assert len(FiredShots() + one + one) == 2
     assert (one + FiredShots()).level_db.shape == (1, LINES.size)

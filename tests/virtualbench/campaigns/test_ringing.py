@@ -61,21 +61,15 @@ def test_recording_in_blows_is_the_recording_in_one_piece(mounting):
         assert np.abs(found[quiet] - expected[quiet]).max() < 1e-3 * np.abs(expected[quiet]).max()
 
 
-def test_blow_at_the_record_s_ends_is_cut():
+def test_blow_at_the_record_s_ends_is_cut_and_none_or_one_without_force_moves_nothing():
     whole = in_blows((0.01,), 1000, Effects.none())
     assert in_blows((0.01,), 530, Effects.none()) == pytest.approx(whole[:, :530], abs=1e-9)
     late = in_blows((0.01 + 1000 / FS_HZ,), 1600, Effects.none())
     assert late[:, 1000:] == pytest.approx(whole[:, :600], rel=1e-6, abs=1e-6)
-
-
-def test_blow_without_force_moves_nothing():
     nothing = blow(0.01, PULSE_S, 0 * PULSE_N, FS_HZ, RATIO, 1e-3)
     assert not ringing_accelerations(
         [nothing], 900, MODES, MODES.shape_impact[0], response, SENSORS, FS_HZ, Effects.default()
     ).any()
-
-
-def test_no_blow_no_motion():
     assert not ringing_accelerations(
         [], 100, MODES, MODES.shape_impact[0], response, SENSORS, FS_HZ, Effects.none()
     ).any()

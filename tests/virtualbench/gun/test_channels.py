@@ -1,4 +1,4 @@
-"""The two signals of a shot, measured again by the ingest's own rules."""
+"""The two signals of a shot, measured again by the ingest's own rules; the cubic between a shot's points."""
 
 from __future__ import annotations
 
@@ -11,9 +11,12 @@ from pyroshock.virtualbench.gun.fire import (
     LASER_REST_M,
     ShotTruth,
     Trigger,
+    crossings,
     fire,
+    position_at,
     shot_signals,
     trigger_time_s,
+    velocity_at,
 )
 
 RATE_HZ = 25_000.0
@@ -30,26 +33,21 @@ def signals(shot: ShotTruth) -> dict[str, np.ndarray]:
     return shot_signals(shot, BULLET, RATE_HZ, 0.9, Trigger(pre_trigger_s=0.2))
 
 
-def test_velocity_comes_back_within_its_uncertainty(shot: ShotTruth, signals: dict[str, np.ndarray]) -> None:
-    measured = muzzle_velocity(signals["laser"], RATE_HZ, BULLET.length_m)
-    assert abs(measured.velocity_m_s - shot.muzzle_velocity_m_s) < measured.velocity_u_m_s
-
-
-def test_edges_come_back_between_samples(shot: ShotTruth, signals: dict[str, np.ndarray]) -> None:
-    measured = muzzle_velocity(signals["laser"], RATE_HZ, BULLET.length_m)
+def test_velocity_pressure_and_edges_come_back(shot: ShotTruth, signals: dict[str, np.ndarray]) -> None:
+    """Velocity within its uncertainty, edges between samples; the grid begins before the trigger."""
+    velocity = muzzle_velocity(signals["laser"], RATE_HZ, BULLET.length_m)
+    assert abs(velocity.velocity_m_s - shot.muzzle_velocity_m_s) < velocity.velocity_u_m_s
     begin = trigger_time_s(shot) - 0.2
-    found = begin + np.array([measured.enter_sample, measured.leave_sample]) / RATE_HZ
-    assert found == pytest.approx(shot.laser_blocked[0], abs=0.6 / RATE_HZ)
-
-
-def test_tank_pressure_comes_back(shot: ShotTruth, signals: dict[str, np.ndarray]) -> None:
-    measured = tank_pressure_before(signals["tank_pressure"])
-    assert measured.pressure_pa == pytest.approx(shot.tank_pressure_pa[0], rel=1e-3)
-
-
-def test_laser_falls_by_the_diameter(signals: dict[str, np.ndarray]) -> None:
+    edges_s = begin + np.array([velocity.enter_sample, velocity.leave_sample]) / RATE_HZ
+    assert edges_s == pytest.approx(shot.laser_blocked[0], abs=0.6 / RATE_HZ)
+    pressure = tank_pressure_before(signals["tank_pressure"]).pressure_pa
+    assert pressure == pytest.approx(shot.tank_pressure_pa[0], rel=1e-3)
     assert signals["laser"].max() == pytest.approx(LASER_REST_M)
     assert signals["laser"].min() == pytest.approx(LASER_REST_M - BULLET.diameter_m)
+    assert {signal.shape for signal in signals.values()} == {(22_500,)}
+    assert signals["tank_pressure"][int(0.2 * RATE_HZ)] == pytest.approx(0.95 * shot.tank_pressure_pa[0], rel=1e-6)
+    late = shot_signals(shot, BULLET, RATE_HZ, 0.9, Trigger(pre_trigger_s=0.2), trigger_offset_s=10 / RATE_HZ)
+    assert late["laser"][:-10] == pytest.approx(signals["laser"][10:], abs=1e-9)
 
 
 def test_rebound_is_a_second_slower_passage() -> None:
@@ -61,54 +59,51 @@ def test_rebound_is_a_second_slower_passage() -> None:
     assert stops[1] - starts[1] > 1.5 * (stops[0] - starts[0])
 
 
-def test_grid_begins_before_the_trigger(shot: ShotTruth, signals: dict[str, np.ndarray]) -> None:
-    assert {signal.shape for signal in signals.values()} == {(22_500,)}
-    trigger = int(0.2 * RATE_HZ)
-    assert signals["tank_pressure"][trigger] == pytest.approx(0.95 * shot.tank_pressure_pa[0], rel=1e-6)
-
-
-def test_another_share_triggers_where_that_share_is_lost(shot: ShotTruth) -> None:
+def test_record_begins_by_the_share_that_triggers_or_before_the_valve_turns(shot: ShotTruth) -> None:
     tank = shot_signals(shot, BULLET, RATE_HZ, 0.9, Trigger(0.2, 0.1))["tank_pressure"]
     assert tank[int(0.1 * RATE_HZ)] == pytest.approx(0.8 * shot.tank_pressure_pa[0], rel=1e-6)
-
-
-def test_without_a_trigger_the_record_begins_before_the_valve_turns(shot: ShotTruth) -> None:
     tank = shot_signals(shot, BULLET, RATE_HZ, 0.9, Trigger(None, 0.25))["tank_pressure"]
     port = int((0.25 + shot.port_opens_s) * RATE_HZ)
     assert np.ptp(tank[: port - 1]) < 1.0
     assert tank[port + int(0.02 * RATE_HZ)] < tank[0] - 50.0
 
 
-@pytest.mark.parametrize("trigger", [{"share": 0.0}, {"share": 1.0}, {"pre_trigger_s": -0.1}])
-def test_trigger_that_no_recorder_has_is_refused(trigger: dict[str, float]) -> None:
-    with pytest.raises(ValueError, match="trigger: "):
-        Trigger(**trigger)
-
-
-def test_offset_shifts_the_recording(shot: ShotTruth, signals: dict[str, np.ndarray]) -> None:
-    late = shot_signals(shot, BULLET, RATE_HZ, 0.9, Trigger(pre_trigger_s=0.2), trigger_offset_s=10 / RATE_HZ)
-    assert late["laser"][:-10] == pytest.approx(signals["laser"][10:], abs=1e-9)
-
-
-def test_shot_that_never_falls_does_not_trigger() -> None:
+def test_impossible_trigger_and_recording_are_refused(shot: ShotTruth) -> None:
+    for setting in ({"share": 0.0}, {"share": 1.0}, {"pre_trigger_s": -0.1}):
+        with pytest.raises(ValueError, match="trigger: "):
+            Trigger(**setting)
+    for rate_hz, duration_s, trigger, words in (
+        (0.0, 0.9, Trigger(pre_trigger_s=0.2), "sampling_rate_hz"),
+        (RATE_HZ, -1.0, Trigger(), "duration_s"),
+        (RATE_HZ, 0.9, Trigger(pre_trigger_s=0.9), "pre_trigger_s"),
+        (RATE_HZ, 3.0, Trigger(pre_trigger_s=0.2), "until_s"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            shot_signals(shot, BULLET, rate_hz, duration_s, trigger)
     quiet = fire(GunBuild(), Effects.default(), 0.0, BULLET, np.random.default_rng(1), until_s=0.3)
     with pytest.raises(ValueError, match="no trigger"):
         shot_signals(quiet, BULLET, RATE_HZ, 0.9, Trigger(pre_trigger_s=0.2))
 
 
-@pytest.mark.parametrize(
-    ("given", "name"),
-    [
-        ((0.0, 0.9, Trigger(pre_trigger_s=0.2)), "sampling_rate_hz"),
-        ((RATE_HZ, -1.0, Trigger()), "duration_s"),
-        ((RATE_HZ, 0.9, Trigger(pre_trigger_s=0.9)), "pre_trigger_s"),
-    ],
-)
-def test_impossible_recording_is_refused(shot: ShotTruth, given: tuple[float, float, float], name: str) -> None:
-    with pytest.raises(ValueError, match=name):
-        shot_signals(shot, BULLET, *given)
+TIME = np.array([0.0, 0.3, 0.45, 1.0, 1.4])
+WAY = TIME, TIME**3 - TIME, 3 * TIME**2 - 1
 
 
-def test_recording_past_the_end_asks_for_a_longer_shot(shot: ShotTruth) -> None:
-    with pytest.raises(ValueError, match="until_s"):
-        shot_signals(shot, BULLET, RATE_HZ, 3.0, Trigger(pre_trigger_s=0.2))
+def test_cubic_motion_is_exact_and_another_converges_with_the_fourth_order() -> None:
+    moment = np.linspace(0, 1.4, 57)
+    assert position_at(*WAY, moment) == pytest.approx(moment**3 - moment, abs=1e-14)
+    assert velocity_at(*WAY, moment) == pytest.approx(3 * moment**2 - 1, abs=1e-13)
+    assert position_at(*WAY, np.array([-1.0, 9.0])) == pytest.approx([0.0, 1.4**3 - 1.4])
+    roots = np.roots([1, 0, -1, 0.2])
+    assert crossings(*WAY, -0.2) == pytest.approx(np.sort(roots[roots > 0]), abs=1e-12)
+    assert position_at(*WAY, crossings(*WAY, 0.7)) == pytest.approx([0.7], abs=1e-12)
+    assert crossings(*WAY, 5.0).size == 0
+
+    def error(points: int) -> float:
+        time = np.linspace(0, 1, points)
+        moment = np.linspace(0, 1, 997)
+        return float(
+            np.abs(position_at(time, np.sin(6 * time), 6 * np.cos(6 * time), moment) - np.sin(6 * moment)).max()
+        )
+
+    assert np.log2(error(21) / error(41)) == pytest.approx(4, abs=0.1)

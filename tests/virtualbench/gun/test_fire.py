@@ -6,6 +6,7 @@ import csv
 import math
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -50,17 +51,8 @@ def velocity_of(work_j: float) -> float:
     return math.sqrt(2 * work_j / BULLET.mass_kg)
 
 
-# --- limits with a closed form ---------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("pressure", [2.5e4, 8e5])
-def test_ideal_gun_is_adiabatic_expansion(pressure: float) -> None:
-    truth = velocity_of(adiabatic_work_j(pressure + VACUUM_PA))
-    assert speed(Effects.none(), pressure, SMOOTH) == pytest.approx(truth, rel=1e-5)
-
-
-@pytest.mark.parametrize("pressure", [2.5e4, 8e5])
-def test_error_falls_with_the_tolerance(pressure: float) -> None:
+def test_ideal_gun_is_adiabatic_expansion_and_its_error_falls_with_the_tolerance(pressure: float) -> None:
     truth = velocity_of(adiabatic_work_j(pressure + VACUUM_PA))
     shots = [shoot(Effects.none(), pressure, SMOOTH, tightness=tightness) for tightness in (100.0, 1.0, 1e-2)]
     errors = [abs(shot.muzzle_velocity_m_s / truth - 1) for shot in shots]
@@ -69,65 +61,31 @@ def test_error_falls_with_the_tolerance(pressure: float) -> None:
     assert errors[2] < min(errors[1], 1e-6)
 
 
-def test_ideal_gun_with_friction_is_the_nominal_law() -> None:
+def test_friction_atmosphere_and_dead_volume_have_their_closed_forms() -> None:
     """The twin's closed form, by another road: gauge pressure, no efficiency, nominal Coulomb friction."""
     bench = GunBench(TANK_M3, 0.049, BULLET.diameter_m, TRAVEL_M, GUN.friction_coefficient, 1.4, 1.0)
     pressures = np.array([3e4, 1e5, 6e5])
     shots = [speed(Effects.none(), pressure) for pressure in pressures]
     # The virtual bench's friction grows from rest over the first millimetres per second.
     assert shots == pytest.approx(nominal_muzzle_velocity(bench, pressures, BULLET.mass_kg), rel=1e-5)
-
-
-def test_atmosphere_resists_when_it_can_get_away() -> None:
-    """Absolute pressure expands against the atmosphere; the vents are wide, so that none is compressed ahead."""
+    # Absolute pressure expands against the atmosphere; the vents are wide, so that none is compressed ahead.
     pressure = 5e4 + ATMOSPHERE_PA
     work = adiabatic_work_j(pressure) - ATMOSPHERE_PA * BULLET.area_m2 * TRAVEL_M
     shot = speed(Effects.only("gun.back_pressure"), 5e4, replace(SMOOTH, vent_count=3000))
     assert shot == pytest.approx(velocity_of(work), rel=3e-3)
     assert speed(Effects.only("gun.back_pressure"), 5e4, SMOOTH) < velocity_of(work)
-
-
-def test_dead_volume_shares_the_gas_first() -> None:
     whole = TANK_M3 + GUN.dead_volume_m3
     truth = velocity_of(adiabatic_work_j((8e5 + VACUUM_PA) * TANK_M3 / whole, whole))
     assert speed(Effects.only("gun.dead_volume"), 8e5, SMOOTH) == pytest.approx(truth, rel=1e-5)
 
 
-def test_infinite_tank_is_uniform_acceleration() -> None:
-    endless = replace(SMOOTH, tank_volume_m3=1e4)
-    shot = shoot(Effects.none(), 1e5, endless)
-    acceleration = 1e5 * BULLET.area_m2 / BULLET.mass_kg
-    assert shot.muzzle_velocity_m_s == pytest.approx(math.sqrt(2 * acceleration * TRAVEL_M), rel=1e-5)
-    assert shot.exit_time_s == pytest.approx(math.sqrt(2 * TRAVEL_M / acceleration), rel=1e-5)
-
-
-def test_leak_past_a_heavy_projectile_is_choked_blowdown() -> None:
-    """p = p0 (1 + (gamma - 1) / 2 C A sqrt(R T) t / V)^(-2 gamma / (gamma - 1)), as long as the clearance is choked."""
-    heavy = replace(BULLET, mass_kg=1e9)
-    shot = shoot(Effects.only("gun.blow_by", 3.0), 8e5, bullet=heavy, until_s=1.2)
-    assert (shot.ahead_pressure_pa < 0.5 * shot.tank_pressure_pa)[shot.time_s < 0.5].all()
-    rate = 0.2 * CHOKED * 3 * leak_area_m2(GUN, heavy) * math.sqrt(GAS_CONSTANT * 293.15) / TANK_M3
-    truth = 8e5 * (1 + rate * shot.time_s) ** -7
-    early = shot.time_s < 0.5
-    assert shot.tank_pressure_pa[early] == pytest.approx(truth[early], rel=1e-5)
-    assert shot.tank_pressure_pa[early][-1] < 5e5
-
-
-# --- balances --------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("effects", [Effects.none(), Effects.only("gun.back_pressure"), STEADY])
 @pytest.mark.parametrize("pressure", [2.5e4, 4e5])
-def test_mass_is_kept(effects: Effects, pressure: float) -> None:
+def test_mass_and_energy_are_kept(effects: Effects, pressure: float) -> None:
     books = shoot(effects, pressure).ledger
     total = books.gas_mass_kg + books.mass_out_kg
     assert np.abs(total / total[0] - 1).max() < 1e-9
     assert books.mass_out_kg[-1] > 0
-
-
-@pytest.mark.parametrize("effects", [Effects.none(), Effects.only("gun.back_pressure"), STEADY])
-@pytest.mark.parametrize("pressure", [2.5e4, 4e5])
-def test_energy_is_kept_up_to_the_strike(effects: Effects, pressure: float) -> None:
     shot = shoot(effects, pressure, SMOOTH, tightness=0.1)
     books = shot.ledger
     moving = BULLET.mass_kg * shot.velocity_m_s**2 / 2
@@ -137,15 +95,27 @@ def test_energy_is_kept_up_to_the_strike(effects: Effects, pressure: float) -> N
     assert moving[flight].max() > 1e4 * np.abs(total[flight] - total[0]).max()
 
 
-def test_ideal_gas_follows_the_adiabat() -> None:
+def test_ideal_gas_follows_the_adiabat_infinite_tanks_accelerate_and_leaks_blow_down() -> None:
     shot = shoot(Effects.none(), 4e5, SMOOTH)
     inside = shot.position_m < TRAVEL_M - 1e-3
     inside[np.argmin(inside) :] = False
     volume = TANK_M3 + BULLET.area_m2 * shot.position_m[inside]
     assert shot.tank_pressure_pa[inside] == pytest.approx(4e5 * (TANK_M3 / volume) ** 1.4, rel=1e-6)
-
-
-# --- what a shot looks like ------------------------------------------------------------------------------------------
+    endless = replace(SMOOTH, tank_volume_m3=1e4)
+    shot = shoot(Effects.none(), 1e5, endless)
+    acceleration = 1e5 * BULLET.area_m2 / BULLET.mass_kg
+    assert shot.muzzle_velocity_m_s == pytest.approx(math.sqrt(2 * acceleration * TRAVEL_M), rel=1e-5)
+    assert shot.exit_time_s == pytest.approx(math.sqrt(2 * TRAVEL_M / acceleration), rel=1e-5)
+    # p = p0 (1 + (gamma - 1) / 2 C A sqrt(R T) t / V)^(-2 gamma / (gamma - 1)), as long as the clearance is
+    # choked.
+    heavy = replace(BULLET, mass_kg=1e9)
+    shot = shoot(Effects.only("gun.blow_by", 3.0), 8e5, bullet=heavy, until_s=1.2)
+    assert (shot.ahead_pressure_pa < 0.5 * shot.tank_pressure_pa)[shot.time_s < 0.5].all()
+    rate = 0.2 * CHOKED * 3 * leak_area_m2(GUN, heavy) * math.sqrt(GAS_CONSTANT * 293.15) / TANK_M3
+    truth = 8e5 * (1 + rate * shot.time_s) ** -7
+    early = shot.time_s < 0.5
+    assert shot.tank_pressure_pa[early] == pytest.approx(truth[early], rel=1e-5)
+    assert shot.tank_pressure_pa[early][-1] < 5e5
 
 
 def test_five_real_shots_come_out_within_a_tenth(thesis_tables: Path) -> None:
@@ -161,14 +131,15 @@ def test_five_real_shots_come_out_within_a_tenth(thesis_tables: Path) -> None:
     assert abs(ratios.mean() - 1) < 0.03
 
 
-def test_pressure_behind_falls_once_the_vents_are_passed() -> None:
+def test_projectile_passes_vents_and_laser_strikes_and_comes_back_slower() -> None:
     shot = shoot(STEADY, 3e5)
     at_vents, later = np.searchsorted(shot.time_s, [shot.exit_time_s, shot.exit_time_s + 0.015])
     assert shot.breech_pressure_pa[later] < 0.5 * shot.breech_pressure_pa[at_vents]
     assert shot.tank_pressure_pa[later] > 0.7 * 3e5
-
-
-def test_projectile_strikes_and_comes_back_slower() -> None:
+    shot = shoot(STEADY, 1e5)
+    start, stop = shot.laser_blocked[0]
+    assert start < shot.exit_time_s < stop
+    assert BULLET.length_m / (stop - start) == pytest.approx(shot.muzzle_velocity_m_s, rel=0.01)
     shot = shoot(STEADY, 4e4, restitution=0.5, until_s=1.2)
     after = np.searchsorted(shot.time_s, shot.impact_time_s, side="right")
     assert shot.position_m.max() <= GUN.travel_m(BULLET) + 1e-12
@@ -176,27 +147,14 @@ def test_projectile_strikes_and_comes_back_slower() -> None:
     assert len(shot.laser_blocked) >= 2
 
 
-def test_laser_is_blocked_for_length_over_velocity() -> None:
-    shot = shoot(STEADY, 1e5)
-    start, stop = shot.laser_blocked[0]
-    assert start < shot.exit_time_s < stop
-    assert BULLET.length_m / (stop - start) == pytest.approx(shot.muzzle_velocity_m_s, rel=0.01)
-
-
-def test_no_pressure_no_shot() -> None:
+def test_shots_get_faster_with_pressure_and_slower_with_mass_or_do_not_leave() -> None:
     shot = shoot(STEADY, 0.0)
     assert (shot.muzzle_velocity_m_s, shot.impact_velocity_m_s, shot.laser_blocked) == (0.0, 0.0, ())
     assert math.isnan(shot.exit_time_s)
     assert np.abs(shot.position_m).max() < 1e-9
-
-
-def test_hesitant_shot_may_stop_in_the_barrel() -> None:
     shot = shoot(STEADY, 8e3, until_s=1.2)
     assert 0.0 < shot.position_m.max() < TRAVEL_M
     assert shot.muzzle_velocity_m_s == 0.0
-
-
-def test_heavier_is_slower_and_more_pressure_faster() -> None:
     speeds = [[speed(STEADY, p, bullet=Projectile(mass_kg=m)) for p in (1e5, 3e5, 7e5)] for m in (0.2, 0.5, 1.0)]
     assert np.diff(speeds, axis=0).max() < 0
     assert np.diff(speeds, axis=1).min() > 0
@@ -211,24 +169,19 @@ def test_halved_tolerances_change_nothing_much(pressure: float, mass: float) -> 
     assert speeds[:2] == pytest.approx([speeds[2]] * 2, rel=2e-4)
 
 
-# --- effects ---------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", GUN_EFFECTS)
 @pytest.mark.parametrize("pressure", [5e4, 4e5])
 def test_effect_alone_goes_its_way_and_grows(name: str, pressure: float) -> None:
-    """Heat from the walls speeds the shot up; every other effect slows the ideal gun down."""
+    """Heat from the walls speeds the shot up; every other effect slows the ideal gun down. Each vanishes with its
+    strength."""
     ideal, weak, strong = (speed(Effects.only(name, strength), pressure) for strength in (0.0, 0.5, 1.0))
     sign = 1 if name == "gun.heat_exchange" else -1
     assert sign * (weak - ideal) > 1e-5 * ideal
     assert sign * (strong - weak) > 1e-5 * ideal
-
-
-@pytest.mark.parametrize("name", GUN_EFFECTS)
-def test_effect_vanishes_with_its_strength(name: str) -> None:
-    ideal, none, little, more = (speed(Effects.only(name, strength), 2e5) for strength in (0.0, 1e-9, 1e-3, 1e-1))
-    assert none == pytest.approx(ideal, rel=1e-5)
-    assert abs(little - ideal) < max(0.05 * abs(more - ideal), 1e-5 * ideal)
+    if pressure == 5e4:
+        ideal, none, little, more = (speed(Effects.only(name, strength), 2e5) for strength in (0.0, 1e-9, 1e-3, 1e-1))
+        assert none == pytest.approx(ideal, rel=1e-5)
+        assert abs(little - ideal) < max(0.05 * abs(more - ideal), 1e-5 * ideal)
 
 
 @pytest.mark.parametrize("name", [name for name in CATALOGUE if not name.startswith("gun.") and "hand" not in name])
@@ -236,32 +189,22 @@ def test_effects_of_other_rooms_leave_the_gun_alone(name: str) -> None:
     assert speed(STEADY, 1e5) == speed(STEADY.with_strength(name, 3.0), 1e5)
 
 
-@pytest.mark.parametrize("name", ["gun.back_pressure", "gun.valve_flow", "gun.barrel_loss", "gun.sliding_friction"])
+@pytest.mark.parametrize(
+    "name", ["gun.back_pressure", "gun.valve_flow", "gun.barrel_loss", "gun.sliding_friction", "gun.blow_by"]
+)
 def test_resistance_slows_the_real_gun_too(name: str) -> None:
-    speeds = [speed(STEADY.with_strength(name, strength), 5e4) for strength in (0.0, 1.0, 2.0)]
+    """A leak does at a low pressure, and from half its strength on."""
+    pressure, strengths = (4e4, (0.0, 0.5, 1.0, 2.0)) if name == "gun.blow_by" else (5e4, (0.0, 1.0, 2.0))
+    speeds = [speed(STEADY.with_strength(name, strength), pressure) for strength in strengths]
     assert np.diff(speeds).max() < 0
 
 
-def test_leak_slows_the_real_gun_at_low_pressure() -> None:
-    speeds = [speed(STEADY.with_strength("gun.blow_by", strength), 4e4) for strength in (0.0, 0.5, 1.0, 2.0)]
-    assert np.diff(speeds).max() < 0
-
-
-# --- scatter ---------------------------------------------------------------------------------------------------------
-
-
-def test_same_seed_same_shot() -> None:
-    first, again = (fire(GUN, Effects.default(), 1e5, BULLET, np.random.default_rng(7), until_s=0.3) for _ in range(2))
-    assert np.array_equal(first.velocity_m_s, again.velocity_m_s)
-
-
-def test_scatter_is_a_percent_or_two() -> None:
+def test_scatter_is_a_percent_or_two_and_of_the_seed() -> None:
     rng = np.random.default_rng(3)
     shots = [fire(GUN, Effects.default(), 1e5, BULLET, rng, until_s=0.25).muzzle_velocity_m_s for _ in range(30)]
     assert 0.005 < np.std(shots) / np.mean(shots) < 0.03
-
-
-def test_draws_do_not_depend_on_the_strength() -> None:
+    first, again = (fire(GUN, Effects.default(), 1e5, BULLET, np.random.default_rng(7), until_s=0.3) for _ in range(2))
+    assert np.array_equal(first.velocity_m_s, again.velocity_m_s)
     generators = [np.random.default_rng(5), np.random.default_rng(5)]
     for effects, rng in zip((Effects.none(), Effects.default()), generators, strict=True):
         fire(GUN, effects, 1e5, BULLET, rng, until_s=0.1)
@@ -290,65 +233,34 @@ def test_hundred_and_five_shots_take_seconds() -> None:
     assert (time.process_time() - started) / 10 < 0.15  # 0.05 on an idle machine
 
 
-# --- bad input -------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("pressure", [-1.0, math.nan, math.inf])
-def test_impossible_pressure_is_refused(pressure: float) -> None:
-    with pytest.raises(ValueError, match="tank_pressure_pa"):
-        shoot(STEADY, pressure)
-
-
-@pytest.mark.parametrize(("name", "value"), [("until_s", 0.0), ("restitution", 1.0), ("restitution", -0.1)])
-def test_impossible_shot_is_refused(name: str, value: float) -> None:
-    with pytest.raises(ValueError, match=name):
-        shoot(STEADY, 1e5, **{name: value})
-
-
-@pytest.mark.parametrize(("field", "value"), [("diameter_m", 0.05), ("length_m", 0.7)])
-def test_projectile_that_does_not_fit_is_refused(field: str, value: float) -> None:
-    with pytest.raises(ValueError, match=field):
-        shoot(STEADY, 1e5, bullet=replace(BULLET, **{field: value}))
-
-
 @pytest.mark.parametrize(
-    ("field", "value"),
+    ("refused", "words"),
     [
-        ("tank_volume_m3", 0.0),
-        ("valve_opening_time_s", -0.1),
-        ("valve_critical_ratio", 1.2),
-        ("seal_drag_share", -0.1),
-        ("temperature_k", math.nan),
+        *((partial(shoot, STEADY, pressure), "tank_pressure_pa") for pressure in (-1.0, math.nan, math.inf)),
+        (partial(shoot, STEADY, 1e5, until_s=0.0), "until_s"),
+        *((partial(shoot, STEADY, 1e5, restitution=restitution), "restitution") for restitution in (1.0, -0.1)),
+        (partial(shoot, STEADY, 1e5, bullet=replace(BULLET, diameter_m=0.05)), "diameter_m"),
+        (partial(shoot, STEADY, 1e5, bullet=replace(BULLET, length_m=0.7)), "length_m"),
+        (partial(replace, GUN, tank_volume_m3=0.0), "tank_volume_m3"),
+        (partial(replace, GUN, valve_opening_time_s=-0.1), "valve_opening_time_s"),
+        (partial(replace, GUN, valve_critical_ratio=1.2), "valve_critical_ratio"),
+        (partial(replace, GUN, seal_drag_share=-0.1), "seal_drag_share"),
+        (partial(replace, GUN, temperature_k=math.nan), "temperature_k"),
+        (partial(replace, GUN, laser_position_m=0.5), "vents, laser, muzzle"),
+        *((partial(Projectile, mass_kg=mass), "mass_kg") for mass in (0.0, -1.0, math.inf)),
     ],
 )
-def test_unphysical_gun_is_refused_by_name(field: str, value: float) -> None:
-    with pytest.raises(ValueError, match=field):
-        replace(GUN, **{field: value})
+def test_impossible_shots_guns_and_projectiles_are_refused_by_name(refused: Any, words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        refused()
 
 
-def test_order_along_the_barrel_is_kept() -> None:
-    with pytest.raises(ValueError, match="vents, laser, muzzle"):
-        replace(GUN, laser_position_m=0.5)
-
-
-@pytest.mark.parametrize("mass", [0.0, -1.0, math.inf])
-def test_massless_projectile_is_refused(mass: float) -> None:
-    with pytest.raises(ValueError, match="mass_kg"):
-        Projectile(mass_kg=mass)
-
-
-# --- the way of the valve
-
-
-def test_a_stated_way_of_the_usual_opening_is_the_usual_shot() -> None:
+def test_ways_of_the_valve_open_as_usual_keep_the_tank_or_slow_the_shot() -> None:
     way = ValveWay((0.0, GUN.valve_opening_time_s), (0.0, 1.0))
     usual, stated = shoot(STEADY, 4e5), shoot(STEADY, 4e5, valve_way=way)
     np.testing.assert_array_equal(stated.tank_pressure_pa, usual.tank_pressure_pa)
     np.testing.assert_array_equal(stated.velocity_m_s, usual.velocity_m_s)
-
-
-def test_a_closed_valve_keeps_what_is_left_in_the_tank() -> None:
-    """Without heat from the walls its pressure stands still once the ball's bore has left the seat again."""
+    # Without heat from the walls its pressure stands still once the ball's bore has left the seat again.
     way = ValveWay((0.0, 0.2, 0.25, 0.3), (0.0, 1.0, 1.0, 0.0))
     shut_s = way.kinks_s[-2]  # the bore leaves the seat before the ball is back
     truth = shoot(STEADY.with_strength("gun.heat_exchange", 0.0), 4e5, valve_way=way)
@@ -356,9 +268,6 @@ def test_a_closed_valve_keeps_what_is_left_in_the_tank() -> None:
     assert np.ptp(truth.tank_pressure_pa[after]) < 1e-6 * 4e5
     assert 0.05e5 < truth.tank_pressure_pa[-1] < 3.9e5
     assert truth.tank_pressure_pa[before][-1] < truth.tank_pressure_pa[before][0]
-
-
-def test_a_valve_that_closes_sooner_shoots_slower_and_one_that_stays_shut_not_at_all() -> None:
     light = Projectile(mass_kg=1.0)
     ways = [None, *(ValveWay((0.0, s, s + 0.02), (0.0, s / 0.25, 0.0)) for s in (0.2, 0.15, 0.1))]
     speeds = [shoot(STEADY, 4e5, bullet=light, valve_way=way).muzzle_velocity_m_s for way in ways]

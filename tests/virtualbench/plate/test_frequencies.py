@@ -37,36 +37,24 @@ def _parameters(plate: BenchPlate, limit: float) -> np.ndarray:
     return modes(plate, Effects.none(), max_frequency_hz=limit * unit).frequencies_hz / unit
 
 
-def test_free_square() -> None:
-    found = _parameters(_plate(THIN_M), 70)
-    assert found[:3].tolist() == [0.0, 0.0, 0.0]
-    assert found[3:8] == pytest.approx(ARGYRIS_FREE, rel=2e-4)
-    assert np.all(found[3:8] < LEISSA_FREE)
-    assert found[3:8] == pytest.approx(LEISSA_FREE, rel=0.011)
-
-
-def test_bench_plate_against_another_element() -> None:
-    plate = BenchPlate(STEEL, THIN_M, OUTLINE_M, (), (), (0.005,) * 200)
-    assert _parameters(plate, 260)[3:13] == pytest.approx(ARGYRIS_BENCH, rel=2e-4)
-
-
-def test_clamped_square() -> None:
-    found = _parameters(_plate(THIN_M, tuple(Clamp(edge) for edge in range(4))), 140)
-    assert found[:5] == pytest.approx(LEISSA_CLAMPED, rel=1e-3)
-
-
-def test_square_clamped_along_one_edge() -> None:
-    found = _parameters(_plate(THIN_M, (Clamp(3),)), 35)
-    assert np.all(found[:5] < LEISSA_CANTILEVER)
-    assert found[:5] == pytest.approx(LEISSA_CANTILEVER, rel=0.011)
-
-
-def test_a_shorter_clamp_is_softer() -> None:
+def test_square_free_clamped_and_clamped_along_one_edge() -> None:
+    free = _parameters(_plate(THIN_M), 70)
+    assert free[:3].tolist() == [0.0, 0.0, 0.0]
+    assert free[3:8] == pytest.approx(ARGYRIS_FREE, rel=2e-4)
+    assert np.all(free[3:8] < LEISSA_FREE)
+    assert free[3:8] == pytest.approx(LEISSA_FREE, rel=0.011)
+    clamped = _parameters(_plate(THIN_M, tuple(Clamp(edge) for edge in range(4))), 140)
+    assert clamped[:5] == pytest.approx(LEISSA_CLAMPED, rel=1e-3)
+    cantilever = _parameters(_plate(THIN_M, (Clamp(3),)), 35)
+    assert np.all(cantilever[:5] < LEISSA_CANTILEVER)
+    assert cantilever[:5] == pytest.approx(LEISSA_CANTILEVER, rel=0.011)
     lowest = [_parameters(_plate(THIN_M, (Clamp(3, 0.5 - half, 0.5 + half),)), 30)[0] for half in (0.5, 0.3, 0.15)]
     assert all(shorter < longer for longer, shorter in pairwise(lowest))
 
 
-def test_frequencies_do_not_know_how_the_plate_lies() -> None:
+def test_bench_plate_against_another_element_and_however_it_lies() -> None:
+    plate = BenchPlate(STEEL, THIN_M, OUTLINE_M, (), (), (0.005,) * 200)
+    assert _parameters(plate, 260)[3:13] == pytest.approx(ARGYRIS_BENCH, rel=2e-4)
     turn = np.array([[math.cos(0.7), math.sin(0.7)], [-math.sin(0.7), math.cos(0.7)]])
     turned = tuple((x, y) for x, y in (np.array(OUTLINE_M) @ turn + [0.3, 0.4]).tolist())
     lying, rolled = (_plate(0.01, outline=o) for o in (OUTLINE_M, turned[1:] + turned[:1]))
@@ -98,15 +86,16 @@ def _navier(thickness_m: float, m: int, n: int) -> float:
 
 @pytest.mark.parametrize("thickness_m", [0.001, 0.01, 0.1])
 def test_simply_supported_square_is_navier_s(thickness_m: float) -> None:
+    """And Kirchhoff's where it is thin; the wavenumber of a mode is that of its half waves."""
     expected = sorted(_navier(thickness_m, m, n) for m in range(1, 5) for n in range(1, 5))[:6]
-    assert _simply_supported(thickness_m, 3, 8, 6) == pytest.approx(expected, rel=2e-5)
-
-
-def test_thin_simply_supported_square_is_kirchhoff_s() -> None:
-    thickness_m = 1e-3
-    rigidity = STEEL.young_modulus_pa * thickness_m**3 / (12 * (1 - 0.3**2))
-    unit = math.pi / 2 * math.sqrt(rigidity / (STEEL.density_kg_m3 * thickness_m))
-    assert _simply_supported(thickness_m, 3, 8, 4) == pytest.approx([2 * unit, 5 * unit, 5 * unit, 8 * unit], rel=2e-5)
+    found = _simply_supported(thickness_m, 3, 8, 6)
+    assert found == pytest.approx(expected, rel=2e-5)
+    if thickness_m == THIN_M:
+        rigidity = STEEL.young_modulus_pa * thickness_m**3 / (12 * (1 - 0.3**2))
+        unit = math.pi / 2 * math.sqrt(rigidity / (STEEL.density_kg_m3 * thickness_m))
+        assert found[:4] == pytest.approx([2 * unit, 5 * unit, 5 * unit, 8 * unit], rel=2e-5)
+    wavenumber = flexural_wavenumber(_plate(0.1), _navier(0.1, 2, 3))
+    assert wavenumber == pytest.approx(math.pi * math.hypot(2, 3), rel=1e-12)
 
 
 @pytest.mark.parametrize(("degree", "elements"), [(2, (4, 8, 16)), (3, (3, 6, 12)), (4, (2, 4, 8))])
@@ -116,11 +105,6 @@ def test_frequencies_converge_from_above_with_twice_the_degree(degree: int, elem
     assert min(errors) > 0
     orders = [math.log2(coarse / fine) for coarse, fine in pairwise(errors)]
     assert orders[-1] == pytest.approx(2 * degree, abs=0.35)
-
-
-def test_wavenumber_of_a_simply_supported_mode() -> None:
-    plate = _plate(0.1)
-    assert flexural_wavenumber(plate, _navier(0.1, 2, 3)) == pytest.approx(math.pi * math.hypot(2, 3), rel=1e-12)
 
 
 def test_the_mesh_is_fine_enough_at_its_limit() -> None:

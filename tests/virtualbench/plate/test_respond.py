@@ -53,15 +53,12 @@ def _half_sine(samples: int) -> tuple[np.ndarray, np.ndarray]:
     return time, np.sin(np.pi * time / DURATION)
 
 
-def test_half_sine_into_one_oscillator() -> None:
+def test_half_sine_into_one_oscillator_converges_with_the_second_order() -> None:
     time = -2e-4 + np.arange(3000) / 51200
     found = respond(_oscillators(FREQUENCIES, DAMPING), *_half_sine(20_001), time)
     for row, f, zeta in zip(found, FREQUENCIES, DAMPING, strict=True):
         expected = _half_sine_closed(f, zeta, DURATION, time)
         assert row == pytest.approx(expected, abs=1e-7 * np.abs(expected).max())
-
-
-def test_a_sampled_half_sine_converges_with_the_second_order() -> None:
     time = DURATION + np.arange(100) / 51200  # before that, it matters where between two samples one looks
     expected = _half_sine_closed(900.0, 0.3, DURATION, time)
     errors = [
@@ -78,9 +75,6 @@ def test_a_straight_force_is_exact_on_any_grid() -> None:
     time = np.arange(2000) / 51200
     coarse = respond(system, np.linspace(0, DURATION, 3), np.array([0, 5.0, 0]), time)
     assert respond(system, fine_time, fine, time) == pytest.approx(coarse, abs=1e-9)
-
-
-def test_a_mode_that_dies_within_a_step() -> None:
     # exp(-zeta omega dt) is zero as a number for three samples in half a second, and 1e-2 for five thousand.
     system = _oscillators([2000.0, 8000.0], [0.9, 0.9])
     fine_time, time = np.linspace(0, 0.5, 5001), np.linspace(0, 0.6, 7201)
@@ -91,31 +85,17 @@ def test_a_mode_that_dies_within_a_step() -> None:
 
 
 def test_linear_in_the_force_and_in_time() -> None:
+    """No answer before the force and none to no force; a recording may end within it; the impact point is chosen."""
     system = _oscillators(FREQUENCIES, DAMPING)
     force_time, force = _half_sine(1001)
     time = np.arange(4000) / 51200
-    late = respond(system, force_time + 0.01, 3 * force, time + 0.01)
-    assert late == pytest.approx(3 * respond(system, force_time, force, time), abs=1e-6)
-
-
-def test_no_answer_before_the_force_and_none_to_no_force() -> None:
-    system = _oscillators(FREQUENCIES, DAMPING)
-    force_time, force = _half_sine(1001)
+    whole = respond(system, force_time, force, time)
+    assert respond(system, force_time + 0.01, 3 * force, time + 0.01) == pytest.approx(3 * whole, abs=1e-6)
     assert not respond(system, force_time, force, np.linspace(-1, -1e-6, 50)).any()
     assert not respond(system, force_time, 0 * force, np.linspace(0, 1, 50)).any()
-
-
-def test_a_recording_may_end_within_the_force() -> None:
-    system = _oscillators(FREQUENCIES, DAMPING)
-    time = np.arange(400) / 51200
-    whole = respond(system, *_half_sine(1001), time)
-    assert respond(system, *_half_sine(1001), time[:30]) == pytest.approx(whole[:, :30])
-
-
-def test_the_impact_point_is_chosen() -> None:
-    system = replace(_oscillators([100.0], [0.01]), shape_impact=np.array([[1.0], [-2.5]]))
-    time = np.arange(100) / 51200
-    first, second = (respond(system, *_half_sine(101), time, point=k) for k in (0, 1))
+    assert respond(system, force_time, force, time[:30]) == pytest.approx(whole[:, :30])
+    two_points = replace(_oscillators([100.0], [0.01]), shape_impact=np.array([[1.0], [-2.5]]))
+    first, second = (respond(two_points, *_half_sine(101), time[:100], point=k) for k in (0, 1))
     assert second == pytest.approx(-2.5 * first)
 
 
@@ -136,18 +116,12 @@ def watched() -> tuple[PlateModes, np.ndarray]:
 def test_the_plate_s_momentum_grows_by_the_force(watched: tuple[PlateModes, np.ndarray], point: int) -> None:
     solved, mass = watched
     force_time, force = _half_sine(1001)
-    time = np.arange(400) / 51200
-    total = mass @ respond(solved, force_time, 800 * force, time, point=point)
-    assert total == pytest.approx(np.interp(time, force_time, 800 * force, right=0.0), abs=0.2)
-
-
-def test_a_struck_plate_moves_on(watched: tuple[PlateModes, np.ndarray]) -> None:
-    solved, mass = watched
-    force_time, force = _half_sine(1001)
     time = np.arange(20_000) / 51200
-    acceleration = respond(solved, force_time, force, time)
+    acceleration = respond(solved, force_time, 800 * force, time, point=point)
+    expected = np.interp(time[:400], force_time, 800 * force, right=0.0)
+    assert mass @ acceleration[:, :400] == pytest.approx(expected, abs=0.2)
     velocity = mass @ (acceleration.sum(axis=1) / 51200) / mass.sum()
-    assert velocity == pytest.approx(2 * DURATION / np.pi / mass.sum(), rel=1e-3)
+    assert velocity == pytest.approx(800 * 2 * DURATION / np.pi / mass.sum(), rel=1e-3)
 
 
 @pytest.fixture(scope="module")
@@ -167,7 +141,7 @@ def _truncated(solved: PlateModes, limit_hz: float) -> PlateModes:
     )
 
 
-def test_the_sum_over_modes_converges(many: PlateModes) -> None:
+def test_modes_converge_and_those_beyond_the_bandwidth_are_left_out_unnoticed(many: PlateModes) -> None:
     force_time = np.linspace(0, 1e-3, 1001)
     force = np.sin(np.pi * force_time / 1e-3) ** 2
     time = np.arange(5000) / 51200
@@ -179,12 +153,8 @@ def test_the_sum_over_modes_converges(many: PlateModes) -> None:
     assert all(later < earlier for earlier, later in pairwise(misses))
     assert misses[0] > 0.1
     assert misses[-1] < 5e-3
-
-
-def test_modes_beyond_the_bandwidth_are_left_out_unnoticed(many: PlateModes) -> None:
     force_time = np.linspace(0, 0.02, 2001)
     force = np.sin(np.pi * force_time / 0.02) ** 2
-    time = np.arange(5000) / 51200
     bandwidth = pulse_bandwidth_hz(force_time, force)
     assert bandwidth < 6000
     kept = respond(_truncated(many, bandwidth), force_time, force, time)
@@ -194,37 +164,29 @@ def test_modes_beyond_the_bandwidth_are_left_out_unnoticed(many: PlateModes) -> 
     assert kept == pytest.approx(whole, abs=1e-3 * np.abs(whole).max())
 
 
-def test_too_coarse_samples_have_no_bandwidth() -> None:
-    assert pulse_bandwidth_hz(np.arange(3.0), np.array([0.0, 1.0, 0.0])) == np.inf
-
-
-def test_bandwidth_scales_with_the_pulse() -> None:
+def test_bandwidth_scales_with_the_pulse_and_coarse_samples_have_none() -> None:
     short, long = (
         pulse_bandwidth_hz(np.linspace(0, t, 4001), np.sin(np.linspace(0, np.pi, 4001)) ** 2) for t in (1e-4, 1e-2)
     )
     assert short == pytest.approx(100 * long)
     # f |F| of sin^2 falls as (T f)^-2: 1e-4 of its peak lies near 100 / T.
     assert 50 < 1e-4 * short < 200
+    assert pulse_bandwidth_hz(np.arange(3.0), np.array([0.0, 1.0, 0.0])) == np.inf
 
 
-@pytest.mark.parametrize(
-    ("force_time", "force", "time", "match"),
-    [
-        (np.array([0, 1.0, 3.0]), np.ones(3), np.arange(3.0), "force_time_s.*even"),
-        (np.arange(3.0), np.ones(3), np.array([0.0, 1.0, 3.0]), "time_s.*even"),
-        (np.arange(3.0)[::-1], np.ones(3), np.arange(3.0), "rising"),
-        (np.arange(3.0), np.ones(4), np.arange(3.0), "shape"),
-        (np.arange(3.0), np.array([0, np.nan, 0]), np.arange(3.0), "finite"),
-        (np.arange(3.0), np.ones(3), np.ones((2, 2)), "time_s has shape"),
-        (np.zeros(1), np.zeros(1), np.arange(3.0), "two or more"),
-    ],
-)
-def test_bad_input_is_refused(force_time: np.ndarray, force: np.ndarray, time: np.ndarray, match: str) -> None:
-    with pytest.raises(ValueError, match=match):
-        respond(_oscillators([100.0], [0.01]), force_time, force, time)
-
-
-@pytest.mark.parametrize("point", [-1, 1])
-def test_an_unknown_impact_point_is_refused(point: int) -> None:
-    with pytest.raises(ValueError, match=f"point = {point}"):
-        respond(_oscillators([100.0], [0.01]), *_half_sine(11), np.arange(3.0), point=point)
+def test_bad_input_and_unknown_impact_points_are_refused() -> None:
+    three = np.arange(3.0)
+    for force_time, force, time, words in (
+        (np.array([0, 1.0, 3.0]), np.ones(3), three, "force_time_s.*even"),
+        (three, np.ones(3), np.array([0.0, 1.0, 3.0]), "time_s.*even"),
+        (three[::-1], np.ones(3), three, "rising"),
+        (three, np.ones(4), three, "shape"),
+        (three, np.array([0, np.nan, 0]), three, "finite"),
+        (three, np.ones(3), np.ones((2, 2)), "time_s has shape"),
+        (np.zeros(1), np.zeros(1), three, "two or more"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            respond(_oscillators([100.0], [0.01]), force_time, force, time)
+    for point in (-1, 1):
+        with pytest.raises(ValueError, match=f"point = {point}"):
+            respond(_oscillators([100.0], [0.01]), *_half_sine(11), three, point=point)

@@ -47,84 +47,52 @@ def test_without_effects_the_contact_is_hertz() -> None:
 
 @pytest.mark.parametrize("split", SPLITS)
 @pytest.mark.parametrize("effect", EFFECTS)
-def test_strength_next_to_zero_does_nothing(effect: str, split: str) -> None:
+def test_strength_next_to_zero_does_nothing_and_losses_lower_the_rebound(effect: str, split: str) -> None:
     (_, nominal), (_, values) = force({}, split), force({effect: 1e-7}, split)
     assert values.max() == pytest.approx(nominal.max(), rel=1e-5)
     assert impulse({effect: 1e-7}, split) == pytest.approx(impulse({}, split), rel=1e-4)
+    if effect in ("contact.viscous_loss", "contact.plastic_yield", "contact.plate_compliance"):
+        assert restitution({effect: 1.0}, split) < 0.995
 
 
-@pytest.mark.parametrize("split", SPLITS)
-@pytest.mark.parametrize("effect", ["contact.viscous_loss", "contact.plastic_yield", "contact.plate_compliance"])
-def test_losses_lower_the_rebound(effect: str, split: str) -> None:
-    assert restitution({effect: 1.0}, split) < 0.995
-
-
-def test_tsujis_damper_has_its_restitution() -> None:
-    """1 - s l of the tip, at any speed: that is what alpha is chosen for."""
-    for speed in (0.5, 2.0):
-        e = restitution({"contact.viscous_loss": 3.0}, "sealed", tip="delrin", speed=speed)
-        assert e == pytest.approx(1 - 3 * law.LOST_SPEED["delrin"], abs=0.02)
-
-
-def test_kuwabara_konos_loss_grows_with_the_fifth_root_of_speed() -> None:
-    """1 - e ~ v^(1/5): Brilliantov et al., eq. 10."""
-    lost = [1 - restitution({"contact.viscous_loss": 5.0}, "development", speed=speed) for speed in (0.3, 3.0)]
-    assert lost[1] / lost[0] == pytest.approx(10**0.2, rel=0.1)
-
-
-def test_layer_makes_a_pulse_longer_and_lower() -> None:
+def test_layers_hands_tips_and_dampers_act_as_they_say() -> None:
     for split in SPLITS:
         (step, nominal), (other, values) = force({}, split), force({"contact.layer_compliance": 1.0}, split)
         assert values.max() < 0.9 * nominal.max()
         assert values.size * other > 1.05 * nominal.size * step
+    light = impulse({}, "sealed")
+    assert impulse({"contact.effective_mass": 30.0}, "sealed") > 1.01 * light
+    heavier = 1 + 0.05 * 4 * law.TIP_MASS["steel"]
+    assert impulse({"contact.effective_mass": 4.0}, "development") == pytest.approx(heavier * light, 1e-3)
+    # 1 - s l of the tip, at any speed: that is what alpha is chosen for.
+    for speed in (0.5, 2.0):
+        e = restitution({"contact.viscous_loss": 3.0}, "sealed", tip="delrin", speed=speed)
+        assert e == pytest.approx(1 - 3 * law.LOST_SPEED["delrin"], abs=0.02)
+    # 1 - e ~ v^(1/5): Brilliantov et al., eq. 10.
+    lost = [1 - restitution({"contact.viscous_loss": 5.0}, "development", speed=speed) for speed in (0.3, 3.0)]
+    assert lost[1] / lost[0] == pytest.approx(10**0.2, rel=0.1)
 
 
-def test_hand_adds_to_the_impulse() -> None:
-    assert impulse({"contact.effective_mass": 30.0}, "sealed") > 1.01 * impulse({}, "sealed")
-
-
-def test_heavier_tip_of_steel_has_its_impulse() -> None:
-    wanted = 1 + 0.05 * 4 * law.TIP_MASS["steel"]
-    assert impulse({"contact.effective_mass": 4.0}, "development") == pytest.approx(
-        wanted * impulse({}, "sealed"), 1e-3
-    )
-
-
-# --- curves ----------------------------------------------------------------------------------------------------------
-
-
-def test_ball_without_a_flat_is_hertz() -> None:
+def test_balls_and_cones_are_hertz_and_sneddons() -> None:
     np.testing.assert_allclose(worn_ball(DEPTH, MODULUS, RADIUS, 0.0), HERTZ, rtol=1e-12)
-
-
-def test_wide_flat_is_a_punch() -> None:
-    """F = 2 E* b d (Sneddon)."""
+    # F = 2 E* b d (Sneddon).
     flat = 0.05
     np.testing.assert_allclose(worn_ball(DEPTH[:10], MODULUS, RADIUS, flat), 2 * MODULUS * flat * DEPTH[:10], rtol=1e-4)
-
-
-def test_slope_of_a_worn_ball_is_that_of_its_contact() -> None:
-    """dF / dd = 2 E* a for any body of revolution."""
+    # dF / dd = 2 E* a for any body of revolution.
     flat, depth, step = 1e-3, 5e-5, 1e-9
     slope = np.diff(worn_ball(np.array([depth - step, depth + step]), MODULUS, RADIUS, flat))[0] / (2 * step)
     a = math.sqrt((flat**2 + math.sqrt(flat**4 + 4 * (RADIUS * depth) ** 2)) / 2)
     assert slope == pytest.approx(2 * MODULUS * a, rel=1e-5)
-
-
-def test_cone_begins_as_a_ball() -> None:
     begins = 2e-3
     shallow = 0.5 * begins**2 / RADIUS > DEPTH
     np.testing.assert_allclose(rounded_cone(DEPTH, MODULUS, RADIUS, begins)[shallow], HERTZ[shallow], rtol=2e-3)
+    # F = 2 E* d^2 / (pi t), t the slope of its side (Sneddon).
+    begins, deep = 1e-5, np.geomspace(1e-4, 1e-3, 50)
+    wanted = 2 * MODULUS * deep**2 / (math.pi * begins / RADIUS)
+    np.testing.assert_allclose(rounded_cone(deep, MODULUS, RADIUS, begins)[-10:], wanted[-10:], rtol=0.03)
 
 
-def test_far_beyond_it_is_a_cone() -> None:
-    """F = 2 E* d^2 / (pi t), t the slope of its side (Sneddon)."""
-    begins, depth = 1e-5, np.geomspace(1e-4, 1e-3, 50)
-    wanted = 2 * MODULUS * depth**2 / (math.pi * begins / RADIUS)
-    np.testing.assert_allclose(rounded_cone(depth, MODULUS, RADIUS, begins)[-10:], wanted[-10:], rtol=0.03)
-
-
-def test_meyers_index_of_two_does_not_harden() -> None:
+def test_plastic_curves_begin_with_hertz_and_end_with_a_hardness() -> None:
     """Beyond the onset force then grows with depth, as mean pressure stays."""
     values, left = meyer(DEPTH, MODULUS, RADIUS, 1e9, 2.0)
     onset = RADIUS * (math.pi * 1e9 / (2 * MODULUS)) ** 2
@@ -133,9 +101,6 @@ def test_meyers_index_of_two_does_not_harden() -> None:
     np.testing.assert_allclose(values[~beyond], HERTZ[~beyond])
     assert np.all(left[~beyond] == 0)
     assert np.all(np.diff(left[beyond]) > 0)
-
-
-def test_jackson_and_green_begin_with_hertz_and_end_with_a_hardness() -> None:
     values, left = jackson_green(DEPTH, MODULUS, RADIUS, 4e8, 0.3)
     critical = (math.pi * 1.295 * math.exp(0.736 * 0.3) * 4e8 / (2 * MODULUS)) ** 2 * RADIUS
     elastic = 1.9 * critical > DEPTH

@@ -1,11 +1,12 @@
-"""The second laws of plate and sensors against limits and closed forms."""
+"""The second laws of plate and sensors against limits and closed forms, and which laws there are."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from pyroshock.validation.cases.plates import plate_of
-from pyroshock.virtualbench.second_laws import LAWS, SPLITS
+from pyroshock.virtualbench.effects import CATALOGUE
+from pyroshock.virtualbench.second_laws import LAWS, SPLITS, law_of
 from pyroshock.virtualbench.second_laws import plate as plate_law
 from pyroshock.virtualbench.second_laws import sensors as law
 from pyroshock.virtualbench.second_laws.owners import bullet_share
@@ -25,31 +26,30 @@ def test_plate_without_strength_is_its_table(effect: str, split: str) -> None:
     np.testing.assert_allclose(same.damping, MODES.damping)
 
 
-def test_rayleighs_damping_is_least_in_the_middle() -> None:
+def test_damping_thickness_and_supports_change_modes_as_they_say() -> None:
     added = changed_modes(MODES, SUPPORTS, {"plate.damping": 5.0}, "development").damping - MODES.damping
     middle = np.argsort(np.abs(MODES.frequencies_hz - np.median(MODES.frequencies_hz)))[:2]
     assert np.argmin(added) in middle
     np.testing.assert_allclose(added[middle], 0.5 * np.median(MODES.damping), rtol=0.02)
-
-
-def test_cables_damp_modes_by_their_square_there() -> None:
     added = changed_modes(MODES, SUPPORTS, {"plate.damping": 5.0}, "sealed").damping - MODES.damping
     square = np.sum(MODES.shapes**2, axis=0)
     np.testing.assert_allclose(added / added.sum(), square / square.sum())
-
-
-def test_thickness_raises_low_modes_most() -> None:
     ratio = (
         changed_modes(MODES, SUPPORTS, {"plate.stiffness": 2.0}, "development").frequencies_hz / MODES.frequencies_hz
     )
     assert ratio[0] == pytest.approx(1.02, abs=1e-4)
     assert ratio[-1] == pytest.approx(1 + 0.02 * (1 - plate_law.SHEAR))
-
-
-def test_rolled_sheet_has_two_families() -> None:
     ratio = changed_modes(MODES, SUPPORTS, {"plate.stiffness": 2.0}, "sealed").frequencies_hz / MODES.frequencies_hz
     np.testing.assert_allclose(ratio[::2], 1.02)
     np.testing.assert_allclose(ratio[1::2], 1 + 0.02 * plate_law.ACROSS)
+    held = changed_modes(MODES, SUPPORTS, {"plate.boundary": 50.0}, "development")
+    felt = np.sum(SUPPORTS**2, axis=0) / np.mean(np.sum(SUPPORTS**2, axis=0))
+    np.testing.assert_allclose(held.frequencies_hz**2, MODES.frequencies_hz**2 + 2500 * felt)
+    assert np.all(held.damping > MODES.damping)
+    # The sum of the squares grows by that of the springs, whatever the coupling.
+    held = changed_modes(MODES, SUPPORTS, {"plate.boundary": 50.0}, "sealed")
+    grown = np.sum(held.frequencies_hz**2) - np.sum(MODES.frequencies_hz**2)
+    assert grown == pytest.approx(2500 * MODES.frequencies_hz.size, rel=1e-6)
 
 
 @pytest.mark.parametrize("split", SPLITS)
@@ -62,25 +62,8 @@ def test_small_mass_lowers_a_mode_by_its_square(split: str) -> None:
     assert f[0] / MODES.frequencies_hz[0] - 1 == pytest.approx(float(wanted[0]), rel=0.1)
 
 
-def test_pads_raise_and_damp() -> None:
-    held = changed_modes(MODES, SUPPORTS, {"plate.boundary": 50.0}, "development")
-    felt = np.sum(SUPPORTS**2, axis=0) / np.mean(np.sum(SUPPORTS**2, axis=0))
-    np.testing.assert_allclose(held.frequencies_hz**2, MODES.frequencies_hz**2 + 2500 * felt)
-    assert np.all(held.damping > MODES.damping)
-
-
-def test_two_supports_add_their_stiffness_to_the_trace() -> None:
-    """The sum of the squares grows by that of the springs, whatever the coupling."""
-    held = changed_modes(MODES, SUPPORTS, {"plate.boundary": 50.0}, "sealed")
-    grown = np.sum(held.frequencies_hz**2) - np.sum(MODES.frequencies_hz**2)
-    assert grown == pytest.approx(2500 * MODES.frequencies_hz.size, rel=1e-6)
-
-
-# --- sensors ---------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("split", SPLITS)
-def test_sensors_without_strength_read_what_is_there(split: str) -> None:
+def test_sensors_without_strength_read_what_is_there_and_a_low_pass_keeps_the_impulse(split: str) -> None:
     pulse, ringing = np.hanning(200) * 5000, np.random.default_rng(1).standard_normal((2, 300))
     assert law.pressure_bar(1.3, {}, split) == 1.3
     np.testing.assert_allclose(
@@ -88,45 +71,6 @@ def test_sensors_without_strength_read_what_is_there(split: str) -> None:
     )
     np.testing.assert_array_equal(law.force_read(pulse, 1e-6, {}, split, 25e3), pulse)
     np.testing.assert_array_equal(law.accelerations_read(ringing, RATE, {}, split, 45e3), ringing)
-
-
-def test_zero_error_is_gone_at_full_scale() -> None:
-    strengths = {"sensor.pressure_offset": 0.1}
-    assert law.pressure_bar(law.SPAN_BAR, strengths, "development") == pytest.approx(law.SPAN_BAR)
-    assert law.pressure_bar(0.5, strengths, "development") == pytest.approx(0.5 - 0.1 * (1 - 0.5 / law.SPAN_BAR))
-
-
-def test_error_at_the_foot_is_gone_above_it() -> None:
-    strengths = {"sensor.pressure_offset": 0.1}
-    assert law.pressure_bar(8 * law.FOOT_BAR, strengths, "sealed") == pytest.approx(8 * law.FOOT_BAR, abs=1e-4)
-
-
-def test_linearity_error_of_pressure_is_the_stated_one_at_full_scale() -> None:
-    strengths = {"sensor.pressure_gain": 0.02}
-    assert law.pressure_bar(law.SPAN_BAR, strengths, "development") == pytest.approx(law.SPAN_BAR / 1.02)
-    assert law.pressure_bar(0.04, strengths, "development") == pytest.approx(0.04, rel=3e-4)
-
-
-def test_upper_range_has_the_error_of_pressure() -> None:
-    strengths = {"sensor.pressure_gain": 0.02}
-    assert law.pressure_bar(3.0, strengths, "sealed") == pytest.approx(3 / 1.02, rel=1e-4)
-    assert law.pressure_bar(0.2, strengths, "sealed") == pytest.approx(0.2 / 1.004, rel=1e-3)
-
-
-def test_late_timer_errs_with_velocity() -> None:
-    v = np.array([5.0, 10.0])
-    factor = law.velocity_factor(v, np.array([0.2, 0.2]), ["steel"] * 2, 0.03, "development", hand=False)
-    assert (factor[1] - 1) / (factor[0] - 1) == pytest.approx(2.0)
-
-
-def test_each_bullet_has_its_length_error() -> None:
-    masses = np.array([0.1, 0.5])
-    factor = law.velocity_factor(np.array([5.0, 5.0]), masses, ["steel"] * 2, 0.01, "sealed", hand=False)
-    np.testing.assert_allclose(factor, [1 + 0.01 * bullet_share(m) for m in masses])
-
-
-@pytest.mark.parametrize("split", SPLITS)
-def test_low_pass_keeps_the_impulse_and_has_its_corner(split: str) -> None:
     step, corner = 1e-6, 5e3
     low = {"sensor.force_bandwidth": 25e3 / corner}
     impulse = np.zeros(4000)
@@ -137,31 +81,45 @@ def test_low_pass_keeps_the_impulse_and_has_its_corner(split: str) -> None:
     assert response == pytest.approx(np.sqrt(0.5), rel=0.02)
 
 
-def test_force_errs_with_its_level() -> None:
+@pytest.mark.parametrize(
+    ("name", "strength", "split", "bar", "expected", "within"),
+    [
+        ("sensor.pressure_offset", 0.1, "development", law.SPAN_BAR, law.SPAN_BAR, {}),
+        ("sensor.pressure_offset", 0.1, "development", 0.5, 0.5 - 0.1 * (1 - 0.5 / law.SPAN_BAR), {}),
+        ("sensor.pressure_offset", 0.1, "sealed", 8 * law.FOOT_BAR, 8 * law.FOOT_BAR, {"abs": 1e-4}),
+        ("sensor.pressure_gain", 0.02, "development", law.SPAN_BAR, law.SPAN_BAR / 1.02, {}),
+        ("sensor.pressure_gain", 0.02, "development", 0.04, 0.04, {"rel": 3e-4}),
+        ("sensor.pressure_gain", 0.02, "sealed", 3.0, 3 / 1.02, {"rel": 1e-4}),
+        ("sensor.pressure_gain", 0.02, "sealed", 0.2, 0.2 / 1.004, {"rel": 1e-3}),
+    ],
+)
+def test_pressure_errs_over_its_range_as_stated(name, strength, split, bar, expected, within) -> None:
+    """A zero error is gone at full scale, or above the foot; a gain error is the stated one in the upper range."""
+    assert law.pressure_bar(bar, {name: strength}, split) == pytest.approx(expected, **within)
+
+
+def test_velocity_force_and_acceleration_err_as_they_say() -> None:
+    v = np.array([5.0, 10.0])
+    factor = law.velocity_factor(v, np.array([0.2, 0.2]), ["steel"] * 2, 0.03, "development", hand=False)
+    assert (factor[1] - 1) / (factor[0] - 1) == pytest.approx(2.0)
+    masses = np.array([0.1, 0.5])
+    factor = law.velocity_factor(np.array([5.0, 5.0]), masses, ["steel"] * 2, 0.01, "sealed", hand=False)
+    np.testing.assert_allclose(factor, [1 + 0.01 * bullet_share(m) for m in masses])
     read = law.force_read(np.array([0.0, law.FULL_FORCE_N]), 1e-6, {"sensor.force_gain": 0.02}, "development", 25e3)
     assert read[1] == pytest.approx(1.02 * law.FULL_FORCE_N)
-
-
-def test_loud_pulse_is_read_in_the_upper_range() -> None:
     gain = {"sensor.force_gain": 0.05}
     factors = [law.force_read(np.array([0.0, top]), 1e-6, gain, "sealed", 25e3)[1] / top for top in (200.0, 8000.0)]
     np.testing.assert_allclose(factors, [1 + 0.05 * law.LOW_RANGE, 1.05], rtol=1e-3)
-
-
-def test_sensitivity_falls_by_decade() -> None:
     time = np.arange(10240) / RATE
     rows = np.stack([np.sin(2 * np.pi * f * time) for f in (1000.0, 10_000.0)])
     read = law.accelerations_read(rows, RATE, {"sensor.acceleration_gain": 0.05}, "development", 45e3)
     np.testing.assert_allclose(read.std(axis=1) / rows.std(axis=1), [1.0, 0.95], rtol=1e-3)
-
-
-def test_level_raises_one_channel_more() -> None:
     rows = np.full((2, 10), law.FULL_ACCELERATION_M_S2)
     read = law.accelerations_read(rows, RATE, {"sensor.acceleration_gain": 0.1}, "sealed", 45e3)
     np.testing.assert_allclose(read[:, 0] / rows[:, 0], [1.1, 1 + 0.1 * law.SECOND_CHANNEL])
 
 
-def test_damped_mounting_has_its_transmissibility() -> None:
+def test_mountings_have_their_transmissibility_or_two_resonances() -> None:
     resonance, damping, frequency = 9e3, law.SOFT_MOUNT_DAMPING, 6e3
     time = np.arange(20480) / RATE
     rows = np.sin(2 * np.pi * frequency * time)[None]
@@ -169,31 +127,35 @@ def test_damped_mounting_has_its_transmissibility() -> None:
     r = frequency / resonance
     wanted = np.sqrt((1 + (2 * damping * r) ** 2) / ((1 - r**2) ** 2 + (2 * damping * r) ** 2))
     assert read[0, 4000:].std() / rows[0, 4000:].std() == pytest.approx(wanted, rel=0.05)
-
-
-def test_block_on_a_stud_has_two_resonances() -> None:
     impulse = np.zeros((1, 8192))
     impulse[0, 1] = 1.0
     read = law.accelerations_read(impulse, RATE, {"sensor.mount_resonance": 5.0}, "sealed", 45e3)
     level = np.abs(np.fft.rfft(read[0]))
-    frequency = np.fft.rfftfreq(8192, 1 / RATE)
-    peaks = [frequency[1:-1][(level[1:-1] > level[:-2]) & (level[1:-1] > level[2:]) & (level[1:-1] > 1.2)]]
+    spectrum_hz = np.fft.rfftfreq(8192, 1 / RATE)
+    peaks = [spectrum_hz[1:-1][(level[1:-1] > level[:-2]) & (level[1:-1] > level[2:]) & (level[1:-1] > 1.2)]]
     assert np.abs(peaks[0] / 9e3 - 1).min() < 0.03
     assert np.abs(peaks[0] / (9e3 * law.BLOCK_RATIO) - 1).min() < 0.06
 
 
-def test_zero_shift_begins_at_the_peak_with_its_share() -> None:
+def test_zero_shift_begins_at_the_peak_and_swings_through_zero_behind_a_high_pass() -> None:
     rows = np.zeros((1, 5000))
     rows[0, 100] = 100.0
     for split in SPLITS:
         shift = law.accelerations_read(rows, RATE, {"sensor.zero_shift": 0.01}, split, 45e3) - rows
         assert np.all(shift[0, :100] == 0)
         assert shift[0, 100] == pytest.approx(1.0)
-
-
-def test_shift_behind_a_high_pass_swings_through_zero() -> None:
     rows = np.zeros((1, round(0.5 * RATE)))
     rows[0, 0] = 1.0
     shift = law.accelerations_read(rows, RATE, {"sensor.zero_shift": 0.01}, "sealed", 45e3) - rows
     assert shift[0].min() < 0
     assert shift[0].sum() == pytest.approx(0.0, abs=0.02 * np.abs(shift[0]).sum())
+
+
+def test_every_effect_has_a_law_of_its_own_for_each_split() -> None:
+    effects = {name for name in CATALOGUE if not name.startswith("bench.")}
+    assert set(LAWS) == {(effect, split) for effect in effects for split in SPLITS}
+    texts = [law.text for law in LAWS.values()]
+    assert len(set(texts)) == len(texts)
+    assert all(law.source for law in LAWS.values())
+    with pytest.raises(ValueError, match=r"gun\.wear"):
+        law_of("gun.wear", "sealed")
