@@ -77,10 +77,12 @@ def test_older_dataset_has_the_kind_of_most_of_its_impacts(store: Store) -> None
         assert kind_of_snapshot(session, hash_, definition) == INTEGRATED
 
 
-def test_two_kinds_are_refused(store: Store) -> None:
+def test_two_kinds_and_unknown_choices_are_refused(store: Store) -> None:
     set_source(store, "integrated", 1)
     with pytest.raises(ValueError, match=r"15 before contact, 5 integrated to the peak.*--velocity before-contact"):
         build_snapshot(store, "mixed", ["spring"])
+    with pytest.raises(ValueError, match="velocity is 'true'; expected one of before-contact, integrated"):
+        build_snapshot(store, "x", ["spring"], velocity="true")
 
 
 def test_integrated_velocities_are_converted_and_read_back(store: Store) -> None:
@@ -110,8 +112,3 @@ def test_the_way_back_gives_integrals(store: Store) -> None:
     assert built.definition["velocity"]["kind"] == INTEGRATED
     assert np.all(built.table.column("impact_velocity") < raw.column("impact_velocity"))
     assert read_snapshot(store, "integrals").hash == built.hash
-
-
-def test_unknown_choice_is_refused(store: Store) -> None:
-    with pytest.raises(ValueError, match="velocity is 'true'; expected one of before-contact, integrated"):
-        build_snapshot(store, "x", ["spring"], velocity="true")

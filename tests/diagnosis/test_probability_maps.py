@@ -55,10 +55,10 @@ def test_without_figures_held_out_the_odds_alone_decide(fraction, left):
 def test_logit_is_the_stated_sum():
     p = UnknownMap(0.2, 0.4, 6.0, 1.5)(3.0, 0.8, 2.0)
     assert np.log(p / (1 - p)) == pytest.approx(0.2 + 0.4 * np.arcsinh(1.5) + 6.0 * (0.5 - 0.8) + 1.5 * np.log(2.0))
-
-
-def test_fraction_that_makes_it_far_worse_weighs_as_half():
-    """A gap that is ten times as large is no further from an explanation than one that is half as large again."""
+    p = UnknownMap(0.2, 0.4, 6.0, 1.5)(3.0, 0.8, 2.0, 0.25)
+    expected = 0.2 + 0.4 * np.arcsinh(1.5) + 0.75 * 6.0 * (0.5 - 0.8) + 1.5 * np.log(2.0)
+    assert np.log(p / (1 - p)) == pytest.approx(expected)
+    # A gap that is ten times as large is no further from an explanation than one that is half as large again.
     assert UnknownMap()(0.0, -10.0, 1.0) == UnknownMap()(0.0, -0.5, 1.0)
 
 
@@ -66,12 +66,6 @@ def test_fraction_that_makes_it_far_worse_weighs_as_half():
 @given(odds=ODDS, fraction=FRACTIONS, left=LEFT)
 def test_where_no_effect_acts_the_fraction_says_nothing(probability, odds, fraction, left):
     assert probability(odds, fraction, left, 1.0) == pytest.approx(probability(odds, 0.5, left))
-
-
-def test_fraction_counts_as_far_as_an_effect_is_likely():
-    p = UnknownMap(0.2, 0.4, 6.0, 1.5)(3.0, 0.8, 2.0, 0.25)
-    expected = 0.2 + 0.4 * np.arcsinh(1.5) + 0.75 * 6.0 * (0.5 - 0.8) + 1.5 * np.log(2.0)
-    assert np.log(p / (1 - p)) == pytest.approx(expected)
 
 
 EVIDENCE = st.floats(0.0, 1.0)
@@ -101,15 +95,12 @@ def test_no_effect_predicts_nothing_so_that_the_fraction_says_nothing_of_it(frac
 
 
 def test_likeliest_weights_are_those_that_drew_the_answers():
-    """Truth: a logit of known weights, and 20,000 answers drawn from it; a prior so wide that it says nothing."""
+    # Truth: a logit of known weights, and 20,000 answers drawn from it; a prior so wide that it says nothing.
     rng = np.random.default_rng(1)
     weights = np.array([0.5, -1.2])
     x = np.column_stack([np.ones(20_000), rng.standard_normal(20_000)])
     y = (rng.random(20_000) < 1 / (1 + np.exp(-x @ weights))).astype(float)
     assert likeliest(x, y, np.zeros(2), np.full(2, 100.0)) == pytest.approx(weights, abs=0.06)
-
-
-def test_rows_that_count_twice_are_as_good_as_rows_that_stand_twice():
     rng = np.random.default_rng(2)
     x, y = rng.standard_normal((50, 2)), (rng.random(50) < 0.5).astype(float)
     counts = rng.integers(1, 4, 50)

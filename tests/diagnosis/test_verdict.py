@@ -52,23 +52,11 @@ def test_report_has_the_keys_of_the_contract() -> None:
     assert follows(json.loads(json.dumps(verdicts.unknown().as_json())), CONTRACT)
 
 
-def test_parameters_stand_with_unit_and_interval() -> None:
+def test_entries_stand_as_scripts_read_them() -> None:
     parameter = verdicts.verdict().as_json()["causes"][0]["parameters"][0]
     assert parameter == {"name": "compliance_m_n", "value": 3.4e-8, "unit": "m/N", "ci90": [3.1e-8, 3.8e-8]}
-
-
-def test_none_and_unknown_stand_without_parameters() -> None:
     causes = verdicts.verdict().as_json()["causes"]
     assert causes[1:] == [{"effects": ["unknown"], "probability": 0.06}, {"effects": ["none"], "probability": 0.01}]
-
-
-def test_nothing_to_shrink_is_a_null() -> None:
     assert verdicts.verdict().as_json()["shrinkage"][1]["fraction"] is None
-
-
-def test_what_channels_do_not_tell_is_an_empty_list() -> None:
     assert verdicts.none().as_json()["where"] == {"stage": [], "factors": [], "time": [], "frequency": [], "drift": []}
-
-
-def test_pictures_and_fits_are_no_part_of_it() -> None:
     assert not {"pictures", "fits"} & verdicts.verdict().as_json().keys()

@@ -12,11 +12,18 @@ from support.records.toy_bench import Design
 SETTINGS = [configuration.factors for configuration in Design().configurations()]
 
 
-def test_thresholds_have_the_units_of_the_files() -> None:
+def test_rules_speak_the_words_of_the_files() -> None:
     texts = [rule.text for rule in rules(SETTINGS)]
     assert "tank_pressure_bar > 3" in texts
     assert "insulator = polymeric" in texts
     assert "bullet_mass_kg <= 0.4" in texts
+    texts = [rule.text for rule in rules(STRIKERS)]
+    assert {f"striker = {word}" for word in WORDS} <= set(texts)
+    assert "shot by whom = Ann" in texts
+    assert "shot by whom = Bo and Cy" in texts
+    three = [{"anvil_material": ["none", "steel", "aluminum"][i % 3]} for i in range(9)]
+    assert "anvil_material != none" in [rule.text for rule in rules(three)]
+    assert not any("!=" in rule.text for rule in rules(SETTINGS))
 
 
 def test_a_rule_reads_back_as_what_it_holds_for() -> None:
@@ -27,19 +34,10 @@ def test_a_rule_reads_back_as_what_it_holds_for() -> None:
 def test_rules_for_the_same_settings_are_one() -> None:
     results = rules(SETTINGS)
     assert len({rule.inside.tobytes() for rule in results}) == len(results)
-
-
-def test_a_rule_names_those_on_other_factors_that_hold_alike() -> None:
-    """Only one bullet was ever shot by that striker."""
+    # Only one bullet was ever shot by that striker.
     confounded = [{"bullet_mass": [0.25, 0.5][i % 2], "striker": ["127 mm", "254 mm"][i % 2]} for i in range(8)]
     results = {rule.text: rule.same for rule in rules(confounded)}
     assert results["bullet_mass_kg > 0.4"] == ("striker = 254 mm",)
-
-
-def test_other_than_a_level_needs_three_levels() -> None:
-    three = [{"anvil_material": ["none", "steel", "aluminum"][i % 3]} for i in range(9)]
-    assert "anvil_material != none" in [rule.text for rule in rules(three)]
-    assert not any("!=" in rule.text for rule in rules(SETTINGS))
 
 
 #: As laboratories write them: lengths, names with an "and", signs, a number that is a name, a column with blanks.
@@ -50,37 +48,24 @@ STRIKERS = [
 ]
 
 
-def test_text_is_a_rule_like_any_other() -> None:
-    texts = [rule.text for rule in rules(STRIKERS)]
-    assert {f"striker = {word}" for word in WORDS} <= set(texts)
-    assert "shot by whom = Ann" in texts
-    assert "shot by whom = Bo and Cy" in texts
-
-
 def test_a_rule_with_free_text_reads_back_as_what_it_holds_for() -> None:
     for rule in rules(STRIKERS):
         assert [holds(rule.text, setting) for setting in STRIKERS] == rule.inside.tolist(), rule.text
 
 
 def test_numbers_beside_words_are_levels() -> None:
-    """A column of lengths in which somebody wrote a word: the ingest keeps numbers as numbers."""
+    # A column of lengths in which somebody wrote a word: the ingest keeps numbers as numbers.
     mixed = [{"striker": [254.0, 127.0, "long"][i % 3]} for i in range(9)]
     results = {rule.text: rule.inside.tolist() for rule in rules(mixed)}
     assert results["striker = 254"] == [i % 3 == 0 for i in range(9)]
     assert results["striker = long"] == [i % 3 == 2 for i in range(9)]
-
-
-def test_numbers_that_agree_in_six_digits_are_other_levels() -> None:
     mixed = [{"serial": [1000001.0, 1000002.0, "none"][i % 3]} for i in range(9)]
     assert {"serial = 1000001", "serial = 1000002"} <= {rule.text for rule in rules(mixed)}
 
 
-def test_unknown_factor_is_refused() -> None:
+def test_text_that_is_no_rule_is_refused() -> None:
     with pytest.raises(LookupError, match="no factor 'weather'; there are: insulator"):
         holds("weather = dry", {"insulator": "none"})
-
-
-def test_text_without_a_sign_is_refused() -> None:
     with pytest.raises(ValueError, match="is no rule"):
         holds("everywhere", {"insulator": "none"})
 

@@ -44,6 +44,8 @@ def test_words_are_not_compared_as_numbers() -> None:
     position = DesignFactor("position_of_impact", "position_of_impact", ("1", "2"), None, False, 0)
     with pytest.raises(ValueError, match=r"'1\.0'; expected one of 1, 2"):
         position.index("1.0")
+    assert DesignFactor("velocity", "velocity_m_s", ("10",), (10.0,), True, 0, "m/s").unit == "m/s"
+    assert number_label(-0.0) == "0"
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
@@ -51,10 +53,6 @@ def test_label_reads_back_to_twelve_digits(number: float) -> None:
     label = number_label(number)
     assert float(label) == pytest.approx(number, rel=1e-11, abs=1e-300)
     assert number_label(float(label)) == label
-
-
-def test_no_negative_zero() -> None:
-    assert number_label(-0.0) == "0"
 
 
 @pytest.mark.parametrize(
@@ -81,22 +79,12 @@ def test_bad_factor_is_refused_by_name(change: dict[str, object], message: str) 
         DesignFactor(**{**vars(RADIUS), **change})
 
 
-def test_unit_of_a_quotient_ends_the_column() -> None:
-    assert DesignFactor("velocity", "velocity_m_s", ("10",), (10.0,), True, 0, "m/s").unit == "m/s"
-
-
-def test_insulator_needs_an_anvil() -> None:
+def test_rules_chain_factors_into_groups() -> None:
     [(members, combinations)] = connected([ANVIL, INSULATOR], [NEEDS_ANVIL])
     assert members == (ANVIL, INSULATOR)
     assert combinations == ((0, 0), (1, 0), (1, 1), (2, 0), (2, 1))
-
-
-def test_groups_stand_where_their_first_factor_does() -> None:
     names = [[factor.name for factor in members] for members, _ in connected([ANVIL, RADIUS, INSULATOR], [NEEDS_ANVIL])]
     assert names == [["anvil", "insulator"], ["tip_radius"]]
-
-
-def test_rules_chain_factors_into_one_group() -> None:
     radius_of_anvil = Tie(("anvil", "tip_radius"), (("none", "30"), ("aluminum", "45"), ("steel", "60")))
     [(_, combinations)] = connected([RADIUS, ANVIL, INSULATOR], [NEEDS_ANVIL, radius_of_anvil])
     assert combinations == ((0, 0, 0), (1, 1, 0), (1, 1, 1), (2, 2, 0), (2, 2, 1))
@@ -121,13 +109,10 @@ def test_rule_that_fits_nothing_is_refused(rule: Requirement | Tie, message: str
         connected([ANVIL, INSULATOR], [rule])
 
 
-def test_contradicting_rules_leave_nothing() -> None:
+def test_rules_without_a_solution_are_refused() -> None:
     bare = Tie(("anvil", "insulator"), (("none", "polymeric"),))
     with pytest.raises(ValueError, match="no feasible combination"):
         connected([ANVIL, INSULATOR], [NEEDS_ANVIL, bare])
-
-
-def test_endless_combinations_are_refused() -> None:
     levels = tuple(map(str, range(400)))
     factors = [DesignFactor(name, name, levels, None, False, 0) for name in ("a", "b", "c")]
     with pytest.raises(ValueError, match=r"a\+b\+c: more than 100000 combinations"):
@@ -140,16 +125,10 @@ def test_a_labs_own_file(tmp_path: Path) -> None:
     assert [axis.labels for axis in space.axes] == [("none/15", "steel/30")]
     assert space.factors[1].numbers == (15.0, 30.0) and space.factors[0].change == 2
     assert space.bench == {"tank_pressure_limit_pa": 2e6}
-
-
-def test_words_may_stand_for_values(tmp_path: Path) -> None:
     [speed] = _read(tmp_path, HEAD + SPEEDS).factors
     assert (speed.values, speed.numbers, speed.unit, speed.ordered) == ((7.0, 22.0), None, "m/s", True)
     with pytest.raises(ValueError, match="speed is '7'; expected one of low, high"):
         speed.index("7")
-
-
-def test_column_is_the_name_unless_said(tmp_path: Path) -> None:
     assert _read(tmp_path, HEAD + FACTOR).columns == ("anvil",)
 
 
@@ -222,13 +201,10 @@ def test_factor_that_recordings_know_otherwise_is_refused(tmp_path: Path, text: 
         _read(tmp_path, HEAD + text)
 
 
-def test_file_in_another_encoding_is_refused(tmp_path: Path) -> None:
+def test_unreadable_file_is_no_space(tmp_path: Path) -> None:
     file = tmp_path / "factors.toml"
     file.write_bytes((HEAD + FACTOR + "# Prüfstand").encode("latin-1"))
     with pytest.raises(ValueError, match="not UTF-8"):
         read_space(file)
-
-
-def test_missing_file_is_no_space(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
         read_space(tmp_path / "nowhere.toml")

@@ -127,14 +127,11 @@ def test_single_axis_is_shared_out(n: int) -> None:
     assert np.ptp(np.bincount(rows[:, 0], minlength=5)) <= 1
 
 
-def test_orthogonal_array_is_found() -> None:
-    """L9 of four factors of three levels: every pair of levels once."""
+def test_arrays_with_a_known_balance_are_found() -> None:
+    # L9 of four factors of three levels: every pair of levels once.
     space = _space(3, 3, 3, 3)
     assert quality(space, balance_levels(space, 9, _rng(0)).treatments).worst_pair == pytest.approx(0.0)
-
-
-def test_half_a_factorial_has_even_triples() -> None:
-    """The half fraction of 2^4, in which all triples stand once."""
+    # The half fraction of 2^4, in which all triples stand once.
     space = _space(2, 2, 2, 2)
     assert quality(space, balance_levels(space, 8, _rng(1)).treatments).worst_triple == pytest.approx(0.0)
 
@@ -152,22 +149,23 @@ def test_fixed_runs_are_not_taken_again() -> None:
     fixed = HAMMER.all_treatments()[:150]
     rows = balance_levels(HAMMER, 30, _rng(0), fixed=fixed).treatments
     assert len(np.unique(np.vstack([fixed, rows]), axis=0)) == 180
-
-
-def test_fixed_runs_that_repeat_are_no_obstacle() -> None:
     fixed = np.repeat(ODD.all_treatments()[:2], 3, axis=0)
     rows = balance_levels(ODD, ODD.size - 1, _rng(0), fixed=fixed).treatments
     assert len(np.unique(np.vstack([fixed, rows]), axis=0)) == ODD.size
+    with pytest.raises(ValueError, match="treatments are"):
+        balance_levels(GUN, 5, _rng(0), fixed=HAMMER.all_treatments()[:, :4])
 
 
 def test_large_spaces_are_balanced_too() -> None:
-    """3^9 treatments, too many for a table: level counts exact, pairs better than at random, nothing twice."""
+    # 3^9 treatments, too many for a table: level counts exact, pairs better than at random, nothing twice.
     space = _space(*[3] * 9)
     rows = balance_levels(space, 30, _rng(0), steps=150).treatments
     random = _rng(1).permuted(np.repeat(np.arange(3), 10)[:, None].repeat(9, axis=1), axis=0)
     found, by_chance = quality(space, rows), quality(space, random)
     assert (found.distinct, found.worst_level) == (30, 0.0)
     assert found.worst_pair <= by_chance.worst_pair and found.rms_triple < by_chance.rms_triple
+    with pytest.raises(ValueError, match="2000 runs of 2187 treatments; expected half"):
+        balance_levels(_space(*[3] * 7), 2000, _rng(0))
 
 
 @pytest.mark.parametrize(
@@ -177,16 +175,6 @@ def test_large_spaces_are_balanced_too() -> None:
 def test_nothing_to_do_is_refused(n: int, steps: int | None, message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
         balance_levels(GUN, n, _rng(0), steps=steps)
-
-
-def test_too_many_runs_of_a_large_space_are_refused() -> None:
-    with pytest.raises(ValueError, match="2000 runs of 2187 treatments; expected half"):
-        balance_levels(_space(*[3] * 7), 2000, _rng(0))
-
-
-def test_fixed_rows_of_another_space_are_refused() -> None:
-    with pytest.raises(ValueError, match="treatments are"):
-        balance_levels(GUN, 5, _rng(0), fixed=HAMMER.all_treatments()[:, :4])
 
 
 # The criterion and the swaps.
@@ -303,19 +291,13 @@ def test_shares_even_out_what_is_there(already: list[int], n: int, seed: int) ->
     assert all(total[k] - total.min() <= 1 for k in np.flatnonzero(counts))
 
 
-def test_shares_stop_at_capacity() -> None:
+def test_levels_get_their_shares() -> None:
     assert level_counts(np.zeros(3), np.array([1, 9, 9]), 9, _rng(0)).tolist() == [1, 4, 4]
     with pytest.raises(ValueError, match="5 in all; expected at least n = 6"):
         level_counts(np.zeros(2), np.array([2, 3]), 6, _rng(0))
-
-
-def test_hypercube_is_cut_into_the_counts() -> None:
     counts = [np.array([2, 0, 5]), np.array([3, 4])]
     rows = draw_hypercube(counts, 7, _rng(0))
     assert [np.bincount(rows[:, axis]).tolist() for axis in range(2)] == [[2, 0, 5], [3, 4]]
-
-
-def test_repair_replaces_what_repeats_or_is_not_in_the_pool() -> None:
     levels = np.array([[0], [1], [2], [3], [4]])
     repaired = repair_level_shares(np.array([0, 0, 1]), np.array([0, 2, 3]), levels, [np.array([1, 0, 0, 2, 0])])
     assert sorted(repaired.tolist()) == [0, 2, 3]

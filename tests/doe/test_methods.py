@@ -89,18 +89,14 @@ def test_treatments_are_of_the_space(method: str, name: str, table: Path) -> Non
 
 
 @EACH
-def test_same_seed_makes_the_same_design(method: str, table: Path) -> None:
+def test_same_seed_makes_the_same_design_without_global_state(method: str, table: Path) -> None:
     first, second, other = (
         get_method(method).make(CONTINUOUS, request_of(method, CONTINUOUS, table, seed)).treatments
         for seed in (7, 7, 8)
     )
     np.testing.assert_array_equal(first, second)
     assert ("runs" in METHODS[method].takes) == (first.tolist() != other.tolist())
-
-
-@EACH
-def test_no_global_state_is_drawn_from(method: str, table: Path) -> None:
-    """pyDOE3 draws from the generator that it is given, or a plan would not come back."""
+    # pyDOE3 draws from the generator that it is given, or a plan would not come back.
     state = np.random.get_state()[1].tolist()  # noqa: NPY002
     get_method(method).make(CONTINUOUS, request_of(method, CONTINUOUS, table))
     assert np.random.get_state()[1].tolist() == state  # noqa: NPY002
@@ -131,24 +127,17 @@ def test_defaults_of_options_are_those_of_the_function(method: str, table: Path)
 
 
 @EACH
-def test_option_that_a_method_has_not_is_refused(method: str) -> None:
+def test_options_that_a_method_has_not_are_refused(method: str) -> None:
     with pytest.raises(ValueError, match="unknown option 'magic'; the method has: "):
         METHODS[method].checked({"magic": 1})
-
-
-@EACH
-def test_value_that_no_option_has_is_refused(method: str) -> None:
     for option in METHODS[method].options:
         if option.choices or option.kind is not str:
             with pytest.raises(ValueError, match=f"{option.name} is 'magic'; expected "):
                 METHODS[method].checked({option.name: "magic"})
 
 
-def test_options_stand_in_the_name_of_the_design(table: Path) -> None:
+def test_name_of_the_design_holds_its_method_and_options(table: Path) -> None:
     request = DesignRequest(RUNS, None, np.random.default_rng(1), {"criterion": "maximin"})
     assert get_method("lhs").make(CONTINUOUS, request).method == "lhs criterion=maximin"
-
-
-def test_unknown_method_is_refused_with_the_known_ones() -> None:
     with pytest.raises(ValueError, match="method is 'magic'; expected one of " + ", ".join(METHODS)):
         get_method("magic")

@@ -57,10 +57,6 @@ def test_plan_comes_back_as_it_was_made(store):
     assert [run.run for run in plan.runs] == list(range(1, 13))
     assert plan.runs[3].settings == {"tank_pressure_bar": 1.3}
     assert {(run.status, run.repetitions, run.recorded) for run in plan.runs} == {("planned", 3, 0)}
-
-
-def test_configuration_holds_treatment_and_settings(store):
-    planned(store)
     with store.reading() as session:
         row = session.scalars(select(PlannedRun).where(PlannedRun.run == 2)).one()
         levels = {level.factor.name: level.number or level.label for level in row.configuration.levels}
@@ -75,38 +71,25 @@ def test_name_is_taken_once(store):
     with pytest.raises(PlanExistsError, match="'spring' is in the store already"):
         planned(store)
     assert count_rows(store) == before
-
-
-def test_unknown_plan_lists_those_there_are(store):
-    planned(store)
     with pytest.raises(UnknownPlanError, match=r"no plan 'autumn'.*spring"):
         read(store, "autumn")
-
-
-def test_unknown_material_stores_nothing(store):
     space = gun_space()
     rows = [{**row, "tip_material": "unobtainium"} for row in space.rows(design(2).treatments)]
-    planned(store)
-    before = count_rows(store)
     with pytest.raises(ValueError, match=r"run 13: tip_material is 'unobtainium'"):
         extend_plan(store, "spring", rows, repetitions=3)
     assert count_rows(store) == before
 
 
-def test_further_runs_go_to_the_end(store):
-    planned(store)
-    assert extend_plan(store, "spring", design(2, seed=5).rows, repetitions=1) == [13, 14]
-    plan = read(store)
-    assert [run.position for run in plan.runs] == list(range(1, 15))
-    assert plan.runs[-1].repetitions == 1
-
-
-def test_discarded_run_is_out_with_its_reason(store):
+def test_discarded_run_is_out_with_its_reason_and_further_runs_go_to_the_end(store):
     planned(store)
     discard_run(store, "spring", 4, "tip broke")
     plan = read(store)
     assert [(run.run, run.reason) for run in plan.runs if run.status == "discarded"] == [(4, "tip broke")]
     assert len(plan.treatments("planned", "done")) == 11
+    assert extend_plan(store, "spring", design(2, seed=5).rows, repetitions=1) == [13, 14]
+    plan = read(store)
+    assert [run.position for run in plan.runs] == list(range(1, 15))
+    assert plan.runs[-1].repetitions == 1
 
 
 @pytest.mark.parametrize(("run", "reason", "said"), [(99, "x", "no run 99"), (1, " ", "no reason")])
@@ -141,17 +124,13 @@ def record(store: Store, run: int) -> None:
         )
 
 
-def test_run_is_ticked_and_unticked(store):
+def test_run_is_ticked_and_its_note_stays_until_the_status_changes(store):
     planned(store)
     ticked = tick_run(store, "spring", 4, status="done")
     assert (ticked.run, ticked.status, status_of(store, 4)) == (4, "done", ("done", None))
     tick_run(store, "spring", 4, status="planned")
     assert status_of(store, 4) == ("planned", None)
     assert [run.run for run in read(store).runs if run.status == "planned"] == list(range(1, 13))
-
-
-def test_note_stays_until_the_status_changes(store):
-    planned(store)
     tick_run(store, "spring", 4, status="discarded", note=" tip broke ")
     assert status_of(store, 4) == ("discarded", "tip broke")
     tick_run(store, "spring", 4, status="done", note="with a new tip")

@@ -22,9 +22,6 @@ def test_each_axis_has_one_point_in_each_part(n: int, axes: int) -> None:
 def test_generator_alone_decides() -> None:
     first, again, other = (unit_lhs(20, 3, np.random.default_rng(seed)) for seed in (1, 1, 2))
     assert first.tolist() == again.tolist() != other.tolist()
-
-
-def test_points_keep_further_apart_than_at_random() -> None:
     rng = np.random.default_rng(3)
     ours = np.mean([pdist(unit_lhs(30, 4, rng)).min() for _ in range(20)])
     random = np.mean([pdist(rng.random((30, 4))).min() for _ in range(20)])

@@ -109,9 +109,12 @@ def test_surface_that_the_factors_do_not_allow_names_the_factor(space: Space, op
         central_composite(space, **options)
 
 
-def test_two_factors_have_no_box_behnken_design() -> None:
+def test_too_few_factors_or_levels_are_named() -> None:
     with pytest.raises(ValueError, match="expected three or more"):
         box_behnken(surface_space(2))
+    space = surface_space(1, DesignFactor("v_mm", "v_mm", ("1", "2"), (1.0, 2.0), False, 0, "mm"))
+    with pytest.raises(ValueError, match="v_mm has 2 levels; expected 3 for a model of degree 2"):
+        optimal(space, 6, np.random.default_rng(1), degree=2)
 
 
 def information(points: np.ndarray, degree: int) -> float:
@@ -186,9 +189,3 @@ def test_model_that_cannot_be_fitted_is_refused(options: dict, message: str) -> 
     given = {"n": 24} | options
     with pytest.raises(ValueError, match=message):
         optimal(gun_space(), given.pop("n"), np.random.default_rng(1), **given)
-
-
-def test_too_few_levels_for_a_degree_are_named() -> None:
-    space = surface_space(1, DesignFactor("v_mm", "v_mm", ("1", "2"), (1.0, 2.0), False, 0, "mm"))
-    with pytest.raises(ValueError, match="v_mm has 2 levels; expected 3 for a model of degree 2"):
-        optimal(space, 6, np.random.default_rng(1), degree=2)

@@ -71,17 +71,9 @@ def test_xlsx_holds_numbers_and_texts(plan, tmp_path):
     row = dict(zip(header, page[2], strict=True))
     assert row["tip_radius_mm"].value == 30
     assert (row["tip_material"].value, row["tip_material"].data_type) == ("=1+1", "s")
-
-
-def test_xlsx_leaves_out_what_xml_cannot_hold(plan, tmp_path):
-    from openpyxl import load_workbook
-
     noted = replace(plan, runs=(replace(run(1, status="discarded"), reason="bolt\x07 \x00broke, ±2 µm"),))
     write_sheet(noted, tmp_path / "sheet.xlsx")
     cells = [cell.value for cell in load_workbook(tmp_path / "sheet.xlsx").active[2]]
     assert any(isinstance(cell, str) and "bolt broke, ±2 µm" in cell for cell in cells)
-
-
-def test_unknown_format_is_refused(plan, tmp_path):
     with pytest.raises(ValueError, match=r"known: \.html, \.csv, \.xlsx"):
         write_sheet(plan, tmp_path / "sheet.pdf")

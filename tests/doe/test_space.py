@@ -56,33 +56,25 @@ def _some(space: Space, seed: int, n: int = 20) -> NDArray[np.int64]:
     return np.random.default_rng(seed).integers([axis.size for axis in space.axes], size=(n, len(space.axes)))
 
 
-def test_gun_has_810_treatments() -> None:
+def test_axes_of_the_two_benches() -> None:
     assert GUN.size == 2 * 3**4 * (3 + 2) == 810  # eq. 3.1
     assert [axis.size for axis in GUN.axes] == [2, 5, 3, 3, 3, 3]
-
-
-def test_hammer_has_180_configurations() -> None:
     assert HAMMER.size == 180
     assert [axis.size for axis in HAMMER.axes] == [3, 2, 3, 5, 2]
-
-
-def test_order_is_that_of_single_ordered_factors() -> None:
     assert [axis.name for axis in GUN.axes if axis.ordered] == ["tip_radius", "bullet_mass", "velocity_level"]
     assert [axis.name for axis in HAMMER.axes if axis.ordered] == ["hammer_speed"]
+    assert [axis.change for axis in GUN.axes] == [3, 2, 0, 0, 0, 0]
+    assert HAMMER.axes[2].labels == ("aluminum/30", "delrin/30", "polyurethane/15")
 
 
-def test_tied_factors_have_no_order_of_their_own() -> None:
+def test_rules_make_axes_of_several_factors() -> None:
     tie = Tie(("f0", "f1"), (("0.1", "a"), ("0.2", "b")))
     space = space_of("own", "gun", [_factor("f0", 2, numeric=True), _factor("f1", 2, numeric=False)], [tie])
     assert not space.axes[0].ordered and space.factors[0].has_order
-
-
-def test_plate_is_harder_to_change_than_anvil_than_tip() -> None:
-    assert [axis.change for axis in GUN.axes] == [3, 2, 0, 0, 0, 0]
-
-
-def test_hammer_tip_has_its_radius() -> None:
-    assert HAMMER.axes[2].labels == ("aluminum/30", "delrin/30", "polyurethane/15")
+    factors = [_factor(name, 2, numeric=False) for name in ("f0", "f1", "f2")]
+    space = space_of("own", "gun", factors, [Requirement("f2", "b", "f0", ("b",))])
+    assert [axis.name for axis in space.axes] == ["f0+f2", "f1"]
+    assert list(space.rows(np.array([[2, 0]]))[0].items()) == [("f0", "b"), ("f1", "a"), ("f2", "b")]
 
 
 @pytest.mark.parametrize(
@@ -162,16 +154,6 @@ def test_numbers_may_be_written_otherwise(seed: int, form: str) -> None:
 def test_rows_keep_the_order_of_the_columns() -> None:
     header = "plate_material,anvil_material,insulator,tip_material,tip_radius_mm,bullet_mass_kg,velocity_level"
     assert ",".join(GUN.rows(np.zeros((1, 6), dtype=np.int64))[0]) == header
-
-
-def test_columns_of_a_scattered_axis_keep_their_places() -> None:
-    factors = [_factor(name, 2, numeric=False) for name in ("f0", "f1", "f2")]
-    space = space_of("own", "gun", factors, [Requirement("f2", "b", "f0", ("b",))])
-    assert [axis.name for axis in space.axes] == ["f0+f2", "f1"]
-    assert list(space.rows(np.array([[2, 0]]))[0].items()) == [("f0", "b"), ("f1", "a"), ("f2", "b")]
-
-
-def test_no_rows_no_treatments() -> None:
     assert GUN.treatments([]).shape == (0, 6)
     assert GUN.rows(np.empty((0, 6), dtype=np.int64)) == []
 
@@ -182,25 +164,16 @@ def _gun_rows(**cells: str) -> list[dict[str, str]]:
     return rows
 
 
-def test_infeasible_row_names_run_and_rule() -> None:
+def test_row_that_is_no_treatment_is_named() -> None:
     rule = "insulator = polymeric needs anvil_material = aluminum or steel"
     with pytest.raises(ValueError, match=f"^run 2: .*anvil_material = none is not feasible: {rule}$"):
         GUN.treatments(_gun_rows(insulator="polymeric"))
-
-
-def test_infeasible_tie_names_what_goes_together() -> None:
     rows = HAMMER.rows(np.zeros((1, 5), dtype=np.int64))
     rows[0]["tip_radius_mm"] = "15"
     with pytest.raises(ValueError, match="go together as aluminum/30, delrin/30, polyurethane/15"):
         HAMMER.treatments(rows)
-
-
-def test_run_of_the_table_is_named_where_it_has_one() -> None:
     with pytest.raises(ValueError, match=r"^run 17: tip_material is 'gold'; expected one of PLA, aluminum, steel$"):
         GUN.treatments(_gun_rows(run="17", tip_material="gold"))
-
-
-def test_missing_column_is_named() -> None:
     rows = _gun_rows()
     del rows[1]["insulator"]
     with pytest.raises(ValueError, match="run 2: column 'insulator' is missing"):
@@ -222,36 +195,27 @@ def test_no_treatments_of_this_space(treatments: list[object], message: str) -> 
         GUN.rows(np.array(treatments))
 
 
-def test_space_travels_to_another_process() -> None:
-    assert pickle.loads(pickle.dumps(GUN)) == GUN
-    assert hash(gun_space()) == hash(GUN)
-
-
-def test_axis_made_by_hand_may_leave_out_more() -> None:
+def test_space_made_by_hand() -> None:
     [one, other] = [_factor("f0", 2, numeric=False), _factor("f1", 2, numeric=False)]
     space = Space("own", "gun", (one, other), (Axis("f0+f1", (one, other), ((0, 0), (1, 1))),))
     assert space.size == 2
     with pytest.raises(ValueError, match=r"f0\+f1 = a/b is not feasible; expected one of a/a, b/b"):
         space.treatments([{"f0": "a", "f1": "b"}])
+    with pytest.raises(ValueError, match="expected every factor once"):
+        Space("own", "gun", GUN.factors, GUN.axes[:-1])
+    levels = tuple(map(str, range(30)))
+    space = space_of("big", "gun", [DesignFactor(name, name, levels, None, False, 0) for name in "abcdefghij"])
+    assert space.size == math.prod([30] * 10)
+    with pytest.raises(ValueError, match="expected at most 1000000 to list"):
+        space.all_treatments()
+    assert pickle.loads(pickle.dumps(GUN)) == GUN
+    assert hash(gun_space()) == hash(GUN)
 
 
 @pytest.mark.parametrize("combinations", [(), ((0,), (0,)), ((0, 0),), ((2,),), ((-1,),)])
 def test_axis_of_impossible_combinations_is_refused(combinations: tuple[tuple[int, ...], ...]) -> None:
     with pytest.raises(ValueError, match="axis 'f0': combination"):
         Axis("f0", (_factor("f0", 2, numeric=False),), combinations)
-
-
-def test_axes_must_hold_every_factor() -> None:
-    with pytest.raises(ValueError, match="expected every factor once"):
-        Space("own", "gun", GUN.factors, GUN.axes[:-1])
-
-
-def test_endless_space_is_not_listed() -> None:
-    levels = tuple(map(str, range(30)))
-    space = space_of("big", "gun", [DesignFactor(name, name, levels, None, False, 0) for name in "abcdefghij"])
-    assert space.size == math.prod([30] * 10)
-    with pytest.raises(ValueError, match="expected at most 1000000 to list"):
-        space.all_treatments()
 
 
 def test_level_stands_for_its_velocity() -> None:

@@ -68,15 +68,12 @@ def start(folder: Path, **extra: str) -> subprocess.Popen[str]:
     return subprocess.Popen(command, env={**os.environ, **extra}, **pipes)
 
 
-def test_session_registers_every_model_on_every_split(registry):
+def test_session_registers_every_model_once_on_every_split(registry):
     session = train(registry, context_in(registry), MODELS, SPLITS)
     wanted = [(model, split) for split in SPLITS for model in MODELS]
     assert [(version.name, version.split) for version in session.versions] == wanted
     assert (session.trained, session.failures) == (6, [])
     assert sorted(v.label for v in registry.versions()) == sorted(v.label for v in session.versions)
-
-
-def test_repeat_trains_nothing_and_lists_the_same(registry):
     training_context = context_in(registry)
     first = train(registry, training_context, MODELS, SPLITS)
     again = train(registry, training_context, MODELS, SPLITS)
@@ -115,6 +112,9 @@ def test_what_decides_a_training_makes_it_another(registry, monkeypatch):
     monkeypatch.setattr(training_task, "TRAINING_VERSION", training_task.TRAINING_VERSION + 1)
     keys.add(task_of("linear", "repetitions", training_context).key)
     assert len(keys) == 6
+    full = replace(training_context, budget="full")
+    assert task_of("nn-ga", "repetitions", training_context).key != task_of("nn-ga", "repetitions", full).key
+    assert task_of("hybrid", "repetitions", training_context).key == task_of("hybrid", "repetitions", full).key
 
 
 def test_model_that_cannot_learn_stops_no_other(registry):
@@ -296,13 +296,6 @@ def test_every_model_is_made_and_described(name):
 
     model = entry_of(name).make(BuildOptions())
     assert build(describe(model)).settings() == model.settings()
-
-
-def test_budget_is_the_genetic_search_only(registry):
-    training_context = context_in(registry)
-    full = replace(training_context, budget="full")
-    assert task_of("nn-ga", "repetitions", training_context).key != task_of("nn-ga", "repetitions", full).key
-    assert task_of("hybrid", "repetitions", training_context).key == task_of("hybrid", "repetitions", full).key
 
 
 @pytest.mark.slow

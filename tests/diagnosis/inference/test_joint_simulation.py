@@ -32,28 +32,23 @@ def test_changes_are_the_stage_s(names):
     np.testing.assert_allclose(simulator().changes([point]), expected, atol=1e-3 * STAGE.observables[0].tolerance)
 
 
-def test_effects_do_not_add_up():
-    """They are simulated together; the sum of what each does alone is another change."""
-    points = [(pair(IDS[0], 2.0),), (pair(IDS[1], 2.0),), (pair(IDS[0], 2.0), pair(IDS[1], 2.0))]
-    first, second, both = simulator().changes(points)
-    assert np.nanmax(np.abs(first + second - both)) > STAGE.observables[0].tolerance
-
-
-def test_nothing_is_simulated_twice():
+def test_nothing_is_simulated_twice_or_below_its_negligible_place():
     own = simulator()
     points = [(pair(IDS[0]),), (pair(IDS[1]),), (pair(IDS[0]),)]
     first = own.changes(points)
     assert own.count == 2
     np.testing.assert_array_equal(own.changes(points[::-1]), first[::-1])
     assert own.count == 2
-
-
-def test_no_effects_change_nothing():
     np.testing.assert_array_equal(simulator().changes([()]), np.zeros((1, *simulator().shape)))
-
-
-def test_no_points_give_an_empty_table():
     assert simulator().changes([]).shape == (0, *simulator().shape)
+    own.negligible = {LAWS[IDS[0]].key: -1.0}
+    low, high = own.changes([(pair(IDS[0], -1.5),), (pair(IDS[0], -0.5),)])
+    np.testing.assert_array_equal(low, 0.0)
+    assert np.abs(high).max() > 0
+    # They are simulated together; the sum of what each does alone is another change.
+    points = [(pair(IDS[0], 2.0),), (pair(IDS[1], 2.0),), (pair(IDS[0], 2.0), pair(IDS[1], 2.0))]
+    first, second, both = simulator().changes(points)
+    assert np.nanmax(np.abs(first + second - both)) > STAGE.observables[0].tolerance
 
 
 def test_stages_stand_beside_each_other():
@@ -80,14 +75,6 @@ def test_shot_that_stays_in_the_barrel_has_no_answer():
     changes = JointSimulator([STAGE], [law]).changes([((law, u),)])
     stuck = [float(configuration.factors["tank_pressure"]) < 0.5e5 for configuration in STAGE.record.configurations]
     np.testing.assert_array_equal(np.isnan(changes[0, :, 0]), stuck)
-
-
-def test_below_its_negligible_place_an_effect_is_not_simulated():
-    own = simulator()
-    own.negligible = {LAWS[IDS[0]].key: -1.0}
-    low, high = own.changes([(pair(IDS[0], -1.5),), (pair(IDS[0], -0.5),)])
-    np.testing.assert_array_equal(low, 0.0)
-    assert np.abs(high).max() > 0
 
 
 def test_negligible_is_what_moves_nothing_by_a_twentieth_of_its_tolerance():

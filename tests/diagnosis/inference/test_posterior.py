@@ -115,6 +115,19 @@ def test_inclusion_is_the_weight_of_the_sets_that_have_it():
     for name in posterior.effects:
         without = sum(weight for fit, weight in posterior.weighted if name not in fit.effects)
         assert posterior.inclusion(name) == pytest.approx(1 - without)
+    assert gun_posterior().none_probability > 0.95
+    assert gun_posterior(effect("sensor.velocity_gain", gain=1.004)).none_probability > 0.9
+    assert gun_posterior(DEAD_VOLUME).none_probability < 0.01
+    posterior = gun_posterior(DEAD_VOLUME)
+    none, *poor = posterior.poor_sets
+    assert none.laws == ()
+    assert all(posterior.taken(fit) < 0.5 for fit in poor)
+    assert posterior.best not in poor
+    assert posterior.taken(posterior.library.fits[()]) == pytest.approx(0.0)
+    (row,) = posterior.parameters("gun.dead_volume")
+    fit = next(fit for fit, _ in posterior.weighted if "gun.dead_volume" in fit.effects)
+    (own,) = [each for each in fitted_effects(fit) if each.id == "gun.dead_volume"]
+    assert own.as_json()["volume_m3"] == pytest.approx(row.value)
 
 
 @pytest.mark.parametrize("planted", [None, DEAD_VOLUME, GAIN])
@@ -123,15 +136,6 @@ def test_sets_and_none_have_probability_one(planted: Effect | None):
     sets = posterior.set_probabilities()
     assert not sets or sum(sets.values()) + posterior.none_probability == pytest.approx(1.0)
     assert sets or posterior.none_probability > 0.97
-
-
-def test_gap_within_tolerance_is_none():
-    assert gun_posterior().none_probability > 0.95
-    assert gun_posterior(effect("sensor.velocity_gain", gain=1.004)).none_probability > 0.9
-
-
-def test_none_is_no_answer_to_a_gap_beyond_tolerance():
-    assert gun_posterior(DEAD_VOLUME).none_probability < 0.01
 
 
 def test_set_near_the_tolerance_is_within_it_with_a_probability():
@@ -146,13 +150,8 @@ def test_set_near_the_tolerance_is_within_it_with_a_probability():
     assert posterior.within_tolerance(posterior.library.fits[()]) == 1.0
 
 
-def test_no_effects_take_nothing():
-    posterior = gun_posterior(DEAD_VOLUME)
-    assert posterior.taken(posterior.library.fits[()]) == pytest.approx(0.0)
-
-
 def test_rough_shares_are_the_parts_of_the_squared_gap():
-    """Two linear responses that are orthogonal have their own squares, alone and after the other."""
+    # Two linear responses that are orthogonal have their own squares, alone and after the other.
     responses = np.linalg.qr(np.random.default_rng(0).standard_normal((COUNT, COUNT)))[0][:2] * [[9.0], [4.0]]
     names = ("gun.linear_0", "gun.linear_1")
     posterior = linear_posterior(responses, responses.sum(axis=0), [names])
@@ -160,9 +159,6 @@ def test_rough_shares_are_the_parts_of_the_squared_gap():
     assert shares["gun.linear_0"] == pytest.approx((81 / 97, 81 / 97), abs=0.02)
     assert shares["gun.linear_1"] == pytest.approx((16 / 97, 16 / 97), abs=0.02)
     assert posterior.major(posterior.best) == names
-
-
-def test_effect_with_little_of_the_gap_is_no_major_one():
     responses = np.linalg.qr(np.random.default_rng(0).standard_normal((COUNT, COUNT)))[0][:2] * [[20.0], [3.0]]
     posterior = linear_posterior(responses, responses.sum(axis=0), [("gun.linear_0", "gun.linear_1")])
     assert set(posterior.best.effects) == {"gun.linear_0", "gun.linear_1"}
@@ -177,9 +173,6 @@ def test_effects_that_do_the_same_are_one_credible_set():
     (own,) = posterior.credible_sets()
     assert set(own) == {"gun.linear_0", "gun.linear_1"}
     assert posterior.inclusion("gun.linear_0") == pytest.approx(0.5, abs=0.05)
-
-
-def test_effect_without_a_rival_is_its_own_credible_set():
     responses = 3 * np.random.default_rng(0).standard_normal((3, COUNT))
     posterior = linear_posterior(responses, responses[1], [[f"gun.linear_{i}"] for i in range(3)])
     assert posterior.credible_sets() == [("gun.linear_1",)]
@@ -199,14 +192,6 @@ def test_more_unexplained_evidence_makes_unknown_likelier():
         )
         odds.append(own.log_odds_unknown)
     assert odds[1] - odds[0] == pytest.approx(3.0)
-
-
-def test_sets_beside_which_something_is_sought_leave_most_of_the_gap():
-    posterior = gun_posterior(DEAD_VOLUME)
-    none, *poor = posterior.poor_sets
-    assert none.laws == ()
-    assert all(posterior.taken(fit) < 0.5 for fit in poor)
-    assert posterior.best not in poor
 
 
 def test_parameters_of_levels_bear_their_names():
@@ -229,14 +214,6 @@ def test_parameters_of_levels_bear_their_names():
 
 def _at(posterior: HypothesisPosterior, law, u):
     return replace(posterior.library.fits[()], laws=(law,), u=u, precision=np.eye(len(u)))
-
-
-def test_fitted_effects_have_the_fitted_parameters():
-    posterior = gun_posterior(DEAD_VOLUME)
-    (row,) = posterior.parameters("gun.dead_volume")
-    fit = next(fit for fit, _ in posterior.weighted if "gun.dead_volume" in fit.effects)
-    (own,) = [each for each in fitted_effects(fit) if each.id == "gun.dead_volume"]
-    assert own.as_json()["volume_m3"] == pytest.approx(row.value)
 
 
 def test_common_effects_have_one_value_for_all_levels():

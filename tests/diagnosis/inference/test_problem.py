@@ -24,47 +24,25 @@ def table(scatter: float = 0.2) -> GapTable:
     return gap_of(rng.standard_normal((9, 2)), [0, 0, 0, 0, 1, 1, 2, 2, 3], FACTORS, scatter)
 
 
-def test_cells_are_mean_gaps_in_tolerances():
+def test_noise_of_a_mean_falls_with_its_repetitions():
     gap = table()
     doubled = replace(gap, observables=tuple(replace(item, tolerance=2.0) for item in gap.observables))
     block = StageBlock.of(doubled, "gun")
     np.testing.assert_allclose(block.z, gap.mean[block.configuration, block.observable] / 2.0)
-
-
-def test_noise_of_a_mean_falls_with_its_repetitions():
-    """Scatter squared over four, two, two and one runs, beside a fiftieth of a tolerance squared."""
+    # Scatter squared over four, two, two and one runs, beside a fiftieth of a tolerance squared.
     block = StageBlock.of(table(0.2), "gun")
     runs = np.array([4, 2, 2, 1])[block.configuration]
     np.testing.assert_allclose(np.diag(block.covariances[0]), 0.2**2 / runs + 0.02)
-
-
-def test_cells_of_different_configurations_have_no_noise_in_common():
     block = StageBlock.of(table(), "gun")
     apart = block.configuration[:, None] != block.configuration[None, :]
     np.testing.assert_array_equal(block.covariances[0][apart], 0.0)
-
-
-def test_observables_of_unlike_numbers_of_runs_share_the_root_of_both():
-    """Four runs of one, one of the other: a covariance of one run over the root of four times one."""
-    gap = table()
-    count = gap.count.copy()
-    count[0] = (4, 1)
-    noise = np.array([[0.09, 0.03], [0.03, 0.16]])
-    block = StageBlock.of(replace(gap, count=count, noise=replace(gap.noise, covariance=noise)), "gun")
-    np.testing.assert_allclose(block.covariances[0][:2, :2], [[0.09 / 4 + 0.02, 0.03 / 2], [0.03 / 2, 0.16 + 0.02]])
-
-
-def test_uncertain_nominal_parameter_moves_all_cells_together():
-    gap = table()
-    moved = np.random.default_rng(1).standard_normal((1, 4, 2))
-    block = StageBlock.of(replace(gap, nuisances=moved), "gun")
-    own = moved[0, block.configuration, block.observable]
-    difference = block.covariances[0] - StageBlock.of(gap, "gun").covariances[0]
-    np.testing.assert_allclose(difference, np.outer(own, own), atol=1e-12)
-
-
-def test_cell_without_a_run_is_left_out():
-    gap = table()
+    for matrix in StageBlock.of(table(), "gun").covariances:
+        assert np.linalg.eigvalsh(matrix).min() > 0
+    part = block.only(np.array([1, 3]))
+    kept = np.flatnonzero(np.isin(block.configuration, [1, 3]))
+    np.testing.assert_array_equal(part.z, block.z[kept])
+    for i, own in enumerate(part.covariances):
+        np.testing.assert_array_equal(own, block.covariances[i][np.ix_(kept, kept)])
     count = gap.count.copy()
     count[2, 1] = 0
     block = StageBlock.of(replace(gap, count=count), "gun")
@@ -72,18 +50,19 @@ def test_cell_without_a_run_is_left_out():
     assert len(block.z) == 7
 
 
-def test_some_configurations_have_the_whole_block_s_cells():
-    block = StageBlock.of(table(), "gun")
-    part = block.only(np.array([1, 3]))
-    kept = np.flatnonzero(np.isin(block.configuration, [1, 3]))
-    np.testing.assert_array_equal(part.z, block.z[kept])
-    for i, own in enumerate(part.covariances):
-        np.testing.assert_array_equal(own, block.covariances[i][np.ix_(kept, kept)])
-
-
-def test_every_background_leaves_a_covariance():
-    for matrix in StageBlock.of(table(), "gun").covariances:
-        assert np.linalg.eigvalsh(matrix).min() > 0
+def test_noise_that_cells_share_is_in_their_covariance():
+    # Four runs of one, one of the other: a covariance of one run over the root of four times one.
+    gap = table()
+    count = gap.count.copy()
+    count[0] = (4, 1)
+    noise = np.array([[0.09, 0.03], [0.03, 0.16]])
+    block = StageBlock.of(replace(gap, count=count, noise=replace(gap.noise, covariance=noise)), "gun")
+    np.testing.assert_allclose(block.covariances[0][:2, :2], [[0.09 / 4 + 0.02, 0.03 / 2], [0.03 / 2, 0.16 + 0.02]])
+    moved = np.random.default_rng(1).standard_normal((1, 4, 2))
+    block = StageBlock.of(replace(gap, nuisances=moved), "gun")
+    own = moved[0, block.configuration, block.observable]
+    difference = block.covariances[0] - StageBlock.of(gap, "gun").covariances[0]
+    np.testing.assert_allclose(difference, np.outer(own, own), atol=1e-12)
 
 
 def test_laws_are_those_of_effects_that_a_stage_shows():
@@ -91,9 +70,6 @@ def test_laws_are_those_of_effects_that_a_stage_shows():
     stages = stages_of(record)[:1]
     problem = InferenceProblem.of(GapTable.of(record, stages), stages, (ToyLayer, ToyLeak, ToyLoss, ToyVelocityGain))
     assert set(problem.effects) == {"gun.toy_leak", "gun.toy_loss", "sensor.toy_velocity_gain"}
-
-
-def test_changes_are_in_tolerances():
     record = campaign([], np.random.default_rng(0), Design(repetitions=2))
     stages = stages_of(record)[:2]
     problem = InferenceProblem.of(GapTable.of(record, stages), stages, (ToyLoss,))

@@ -58,31 +58,21 @@ def test_gap_of_one_level_is_named_by_its_rule(rule: str, inside: dict):
     assert evidence.gain > 10
 
 
-def test_gap_that_is_alike_everywhere_is_so_named():
+def test_gap_is_named_alike_everywhere_or_without_order():
     assert evidence_of(8.0 * np.ones(COUNT)).pattern == "all configurations alike"
-
-
-def test_gap_without_any_order_is_from_configuration_to_configuration():
     evidence = evidence_of(8.0 * np.random.default_rng(3).standard_normal(COUNT))
     assert evidence.pattern == "from configuration to configuration"
     assert evidence.gain > 10
+    gains = [evidence_of(size * where(tip="delrin")).gain for size in (0.0, 2.0, 5.0, 15.0)]
+    assert gains == sorted(gains)
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_noise_alone_has_a_gain_below_zero(seed: int):
+def test_noise_has_no_gain_and_a_planted_drift_is_over_the_order_of_runs(seed: int):
     assert evidence_of(np.zeros(COUNT), seed=seed).gain < 0
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_planted_drift_is_over_the_order_of_runs(seed: int):
     still, drifting = (evidence_of(np.zeros(COUNT), drift=size, seed=seed) for size in (0.0, 9.0))
     assert drifting.pattern == "over the order of runs"
     assert drifting.gain > max(10.0, still.gain)
-
-
-def test_larger_gap_has_a_larger_gain():
-    gains = [evidence_of(size * where(tip="delrin")).gain for size in (0.0, 2.0, 5.0, 15.0)]
-    assert gains == sorted(gains)
 
 
 def test_rules_hold_for_two_configurations_and_leave_two():
@@ -90,9 +80,6 @@ def test_rules_hold_for_two_configurations_and_leave_two():
     rules = dict(factor_levels(factors))
     assert set(rules) == {"tip = steel", "tip = delrin"}
     assert rules["tip = delrin"].tolist() == [False, False, False, True, True, False]
-
-
-def test_two_factors_that_change_together_make_one_rule():
     factors = [{"operator": name, "tip": tip} for name, tip in [("a", "x"), ("a", "x"), ("b", "y"), ("b", "y")]]
     assert len(factor_levels(factors)) == 2
 
@@ -110,9 +97,6 @@ def test_patterns_have_variance_one_where_they_act():
         np.testing.assert_allclose(pattern.covariance, pattern.covariance.T)
         if not pattern.drift:
             assert variance[variance > 0].mean() == pytest.approx(1.0)
-
-
-def test_ramps_begin_at_the_quantiles_of_how_hard_runs_are():
     order = np.arange(COUNT)
     table = gap_of(np.zeros((COUNT, 1)), order, FACTORS)
     object.__setattr__(table, "loudness", {"gun": np.linspace(0, 1, COUNT)})

@@ -101,20 +101,14 @@ def test_pulse_backwards_has_the_opposite_skew() -> None:
     assert there["skew"] > 0.05
 
 
-def test_zero_line_is_removed() -> None:
+def test_strongest_pulse_counts_and_no_force_has_no_features() -> None:
     time = np.arange(-30, 120) * TIME_S / 40
     there, shifted = (Series(half_sine(time) + offset, 40 / TIME_S, float(time[0])) for offset in (0.0, 20.0))
     assert series_features(shifted) == pytest.approx(series_features(there), abs=1e-12)
     assert zeroed(shifted).values[-1] == 0.0
-
-
-def test_strongest_of_two_contacts_is_taken() -> None:
     time = np.arange(-100, 600) * TIME_S / 40
     one, two = half_sine(time), half_sine(time) + 0.6 * half_sine(time - 4 * TIME_S)
     assert features(two[None], TIME_S / 40) == pytest.approx(features(one[None], TIME_S / 40), abs=1e-3)
-
-
-def test_no_force_has_no_features() -> None:
     assert np.isnan(features(np.zeros((1, 50)), 1e-5)).all()
     assert np.isnan(series_features(Series(np.full(50, np.nan), 1e5, 0.0))).all()
 

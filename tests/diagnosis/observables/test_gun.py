@@ -69,16 +69,6 @@ def of_bullet(values: np.ndarray, of: CampaignRecord, mass_kg: float) -> np.ndar
     return values[[c.factors["bullet_mass"] == mass_kg for c in of.configurations]]
 
 
-def test_each_bullet_has_its_own_travel() -> None:
-    """Eq. 2.16 with each bullet's L."""
-    six = record()
-    shown = GunObservables(with_travels(six)).simulated()[:, 0]
-    for mass, travel in TRAVELS.items():
-        rows = masses(six) == mass
-        expected = np.log(muzzle_velocity(replace(BENCH, travel_m=travel), pressures(six)[rows], masses(six)[rows]))
-        assert shown[rows] == pytest.approx(expected, rel=1e-12)
-
-
 @EACH
 def test_effects_act_over_each_bullet_s_travel(each: Effect) -> None:
     mixed = GunObservables(with_travels(record()))
@@ -104,27 +94,23 @@ def test_uncertain_settings_act_over_each_bullet_s_travel(name: str) -> None:
         )
 
 
-def test_nominal_is_eq_2_16() -> None:
+def test_nominal_is_eq_2_16_with_each_bullet_s_travel() -> None:
     six = record()
     expected = np.log(muzzle_velocity(BENCH, pressures(six), masses(six)))
     assert GunObservables(six).simulated()[:, 0] == pytest.approx(expected, rel=1e-12)
-
-
-def test_measured_is_the_logarithm() -> None:
+    # Eq. 2.16 with each bullet's L.
+    shown = GunObservables(with_travels(six)).simulated()[:, 0]
+    for mass, travel in TRAVELS.items():
+        rows = masses(six) == mass
+        expected = np.log(muzzle_velocity(replace(BENCH, travel_m=travel), pressures(six)[rows], masses(six)[rows]))
+        assert shown[rows] == pytest.approx(expected, rel=1e-12)
     assert GunObservables(record()).measured()[:6, 0] == pytest.approx(np.log(np.arange(10.0, 16.0)))
-
-
-def test_residual_of_a_perfect_bench_is_nothing() -> None:
-    six = record()
     runs = tuple(replace(run, velocity_m_s=v) for run, v in zip(six.runs, GunObservables(six).output(), strict=True))
     assert GunObservables(replace(six, runs=runs)).residuals() == pytest.approx(np.zeros((18, 1)), abs=1e-12)
 
 
-def test_floor_is_the_stated_uncertainty() -> None:
+def test_floor_is_the_stated_uncertainty_or_assumed() -> None:
     assert GunObservables(record()).observables[0].floor == pytest.approx(0.05)
-
-
-def test_floor_is_assumed_where_none_is_stated() -> None:
     six = record()
     runs = tuple(replace(run, velocity_u_m_s=None) for run in six.runs)
     assert GunObservables(replace(six, runs=runs)).observables[0].floor == 0.01
@@ -152,10 +138,6 @@ def test_pressure_is_undone_backwards_and_velocity_shown_last() -> None:
     stage, effects = GunObservables(six), [*SENSORS, effect("gun.back_pressure")]
     assert stage.simulated(effects)[:, 0] == pytest.approx(np.log(0.9 * expected), rel=1e-12)
     assert stage.output(effects) == pytest.approx(expected, rel=1e-12)
-
-
-def test_true_pressures_pass_no_sensor() -> None:
-    six = record()
     expected = muzzle_velocity(BENCH, pressures(six) + 5e3, masses(six))
     given_pressures = [float(p) for p in pressures(six) + 5e3]
     assert GunObservables(six).output(SENSORS, given_pressures) == pytest.approx(expected, rel=1e-12)
@@ -195,6 +177,9 @@ def test_changes_of_mixed_sets_are_those_one_by_one() -> None:
     ]
     alone = [(stage.simulated(effects) - stage.simulated())[6:12] for effects in sets]
     assert stage.changes(sets) == pytest.approx(np.array(alone), abs=1e-9)
+    kinds = [type(each) for each in (*GUN, *SENSORS)]
+    off = [kind(**{item.name: item.off for item in kind.parameters()}) for kind in kinds]
+    assert np.all(stage.changes([[], *[[each] for each in off]]) == 0)
 
 
 @settings(max_examples=25)
@@ -219,13 +204,6 @@ def test_changes_do_not_hang_on_company(sets: list[list[Effect]]) -> None:
         assert found[k] == pytest.approx(stage.changes([effects])[0], abs=1e-12)
 
 
-def test_changes_of_nothing_are_nothing() -> None:
-    stage = GunObservables(record())
-    kinds = [type(each) for each in (*GUN, *SENSORS)]
-    off = [kind(**{item.name: item.off for item in kind.parameters()}) for kind in kinds]
-    assert np.all(stage.changes([[], *[[each] for each in off]]) == 0)
-
-
 def test_cost_grows_with_configurations_not_with_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     fired: list[int] = []
 
@@ -243,12 +221,11 @@ def test_shown_are_the_guns_and_three_sensors_effects() -> None:
     gun = [identity for identity in catalogue() if identity.startswith("gun.")]
     sensors = ["sensor.pressure_gain", "sensor.pressure_offset", "sensor.velocity_gain"]
     assert list(GunObservables(record()).shows) == [*gun, *sensors]
-
-
-def test_nothing_shows_without_velocities() -> None:
     six = record()
     runs = tuple(replace(run, velocity_m_s=None) for run in six.runs)
     assert GunObservables(replace(six, runs=runs)).shows == ()
+    with pytest.raises(ValueError, match="no gun"):
+        GunObservables(record(gun=None))
 
 
 @pytest.mark.parametrize(
@@ -263,20 +240,14 @@ def test_nuisance_is_a_standard_deviations_change(name: str, sd: float) -> None:
     assert column == pytest.approx((high - low) / (2 * h), rel=1e-6)
 
 
-def test_uncertain_mass_is_minus_a_half_of_its_share_without_friction() -> None:
+def test_uncertain_mass_and_efficiency_have_closed_forms() -> None:
     free = replace(BENCH, friction_coefficient=0.0)
     columns = GunObservables(replace(record(), gun=free), {"bullet_mass_kg": 0.01, "tank_pressure_pa": 1e3}).nuisances()
     mass, pressure = masses(record())[:6], np.repeat(PRESSURES, 2)
     assert columns["bullet_mass_kg"][:, 0] == pytest.approx(-0.005 / mass, rel=1e-4)
     assert columns["tank_pressure_pa"][:, 0] == pytest.approx(500 / pressure, rel=1e-4)
-
-
-def test_efficiency_of_one_has_one_side() -> None:
     ideal = replace(record(), gun=replace(BENCH, efficiency=1.0))
     assert GunObservables(ideal, {"efficiency": 0.02}).nuisances()["efficiency"] == pytest.approx(0.02, rel=1e-3)
-
-
-def test_certain_settings_are_no_nuisances() -> None:
     assert GunObservables(record()).nuisances() == GunObservables(record(), {"travel_m": 0.0}).nuisances() == {}
 
 
@@ -284,11 +255,6 @@ def test_certain_settings_are_no_nuisances() -> None:
 def test_unknown_uncertainties_are_refused(uncertain: dict[str, float]) -> None:
     with pytest.raises(ValueError, match=next(iter(uncertain))):
         GunObservables(record(), uncertain)
-
-
-def test_hammer_campaign_has_no_gun() -> None:
-    with pytest.raises(ValueError, match="no gun"):
-        GunObservables(record(gun=None))
 
 
 @pytest.mark.parametrize("identity", [*(e.id for e in GUN), "sensor.pressure_gain", "sensor.pressure_offset"])

@@ -15,22 +15,15 @@ ROWS = np.array([2, 0, 0, 1])
 def test_value_of_a_configuration_is_that_of_its_runs():
     own = at_rows([effect("gun.dead_volume", volume_m3=np.array([1e-4, 2e-4, 3e-4]))], ROWS)
     assert own[0].as_json()["volume_m3"] == [3e-4, 1e-4, 1e-4, 2e-4]
-
-
-def test_one_value_stays_one_value():
     effects = (effect("gun.dead_volume", volume_m3=1e-4), effect("sensor.velocity_gain", gain=1.1))
     assert at_rows(effects, ROWS) == effects
-
-
-def test_parameters_of_one_effect_are_placed_one_by_one():
     valve = effect("gun.valve_flow", loss_coefficient=np.array([1.0, 2.0, 3.0]), opening_time_s=0.01)
     own = at_rows([valve], ROWS)[0].as_json()
     assert own["loss_coefficient"] == [3.0, 1.0, 1.0, 2.0]
     assert own["opening_time_s"] == 0.01
-
-
-def test_no_effects_are_none():
     assert at_rows([], ROWS) == ()
+    own = stacked([[effect("sensor.velocity_gain", gain=g)] for g in (1.1, np.array([1.2, 1.3]))], 2)
+    assert own[0].as_json()["gain"] == pytest.approx([1.1, 1.1, 1.2, 1.3])
 
 
 def test_simulated_runs_have_their_configuration_s_value():
@@ -59,8 +52,3 @@ def test_sets_of_the_same_kinds_are_observed_together():
         (["gun.dead_volume"], 2),
         (["gun.dead_volume", "sensor.velocity_gain"], 2),
     ]
-
-
-def test_stacked_sets_follow_one_another():
-    own = stacked([[effect("sensor.velocity_gain", gain=g)] for g in (1.1, np.array([1.2, 1.3]))], 2)
-    assert own[0].as_json()["gain"] == pytest.approx([1.1, 1.1, 1.2, 1.3])

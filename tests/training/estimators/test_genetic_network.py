@@ -44,6 +44,31 @@ def test_predicts_with_what_it_found() -> None:
     assert one.network_ is not None
     assert (one.network_.layers, one.network_.penalty) == (layers, penalty)
     assert one.arrays()["layers"].tolist() == list(layers)
+    rows = known_law()[0]
+    one = fitted(rows)
+    again = one.refit(rows.x, rows.y, rows.groups, np.random.default_rng(8))
+    assert isinstance(again, GeneticNetwork)
+    assert again.found_ is None
+    assert again.arrays()["layers"].tolist() == one.arrays()["layers"].tolist()
+    one = fitted(known_law()[0])
+    report = one.fit_report()
+    assert one.found_ is not None
+    layers, penalty = decoded(one.found_.genes)
+    assert report.settings["population"] == 4
+    assert report.settings["generations"] == 2
+    assert report.settings["neurons"] == "-".join(map(str, layers))
+    assert report.settings["regularisation"] == penalty
+    assert report.settings["search_best"] == one.found_.value
+    assert report.histories["search_best"] == one.found_.best
+    evaluated = report.histories["candidates_evaluated"]
+    assert evaluated[0] <= 4
+    assert list(evaluated) == sorted(evaluated)
+    assert evaluated[-1] == one.found_.evaluated
+    assert len(report.histories["loss"]) == 2
+    report = GeneticNetwork(**SMALL).restore(one.arrays()).fit_report()
+    assert report.settings["neurons"] == one.fit_report().settings["neurons"]
+    assert "search_best" not in report.settings
+    assert not report.histories
 
 
 def test_workers_do_not_change_it() -> None:
@@ -51,7 +76,7 @@ def test_workers_do_not_change_it() -> None:
 
 
 def test_resumes_from_its_journal(tmp_path: Path) -> None:
-    """Half a journal gives the same network; a whole one is not added to."""
+    # Half a journal gives the same network; a whole one is not added to.
     rows, path = known_law()[0], tmp_path / "journal"
     whole = fitted(rows, path)
     content = path.read_bytes()
@@ -59,9 +84,6 @@ def test_resumes_from_its_journal(tmp_path: Path) -> None:
     assert_same(fitted(rows, path), whole)
     assert sorted(path.read_bytes().splitlines()) == sorted(content.splitlines())
     assert_same(fitted(rows), whole)
-
-
-def test_longer_search_goes_on_with_the_journal_of_a_shorter(tmp_path: Path) -> None:
     rows, path = known_law()[0], tmp_path / "journal"
     shorter = fitted(rows, path)
     longer = fitted(rows, path, generations=4)
@@ -97,15 +119,6 @@ def test_left_out_error_is_that_of_separate_networks() -> None:
     assert together == pytest.approx(errors.mean(), rel=1e-3)
 
 
-def test_refit_searches_no_more() -> None:
-    rows = known_law()[0]
-    one = fitted(rows)
-    again = one.refit(rows.x, rows.y, rows.groups, np.random.default_rng(8))
-    assert isinstance(again, GeneticNetwork)
-    assert again.found_ is None
-    assert again.arrays()["layers"].tolist() == one.arrays()["layers"].tolist()
-
-
 def test_tells_progress() -> None:
     told: list[str] = []
     one = GeneticNetwork(**SMALL)
@@ -114,29 +127,3 @@ def test_tells_progress() -> None:
     one.fit(rows.x, rows.y, rows.groups, np.random.default_rng(0))
     assert len(told) == SMALL["generations"] + 1
     assert "neurons" in told[0]
-
-
-def test_report_tells_the_search() -> None:
-    one = fitted(known_law()[0])
-    report = one.fit_report()
-    assert one.found_ is not None
-    layers, penalty = decoded(one.found_.genes)
-    assert report.settings["population"] == 4
-    assert report.settings["generations"] == 2
-    assert report.settings["neurons"] == "-".join(map(str, layers))
-    assert report.settings["regularisation"] == penalty
-    assert report.settings["search_best"] == one.found_.value
-    assert report.histories["search_best"] == one.found_.best
-    evaluated = report.histories["candidates_evaluated"]
-    assert evaluated[0] <= 4
-    assert list(evaluated) == sorted(evaluated)
-    assert evaluated[-1] == one.found_.evaluated
-    assert len(report.histories["loss"]) == 2
-
-
-def test_restored_report_has_no_search() -> None:
-    one = fitted(known_law()[0])
-    report = GeneticNetwork(**SMALL).restore(one.arrays()).fit_report()
-    assert report.settings["neurons"] == one.fit_report().settings["neurons"]
-    assert "search_best" not in report.settings
-    assert not report.histories

@@ -41,13 +41,14 @@ def test_promise(check: Callable[[Estimator], None], monkeypatch: pytest.MonkeyP
 
 def test_repetitions_tell_the_noise() -> None:
     np.testing.assert_allclose(repetition_covariance(*repeated()), NOISE, atol=0.12)
-
-
-def test_without_repetitions_nothing_is_turned() -> None:
     x, y, _ = repeated()
     assert repetition_covariance(x, y, np.arange(len(x))) is None
     turned = RotatedOutputs(LinearPowers()).fit(x, y, np.arange(len(x)), np.random.default_rng(0))
     np.testing.assert_allclose(turned.turn_, np.diag(1 / y.std(axis=0)))
+    x, y, groups = repeated()
+    spread = RotatedOutputs(LinearPowers(powers=12)).fit(x, y, groups, np.random.default_rng(0)).predict(x).spread
+    assert spread is not None
+    np.testing.assert_allclose(np.median(spread, axis=0), np.sqrt(NOISE.diagonal()), rtol=0.1)
 
 
 def test_linear_regression_does_not_mind() -> None:
@@ -72,10 +73,3 @@ def test_process_does_not_follow_the_noise() -> None:
     ]
     assert off[0] < off[1]
     assert off[0] < 0.2
-
-
-def test_spread_is_the_noise() -> None:
-    x, y, groups = repeated()
-    spread = RotatedOutputs(LinearPowers(powers=12)).fit(x, y, groups, np.random.default_rng(0)).predict(x).spread
-    assert spread is not None
-    np.testing.assert_allclose(np.median(spread, axis=0), np.sqrt(NOISE.diagonal()), rtol=0.1)

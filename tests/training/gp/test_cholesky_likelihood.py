@@ -79,9 +79,6 @@ def test_contact_times_likelihood_is_gpytorchs(kind: str, ard: bool) -> None:
 def test_mean_kernel_noise_and_priors_have_gpytorchs_gradients() -> None:
     slopes = assert_same_as_gpytorch(PriorProcess())
     assert {name.partition(".")[0] for name in slopes} == {"likelihood", "mean_module", "covar_module"}
-
-
-def test_priors_count() -> None:
     model = PriorProcess()
     value, _ = value_and_gradients(CholeskyMarginalLogLikelihood, model)
     covariance = model.covar_module(torch.tensor(Z)).to_dense().detach().numpy() + 0.05 * np.eye(40)
@@ -123,7 +120,7 @@ def test_repeated_rows_without_noise_get_jitter() -> None:
     assert value == pytest.approx(expected, rel=1e-6)
 
 
-def test_no_covariance_is_named() -> None:
+def test_what_is_no_covariance_or_no_double_is_named() -> None:
     k = torch.diag(torch.tensor([1.0, -1.0, 1.0]).double())
     with (
         pytest.warns(NumericalWarning),
@@ -132,17 +129,9 @@ def test_no_covariance_is_named() -> None:
         _CholeskyLikelihood.apply(k, torch.full((3,), 1e-3).double(), torch.ones(3).double())
     with pytest.raises(ValueError, match=r"not positive definite.*NaN"):
         _CholeskyLikelihood.apply(k * float("nan"), torch.full((3,), 1e-3).double(), torch.ones(3).double())
-
-
-def test_single_precision() -> None:
     model = basis_process("rbf")
     objective = CholeskyMarginalLogLikelihood(model.likelihood, model)
     with pytest.raises(ValueError, match=r"float32.*double"):
         objective(model(*model.train_inputs), model.train_targets.float())
-
-
-def test_several_outputs() -> None:
-    model = basis_process("rbf")
-    objective = CholeskyMarginalLogLikelihood(model.likelihood, model)
     with pytest.raises(ValueError, match=r"one output.*\(40, 2\)"):
         objective(model(*model.train_inputs), torch.ones(40, 2).double())

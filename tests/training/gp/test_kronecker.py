@@ -62,12 +62,14 @@ def test_likelihood_is_the_dense_one(kind: str, n: int) -> None:
     assert abs(found.value - expected) <= found.bound + 1e-8
 
 
-def test_correlated_noise() -> None:
+def test_likelihood_of_correlated_noise() -> None:
     (x, y), at = pulses(45), some_parameters()
     factor = 0.1 * np.random.default_rng(6).normal(size=(20, 20))
     sigma = factor @ factor.T + at.sigma
     k = kernel_matrix("rbf", x / at.lengthscales, x / at.lengthscales)
     assert abs(coregional_likelihood(k, y, at.b, sigma).value - dense(k, y, at.b, sigma)) < 1e-6
+    with pytest.raises(ValueError, match="noise between outputs is not positive definite"):
+        coregional_likelihood(np.eye(3), np.zeros((3, 2)), np.eye(2), np.array([[1.0, 2.0], [2.0, 1.0]]))
 
 
 def test_repeated_eigenvalues() -> None:
@@ -93,15 +95,11 @@ def assert_derivatives(value: Callable[..., float], found: object, at: tuple[Flo
         assert slope == pytest.approx(float((getattr(found, name) * direction).sum()), rel=1e-4)
 
 
-def test_matrix_derivatives() -> None:
+def test_matrix_and_output_derivatives() -> None:
     (x, y), at = pulses(40), some_parameters()
     k = kernel_matrix("matern32", x / at.lengthscales, x / at.lengthscales)
     found = coregional_likelihood(k, y, at.b, at.sigma)
     assert_derivatives(lambda *now: coregional_likelihood(now[0], y, *now[1:]).value, found, (k, at.b, at.sigma))
-
-
-def test_gradient_by_outputs() -> None:
-    (x, y), at = pulses(40), some_parameters()
     k = kernel_matrix("rbf", x / at.lengthscales, x / at.lengthscales)
     found = coregional_likelihood(k, y, at.b, at.sigma)
     step = 1e-4 * np.random.default_rng(1).normal(size=y.shape)
@@ -129,8 +127,3 @@ def test_coarse_factor_stays_within_its_bound() -> None:
     for tolerance in (1e-3, 1e-5, 1e-7):
         found = coregional_likelihood(k, y, at.b, at.sigma, tolerance)
         assert 0 < abs(found.value - exact) <= found.bound
-
-
-def test_noise_that_is_no_covariance() -> None:
-    with pytest.raises(ValueError, match="noise between outputs is not positive definite"):
-        coregional_likelihood(np.eye(3), np.zeros((3, 2)), np.eye(2), np.array([[1.0, 2.0], [2.0, 1.0]]))

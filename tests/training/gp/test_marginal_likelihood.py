@@ -130,15 +130,11 @@ def test_correlated_noise_of_gpytorch() -> None:
 KINDS = (KroneckerMarginalLogLikelihood, gpytorch.mlls.ExactMarginalLogLikelihood)
 
 
-def test_other_covariances() -> None:
+def test_what_it_cannot_take_is_named() -> None:
     model = model_at()
     plain = gpytorch.distributions.MultitaskMultivariateNormal(torch.zeros(30, 4), torch.eye(120))
     with pytest.raises(ValueError, match="MultitaskKernel"):
         KroneckerMarginalLogLikelihood(model.likelihood, model)(plain, model.train_targets)
-
-
-def test_single_precision() -> None:
-    model = model_at()
     objective = KroneckerMarginalLogLikelihood(model.likelihood, model)
     with pytest.raises(ValueError, match=r"float32.*double"):
         objective(model(*model.train_inputs), model.train_targets.float())

@@ -1,4 +1,4 @@
-"""The genetic search: it finds known minima, repeats nothing, and survives being killed."""
+"""The genetic search: it finds known minima, repeats nothing, survives being killed; and its folds."""
 
 from __future__ import annotations
 
@@ -13,7 +13,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pyroshock.parallel.executor import HERE, ExecutorConfig
+from pyroshock.training.tuning.folds import grouped_folds
 from pyroshock.training.tuning.genetic import Genes, GeneticResult, Search, SearchJournal, run_search
+from support.processes import chores
+from support.processes.dask_clusters import dask_cluster
 
 LEVELS = (3, 24, 21)
 SEARCH = Search(LEVELS, population=10, generations=6)
@@ -48,10 +52,19 @@ def test_beats_chance() -> None:
     assert np.median(ours) < 0.5 * np.median(theirs)
 
 
-def test_best_never_worsens() -> None:
+def test_best_never_worsens_and_seeds_differ() -> None:
     best = run_search(SEARCH, bowl, 2, without_file()).best
     assert len(best) == SEARCH.generations + 1
     assert list(best) == sorted(best, reverse=True)
+    assert run_search(SEARCH, bowl, 1, without_file()).best != run_search(SEARCH, bowl, 2, without_file()).best
+    seen: list[Genes] = []
+    run_search(SEARCH, lambda genes: seen.append(genes) or 0.0, 3, without_file())
+    assert np.all((np.array(seen) >= 0) & (np.array(seen) < LEVELS))
+    told: list[str] = []
+    run_search(SEARCH, bowl, 1, without_file(), told.append, lambda genes: f"<{genes[0]}>")
+    assert len(told) == SEARCH.generations + 1
+    assert told[-1].startswith("generation 6 of 6: ")
+    assert "<1>" in told[-1]
 
 
 def test_evaluates_nothing_twice() -> None:
@@ -64,12 +77,6 @@ def test_evaluates_nothing_twice() -> None:
     result = run_search(Search((2, 3, 2), population=8, generations=10), counted, 1, without_file())
     assert len(asked) == len(set(asked)) == result.evaluated <= 12
     assert result.saved == result.asked - result.evaluated > 0
-
-
-def test_genes_are_levels() -> None:
-    seen: list[Genes] = []
-    run_search(SEARCH, lambda genes: seen.append(genes) or 0.0, 3, without_file())
-    assert np.all((np.array(seen) >= 0) & (np.array(seen) < LEVELS))
 
 
 def test_any_number_of_workers_finds_the_same() -> None:
@@ -93,18 +100,6 @@ def test_workers_work_at_once() -> None:
 
     run_search(Search((4,), population=4, generations=0, elite=1, workers=2), together, 0, without_file())
     assert not meet.broken
-
-
-def test_seeds_differ() -> None:
-    assert run_search(SEARCH, bowl, 1, without_file()).best != run_search(SEARCH, bowl, 2, without_file()).best
-
-
-def test_tells_progress() -> None:
-    told: list[str] = []
-    run_search(SEARCH, bowl, 1, without_file(), told.append, lambda genes: f"<{genes[0]}>")
-    assert len(told) == SEARCH.generations + 1
-    assert told[-1].startswith("generation 6 of 6: ")
-    assert "<1>" in told[-1]
 
 
 def test_failing_evaluation_reaches_the_caller(tmp_path: Path) -> None:
@@ -191,12 +186,14 @@ def test_journal_keeps_values_exactly(tmp_path: Path) -> None:
     for key, value in values.items():
         journal.add(key, value)
     assert SearchJournal(tmp_path / "deep" / "journal", {"seed": 2**62}).values == values
-
-
-def test_journal_of_another_search_is_refused(tmp_path: Path) -> None:
     SearchJournal(tmp_path / "journal", {"seed": 1})
     with pytest.raises(ValueError, match="another search"):
         SearchJournal(tmp_path / "journal", {"seed": 2})
+    SearchJournal(tmp_path / "journal", {"seed": 1}).add((1, 2, 3), 0.5)
+    assert [json.loads(line) for line in (tmp_path / "journal").read_text().splitlines()] == [
+        {"search": {"seed": 1}},
+        {"key": [1, 2, 3], "value": 0.5},
+    ]
 
 
 @pytest.mark.parametrize("content", ["no json\n", "[1, 2]\n", '{"search": {}}\n{"key": [1]}\n'])
@@ -206,9 +203,57 @@ def test_stranger_is_no_journal(tmp_path: Path, content: str) -> None:
         SearchJournal(tmp_path / "journal", {})
 
 
-def test_journal_is_readable(tmp_path: Path) -> None:
-    SearchJournal(tmp_path / "journal", {"seed": 1}).add((1, 2, 3), 0.5)
-    assert [json.loads(line) for line in (tmp_path / "journal").read_text().splitlines()] == [
-        {"search": {"seed": 1}},
-        {"key": [1, 2, 3], "value": 0.5},
-    ]
+SMALL_SEARCH = Search((4, 9, 7), population=6, generations=2)
+
+
+@pytest.mark.parametrize("executor", [HERE, ExecutorConfig(jobs=2)], ids=["here", "two"])
+def test_any_crew_finds_the_same(executor, tmp_path):
+    """And keeps the journal here."""
+    alone = run_search(SMALL_SEARCH, chores.away, 3, SearchJournal(None, {}))
+    journal = SearchJournal(tmp_path / "journal", {})
+    assert run_search(SMALL_SEARCH, chores.away, 3, journal, executor=executor) == alone
+    assert len(SearchJournal(tmp_path / "journal", {}).values) == alone.evaluated
+
+
+def test_a_cluster_finds_the_same(tmp_path):
+    pytest.importorskip("distributed", reason="no Dask: it comes with pyroshock[cluster]")
+    alone = run_search(SMALL_SEARCH, chores.away, 3, SearchJournal(None, {}))
+    with dask_cluster(tmp_path, 2) as cluster:
+        executor = ExecutorConfig("dask", scheduler=cluster.address)
+        assert run_search(SMALL_SEARCH, chores.away, 3, SearchJournal(None, {}), executor=executor) == alone
+
+
+def test_what_was_found_costs_no_worker(tmp_path):
+    path = tmp_path / "journal"
+    result = run_search(SMALL_SEARCH, chores.away, 3, SearchJournal(path, {}))
+    content = path.read_bytes()
+    assert (
+        run_search(
+            SMALL_SEARCH,
+            chores.away,
+            3,
+            SearchJournal(path, {}),
+            executor=ExecutorConfig("dask", scheduler="tcp://nobody:1"),
+        )
+        == result
+    )
+    assert path.read_bytes() == content
+
+
+GROUPS = np.repeat([f"c{i}" for i in range(23)], 4)
+
+
+def test_folds_part_no_configuration_and_are_alike() -> None:
+    folds = grouped_folds(GROUPS, 5, np.random.default_rng(0))
+    assert np.array_equal(np.sum(folds, axis=0), np.ones(len(GROUPS)))
+    for fold in grouped_folds(GROUPS, 5, np.random.default_rng(0)):
+        assert not set(GROUPS[fold]) & set(GROUPS[~fold])
+    sizes = [int(fold.sum()) // 4 for fold in grouped_folds(GROUPS, 5, np.random.default_rng(0))]
+    assert sorted(sizes) == [4, 4, 5, 5, 5]
+    assert len(grouped_folds(GROUPS[:12], 5, np.random.default_rng(0))) == 3
+
+
+@pytest.mark.parametrize(("groups", "folds"), [(GROUPS[:4], 5), (GROUPS, 1)])
+def test_nothing_to_leave_out_is_refused(groups: np.ndarray, folds: int) -> None:
+    with pytest.raises(ValueError, match="folds"):
+        grouped_folds(groups, folds, np.random.default_rng(0))

@@ -45,6 +45,8 @@ def test_every_gun_stands_in_an_atmosphere(kind: str) -> None:
 def test_effects_are_off_as_often_as_said() -> None:
     cases = [draw_realistic("hammer", np.random.default_rng(seed)) for seed in range(40)]
     assert np.mean([len(case.strengths) for case in cases]) == pytest.approx(0.7 * 9, abs=0.8)
+    first, second = (draw_realistic("gun", np.random.default_rng(6)) for _ in range(2))
+    assert first == second
 
 
 @pytest.mark.parametrize("kind", ["gun", "plate"])
@@ -54,11 +56,6 @@ def test_full_scale_is_many_tolerances(kind: str) -> None:
     assert all(abs(v) <= 3 * BENCH_DEFAULT[n] for n, v in case.strengths.items() if n in BENCH_DEFAULT and "." in n[6:])
 
 
-def test_same_generator_same_bench() -> None:
-    first, second = (draw_realistic("gun", np.random.default_rng(6)) for _ in range(2))
-    assert first == second
-
-
 # --- shares ----------------------------------------------------------------------------------------------------------
 
 
@@ -66,6 +63,10 @@ def test_single_effect_has_the_whole_gap() -> None:
     parts = attribution("hammer", 0, ActingCause((("contact.effective_mass", 2.0),)))
     assert shares(parts.left_out) == {"contact.effective_mass": pytest.approx(1.0)}
     assert shares(parts.shapley) == {"contact.effective_mass": pytest.approx(1.0)}
+    parts = attribution("hammer", 0, ActingCause())
+    assert shares(parts.left_out) == {}
+    table = {"gun": {"a": 1.0}, "contact": {"b": 2.0, "c": 1.0}}
+    assert shares(table) == {"a": 0.25, "b": 0.5, "c": 0.25}
 
 
 def test_shapley_values_add_up_to_the_squared_gap() -> None:
@@ -77,25 +78,12 @@ def test_shapley_values_add_up_to_the_squared_gap() -> None:
     assert sum(parts.shapley["contact"].values()) == pytest.approx(whole)
 
 
-def test_shapley_of_a_sum_is_each_term() -> None:
+def test_shapley_values_have_closed_forms() -> None:
     worth = {"a": 3.0, "b": -1.0, "c": 0.5, "d": 0.0, "e": 2.0, "f": 1.0}
     values = shapley_values(list(worth), lambda some: sum(worth[name] for name in some))
     assert values == pytest.approx(worth)
-
-
-def test_shapley_of_a_pair_that_acts_only_together_is_half_each() -> None:
     values = shapley_values(["a", "b"], lambda some: float(len(some) == 2))
     assert values == {"a": 0.5, "b": 0.5}
-
-
-def test_stages_count_the_same() -> None:
-    table = {"gun": {"a": 1.0}, "contact": {"b": 2.0, "c": 1.0}}
-    assert shares(table) == {"a": 0.25, "b": 0.5, "c": 0.25}
-
-
-def test_bench_without_gap_has_no_shares() -> None:
-    parts = attribution("hammer", 0, ActingCause())
-    assert shares(parts.left_out) == {}
 
 
 # --- second laws -----------------------------------------------------------------------------------------------------

@@ -65,12 +65,9 @@ def test_noise_gives_seldom_a_rule() -> None:
 
 
 def test_repetitions_do_not_make_a_rule() -> None:
-    """A single configuration with many shots is a single observation."""
+    # A single configuration with many shots is a single observation.
     number = np.repeat(np.arange(8), 25)
     factors = [ShotFactor("tip_material", np.where(number < 4, "delrin", "steel"))]
     residual = np.where(number == 5, 0.8, 0.0) + 0.01 * np.random.default_rng(1).normal(size=len(number))
     assert failures(FORCE, residual, number, factors, np.random.default_rng(0)) == []
-
-
-def test_one_configuration_gives_none() -> None:
     assert failures(FORCE, np.full(4, 0.5), np.zeros(4, dtype=int), [], np.random.default_rng(0)) == []
