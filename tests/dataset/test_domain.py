@@ -36,12 +36,6 @@ def test_no_training_row_is_outside(text, seed):
     assert not any(Domain.of(train).outside(train))
 
 
-def test_held_out_repetitions_are_inside_but_for_their_speed():
-    split = split_of(TABLE, "repetitions")
-    found = Domain.of(TABLE.take(split.train)).outside(TABLE.take(split.test))
-    assert sum(bool(one) for one in found) <= 0.03 * len(found)
-
-
 @pytest.mark.parametrize("velocity", [0.0, 9.0])
 def test_speed_beyond_the_recorded_is_told(velocity):
     (found,) = DOMAIN.outside(inputs_at(ONE, impact_velocity=velocity))
@@ -93,8 +87,8 @@ def test_unknown_value_and_another_hammer_are_told():
     assert told(DOMAIN, replace(asked, impactor_mass_kg=np.array([np.nan]))) == []
 
 
-def test_leverage_is_mahalanobis_distance():
-    """Two correlated numbers: the corner that nobody recorded lies outside, by the number that deviates more."""
+def test_leverage_is_mahalanobis_distance_in_any_units():
+    # Two correlated numbers: the corner that nobody recorded lies outside, by the number that deviates more.
     rng = np.random.default_rng(0)
     a = rng.uniform(0, 1, 400)
     x = np.column_stack([a, a + 0.05 * rng.standard_normal(400)])
@@ -107,9 +101,6 @@ def test_leverage_is_mahalanobis_distance():
     far = np.einsum("ni,ij,nj->n", w, inverse, w) > limit
     assert [bool(one) for one in domain.outside(numbers(asked, "a", "b"))] == far.tolist()
     assert 0.2 < far.mean() < 0.95
-
-
-def test_units_do_not_matter():
     rng = np.random.default_rng(1)
     a = rng.standard_normal(200)
     x = np.column_stack([a, 0.9 * a + 0.1 * rng.standard_normal(200)])
@@ -129,6 +120,12 @@ def test_domain_reads_back_from_json():
     assert again.predictors == PREDICTORS
     with pytest.raises(ValueError, match="inputs have predictors a; the domain is of tip_radius"):
         DOMAIN.outside(numbers([[1.0]], "a"))
+    domain = Domain.of(ONE)
+    assert domain.outside(ONE) == [()]
+    assert told(domain, inputs_at(ONE, impact_velocity=5.0)) == ["impact_velocity"]
+    split = split_of(TABLE, "repetitions")
+    found = Domain.of(TABLE.take(split.train)).outside(TABLE.take(split.test))
+    assert sum(bool(one) for one in found) <= 0.03 * len(found)
 
 
 @pytest.mark.parametrize("x", [np.zeros((0, 1)), [[np.nan]]])
@@ -141,9 +138,3 @@ def test_nothing_has_no_domain(x):
 def test_damaged_domain_is_refused(damage):
     with pytest.raises(ValueError, match="train the model anew"):
         Domain.from_json({**DOMAIN.to_json(), **damage})
-
-
-def test_single_pulse_has_a_domain():
-    domain = Domain.of(ONE)
-    assert domain.outside(ONE) == [()]
-    assert told(domain, inputs_at(ONE, impact_velocity=5.0)) == ["impact_velocity"]

@@ -39,6 +39,12 @@ def test_thesis_split_is_1440_to_360():
     apart = replace(TABLE, configuration=np.char.add("x", TABLE.configuration), campaign=np.full(len(TABLE), "x"))
     alone, joined = split_of(TABLE, "repetitions"), split_of(concatenate([TABLE, apart]), "repetitions")
     assert joined.test[joined.test < len(TABLE)].tolist() == alone.test.tolist()
+    # Why there is a split by treatment: other positions of the same treatment stand in training.
+    split = split_of(TABLE, "configurations")
+    assert {*TABLE.treatment[split.test]} <= {*TABLE.treatment[split.train]}
+    # 2 of 10 in each of 180 configurations and 20 seeds: 720 per repetition, deviation 24 by the binomial law.
+    counts = sum(np.bincount(TABLE.repetition[split_of(TABLE, "repetitions", s).test]) for s in range(20))
+    assert np.all(np.abs(counts[1:] - 720) < 4.5 * 24)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -57,12 +63,6 @@ def test_treatments_are_never_parted(seed):
     assert len(sides[1]) == 6
 
 
-def test_held_out_configurations_are_still_known_to_predictors():
-    """Why there is a split by treatment: other positions of the same treatment stand in training."""
-    split = split_of(TABLE, "configurations")
-    assert {*TABLE.treatment[split.test]} <= {*TABLE.treatment[split.train]}
-
-
 def test_left_out_material_or_campaign_is_nowhere_in_training():
     split = split_of(TABLE, "material=steel")
     assert "steel" not in {*TABLE.tip_material[split.train], *TABLE.target_material[split.train]}
@@ -74,12 +74,6 @@ def test_left_out_material_or_campaign_is_nowhere_in_training():
 def test_another_seed_draws_others(text):
     drawn = {tuple(split_of(TABLE, text, seed).test) for seed in range(8)}
     assert len(drawn) > 4
-
-
-def test_every_repetition_is_drawn_as_often():
-    """2 of 10 in each of 180 configurations and 20 seeds: 720 per repetition, deviation 24 by the binomial law."""
-    counts = sum(np.bincount(TABLE.repetition[split_of(TABLE, "repetitions", s).test]) for s in range(20))
-    assert np.all(np.abs(counts[1:] - 720) < 4.5 * 24)
 
 
 @pytest.mark.parametrize(("repetitions", "held_out"), [(2, 1), (3, 1), (7, 1), (8, 2), (13, 3)])

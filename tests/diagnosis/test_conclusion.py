@@ -1,7 +1,8 @@
-"""The entries of a report, on small campaigns that the twin itself has shot."""
+"""The entries of a report, on small campaigns that the twin itself has shot, and the keys of its contract."""
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
@@ -14,6 +15,7 @@ from pyroshock.diagnosis.options import first_entry_probability
 from pyroshock.diagnosis.record import CampaignRecord
 from pyroshock.diagnosis.verdict import NONE, UNKNOWN, Cause, Verdict
 from pyroshock.twin.effects import Effect, effect
+from support.records import verdicts
 from support.records.gun_campaigns import gun_record
 
 IDS = ("gun.dead_volume", "sensor.pressure_offset", "sensor.velocity_gain")
@@ -79,16 +81,13 @@ def test_planted_effect_is_named_first_with_most_of_the_gap(planted: Effect):
     assert step.after < 0.2 * verdict.gap.before
 
 
-def test_gap_within_tolerance_is_none():
+def test_gap_within_tolerance_is_none_and_one_that_none_predicts_unknown():
     verdict = report()
     assert verdict.first.effects == (NONE,)
     assert verdict.path == ()
     assert not any(row.named for row in verdict.effects)
     # A change over a gap that scatter alone makes says nothing: it was -82 of the gap for an effect that is not there.
     assert {row.held_out_gain for row in report().effects} == {0.0}
-
-
-def test_gap_that_no_effect_predicts_is_unknown():
     verdict = unknown_report()
     assert verdict.first.effects == (UNKNOWN,)
     assert not any(row.named for row in verdict.effects)
@@ -140,7 +139,7 @@ def test_effects_that_the_data_cannot_tell_apart_share_one_entry():
     assert verdict.next_runs[0].why.startswith(f"separates {first} from {second}")
 
 
-def test_what_the_first_entry_loses_goes_to_the_others_in_proportion():
+def test_what_the_first_entry_loses_and_gains_have_closed_forms():
     entries = [Cause(("a",), 0.9), Cause((NONE,), 0.06), Cause(("b+c",), 0.04)]
     first, none, other = conclusion._weighed(entries, 0.9)
     assert first.probability == pytest.approx(first_entry_probability(0.9, ("a",), 0.9))
@@ -155,9 +154,6 @@ def test_what_the_first_entry_loses_goes_to_the_others_in_proportion():
     table = {entry.effects: entry.probability for entry in conclusion._listed(known, 0.01)}
     assert table[(NONE,)] == 0.0
     assert table[(UNKNOWN,)] == pytest.approx(1 - 0.99 * first_entry_probability(1.0, ("a",), 1.0))
-
-
-def test_gain_is_the_difference_of_the_roots_over_the_room():
     # (sqrt 9 - sqrt 4) / (sqrt 16 - sqrt 1); configurations that are alike leave no standard error.
     held = _held(before=16.0, floor=1.0)
     value, error = conclusion._gain(held, np.full(5, 9.0), np.full(5, 4.0))
@@ -177,3 +173,56 @@ def _held(before: float, floor: float, count: int = 5) -> SimpleNamespace:
         gaps=SimpleNamespace(floor=np.full(count, floor)),
         split=SimpleNamespace(held_out=np.arange(count)),
     )
+
+
+#: Key to what it holds, as the form of the answer was agreed.
+CONTRACT = {
+    "campaign": str,
+    "simulator": str,
+    "gap": {"metric": str, "before": float, "noise_floor": float, "tolerance": float, "beyond_noise": bool},
+    "where": {
+        "stage": [{"name": str, "share": float, "ci90": [float]}],
+        "factors": [{"rule": str, "excess": float, "p_value": float}],
+        "time": [{"channel": str, "from_s": float, "to_s": float}],
+        "frequency": [{"channel": str, "from_hz": float, "to_hz": float}],
+    },
+    "causes": [{"effects": [str], "probability": float}],
+    "shrinkage": [{"effects": [str], "held_out_by": str, "before": float, "after": float}],
+    "effects": [
+        {
+            "effect": str,
+            "inclusion": float,
+            "share": float,
+            "ci90": [float],
+            "held_out_gain": float,
+            "parameters": [{"name": str, "value": float, "unit": str, "ci90": [float]}],
+        }
+    ],
+    "unexplained": {"share": float, "ci90": [float]},
+    "path": [{"added": str, "after": float, "fraction": float}],
+    "next_runs": [{"why": str, "settings": dict, "runs_needed": int}],
+    "assumptions": [str],
+    "seconds": float,
+}
+
+
+def follows(value: object, form: object) -> bool:
+    """Whether plain data has at least the keys of a form, of their kinds."""
+    if isinstance(form, dict):
+        return isinstance(value, dict) and all(key in value and follows(value[key], form[key]) for key in form)
+    if isinstance(form, list):
+        return isinstance(value, list) and all(follows(each, form[0]) for each in value)
+    assert isinstance(form, type)
+    return isinstance(value, form)
+
+
+def test_report_has_the_keys_of_the_contract() -> None:
+    assert follows(json.loads(json.dumps(verdicts.gun().as_json())), CONTRACT)
+    assert follows(json.loads(json.dumps(verdicts.unknown().as_json())), CONTRACT)
+    parameter = verdicts.verdict().as_json()["causes"][0]["parameters"][0]
+    assert parameter == {"name": "compliance_m_n", "value": 3.4e-8, "unit": "m/N", "ci90": [3.1e-8, 3.8e-8]}
+    causes = verdicts.verdict().as_json()["causes"]
+    assert causes[1:] == [{"effects": ["unknown"], "probability": 0.06}, {"effects": ["none"], "probability": 0.01}]
+    assert verdicts.verdict().as_json()["shrinkage"][1]["fraction"] is None
+    assert verdicts.none().as_json()["where"] == {"stage": [], "factors": [], "time": [], "frequency": [], "drift": []}
+    assert not {"pictures", "fits"} & verdicts.verdict().as_json().keys()

@@ -106,8 +106,6 @@ def test_hypercube_has_a_pressure_in_each_part_of_the_range() -> None:
     assert list(judged.level_counts["tank_pressure"].values()) == [9] * STRATA
     assert judged.distinct == 45
 
-
-def test_exchange_balances_better_than_hypercubes_that_are_rounded() -> None:
     def uneven(treatments: np.ndarray) -> tuple[float, float]:
         judged = quality(SPACE, treatments)
         return judged.worst_pair, judged.rms_triple
@@ -126,10 +124,7 @@ def test_factorial_takes_values_at_equal_distances() -> None:
     with pytest.raises(ValueError, match="levels is 1"):
         factorial(SPACE, 1)
     assert pair_matrix(SPACE, factorial(SPACE).treatments).shape == (3 + STRATA + 3,) * 2
-
-
-def test_linear_effect_of_a_range_has_the_efficiency_of_its_variance() -> None:
-    """At the two ends it is that of two levels; spread evenly over them, the variance is (k + 1) / (3 (k - 1))."""
+    # At the two ends it is that of two levels; spread evenly over them, the variance is (k + 1) / (3 (k - 1)).
     assert d_efficiency(np.array([[0], [100]]), [101], [0]) == pytest.approx(d_efficiency_limit([101], [0]))
     even = np.arange(101)[:, None]
     assert d_efficiency(even, [101], [0]) == pytest.approx((102 / 300) ** 0.5)
@@ -153,9 +148,6 @@ def test_range_takes_the_place_of_levels_and_keeps_the_work_to_change() -> None:
     assert by_name["bullet_mass"].change == 1
     assert by_name["tip_radius"].continuous
     assert [axis.name for axis in space.axes] == [axis.name for axis in gun_space().axes]
-
-
-def test_pressure_takes_the_place_of_velocity_levels() -> None:
     space = space_from_text(with_ranges(shipped_factors("gun"), {"tank_pressure_bar": (0.8, 6, 0.05)}))
     assert "velocity_level" not in [factor.name for factor in space.factors]
     assert space.factors[-1] == PRESSURE

@@ -1,4 +1,4 @@
-"""Factors and rules one by one, and the file in which a lab writes them down."""
+"""Factors and rules one by one, the file in which a lab writes them, and rules in the words of campaign files."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pyroshock.doe.factor_rules import holds, rules, short_between
 from pyroshock.doe.factors import DesignFactor, Requirement, Tie, connected, number_label
 from pyroshock.doe.space import Space, read_space
+from support.records.toy_bench import Design
 
 RADIUS = DesignFactor("tip_radius", "tip_radius_mm", ("30", "45", "60"), (30.0, 45.0, 60.0), True, 0, "mm")
 ANVIL = DesignFactor("anvil", "anvil", ("none", "aluminum", "steel"), None, False, 2)
@@ -88,6 +91,13 @@ def test_rules_chain_factors_into_groups() -> None:
     radius_of_anvil = Tie(("anvil", "tip_radius"), (("none", "30"), ("aluminum", "45"), ("steel", "60")))
     [(_, combinations)] = connected([RADIUS, ANVIL, INSULATOR], [NEEDS_ANVIL, radius_of_anvil])
     assert combinations == ((0, 0, 0), (1, 1, 0), (1, 1, 1), (2, 2, 0), (2, 2, 1))
+    bare = Tie(("anvil", "insulator"), (("none", "polymeric"),))
+    with pytest.raises(ValueError, match="no feasible combination"):
+        connected([ANVIL, INSULATOR], [NEEDS_ANVIL, bare])
+    levels = tuple(map(str, range(400)))
+    factors = [DesignFactor(name, name, levels, None, False, 0) for name in ("a", "b", "c")]
+    with pytest.raises(ValueError, match=r"a\+b\+c: more than 100000 combinations"):
+        connected(factors, [Tie(("a", "b", "c"), ((levels[:3]),))])
 
 
 @pytest.mark.parametrize(
@@ -107,16 +117,6 @@ def test_rules_chain_factors_into_groups() -> None:
 def test_rule_that_fits_nothing_is_refused(rule: Requirement | Tie, message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
         connected([ANVIL, INSULATOR], [rule])
-
-
-def test_rules_without_a_solution_are_refused() -> None:
-    bare = Tie(("anvil", "insulator"), (("none", "polymeric"),))
-    with pytest.raises(ValueError, match="no feasible combination"):
-        connected([ANVIL, INSULATOR], [NEEDS_ANVIL, bare])
-    levels = tuple(map(str, range(400)))
-    factors = [DesignFactor(name, name, levels, None, False, 0) for name in ("a", "b", "c")]
-    with pytest.raises(ValueError, match=r"a\+b\+c: more than 100000 combinations"):
-        connected(factors, [Tie(("a", "b", "c"), ((levels[:3]),))])
 
 
 def test_a_labs_own_file(tmp_path: Path) -> None:
@@ -208,3 +208,71 @@ def test_unreadable_file_is_no_space(tmp_path: Path) -> None:
         read_space(file)
     with pytest.raises(FileNotFoundError):
         read_space(tmp_path / "nowhere.toml")
+
+
+SETTINGS = [configuration.factors for configuration in Design().configurations()]
+
+
+def test_rules_speak_the_words_of_the_files() -> None:
+    texts = [rule.text for rule in rules(SETTINGS)]
+    assert "tank_pressure_bar > 3" in texts
+    assert "insulator = polymeric" in texts
+    assert "bullet_mass_kg <= 0.4" in texts
+    texts = [rule.text for rule in rules(STRIKERS)]
+    assert {f"striker = {word}" for word in WORDS} <= set(texts)
+    assert "shot by whom = Ann" in texts
+    assert "shot by whom = Bo and Cy" in texts
+    three = [{"anvil_material": ["none", "steel", "aluminum"][i % 3]} for i in range(9)]
+    assert "anvil_material != none" in [rule.text for rule in rules(three)]
+    assert not any("!=" in rule.text for rule in rules(SETTINGS))
+
+
+def test_a_rule_reads_back_as_what_it_holds_for() -> None:
+    for rule in rules(SETTINGS):
+        assert [holds(rule.text, setting) for setting in SETTINGS] == rule.inside.tolist()
+
+
+def test_rules_for_the_same_settings_are_one() -> None:
+    results = rules(SETTINGS)
+    assert len({rule.inside.tobytes() for rule in results}) == len(results)
+    # Only one bullet was ever shot by that striker.
+    confounded = [{"bullet_mass": [0.25, 0.5][i % 2], "striker": ["127 mm", "254 mm"][i % 2]} for i in range(8)]
+    results = {rule.text: rule.same for rule in rules(confounded)}
+    assert results["bullet_mass_kg > 0.4"] == ("striker = 254 mm",)
+
+
+#: As laboratories write them: lengths, names with an "and", signs, a number that is a name, a column with blanks.
+WORDS = ["254 mm", "127 mm", "PLA and steel", "a = b", "254"]
+STRIKERS = [
+    {"striker": WORDS[i % 5], "shot by whom": "Ann" if i % 2 else "Bo and Cy", "tank_pressure": 1e5 * i}
+    for i in range(20)
+]
+
+
+def test_a_rule_with_free_text_reads_back_as_what_it_holds_for() -> None:
+    for rule in rules(STRIKERS):
+        assert [holds(rule.text, setting) for setting in STRIKERS] == rule.inside.tolist(), rule.text
+
+
+def test_numbers_beside_words_are_levels() -> None:
+    # A column of lengths in which somebody wrote a word: the ingest keeps numbers as numbers.
+    mixed = [{"striker": [254.0, 127.0, "long"][i % 3]} for i in range(9)]
+    results = {rule.text: rule.inside.tolist() for rule in rules(mixed)}
+    assert results["striker = 254"] == [i % 3 == 0 for i in range(9)]
+    assert results["striker = long"] == [i % 3 == 2 for i in range(9)]
+    mixed = [{"serial": [1000001.0, 1000002.0, "none"][i % 3]} for i in range(9)]
+    assert {"serial = 1000001", "serial = 1000002"} <= {rule.text for rule in rules(mixed)}
+
+
+def test_text_that_is_no_rule_is_refused() -> None:
+    with pytest.raises(LookupError, match="no factor 'weather'; there are: insulator"):
+        holds("weather = dry", {"insulator": "none"})
+    with pytest.raises(ValueError, match="is no rule"):
+        holds("everywhere", {"insulator": "none"})
+
+
+@given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e6))
+def test_short_number_lies_between(low: float, apart: float) -> None:
+    if low + apart > low:
+        number = short_between(low, low + apart)
+        assert low <= number < low + apart or np.isclose(number, low)

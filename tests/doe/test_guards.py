@@ -148,9 +148,6 @@ def test_unknown_plate_is_refused() -> None:
         check_run(replace(GENTLE, plate="copper"), BENCH)
 
 
-# --- velocity levels and rows of a plan -----------------------------------------------------------------------------
-
-
 def test_pressures_give_the_velocities_back() -> None:
     assert set(PRESSURES) == set(product(LEVELS, MASSES))
     for (level, mass), pressure in PRESSURES.items():

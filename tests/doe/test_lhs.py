@@ -242,7 +242,7 @@ def test_swaps_change_the_criterion_as_they_say() -> None:
         assert swaps.become[:, partner, axis].tolist() == (after[[3, partner]] @ strides).tolist()
 
 
-def test_replaced_runs_are_those_of_the_field() -> None:
+def test_criterion_of_runs_that_are_replaced_or_left_out() -> None:
     rows = _rng(3).permutation(GUN.all_treatments())[:30]
     kernel, ids = _kernel(30), rows @ strides_of(SIZES)
     changed = _surface(rows, kernel)
@@ -250,6 +250,13 @@ def test_replaced_runs_are_those_of_the_field() -> None:
     fresh = _surface(np.vstack([rows[2:], GUN.all_treatments()[[700, 701]]]), kernel)
     one, other = (surface.field(np.arange(GUN.size)) for surface in (changed, fresh))
     np.testing.assert_allclose(one, other, rtol=1e-9)
+    # Runs taken away from a full factorial, against the total of those that remain: the same but for a constant.
+    every, nothing = GUN.all_treatments(), np.zeros(GUN.size)
+    kernel = _kernel(800)
+    landscape = TabulatedCriterion(kernel, every, np.ones(GUN.size), -1.0, nothing)
+    first, second = _rng(5).permutation(GUN.size).reshape(-1, 10)[:2]
+    totals = [_total(kernel, np.delete(every, runs, axis=0)) for runs in (first, second)]
+    assert landscape.height(first) - landscape.height(second) == pytest.approx(totals[0] - totals[1], rel=1e-6)
 
 
 @pytest.mark.parametrize("steps", [1, 7, 60])
@@ -260,16 +267,6 @@ def test_compiled_steps_are_those_of_the_criterion(steps: int) -> None:
     plain = anneal(_surface(rows, kernel), rows, SIZES, steps, _rng(7), partners=20)
     assert compiled.tolist() == plain.tolist()
     assert compiled.tolist() != rows.tolist()
-
-
-def test_leaving_out_has_the_criterion_of_what_stays() -> None:
-    """Runs taken away from a full factorial, against the total of those that remain: the same but for a constant."""
-    every, nothing = GUN.all_treatments(), np.zeros(GUN.size)
-    kernel = _kernel(800)
-    landscape = TabulatedCriterion(kernel, every, np.ones(GUN.size), -1.0, nothing)
-    first, second = _rng(5).permutation(GUN.size).reshape(-1, 10)[:2]
-    totals = [_total(kernel, np.delete(every, runs, axis=0)) for runs in (first, second)]
-    assert landscape.height(first) - landscape.height(second) == pytest.approx(totals[0] - totals[1], rel=1e-6)
 
 
 def test_annealing_keeps_level_counts() -> None:

@@ -52,9 +52,6 @@ velocities = st.floats(1.0, 300.0)
 radii = st.floats(0.005, 0.2)
 
 
-# --- safety plate ---------------------------------------------------------------------------------------------------
-
-
 def test_safety_plates_stop_the_thesiss_projectile() -> None:
     # The coefficient was identified from this very figure: what is tested is that it was done rightly.
     assert nishiwaki_limit(1.0, 0.048, 0.010) >= 150.0
@@ -98,9 +95,6 @@ def test_nishiwaki_is_the_integral_of_its_law_of_motion() -> None:
     assert nishiwaki_limit(
         mass, diameter, thick, density_kg_m3=density, static_resistance_pa=resistance
     ) == pytest.approx(velocity, rel=1e-8)
-
-
-def test_laws_agree_where_inertia_of_the_plate_vanishes() -> None:
     light = nishiwaki_limit(1.0, 0.048, 0.005, density_kg_m3=1e-6, static_resistance_pa=1e9)
     assert light == pytest.approx(forrestal_limit(1.0, 0.048, 0.005, opening_stress_pa=1e9), rel=1e-9)
 
@@ -123,9 +117,6 @@ def test_hole_opening_stress_by_following_the_expansion(poisson: float) -> None:
     run = solve_ivp(slope, (1.0, 1e-4), [edge], events=at_hole, rtol=1e-10, atol=1e-14)
     expected = strength / 2 + strength * math.log(1 / run.t[-1])
     assert hole_opening_stress(strength, bulk_modulus(modulus, poisson), poisson) == pytest.approx(expected, rel=1e-3)
-
-
-# --- contact force --------------------------------------------------------------------------------------------------
 
 
 def test_equation_2_6_gives_1600_kn() -> None:
@@ -176,9 +167,6 @@ def test_a_sine_squared_pulse_rises_as_fast_as_hertzs() -> None:
     assert steepest < math.pi
 
 
-# --- the plate's acceleration ---------------------------------------------------------------------------------------
-
-
 def test_plate_obeys_newton_and_has_the_impedance_of_a_thin_plate() -> None:
     mass = 7800.0 * 0.010 * 0.3
     assert STEEL_PLATE.rigid_acceleration(1e5) == pytest.approx(1e5 / mass)
@@ -212,9 +200,6 @@ def test_wave_acceleration_bounds_the_integral(distance: float) -> None:
     assert exact <= bound <= 2 * exact
 
 
-# --- bolts and suspension -------------------------------------------------------------------------------------------
-
-
 def test_m20_is_iso_and_eight_of_them_hold_the_load_cells() -> None:
     assert M20.pitch_diameter_m == pytest.approx(18.376e-3, abs=5e-7)
     assert M20.root_diameter_m == pytest.approx(16.933e-3, abs=5e-7)
@@ -224,9 +209,6 @@ def test_m20_is_iso_and_eight_of_them_hold_the_load_cells() -> None:
     assert array.capacity_n == pytest.approx(2240e3)
     assert array.preload_per_bolt_n == pytest.approx(140e3)
     assert array.preload_per_bolt_n < tensile_resistance(1000e6, M20.stress_area_m2)
-
-
-def test_preload_takes_320_newton_metres() -> None:
     torque = tightening_torque(140e3, M20, bearing_diameter_m=M20_BEARING_M, friction=0.08)
     assert torque == pytest.approx(320.0, rel=0.01)
     # Eq. 2.11 multiplies the terms of pitch and thread: why the sum is the law.
@@ -255,9 +237,6 @@ def test_suspension_is_that_of_table_2_1(thesis_tables: Path) -> None:
         name: (float(row["load_n"]), float(row["rated_load_n"])) for name, row in rows.items()
     }
     assert not SuspensionPart("chain", 7765.0, 30000.0).holds
-
-
-# --- limits of a bench ----------------------------------------------------------------------------------------------
 
 
 def test_limits_are_read_by_name() -> None:
@@ -300,9 +279,6 @@ def test_limits_are_read_by_name() -> None:
 def test_unusable_limits_are_refused_by_name(table: dict[str, object], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         read_limits(table)
-
-
-# --- bad input ------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])

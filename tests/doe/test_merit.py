@@ -88,14 +88,11 @@ def test_d_efficiency_limit_is_that_of_a_factorial(sizes: tuple[int, ...]) -> No
     assert d_efficiency(_every(*sizes), sizes) == pytest.approx(d_efficiency_limit(sizes), rel=1e-12)
 
 
-def test_d_efficiency_of_two_levels_and_of_a_missing_effect() -> None:
+def test_d_efficiency_and_discrepancies_have_closed_forms() -> None:
     assert d_efficiency_limit([2, 2, 2]) == pytest.approx(1.0)
     assert d_efficiency(np.array([[0, 0], [0, 1], [0, 2]]), [2, 3]) == 0.0
     assert d_efficiency(_every(2, 3)[:2], [2, 3]) == 0.0
     assert main_effects(np.array([[0], [1], [2]]), [3]).tolist() == [[1, 1, 0], [1, 0, 1], [1, -1, -1]]
-
-
-def test_discrepancies_of_one_centred_point_have_closed_forms() -> None:
     # Hickernell's sums at x = 1/2 in d axes: (13/12)^d - 2 + 1, and -(4/3)^d + (3/2)^d.
     point = np.full((1, 3), 0.5)
     assert discrepancy(point, "CD") == pytest.approx((13 / 12) ** 3 - 1)
@@ -135,7 +132,7 @@ def test_table_a1_has_its_quoted_figures(thesis_tables: Path) -> None:
     assert found.changeovers["plate_material"] == 1
 
 
-def test_compare_names_the_better_of_two() -> None:
+def test_compare_names_the_better_of_two_and_the_matrix_their_pairs() -> None:
     every = GUN.all_treatments()
     rows = {row.figure: row for row in compare(quality(GUN, every), quality(GUN, every[:100]))}
     assert (rows["runs"].a, rows["runs"].b, rows["runs"].better) == ("810", "100", "")
@@ -145,9 +142,6 @@ def test_compare_names_the_better_of_two() -> None:
     rows = compare(quality(GUN, GUN.all_treatments()), quality(HAMMER, HAMMER.all_treatments()))
     (speed,) = [row for row in rows if row.figure == "changeovers, hammer_speed"]
     assert (speed.a, speed.better) == ("", "")
-
-
-def test_pair_matrix_shows_counts_above_the_share() -> None:
     rows = GUN.all_treatments()[:405]  # the first plate only
     found = pair_matrix(GUN, rows)
     assert found.shape == (sum(SIZES), sum(SIZES))

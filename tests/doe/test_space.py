@@ -151,11 +151,17 @@ def test_numbers_may_be_written_otherwise(seed: int, form: str) -> None:
     assert np.array_equal(GUN.treatments(rows), treatments)
 
 
-def test_rows_keep_the_order_of_the_columns() -> None:
+def test_level_stands_for_its_velocity_and_a_row_for_its_columns() -> None:
     header = "plate_material,anvil_material,insulator,tip_material,tip_radius_mm,bullet_mass_kg,velocity_level"
     assert ",".join(GUN.rows(np.zeros((1, 6), dtype=np.int64))[0]) == header
     assert GUN.treatments([]).shape == (0, 6)
     assert GUN.rows(np.empty((0, 6), dtype=np.int64)) == []
+    level = next(factor for factor in gun_space().factors if factor.unit == "m/s")
+    assert level.values is not None
+    found = [gun_space().velocity_m_s({level.column: word}) for word in level.levels]
+    assert found == list(level.values)
+    assert gun_space().velocity_m_s({level.column: "never heard of"}) is None
+    assert hammer_space().velocity_m_s({"hammer_speed": "low"}) is None
 
 
 def _gun_rows(**cells: str) -> list[dict[str, str]]:
@@ -216,12 +222,3 @@ def test_space_made_by_hand() -> None:
 def test_axis_of_impossible_combinations_is_refused(combinations: tuple[tuple[int, ...], ...]) -> None:
     with pytest.raises(ValueError, match="axis 'f0': combination"):
         Axis("f0", (_factor("f0", 2, numeric=False),), combinations)
-
-
-def test_level_stands_for_its_velocity() -> None:
-    level = next(factor for factor in gun_space().factors if factor.unit == "m/s")
-    assert level.values is not None
-    found = [gun_space().velocity_m_s({level.column: word}) for word in level.levels]
-    assert found == list(level.values)
-    assert gun_space().velocity_m_s({level.column: "never heard of"}) is None
-    assert hammer_space().velocity_m_s({"hammer_speed": "low"}) is None

@@ -58,6 +58,15 @@ def test_aliases_of_seven_factors_in_eight_runs_are_those_of_the_table() -> None
     screening = two_level_space("abcdefghijk")
     lines = alias_lines(aliases(screening, plackett_burman(screening).treatments))
     assert lines[-1].endswith("aliased in part, by up to 0.33")  # of 1/3: Lin and Draper, Technometrics 34 (1992)
+    assert smallest_generators(4, 3) == "a b c abc"
+    assert smallest_generators(5, 4) == "a b c d abcd"
+    space = gun_space()
+    with pytest.raises(ValueError, match="anvil_material\\+insulator has 5 levels without order"):
+        fractional_factorial(space)
+    rows = space.rows(fractional_factorial(space, categorical="first-last").treatments)
+    assert {row["tip_material"] for row in rows} == {"PLA", "steel"}
+    assert {row["tip_radius_mm"] for row in rows} == {"30", "60"}
+    assert {(row["anvil_material"], row["insulator"]) for row in rows} == {("none", "none"), ("steel", "polymeric")}
 
 
 @pytest.mark.parametrize("generators", ["a b ab", "a b c abc", "a b c d abc abd", "a b c d e abcde", "a b c ab ac"])
@@ -97,21 +106,6 @@ def _resolution(coded: np.ndarray) -> float:
                 range(1, 2**factors)} if factors <= 11 else {}  # fmt: skip
     lengths = [mask.bit_count() for mask, product in products.items() if abs(product.sum()) == len(coded)]
     return min(lengths, default=99)
-
-
-def test_same_runs_have_the_highest_resolution() -> None:
-    assert smallest_generators(4, 3) == "a b c abc"
-    assert smallest_generators(5, 4) == "a b c d abcd"
-
-
-def test_words_are_refused_by_name_or_taken_at_their_ends() -> None:
-    space = gun_space()
-    with pytest.raises(ValueError, match="anvil_material\\+insulator has 5 levels without order"):
-        fractional_factorial(space)
-    rows = space.rows(fractional_factorial(space, categorical="first-last").treatments)
-    assert {row["tip_material"] for row in rows} == {"PLA", "steel"}
-    assert {row["tip_radius_mm"] for row in rows} == {"30", "60"}
-    assert {(row["anvil_material"], row["insulator"]) for row in rows} == {("none", "none"), ("steel", "polymeric")}
 
 
 @pytest.mark.parametrize(

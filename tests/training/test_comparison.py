@@ -104,7 +104,6 @@ def test_unknown_metrics_and_other_pulses_are_refused() -> None:
     a = drawn(np.random.default_rng(9))
     with pytest.raises(LookupError, match="no metric 'rmse'; there are: force_rmse_n"):
         of(a, a).of("rmse")
-    a = drawn(np.random.default_rng(9))
     with pytest.raises(ValueError, match="80 errors of A, 79 of B: compare them on the same pulses"):
         of(a, a.take(slice(1, None)))
 

@@ -95,7 +95,7 @@ def test_unknown_effects_rank_above_the_others() -> None:
     assert (found.auroc, found.declared, found.wrongly) == (1.0, Rate(1, 2), Rate(0, 2))
 
 
-def test_crash_is_a_wrong_answer_everywhere() -> None:
+def test_figures_of_crashes_and_of_nothing_are_json() -> None:
     crash = CaseAnswer("c", error="ValueError: it broke")
     rows = [CaseResult(truth, crash) for truth in (label(), label(LEAK), label(LEAK, LAYER), stranger())]
     found = figures("t", rows)
@@ -105,6 +105,8 @@ def test_crash_is_a_wrong_answer_everywhere() -> None:
     assert (found.unknown.declared, found.covered, found.stage.hits) == (Rate(0, 1), Rate(0, 4), 0)
     assert found.confusion["none"] == {"no answer": 1}
     assert found.reliability.nll == pytest.approx(-math.log(1e-6))
+    for rows in ([], [says(label(LEAK), {LEAK: 1.0})]):
+        json.dumps(figures("t", rows).as_json(), allow_nan=False)
 
 
 def test_stage_is_the_first_one_named() -> None:
@@ -115,7 +117,7 @@ def test_stage_is_the_first_one_named() -> None:
     assert figures("t", rows).stage == Rate(2, 4)
 
 
-def test_region_is_scored_where_the_effect_has_one() -> None:
+def test_region_and_shrinkage_are_scored_where_the_effect_has_one() -> None:
     here = label(LAYER, inside=(0, 1, 2, 3))
     rows = [
         CaseResult(here, CaseAnswer("c", inside=((0, 1),))),
@@ -124,6 +126,14 @@ def test_region_is_scored_where_the_effect_has_one() -> None:
     ]
     found = figures("t", rows)
     assert (found.region_f1, found.regions) == (pytest.approx((2 / 3 + 0) / 2), 2)
+    answers = [CaseAnswer("c", shrinkage={"fraction": f, "ci90": [0.5, 0.8]}) for f in (0.8, 0.6, None)]
+    truths = (0.8, 0.8, 0.8)
+    rows = [
+        CaseResult(label(LEAK), s, {"fraction": f, "true_fraction": 0.7}) for s, f in zip(answers, truths, strict=True)
+    ]
+    shrinkage = figures("t", [*rows, CaseResult(label(LEAK), answers[0], {"fraction": None})]).shrinkage
+    assert (shrinkage.ratio_median, shrinkage.n) == (pytest.approx(0.75), 3)
+    assert shrinkage.covered == Rate(3, 3)
 
 
 @given(st.sets(st.integers(0, 20)), st.sets(st.integers(0, 20), min_size=1))
@@ -138,17 +148,6 @@ def test_every_effect_has_its_stage(effect: str) -> None:
     assert stages_of(effect)
 
 
-def test_shrinkage_beside_the_right_effect_s() -> None:
-    answers = [CaseAnswer("c", shrinkage={"fraction": f, "ci90": [0.5, 0.8]}) for f in (0.8, 0.6, None)]
-    truths = (0.8, 0.8, 0.8)
-    rows = [
-        CaseResult(label(LEAK), s, {"fraction": f, "true_fraction": 0.7}) for s, f in zip(answers, truths, strict=True)
-    ]
-    shrinkage = figures("t", [*rows, CaseResult(label(LEAK), answers[0], {"fraction": None})]).shrinkage
-    assert (shrinkage.ratio_median, shrinkage.n) == (pytest.approx(0.75), 3)
-    assert shrinkage.covered == Rate(3, 3)
-
-
 def test_shuffled_labels_give_chance() -> None:
     """Right answers to other cases: one in five is right by luck, and the ranks tell nothing."""
     rng = np.random.default_rng(2)
@@ -161,11 +160,6 @@ def test_shuffled_labels_give_chance() -> None:
     assert shuffled.first.value == pytest.approx(0.2, abs=0.04)
     assert shuffled.unknown.auroc == pytest.approx(0.5, abs=0.04)
     assert shuffled.reliability.ece > 0.6
-
-
-def test_figures_are_json() -> None:
-    for rows in ([], [says(label(LEAK), {LEAK: 1.0})]):
-        json.dumps(figures("t", rows).as_json(), allow_nan=False)
 
 
 def test_group_s_probability_is_split_between_its_labels() -> None:

@@ -105,16 +105,6 @@ def test_levels_share_what_their_law_has_in_common(law):
     assert not u[1:].any()
 
 
-def test_mass_behind_the_tip_may_differ_from_tip_to_tip():
-    """Seldom: it is said to belong to the bullet. What belongs to the target is not split by the tip."""
-    laws = {law.name: law for law in laws_of(catalogue()["contact.effective_mass"], LawRanges(), OWNERS)}
-    common, bullet, tip = (laws[f"mass_factor{end}"] for end in ("", " by bullet", " by tip"))
-    assert len(laws) == 3
-    assert common.log_prior > bullet.log_prior > tip.log_prior
-    layer = laws_of(catalogue()["contact.layer_compliance"], LawRanges(), OWNERS)
-    assert {law.name.partition(" by ")[2] for law in layer} == {"", "layer", "face", "plate"}
-
-
 @pytest.mark.parametrize("stage", [GunObservables(gun_record()), ContactObservables(hammer_record(repetitions=1))])
 def test_off_does_nothing(stage):
     effects = [[law.off()] for law in {law.id: law for law in LAWS}.values() if law.id in stage.shows]
@@ -165,3 +155,10 @@ def test_owners_are_told_by_the_factors():
     assert "layer" not in owners_of(rows)
     owners = {"bench": ((0, 0), ("one",))}
     assert all(not law.levels for kind in KINDS for law in laws_of(kind, LawRanges(), owners))
+    # Seldom: it is said to belong to the bullet. What belongs to the target is not split by the tip.
+    laws = {law.name: law for law in laws_of(catalogue()["contact.effective_mass"], LawRanges(), OWNERS)}
+    common, bullet, tip = (laws[f"mass_factor{end}"] for end in ("", " by bullet", " by tip"))
+    assert len(laws) == 3
+    assert common.log_prior > bullet.log_prior > tip.log_prior
+    layer = laws_of(catalogue()["contact.layer_compliance"], LawRanges(), OWNERS)
+    assert {law.name.partition(" by ")[2] for law in layer} == {"", "layer", "face", "plate"}

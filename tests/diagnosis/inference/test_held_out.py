@@ -131,7 +131,7 @@ def test_stacking_weights_predict_best_what_is_left_out():
 
 
 def test_a_smooth_discrepancy_is_learned_from_its_neighbours():
-    """A background that bends over the factors: the corrected prediction is closer than the effects alone."""
+    # A background that bends over the factors: the corrected prediction is closer than the effects alone.
     rng = np.random.default_rng(2)
     responses = 4 * rng.standard_normal((1, COUNT, 1))
     smooth = 2 * np.sin(3 * PLACE)[:, None]
@@ -146,9 +146,6 @@ def test_a_smooth_discrepancy_is_learned_from_its_neighbours():
         alone = abs(fold.averaged[out, 0] - block.z[out])
         corrected = abs(fold.corrected[out, 0] - block.z[out])
         assert corrected < max(0.25 * alone, 0.15)
-
-
-def test_shot_without_an_answer_is_as_far_off_as_the_farthest_with_one():
     from pyroshock.diagnosis.inference.held_out import _answered
 
     tables = np.array([[[-0.2, 0.1], [-0.9, np.nan], [np.nan, -0.3]], [[np.nan, 0.0], [np.nan, 0.1], [np.nan, 0.2]]])

@@ -101,6 +101,10 @@ def test_weights_are_the_tempered_joint_s_within_occams_window():
     assert joint.min() > joint.max() - WINDOW
     left_out = [fit for fit in library.fits.values() if fit not in [kept for kept, _ in weighted]]
     assert all(library.log_joint(fit) <= joint.max() - WINDOW for fit in left_out)
+    # Also those that do not look promising at any of their usual starts.
+    problem = problem_of({"gun.linear_0": 3.0})
+    library = search(problem)
+    assert all((law.key,) in library.fits for law in problem.laws)
 
 
 @pytest.mark.parametrize("count", [1, 6, 40])
@@ -146,10 +150,3 @@ def test_likelier_or_polished_fit_of_the_same_laws_stays():
     library.add([replace(fit, polished=False, log_evidence=fit.log_evidence + 5)])
     library.add([fit])
     assert library.fits[key] is fit
-
-
-def test_every_law_is_fitted_by_itself():
-    """Also those that do not look promising at any of their usual starts."""
-    problem = problem_of({"gun.linear_0": 3.0})
-    library = search(problem)
-    assert all((law.key,) in library.fits for law in problem.laws)

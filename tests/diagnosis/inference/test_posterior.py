@@ -194,50 +194,29 @@ def test_more_unexplained_evidence_makes_unknown_likelier():
     assert odds[1] - odds[0] == pytest.approx(3.0)
 
 
-def test_parameters_of_levels_bear_their_names():
+def test_parameters_of_levels_bear_their_names_and_their_own_intervals():
     record = gun_record([DEAD_VOLUME], seed=3)
     stage = GunObservables(record)
     posterior = HypothesisPosterior.of(GapTable.of(record, [stage]), [stage], [catalogue()["gun.sliding_friction"]])
     law = next((law for law in posterior.problem.laws if law.levels), None)
     assert law is not None, "friction belongs to the bullet, of which the campaign has two"
-    start = (law, law.starts()[1])
-    fit = _at(posterior, *start)
+    u = law.starts()[1]
+    fit = replace(posterior.library.fits[()], laws=(law,), u=u, precision=np.eye(len(u)))
     names = [row.name for row in fitted_parameters(fit, law.id)]
     assert len(names) == len(law.coordinates) * 2
     assert {name.split(" (")[1] for name in names} == {"0.25)", "1.0)"}
-    values = law.values(start[1])
+    values = law.values(u)
     for row in fitted_parameters(fit, law.id):
         name, level = row.name.split(" (")
         first = law.levels.index(law.level_names.index(level.rstrip(")")))
         assert row.value == pytest.approx(values[name][first])
-
-
-def _at(posterior: HypothesisPosterior, law, u):
-    return replace(posterior.library.fits[()], laws=(law,), u=u, precision=np.eye(len(u)))
-
-
-def test_common_effects_have_one_value_for_all_levels():
-    kinds = [catalogue()["gun.sliding_friction"]]
-    record = gun_record([DEAD_VOLUME], seed=3)
-    stage = GunObservables(record)
-    posterior = HypothesisPosterior.of(GapTable.of(record, [stage]), [stage], kinds)
-    law = next(law for law in posterior.problem.laws if law.levels)
-    u = law.starts()[1]
-    fit = _at(posterior, law, u)
     (split,), (common,) = fitted_effects(fit), common_effects(fit)
     name = law.coordinates[0].parameter.name
     assert np.shape(getattr(split, name)) == (len(record.configurations),)
     np.testing.assert_allclose(getattr(common, name), getattr(split, name))  # levels have nothing of their own at u
-
-
-def test_interval_of_a_level_is_that_of_what_it_has_in_common_and_of_its_own():
-    """What levels have in common and what each has of its own lean against each other: only their sum is known."""
-    record = gun_record([DEAD_VOLUME], seed=3)
-    stage = GunObservables(record)
-    posterior = HypothesisPosterior.of(GapTable.of(record, [stage]), [stage], [catalogue()["gun.sliding_friction"]])
-    law = next(law for law in posterior.problem.laws if law.levels)
+    # What levels have in common and what each has of its own lean against each other: only their sum is known.
     sharp = 100.0 * law.placing.T @ law.placing + np.eye(law.size)  # a measurement of each level's place, sd 0.1
-    fit = replace(posterior.library.fits[()], laws=(law,), u=law.starts()[1], precision=sharp)
+    fit = replace(posterior.library.fits[()], laws=(law,), u=u, precision=sharp)
     spread = np.sqrt(np.diag(law.placing @ np.linalg.inv(sharp) @ law.placing.T))
     assert np.all(spread < 0.1)
     coordinates = [coordinate for coordinate in law.coordinates for _ in law.level_names]

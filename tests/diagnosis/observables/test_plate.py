@@ -279,10 +279,7 @@ def test_gain_of_a_channel_moves_that_channel_alone(nominal: PlateObservables) -
     lines = np.array([item.unit == "dB" for item in nominal.observables])
     assert np.nanmax(np.abs(moved[:, channel == "acceleration_1"])) == pytest.approx(0.0, abs=1e-9)
     assert moved[:, lines & (channel == "acceleration_2")] == pytest.approx(20 * np.log10(1.25), abs=1e-6)
-
-
-def test_parts_are_channels_and_bands_of_as_many_modes(nominal: PlateObservables) -> None:
-    """Ten modes in three bands; an observable tells of the band of its frequency and of its own channel."""
+    # Ten modes in three bands; an observable tells of the band of its frequency and of its own channel.
     damping, gain, force = (
         catalogue()[name] for name in ("plate.damping", "sensor.acceleration_gain", "sensor.force_gain")
     )

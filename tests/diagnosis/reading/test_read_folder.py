@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from pyroshock.diagnosis.reading import campaign as folders
 from pyroshock.diagnosis.reading import read_folder
+from pyroshock.diagnosis.record import CampaignRecord
 from pyroshock.ingest.errors import IngestError
 from support.records.campaigns import (
     FS_HZ,
@@ -19,7 +20,14 @@ from support.records.campaigns import (
     write_recording,
     write_runs,
 )
-from support.records.plate_folders import CHANNELS, plate_campaign, small_plate
+from support.records.plate_folders import CHANNELS, PlateCampaign, plate_campaign, small_plate
+
+
+@pytest.fixture(scope="module")
+def struck_plate(tmp_path_factory: pytest.TempPathFactory) -> tuple[PlateCampaign, CampaignRecord]:
+    """A campaign as it was written, and its record; tests change neither."""
+    campaign = plate_campaign(tmp_path_factory.mktemp("plate") / "c")
+    return campaign, read_folder(campaign.folder)
 
 
 def test_runs_and_factors_are_those_of_the_table(tmp_path: Path) -> None:
@@ -28,47 +36,42 @@ def test_runs_and_factors_are_those_of_the_table(tmp_path: Path) -> None:
         (1, 1, 0), (1, 2, 1), (2, 1, 2), (2, 2, 3), (3, 1, 4), (3, 2, 5),
     ]  # fmt: skip
     assert record.configuration_of.tolist() == [0, 0, 1, 1, 2, 2]
-    assert record.hammer_mass_kg == 0.32
-    first = read_folder(hammer_campaign(tmp_path / "c")).configurations[0]
+    assert (record.hammer_mass_kg, record.plate) == (0.32, None)
+    first = record.configurations[0]
     assert first.factors == {"tip_material": "aluminum", "tip_radius": 0.01, "hammer_speed": "low"}
     assert first.label == "tip_material aluminum, tip_radius_mm 10"
-    record = read_folder(hammer_campaign(tmp_path / "c", recordings=3))
     for configuration in record.configurations:
         assert record.materials[str(configuration.factors["tip_material"])].youngs_modulus_pa > 0
-    assert read_folder(hammer_campaign(tmp_path / "c")).plate is None
 
 
-def test_series_are_the_files_own_samples_on_the_clock_of_the_force(tmp_path: Path) -> None:
-    campaign = plate_campaign(tmp_path / "c")
-    for run in read_folder(campaign.folder).runs:
-        blow = campaign.blows[run.run][run.repetition - 1]
+def test_series_are_the_files_own_samples_on_the_clock_of_the_force(
+    struck_plate: tuple[PlateCampaign, CampaignRecord],
+) -> None:
+    campaign, record = struck_plate
+    for run in record.runs:
+        blow, written = campaign.blows[run.run][run.repetition - 1], campaign.written[run.run]
         assert run.force is not None
         assert run.force.start_s * FS_HZ == pytest.approx(-64, abs=1e-6)
         assert run.force.time_s[-1] >= 1.5 * blow.width_s
-        contact = _find(run.force.values, campaign.written[run.run]["force"]) + 64
-        assert contact / FS_HZ == pytest.approx(blow.start_s, abs=3 / FS_HZ)
-    for run in read_folder(campaign.folder).runs:
+        begin = _find(run.force.values, written["force"])
+        assert (begin + 64) / FS_HZ == pytest.approx(blow.start_s, abs=3 / FS_HZ)
+        contact = begin - run.force.start_s * FS_HZ
         assert tuple(run.accelerations) == CHANNELS
-        written, force = campaign.written[run.run], run.force
-        assert force is not None
-        contact = _find(force.values, written["force"]) - force.start_s * FS_HZ
         for name, series in run.accelerations.items():
             first = round(contact + series.start_s * FS_HZ)
             np.testing.assert_array_equal(series.values, written[name][first : first + series.values.size])
-    far = read_folder(plate_campaign(tmp_path / "far").folder).runs[0].accelerations["acceleration_1"]
+    far = record.runs[0].accelerations["acceleration_1"]
     assert far.time_s[-1] == pytest.approx(0.1, abs=1 / FS_HZ)
     assert far.time_s[0] == pytest.approx(-64 / FS_HZ, abs=1e-9)
-    plate = read_folder(plate_campaign(tmp_path / "c").folder).plate
-    assert plate is not None
-    assert plate.sensors == CHANNELS
-    np.testing.assert_allclose(plate.shapes, small_plate().shapes, rtol=1e-9)
-    np.testing.assert_array_equal(plate.frequency_hz, small_plate().frequency_hz)
+    assert record.plate is not None
+    assert record.plate.sensors == CHANNELS
+    np.testing.assert_allclose(record.plate.shapes, small_plate().shapes, rtol=1e-9)
+    np.testing.assert_array_equal(record.plate.frequency_hz, small_plate().frequency_hz)
 
 
-def test_cells_of_an_array_are_summed(tmp_path: Path) -> None:
-    whole = read_folder(plate_campaign(tmp_path / "one").folder)
+def test_cells_of_an_array_are_summed(struck_plate: tuple[PlateCampaign, CampaignRecord], tmp_path: Path) -> None:
     shared = read_folder(plate_campaign(tmp_path / "three", cells=3).folder)
-    for single, array in zip(whole.runs, shared.runs, strict=True):
+    for single, array in zip(struck_plate[1].runs, shared.runs, strict=True):
         assert single.force is not None
         assert array.force is not None
         np.testing.assert_allclose(array.force.values, single.force.values, rtol=1e-5, atol=1e-3)
@@ -76,16 +79,16 @@ def test_cells_of_an_array_are_summed(tmp_path: Path) -> None:
 
 
 def test_clipped_channels_are_left_out_and_said(tmp_path: Path) -> None:
-    record = read_folder(plate_campaign(tmp_path / "c", clip={"force": 1150.0}).folder)
+    record = read_folder(plate_campaign(tmp_path / "force", clip={"force": 1150.0}).folder)
     assert [run.force is None for run in record.runs] == [False, False, True, True, True, True]
     assert all(run.accelerations for run in record.runs)
     assert any(text.startswith("force: left out in 4 of 6 hits") for text in record.assumptions)
     # Also where the contact is over: the pulse is whole, but what is compared with the plate is not.
-    record = read_folder(plate_campaign(tmp_path / "c", clip={"acceleration_2": 400.0}).folder)
+    record = read_folder(plate_campaign(tmp_path / "acceleration", clip={"acceleration_2": 400.0}).folder)
     assert {tuple(run.accelerations) for run in record.runs} == {CHANNELS[:1]}
     assert all(run.force is not None for run in record.runs)
     assert any(text.startswith("acceleration_2: left out in 6 of 6 hits") for text in record.assumptions)
-    record = read_folder(plate_campaign(tmp_path / "c", sign=-1).folder)
+    record = read_folder(plate_campaign(tmp_path / "sign", sign=-1).folder)
     assert all(run.force is not None and run.force.values.max() > 1000 for run in record.runs)
     assert any("compression as negative in 6 of 6" in text for text in record.assumptions)
 
@@ -116,35 +119,30 @@ def test_remarks_make_no_configurations(tmp_path: Path) -> None:
 
 
 def test_a_recording_or_channel_that_cannot_be_read_is_left_out(tmp_path: Path) -> None:
-    campaign = plate_campaign(tmp_path / "c").folder
-    (campaign / "2.npz").write_bytes(b"no archive")
-    record = read_folder(campaign)
+    campaign = plate_campaign(tmp_path / "recording")
+    (campaign.folder / "2.npz").write_bytes(b"no archive")
+    record = read_folder(campaign.folder)
     assert [run.run for run in record.runs] == [1, 1, 3, 3]
     assert "recordings that could not be read and are left out: 1" in record.assumptions
-    campaign = plate_campaign(tmp_path / "c")
+    campaign = plate_campaign(tmp_path / "channel")
     broken = campaign.written[1]
     write_recording(campaign.folder / "1.npz", {**broken, "acceleration_1": broken["acceleration_1"] * np.nan})
     record = read_folder(campaign.folder)
     assert [len(run.accelerations) for run in record.runs] == [1, 1, 2, 2, 2, 2]
 
 
-def test_nothing_is_left_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nothing_is_left_behind_and_a_large_folder_gives_the_same_record(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     campaign = plate_campaign(tmp_path / "c").folder
     before = sorted(campaign.rglob("*"))
     (tmp_path / "temporary").mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
-    for most in (folders.IN_MEMORY_BYTES, 0):
-        monkeypatch.setattr(folders, "IN_MEMORY_BYTES", most)
-        read_folder(campaign)
-    assert sorted(campaign.rglob("*")) == before
-    assert not list((tmp_path / "temporary").iterdir())
-
-
-def test_a_large_folder_gives_the_same_record_by_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    campaign = plate_campaign(tmp_path / "c").folder
     small = read_folder(campaign)
     monkeypatch.setattr(folders, "IN_MEMORY_BYTES", 0)
     large = read_folder(campaign)
+    assert sorted(campaign.rglob("*")) == before
+    assert not list((tmp_path / "temporary").iterdir())
     assert large.configurations == small.configurations
     for from_memory, from_file in zip(small.runs, large.runs, strict=True):
         assert from_memory.force is not None
@@ -194,8 +192,8 @@ def test_the_plate_s_make_is_that_of_the_bench(tmp_path: Path) -> None:
     assert record.plate_outline_m == ((0.0, 0.0), (0.5, 0.0), (0.5, 0.4))
 
 
-def test_accelerations_without_a_force_begin_where_they_begin_to_ring(tmp_path: Path) -> None:
-    campaign = plate_campaign(tmp_path / "c", hits=1, with_force=False)
+def test_accelerations_need_a_contact_or_their_own_ringing(tmp_path: Path) -> None:
+    campaign = plate_campaign(tmp_path / "without", hits=1, with_force=False)
     record = read_folder(campaign.folder)
     for run in record.runs:
         blow = campaign.blows[run.run][0]
@@ -207,10 +205,7 @@ def test_accelerations_without_a_force_begin_where_they_begin_to_ring(tmp_path: 
             assert begin == pytest.approx(blow.start_s, abs=0.3 * blow.width_s)
             assert series.time_s[-1] == pytest.approx(0.1, abs=0.01)
     assert any("no force was recorded with 3 of 3 hits" in text for text in record.assumptions)
-
-
-def test_a_force_that_shows_no_contact_lends_no_accelerations(tmp_path: Path) -> None:
-    campaign = plate_campaign(tmp_path / "c", hits=1)
+    campaign = plate_campaign(tmp_path / "silent", hits=1)
     for number, channels in campaign.written.items():
         silent = {**channels, "force": np.zeros_like(channels["force"])}
         write_recording(campaign.folder / f"{number}.npz", silent)

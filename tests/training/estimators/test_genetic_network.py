@@ -37,23 +37,19 @@ def test_space_holds_the_thesis_network() -> None:
     assert show((1, 0, 20)) == "2 x 4 neurons, lambda 0.1"
 
 
-def test_predicts_with_what_it_found() -> None:
-    one = fitted(known_law()[0])
+def test_predicts_and_reports_what_it_found_and_searches_no_more() -> None:
+    rows = known_law()[0]
+    one = fitted(rows)
     assert one.found_ is not None
     layers, penalty = decoded(one.found_.genes)
     assert one.network_ is not None
     assert (one.network_.layers, one.network_.penalty) == (layers, penalty)
     assert one.arrays()["layers"].tolist() == list(layers)
-    rows = known_law()[0]
-    one = fitted(rows)
     again = one.refit(rows.x, rows.y, rows.groups, np.random.default_rng(8))
     assert isinstance(again, GeneticNetwork)
     assert again.found_ is None
     assert again.arrays()["layers"].tolist() == one.arrays()["layers"].tolist()
-    one = fitted(known_law()[0])
     report = one.fit_report()
-    assert one.found_ is not None
-    layers, penalty = decoded(one.found_.genes)
     assert report.settings["population"] == 4
     assert report.settings["generations"] == 2
     assert report.settings["neurons"] == "-".join(map(str, layers))

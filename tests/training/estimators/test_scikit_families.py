@@ -136,7 +136,6 @@ def test_powers_hold_a_cubic_law() -> None:
     x, y = cubic(np.random.default_rng(0))
     answer = LinearPowers().fit(x, y, GROUPS, np.random.default_rng(0)).predict(x)
     np.testing.assert_allclose(answer.mean, y, atol=1e-8)
-    x, y = cubic(np.random.default_rng(0))
     answer = LinearPowers(powers=2).fit(x, y, GROUPS, np.random.default_rng(0)).predict(x)
     assert np.abs(answer.mean - y).max() > 1
     # Collinear columns, as a material's properties are: the shortest coefficients give the same law.
@@ -154,13 +153,12 @@ def test_spread_covers_new_measurements_and_grows_away_from_data() -> None:
     # Of 800 new values of its own law, 90 in a hundred inside 1.645 spreads; the noise is found.
     x, y = cubic(np.random.default_rng(0), noise=0.5)
     new_x, new_y = cubic(np.random.default_rng(1), noise=0.5)
-    answer = LinearPowers().fit(x, y, GROUPS, np.random.default_rng(0)).predict(new_x)
+    powers = LinearPowers().fit(x, y, GROUPS, np.random.default_rng(0))
+    answer = powers.predict(new_x)
     assert answer.spread is not None
     assert np.mean(np.abs(new_y - answer.mean) < 1.645 * answer.spread) == pytest.approx(0.9, abs=0.03)
     assert np.median(answer.spread) == pytest.approx(0.5, rel=0.1)
-    x, y = cubic(np.random.default_rng(0), noise=0.5)
-    far = np.array([[10.0, 5e9, 2e-3]])
-    spread = LinearPowers().fit(x, y, GROUPS, np.random.default_rng(0)).predict(far).spread
+    spread = powers.predict(np.array([[10.0, 5e9, 2e-3]])).spread
     assert spread is not None
     assert np.all(spread > 3)
     arrays = fitted(LinearPowers()).arrays()

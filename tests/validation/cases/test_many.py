@@ -56,9 +56,6 @@ def test_full_scale_is_many_tolerances(kind: str) -> None:
     assert all(abs(v) <= 3 * BENCH_DEFAULT[n] for n, v in case.strengths.items() if n in BENCH_DEFAULT and "." in n[6:])
 
 
-# --- shares ----------------------------------------------------------------------------------------------------------
-
-
 def test_single_effect_has_the_whole_gap() -> None:
     parts = attribution("hammer", 0, ActingCause((("contact.effective_mass", 2.0),)))
     assert shares(parts.left_out) == {"contact.effective_mass": pytest.approx(1.0)}
@@ -86,9 +83,6 @@ def test_shapley_values_have_closed_forms() -> None:
     assert values == {"a": 0.5, "b": 0.5}
 
 
-# --- second laws -----------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("split", ["development", "sealed"])
 @pytest.mark.parametrize("effects", [1, 2])
 def test_foreign_case_has_its_gap_by_the_laws_of_its_split(effects: int, split: str) -> None:
@@ -97,19 +91,13 @@ def test_foreign_case_has_its_gap_by_the_laws_of_its_split(effects: int, split: 
     assert FOREIGN_GAPS[effects][0] <= ratio_of(case) < FOREIGN_GAPS[effects][1]
 
 
-def test_foreign_bench_has_five_to_seven_effects() -> None:
+def test_foreign_bench_has_five_to_seven_effects(tmp_path: Path) -> None:
     case = draw_foreign_bench("gun", np.random.default_rng(8), "sealed")
     assert 5 <= len(case.strengths) <= 7
     assert FULL_SCALE["gun"][0] <= total_gap(case) <= FULL_SCALE["gun"][1]
-
-
-def test_second_law_changes_what_is_recorded(tmp_path: Path) -> None:
     case = draw_foreign("hammer", np.random.default_rng(7), "sealed", effects=1)
     other = record_case(replace(case, laws=""), tmp_path / "a", 1, name="c")
     assert record_case(case, tmp_path / "b", 1, name="c").folder_sha256 != other.folder_sha256
-
-
-# --- families outside of the catalogue -------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", [name for name, family in FAMILIES.items() if family.split == "sealed"])
