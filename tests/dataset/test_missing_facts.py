@@ -73,9 +73,6 @@ def test_dataset_of_some_impacts_says_what_the_others_lack(sqlite_url, tmp_path)
     result = pyroshock("dataset", "build", "d", "--from", "hammer", "--db", sqlite_url)
     assert result.exit_code == 0
     assert "1 impact has no boundary_conditions: training leaves such impacts out" in result.stderr
-
-
-def test_words_of_nothing_and_of_one():
     assert missing_words([]) == ""
     facts = [MissingFacts(2, ("a", "b"), ("x in runs.csv",)), MissingFacts(1, ("c",), ("x in runs.csv", "y"))]
     assert missing_words(facts) == (

@@ -108,10 +108,14 @@ def test_hash_is_the_same_in_another_store(folders, url, database_url):
         assert read_snapshot(there, "other").table.key.tolist() == a.table.key.tolist()
 
 
-def test_hash_tells_content_apart(store):
+def test_hash_tells_content_apart_and_own_predictors_are_kept(store):
     hashes = {built(store, *names, name="-".join(names)).snapshot.hash for names in (["spring"], ["autumn"])}
     hashes.add(built(store, "autumn", "spring", name="both").snapshot.hash)
     assert len(hashes) == 3
+    chosen = own('name = "position"\nfrom = "factor.impact_position"\nlevels = ["#1", "#2"]')
+    snapshot = built(store, predictors=chosen).snapshot
+    assert snapshot.table.x[::HITS, 0].tolist() == [0, 0, 0, 1]
+    assert read_snapshot(store, "d").predictors == chosen
 
 
 def test_same_content_adds_nothing_and_keeps_its_first_name(store):
@@ -300,13 +304,6 @@ def test_record_in_two_campaigns_counts_once(folders, tmp_path):
 
 def own(entry: str):
     return parse(f'name = "mine"\nkind = "hammer"\n[[predictors]]\n{entry}')
-
-
-def test_own_predictors_are_kept(store):
-    chosen = own('name = "position"\nfrom = "factor.impact_position"\nlevels = ["#1", "#2"]')
-    snapshot = built(store, predictors=chosen).snapshot
-    assert snapshot.table.x[::HITS, 0].tolist() == [0, 0, 0, 1]
-    assert read_snapshot(store, "d").predictors == chosen
 
 
 def test_trace_leads_to_the_raw_file(store, folders):

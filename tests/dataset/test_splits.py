@@ -48,19 +48,12 @@ def test_thesis_split_is_1440_to_360():
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_configurations_are_never_parted(seed):
-    split = split_of(TABLE, "configurations", seed)
-    sides = [{*TABLE.configuration[rows]} for rows in (split.train, split.test)]
-    assert not sides[0] & sides[1]
-    assert len(sides[1]) == 36
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_treatments_are_never_parted(seed):
-    split = split_of(TABLE, "treatments", seed)
-    sides = [{*TABLE.treatment[rows]} for rows in (split.train, split.test)]
-    assert not sides[0] & sides[1]
-    assert len(sides[1]) == 6
+@pytest.mark.parametrize(("names", "held_out"), [("configuration", 36), ("treatment", 6)])
+def test_configurations_and_treatments_are_never_parted(names, held_out, seed):
+    split = split_of(TABLE, f"{names}s", seed)
+    training, test = ({*getattr(TABLE, names)[rows]} for rows in (split.train, split.test))
+    assert not training & test
+    assert len(test) == held_out
 
 
 def test_left_out_material_or_campaign_is_nowhere_in_training():

@@ -51,11 +51,16 @@ def stated(store: Store, name: str) -> dict[str, object]:
     return dict(read_snapshot(store, name).definition["velocity"])
 
 
-def test_every_source_has_a_kind() -> None:
+def test_every_source_has_a_kind_and_integrals_are_the_way_back(store: Store) -> None:
     assert set(KIND_OF_SOURCE.values()) == set(KINDS)
     assert velocity_kind(None) is None
     with pytest.raises(LookupError, match="velocity_source is 'guessed'; known: reported, laser, "):
         velocity_kind("guessed")
+    raw = build_snapshot(store, "raw", ["spring"]).snapshot.table
+    built = build_snapshot(store, "integrals", ["spring"], velocity="integrated").snapshot
+    assert built.definition["velocity"]["kind"] == INTEGRATED
+    assert np.all(built.table.column("impact_velocity") < raw.column("impact_velocity"))
+    assert read_snapshot(store, "integrals").hash == built.hash
 
 
 def test_dataset_states_the_kind_and_keeps_its_hash(store: Store) -> None:
@@ -104,11 +109,3 @@ def test_integrated_velocities_are_converted_and_read_back(store: Store) -> None
     again = read_snapshot(store, "true")
     np.testing.assert_array_equal(again.table.x, built.table.x)
     assert again.hash == built.hash
-
-
-def test_the_way_back_gives_integrals(store: Store) -> None:
-    raw = build_snapshot(store, "raw", ["spring"]).snapshot.table
-    built = build_snapshot(store, "integrals", ["spring"], velocity="integrated").snapshot
-    assert built.definition["velocity"]["kind"] == INTEGRATED
-    assert np.all(built.table.column("impact_velocity") < raw.column("impact_velocity"))
-    assert read_snapshot(store, "integrals").hash == built.hash

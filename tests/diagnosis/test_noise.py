@@ -51,10 +51,7 @@ def test_a_louder_shot_counts_once() -> None:
     assert abs(within(matrix, ONE, TWO)) < 0.35
     matrix = correlation(Noise.of(*deviations(np.random.default_rng(2), 0.0), observables()))
     assert abs(within(matrix, ONE, ONE)) < 0.1
-
-
-def test_mean_of_the_lines_scatters_as_it_does() -> None:
-    """What a gain is read from: the variance of a channel's mean line, over campaigns."""
+    # What a gain is read from: the variance of a channel's mean line, over campaigns.
     ratio = []
     weight = np.zeros(1 + 2 * LINES)
     weight[ONE] = 1 / LINES
@@ -163,8 +160,8 @@ def campaign_of(rng: np.random.Generator, scatter: np.ndarray, runs: int = 3) ->
     return (drawn - drawn.mean(axis=1, keepdims=True)).reshape(-1, 1), np.repeat(np.arange(len(scatter)), runs)
 
 
-def test_configuration_that_scatters_far_more_has_its_own_scatter() -> None:
-    """And leaves that of the others as it is: 0.02 in the mean of the variances, not 0.19."""
+def test_configurations_are_pooled_where_they_scatter_alike() -> None:
+    # And leaves that of the others as it is: 0.02 in the mean of the variances, not 0.19.
     rng, scatter = np.random.default_rng(4), np.full(12, 0.02)
     scatter[5] = 0.65
     noises = [Noise.of(*campaign_of(rng, scatter), plain(0.02)) for _ in range(40)]
@@ -172,10 +169,7 @@ def test_configuration_that_scatters_far_more_has_its_own_scatter() -> None:
     own = np.array([noise.relative[5, 0] for noise in noises])
     assert np.median(own) == pytest.approx(0.65 / 0.02, rel=0.5)  # two degrees of freedom, drawn to the others
     assert all(noise.relative[np.arange(12) != 5].max() == 1.0 for noise in noises)
-
-
-def test_configurations_that_scatter_alike_are_pooled() -> None:
-    """A false alarm in one campaign of a thousand."""
+    # A false alarm in one campaign of a thousand.
     rng = np.random.default_rng(5)
     noises = [Noise.of(*campaign_of(rng, np.full(12, 0.02)), plain(0.02)) for _ in range(300)]
     assert sum(noise.relative.max() > 1.0 for noise in noises) <= 3

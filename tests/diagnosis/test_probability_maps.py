@@ -13,30 +13,20 @@ from benchmarks.diagnosis_maps import likeliest
 ODDS = st.floats(-200, 200)
 FRACTIONS = st.floats(-0.5, 1.0)
 LEFT = st.floats(0.0, 100.0)
+PAIRS_OF_ODDS, PAIRS_OF_FRACTIONS = (st.tuples(values, values).map(sorted) for values in (ODDS, FRACTIONS))
 #: The map that a diagnosis has unless it is given another.
 LEARNED = Options().unknown_map
 MAPS = pytest.mark.parametrize("probability", [UnknownMap(), LEARNED], ids=["plain", "in use"])
 
 
 @MAPS
-@given(low=ODDS, high=ODDS, fraction=FRACTIONS, left=LEFT)
-def test_more_evidence_makes_it_no_less_likely(probability, low, high, fraction, left):
-    low, high = sorted((low, high))
-    assert probability(low, fraction, left) <= probability(high, fraction, left)
-
-
-@MAPS
-@given(odds=ODDS, low=FRACTIONS, high=FRACTIONS, left=LEFT)
-def test_what_effects_predict_makes_it_no_likelier(probability, odds, low, high, left):
-    low, high = sorted((low, high))
-    assert probability(odds, low, left) >= probability(odds, high, left)
-
-
-@MAPS
-@given(odds=ODDS, fraction=FRACTIONS, low=LEFT, high=LEFT)
-def test_more_that_is_left_makes_it_no_less_likely(probability, odds, fraction, low, high):
-    low, high = sorted((low, high))
-    assert probability(odds, fraction, low) <= probability(odds, fraction, high)
+@given(odds=PAIRS_OF_ODDS, fractions=PAIRS_OF_FRACTIONS, left=st.tuples(LEFT, LEFT).map(sorted))
+def test_evidence_and_what_is_left_make_it_no_less_likely_and_predictions_no_likelier(
+    probability, odds, fractions, left
+):
+    assert probability(odds[0], fractions[0], left[0]) <= probability(odds[1], fractions[0], left[0])
+    assert probability(odds[0], fractions[0], left[0]) >= probability(odds[0], fractions[1], left[0])
+    assert probability(odds[0], fractions[0], left[0]) <= probability(odds[0], fractions[0], left[1])
 
 
 @MAPS
@@ -72,21 +62,12 @@ EVIDENCE = st.floats(0.0, 1.0)
 ONE, TWO = ("gun.blow_by",), ("gun.blow_by", "gun.valve_flow")
 
 
-@given(low=EVIDENCE, high=EVIDENCE, fraction=FRACTIONS)
-def test_more_evidence_makes_the_first_entry_no_less_likely(low, high, fraction):
-    low, high = sorted((low, high))
-    assert 0 < first_entry_probability(low, ONE, fraction) <= first_entry_probability(high, ONE, fraction) < 1
-
-
-@given(evidence=EVIDENCE, low=FRACTIONS, high=FRACTIONS)
-def test_effects_that_predict_are_no_less_likely(evidence, low, high):
-    low, high = sorted((low, high))
-    assert first_entry_probability(evidence, ONE, low) <= first_entry_probability(evidence, ONE, high)
-
-
-@given(evidence=EVIDENCE, fraction=FRACTIONS)
-def test_several_effects_are_less_often_the_exact_set(evidence, fraction):
-    assert first_entry_probability(evidence, TWO, fraction) < first_entry_probability(evidence, ONE, fraction)
+@given(evidence=st.tuples(EVIDENCE, EVIDENCE).map(sorted), fractions=PAIRS_OF_FRACTIONS)
+def test_first_entry_is_likelier_with_evidence_and_predictions_and_less_so_with_several_effects(evidence, fractions):
+    least = first_entry_probability(evidence[0], ONE, fractions[0])
+    assert 0 < least <= first_entry_probability(evidence[1], ONE, fractions[0]) < 1
+    assert least <= first_entry_probability(evidence[0], ONE, fractions[1])
+    assert first_entry_probability(evidence[0], TWO, fractions[0]) < least
 
 
 @pytest.mark.parametrize("fraction", [-0.5, 0.3, 1.0])

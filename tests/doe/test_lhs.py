@@ -77,11 +77,17 @@ def test_gun_plan_takes_ten_seconds() -> None:
 
 
 def test_gun_plan_is_all_that_was_asked_for() -> None:
-    """By default. Eight times the steps leave 6 uneven triples too, rms 0.459."""
+    # By default. Eight times the steps leave 6 uneven triples too, rms 0.459.
     treatments = balance_levels(GUN, 105, _rng(1)).treatments
     _all_asked_for(treatments)
     found = quality(GUN, treatments)
     assert found.worst_triple < 2 and found.uneven_triples <= 15 and found.rms_triple < 0.49
+    # Fifteen runs of one plate are lost; what replaces them restores the whole.
+    plan = balance_levels(GUN, 105, _rng(2), steps=FEW).treatments
+    recorded = plan[np.sort(np.argsort(plan[:, 0], kind="stable")[15:])]
+    assert quality(GUN, recorded).worst_level >= 7
+    more = augment(GUN, recorded, 15, lambda space, n, fixed: balance_levels(space, n, _rng(3), fixed=fixed))
+    _all_asked_for(np.vstack([recorded, more.treatments]))
 
 
 @pytest.mark.parametrize("seed", [0, 3])
@@ -134,15 +140,6 @@ def test_arrays_with_a_known_balance_are_found() -> None:
     # The half fraction of 2^4, in which all triples stand once.
     space = _space(2, 2, 2, 2)
     assert quality(space, balance_levels(space, 8, _rng(1)).treatments).worst_triple == pytest.approx(0.0)
-
-
-def test_lost_runs_are_made_good() -> None:
-    """Fifteen runs of one plate are lost; what replaces them restores the whole."""
-    plan = balance_levels(GUN, 105, _rng(2), steps=FEW).treatments
-    recorded = plan[np.sort(np.argsort(plan[:, 0], kind="stable")[15:])]
-    assert quality(GUN, recorded).worst_level >= 7
-    more = augment(GUN, recorded, 15, lambda space, n, fixed: balance_levels(space, n, _rng(3), fixed=fixed))
-    _all_asked_for(np.vstack([recorded, more.treatments]))
 
 
 def test_fixed_runs_are_not_taken_again() -> None:
@@ -200,10 +197,24 @@ def test_criterion_is_the_sum_of_squared_counts(order: int, weights: tuple[float
     assert expected >= least_squares(60, SIZES, order)
 
 
-def test_least_squares_is_that_of_a_factorial() -> None:
+def test_criterion_of_a_factorial_and_of_runs_that_are_replaced() -> None:
     rows = GUN.all_treatments()
     found = sum(int((cell_counts(rows, SIZES, axes) ** 2).sum()) for axes in itertools.combinations(range(6), 3))
     assert least_squares(810, SIZES, 3) == found
+    rows = _rng(3).permutation(GUN.all_treatments())[:30]
+    kernel, ids = _kernel(30), rows @ strides_of(SIZES)
+    changed = _surface(rows, kernel)
+    changed.replace(ids[:2], np.array([700, 701]))
+    fresh = _surface(np.vstack([rows[2:], GUN.all_treatments()[[700, 701]]]), kernel)
+    one, other = (surface.field(np.arange(GUN.size)) for surface in (changed, fresh))
+    np.testing.assert_allclose(one, other, rtol=1e-9)
+    # Runs taken away from a full factorial, against the total of those that remain: the same but for a constant.
+    every, nothing = GUN.all_treatments(), np.zeros(GUN.size)
+    kernel = _kernel(800)
+    landscape = TabulatedCriterion(kernel, every, np.ones(GUN.size), -1.0, nothing)
+    first, second = _rng(5).permutation(GUN.size).reshape(-1, 10)[:2]
+    totals = [_total(kernel, np.delete(every, runs, axis=0)) for runs in (first, second)]
+    assert landscape.height(first) - landscape.height(second) == pytest.approx(totals[0] - totals[1], rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -240,23 +251,6 @@ def test_swaps_change_the_criterion_as_they_say() -> None:
         after[[3, partner], axis] = after[[partner, 3], axis]
         assert swaps.change[partner, axis] == pytest.approx(_total(kernel, after) - before, rel=1e-9, abs=1e-6)
         assert swaps.become[:, partner, axis].tolist() == (after[[3, partner]] @ strides).tolist()
-
-
-def test_criterion_of_runs_that_are_replaced_or_left_out() -> None:
-    rows = _rng(3).permutation(GUN.all_treatments())[:30]
-    kernel, ids = _kernel(30), rows @ strides_of(SIZES)
-    changed = _surface(rows, kernel)
-    changed.replace(ids[:2], np.array([700, 701]))
-    fresh = _surface(np.vstack([rows[2:], GUN.all_treatments()[[700, 701]]]), kernel)
-    one, other = (surface.field(np.arange(GUN.size)) for surface in (changed, fresh))
-    np.testing.assert_allclose(one, other, rtol=1e-9)
-    # Runs taken away from a full factorial, against the total of those that remain: the same but for a constant.
-    every, nothing = GUN.all_treatments(), np.zeros(GUN.size)
-    kernel = _kernel(800)
-    landscape = TabulatedCriterion(kernel, every, np.ones(GUN.size), -1.0, nothing)
-    first, second = _rng(5).permutation(GUN.size).reshape(-1, 10)[:2]
-    totals = [_total(kernel, np.delete(every, runs, axis=0)) for runs in (first, second)]
-    assert landscape.height(first) - landscape.height(second) == pytest.approx(totals[0] - totals[1], rel=1e-6)
 
 
 @pytest.mark.parametrize("steps", [1, 7, 60])

@@ -119,18 +119,14 @@ def test_what_is_missing_is_told(method: str) -> None:
 
 
 @EACH
-def test_defaults_of_options_are_those_of_the_function(method: str, table: Path) -> None:
-    """So that the name of the method says all of a design without further options."""
+def test_defaults_of_options_are_those_of_the_function_and_others_refused(method: str, table: Path) -> None:
+    # So that the name of the method says all of a design without further options.
     made, given = get_method(method), request_of(method, CONTINUOUS, table)
     usual = {option.name: option.default for option in made.options if option.default is not None}
     all_stated = DesignRequest(given.runs, given.table, np.random.default_rng(1), {**usual, **given.options})
     first, second = made.make(CONTINUOUS, given), made.make(CONTINUOUS, all_stated)
     assert first.method == second.method
     np.testing.assert_array_equal(first.treatments, second.treatments)
-
-
-@EACH
-def test_options_that_a_method_has_not_are_refused(method: str) -> None:
     with pytest.raises(ValueError, match="unknown option 'magic'; the method has: "):
         METHODS[method].checked({"magic": 1})
     for option in METHODS[method].options:

@@ -199,14 +199,11 @@ def plan() -> StoredPlan:
     return StoredPlan("spring", "lhs", 7, None, shipped_factors("gun"), gun_space(), runs)
 
 
-def test_changeovers_are_told_before_the_run(plan):
+def test_changeovers_are_told_before_the_run(plan, tmp_path):
     changes = [row.changes for row in sheet_of(plan).rows]
     assert changes[1] == ()  # a tip is changed in no time
     assert changes[3] == ("plate_material: steel", "anvil_material: steel")
     assert [change.split(":")[0] for change in changes[0]] == ["plate_material", "anvil_material", "insulator"]
-
-
-def test_csv_has_the_treatments_and_html_escapes(plan, tmp_path):
     write_sheet(plan, tmp_path / "sheet.csv")
     with (tmp_path / "sheet.csv").open(newline="", encoding="utf-8-sig") as file:
         rows = list(csv.DictReader(file))

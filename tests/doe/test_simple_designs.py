@@ -150,6 +150,16 @@ def test_lost_runs_are_replaced() -> None:
     augment(HAMMER, recorded, 3, chooser)
     assert chooser.seen is not None and np.array_equal(chooser.seen, recorded)
     assert not np.shares_memory(chooser.seen, recorded)
+    with pytest.raises(ValueError, match="0 of the chosen treatments are new; expected 3"):
+        augment(HAMMER, recorded, 3, _repeats)
+    with pytest.raises(ValueError, match="2 treatments of space 'hammer' were chosen; expected 3"):
+        augment(HAMMER, recorded, 3, _too_few)
+    with pytest.raises(ValueError, match="space 'gun' were chosen; expected 3 of 'hammer'"):
+        augment(HAMMER, recorded, 3, _elsewhere)
+    with pytest.raises(ValueError, match="n is 0; expected at least 1"):
+        augment(HAMMER, HAMMER.all_treatments(), 0, Drawn(1))
+    with pytest.raises(ValueError, match="impact_position is 9"):
+        augment(HAMMER, np.full((1, 5), 9), 1, Drawn(1))
 
 
 def _level_spread(treatments: NDArray[np.int64]) -> int:
@@ -192,17 +202,3 @@ def _too_few(space: Space, n: int, fixed: NDArray[np.int64]) -> Design:
 
 def _elsewhere(space: Space, n: int, fixed: NDArray[np.int64]) -> Design:
     return Design(GUN, GUN.all_treatments()[:n], "own", None)
-
-
-def test_augment_refuses_what_is_no_task() -> None:
-    recorded = HAMMER.all_treatments()[:5]
-    with pytest.raises(ValueError, match="0 of the chosen treatments are new; expected 3"):
-        augment(HAMMER, recorded, 3, _repeats)
-    with pytest.raises(ValueError, match="2 treatments of space 'hammer' were chosen; expected 3"):
-        augment(HAMMER, recorded, 3, _too_few)
-    with pytest.raises(ValueError, match="space 'gun' were chosen; expected 3 of 'hammer'"):
-        augment(HAMMER, recorded, 3, _elsewhere)
-    with pytest.raises(ValueError, match="n is 0; expected at least 1"):
-        augment(HAMMER, HAMMER.all_treatments(), 0, Drawn(1))
-    with pytest.raises(ValueError, match="impact_position is 9"):
-        augment(HAMMER, np.full((1, 5), 9), 1, Drawn(1))

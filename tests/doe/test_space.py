@@ -77,38 +77,25 @@ def test_rules_make_axes_of_several_factors() -> None:
     assert list(space.rows(np.array([[2, 0]]))[0].items()) == [("f0", "b"), ("f1", "a"), ("f2", "b")]
 
 
-@pytest.mark.parametrize(
-    ("printed", "name"),
-    [
-        ("bullet_mass_kg", "bullet_mass"),
-        ("bullet_tip", "tip_material"),
-        ("bullet_tip_radius_mm", "tip_radius"),
-        ("plate_material", "plate_material"),
-        ("anvil_plate_material", "anvil_material"),
-        ("insulator_layer", "insulator"),
-        ("bullet_velocity", "velocity_level"),
-    ],
-)
-def test_gun_levels_are_those_of_table_3_2(thesis_tables: Path, printed: str, name: str) -> None:
-    [factor] = [factor for factor in GUN.factors if factor.name == name]
-    assert list(factor.levels) == _column(thesis_tables / "table_3_2_gun_factors.csv", printed)
+#: Names of the factors in the thesis's tables, and ours.
+TABLE_3_2 = {
+    **{"bullet_mass_kg": "bullet_mass", "bullet_tip": "tip_material", "bullet_tip_radius_mm": "tip_radius"},
+    **{"plate_material": "plate_material", "anvil_plate_material": "anvil_material", "insulator_layer": "insulator"},
+    "bullet_velocity": "velocity_level",
+}
+TABLE_4_1 = {
+    **{"impact_position": "impact_position", "hammer_speed": "hammer_speed", "hammer_head_material": "tip_material"},
+    **{"hammer_head_radius_mm": "tip_radius", "anvil_plate_material": "anvil_material", "anvil_insulator": "insulator"},
+    "plate_boundary_conditions": "boundary_conditions",
+}
 
 
-@pytest.mark.parametrize(
-    ("printed", "name"),
-    [
-        ("impact_position", "impact_position"),
-        ("hammer_speed", "hammer_speed"),
-        ("hammer_head_material", "tip_material"),
-        ("hammer_head_radius_mm", "tip_radius"),
-        ("anvil_plate_material", "anvil_material"),
-        ("anvil_insulator", "insulator"),
-        ("plate_boundary_conditions", "boundary_conditions"),
-    ],
-)
-def test_hammer_levels_are_those_of_table_4_1(thesis_tables: Path, printed: str, name: str) -> None:
-    [factor] = [factor for factor in HAMMER.factors if factor.name == name]
-    assert set(factor.levels) == set(_column(thesis_tables / "table_4_1_hammer_factors.csv", printed))
+def test_levels_are_those_of_tables_3_2_and_4_1(thesis_tables: Path) -> None:
+    gun, hammer = ({factor.name: factor.levels for factor in space.factors} for space in (GUN, HAMMER))
+    for printed, name in TABLE_3_2.items():
+        assert list(gun[name]) == _column(thesis_tables / "table_3_2_gun_factors.csv", printed)
+    for printed, name in TABLE_4_1.items():
+        assert set(hammer[name]) == set(_column(thesis_tables / "table_4_1_hammer_factors.csv", printed))
 
 
 @pytest.mark.parametrize("space", [GUN, HAMMER], ids=["gun", "hammer"])
@@ -157,7 +144,6 @@ def test_level_stands_for_its_velocity_and_a_row_for_its_columns() -> None:
     assert GUN.treatments([]).shape == (0, 6)
     assert GUN.rows(np.empty((0, 6), dtype=np.int64)) == []
     level = next(factor for factor in gun_space().factors if factor.unit == "m/s")
-    assert level.values is not None
     found = [gun_space().velocity_m_s({level.column: word}) for word in level.levels]
     assert found == list(level.values)
     assert gun_space().velocity_m_s({level.column: "never heard of"}) is None

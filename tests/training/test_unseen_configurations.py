@@ -94,13 +94,6 @@ def test_no_model_sees_what_it_is_asked_for(table: PulseTable) -> None:
     assert all(not known & unseen for known, unseen in zip(learned, asked, strict=True))
 
 
-def test_model_of_other_configurations_is_not_refitted(table: PulseTable) -> None:
-    model = entry_of("linear").make(BuildOptions()).fit(table, np.random.default_rng(0))
-    assert without_configurations(model, table, ["elsewhere"], np.random.default_rng(0)) is model
-    with pytest.raises(ValueError, match="without all configurations"):
-        without_configurations(model, table, table.configuration.tolist(), np.random.default_rng(0))
-
-
 def test_settings_of_rows_are_those_of_the_table(table: PulseTable) -> None:
     row = int(np.flatnonzero(table.column("insulator") > 0)[0])
     setting = settings_of(table)[row]
@@ -156,7 +149,7 @@ def test_shots_of_rows_are_what_was_measured(table: PulseTable) -> None:
 
 
 def test_updated_law_has_not_seen_what_it_is_asked_for(table: PulseTable) -> None:
-    """Draws with the unseen pulses in `learned` are those without them, to the bit."""
+    # Draws with the unseen pulses in `learned` are those without them, to the bit.
     unseen = table.take(np.arange(0, 9))
     others = table.take(~np.isin(table.configuration, unseen.configuration))
     with_them, without = (
@@ -164,6 +157,10 @@ def test_updated_law_has_not_seen_what_it_is_asked_for(table: PulseTable) -> Non
     )
     for first, second in zip(with_them, without, strict=True):
         np.testing.assert_array_equal(first.force_n, second.force_n)
+    model = entry_of("linear").make(BuildOptions()).fit(table, np.random.default_rng(0))
+    assert without_configurations(model, table, ["elsewhere"], np.random.default_rng(0)) is model
+    with pytest.raises(ValueError, match="without all configurations"):
+        without_configurations(model, table, table.configuration.tolist(), np.random.default_rng(0))
 
 
 def test_updated_law_predicts_better_than_the_prior() -> None:

@@ -138,6 +138,12 @@ def test_cells_are_means_over_tolerances() -> None:
     gap = GapTable.of(record, [ToyGun(record)])
     one = GapProblem.of(gap)
     np.testing.assert_allclose(one.z, gap.mean[one.configuration, one.observable] / 0.01)
+    # Nine of one parameter, whose likely range ends two standard deviations from none: the middle one does nothing.
+    loss = -0.01 * np.sort(toy_problem().changes["gun.toy_loss"][:, 0])[::-1]
+    assert len(loss) == 9
+    np.testing.assert_allclose(loss, -loss[::-1], atol=1e-9)
+    assert loss[5] == pytest.approx(0.2 * 0.2822, rel=1e-3)  # the normal quantile of 5.5 / 9 ...
+    assert loss[8] == pytest.approx(0.2 * 1.5932, rel=1e-3)  # ... and of 8.5 / 9
 
 
 def test_changes_are_those_of_the_law_and_stages_have_no_noise_in_common() -> None:
@@ -153,15 +159,6 @@ def test_changes_are_those_of_the_law_and_stages_have_no_noise_in_common() -> No
     peak, impulse, width = (one.changes["contact.toy_mass"][:, one.observable == i] for i in (1, 2, 3))
     np.testing.assert_allclose(peak / 0.6, width / 0.4, atol=1e-9)
     np.testing.assert_allclose(peak / 0.6, impulse, atol=1e-9)
-
-
-def test_places_are_even_in_the_prior() -> None:
-    """Nine of one parameter, whose likely range ends two standard deviations from none: the middle one does nothing."""
-    loss = -0.01 * np.sort(toy_problem().changes["gun.toy_loss"][:, 0])[::-1]
-    assert len(loss) == 9
-    np.testing.assert_allclose(loss, -loss[::-1], atol=1e-9)
-    assert loss[5] == pytest.approx(0.2 * 0.2822, rel=1e-3)  # the normal quantile of 5.5 / 9 ...
-    assert loss[8] == pytest.approx(0.2 * 1.5932, rel=1e-3)  # ... and of 8.5 / 9
 
 
 @pytest.mark.parametrize("name", ["noise-only evidence", "BIC"])

@@ -57,18 +57,15 @@ def test_shares_are_compared_with_the_truth() -> None:
     assert figures.shares_error == pytest.approx((0.1 + 0.3 + 0.4) / 3)
     assert figures.shapley_error == pytest.approx((0.0 + 0.4 + 0.4) / 3)
     assert figures.shares_held.hits == 1
+    values = np.random.default_rng(1).normal(size=200)
+    middle = Quantile.of(values.tolist(), 50)
+    assert middle.low < middle.value < middle.high
+    assert middle.high - middle.low == pytest.approx(2 * 1.96 * 1.2533 / math.sqrt(200), rel=0.3)
 
 
 @pytest.mark.parametrize(("naive", "below"), [(0.81, 1.0), (0.83, 0.0)])
 def test_answer_below_the_naive_fit_is_counted(naive: float, below: float) -> None:
     assert bench_figures("x", [row([VALVE], naive=naive)]).at_least_naive.value == below
-
-
-def test_quantile_lies_in_its_interval() -> None:
-    values = np.random.default_rng(1).normal(size=200)
-    middle = Quantile.of(values.tolist(), 50)
-    assert middle.low < middle.value < middle.high
-    assert middle.high - middle.low == pytest.approx(2 * 1.96 * 1.2533 / math.sqrt(200), rel=0.3)
 
 
 def test_table_has_a_column_for_each_kind() -> None:

@@ -93,6 +93,11 @@ def test_unknown_effects_rank_above_the_others() -> None:
     rows += [says(label(LEAK), {"unknown": p, LEAK: 1 - p}) for p in (0.1, 0.3)]
     found = figures("t", rows).unknown
     assert (found.auroc, found.declared, found.wrongly) == (1.0, Rate(1, 2), Rate(0, 2))
+    answer = CaseAnswer("c", stages=("contact", "gun"))
+    rows = [CaseResult(label(LAYER, stages=("contact",)), answer), CaseResult(label(LEAK, stages=("gun",)), answer)]
+    assert figures("t", rows).stage == Rate(1, 2)
+    rows = [says(label(LAYER, stages=("contact",)), {said: 1.0}) for said in (LAYER, "sensor.force_gain", LEAK, "none")]
+    assert figures("t", rows).stage == Rate(2, 4)
 
 
 def test_figures_of_crashes_and_of_nothing_are_json() -> None:
@@ -107,14 +112,6 @@ def test_figures_of_crashes_and_of_nothing_are_json() -> None:
     assert found.reliability.nll == pytest.approx(-math.log(1e-6))
     for rows in ([], [says(label(LEAK), {LEAK: 1.0})]):
         json.dumps(figures("t", rows).as_json(), allow_nan=False)
-
-
-def test_stage_is_the_first_one_named() -> None:
-    answer = CaseAnswer("c", stages=("contact", "gun"))
-    rows = [CaseResult(label(LAYER, stages=("contact",)), answer), CaseResult(label(LEAK, stages=("gun",)), answer)]
-    assert figures("t", rows).stage == Rate(1, 2)
-    rows = [says(label(LAYER, stages=("contact",)), {said: 1.0}) for said in (LAYER, "sensor.force_gain", LEAK, "none")]
-    assert figures("t", rows).stage == Rate(2, 4)
 
 
 def test_region_and_shrinkage_are_scored_where_the_effect_has_one() -> None:
@@ -174,7 +171,6 @@ def test_group_s_probability_is_split_between_its_labels() -> None:
     held = [{"held_out_by": "corner: tank_pressure_bar > 2", "fraction": 0.1}]
     held += [{"held_out_by": "configuration", "fraction": 0.9}]
     shrinkage = CaseAnswer.of("c", verdict((["none"], 1.0, None), shrinkage=held)).shrinkage
-    assert shrinkage is not None
     assert shrinkage["fraction"] == 0.9
 
 

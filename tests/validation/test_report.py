@@ -84,28 +84,20 @@ def test_rows_come_back_as_they_were(tmp_path: Path) -> None:
     st.none() | st.lists(st.integers(0, 30), max_size=4).map(tuple),
     st.dictionaries(st.sampled_from(["none", "unknown", LEAK, f"{DRAG}+{LEAK}"]), st.floats(0, 1), min_size=1),
 )
-def test_any_row_comes_back(
-    case: str, effects: list[str], size: float, inside: tuple[int, ...] | None, said: dict[str, float]
-) -> None:
-    import tempfile
-
+def test_any_row_comes_back(tmp_path_factory, case: str, effects: list[str], size: float, inside, said) -> None:
     truth = WithheldTruth(case, "weak", "chain", tuple(effects), "", size, size / 2, ("gun", "plate"), inside, True)
     row = CaseResult(truth, CaseAnswer.from_probabilities(case, said, 1.5))
-    with tempfile.TemporaryDirectory() as folder:
-        write_rows(Path(folder) / SCORED, asked(0), [row])
-        assert read_rows(Path(folder) / SCORED)[1] == [row]
+    write_rows(tmp_path_factory.getbasetemp() / SCORED, asked(0), [row])
+    assert read_rows(tmp_path_factory.getbasetemp() / SCORED)[1] == [row]
 
 
-def test_pool_has_the_figures_of_all_rows(tmp_path: Path) -> None:
+def test_pool_has_the_figures_of_all_rows_once(tmp_path: Path) -> None:
     for seed, rows in ((1, ROWS[:2]), (2, ROWS[2:])):
         write_rows(tmp_path / f"{seed}.jsonl", asked(seed), rows)
     checks, rows = pooled([tmp_path / "1.jsonl", tmp_path / "2.jsonl"])
     assert [check["seed"] for check in checks] == [1, 2]
     assert [each.as_json() for each in tables(rows)] == [each.as_json() for each in tables(ROWS)]
     assert tables(rows)[-1].n == 4
-
-
-def test_no_campaign_counts_twice(tmp_path: Path) -> None:
     for name in ("a.jsonl", "b.jsonl"):
         write_rows(tmp_path / name, asked(7), ROWS[:1])
     with pytest.raises(ValueError, match=r"b\.jsonl: c of seed 7 is in .*a\.jsonl as well; pool it once"):

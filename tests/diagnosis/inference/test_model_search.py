@@ -35,13 +35,9 @@ def problem_of(sizes: dict[str, float], seed: int = 0, effects: int = 6) -> Infe
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_best_set_is_that_of_the_effects_that_act(seed):
+def test_best_set_is_that_of_the_effects_that_act_and_none_of_noise(seed):
     library = search(problem_of(dict(zip(ACTING, (1.0, -0.7), strict=True)), seed))
     assert set(library.best().effects) == set(ACTING)
-
-
-@pytest.mark.parametrize("seed", [0, 1])
-def test_of_noise_the_best_set_is_none(seed):
     assert search(problem_of({}, seed)).best().laws == ()
 
 

@@ -116,10 +116,7 @@ def test_several_starts_are_fitted_as_if_they_were_alone():
         alone = fit(problem, laws)
         np.testing.assert_allclose(together.u, alone.u, atol=1e-9)
         assert together.log_evidence == pytest.approx(alone.log_evidence)
-
-
-def test_levels_own_parts_are_fitted():
-    """Two levels with opposite sizes: a law with one value for both can only take the mean."""
+    # Two levels with opposite sizes: a law with one value for both can only take the mean.
     rng = np.random.default_rng(4)
     kind = linear_kind(0)
     responses = (2 + rng.random(SHAPE))[None]

@@ -45,10 +45,11 @@ def test_stretch_is_found_whatever_its_sign_and_the_records() -> None:
     assert spans(residual, CONFIGURATION, 0.03, rng) == ((20, 39),)
 
 
-def test_chance_makes_no_stretch() -> None:
-    """Family-wise five per cent of 100: up to 11 with a probability of 99 %."""
+def test_chance_makes_no_stretch_and_steady_campaigns_no_drift() -> None:
+    # Family-wise five per cent of 100: up to 11 with a probability of 99 %.
     rng = np.random.default_rng(0)
     assert sum(bool(spans(_chance(rng), CONFIGURATION, 0.0, rng, flips=99)) for _ in range(100)) <= 11
+    assert sum(bool(_drift(0.0, seed)) for seed in range(40)) <= 6
 
 
 def test_time_window_and_frequency_band_have_their_units() -> None:
@@ -97,7 +98,3 @@ def test_drift_is_told_with_its_size_and_needs_repetitions() -> None:
     order = np.array([run.order for run in record.runs])[first]
     residual, of = stage.residuals()[first], record.configuration_of[first]
     assert drift(residual, of, order, stage.observables, np.random.default_rng(0)) == ()
-
-
-def test_steady_campaigns_do_not_drift() -> None:
-    assert sum(bool(_drift(0.0, seed)) for seed in range(40)) <= 6

@@ -71,19 +71,6 @@ def of_bullet(values: np.ndarray, of: CampaignRecord, mass_kg: float) -> np.ndar
     return values[[c.factors["bullet_mass"] == mass_kg for c in of.configurations]]
 
 
-@EACH
-def test_effects_act_over_each_bullet_s_travel(each: Effect) -> None:
-    mixed = GunObservables(with_travels(record()))
-    found = mixed.changes([[each], []])
-    for mass, travel in TRAVELS.items():
-        alone = GunObservables(record(gun=replace(BENCH, travel_m=travel)))
-        np.testing.assert_allclose(
-            of_bullet(found[0], mixed.record, mass),
-            of_bullet(alone.changes([[each]])[0], mixed.record, mass),
-            rtol=1e-5,
-        )
-
-
 @pytest.mark.parametrize("name", ["travel_m", "friction_coefficient", "bullet_mass_kg"])
 def test_uncertain_settings_act_over_each_bullet_s_travel(name: str) -> None:
     mixed = GunObservables(with_travels(record()), {name: 0.01})
@@ -119,7 +106,7 @@ def test_floor_is_the_stated_uncertainty_or_assumed() -> None:
 
 
 @EACH
-def test_effects_are_the_guns(each: Effect) -> None:
+def test_effects_are_the_guns_over_each_bullet_s_travel(each: Effect) -> None:
     six = record()
     true_pressure, gain = pressures(six), 1.0
     if each.id == "sensor.pressure_offset":
@@ -131,6 +118,15 @@ def test_effects_are_the_guns(each: Effect) -> None:
     acting = [each] if isinstance(each, GunEffect) else []
     expected = np.log(gain * gun_velocity(BENCH, true_pressure, masses(six), acting).velocity_m_s)
     assert GunObservables(six).simulated([each])[:, 0] == pytest.approx(expected, rel=1e-5)
+    mixed = GunObservables(with_travels(record()))
+    found = mixed.changes([[each], []])
+    for mass, travel in TRAVELS.items():
+        alone = GunObservables(record(gun=replace(BENCH, travel_m=travel)))
+        np.testing.assert_allclose(
+            of_bullet(found[0], mixed.record, mass),
+            of_bullet(alone.changes([[each]])[0], mixed.record, mass),
+            rtol=1e-5,
+        )
 
 
 def test_pressure_is_undone_backwards_and_velocity_shown_last() -> None:

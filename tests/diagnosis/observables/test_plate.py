@@ -63,10 +63,15 @@ def test_plate_without_effects_leaves_no_gap(nominal: PlateObservables) -> None:
 
 
 @pytest.mark.parametrize("planted", PLANTED, ids=lambda each: each.id)
-def test_planted_effect_closes_its_own_gap(planted: Effect) -> None:
+def test_planted_effect_closes_its_own_gap_and_changes_are_differences(
+    planted: Effect, nominal: PlateObservables
+) -> None:
     _, before, after = left([planted])
     assert rms(after) < 0.35
     assert rms(before) > 2 * rms(after)
+    rows, _ = nominal.representative
+    expected = nominal.simulated([planted])[rows] - nominal.simulated()[rows]
+    assert nominal.changes([[planted]])[0] == pytest.approx(expected, abs=1e-9)
 
 
 def test_two_effects_close_their_gap() -> None:
@@ -112,13 +117,6 @@ def test_sets_at_once_are_those_one_by_one(nominal: PlateObservables) -> None:
     sets = [[each] for each in PLANTED] + [PLANTED[:1] + PLANTED[6:7], []]
     together = nominal.changes(sets)
     assert np.array_equal(together, np.concatenate([nominal.changes([each]) for each in sets]))
-
-
-@pytest.mark.parametrize("planted", PLANTED, ids=lambda each: each.id)
-def test_changes_are_differences_of_simulations(nominal: PlateObservables, planted: Effect) -> None:
-    rows, _ = nominal.representative
-    expected = nominal.simulated([planted])[rows] - nominal.simulated()[rows]
-    assert nominal.changes([[planted]])[0] == pytest.approx(expected, abs=1e-9)
 
 
 def test_effects_that_do_nothing_here_change_nothing(nominal: PlateObservables) -> None:
@@ -235,7 +233,6 @@ def test_damping_example_says_more_damping(shared: object) -> None:
 
 
 def _resampled(force: Series | None, finer: float) -> Series:
-    assert force is not None
     rate = force.sampling_rate_hz * finer
     count = int((force.values.size - 1) * finer)
     time = force.start_s + np.arange(count) / rate

@@ -154,10 +154,8 @@ def test_foreign_and_missing_lines_have_no_mode() -> None:
     own = lines(plate())
     frequency = np.sort(np.append(own.frequency_hz, 2000.0))
     at = int(np.searchsorted(frequency, 2000.0))
-    assert own.level is not None
     level = np.insert(own.level, at, 0.3 * own.level.mean(axis=0), axis=0)
     assert np.array_equal(matched(ModeLines(frequency, level), [own]), np.delete(np.arange(11), at))
-    assert own.level is not None
     found = ModeLines(np.delete(own.frequency_hz, 3), np.delete(own.level, 3, axis=0))
     named = matched(found, [own])
     assert named[3] == -1

@@ -51,7 +51,6 @@ def with_velocity(record: CampaignRecord, factor: float) -> CampaignRecord:
 
 def with_force(record: CampaignRecord, factor: float) -> CampaignRecord:
     def change(run: Run) -> Run:
-        assert run.force is not None
         return replace(run, force=replace(run.force, values=run.force.values * factor))
 
     return with_runs(record, change)
@@ -80,20 +79,36 @@ def test_missing_physics_of_the_gun_is_no_mistake(effect: Effect) -> None:
     assert of_gun(replace(record, runs=runs)) == ()
 
 
+#: What is found where values of a channel are written times a factor.
+WRITTEN_TIMES: dict[str, Callable[[float], tuple[LikelyMistake, ...]]] = {
+    "velocity": lambda factor: of_gun(with_velocity(gun_record(), factor)),
+    "tank_pressure": lambda factor: of_gun(gun_record(pressure=lambda p: p * factor)),
+    "force": lambda factor: of_contact(with_force(hammer_record(noise=0.002), factor)),
+    "velocity of the hammer": lambda factor: of_contact(with_velocity(hammer_record(noise=0.002), factor)),
+}
+
+
 @pytest.mark.parametrize(
-    ("factor", "unit"),
-    [(3.6, "km/h"), (1 / 3.6, "km/h"), (1 / 0.3048, "ft/s"), (0.3048, "ft/s"), (1e-3, "mm/s")],
+    ("channel", "factor", "unit"),
+    [
+        *(("velocity", 3.6, "km/h"), ("velocity", 1 / 3.6, "km/h"), ("velocity", 1 / 0.3048, "ft/s")),
+        *(("velocity", 0.3048, "ft/s"), ("velocity", 1e-3, "mm/s")),
+        ("tank_pressure", 14.503774, "values in psi where bar is declared"),
+        ("tank_pressure", 100.0, "values in kPa where bar is declared"),
+        ("tank_pressure", 0.1, "values in MPa where bar is declared"),
+        *(("force", 1e3, "kN"), ("force", 1e-3, "kN"), ("force", 4.4482, "lbf"), ("force", 1 / 4.4482, "lbf")),
+        *(("force", 9.80665, "kgf"), ("force", 10, "gain")),
+        *(
+            ("velocity of the hammer", factor, unit)
+            for factor, unit in ((3.6, "km/h"), (0.3048, "ft/s"), (100.0, "cm/s"))
+        ),
+    ],
 )
-def test_velocities_in_another_unit_are_refused(factor: float, unit: str) -> None:
-    (finding,) = of_gun(with_velocity(gun_record(), factor))
-    assert (finding.severity, unit in finding.message) == ("refuse", True)
-
-
-@pytest.mark.parametrize(("factor", "unit"), [(14.503774, "psi"), (100.0, "kPa"), (0.1, "MPa")])
-def test_pressures_in_another_unit_are_refused(factor: float, unit: str) -> None:
-    (finding,) = of_gun(gun_record(pressure=lambda p: p * factor))
-    assert (finding.severity, finding.channel) == ("refuse", "tank_pressure")
-    assert f"values in {unit} where bar is declared" in finding.message
+def test_values_in_another_unit_are_refused(channel: str, factor: float, unit: str) -> None:
+    (finding,) = WRITTEN_TIMES[channel](factor)
+    assert finding.severity == "refuse"
+    assert unit in finding.message
+    assert finding.channel == channel.removesuffix(" of the hammer")
 
 
 def test_what_may_be_physics_is_only_named() -> None:
@@ -112,26 +127,8 @@ def test_missing_physics_of_the_contact_is_no_mistake(effects: tuple[Effect, ...
     assert of_contact(hammer_record(effects, noise=0.002)) == ()
 
 
-@pytest.mark.parametrize(
-    ("factor", "unit"),
-    [(1e3, "kN"), (1e-3, "kN"), (4.4482, "lbf"), (1 / 4.4482, "lbf"), (9.80665, "kgf"), (10, "gain")],
-)
-def test_forces_in_another_unit_are_refused(factor: float, unit: str) -> None:
-    (finding,) = of_contact(with_force(hammer_record(noise=0.002), factor))
-    assert (finding.severity, finding.channel) == ("refuse", "force")
-    assert unit in finding.message
-
-
-@pytest.mark.parametrize(("factor", "unit"), [(3.6, "km/h"), (0.3048, "ft/s"), (100.0, "cm/s")])
-def test_velocities_of_a_hammer_in_another_unit_are_told_by_the_pulse(factor: float, unit: str) -> None:
-    (finding,) = of_contact(with_velocity(hammer_record(noise=0.002), factor))
-    assert (finding.severity, finding.channel) == ("refuse", "velocity")
-    assert unit in finding.message
-
-
 def test_a_rate_in_kilohertz_is_told_by_the_pulse() -> None:
     def change(run: Run) -> Run:
-        assert run.force is not None
         rate, start = run.force.sampling_rate_hz, run.force.start_s
         return replace(run, force=replace(run.force, sampling_rate_hz=rate * 1e3, start_s=start / 1e3))
 

@@ -91,7 +91,6 @@ def test_repetitions_tell_the_noise() -> None:
     np.testing.assert_allclose(turned.turn_, np.diag(1 / y.std(axis=0)))
     x, y, groups = repeated()
     spread = RotatedOutputs(LinearPowers(powers=12)).fit(x, y, groups, np.random.default_rng(0)).predict(x).spread
-    assert spread is not None
     np.testing.assert_allclose(np.median(spread, axis=0), np.sqrt(COVARIANCE.diagonal()), rtol=0.1)
 
 

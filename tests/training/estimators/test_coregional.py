@@ -128,7 +128,6 @@ def test_scatter_of_all_outputs_together() -> None:
     # The checks' own campaign: 240 pulses, and no more steps than the default allows.
     one = fitted(Coregional(rank=3, iterations=60))
     assert isinstance(one, Coregional)
-    assert one.maximisation_ is not None
     assert one.maximisation_.truncation_bound < 1e-6 * 240 * 20
 
 
@@ -148,7 +147,6 @@ def test_likelihood_does_not_fall() -> None:
     # Nor has the search anything left to gain where it ends.
     one = learned(Coregional, 0.05)
     assert isinstance(one, Coregional)
-    assert one.maximisation_ is not None
     assert one.maximisation_.converged
     assert one.maximisation_.losses[-1] == one.maximisation_.losses.min()
     assert one.maximisation_.losses[-1] < one.maximisation_.losses[0] - 0.5

@@ -28,21 +28,10 @@ def fitted(rows: Rows, journal: Path | None = None, seed: int = 3, **settings: i
     return one.fit(rows.x, rows.y, rows.groups, np.random.default_rng(seed))
 
 
-def test_space_holds_the_thesis_network() -> None:
-    """2 layers of 144 neurons, lambda 0.2009 (Table 4.9; on newtons, not on standardised forces)."""
-    assert LAYERS == (1, 2, 3)
-    assert min(NEURONS) < 10 < 144 < max(NEURONS)
-    assert list(PENALTIES) == sorted(PENALTIES)
-    assert decoded((1, 0, 20)) == ((4, 4), 0.1)
-    assert show((1, 0, 20)) == "2 x 4 neurons, lambda 0.1"
-
-
 def test_predicts_and_reports_what_it_found_and_searches_no_more() -> None:
     rows = known_law()[0]
     one = fitted(rows)
-    assert one.found_ is not None
     layers, penalty = decoded(one.found_.genes)
-    assert one.network_ is not None
     assert (one.network_.layers, one.network_.penalty) == (layers, penalty)
     assert one.arrays()["layers"].tolist() == list(layers)
     again = one.refit(rows.x, rows.y, rows.groups, np.random.default_rng(8))
@@ -67,8 +56,21 @@ def test_predicts_and_reports_what_it_found_and_searches_no_more() -> None:
     assert not report.histories
 
 
-def test_workers_do_not_change_it() -> None:
+def test_workers_do_not_change_it_and_progress_is_told() -> None:
     assert_same(fitted(known_law()[0], workers=1), fitted(known_law()[0], workers=3))
+    told: list[str] = []
+    one = GeneticNetwork(**SMALL)
+    one.progress = told.append
+    rows = known_law()[0]
+    one.fit(rows.x, rows.y, rows.groups, np.random.default_rng(0))
+    assert len(told) == SMALL["generations"] + 1
+    assert "neurons" in told[0]
+    # 2 layers of 144 neurons, lambda 0.2009 (Table 4.9; on newtons, not on standardised forces).
+    assert LAYERS == (1, 2, 3)
+    assert min(NEURONS) < 10 < 144 < max(NEURONS)
+    assert list(PENALTIES) == sorted(PENALTIES)
+    assert decoded((1, 0, 20)) == ((4, 4), 0.1)
+    assert show((1, 0, 20)) == "2 x 4 neurons, lambda 0.1"
 
 
 def test_resumes_from_its_journal(tmp_path: Path) -> None:
@@ -83,8 +85,6 @@ def test_resumes_from_its_journal(tmp_path: Path) -> None:
     rows, path = known_law()[0], tmp_path / "journal"
     shorter = fitted(rows, path)
     longer = fitted(rows, path, generations=4)
-    assert shorter.found_ is not None
-    assert longer.found_ is not None
     assert longer.found_.best[:3] == shorter.found_.best
 
 
@@ -113,13 +113,3 @@ def test_left_out_error_is_that_of_separate_networks() -> None:
         wrong = network.predict(rows.x[fold]).mean - rows.y[fold]
         errors[fold] = np.sqrt(np.mean(wrong**2, axis=1)) / np.ptp(rows.y[fold], axis=1)
     assert together == pytest.approx(errors.mean(), rel=1e-3)
-
-
-def test_tells_progress() -> None:
-    told: list[str] = []
-    one = GeneticNetwork(**SMALL)
-    one.progress = told.append
-    rows = known_law()[0]
-    one.fit(rows.x, rows.y, rows.groups, np.random.default_rng(0))
-    assert len(told) == SMALL["generations"] + 1
-    assert "neurons" in told[0]

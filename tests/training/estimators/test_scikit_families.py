@@ -155,11 +155,9 @@ def test_spread_covers_new_measurements_and_grows_away_from_data() -> None:
     new_x, new_y = cubic(np.random.default_rng(1), noise=0.5)
     powers = LinearPowers().fit(x, y, GROUPS, np.random.default_rng(0))
     answer = powers.predict(new_x)
-    assert answer.spread is not None
     assert np.mean(np.abs(new_y - answer.mean) < 1.645 * answer.spread) == pytest.approx(0.9, abs=0.03)
     assert np.median(answer.spread) == pytest.approx(0.5, rel=0.1)
     spread = powers.predict(np.array([[10.0, 5e9, 2e-3]])).spread
-    assert spread is not None
     assert np.all(spread > 3)
     arrays = fitted(LinearPowers()).arrays()
     with pytest.raises(ValueError, match="'leverage_root' and 'variance' are not of"):
@@ -222,7 +220,6 @@ def test_leaves_hold_enough_pulses_and_their_standard_deviation() -> None:
     assert np.unique(means[:, 10], return_counts=True)[1].min() >= 36
     learned, asked = known_law()
     spread = fitted(DecisionTree(len(learned.x))).predict(asked.x[:1]).spread
-    assert spread is not None
     np.testing.assert_allclose(spread[0], learned.y.std(axis=0, ddof=1))
 
 
@@ -233,7 +230,6 @@ def test_spread_of_the_ensemble_covers_new_measurements() -> None:
     law = lambda x: 10 * (x > 0) + np.where(x > 0, 3.0, 1.0) * rng.standard_normal(x.shape)  # noqa: E731
     one = TreeEnsemble(30, 20).fit(x, law(x), np.arange(2000), np.random.default_rng(0))
     answer, y = one.predict(new_x), law(new_x)
-    assert answer.spread is not None
     assert np.mean(np.abs(y - answer.mean) < 1.645 * answer.spread) == pytest.approx(0.9, abs=0.03)
     right = new_x[:, 0] > 0.1
     assert np.median(answer.spread[right]) == pytest.approx(3, rel=0.15)

@@ -11,7 +11,7 @@ A, B = RNG.normal(size=(9, 4)), RNG.normal(size=(6, 4))
 
 
 @pytest.mark.parametrize("kind", KERNELS)
-def test_kernel_like_sklearn_with_a_diagonal_of_one(kind: str) -> None:
+def test_kernels_are_sklearns_and_those_that_were_trained(kind: str) -> None:
     peers = pytest.importorskip("sklearn.gaussian_process.kernels")
     peer = {
         "rbf": peers.RBF(1.0),
@@ -23,10 +23,6 @@ def test_kernel_like_sklearn_with_a_diagonal_of_one(kind: str) -> None:
     k = kernel_matrix(kind, A, A)
     np.testing.assert_array_equal(k.diagonal(), 1.0)
     np.testing.assert_allclose(k, k.T, rtol=1e-13)
-
-
-@pytest.mark.parametrize("kind", KERNELS)
-def test_the_kernel_that_is_trained_is_the_one_that_predicts(kind: str) -> None:
     torch = pytest.importorskip("torch", reason="the extra [models] is not installed")
     from pyroshock.training.gp.multitask import named_kernel
 

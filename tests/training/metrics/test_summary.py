@@ -92,7 +92,6 @@ def test_interval_widens_with_what_is_unsure() -> None:
     squares = 9 + rng.random(12), 1 + rng.random(12), np.ones(12)
     plain = fraction_interval(*squares, np.random.default_rng(1))
     wider = fraction_interval(*squares, np.random.default_rng(1), training_error=0.1)
-    assert plain is not None and wider is not None
     assert wider[0] < plain[0] < plain[1] < wider[1] <= 1.0
     assert fraction_interval(np.ones(2), np.zeros(2), np.zeros(2), np.random.default_rng(0)) is None
 

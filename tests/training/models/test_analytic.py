@@ -54,21 +54,17 @@ def test_quantities_of_the_bench_are_seen() -> None:
 
 
 @pytest.mark.parametrize("law", LOSSY)
-def test_restitution_is_a_setting(law: str) -> None:
+def test_restitution_is_a_setting_and_needs_a_thickness(law: str) -> None:
     zener, chosen = (_fitted(law, name).predict(TABLE.inputs).force_n for name in (None, "weir-tallon"))
     assert not np.allclose(zener, chosen)
+    with pytest.raises(ValueError, match=r"plate_thickness_m.*thickness_m in \[bench\.plate\] of campaign\.toml"):
+        _fitted(law).predict(_without("plate_thickness_m"))
 
 
 @pytest.mark.parametrize("law", ["hertz", "hann", "hunt-crossley"])
 def test_missing_mass_says_where_to_give_it(law: str) -> None:
     with pytest.raises(ValueError, match=r"impactor_mass_kg.*mass_kg in \[bench\.hammer\] of campaign\.toml"):
         _fitted(law).predict(_without("impactor_mass_kg"))
-
-
-@pytest.mark.parametrize("law", LOSSY)
-def test_missing_thickness_says_where_to_give_it(law: str) -> None:
-    with pytest.raises(ValueError, match=r"plate_thickness_m.*thickness_m in \[bench\.plate\] of campaign\.toml"):
-        _fitted(law).predict(_without("plate_thickness_m"))
 
 
 def test_what_a_law_cannot_take_is_refused_by_name() -> None:

@@ -36,8 +36,6 @@ def campaign() -> PulseTable:
 
 def inside(answer: ContactPrediction, pulses: PulseTable) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Which points (n x 20) and contact times (n,) lie in the band."""
-    assert answer.force_spread_n is not None
-    assert answer.contact_time_spread_s is not None
     return (
         np.abs(pulses.force_n - answer.force_n) <= 1.645 * answer.force_spread_n,
         np.abs(pulses.contact_time_s - answer.contact_time_s) <= 1.645 * answer.contact_time_spread_s,
@@ -76,7 +74,6 @@ def test_uncalibrated_does_not() -> None:
     force, _ = on_unseen(CALIBRATED["own spread"].model)
     assert force[campaign().tip_material == "delrin"].mean() > 0.97
     model = CALIBRATED["own spread"].fit(campaign(), np.random.default_rng(0))
-    assert model.model_ is not None
     np.testing.assert_array_equal(
         model.predict(campaign().inputs).force_n, model.model_.predict(campaign().inputs).force_n
     )

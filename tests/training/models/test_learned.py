@@ -96,8 +96,6 @@ def test_shapes_and_spreads_also_far_outside(name: str) -> None:
     n = len(campaign()[1])
     assert answer.force_n.shape == (n, 20)
     assert answer.contact_time_s.shape == (n,)
-    assert answer.force_spread_n is not None
-    assert answer.contact_time_spread_s is not None
     assert answer.force_spread_n.shape == (n, 20)
     assert answer.contact_time_spread_s.shape == (n,)
     assert np.all(answer.force_spread_n[:, 1:-1] > 0)
@@ -117,7 +115,7 @@ def test_round_trip_and_same_seed_same_model(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", LEARN)
-def test_refit_learns_from_other_rows_and_leaves_the_first(name: str) -> None:
+def test_refit_learns_from_other_rows_and_no_pulse_that_pulls(name: str) -> None:
     one, (train, held) = fitted(name), campaign()
     before = one.predict(held.inputs).force_n
     other = one.refit(train.take(train.repetition > 2), np.random.default_rng(6))
@@ -126,6 +124,11 @@ def test_refit_learns_from_other_rows_and_leaves_the_first(name: str) -> None:
     ratio = other.predict(held.inputs).force_n.max(axis=1) / before.max(axis=1)
     assert not np.array_equal(ratio, np.ones(len(held)))
     assert 0.5 < np.median(ratio) < 2
+    train = campaign()[0]
+    force = train.force_n.copy()
+    force[3] *= -1
+    with pytest.raises(ValueError, match=f"pulse {train.key[3]} has a mean force of -"):
+        rebuilt(MODELS[name]).fit(replace(train, force_n=force), np.random.default_rng(0))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -162,12 +165,3 @@ def test_asks_for_the_mass(name: str) -> None:
 def test_impact_needs_a_velocity(name: str) -> None:
     with pytest.raises(ValueError, match=r"'impact_velocity' is 0\.0 m/s in row 0"):
         fitted(name).predict(inputs_at(campaign()[1], impact_velocity=0.0))
-
-
-@pytest.mark.parametrize("name", LEARN)
-def test_refuses_a_pulse_that_pulls(name: str) -> None:
-    train = campaign()[0]
-    force = train.force_n.copy()
-    force[3] *= -1
-    with pytest.raises(ValueError, match=f"pulse {train.key[3]} has a mean force of -"):
-        rebuilt(MODELS[name]).fit(replace(train, force_n=force), np.random.default_rng(0))

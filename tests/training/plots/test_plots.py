@@ -47,7 +47,7 @@ def written(figure: Figure) -> bytes:
     return file.getvalue()
 
 
-def test_heat_map_ranks_models(pulses: PulseTable, errors: dict[str, PulseErrors]) -> None:
+def test_heat_map_ranks_models_and_each_has_a_panel_by_test(pulses: PulseTable, errors: dict[str, PulseErrors]) -> None:
     figure = heat_map(pulses, errors)
     upper = figure.axes[0]
     assert [label.get_text() for label in upper.get_yticklabels()] == ["b", "c", "a"]
@@ -56,9 +56,6 @@ def test_heat_map_ranks_models(pulses: PulseTable, errors: dict[str, PulseErrors
     first = pulses.run == pulses.run.min()
     assert np.isclose(shown[2, 0], errors["a"].force_nrmse[first].mean())
     assert written(figure)
-
-
-def test_by_test_has_a_panel_a_model(pulses: PulseTable, errors: dict[str, PulseErrors]) -> None:
     figure = by_test(pulses, errors, "force_nrmse")
     assert [axes.get_title(loc="left")[0] for axes in figure.axes] == ["b", "c", "a"]
     assert figure.axes[0].get_yscale() == "log"
@@ -96,7 +93,6 @@ def test_coverage_leaves_out_models_without_spread(pulses: PulseTable) -> None:
     assert np.abs(coverage(np.random.default_rng(0).standard_normal(20_000)) - LEVELS).max() < 0.018
     predictions = {"sure": off_by(pulses, 0.01), "law": off_by(pulses, 0.01, spread=False)}
     legend = coverage_figure(pulses, predictions).axes[0].get_legend()
-    assert legend is not None
     assert [text.get_text()[:4] for text in legend.get_texts()] == ["sure"]
     figure = coverage_figure(pulses, {"law": off_by(pulses, 0.01, spread=False)})
     assert figure.axes[0].get_legend() is None

@@ -35,9 +35,6 @@ def test_finds_known_minimum_and_beats_its_random_start() -> None:
     assert found().settings["shape"] == "round"
     assert found().settings["width"] == pytest.approx(10, rel=0.1)
     assert found().value == min(found().history) < min(found().history[:10])
-
-
-def test_same_seed_same_history() -> None:
     assert searched(iterations=13) == searched(iterations=13)
     first = {"shape": "flat", "width": 0.1}
     assert searched(iterations=1, first=first) == BayesianResult(first, 5.0, (5.0,))

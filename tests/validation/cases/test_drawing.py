@@ -78,7 +78,6 @@ def test_causes_keep_to_what_they_can_be() -> None:
 
     for sign in (1, -1):
         strength = strength_for("hammer", 0, "contact.effective_mass", sign, 2.0)
-        assert strength is not None
         assert strength * sign > 0
         assert gap("hammer", 0, cause_of("contact.effective_mass", strength)) == pytest.approx(2.0, rel=0.04)
 

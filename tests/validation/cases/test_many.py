@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 from pyroshock.validation.cases.attribution import attribution, shapley_values, shares
-from pyroshock.validation.cases.case import KINDS, ActingCause
+from pyroshock.validation.cases.case import KINDS, ActingCause, Case
 from pyroshock.validation.cases.draw import (
     ALWAYS,
     BENCH_DEFAULT,
@@ -83,10 +84,15 @@ def test_shapley_values_have_closed_forms() -> None:
     assert values == {"a": 0.5, "b": 0.5}
 
 
+@cache
+def foreign_hammer(split: str, effects: int) -> Case:
+    return draw_foreign("hammer", np.random.default_rng(7), split, effects=effects)
+
+
 @pytest.mark.parametrize("split", ["development", "sealed"])
 @pytest.mark.parametrize("effects", [1, 2])
 def test_foreign_case_has_its_gap_by_the_laws_of_its_split(effects: int, split: str) -> None:
-    case = draw_foreign("hammer", np.random.default_rng(7), split, effects=effects)
+    case = foreign_hammer(split, effects)
     assert (case.laws, len(case.strengths)) == (split, effects)
     assert FOREIGN_GAPS[effects][0] <= ratio_of(case) < FOREIGN_GAPS[effects][1]
 
@@ -95,7 +101,7 @@ def test_foreign_bench_has_five_to_seven_effects(tmp_path: Path) -> None:
     case = draw_foreign_bench("gun", np.random.default_rng(8), "sealed")
     assert 5 <= len(case.strengths) <= 7
     assert FULL_SCALE["gun"][0] <= total_gap(case) <= FULL_SCALE["gun"][1]
-    case = draw_foreign("hammer", np.random.default_rng(7), "sealed", effects=1)
+    case = foreign_hammer("sealed", 1)
     other = record_case(replace(case, laws=""), tmp_path / "a", 1, name="c")
     assert record_case(case, tmp_path / "b", 1, name="c").folder_sha256 != other.folder_sha256
 

@@ -33,7 +33,7 @@ def rows_of(folder: Path) -> list[dict[str, str]]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_folder_is_that_of_a_campaign(kind: str, tmp_path: Path) -> None:
+def test_folder_is_that_of_a_campaign_and_the_same_for_the_same_seed(kind: str, tmp_path: Path) -> None:
     case = drawn(kind)
     record_case(case, tmp_path / "c", 1)
     rows = rows_of(tmp_path / "c")
@@ -42,10 +42,6 @@ def test_folder_is_that_of_a_campaign(kind: str, tmp_path: Path) -> None:
     card = tomllib.loads((tmp_path / "c" / "campaign.toml").read_text())
     assert card["campaign"]["kind"] == ("gun" if kind in ("gun", "chain") else "hammer")
     assert set(card["bench"]) == {"gun": {"gun"}, "hammer": {"hammer"}, "plate": {"plate"}}.get(kind, {"gun", "plate"})
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_same_seed_same_bytes(kind: str, tmp_path: Path) -> None:
     labels = [record_case(drawn(kind), tmp_path / name, 5, name="c") for name in ("a", "b")]
     assert labels[0] == labels[1]
     assert labels[0].folder_sha256 == folder_hash(tmp_path / "b")
