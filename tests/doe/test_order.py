@@ -84,14 +84,14 @@ def test_same_seed_gives_the_same_order() -> None:
 
 def test_easy_factors_change_as_often_as_by_chance() -> None:
     # A shuffled factor of 3 even levels changes in two of three runs: 2/3 of 209, give or take 4 deviations of 7.
-    found = changeovers(GUN, _ordered(GUN, _some(GUN, 210, 3), 3))
+    changes = changeovers(GUN, _ordered(GUN, _some(GUN, 210, 3), 3))
     for name in EASY:
-        assert 112 < found[name] < 167
+        assert 112 < changes[name] < 167
     # On average over seeds, at most the (k - 1) / (n - 1) of a random order.
     rows = _some(GUN, 105, 0)
-    found = [time_confounding(GUN, _ordered(GUN, rows, seed)) for seed in range(60)]
+    confounding = [time_confounding(GUN, _ordered(GUN, rows, seed)) for seed in range(60)]
     for axis in (axis for axis in GUN.axes if axis.change == 0):
-        assert np.mean([one[axis.name] for one in found]) < 1.3 * (axis.size - 1) / 104
+        assert np.mean([of_order[axis.name] for of_order in confounding]) < 1.3 * (axis.size - 1) / 104
 
 
 def test_plate_in_two_halves_takes_three_quarters_of_time() -> None:
@@ -106,5 +106,5 @@ def test_plate_in_two_halves_takes_three_quarters_of_time() -> None:
     assert time_confounding(GUN, ordered)["anvil_material+insulator"] < 1e-6
     assert set(time_confounding(GUN, GUN.all_treatments()[:1]).values()) == {0.0}
     rng, rows = np.random.default_rng(1), _some(GUN, 105, 0)
-    found = np.mean([time_confounding(GUN, rng.permutation(rows))["velocity_level"] for _ in range(800)])
-    assert found == pytest.approx(2 / 104, rel=0.15)
+    mean = np.mean([time_confounding(GUN, rng.permutation(rows))["velocity_level"] for _ in range(800)])
+    assert mean == pytest.approx(2 / 104, rel=0.15)

@@ -183,7 +183,7 @@ def test_a_travel_or_plate_is_that_of_the_bench(tmp_path: Path) -> None:
     assert record.plate_material == "aluminum"
     assert record.plate_thickness_m == 0.012
     assert record.plate_outline_m == ((0.0, 0.0), (0.5, 0.0), (0.5, 0.4))
-    folder = gun_campaign(tmp_path / "c", shots=4)
+    folder = gun_campaign(tmp_path / "gun", shots=4)
     write_runs(folder, [{**row, "travel_mm": "long"} for row in gun_rows(4)])
     with pytest.raises(ValueError, match=r"travel_mm is 'long' .* expected a number above 0"):
         read_folder(folder)

@@ -124,7 +124,6 @@ def test_refit_learns_from_other_rows_and_no_pulse_that_pulls(name: str) -> None
     ratio = other.predict(held.inputs).force_n.max(axis=1) / before.max(axis=1)
     assert not np.array_equal(ratio, np.ones(len(held)))
     assert 0.5 < np.median(ratio) < 2
-    train = campaign()[0]
     force = train.force_n.copy()
     force[3] *= -1
     with pytest.raises(ValueError, match=f"pulse {train.key[3]} has a mean force of -"):

@@ -94,31 +94,24 @@ def labels() -> list[Label]:
 
 
 def test_sealed_labels_come_back_as_published(labels: list[Label], tmp_path: Path) -> None:
-    key = new_key()
-    seal_labels(labels, tmp_path / "labels", key)
-    assert open_labels(tmp_path / "labels", key, publish(labels, key)) == labels
-    seal_labels(labels, tmp_path / "labels", new_key())
-    text = (tmp_path / "labels").read_text()
+    key, file = new_key(), tmp_path / "labels"
+    seal_labels(labels, file, key)
+    assert open_labels(file, key, publish(labels, key)) == labels
+    assert publish(labels, new_key()) != publish(labels, new_key())
+    text = file.read_text()
     assert labels[0].cause[0] not in text
     assert labels[0].cause[0].encode().hex() not in text
-    assert publish(labels, new_key()) != publish(labels, new_key())
+    with pytest.raises(SealError, match="key"):
+        open_labels(file, new_key())
+    file.write_text(text[:-4] + ("0" if text[-4] != "0" else "1") + text[-3:])
+    with pytest.raises(SealError, match="changed"):
+        open_labels(file, key)
 
 
-def test_hash_is_known_before_the_recording_and_what_was_not_published_is_refused(
-    labels: list[Label], tmp_path: Path
-) -> None:
+def test_hash_is_known_before_the_recording_and_other_labels_are_refused(labels: list[Label], tmp_path: Path) -> None:
     key, case = new_key(), drawn("gun")
     before = publish([label_of(case, 1)], key)
     assert publish([record_case(case, tmp_path / "c", 1)], key) == before
-    key = new_key()
     seal_labels([replace(labels[0], cause=("none",)), labels[1]], tmp_path / "labels", key)
     with pytest.raises(SealError, match="published"):
         open_labels(tmp_path / "labels", key, publish(labels, key))
-    seal_labels(labels, tmp_path / "labels", key)
-    with pytest.raises(SealError, match="key"):
-        open_labels(tmp_path / "labels", new_key())
-    text = (tmp_path / "labels").read_text()
-    flipped = text[:-4] + ("0" if text[-4] != "0" else "1") + text[-3:]
-    (tmp_path / "labels").write_text(flipped)
-    with pytest.raises(SealError, match="changed"):
-        open_labels(tmp_path / "labels", key)
