@@ -225,12 +225,11 @@ def test_rules_for_the_same_settings_are_one() -> None:
     three = [{"anvil_material": ["none", "steel", "aluminum"][i % 3]} for i in range(9)]
     assert "anvil_material != none" in [rule.text for rule in rules(three)]
     assert not any("!=" in rule.text for rule in rules(SETTINGS))
-    results = rules(SETTINGS)
-    assert len({rule.inside.tobytes() for rule in results}) == len(results)
+    assert len({rule.inside.tobytes() for rule in rules(SETTINGS)}) == len(rules(SETTINGS))
     # Only one bullet was ever shot by that striker.
     confounded = [{"bullet_mass": [0.25, 0.5][i % 2], "striker": ["127 mm", "254 mm"][i % 2]} for i in range(8)]
-    results = {rule.text: rule.same for rule in rules(confounded)}
-    assert results["bullet_mass_kg > 0.4"] == ("striker = 254 mm",)
+    alike = {rule.text: rule.same for rule in rules(confounded)}
+    assert alike["bullet_mass_kg > 0.4"] == ("striker = 254 mm",)
     with pytest.raises(LookupError, match="no factor 'weather'; there are: insulator"):
         holds("weather = dry", {"insulator": "none"})
     with pytest.raises(ValueError, match="is no rule"):

@@ -49,9 +49,9 @@ def test_full_factorial_is_perfect_and_table_a1_has_its_quoted_figures(thesis_ta
     assert found.largest_correlation == pytest.approx(0.0, abs=1e-12)
     assert found.d_efficiency == pytest.approx(found.d_efficiency_limit, rel=1e-12)
     assert (found.uneven_triples, found.fewest_differences) == (0, 1)
-    found = quality(HAMMER, HAMMER.all_treatments()).level_counts
-    assert found["anvil_material+insulator"]["steel/polymeric"] == 180 // 5
-    assert found["tip_material+tip_radius"] == {"aluminum/30": 60, "delrin/30": 60, "polyurethane/15": 60}
+    counts = quality(HAMMER, HAMMER.all_treatments()).level_counts
+    assert counts["anvil_material+insulator"]["steel/polymeric"] == 180 // 5
+    assert counts["tip_material+tip_radius"] == {"aluminum/30": 60, "delrin/30": 60, "polyurethane/15": 60}
     with (thesis_tables / "table_a1_lhs_105_runs.csv").open(newline="") as handle:
         found = quality(GUN, GUN.treatments(list(csv.DictReader(handle))))
     assert (found.runs, found.distinct, found.worst_pair) == (105, 98, 11.5)
@@ -136,11 +136,10 @@ def test_compare_names_the_better_of_two_and_the_matrix_their_pairs() -> None:
     assert rows["worst pair from its share"].better == rows["D-efficiency"].better == "a"
     assert rows["changeovers, velocity_level"].better == "b"
     assert len(rows) == len(FIGURES) + len(GUN.factors)
-    rows = compare(quality(GUN, GUN.all_treatments()), quality(HAMMER, HAMMER.all_treatments()))
-    (speed,) = [row for row in rows if row.figure == "changeovers, hammer_speed"]
+    compared = compare(quality(GUN, every), quality(HAMMER, HAMMER.all_treatments()))
+    (speed,) = [row for row in compared if row.figure == "changeovers, hammer_speed"]
     assert (speed.a, speed.better) == ("", "")
-    rows = GUN.all_treatments()[:405]  # the first plate only
-    found = pair_matrix(GUN, rows)
+    found = pair_matrix(GUN, every[:405])  # the first plate only
     assert found.shape == (sum(SIZES), sum(SIZES))
     assert (found[0, 0], found[1, 1]) == (202.5, -202.5)
     assert np.isnan(found[0, 1])

@@ -87,17 +87,13 @@ def test_shuffled_factors_give_chance_and_everywhere_is_no_region() -> None:
         for seed in range(20)
     )
     assert named <= 2
-    named = [
-        _regions((effect,), seed, stage)
-        for seed in range(5)
-        for effect, stage in ((ToyMass(1.2), 1), (ToyLoss(0.1), 0))
-    ]
-    assert sum(bool(each) for each in named) <= 1
+    everywhere = ((ToyMass(1.2), 1), (ToyLoss(0.1), 0))
+    assert sum(bool(_regions((effect,), seed, stage)) for seed in range(5) for effect, stage in everywhere) <= 1
     rng = np.random.default_rng(0)
     record = campaign((ToyLayer(0.2),), rng)
-    stage = stages_of(record)[1]
-    residual = np.where(record.configuration_of[:, None] < 3, stage.residuals(), np.nan)
-    assert factor_regions(residual, record.configuration_of, record.configurations, stage.observables, rng) == ()
+    contact = stages_of(record)[1]
+    residual = np.where(record.configuration_of[:, None] < 3, contact.residuals(), np.nan)
+    assert factor_regions(residual, record.configuration_of, record.configurations, contact.observables, rng) == ()
 
 
 @pytest.mark.bench

@@ -28,9 +28,9 @@ def test_mean_is_over_pulses() -> None:
     found = summary(errors_of(np.array([1.0, 1.0, 4.0])), np.array(["a", "a", "b"]), np.random.default_rng(0))
     assert list(found) == list(METRICS)
     assert found["cost"].mean == 2.0
-    found = summary(errors_of(np.array([1.0, 2.0])), np.array(["a", "a"]), np.random.default_rng(0))["cost"]
-    assert found.mean == 1.5
-    assert np.isnan([found.low, found.high]).all()
+    cost = summary(errors_of(np.array([1.0, 2.0])), np.array(["a", "a"]), np.random.default_rng(0))["cost"]
+    assert cost.mean == 1.5
+    assert np.isnan([cost.low, cost.high]).all()
     with pytest.raises(ValueError, match="2 labels"):
         summary(errors_of(np.ones(3)), np.array(["a", "b"]), np.random.default_rng(0))
 
@@ -86,8 +86,8 @@ def test_pairs_are_those_of_definition() -> None:
 
 def test_interval_widens_with_what_is_unsure() -> None:
     # The numbers of the report's example: (0.041 - 0.011) / (0.041 - 0.009).
-    squares = [np.array(each**2) for each in (0.041, 0.011, 0.009)]
-    assert float(fraction(*squares)) == pytest.approx(0.9375)
+    printed = [np.array(error**2) for error in (0.041, 0.011, 0.009)]
+    assert float(fraction(*printed)) == pytest.approx(0.9375)
     rng = np.random.default_rng(0)
     squares = 9 + rng.random(12), 1 + rng.random(12), np.ones(12)
     plain = fraction_interval(*squares, np.random.default_rng(1))
