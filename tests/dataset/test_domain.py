@@ -66,8 +66,8 @@ def test_levels_that_never_met_are_told():
     assert {one.predictor, one.reason.split("together with ")[1].split()[0]} == {"anvil_material", "insulator"}
     assert one.value in ("none", "polymeric")
     rows = (TABLE.tip_material == "delrin") & (TABLE.target_material == "steel")
-    found = Domain.of(TABLE.take(~rows)).outside(TABLE.take(rows))
-    assert all("never recorded together" in one[0].reason for one in found)
+    outside = Domain.of(TABLE.take(~rows)).outside(TABLE.take(rows))
+    assert all("never recorded together" in predictors[0].reason for predictors in outside)
     domain = Domain.of(TABLE.take(TABLE.column("boundary_conditions") == 0))
     (found,) = domain.outside(inputs_at(ONE, boundary_conditions=1))
     assert [(one.predictor, one.value, one.range) for one in found] == [("boundary_conditions", "fixed", ("free",))]

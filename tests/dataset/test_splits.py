@@ -43,8 +43,8 @@ def test_thesis_split_is_1440_to_360():
     split = split_of(TABLE, "configurations")
     assert {*TABLE.treatment[split.test]} <= {*TABLE.treatment[split.train]}
     # 2 of 10 in each of 180 configurations and 20 seeds: 720 per repetition, deviation 24 by the binomial law.
-    counts = sum(np.bincount(TABLE.repetition[split_of(TABLE, "repetitions", s).test]) for s in range(20))
-    assert np.all(np.abs(counts[1:] - 720) < 4.5 * 24)
+    drawn = sum(np.bincount(TABLE.repetition[split_of(TABLE, "repetitions", s).test]) for s in range(20))
+    assert np.all(np.abs(drawn[1:] - 720) < 4.5 * 24)
 
 
 @pytest.mark.parametrize("seed", range(5))

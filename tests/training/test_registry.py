@@ -408,18 +408,21 @@ def test_places_of_models_are_told_by_the_environment(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_failures_of_the_database_are_one_error(registry):
-    # A database that was deleted beneath its connections told of SQLAlchemy's autoflush alone.
+def test_newer_tables_are_one_error(registry):
+    with closing(sqlite3.connect(registry.place.database)) as connection, connection:
+        connection.execute("UPDATE alembic_version SET version_num = 'from-the-future'")
+    with pytest.raises(RegistryError, match="model registry sqlite"):
+        registry.versions()
+
+
+def test_error_is_what_failed(registry):
+    """A database that was deleted beneath its connections told of SQLAlchemy's autoflush alone."""
     from mlflow.exceptions import MlflowException
 
     told = "(raised as a result of Query-invoked autoflush; ...)\n(sqlite3.OperationalError) readonly\n[SQL: ...]"
     told_of_it = pytest.raises(RegistryError, match=r"lab-models.db: \(sqlite3.OperationalError\) readonly$")
     with told_of_it, registry.connection.client():
         raise MlflowException(told)
-    with closing(sqlite3.connect(registry.place.database)) as connection, connection:
-        connection.execute("UPDATE alembic_version SET version_num = 'from-the-future'")
-    with pytest.raises(RegistryError, match="model registry sqlite"):
-        registry.versions()
 
 
 def test_registry_on_postgresql(postgres_url, tmp_path, monkeypatch):

@@ -66,8 +66,8 @@ def test_time_window_and_frequency_band_have_their_units() -> None:
     lines = 100 * 2.0 ** (np.arange(24) / 3)
     residual = 0.3 * rng.standard_normal((CONFIGURATION.size, 24))
     residual[:, 9:15] += 3.0
-    (stretch,) = frequency_bands(lines, residual, CONFIGURATION, "acceleration_1", rng)
-    assert (stretch.from_hz, stretch.to_hz) == pytest.approx((lines[9] * 2 ** (-1 / 6), lines[14] * 2 ** (1 / 6)))
+    (band,) = frequency_bands(lines, residual, CONFIGURATION, "acceleration_1", rng)
+    assert (band.from_hz, band.to_hz) == pytest.approx((lines[9] * 2 ** (-1 / 6), lines[14] * 2 ** (1 / 6)))
 
 
 def test_amplitude_spectrum_of_a_gain() -> None:

@@ -298,12 +298,12 @@ def test_value_of_a_configuration_is_that_of_its_runs():
     effects = (effect("gun.dead_volume", volume_m3=1e-4), effect("sensor.velocity_gain", gain=1.1))
     assert at_rows(effects, ROWS) == effects
     valve = effect("gun.valve_flow", loss_coefficient=np.array([1.0, 2.0, 3.0]), opening_time_s=0.01)
-    own = at_rows([valve], ROWS)[0].as_json()
-    assert own["loss_coefficient"] == [3.0, 1.0, 1.0, 2.0]
-    assert own["opening_time_s"] == 0.01
+    parameters = at_rows([valve], ROWS)[0].as_json()
+    assert parameters["loss_coefficient"] == [3.0, 1.0, 1.0, 2.0]
+    assert parameters["opening_time_s"] == 0.01
     assert at_rows([], ROWS) == ()
-    own = stacked([[effect("sensor.velocity_gain", gain=g)] for g in (1.1, np.array([1.2, 1.3]))], 2)
-    assert own[0].as_json()["gain"] == pytest.approx([1.1, 1.1, 1.2, 1.3])
+    sets = stacked([[effect("sensor.velocity_gain", gain=g)] for g in (1.1, np.array([1.2, 1.3]))], 2)
+    assert sets[0].as_json()["gain"] == pytest.approx([1.1, 1.1, 1.2, 1.3])
 
 
 def test_simulated_runs_have_their_configuration_s_value():
