@@ -80,8 +80,8 @@ def test_two_identical_effects_share_equally():
     responses, sizes = np.array([response[0], response[0], response[1]]), np.array([0.7, 0.7, 0.7])
     problem = problem_of(responses, sizes @ responses)
     library = library_of(problem, fit_at(problem, sizes))
-    found = [gap_shares(library, WEIGHTS, COUNT * NOISE**2, np.random.default_rng(seed)).share for seed in range(8)]
-    first, second, other = (np.mean([share[f"gun.linear_{i}"] for share in found]) for i in range(3))
+    drawn = [gap_shares(library, WEIGHTS, COUNT * NOISE**2, np.random.default_rng(seed)).share for seed in range(8)]
+    first, second, other = (np.mean([share[f"gun.linear_{i}"] for share in drawn]) for i in range(3))
     assert first == pytest.approx(second, abs=0.03)
     assert first > other
     rng = np.random.default_rng(3)

@@ -81,8 +81,8 @@ def test_rules_hold_for_two_configurations_and_leave_two():
     rules = dict(factor_levels(factors))
     assert set(rules) == {"tip = steel", "tip = delrin"}
     assert rules["tip = delrin"].tolist() == [False, False, False, True, True, False]
-    factors = [{"operator": name, "tip": tip} for name, tip in [("a", "x"), ("a", "x"), ("b", "y"), ("b", "y")]]
-    assert len(factor_levels(factors)) == 2
+    together = [{"operator": name, "tip": tip} for name, tip in [("a", "x"), ("a", "x"), ("b", "y"), ("b", "y")]]
+    assert len(factor_levels(together)) == 2
 
 
 def test_patterns_have_variance_one_where_they_act():
@@ -101,9 +101,9 @@ def test_patterns_have_variance_one_where_they_act():
     order = np.arange(COUNT)
     table = gap_of(np.zeros((COUNT, 1)), order, FACTORS)
     object.__setattr__(table, "loudness", {"gun": np.linspace(0, 1, COUNT)})
-    patterns = {p.name: p.covariance for p in configuration_patterns(table, "gun", RunOrderDrift.of(table))}
+    by_name = {p.name: p.covariance for p in configuration_patterns(table, "gun", RunOrderDrift.of(table))}
     for share in (0.25, 0.5, 0.75):
-        acting = np.diag(patterns[f"beyond the quantile {share:g} of how hard runs are"]) > 0
+        acting = np.diag(by_name[f"beyond the quantile {share:g} of how hard runs are"]) > 0
         assert acting.sum() == np.sum(np.linspace(0, 1, COUNT) > share + 1e-6)
 
 

@@ -42,17 +42,17 @@ def test_kernel_ridge_solves_the_ridge() -> None:
     kernel = np.exp(-0.05 * cdist(z, z, "sqeuclidean"))
     weights = np.linalg.solve(kernel + 0.01 * np.eye(len(z)), targets)
     truth = newtons(np.exp(-0.05 * cdist(asked, z, "sqeuclidean")) @ weights)
-    predicted = fitted(KernelRidge(gamma=0.05, alpha=0.01)).predict(known_law()[1].x).mean
+    learned, unseen = known_law()
+    ridge = fitted(KernelRidge(gamma=0.05, alpha=0.01))
+    predicted = ridge.predict(unseen.x).mean
     np.testing.assert_allclose(predicted, truth, rtol=1e-6, atol=1e-6)
-    assert fitted(KernelRidge(gamma=0.05, alpha=0.01)).predict(known_law()[1].x[:0]).mean.shape == (0, 20)
-    # Whatever is asked of it later.
-    learned, asked = known_law()
+    assert ridge.predict(unseen.x[:0]).mean.shape == (0, 20)
+    # A predictor that never varied does not count, whatever is asked of it later.
     constant = np.full((len(learned.x), 1), 7e10)
-    one = KernelRidge(gamma=0.05, alpha=0.01)
-    one.fit(np.hstack([learned.x, constant]), learned.y, learned.groups, np.random.default_rng(5))
-    other = np.hstack([asked.x, np.full((len(asked.x), 1), 2e11)])
-    expected = fitted(KernelRidge(gamma=0.05, alpha=0.01)).predict(asked.x).mean
-    np.testing.assert_array_equal(one.predict(other).mean, expected)
+    wider = KernelRidge(gamma=0.05, alpha=0.01)
+    wider.fit(np.hstack([learned.x, constant]), learned.y, learned.groups, np.random.default_rng(5))
+    other = np.hstack([unseen.x, np.full((len(unseen.x), 1), 2e11)])
+    np.testing.assert_array_equal(wider.predict(other).mean, predicted)
 
 
 def test_support_vectors_are_machines_of_each_output() -> None:
