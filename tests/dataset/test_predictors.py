@@ -115,17 +115,16 @@ TABLE = pulse_table(np.random.default_rng(2))
 
 def test_matrix_is_numpys_and_materials_hang_together():
     varied = TABLE.x / TABLE.x.max(axis=0)
-    assert np.allclose(correlation(TABLE).matrix, np.corrcoef(varied.T), atol=1e-12)
+    every = correlation(TABLE)
+    assert np.allclose(every.matrix, np.corrcoef(varied.T), atol=1e-12)
     # Section 4.2.1: E, nu and yield strength of the plates are correlated by 1 and -1, for there are two.
-    found = correlation(TABLE)
-    at = [found.names.index(f"plate_{name}") for name in ("youngs_modulus", "poisson_ratio", "yield_strength")]
-    assert np.allclose(found.matrix[np.ix_(at, at)], [[1, -1, 1], [-1, 1, -1], [1, -1, 1]])
-    some = TABLE.take(TABLE.target_material == "steel")
-    found = correlation(some)
-    at = found.names.index("plate_density")
-    assert np.all(np.isnan(found.matrix[at])) and np.all(np.isnan(found.matrix[:, at]))
-    assert found.as_json()["correlation"][at] == [None] * len(found.names)
-    json.dumps(found.as_json(), allow_nan=False)
+    columns = [every.names.index(f"plate_{name}") for name in ("youngs_modulus", "poisson_ratio", "yield_strength")]
+    assert np.allclose(every.matrix[np.ix_(columns, columns)], [[1, -1, 1], [-1, 1, -1], [1, -1, 1]])
+    on_steel = correlation(TABLE.take(TABLE.target_material == "steel"))
+    density = on_steel.names.index("plate_density")  # which never varied: nothing is known of it
+    assert np.all(np.isnan(on_steel.matrix[density])) and np.all(np.isnan(on_steel.matrix[:, density]))
+    assert on_steel.as_json()["correlation"][density] == [None] * len(on_steel.names)
+    json.dumps(on_steel.as_json(), allow_nan=False)
 
 
 def test_ranges_and_counts():

@@ -270,8 +270,7 @@ def test_effect_that_differs_between_parts_closes_its_own_gap(planted: Effect) -
 
 
 def test_gain_of_a_channel_moves_that_channel_alone(nominal: PlateObservables) -> None:
-    gain = effect("sensor.acceleration_gain", gain=np.array([1.0, 1.25]))
-    moved = nominal.changes([[gain]])[0]
+    moved = nominal.changes([[effect("sensor.acceleration_gain", gain=np.array([1.0, 1.25]))]])[0]
     channel = np.array([item.channel for item in nominal.observables])
     lines = np.array([item.unit == "dB" for item in nominal.observables])
     assert np.nanmax(np.abs(moved[:, channel == "acceleration_1"])) == pytest.approx(0.0, abs=1e-9)
