@@ -36,12 +36,6 @@ def test_no_training_row_is_outside(text, seed):
     assert not any(Domain.of(train).outside(train))
 
 
-def test_held_out_repetitions_are_inside_but_for_their_speed():
-    split = split_of(TABLE, "repetitions")
-    found = Domain.of(TABLE.take(split.train)).outside(TABLE.take(split.test))
-    assert sum(bool(one) for one in found) <= 0.03 * len(found)
-
-
 @pytest.mark.parametrize("velocity", [0.0, 9.0])
 def test_speed_beyond_the_recorded_is_told(velocity):
     (found,) = DOMAIN.outside(inputs_at(ONE, impact_velocity=velocity))
@@ -50,23 +44,17 @@ def test_speed_beyond_the_recorded_is_told(velocity):
     assert found[0].value == velocity
 
 
-def test_material_that_was_never_hit_is_told():
-    """Titanium lies between aluminium and steel in every property: two materials say nothing of a third."""
+def test_material_that_was_never_hit_and_a_mixture_of_tips_are_told():
+    # Titanium lies between aluminium and steel in every property: two materials say nothing of a third.
     names = ("plate_youngs_modulus", "plate_poisson_ratio", "plate_density", "plate_yield_strength")
     found = told(DOMAIN, inputs_at(ONE, **dict(zip(names, (114e9, 0.32, 4430.0, 350e6), strict=True))))
     assert found == list(names)
-
-
-def test_mixture_of_tips_is_off_every_combination():
-    """Each property of a tip that lies between the three recorded ones, though no such tip was recorded."""
+    # Each property of a tip that lies between the three recorded ones, though no such tip was recorded.
     mixed = dict(zip(TIP, (3.5e9, 0.34, 1240.0, 60e6), strict=True))
     (found,) = DOMAIN.outside(inputs_at(ONE, **mixed))
     assert len(found) == 1
     assert found[0].predictor.startswith("tip_")
     assert "off every combination" in found[0].reason
-
-
-def test_all_tips_of_training_are_inside():
     for tip, radius in (("aluminum", 0.03), ("delrin", 0.03), ("polyurethane", 0.015)):
         asked = inputs_at(ONE, tip_radius=radius, **dict(zip(TIP, MATERIALS[tip], strict=True)))
         assert told(DOMAIN, asked) == []
@@ -77,15 +65,9 @@ def test_levels_that_never_met_are_told():
     (one,) = found
     assert {one.predictor, one.reason.split("together with ")[1].split()[0]} == {"anvil_material", "insulator"}
     assert one.value in ("none", "polymeric")
-
-
-def test_left_out_combination_is_found():
     rows = (TABLE.tip_material == "delrin") & (TABLE.target_material == "steel")
-    found = Domain.of(TABLE.take(~rows)).outside(TABLE.take(rows))
-    assert all("never recorded together" in one[0].reason for one in found)
-
-
-def test_level_that_was_never_recorded_is_told():
+    outside = Domain.of(TABLE.take(~rows)).outside(TABLE.take(rows))
+    assert all("never recorded together" in predictors[0].reason for predictors in outside)
     domain = Domain.of(TABLE.take(TABLE.column("boundary_conditions") == 0))
     (found,) = domain.outside(inputs_at(ONE, boundary_conditions=1))
     assert [(one.predictor, one.value, one.range) for one in found] == [("boundary_conditions", "fixed", ("free",))]
@@ -96,20 +78,17 @@ def test_value_that_is_no_level_is_told(value):
     assert told(DOMAIN, inputs_at(ONE, insulator=value)) == ["insulator"]
 
 
-def test_unknown_value_is_told():
+def test_unknown_value_and_another_hammer_are_told():
     (found,) = DOMAIN.outside(inputs_at(ONE, impact_velocity=np.nan))
     assert [one.reason for one in found] == ["is not known"]
     assert found[0].as_json()["value"] is None
-
-
-def test_another_hammer_is_told():
     asked = replace(ONE.inputs, impactor_mass_kg=np.array([1.0]))
     assert told(DOMAIN, asked) == ["impactor_mass"]
     assert told(DOMAIN, replace(asked, impactor_mass_kg=np.array([np.nan]))) == []
 
 
-def test_leverage_is_mahalanobis_distance():
-    """Two correlated numbers: the corner that nobody recorded lies outside, by the number that deviates more."""
+def test_leverage_is_mahalanobis_distance_in_any_units():
+    # Two correlated numbers: the corner that nobody recorded lies outside, by the number that deviates more.
     rng = np.random.default_rng(0)
     a = rng.uniform(0, 1, 400)
     x = np.column_stack([a, a + 0.05 * rng.standard_normal(400)])
@@ -122,9 +101,6 @@ def test_leverage_is_mahalanobis_distance():
     far = np.einsum("ni,ij,nj->n", w, inverse, w) > limit
     assert [bool(one) for one in domain.outside(numbers(asked, "a", "b"))] == far.tolist()
     assert 0.2 < far.mean() < 0.95
-
-
-def test_units_do_not_matter():
     rng = np.random.default_rng(1)
     a = rng.standard_normal(200)
     x = np.column_stack([a, 0.9 * a + 0.1 * rng.standard_normal(200)])
@@ -142,11 +118,14 @@ def test_domain_reads_back_from_json():
     asked = replace(asked, x=x)
     assert again.outside(asked) == DOMAIN.outside(asked)
     assert again.predictors == PREDICTORS
-
-
-def test_other_predictors_are_refused():
     with pytest.raises(ValueError, match="inputs have predictors a; the domain is of tip_radius"):
         DOMAIN.outside(numbers([[1.0]], "a"))
+    domain = Domain.of(ONE)
+    assert domain.outside(ONE) == [()]
+    assert told(domain, inputs_at(ONE, impact_velocity=5.0)) == ["impact_velocity"]
+    split = split_of(TABLE, "repetitions")
+    found = Domain.of(TABLE.take(split.train)).outside(TABLE.take(split.test))
+    assert sum(bool(one) for one in found) <= 0.03 * len(found)
 
 
 @pytest.mark.parametrize("x", [np.zeros((0, 1)), [[np.nan]]])
@@ -159,9 +138,3 @@ def test_nothing_has_no_domain(x):
 def test_damaged_domain_is_refused(damage):
     with pytest.raises(ValueError, match="train the model anew"):
         Domain.from_json({**DOMAIN.to_json(), **damage})
-
-
-def test_single_pulse_has_a_domain():
-    domain = Domain.of(ONE)
-    assert domain.outside(ONE) == [()]
-    assert told(domain, inputs_at(ONE, impact_velocity=5.0)) == ["impact_velocity"]

@@ -70,25 +70,17 @@ def test_table_holds_what_was_recorded(store):
     expected = [velocity(run, i) for run in range(1, 5) for i in range(1, HITS + 1)]
     assert table.column("impact_velocity").tolist() == expected
     assert np.all(table.impactor_mass_kg == 0.32) and np.all(table.plate_thickness_m == 0.01)
-
-
-def test_plate_properties_are_those_of_the_first_layer(store):
-    table = built(store).snapshot.table
     assert table.target_material[::HITS].tolist() == ["aluminum", "steel", "aluminum", "steel"]
     assert table.column("plate_density")[::HITS].tolist() == [2700.0, 7800.0, 2700.0, 7800.0]
     assert table.column("anvil_material")[::HITS].tolist() == [0, 2, 1, 2]
     assert table.column("tip_youngs_modulus")[HITS] == MATERIALS["delrin"][0]
-
-
-def test_position_makes_a_configuration_and_no_treatment(store):
-    """Runs 2 and 4 differ in the impact position only, which no predictor sees."""
-    table = built(store).snapshot.table
+    # Runs 2 and 4 differ in the impact position only, which no predictor sees.
     assert len({*table.configuration}) == 4
     assert table.treatment[HITS] == table.treatment[3 * HITS] != table.treatment[0]
     assert len({*table.treatment}) == 3
 
 
-def test_snapshot_reads_back_equal(store):
+def test_snapshot_reads_back_equal(store, folders):
     made = built(store).snapshot
     for name in ("d", made.hash, made.hash[:8]):
         read = read_snapshot(store, name)
@@ -96,6 +88,13 @@ def test_snapshot_reads_back_equal(store):
         assert np.array_equal(read.table.x, made.table.x)
         assert np.array_equal(read.table.force_n, made.table.force_n)
         assert read.table.key.tolist() == made.table.key.tolist()
+    snapshot = built(store, "spring", "autumn", name="both").snapshot
+    with store.reading() as session:
+        found = raw_files(session, snapshot)
+    assert [(row["campaign"], row["pulses"]) for row in found] == [("autumn", HITS)] * 2 + [("spring", HITS)] * 4
+    for row in found:
+        content = (folders[row["campaign"]] / row["recording"]).read_bytes()
+        assert row["sha256"] == hashlib.sha256(content).hexdigest()
 
 
 def test_hash_is_the_same_in_another_store(folders, url, database_url):
@@ -109,30 +108,26 @@ def test_hash_is_the_same_in_another_store(folders, url, database_url):
         assert read_snapshot(there, "other").table.key.tolist() == a.table.key.tolist()
 
 
-def test_hash_tells_content_apart(store):
+def test_hash_tells_content_apart_and_own_predictors_are_kept(store):
     hashes = {built(store, *names, name="-".join(names)).snapshot.hash for names in (["spring"], ["autumn"])}
     hashes.add(built(store, "autumn", "spring", name="both").snapshot.hash)
     assert len(hashes) == 3
+    chosen = own('name = "position"\nfrom = "factor.impact_position"\nlevels = ["#1", "#2"]')
+    snapshot = built(store, predictors=chosen).snapshot
+    assert snapshot.table.x[::HITS, 0].tolist() == [0, 0, 0, 1]
+    assert read_snapshot(store, "d").predictors == chosen
 
 
-def test_same_content_adds_nothing(store):
+def test_same_content_adds_nothing_and_keeps_its_first_name(store):
     first = built(store)
     before = count_rows(store)
     again = built(store)
     assert first.added and not again.added
     assert again.snapshot.hash == first.snapshot.hash
     assert count_rows(store) == before
-
-
-def test_same_content_keeps_its_first_name(store):
-    built(store)
     again = built(store, name="other", quality="none")
     assert (again.snapshot.name, again.added) == ("d", False)
     assert again.snapshot.definition["quality"] == "reject"
-
-
-def test_taken_name_is_refused(store):
-    built(store)
     with pytest.raises(SnapshotError, match=r"dataset 'd' is frozen with other content.*under another name"):
         built(store, "autumn")
 
@@ -186,14 +181,10 @@ def test_changed_row_is_noticed(store, change):
         read_snapshot(store, "d")
 
 
-def test_used_pulse_cannot_be_deleted(store):
+def test_used_pulse_cannot_be_deleted_nor_a_newer_format_read(store):
     made = built(store).snapshot
     with pytest.raises(IntegrityError), store.writing() as session:
         session.execute(delete(Pulse).where(Pulse.id == int(made.table.pulse_id[0])))
-
-
-def test_newer_format_is_refused(store):
-    built(store)
     with store.writing() as session:
         row = only(session, select(DatasetSnapshot))
         row.definition = {**row.definition, "format": 2}
@@ -201,10 +192,24 @@ def test_newer_format_is_refused(store):
         read_snapshot(store, "d")
 
 
-def test_unknown_dataset_is_refused_with_those_known(store):
+def test_what_makes_no_snapshot_is_refused_by_name(store):
     built(store)
     with pytest.raises(LookupError, match="no dataset 'x' in the store; there: d"):
         read_snapshot(store, "x")
+    with pytest.raises(ValueError, match="no usable pulse in shots: "):
+        built(store, "shots")
+    with pytest.raises(ValueError, match=r"for campaigns of kind 'hammer', not shots: gun; .*--predictors gun"):
+        built(store, "shots", predictors=shipped("hammer"))
+    with pytest.raises(ValueError, match="campaigns of two kinds"):
+        built(store, "shots", "spring")
+    with pytest.raises(LookupError, match="no campaign 'winter'"):
+        built(store, "winter")
+    with store.reading() as session:
+        fingerprint = session.scalar(select(ExtractionSettingsRow.fingerprint))
+    with pytest.raises(LookupError, match=f"no extractions 'beef' in the store; there: {fingerprint[:12]}"):
+        built(store, extraction="beef")
+    with pytest.raises(LookupError, match="predictor t: no factor 'temperature' in the store; known: anvil_material"):
+        built(store, predictors=own('name = "t"\nunit = "K"\nfrom = "factor.temperature"'))
 
 
 def finding(store, severity: str, *, impact: bool = False, quantity: str | None = "force", check: str = "clipping"):
@@ -262,9 +267,6 @@ def test_worst_verdict_is_the_one_told(store):
     finding(store, "warning", impact=True, check="aaa")
     finding(store, "reject", impact=True)
     assert left_out(built(store, quality="warning")) == {"quality: clipping (reject)": 1}
-
-
-def test_unknown_rule_is_refused(store):
     with pytest.raises(ValueError, match="quality rule is 'strict'; expected one of reject, warning, none"):
         built(store, quality="strict")
 
@@ -300,44 +302,8 @@ def test_record_in_two_campaigns_counts_once(folders, tmp_path):
     assert {*made.snapshot.table.campaign} == {"spring"}
 
 
-def test_shots_alone_have_no_pulse(store):
-    with pytest.raises(ValueError, match="no usable pulse in shots: "):
-        built(store, "shots")
-
-
-def test_campaign_of_another_kind_is_refused(store):
-    with pytest.raises(ValueError, match=r"for campaigns of kind 'hammer', not shots: gun; .*--predictors gun"):
-        built(store, "shots", predictors=shipped("hammer"))
-    with pytest.raises(ValueError, match="campaigns of two kinds"):
-        built(store, "shots", "spring")
-
-
-def test_unknown_campaign_is_named(store):
-    with pytest.raises(LookupError, match="no campaign 'winter'"):
-        built(store, "winter")
-
-
-def test_unknown_extraction_is_refused_with_those_there(store):
-    with store.reading() as session:
-        fingerprint = session.scalar(select(ExtractionSettingsRow.fingerprint))
-    with pytest.raises(LookupError, match=f"no extractions 'beef' in the store; there: {fingerprint[:12]}"):
-        built(store, extraction="beef")
-
-
 def own(entry: str):
     return parse(f'name = "mine"\nkind = "hammer"\n[[predictors]]\n{entry}')
-
-
-def test_own_predictors_are_kept(store):
-    chosen = own('name = "position"\nfrom = "factor.impact_position"\nlevels = ["#1", "#2"]')
-    snapshot = built(store, predictors=chosen).snapshot
-    assert snapshot.table.x[::HITS, 0].tolist() == [0, 0, 0, 1]
-    assert read_snapshot(store, "d").predictors == chosen
-
-
-def test_factor_that_no_campaign_has_is_refused(store):
-    with pytest.raises(LookupError, match="predictor t: no factor 'temperature' in the store; known: anvil_material"):
-        built(store, predictors=own('name = "t"\nunit = "K"\nfrom = "factor.temperature"'))
 
 
 def test_trace_leads_to_the_raw_file(store, folders):
@@ -353,14 +319,12 @@ def test_trace_leads_to_the_raw_file(store, folders):
     assert found.extraction_settings["points"] == 20
 
 
-def test_every_raw_file_is_listed(store, folders):
-    snapshot = built(store, "spring", "autumn").snapshot
+def test_listing(store):
+    made = built(store, "spring", "autumn").snapshot
     with store.reading() as session:
-        found = raw_files(session, snapshot)
-    assert [(row["campaign"], row["pulses"]) for row in found] == [("autumn", HITS)] * 2 + [("spring", HITS)] * 4
-    for row in found:
-        content = (folders[row["campaign"]] / row["recording"]).read_bytes()
-        assert row["sha256"] == hashlib.sha256(content).hexdigest()
+        (row,) = list_snapshots(session)
+    assert (row["name"], row["hash"], row["pulses"]) == ("d", made.hash, 6 * HITS)
+    assert (row["campaigns"], row["predictors"], row["quality"]) == (["autumn", "spring"], "hammer", "reject")
 
 
 @pytest.mark.parametrize("key", ["", "f", "zzzz"])
@@ -368,11 +332,3 @@ def test_unknown_key_is_refused(store, key):
     snapshot = built(store).snapshot
     with store.reading() as session, pytest.raises(LookupError, match="no pulses of dataset 'd' have the key"):
         trace(session, snapshot, key)
-
-
-def test_listing(store):
-    made = built(store, "spring", "autumn").snapshot
-    with store.reading() as session:
-        (row,) = list_snapshots(session)
-    assert (row["name"], row["hash"], row["pulses"]) == ("d", made.hash, 6 * HITS)
-    assert (row["campaigns"], row["predictors"], row["quality"]) == (["autumn", "spring"], "hammer", "reject")

@@ -51,11 +51,16 @@ def stated(store: Store, name: str) -> dict[str, object]:
     return dict(read_snapshot(store, name).definition["velocity"])
 
 
-def test_every_source_has_a_kind() -> None:
+def test_every_source_has_a_kind_and_integrals_are_the_way_back(store: Store) -> None:
     assert set(KIND_OF_SOURCE.values()) == set(KINDS)
     assert velocity_kind(None) is None
     with pytest.raises(LookupError, match="velocity_source is 'guessed'; known: reported, laser, "):
         velocity_kind("guessed")
+    raw = build_snapshot(store, "raw", ["spring"]).snapshot.table
+    built = build_snapshot(store, "integrals", ["spring"], velocity="integrated").snapshot
+    assert built.definition["velocity"]["kind"] == INTEGRATED
+    assert np.all(built.table.column("impact_velocity") < raw.column("impact_velocity"))
+    assert read_snapshot(store, "integrals").hash == built.hash
 
 
 def test_dataset_states_the_kind_and_keeps_its_hash(store: Store) -> None:
@@ -77,10 +82,12 @@ def test_older_dataset_has_the_kind_of_most_of_its_impacts(store: Store) -> None
         assert kind_of_snapshot(session, hash_, definition) == INTEGRATED
 
 
-def test_two_kinds_are_refused(store: Store) -> None:
+def test_two_kinds_and_unknown_choices_are_refused(store: Store) -> None:
     set_source(store, "integrated", 1)
     with pytest.raises(ValueError, match=r"15 before contact, 5 integrated to the peak.*--velocity before-contact"):
         build_snapshot(store, "mixed", ["spring"])
+    with pytest.raises(ValueError, match="velocity is 'true'; expected one of before-contact, integrated"):
+        build_snapshot(store, "x", ["spring"], velocity="true")
 
 
 def test_integrated_velocities_are_converted_and_read_back(store: Store) -> None:
@@ -102,16 +109,3 @@ def test_integrated_velocities_are_converted_and_read_back(store: Store) -> None
     again = read_snapshot(store, "true")
     np.testing.assert_array_equal(again.table.x, built.table.x)
     assert again.hash == built.hash
-
-
-def test_the_way_back_gives_integrals(store: Store) -> None:
-    raw = build_snapshot(store, "raw", ["spring"]).snapshot.table
-    built = build_snapshot(store, "integrals", ["spring"], velocity="integrated").snapshot
-    assert built.definition["velocity"]["kind"] == INTEGRATED
-    assert np.all(built.table.column("impact_velocity") < raw.column("impact_velocity"))
-    assert read_snapshot(store, "integrals").hash == built.hash
-
-
-def test_unknown_choice_is_refused(store: Store) -> None:
-    with pytest.raises(ValueError, match="velocity is 'true'; expected one of before-contact, integrated"):
-        build_snapshot(store, "x", ["spring"], velocity="true")

@@ -1,7 +1,8 @@
-"""The entries of a report, on small campaigns that the twin itself has shot."""
+"""The entries of a report, on small campaigns that the twin itself has shot, and the keys of its contract."""
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
@@ -14,6 +15,7 @@ from pyroshock.diagnosis.options import first_entry_probability
 from pyroshock.diagnosis.record import CampaignRecord
 from pyroshock.diagnosis.verdict import NONE, UNKNOWN, Cause, Verdict
 from pyroshock.twin.effects import Effect, effect
+from support.records import verdicts
 from support.records.gun_campaigns import gun_record
 
 IDS = ("gun.dead_volume", "sensor.pressure_offset", "sensor.velocity_gain")
@@ -50,28 +52,16 @@ REPORTS = pytest.mark.parametrize(
 
 
 @REPORTS
-def test_probabilities_of_causes_sum_to_one_and_fall(verdict_of):
+def test_entries_and_rows_keep_what_a_report_promises(verdict_of):
     values = [cause.probability for cause in verdict_of().causes]
     assert sum(values) == pytest.approx(1.0)
     assert values == sorted(values, reverse=True)
-
-
-@REPORTS
-def test_none_and_unknown_are_always_entries(verdict_of):
     names = {cause.effects for cause in verdict_of().causes}
     assert {(NONE,), (UNKNOWN,)} <= names
-
-
-@REPORTS
-def test_shares_and_unexplained_sum_to_one(verdict_of):
     verdict = verdict_of()
     assert sum(row.share for row in verdict.effects) + verdict.unexplained.share == pytest.approx(1.0)
     for row in [*verdict.effects, verdict.unexplained]:
         assert 0 <= row.ci90[0] <= row.share <= row.ci90[1] <= 1
-
-
-@REPORTS
-def test_every_effect_that_can_show_has_a_row(verdict_of):
     rows = verdict_of().effects
     assert {row.effect for row in rows} == set(IDS)
     assert [row.share for row in rows] == sorted((row.share for row in rows), reverse=True)
@@ -84,83 +74,53 @@ def test_planted_effect_is_named_first_with_most_of_the_gap(planted: Effect):
     assert verdict.effects[0].effect == planted.id
     assert verdict.effects[0].named
     assert verdict.effects[0].share > 0.75  # the rest is that of sets that do nearly the same
-
-
-@pytest.mark.parametrize("planted", [DEAD_VOLUME, GAIN], ids=["dead volume", "gain"])
-def test_path_of_one_effect_has_one_step(planted: Effect):
-    """It ends where repetitions leave the gap."""
-    verdict = report(planted)
+    # It ends where repetitions leave the gap.
     (step,) = verdict.path
     assert step.added == planted.id
     assert step.fraction > 0.9
     assert step.after < 0.2 * verdict.gap.before
 
 
-def test_effects_that_do_not_act_are_not_named():
-    for planted in (DEAD_VOLUME, GAIN):
-        assert [row.effect for row in report(planted).effects if row.named] == [planted.id]
-
-
-def test_gap_within_tolerance_is_none():
+def test_gap_within_tolerance_is_none_and_one_that_none_predicts_unknown():
     verdict = report()
     assert verdict.first.effects == (NONE,)
     assert verdict.path == ()
     assert not any(row.named for row in verdict.effects)
-
-
-def test_without_a_gap_no_effect_gains_anything():
-    """A change over a gap that scatter alone makes says nothing: it was -82 of the gap for an effect that is not
-    there."""
+    # A change over a gap that scatter alone makes says nothing: it was -82 of the gap for an effect that is not there.
     assert {row.held_out_gain for row in report().effects} == {0.0}
-
-
-def test_gap_that_no_effect_predicts_is_unknown():
     verdict = unknown_report()
     assert verdict.first.effects == (UNKNOWN,)
     assert not any(row.named for row in verdict.effects)
     assert verdict.unexplained.share > 0.5
-
-
-def test_unknown_has_a_next_experiment():
-    """Never "none is needed": the setting where most remains, repeated in another order."""
+    # Never "none is needed": the setting where most remains, repeated in another order.
     first = unknown_report().next_runs[0]
     assert first.runs_needed >= 2
     assert "another order of runs" in first.why
 
 
-def test_effect_that_is_left_out_is_not_in_the_report():
+def test_only_the_effects_of_the_catalogue_given_are_in_the_report():
     verdict = report(GAIN, without=("sensor.velocity_gain",))
     assert {row.effect for row in verdict.effects} == set(IDS) - {"sensor.velocity_gain"}
     named = {name for cause in verdict.causes for effects in cause.effects for name in effects.split("+")}
     assert "sensor.velocity_gain" not in named | set(verdict.fits)
-
-
-def test_only_the_effects_of_the_catalogue_given_are_in_the_report():
     verdict = report(GAIN, only=("sensor.velocity_gain",))
     assert [row.effect for row in verdict.effects] == ["sensor.velocity_gain"]
     assert verdict.first.effects == ("sensor.velocity_gain",)
-
-
-def test_effect_that_there_is_not_is_refused():
     with pytest.raises(LookupError, match=r"gun\.magic"):
         report(only=("gun.magic",))
-
-
-def test_effect_that_cannot_show_is_refused():
     with pytest.raises(ValueError, match=r"contact\.viscous_loss cannot show"):
         report(only=("contact.viscous_loss",))
 
 
 def test_named_sets_can_be_adopted():
-    """`fits` has the effect, near what was planted."""
+    # `fits` has the effect, near what was planted.
     (own,) = report(GAIN).fits["sensor.velocity_gain"]
     assert own.as_json()["gain"] == pytest.approx(1.05, abs=0.01)
-
-
-def test_held_out_gain_of_the_planted_effect_is_nearly_the_whole_gap():
     gains = {row.effect: row.held_out_gain for row in report(DEAD_VOLUME).effects}
     assert gains["gun.dead_volume"] > 0.8
     assert max(abs(gain) for name, gain in gains.items() if name != "gun.dead_volume") < 0.2
+    for planted in (DEAD_VOLUME, GAIN):
+        assert [row.effect for row in report(planted).effects if row.named] == [planted.id]
 
 
 def test_effects_that_the_data_cannot_tell_apart_share_one_entry():
@@ -179,39 +139,27 @@ def test_effects_that_the_data_cannot_tell_apart_share_one_entry():
     assert verdict.next_runs[0].why.startswith(f"separates {first} from {second}")
 
 
-def test_what_the_first_entry_loses_goes_to_the_others_in_proportion():
+def test_what_the_first_entry_loses_and_gains_have_closed_forms():
     entries = [Cause(("a",), 0.9), Cause((NONE,), 0.06), Cause(("b+c",), 0.04)]
     first, none, other = conclusion._weighed(entries, 0.9)
     assert first.probability == pytest.approx(first_entry_probability(0.9, ("a",), 0.9))
     assert none.probability == pytest.approx((1 - first.probability) * 0.6)
     assert other.probability == pytest.approx((1 - first.probability) * 0.4)
-
-
-def test_entry_that_is_likeliest_by_evidence_stays_first():
-    """A pair that predicts nothing is seldom right, but its rival is no better."""
+    # A pair that predicts nothing is seldom right, but its rival is no better.
     first, second = conclusion._weighed([Cause(("a+b",), 0.6), Cause(("c",), 0.4)], 0.0)
     assert first.probability == pytest.approx(0.5)
     assert second.probability == pytest.approx(0.5)
-
-
-def test_what_the_only_set_loses_is_unknown():
-    """No other set of the catalogue is near."""
+    # No other set of the catalogue is near.
     known = conclusion._weighed([Cause(("a",), 1.0), Cause((NONE,), 0.0)], 1.0)
     table = {entry.effects: entry.probability for entry in conclusion._listed(known, 0.01)}
     assert table[(NONE,)] == 0.0
     assert table[(UNKNOWN,)] == pytest.approx(1 - 0.99 * first_entry_probability(1.0, ("a",), 1.0))
-
-
-def test_gain_is_the_difference_of_the_roots_over_the_room():
-    """(sqrt 9 - sqrt 4) / (sqrt 16 - sqrt 1); configurations that are alike leave no standard error."""
+    # (sqrt 9 - sqrt 4) / (sqrt 16 - sqrt 1); configurations that are alike leave no standard error.
     held = _held(before=16.0, floor=1.0)
     value, error = conclusion._gain(held, np.full(5, 9.0), np.full(5, 4.0))
     assert value == pytest.approx((3 - 2) / (4 - 1))
     assert error == pytest.approx(0.0, abs=1e-12)
-
-
-def test_standard_error_of_a_gain_is_the_jackknife_s():
-    """Of a mean it is the textbook's standard error: here roots that are nearly linear."""
+    # Of a mean it is the textbook's standard error: here roots that are nearly linear.
     held, rng = _held(before=100.0, floor=1.0, count=40), np.random.default_rng(0)
     less = 50 + 0.1 * rng.standard_normal(40)
     _, error = conclusion._gain(held, less, np.full(40, 4.0))
@@ -225,3 +173,56 @@ def _held(before: float, floor: float, count: int = 5) -> SimpleNamespace:
         gaps=SimpleNamespace(floor=np.full(count, floor)),
         split=SimpleNamespace(held_out=np.arange(count)),
     )
+
+
+#: Key to what it holds, as the form of the answer was agreed.
+CONTRACT = {
+    "campaign": str,
+    "simulator": str,
+    "gap": {"metric": str, "before": float, "noise_floor": float, "tolerance": float, "beyond_noise": bool},
+    "where": {
+        "stage": [{"name": str, "share": float, "ci90": [float]}],
+        "factors": [{"rule": str, "excess": float, "p_value": float}],
+        "time": [{"channel": str, "from_s": float, "to_s": float}],
+        "frequency": [{"channel": str, "from_hz": float, "to_hz": float}],
+    },
+    "causes": [{"effects": [str], "probability": float}],
+    "shrinkage": [{"effects": [str], "held_out_by": str, "before": float, "after": float}],
+    "effects": [
+        {
+            "effect": str,
+            "inclusion": float,
+            "share": float,
+            "ci90": [float],
+            "held_out_gain": float,
+            "parameters": [{"name": str, "value": float, "unit": str, "ci90": [float]}],
+        }
+    ],
+    "unexplained": {"share": float, "ci90": [float]},
+    "path": [{"added": str, "after": float, "fraction": float}],
+    "next_runs": [{"why": str, "settings": dict, "runs_needed": int}],
+    "assumptions": [str],
+    "seconds": float,
+}
+
+
+def follows(value: object, form: object) -> bool:
+    """Whether plain data has at least the keys of a form, of their kinds."""
+    if isinstance(form, dict):
+        return isinstance(value, dict) and all(key in value and follows(value[key], form[key]) for key in form)
+    if isinstance(form, list):
+        return isinstance(value, list) and all(follows(each, form[0]) for each in value)
+    assert isinstance(form, type)
+    return isinstance(value, form)
+
+
+def test_report_has_the_keys_of_the_contract() -> None:
+    assert follows(json.loads(json.dumps(verdicts.gun().as_json())), CONTRACT)
+    assert follows(json.loads(json.dumps(verdicts.unknown().as_json())), CONTRACT)
+    parameter = verdicts.verdict().as_json()["causes"][0]["parameters"][0]
+    assert parameter == {"name": "compliance_m_n", "value": 3.4e-8, "unit": "m/N", "ci90": [3.1e-8, 3.8e-8]}
+    causes = verdicts.verdict().as_json()["causes"]
+    assert causes[1:] == [{"effects": ["unknown"], "probability": 0.06}, {"effects": ["none"], "probability": 0.01}]
+    assert verdicts.verdict().as_json()["shrinkage"][1]["fraction"] is None
+    assert verdicts.none().as_json()["where"] == {"stage": [], "factors": [], "time": [], "frequency": [], "drift": []}
+    assert not {"pictures", "fits"} & verdicts.verdict().as_json().keys()

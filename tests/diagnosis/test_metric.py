@@ -53,6 +53,9 @@ def test_gap_of_one_stage_is_the_rms_of_its_cells_in_their_own_unit() -> None:
     assert size.before == pytest.approx(np.sqrt((0.03**2 + 0.04**2 + 0.12**2) / 4))
     assert size.tolerance == pytest.approx(0.01)
     assert "velocity" in size.metric
+    gap = table(OBSERVABLES, [[0.1] * len(OBSERVABLES)])
+    names = [gap.observables[column].name for column in GapMetric.of(gap).columns]
+    assert sorted(names) == ["ln_impulse", "ln_peak", "ln_width_half"]
 
 
 @pytest.mark.parametrize(
@@ -83,23 +86,14 @@ def test_amplitudes_and_lines_make_the_number(observables: list[Observable], col
         assert metric.rms(moved) > metric.rms(gap.mean)
 
 
-def test_pulse_is_sized_by_three_of_the_features_that_contacts_have() -> None:
-    gap = table(OBSERVABLES, [[0.1] * len(OBSERVABLES)])
-    names = [gap.observables[column].name for column in GapMetric.of(gap).columns]
-    assert sorted(names) == ["ln_impulse", "ln_peak", "ln_width_half"]
-
-
-def test_tolerance_of_one_stage_is_the_gap_that_is_off_by_it_everywhere() -> None:
-    """0.02, 0.03 and 0.06: sqrt(49 / 3) %."""
+def test_unit_of_one_stage_is_its_own_and_of_several_their_tolerances() -> None:
+    # 0.02, 0.03 and 0.06: sqrt(49 / 3) %.
     observables = [PEAK, IMPULSE, HALF]
     gap = table(observables, [[item.tolerance for item in observables]] * 3)
     size = GapMetric.of(gap).size(gap)
     assert size.tolerance == pytest.approx(0.01 * np.sqrt(49 / 3))
     assert size.before == pytest.approx(size.tolerance)
-
-
-def test_gap_of_several_stages_is_in_tolerances_and_each_stage_counts_the_same() -> None:
-    """Velocity off by three of its tolerances, the peak by four, lines by one and by none."""
+    # Velocity off by three of its tolerances, the peak by four, lines by one and by none.
     gap = table([VELOCITY, PEAK, MODE, LINE_1, LINE_2], [[0.03, -0.08, 9.0, 0.5, 0.0]])
     size = GapMetric.of(gap).size(gap)
     assert size.before == pytest.approx(np.sqrt((9 + 16 + (1 + 0) / 2) / 3))
@@ -107,20 +101,17 @@ def test_gap_of_several_stages_is_in_tolerances_and_each_stage_counts_the_same()
     assert all(name in size.metric for name in ("gun", "contact", "plate", "tolerances"))
 
 
-def test_cells_without_a_mean_do_not_count() -> None:
+def test_floor_is_the_scatter_of_means() -> None:
+    # One run scatters by two tolerances and by three; means of four and of nine by one.
+    gap = table([VELOCITY, PEAK], [[0.0, 0.0]], [[4, 9]], [0.02, 0.06])
+    size = GapMetric.of(gap).size(gap)
+    assert size.noise_floor == pytest.approx(1.0)
+    assert size.before == 0.0
     nan = float("nan")
     gap = table([PEAK, IMPULSE], [[0.03, nan], [nan, nan], [0.05, -0.07]], [[4, 0], [0, 0], [4, 1]], [0.02, 0.01])
     size = GapMetric.of(gap).size(gap)
     assert size.before == pytest.approx(np.sqrt((0.03**2 + 0.05**2 + 0.07**2) / 3))
     assert size.noise_floor == pytest.approx(np.sqrt((2 * 0.02**2 / 4 + 0.01**2) / 3))
-
-
-def test_floor_is_the_scatter_of_means() -> None:
-    """One run scatters by two tolerances and by three; means of four and of nine by one."""
-    gap = table([VELOCITY, PEAK], [[0.0, 0.0]], [[4, 9]], [0.02, 0.06])
-    size = GapMetric.of(gap).size(gap)
-    assert size.noise_floor == pytest.approx(1.0)
-    assert size.before == 0.0
 
 
 @pytest.mark.parametrize(("before", "beyond"), [(0.0499, False), (0.0501, True)])
@@ -133,14 +124,11 @@ def test_gap_is_beyond_noise_where_more_than_the_tolerance_is_left_of_it(before:
     assert size.beyond_noise is beyond
 
 
-def test_gap_of_the_tolerance_itself_is_within_it() -> None:
+def test_gap_within_tolerance_or_scatter_has_nothing_to_reduce() -> None:
     item = Observable("ln_velocity", "gun", "velocity", "1", 0.5, 0.01)
     gap = table([item], [[0.5], [-0.5]], sigma=[0.0])
     assert not GapMetric.of(gap).size(gap).beyond_noise
-
-
-def test_what_scatters_more_than_it_is_off_has_nothing_to_reduce() -> None:
-    """A mean may come to lie nearer to zero than its scatter says."""
+    # A mean may come to lie nearer to zero than its scatter says.
     gap = table([VELOCITY], [[0.001], [-0.002]], [[1], [1]], [0.5])
     size = GapMetric.of(gap).size(gap)
     assert size.noise_floor > size.before

@@ -10,12 +10,13 @@ import pytest
 from pyroshock.diagnosis import next_runs as planning
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.inference.posterior import HypothesisPosterior
-from pyroshock.diagnosis.next_runs import APART, MOST_RUNS, next_runs
+from pyroshock.diagnosis.next_runs import APART, MOST_RUNS, candidate_stages, next_runs
 from pyroshock.diagnosis.observables.gun.stage import GunObservables
 from pyroshock.diagnosis.record import CampaignRecord
 from pyroshock.diagnosis.verdict import NONE, UNKNOWN, Cause, NextRun
 from pyroshock.twin.effects import catalogue, effect
 from support.records.gun_campaigns import gun_record
+from support.records.gun_shots import shots
 
 IDS = ("gun.dead_volume", "gun.blow_by")
 UNEXPLAINED = (Cause((UNKNOWN,), 0.97), Cause((NONE,), 0.03))
@@ -48,49 +49,33 @@ def planned(record: CampaignRecord, causes: tuple[Cause, ...]) -> tuple[NextRun,
 
 
 def test_unknown_alone_has_a_next_experiment():
-    """With no pair of causes to tell apart, the configuration with the most of the gap is repeated."""
+    # With no pair of causes to tell apart, the configuration with the most of the gap is repeated.
     (run,) = planned(alternating(), UNEXPLAINED)
     assert run.settings == {"tank_pressure_bar": 2.4, "bullet_mass_kg": 0.25}
     assert run.runs_needed >= 2
     assert "another order of runs" in run.why
-
-
-def test_unknown_says_in_which_stage_something_may_act():
-    (run,) = planned(alternating(), UNEXPLAINED)
     posterior, _ = posterior_of(alternating())
     assert "in the gun" in run.why
     assert posterior.likeliest_pattern.pattern in run.why
 
 
-def test_unknown_before_causes_is_repeated_first():
+def test_unknown_is_repeated_only_before_causes():
     first, *others = planned(planted(), (Cause((UNKNOWN,), 0.6), *(replace(cause, probability=0.2) for cause in TWO)))
     assert "another order of runs" in first.why
     assert [run.why.split(" only")[0] for run in others] == ["separates gun.dead_volume from gun.blow_by"]
-
-
-def test_unknown_behind_a_cause_needs_no_repetition():
     causes = (Cause((IDS[0],), 0.9), Cause((UNKNOWN,), 0.1))
     assert planned(planted(), causes) == ()
-
-
-def test_none_needs_no_experiment():
     assert planned(planted(), (Cause((NONE,), 0.99), Cause((UNKNOWN,), 0.01))) == ()
 
 
-def test_setting_that_tells_two_causes_apart_is_in_the_units_of_its_columns():
+def test_causes_and_members_of_a_group_are_told_apart_in_the_units_of_columns():
     (run,) = planned(planted(), TWO)
     assert set(run.settings) == {"tank_pressure_bar", "bullet_mass_kg"}
     assert 0.3 / 1.5 <= float(run.settings["tank_pressure_bar"]) <= 2.4 * 1.5
     assert 1 <= run.runs_needed <= MOST_RUNS
-
-
-def test_members_of_one_group_are_told_apart():
-    """A group's two members are as good as two causes."""
+    # A group's two members are as good as two causes.
     (run,) = planned(planted(), (Cause(IDS, 0.9, split=(0.6, 0.4)), Cause((UNKNOWN,), 0.1)))
     assert run.why.startswith("separates gun.dead_volume from gun.blow_by")
-
-
-def test_likelier_pairs_come_first():
     names = ("a", "b", "c")
     causes = [Cause((name,), p) for name, p in zip(names, (0.5, 0.1, 0.4), strict=True)]
     assert planning._pairs(causes) == [("a", "c"), ("a", "b"), ("b", "c")]
@@ -107,7 +92,7 @@ def test_distance_is_in_standard_deviations_of_n_shots(shots: int):
 
 
 def test_setting_with_the_fewest_shots_is_chosen():
-    """Two settings: at the second one the causes differ by more."""
+    # Two settings: at the second one the causes differ by more.
     forecasts = {
         name: planning._Forecast(np.array([[mean], [3 * mean]]), np.zeros((2, 1, 1)))
         for name, mean in (("a", 0.0), ("b", 1.0))
@@ -116,17 +101,22 @@ def test_setting_with_the_fewest_shots_is_chosen():
     run = planning._best(("a", "b"), forecasts, settings, np.array([[4.0]]))
     assert run.settings == {"tank_pressure_bar": 2.0}
     assert run.runs_needed == np.floor(4.0 * APART**2 / 9) + 1  # 3 / sqrt(4 / n) > APART
-
-
-def test_pair_that_takes_too_many_shots_is_said_to():
     forecasts = {
         name: planning._Forecast(np.array([[mean]]), np.zeros((1, 1, 1))) for name, mean in (("a", 0), ("b", 1))
     }
     run = planning._best(("a", "b"), forecasts, [{"tank_pressure": 1e5}], np.array([[4.0]]))
     assert run.runs_needed == MOST_RUNS
     assert f"only to {1 / np.sqrt(4 / MOST_RUNS):.1f} of the {APART:g}" in run.why
-
-
-def test_causes_that_say_the_same_have_no_experiment():
     forecasts = {name: planning._Forecast(np.ones((1, 1)), np.zeros((1, 1, 1))) for name in "ab"}
     assert planning._best(("a", "b"), forecasts, [{"tank_pressure": 1e5}], np.array([[4.0]])) is None
+
+
+def test_a_proposed_shot_has_the_travel_of_the_nearest_projectile() -> None:
+    travels = {0.25: 0.885, 0.5: 0.6, 1.0: 0.45}
+    record = shots()
+    record = replace(record, runs=tuple(replace(run, travel_m=travels[run.bullet_mass_kg]) for run in record.runs))
+    (stage,) = candidate_stages([GunObservables(record)])
+    assert len(stage.record.configurations) > len(record.configurations)
+    for run in stage.record.runs:
+        nearest = min(travels, key=lambda mass: abs(mass - run.bullet_mass_kg))
+        assert run.travel_m == travels[nearest]

@@ -44,20 +44,14 @@ ONE, TWO = slice(1, 1 + LINES), slice(1 + LINES, 1 + 2 * LINES)
 
 
 def test_a_louder_shot_counts_once() -> None:
-    """16 degrees of freedom for 49 observables: drawn towards none the correlation of 0.92 would be 0.23."""
+    # 16 degrees of freedom for 49 observables: drawn towards none the correlation of 0.92 would be 0.23.
     matrix = correlation(Noise.of(*deviations(np.random.default_rng(1), 1.0), observables()))
     assert within(matrix, ONE, ONE) == pytest.approx(0.92, abs=0.15)
     assert within(matrix, TWO, TWO) == pytest.approx(0.92, abs=0.15)
     assert abs(within(matrix, ONE, TWO)) < 0.35
-
-
-def test_lines_that_scatter_alone_share_nothing() -> None:
     matrix = correlation(Noise.of(*deviations(np.random.default_rng(2), 0.0), observables()))
     assert abs(within(matrix, ONE, ONE)) < 0.1
-
-
-def test_mean_of_the_lines_scatters_as_it_does() -> None:
-    """What a gain is read from: the variance of a channel's mean line, over campaigns."""
+    # What a gain is read from: the variance of a channel's mean line, over campaigns.
     ratio = []
     weight = np.zeros(1 + 2 * LINES)
     weight[ONE] = 1 / LINES
@@ -87,15 +81,12 @@ def plain(*floors: float, frequency_hz: float | None = None) -> list[Observable]
 
 
 def test_variance_is_drawn_to_the_data_sheet() -> None:
-    """(nu s^2 + 3 f^2) / (nu + 3), of runs that are there."""
+    # (nu s^2 + 3 f^2) / (nu + 3), of runs that are there.
     deviations = np.array([[1.0, 2.0], [-1.0, np.nan], [0.5, -2.0], [-0.5, np.nan], [np.nan, np.nan]])
     noise = Noise.of(deviations, np.array([0, 0, 1, 1, 2]), plain(0.5, 0.1))
     assert noise.freedom.tolist() == [2.0, 0.0]
     assert np.diag(noise.covariance) == pytest.approx([(2.5 + 3 * 0.25) / 5, (8 + 3 * 0.01) / 3])
     assert not noise.assumed
-
-
-def test_without_repetitions_the_data_sheet_stands_alone() -> None:
     noise = Noise.of(np.zeros((3, 2)), np.arange(3), plain(0.5, 0.1))
     assert noise.assumed
     assert noise.covariance == pytest.approx(np.diag([0.25, 0.01]))
@@ -110,21 +101,18 @@ def mirrored(*rows: list[float]) -> np.ndarray:
 
 
 def test_correlations_of_single_observables_are_drawn_to_none() -> None:
-    """nu / (nu + D) of it, and as much of the rest again: here two thirds of r = 0.6 and two thirds of a third."""
+    # nu / (nu + D) of it, and as much of the rest again: here two thirds of r = 0.6 and two thirds of a third.
     noise = Noise.of(mirrored([2, 2], [1, -1], [0, 0], [0, 0]), PAIRS, plain(0.1, 0.1))
     assert noise.freedom.tolist() == [4.0, 4.0]
     assert correlation(noise)[0, 1] == pytest.approx(0.6 * 2 / 3 * 4 / 3)
-
-
-def test_one_repetition_says_something() -> None:
-    """nu = 1: a third of r = 1, and a third of the other two thirds."""
+    # nu = 1: a third of r = 1, and a third of the other two thirds.
     noise = Noise.of(np.array([[1.0, 2.0], [-1.0, -2.0]]), np.zeros(2, dtype=np.intp), plain(0.1, 0.1))
     assert not noise.assumed
     assert correlation(noise)[0, 1] == pytest.approx(5 / 9)
 
 
 def test_correlations_of_lines_are_drawn_to_their_mean() -> None:
-    """nu = 4, three lines, one channel: 4/7 of their own, 3/7 of the mean, of which 1/5 is drawn to none."""
+    # nu = 4, three lines, one channel: 4/7 of their own, 3/7 of the mean, of which 1/5 is drawn to none.
     noise = Noise.of(
         mirrored([2, 2, 2], [1, -1, 1], [0, 0, 0], [0, 0, 0]), PAIRS, plain(*[0.1] * 3, frequency_hz=400.0)
     )
@@ -132,9 +120,6 @@ def test_correlations_of_lines_are_drawn_to_their_mean() -> None:
     expected = [4 / 7 * own + 3 / 7 * 0.8 * mean for own in (0.6, 1.0, 0.6)]
     matrix = correlation(noise)
     assert [matrix[0, 1], matrix[0, 2], matrix[1, 2]] == pytest.approx(expected)
-
-
-def test_lines_that_oppose_each_other_have_no_mean() -> None:
     noise = Noise.of(mirrored([2, -2], [1, 1], [0, 0], [0, 0]), PAIRS, plain(0.1, 0.1, frequency_hz=400.0))
     assert correlation(noise)[0, 1] == pytest.approx(-0.6 * 2 / 3)
 
@@ -175,8 +160,8 @@ def campaign_of(rng: np.random.Generator, scatter: np.ndarray, runs: int = 3) ->
     return (drawn - drawn.mean(axis=1, keepdims=True)).reshape(-1, 1), np.repeat(np.arange(len(scatter)), runs)
 
 
-def test_configuration_that_scatters_far_more_has_its_own_scatter() -> None:
-    """And leaves that of the others as it is: 0.02 in the mean of the variances, not 0.19."""
+def test_configurations_are_pooled_where_they_scatter_alike() -> None:
+    # And leaves that of the others as it is: 0.02 in the mean of the variances, not 0.19.
     rng, scatter = np.random.default_rng(4), np.full(12, 0.02)
     scatter[5] = 0.65
     noises = [Noise.of(*campaign_of(rng, scatter), plain(0.02)) for _ in range(40)]
@@ -184,10 +169,7 @@ def test_configuration_that_scatters_far_more_has_its_own_scatter() -> None:
     own = np.array([noise.relative[5, 0] for noise in noises])
     assert np.median(own) == pytest.approx(0.65 / 0.02, rel=0.5)  # two degrees of freedom, drawn to the others
     assert all(noise.relative[np.arange(12) != 5].max() == 1.0 for noise in noises)
-
-
-def test_configurations_that_scatter_alike_are_pooled() -> None:
-    """A false alarm in one campaign of a thousand."""
+    # A false alarm in one campaign of a thousand.
     rng = np.random.default_rng(5)
     noises = [Noise.of(*campaign_of(rng, np.full(12, 0.02)), plain(0.02)) for _ in range(300)]
     assert sum(noise.relative.max() > 1.0 for noise in noises) <= 3

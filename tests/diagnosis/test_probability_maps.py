@@ -13,30 +13,20 @@ from benchmarks.diagnosis_maps import likeliest
 ODDS = st.floats(-200, 200)
 FRACTIONS = st.floats(-0.5, 1.0)
 LEFT = st.floats(0.0, 100.0)
+PAIRS_OF_ODDS, PAIRS_OF_FRACTIONS = (st.tuples(values, values).map(sorted) for values in (ODDS, FRACTIONS))
 #: The map that a diagnosis has unless it is given another.
 LEARNED = Options().unknown_map
 MAPS = pytest.mark.parametrize("probability", [UnknownMap(), LEARNED], ids=["plain", "in use"])
 
 
 @MAPS
-@given(low=ODDS, high=ODDS, fraction=FRACTIONS, left=LEFT)
-def test_more_evidence_makes_it_no_less_likely(probability, low, high, fraction, left):
-    low, high = sorted((low, high))
-    assert probability(low, fraction, left) <= probability(high, fraction, left)
-
-
-@MAPS
-@given(odds=ODDS, low=FRACTIONS, high=FRACTIONS, left=LEFT)
-def test_what_effects_predict_makes_it_no_likelier(probability, odds, low, high, left):
-    low, high = sorted((low, high))
-    assert probability(odds, low, left) >= probability(odds, high, left)
-
-
-@MAPS
-@given(odds=ODDS, fraction=FRACTIONS, low=LEFT, high=LEFT)
-def test_more_that_is_left_makes_it_no_less_likely(probability, odds, fraction, low, high):
-    low, high = sorted((low, high))
-    assert probability(odds, fraction, low) <= probability(odds, fraction, high)
+@given(odds=PAIRS_OF_ODDS, fractions=PAIRS_OF_FRACTIONS, left=st.tuples(LEFT, LEFT).map(sorted))
+def test_evidence_and_what_is_left_make_it_no_less_likely_and_predictions_no_likelier(
+    probability, odds, fractions, left
+):
+    assert probability(odds[0], fractions[0], left[0]) <= probability(odds[1], fractions[0], left[0])
+    assert probability(odds[0], fractions[0], left[0]) >= probability(odds[0], fractions[1], left[0])
+    assert probability(odds[0], fractions[0], left[0]) <= probability(odds[0], fractions[0], left[1])
 
 
 @MAPS
@@ -55,10 +45,10 @@ def test_without_figures_held_out_the_odds_alone_decide(fraction, left):
 def test_logit_is_the_stated_sum():
     p = UnknownMap(0.2, 0.4, 6.0, 1.5)(3.0, 0.8, 2.0)
     assert np.log(p / (1 - p)) == pytest.approx(0.2 + 0.4 * np.arcsinh(1.5) + 6.0 * (0.5 - 0.8) + 1.5 * np.log(2.0))
-
-
-def test_fraction_that_makes_it_far_worse_weighs_as_half():
-    """A gap that is ten times as large is no further from an explanation than one that is half as large again."""
+    p = UnknownMap(0.2, 0.4, 6.0, 1.5)(3.0, 0.8, 2.0, 0.25)
+    expected = 0.2 + 0.4 * np.arcsinh(1.5) + 0.75 * 6.0 * (0.5 - 0.8) + 1.5 * np.log(2.0)
+    assert np.log(p / (1 - p)) == pytest.approx(expected)
+    # A gap that is ten times as large is no further from an explanation than one that is half as large again.
     assert UnknownMap()(0.0, -10.0, 1.0) == UnknownMap()(0.0, -0.5, 1.0)
 
 
@@ -68,31 +58,16 @@ def test_where_no_effect_acts_the_fraction_says_nothing(probability, odds, fract
     assert probability(odds, fraction, left, 1.0) == pytest.approx(probability(odds, 0.5, left))
 
 
-def test_fraction_counts_as_far_as_an_effect_is_likely():
-    p = UnknownMap(0.2, 0.4, 6.0, 1.5)(3.0, 0.8, 2.0, 0.25)
-    expected = 0.2 + 0.4 * np.arcsinh(1.5) + 0.75 * 6.0 * (0.5 - 0.8) + 1.5 * np.log(2.0)
-    assert np.log(p / (1 - p)) == pytest.approx(expected)
-
-
 EVIDENCE = st.floats(0.0, 1.0)
 ONE, TWO = ("gun.blow_by",), ("gun.blow_by", "gun.valve_flow")
 
 
-@given(low=EVIDENCE, high=EVIDENCE, fraction=FRACTIONS)
-def test_more_evidence_makes_the_first_entry_no_less_likely(low, high, fraction):
-    low, high = sorted((low, high))
-    assert 0 < first_entry_probability(low, ONE, fraction) <= first_entry_probability(high, ONE, fraction) < 1
-
-
-@given(evidence=EVIDENCE, low=FRACTIONS, high=FRACTIONS)
-def test_effects_that_predict_are_no_less_likely(evidence, low, high):
-    low, high = sorted((low, high))
-    assert first_entry_probability(evidence, ONE, low) <= first_entry_probability(evidence, ONE, high)
-
-
-@given(evidence=EVIDENCE, fraction=FRACTIONS)
-def test_several_effects_are_less_often_the_exact_set(evidence, fraction):
-    assert first_entry_probability(evidence, TWO, fraction) < first_entry_probability(evidence, ONE, fraction)
+@given(evidence=st.tuples(EVIDENCE, EVIDENCE).map(sorted), fractions=PAIRS_OF_FRACTIONS)
+def test_first_entry_is_likelier_with_evidence_and_predictions_and_less_so_with_several_effects(evidence, fractions):
+    least = first_entry_probability(evidence[0], ONE, fractions[0])
+    assert 0 < least <= first_entry_probability(evidence[1], ONE, fractions[0]) < 1
+    assert least <= first_entry_probability(evidence[0], ONE, fractions[1])
+    assert first_entry_probability(evidence[0], TWO, fractions[0]) < least
 
 
 @pytest.mark.parametrize("fraction", [-0.5, 0.3, 1.0])
@@ -101,15 +76,12 @@ def test_no_effect_predicts_nothing_so_that_the_fraction_says_nothing_of_it(frac
 
 
 def test_likeliest_weights_are_those_that_drew_the_answers():
-    """Truth: a logit of known weights, and 20,000 answers drawn from it; a prior so wide that it says nothing."""
+    # Truth: a logit of known weights, and 20,000 answers drawn from it; a prior so wide that it says nothing.
     rng = np.random.default_rng(1)
     weights = np.array([0.5, -1.2])
     x = np.column_stack([np.ones(20_000), rng.standard_normal(20_000)])
     y = (rng.random(20_000) < 1 / (1 + np.exp(-x @ weights))).astype(float)
     assert likeliest(x, y, np.zeros(2), np.full(2, 100.0)) == pytest.approx(weights, abs=0.06)
-
-
-def test_rows_that_count_twice_are_as_good_as_rows_that_stand_twice():
     rng = np.random.default_rng(2)
     x, y = rng.standard_normal((50, 2)), (rng.random(50) < 0.5).astype(float)
     counts = rng.integers(1, 4, 50)

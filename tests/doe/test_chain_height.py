@@ -37,20 +37,14 @@ def test_swing_and_load_are_those_of_the_pendulum_s_motion(momentum: float) -> N
     assert swing.chain_load_n == pytest.approx(tension.max(), rel=1e-9)
 
 
-def test_a_swing_beyond_the_horizontal_reaches_the_whole_length() -> None:
-    assert Swing(0.5, 20.0, 60.0).rise_m > 0.5
-    assert Swing(0.5, 20.0, 60.0).reach_m == 0.5
-
-
 def test_the_heaviest_plate_hangs_within_table_2_1() -> None:
-    """Steel, 2000 x 1000 x 50 mm, around 800 kg, struck by 80 kg m/s (section 2.1.1): 7765 N are printed."""
+    # Steel, 2000 x 1000 x 50 mm, around 800 kg, struck by 80 kg m/s (section 2.1.1): 7765 N are printed.
     load = Swing(0.9, 7800 * 2.0 * 1.0 * 0.05, 80.0).chain_load_n
     assert load == pytest.approx(7765.0, rel=0.02)
     assert load < MAX_CHAIN_LOAD_N == pytest.approx(30901 / 3.9)
     assert all(part.rated_load_n / MAX_CHAIN_LOAD_N >= 3.9 - 1e-12 for part in TABLE_2_1[:3])
-
-
-def test_a_shorter_pendulum_swings_less_and_loads_its_chains_more() -> None:
+    assert Swing(0.5, 20.0, 60.0).rise_m > 0.5
+    assert Swing(0.5, 20.0, 60.0).reach_m == 0.5
     high, low = (Swing(0.9 - height, 23.4, 10.0) for height in (0.168, -0.168))
     assert high.reach_m < low.reach_m
     assert high.chain_load_n > low.chain_load_n
@@ -123,14 +117,11 @@ change = 3
 """
 
 
-def test_a_plan_knows_the_factor_in_whole_links() -> None:
+def test_chain_height_is_in_whole_links() -> None:
     (factor,) = parse(FACTORS.format(112)).factors
     assert factor.numbers == (-56.0, 0.0, 112.0)
     with pytest.raises(ValueError, match="chain_height_mm has level '100'; expected a multiple of 56"):
         parse(FACTORS.format(100))
-
-
-def test_a_recorded_height_is_a_number_in_whole_links() -> None:
     level = level_of("chain_height_mm", "-112", lambda _: None)
     assert (level.factor, level.number, level.si_unit) == ("chain_height", pytest.approx(-0.112), "m")
     for text in ("60", "a link"):

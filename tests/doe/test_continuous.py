@@ -51,6 +51,10 @@ def test_values_run_from_low_to_high_in_steps() -> None:
     assert PRESSURE.levels[:3] == ("0.8", "0.85", "0.9")
     assert (PRESSURE.limits, PRESSURE.step) == ((0.8, 6.0), pytest.approx(0.05))
     assert PRESSURE.level_text == "0.8 to 6 bar in steps of 0.05"
+    (treatment,) = SPACE.treatments([{"tip_material": "PLA", "tank_pressure_bar": "1,350", "bullet_mass_kg": "1"}])
+    assert SPACE.rows(treatment[None])[0]["tank_pressure_bar"] == "1.35"
+    with pytest.raises(ValueError, match="tank_pressure_bar is '1\\.36'; expected 0\\.8 to 6 bar in steps"):
+        SPACE.treatments([{"tip_material": "PLA", "tank_pressure_bar": "1.36", "bullet_mass_kg": "1"}])
 
 
 @pytest.mark.parametrize(
@@ -86,13 +90,6 @@ def test_range_that_is_none_is_refused(change: tuple[str, str], message: str) ->
     assert message in str(caught.value)
 
 
-def test_cell_names_a_value_of_the_range() -> None:
-    (treatment,) = SPACE.treatments([{"tip_material": "PLA", "tank_pressure_bar": "1,350", "bullet_mass_kg": "1"}])
-    assert SPACE.rows(treatment[None])[0]["tank_pressure_bar"] == "1.35"
-    with pytest.raises(ValueError, match="tank_pressure_bar is '1\\.36'; expected 0\\.8 to 6 bar in steps"):
-        SPACE.treatments([{"tip_material": "PLA", "tank_pressure_bar": "1.36", "bullet_mass_kg": "1"}])
-
-
 def test_hypercube_has_a_pressure_in_each_part_of_the_range() -> None:
     made = balance_levels(SPACE, 35, np.random.default_rng(1))
     judged = quality(SPACE, made.treatments)
@@ -101,9 +98,14 @@ def test_hypercube_has_a_pressure_in_each_part_of_the_range() -> None:
     # 35 runs, 105 values: one run in each three of them
     assert np.bincount(made.treatments[:, 1] // 3, minlength=35).tolist() == [1] * 35
     assert judged.distinct == 35
+    before = balance_levels(SPACE, 30, np.random.default_rng(1)).treatments
+    made = augment(
+        SPACE, before, 15, lambda space, n, fixed: balance_levels(space, n, np.random.default_rng(2), fixed=fixed)
+    )
+    judged = quality(SPACE, np.vstack([before, made.treatments]))
+    assert list(judged.level_counts["tank_pressure"].values()) == [9] * STRATA
+    assert judged.distinct == 45
 
-
-def test_exchange_balances_better_than_hypercubes_that_are_rounded() -> None:
     def uneven(treatments: np.ndarray) -> tuple[float, float]:
         judged = quality(SPACE, treatments)
         return judged.worst_pair, judged.rms_triple
@@ -115,46 +117,27 @@ def test_exchange_balances_better_than_hypercubes_that_are_rounded() -> None:
         assert ours[1] < peer[1]
 
 
-def test_more_runs_take_other_values() -> None:
-    before = balance_levels(SPACE, 30, np.random.default_rng(1)).treatments
-    made = augment(
-        SPACE, before, 15, lambda space, n, fixed: balance_levels(space, n, np.random.default_rng(2), fixed=fixed)
-    )
-    judged = quality(SPACE, np.vstack([before, made.treatments]))
-    assert list(judged.level_counts["tank_pressure"].values()) == [9] * STRATA
-    assert judged.distinct == 45
-
-
 def test_factorial_takes_values_at_equal_distances() -> None:
     made = factorial(SPACE, 5)
     assert len(made.treatments) == 3 * 5 * 3
     assert np.unique(pressures(made.treatments)).tolist() == pytest.approx([0.8, 2.1, 3.4, 4.7, 6.0])
     with pytest.raises(ValueError, match="levels is 1"):
         factorial(SPACE, 1)
-
-
-def test_linear_effect_of_a_range_has_the_efficiency_of_its_variance() -> None:
-    """At the two ends it is that of two levels; spread evenly over them, the variance is (k + 1) / (3 (k - 1))."""
+    assert pair_matrix(SPACE, factorial(SPACE).treatments).shape == (3 + STRATA + 3,) * 2
+    # At the two ends it is that of two levels; spread evenly over them, the variance is (k + 1) / (3 (k - 1)).
     assert d_efficiency(np.array([[0], [100]]), [101], [0]) == pytest.approx(d_efficiency_limit([101], [0]))
     even = np.arange(101)[:, None]
     assert d_efficiency(even, [101], [0]) == pytest.approx((102 / 300) ** 0.5)
 
 
-def test_time_goes_with_parts_of_the_range_and_not_with_values() -> None:
+def test_order_takes_time_by_parts_and_changes_once_a_value() -> None:
     rows = balance_levels(SPACE, 45, np.random.default_rng(1)).treatments
     ordered = rows[order(SPACE, rows, np.random.default_rng(1))]
     assert time_confounding(SPACE, ordered)["tank_pressure"] < 0.35  # (5 - 1) / (45 - 1) on average
-
-
-def test_hard_range_is_set_once_a_value() -> None:
     space = space_from_text(TEXT.replace("step = 0.05", "step = 1.3\nchange = 2"))
     rows = factorial(space, 5).treatments
     ordered = rows[order(space, rows, np.random.default_rng(1))]
     assert quality(space, ordered).changeovers["tank_pressure"] == 4
-
-
-def test_picture_has_the_parts_of_the_range() -> None:
-    assert pair_matrix(SPACE, factorial(SPACE).treatments).shape == (3 + STRATA + 3,) * 2
 
 
 def test_range_takes_the_place_of_levels_and_keeps_the_work_to_change() -> None:
@@ -165,9 +148,6 @@ def test_range_takes_the_place_of_levels_and_keeps_the_work_to_change() -> None:
     assert by_name["bullet_mass"].change == 1
     assert by_name["tip_radius"].continuous
     assert [axis.name for axis in space.axes] == [axis.name for axis in gun_space().axes]
-
-
-def test_pressure_takes_the_place_of_velocity_levels() -> None:
     space = space_from_text(with_ranges(shipped_factors("gun"), {"tank_pressure_bar": (0.8, 6, 0.05)}))
     assert "velocity_level" not in [factor.name for factor in space.factors]
     assert space.factors[-1] == PRESSURE

@@ -1,4 +1,4 @@
-"""Factors and rules one by one, and the file in which a lab writes them down."""
+"""Factors and rules one by one, the file in which a lab writes them, and rules in the words of campaign files."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pyroshock.doe.factor_rules import holds, rules, short_between
 from pyroshock.doe.factors import DesignFactor, Requirement, Tie, connected, number_label
 from pyroshock.doe.space import Space, read_space
+from support.records.toy_bench import Design
 
 RADIUS = DesignFactor("tip_radius", "tip_radius_mm", ("30", "45", "60"), (30.0, 45.0, 60.0), True, 0, "mm")
 ANVIL = DesignFactor("anvil", "anvil", ("none", "aluminum", "steel"), None, False, 2)
@@ -44,6 +47,8 @@ def test_words_are_not_compared_as_numbers() -> None:
     position = DesignFactor("position_of_impact", "position_of_impact", ("1", "2"), None, False, 0)
     with pytest.raises(ValueError, match=r"'1\.0'; expected one of 1, 2"):
         position.index("1.0")
+    assert DesignFactor("velocity", "velocity_m_s", ("10",), (10.0,), True, 0, "m/s").unit == "m/s"
+    assert number_label(-0.0) == "0"
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
@@ -51,10 +56,6 @@ def test_label_reads_back_to_twelve_digits(number: float) -> None:
     label = number_label(number)
     assert float(label) == pytest.approx(number, rel=1e-11, abs=1e-300)
     assert number_label(float(label)) == label
-
-
-def test_no_negative_zero() -> None:
-    assert number_label(-0.0) == "0"
 
 
 @pytest.mark.parametrize(
@@ -81,25 +82,22 @@ def test_bad_factor_is_refused_by_name(change: dict[str, object], message: str) 
         DesignFactor(**{**vars(RADIUS), **change})
 
 
-def test_unit_of_a_quotient_ends_the_column() -> None:
-    assert DesignFactor("velocity", "velocity_m_s", ("10",), (10.0,), True, 0, "m/s").unit == "m/s"
-
-
-def test_insulator_needs_an_anvil() -> None:
+def test_rules_chain_factors_into_groups() -> None:
     [(members, combinations)] = connected([ANVIL, INSULATOR], [NEEDS_ANVIL])
     assert members == (ANVIL, INSULATOR)
     assert combinations == ((0, 0), (1, 0), (1, 1), (2, 0), (2, 1))
-
-
-def test_groups_stand_where_their_first_factor_does() -> None:
     names = [[factor.name for factor in members] for members, _ in connected([ANVIL, RADIUS, INSULATOR], [NEEDS_ANVIL])]
     assert names == [["anvil", "insulator"], ["tip_radius"]]
-
-
-def test_rules_chain_factors_into_one_group() -> None:
     radius_of_anvil = Tie(("anvil", "tip_radius"), (("none", "30"), ("aluminum", "45"), ("steel", "60")))
     [(_, combinations)] = connected([RADIUS, ANVIL, INSULATOR], [NEEDS_ANVIL, radius_of_anvil])
     assert combinations == ((0, 0, 0), (1, 1, 0), (1, 1, 1), (2, 2, 0), (2, 2, 1))
+    bare = Tie(("anvil", "insulator"), (("none", "polymeric"),))
+    with pytest.raises(ValueError, match="no feasible combination"):
+        connected([ANVIL, INSULATOR], [NEEDS_ANVIL, bare])
+    levels = tuple(map(str, range(400)))
+    factors = [DesignFactor(name, name, levels, None, False, 0) for name in ("a", "b", "c")]
+    with pytest.raises(ValueError, match=r"a\+b\+c: more than 100000 combinations"):
+        connected(factors, [Tie(("a", "b", "c"), ((levels[:3]),))])
 
 
 @pytest.mark.parametrize(
@@ -121,35 +119,16 @@ def test_rule_that_fits_nothing_is_refused(rule: Requirement | Tie, message: str
         connected([ANVIL, INSULATOR], [rule])
 
 
-def test_contradicting_rules_leave_nothing() -> None:
-    bare = Tie(("anvil", "insulator"), (("none", "polymeric"),))
-    with pytest.raises(ValueError, match="no feasible combination"):
-        connected([ANVIL, INSULATOR], [NEEDS_ANVIL, bare])
-
-
-def test_endless_combinations_are_refused() -> None:
-    levels = tuple(map(str, range(400)))
-    factors = [DesignFactor(name, name, levels, None, False, 0) for name in ("a", "b", "c")]
-    with pytest.raises(ValueError, match=r"a\+b\+c: more than 100000 combinations"):
-        connected(factors, [Tie(("a", "b", "c"), ((levels[:3]),))])
-
-
 def test_a_labs_own_file(tmp_path: Path) -> None:
     tied = '[[tied]]\nfactors = ["anvil", "radius"]\ncombinations = [["none", 15.0], ["steel", 30]]\n'
     space = _read(tmp_path, HEAD + FACTOR + "change = 2\n" + RADII + tied + "[bench]\ntank_pressure_limit_pa = 2e6\n")
     assert [axis.labels for axis in space.axes] == [("none/15", "steel/30")]
     assert space.factors[1].numbers == (15.0, 30.0) and space.factors[0].change == 2
     assert space.bench == {"tank_pressure_limit_pa": 2e6}
-
-
-def test_words_may_stand_for_values(tmp_path: Path) -> None:
     [speed] = _read(tmp_path, HEAD + SPEEDS).factors
     assert (speed.values, speed.numbers, speed.unit, speed.ordered) == ((7.0, 22.0), None, "m/s", True)
     with pytest.raises(ValueError, match="speed is '7'; expected one of low, high"):
         speed.index("7")
-
-
-def test_column_is_the_name_unless_said(tmp_path: Path) -> None:
     assert _read(tmp_path, HEAD + FACTOR).columns == ("anvil",)
 
 
@@ -222,13 +201,65 @@ def test_factor_that_recordings_know_otherwise_is_refused(tmp_path: Path, text: 
         _read(tmp_path, HEAD + text)
 
 
-def test_file_in_another_encoding_is_refused(tmp_path: Path) -> None:
+def test_unreadable_file_is_no_space(tmp_path: Path) -> None:
     file = tmp_path / "factors.toml"
     file.write_bytes((HEAD + FACTOR + "# Prüfstand").encode("latin-1"))
     with pytest.raises(ValueError, match="not UTF-8"):
         read_space(file)
-
-
-def test_missing_file_is_no_space(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
         read_space(tmp_path / "nowhere.toml")
+
+
+SETTINGS = [configuration.factors for configuration in Design().configurations()]
+
+
+def test_rules_for_the_same_settings_are_one() -> None:
+    texts = [rule.text for rule in rules(SETTINGS)]
+    assert "tank_pressure_bar > 3" in texts
+    assert "insulator = polymeric" in texts
+    assert "bullet_mass_kg <= 0.4" in texts
+    texts = [rule.text for rule in rules(STRIKERS)]
+    assert {f"striker = {word}" for word in WORDS} <= set(texts)
+    assert "shot by whom = Ann" in texts
+    assert "shot by whom = Bo and Cy" in texts
+    three = [{"anvil_material": ["none", "steel", "aluminum"][i % 3]} for i in range(9)]
+    assert "anvil_material != none" in [rule.text for rule in rules(three)]
+    assert not any("!=" in rule.text for rule in rules(SETTINGS))
+    assert len({rule.inside.tobytes() for rule in rules(SETTINGS)}) == len(rules(SETTINGS))
+    # Only one bullet was ever shot by that striker.
+    confounded = [{"bullet_mass": [0.25, 0.5][i % 2], "striker": ["127 mm", "254 mm"][i % 2]} for i in range(8)]
+    alike = {rule.text: rule.same for rule in rules(confounded)}
+    assert alike["bullet_mass_kg > 0.4"] == ("striker = 254 mm",)
+    with pytest.raises(LookupError, match="no factor 'weather'; there are: insulator"):
+        holds("weather = dry", {"insulator": "none"})
+    with pytest.raises(ValueError, match="is no rule"):
+        holds("everywhere", {"insulator": "none"})
+
+
+def test_a_rule_reads_back_as_what_it_holds_for() -> None:
+    for rule in rules(SETTINGS):
+        assert [holds(rule.text, setting) for setting in SETTINGS] == rule.inside.tolist()
+    for rule in rules(STRIKERS):
+        assert [holds(rule.text, setting) for setting in STRIKERS] == rule.inside.tolist(), rule.text
+    # A column of lengths in which somebody wrote a word: the ingest keeps numbers as numbers.
+    mixed = [{"striker": [254.0, 127.0, "long"][i % 3]} for i in range(9)]
+    results = {rule.text: rule.inside.tolist() for rule in rules(mixed)}
+    assert results["striker = 254"] == [i % 3 == 0 for i in range(9)]
+    assert results["striker = long"] == [i % 3 == 2 for i in range(9)]
+    mixed = [{"serial": [1000001.0, 1000002.0, "none"][i % 3]} for i in range(9)]
+    assert {"serial = 1000001", "serial = 1000002"} <= {rule.text for rule in rules(mixed)}
+
+
+#: As laboratories write them: lengths, names with an "and", signs, a number that is a name, a column with blanks.
+WORDS = ["254 mm", "127 mm", "PLA and steel", "a = b", "254"]
+STRIKERS = [
+    {"striker": WORDS[i % 5], "shot by whom": "Ann" if i % 2 else "Bo and Cy", "tank_pressure": 1e5 * i}
+    for i in range(20)
+]
+
+
+@given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e6))
+def test_short_number_lies_between(low: float, apart: float) -> None:
+    if low + apart > low:
+        number = short_between(low, low + apart)
+        assert low <= number < low + apart or np.isclose(number, low)

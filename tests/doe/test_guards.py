@@ -51,13 +51,13 @@ def _names(run: PlannedShot, bench: BenchLimits = BENCH) -> list[str]:
     return [item.limit for item in check_run(run, bench)]
 
 
-def test_gentle_shot_passes() -> None:
+def test_gentle_and_design_shots_pass() -> None:
     assert _names(GENTLE) == []
-
-
-def test_design_shot_of_the_thesis_passes() -> None:
+    refuse_unsafe([GENTLE], BENCH)
     # 1 kg at 80 m/s for 0.1 ms, eq. 2.6: what the bench was sized for, with the heavier plate.
     assert _names(PlannedShot("1", 8e5, 1.0, 80.0, "steel", contact_time_s=1e-4)) == []
+    at = PlannedShot("1", 0.8e6, 1.0, 80.0, "steel", peak_force_n=2.24e6)
+    assert _names(at) == []
 
 
 @pytest.mark.parametrize(
@@ -79,49 +79,32 @@ def test_each_limit_is_named(change: dict[str, float], exceeded: list[str]) -> N
     assert _names(replace(GENTLE, **change)) == exceeded
 
 
-def test_thin_safety_plate_is_named() -> None:
+def test_safety_plate_is_named() -> None:
     shot = replace(GENTLE, bullet_mass_kg=1.0, impact_velocity_m_s=70.0)
     assert _names(shot, replace(BENCH, safety_plate_thickness_m=0.007)) == ["safety_plate"]
-
-
-def test_margin_of_the_safety_plate_counts() -> None:
     shot = replace(GENTLE, bullet_mass_kg=1.0, impact_velocity_m_s=80.0)
     assert _names(shot) == []
     assert _names(shot, replace(BENCH, safety_plate_margin=2.0)) == ["safety_plate"]
 
 
-def test_light_plate_exceeds_the_accelerometers_first() -> None:
+def test_accelerometers_limit_light_plates_and_near_places() -> None:
     # 0.3 m2 of 10 mm aluminium is 8.1 kg: 10000 g at 794 kN.
     shot = replace(GENTLE, plate="aluminum", peak_force_n=8e5)
     (item,) = check_run(shot, BENCH)
     assert item.limit == "max_acceleration_m_s2"
     assert item.value == pytest.approx(8e5 / 8.1)
     assert _names(replace(shot, plate="steel")) == []
-
-
-def test_a_near_accelerometer_sees_the_wave() -> None:
     shot = replace(GENTLE, peak_force_n=1e5, contact_time_s=2e-4)
     assert _names(shot) == []
     assert _names(shot, replace(BENCH, accelerometer_distance_m=0.05)) == ["max_acceleration_m_s2"]
     assert _names(shot, replace(BENCH, accelerometer_distance_m=0.6)) == []
-
-
-def test_sensors_that_are_not_fitted_limit_nothing() -> None:
     bare = replace(BENCH, max_contact_force_n=math.inf, max_acceleration_m_s2=math.inf)
     assert _names(replace(GENTLE, peak_force_n=1e8), bare) == []
 
 
-def test_values_at_their_limits_pass() -> None:
-    at = PlannedShot("1", 0.8e6, 1.0, 80.0, "steel", peak_force_n=2.24e6)
-    assert _names(at) == []
-
-
-def test_contact_time_alone_gives_the_peak() -> None:
+def test_contact_time_and_peak_give_one_another() -> None:
     shot = PlannedShot("1", 1e5, 1.0, 80.0, "steel", contact_time_s=1e-4)
     assert shot.expected_peak_force_n == pytest.approx(1600e3)
-
-
-def test_peak_alone_gives_the_contact_time() -> None:
     shot = PlannedShot("1", 1e5, 1.0, 80.0, "steel", peak_force_n=1600e3)
     assert shot.expected_contact_time_s == pytest.approx(1e-4)
 
@@ -134,22 +117,15 @@ def test_a_harder_shot_is_never_safer(pressure: float, mass: float, velocity: fl
     assert set(_names(shot)) <= set(_names(harder))
 
 
-def test_refusal_names_run_limit_value_and_allowed() -> None:
+def test_refusal_is_one_line_and_carries_every_run() -> None:
     with pytest.raises(UnsafeRunError, match=r"1 of 2 .*run 12: tank pressure 900,000 Pa, allowed 800,000"):
         refuse_unsafe([GENTLE, replace(GENTLE, run="12", tank_pressure_pa=9e5)], BENCH)
-
-
-def test_refusal_is_one_line_and_carries_every_run() -> None:
     runs = [replace(GENTLE, run=str(number), tank_pressure_pa=9e5) for number in range(1, 21)]
     with pytest.raises(UnsafeRunError, match="and 15 more") as caught:
         refuse_unsafe(runs, BENCH)
     assert "\n" not in str(caught.value)
     assert [run.run for run, _ in caught.value.exceeded] == [run.run for run in runs]
     assert all(items[0].allowed == 0.8e6 for _, items in caught.value.exceeded)
-
-
-def test_safe_plan_is_not_refused() -> None:
-    refuse_unsafe([GENTLE], BENCH)
 
 
 @pytest.mark.parametrize(
@@ -170,9 +146,6 @@ def test_unusable_shot_is_refused_by_name(change: dict[str, float | None], messa
 def test_unknown_plate_is_refused() -> None:
     with pytest.raises(ValueError, match="plate 'copper'"):
         check_run(replace(GENTLE, plate="copper"), BENCH)
-
-
-# --- velocity levels and rows of a plan -----------------------------------------------------------------------------
 
 
 def test_pressures_give_the_velocities_back() -> None:
@@ -202,18 +175,16 @@ def test_row_becomes_a_shot_on_its_anvil() -> None:
         MATERIALS["PLA"], MATERIALS["aluminum"], tip_radius_m=0.045, bullet_mass_kg=0.5, impact_velocity_m_s=10.0
     )
     assert shot == PlannedShot("7", PRESSURES["medium", 0.5], 0.5, 10.0, "steel", "aluminum", *reversed(contact))
-
-
-def test_row_without_anvil_meets_the_plate() -> None:
     bare, steel = planned_shots(
         [ROW | {"anvil_material": "none"}, ROW | {"anvil_material": "steel"}], LEVELS, PRESSURES, MATERIALS
     )
     assert bare.peak_force_n == steel.peak_force_n
-
-
-def test_rows_without_numbers_are_counted() -> None:
     rows = [{key: value for key, value in ROW.items() if key != "run"}] * 2
     assert [shot.run for shot in planned_shots(rows, LEVELS, PRESSURES, MATERIALS)] == ["1", "2"]
+    with pytest.raises(ValueError, match="run 7: column 'tip_radius_mm'"):
+        planned_shots(
+            [{key: value for key, value in ROW.items() if key != "tip_radius_mm"}], LEVELS, PRESSURES, MATERIALS
+        )
 
 
 @pytest.mark.parametrize(
@@ -230,13 +201,6 @@ def test_rows_without_numbers_are_counted() -> None:
 def test_row_that_is_not_understood_is_refused(change: dict[str, str], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         planned_shots([ROW | change], LEVELS, PRESSURES, MATERIALS)
-
-
-def test_missing_column_is_refused() -> None:
-    with pytest.raises(ValueError, match="run 7: column 'tip_radius_mm'"):
-        planned_shots(
-            [{key: value for key, value in ROW.items() if key != "tip_radius_mm"}], LEVELS, PRESSURES, MATERIALS
-        )
 
 
 def test_table_a1_passes_at_moderate_levels(thesis_tables: Path) -> None:

@@ -77,11 +77,17 @@ def test_gun_plan_takes_ten_seconds() -> None:
 
 
 def test_gun_plan_is_all_that_was_asked_for() -> None:
-    """By default. Eight times the steps leave 6 uneven triples too, rms 0.459."""
+    # By default. Eight times the steps leave 6 uneven triples too, rms 0.459.
     treatments = balance_levels(GUN, 105, _rng(1)).treatments
     _all_asked_for(treatments)
     found = quality(GUN, treatments)
     assert found.worst_triple < 2 and found.uneven_triples <= 15 and found.rms_triple < 0.49
+    # Fifteen runs of one plate are lost; what replaces them restores the whole.
+    plan = balance_levels(GUN, 105, _rng(2), steps=FEW).treatments
+    recorded = plan[np.sort(np.argsort(plan[:, 0], kind="stable")[15:])]
+    assert quality(GUN, recorded).worst_level >= 7
+    more = augment(GUN, recorded, 15, lambda space, n, fixed: balance_levels(space, n, _rng(3), fixed=fixed))
+    _all_asked_for(np.vstack([recorded, more.treatments]))
 
 
 @pytest.mark.parametrize("seed", [0, 3])
@@ -127,47 +133,36 @@ def test_single_axis_is_shared_out(n: int) -> None:
     assert np.ptp(np.bincount(rows[:, 0], minlength=5)) <= 1
 
 
-def test_orthogonal_array_is_found() -> None:
-    """L9 of four factors of three levels: every pair of levels once."""
+def test_arrays_with_a_known_balance_are_found() -> None:
+    # L9 of four factors of three levels: every pair of levels once.
     space = _space(3, 3, 3, 3)
     assert quality(space, balance_levels(space, 9, _rng(0)).treatments).worst_pair == pytest.approx(0.0)
-
-
-def test_half_a_factorial_has_even_triples() -> None:
-    """The half fraction of 2^4, in which all triples stand once."""
+    # The half fraction of 2^4, in which all triples stand once.
     space = _space(2, 2, 2, 2)
     assert quality(space, balance_levels(space, 8, _rng(1)).treatments).worst_triple == pytest.approx(0.0)
-
-
-def test_lost_runs_are_made_good() -> None:
-    """Fifteen runs of one plate are lost; what replaces them restores the whole."""
-    plan = balance_levels(GUN, 105, _rng(2), steps=FEW).treatments
-    recorded = plan[np.sort(np.argsort(plan[:, 0], kind="stable")[15:])]
-    assert quality(GUN, recorded).worst_level >= 7
-    more = augment(GUN, recorded, 15, lambda space, n, fixed: balance_levels(space, n, _rng(3), fixed=fixed))
-    _all_asked_for(np.vstack([recorded, more.treatments]))
 
 
 def test_fixed_runs_are_not_taken_again() -> None:
     fixed = HAMMER.all_treatments()[:150]
     rows = balance_levels(HAMMER, 30, _rng(0), fixed=fixed).treatments
     assert len(np.unique(np.vstack([fixed, rows]), axis=0)) == 180
-
-
-def test_fixed_runs_that_repeat_are_no_obstacle() -> None:
     fixed = np.repeat(ODD.all_treatments()[:2], 3, axis=0)
     rows = balance_levels(ODD, ODD.size - 1, _rng(0), fixed=fixed).treatments
     assert len(np.unique(np.vstack([fixed, rows]), axis=0)) == ODD.size
+    with pytest.raises(ValueError, match="treatments are"):
+        balance_levels(GUN, 5, _rng(0), fixed=HAMMER.all_treatments()[:, :4])
 
 
 def test_large_spaces_are_balanced_too() -> None:
-    """3^9 treatments, too many for a table: level counts exact, pairs better than at random, nothing twice."""
+    # 3^9 treatments, too many for a table: level counts exact, pairs better than at random, nothing twice.
     space = _space(*[3] * 9)
     rows = balance_levels(space, 30, _rng(0), steps=150).treatments
     random = _rng(1).permuted(np.repeat(np.arange(3), 10)[:, None].repeat(9, axis=1), axis=0)
     found, by_chance = quality(space, rows), quality(space, random)
     assert (found.distinct, found.worst_level) == (30, 0.0)
     assert found.worst_pair <= by_chance.worst_pair and found.rms_triple < by_chance.rms_triple
+    with pytest.raises(ValueError, match="2000 runs of 2187 treatments; expected half"):
+        balance_levels(_space(*[3] * 7), 2000, _rng(0))
 
 
 @pytest.mark.parametrize(
@@ -177,16 +172,6 @@ def test_large_spaces_are_balanced_too() -> None:
 def test_nothing_to_do_is_refused(n: int, steps: int | None, message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
         balance_levels(GUN, n, _rng(0), steps=steps)
-
-
-def test_too_many_runs_of_a_large_space_are_refused() -> None:
-    with pytest.raises(ValueError, match="2000 runs of 2187 treatments; expected half"):
-        balance_levels(_space(*[3] * 7), 2000, _rng(0))
-
-
-def test_fixed_rows_of_another_space_are_refused() -> None:
-    with pytest.raises(ValueError, match="treatments are"):
-        balance_levels(GUN, 5, _rng(0), fixed=HAMMER.all_treatments()[:, :4])
 
 
 # The criterion and the swaps.
@@ -212,10 +197,24 @@ def test_criterion_is_the_sum_of_squared_counts(order: int, weights: tuple[float
     assert expected >= least_squares(60, SIZES, order)
 
 
-def test_least_squares_is_that_of_a_factorial() -> None:
+def test_criterion_of_a_factorial_and_of_runs_that_are_replaced() -> None:
     rows = GUN.all_treatments()
     found = sum(int((cell_counts(rows, SIZES, axes) ** 2).sum()) for axes in itertools.combinations(range(6), 3))
     assert least_squares(810, SIZES, 3) == found
+    rows = _rng(3).permutation(GUN.all_treatments())[:30]
+    kernel, ids = _kernel(30), rows @ strides_of(SIZES)
+    changed = _surface(rows, kernel)
+    changed.replace(ids[:2], np.array([700, 701]))
+    fresh = _surface(np.vstack([rows[2:], GUN.all_treatments()[[700, 701]]]), kernel)
+    one, other = (surface.field(np.arange(GUN.size)) for surface in (changed, fresh))
+    np.testing.assert_allclose(one, other, rtol=1e-9)
+    # Runs taken away from a full factorial, against the total of those that remain: the same but for a constant.
+    every, nothing = GUN.all_treatments(), np.zeros(GUN.size)
+    kernel = _kernel(800)
+    landscape = TabulatedCriterion(kernel, every, np.ones(GUN.size), -1.0, nothing)
+    first, second = _rng(5).permutation(GUN.size).reshape(-1, 10)[:2]
+    totals = [_total(kernel, np.delete(every, runs, axis=0)) for runs in (first, second)]
+    assert landscape.height(first) - landscape.height(second) == pytest.approx(totals[0] - totals[1], rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -254,16 +253,6 @@ def test_swaps_change_the_criterion_as_they_say() -> None:
         assert swaps.become[:, partner, axis].tolist() == (after[[3, partner]] @ strides).tolist()
 
 
-def test_replaced_runs_are_those_of_the_field() -> None:
-    rows = _rng(3).permutation(GUN.all_treatments())[:30]
-    kernel, ids = _kernel(30), rows @ strides_of(SIZES)
-    changed = _surface(rows, kernel)
-    changed.replace(ids[:2], np.array([700, 701]))
-    fresh = _surface(np.vstack([rows[2:], GUN.all_treatments()[[700, 701]]]), kernel)
-    one, other = (surface.field(np.arange(GUN.size)) for surface in (changed, fresh))
-    np.testing.assert_allclose(one, other, rtol=1e-9)
-
-
 @pytest.mark.parametrize("steps", [1, 7, 60])
 def test_compiled_steps_are_those_of_the_criterion(steps: int) -> None:
     """The table holds what the criterion says: the same draws make the same swaps."""
@@ -272,16 +261,6 @@ def test_compiled_steps_are_those_of_the_criterion(steps: int) -> None:
     plain = anneal(_surface(rows, kernel), rows, SIZES, steps, _rng(7), partners=20)
     assert compiled.tolist() == plain.tolist()
     assert compiled.tolist() != rows.tolist()
-
-
-def test_leaving_out_has_the_criterion_of_what_stays() -> None:
-    """Runs taken away from a full factorial, against the total of those that remain: the same but for a constant."""
-    every, nothing = GUN.all_treatments(), np.zeros(GUN.size)
-    kernel = _kernel(800)
-    landscape = TabulatedCriterion(kernel, every, np.ones(GUN.size), -1.0, nothing)
-    first, second = _rng(5).permutation(GUN.size).reshape(-1, 10)[:2]
-    totals = [_total(kernel, np.delete(every, runs, axis=0)) for runs in (first, second)]
-    assert landscape.height(first) - landscape.height(second) == pytest.approx(totals[0] - totals[1], rel=1e-6)
 
 
 def test_annealing_keeps_level_counts() -> None:
@@ -303,19 +282,13 @@ def test_shares_even_out_what_is_there(already: list[int], n: int, seed: int) ->
     assert all(total[k] - total.min() <= 1 for k in np.flatnonzero(counts))
 
 
-def test_shares_stop_at_capacity() -> None:
+def test_levels_get_their_shares() -> None:
     assert level_counts(np.zeros(3), np.array([1, 9, 9]), 9, _rng(0)).tolist() == [1, 4, 4]
     with pytest.raises(ValueError, match="5 in all; expected at least n = 6"):
         level_counts(np.zeros(2), np.array([2, 3]), 6, _rng(0))
-
-
-def test_hypercube_is_cut_into_the_counts() -> None:
     counts = [np.array([2, 0, 5]), np.array([3, 4])]
     rows = draw_hypercube(counts, 7, _rng(0))
     assert [np.bincount(rows[:, axis]).tolist() for axis in range(2)] == [[2, 0, 5], [3, 4]]
-
-
-def test_repair_replaces_what_repeats_or_is_not_in_the_pool() -> None:
     levels = np.array([[0], [1], [2], [3], [4]])
     repaired = repair_level_shares(np.array([0, 0, 1]), np.array([0, 2, 3]), levels, [np.array([1, 0, 0, 2, 0])])
     assert sorted(repaired.tolist()) == [0, 2, 3]

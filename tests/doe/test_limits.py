@@ -52,30 +52,24 @@ velocities = st.floats(1.0, 300.0)
 radii = st.floats(0.005, 0.2)
 
 
-# --- safety plate ---------------------------------------------------------------------------------------------------
-
-
-def test_ten_millimetres_of_aluminium_stop_the_thesiss_projectile() -> None:
+def test_safety_plates_stop_the_thesiss_projectile() -> None:
     # The coefficient was identified from this very figure: what is tested is that it was done rightly.
     assert nishiwaki_limit(1.0, 0.048, 0.010) >= 150.0
     assert nishiwaki_thickness(1.0, 0.048, 150.0) == pytest.approx(0.010, abs=5e-5)
+    assert forrestal_limit(1.0, 0.048, 0.005) >= 150.0
+    for yield_strength in (355e6, 400e6):
+        stress = hole_opening_stress(yield_strength, bulk_modulus(200e9, 0.3), 0.3)
+        assert round(1e3 * forrestal_thickness(1.0, 0.048, 150.0, opening_stress_pa=stress)) == 5
 
 
-def test_aluminium_resists_less_than_its_hole_opening_stress() -> None:
+def test_hole_opening_stress_bounds_the_resistance_and_has_a_closed_form() -> None:
     # An independent bound on the coefficient: Al6061-T6 by eq. 2.3 from above, annealed aluminium (55 MPa) from below.
     resistance = STANDARD_GRAVITY_M_S2 * STATIC_RESISTANCE_KGF_M2
     modulus = bulk_modulus(69.9e9, 0.33)
     assert hole_opening_stress(55e6, modulus, 0.33) < resistance < hole_opening_stress(276e6, modulus, 0.33)
-
-
-def test_five_millimetres_of_steel_stop_the_thesiss_projectile() -> None:
-    assert forrestal_limit(1.0, 0.048, 0.005) >= 150.0
-
-
-@pytest.mark.parametrize("yield_strength", [355e6, 400e6])
-def test_around_five_millimetres_for_either_yield_strength(yield_strength: float) -> None:
-    stress = hole_opening_stress(yield_strength, bulk_modulus(200e9, 0.3), 0.3)
-    assert round(1e3 * forrestal_thickness(1.0, 0.048, 150.0, opening_stress_pa=stress)) == 5
+    poisson = 0.5 - 1e-9
+    stress = hole_opening_stress(300e6, bulk_modulus(200e9, poisson), poisson)
+    assert stress == pytest.approx(150e6 * (1 + math.log(2 * 200e9 / (3 * 300e6))), rel=1e-6)
 
 
 @settings(max_examples=50)
@@ -98,9 +92,6 @@ def test_nishiwaki_is_the_integral_of_its_law_of_motion() -> None:
     assert nishiwaki_limit(
         mass, diameter, thick, density_kg_m3=density, static_resistance_pa=resistance
     ) == pytest.approx(velocity, rel=1e-8)
-
-
-def test_laws_agree_where_inertia_of_the_plate_vanishes() -> None:
     light = nishiwaki_limit(1.0, 0.048, 0.005, density_kg_m3=1e-6, static_resistance_pa=1e9)
     assert light == pytest.approx(forrestal_limit(1.0, 0.048, 0.005, opening_stress_pa=1e9), rel=1e-9)
 
@@ -125,24 +116,12 @@ def test_hole_opening_stress_by_following_the_expansion(poisson: float) -> None:
     assert hole_opening_stress(strength, bulk_modulus(modulus, poisson), poisson) == pytest.approx(expected, rel=1e-3)
 
 
-def test_hole_opening_stress_of_an_incompressible_solid() -> None:
-    poisson = 0.5 - 1e-9
-    stress = hole_opening_stress(300e6, bulk_modulus(200e9, poisson), poisson)
-    assert stress == pytest.approx(150e6 * (1 + math.log(2 * 200e9 / (3 * 300e6))), rel=1e-6)
-
-
-# --- contact force --------------------------------------------------------------------------------------------------
-
-
-def test_equation_2_6_gives_1600_kn() -> None:
-    assert raised_sine_peak_force(1.0, 80.0, 1e-4) == pytest.approx(1600e3)
-
-
-@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
-def test_raised_sine_carries_the_impulse(restitution: float) -> None:
-    peak = raised_sine_peak_force(0.5, 12.0, 3e-4, restitution=restitution)
-    impulse, _ = quad(lambda t: peak * math.sin(math.pi * t / 3e-4) ** 2, 0, 3e-4)
-    assert impulse == pytest.approx(0.5 * 12.0 * (1 + restitution), rel=1e-9)
+def test_raised_sine_carries_the_impulse() -> None:
+    assert raised_sine_peak_force(1.0, 80.0, 1e-4) == pytest.approx(1600e3)  # eq. 2.6
+    impulse_over_peak, _ = quad(lambda t: math.sin(math.pi * t / 3e-4) ** 2, 0, 3e-4)
+    for restitution in (0.0, 0.5, 1.0):
+        peak = raised_sine_peak_force(0.5, 12.0, 3e-4, restitution=restitution)
+        assert peak * impulse_over_peak == pytest.approx(0.5 * 12.0 * (1 + restitution), rel=1e-9)
 
 
 def test_hertz_is_the_integral_of_its_law_of_motion() -> None:
@@ -173,11 +152,8 @@ def test_hertz_is_equations_1_23_and_1_25_for_a_sphere(radius: float, velocity: 
     assert contact.peak_force_n == pytest.approx(peak_n, rel=1e-3)
 
 
-def test_time_constant_is_that_of_equation_1_26() -> None:
-    assert pytest.approx(2.9432, abs=1e-4) == HERTZ_TIME
-
-
 def test_a_sine_squared_pulse_rises_as_fast_as_hertzs() -> None:
+    assert pytest.approx(2.9432, abs=1e-4) == HERTZ_TIME
     # `wave_acceleration` takes pi F / tau for the steepest rise; Hertz's is 2.905 F / tau.
     s = np.linspace(0, 1, 100_001)
     steepest = 1.5 * HERTZ_TIME * np.max(np.sqrt(s) * np.sqrt(1 - s**2.5))
@@ -185,18 +161,14 @@ def test_a_sine_squared_pulse_rises_as_fast_as_hertzs() -> None:
     assert steepest < math.pi
 
 
-# --- the plate's acceleration ---------------------------------------------------------------------------------------
-
-
-def test_rigid_plate_obeys_newton() -> None:
+def test_plate_obeys_newton_and_has_the_impedance_of_a_thin_plate() -> None:
     mass = 7800.0 * 0.010 * 0.3
     assert STEEL_PLATE.rigid_acceleration(1e5) == pytest.approx(1e5 / mass)
-
-
-def test_impedance_of_the_thin_plate_in_its_other_form() -> None:
     # 2.31 c_L rho h^2, c_L = sqrt(E / (rho (1 - nu^2))), as handbooks print it.
     speed = math.sqrt(1 / (STEEL.compliance * 7800.0))
     assert STEEL_PLATE.impedance_kg_s == pytest.approx(2.31 * speed * 7800.0 * 0.010**2, rel=1e-3)
+    struck = STEEL_PLATE.wave_acceleration(3e5, 1e-4, 0.0)
+    assert struck == pytest.approx(math.pi * 3e5 / 1e-4 / STEEL_PLATE.impedance_kg_s)
 
 
 def _integrated_wave(plate: ResonantPlate, force: float, contact_time: float, distance: float) -> float:
@@ -222,37 +194,17 @@ def test_wave_acceleration_bounds_the_integral(distance: float) -> None:
     assert exact <= bound <= 2 * exact
 
 
-def test_wave_acceleration_where_the_plate_is_struck() -> None:
-    struck = STEEL_PLATE.wave_acceleration(3e5, 1e-4, 0.0)
-    assert struck == pytest.approx(math.pi * 3e5 / 1e-4 / STEEL_PLATE.impedance_kg_s)
-
-
-# --- bolts and suspension -------------------------------------------------------------------------------------------
-
-
-def test_m20_of_class_10_9_withstands_176_kn() -> None:
-    assert tensile_resistance(1000e6, 245e-6) == pytest.approx(176.4e3)
-
-
-def test_m20_thread_is_iso() -> None:
+def test_m20_is_iso_and_eight_of_them_hold_the_load_cells() -> None:
     assert M20.pitch_diameter_m == pytest.approx(18.376e-3, abs=5e-7)
     assert M20.root_diameter_m == pytest.approx(16.933e-3, abs=5e-7)
     assert M20.stress_area_m2 == pytest.approx(245e-6, abs=5e-7)
-
-
-def test_load_cell_array_measures_2240_kn() -> None:
+    assert tensile_resistance(1000e6, 245e-6) == pytest.approx(176.4e3)
     array = LoadCellArray()
     assert array.capacity_n == pytest.approx(2240e3)
     assert array.preload_per_bolt_n == pytest.approx(140e3)
     assert array.preload_per_bolt_n < tensile_resistance(1000e6, M20.stress_area_m2)
-
-
-def test_preload_takes_320_newton_metres() -> None:
     torque = tightening_torque(140e3, M20, bearing_diameter_m=M20_BEARING_M, friction=0.08)
     assert torque == pytest.approx(320.0, rel=0.01)
-
-
-def test_torque_as_printed_gives_less_than_half() -> None:
     # Eq. 2.11 multiplies the terms of pitch and thread: why the sum is the law.
     printed = 140e3 * (0.16 * 2.5e-3 * 0.58 * 18.376e-3 * 0.08 + M20_BEARING_M / 2 * 0.08)
     assert printed == pytest.approx(142.0, abs=1.0)
@@ -269,33 +221,22 @@ def test_torque_is_the_inclined_plane(friction: float) -> None:
     assert torque == pytest.approx(exact, rel=0.03)
 
 
-def test_safety_factors_of_table_2_1() -> None:
+def test_suspension_is_that_of_table_2_1(thesis_tables: Path) -> None:
     factors = {part.name: part.safety_factor for part in TABLE_2_1}
     assert factors == pytest.approx({"chain": 10.3, "shackle": 4.10, "connecting links": 3.98, "rope": 2.3}, abs=0.01)
     assert all(part.holds for part in TABLE_2_1)
-
-
-def test_table_2_1_is_the_references(thesis_tables: Path) -> None:
     with (thesis_tables / "table_2_1_suspension.csv").open(newline="") as handle:
         rows = {row["component"]: row for row in csv.DictReader(handle)}
     assert {part.name: (part.load_n, part.rated_load_n) for part in TABLE_2_1} == {
         name: (float(row["load_n"]), float(row["rated_load_n"])) for name, row in rows.items()
     }
-
-
-def test_overloaded_part_does_not_hold() -> None:
     assert not SuspensionPart("chain", 7765.0, 30000.0).holds
 
 
-# --- limits of a bench ----------------------------------------------------------------------------------------------
-
-
-def test_defaults_let_the_design_shot_pass_the_safety_plate() -> None:
+def test_limits_are_read_by_name() -> None:
+    assert read_limits({}) == BenchLimits()
     limits = BenchLimits()
     assert limits.ballistic_limit(1.0) / limits.safety_plate_margin >= limits.max_impact_velocity_m_s
-
-
-def test_limits_are_read_by_name() -> None:
     plate = {
         "youngs_modulus_pa": 110e9,
         "poisson_ratio": 0.34,
@@ -309,10 +250,8 @@ def test_limits_are_read_by_name() -> None:
     assert limits.max_tank_pressure_pa == 1e6
     assert limits.ballistic_limit(1.0) == BALLISTIC_LAWS["steel"](1.0, 0.048, 0.010)
     assert limits.plate("titanium").mass_per_area_kg_m2 == pytest.approx(88.6)
-
-
-def test_nothing_given_is_the_thesiss_bench() -> None:
-    assert read_limits({}) == BenchLimits()
+    with pytest.raises(ValueError, match=r"plate 'copper'.*aluminum, steel"):
+        BenchLimits().plate("copper")
 
 
 @pytest.mark.parametrize(
@@ -334,14 +273,6 @@ def test_nothing_given_is_the_thesiss_bench() -> None:
 def test_unusable_limits_are_refused_by_name(table: dict[str, object], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         read_limits(table)
-
-
-def test_unknown_plate_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"plate 'copper'.*aluminum, steel"):
-        BenchLimits().plate("copper")
-
-
-# --- bad input ------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])

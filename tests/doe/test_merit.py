@@ -42,19 +42,23 @@ def _every(*sizes: int) -> NDArray[np.int64]:
     return np.indices(sizes).reshape(len(sizes), -1).T.astype(np.int64)
 
 
-def test_full_factorial_is_perfect() -> None:
+def test_full_factorial_is_perfect_and_table_a1_has_its_quoted_figures(thesis_tables: Path) -> None:
     found = quality(GUN, GUN.all_treatments())
     assert (found.runs, found.distinct) == (810, 810)
     assert max(found.worst_level, found.worst_pair, found.worst_triple, found.rms_triple) < 1e-9
     assert found.largest_correlation == pytest.approx(0.0, abs=1e-12)
     assert found.d_efficiency == pytest.approx(found.d_efficiency_limit, rel=1e-12)
     assert (found.uneven_triples, found.fewest_differences) == (0, 1)
-
-
-def test_level_counts_are_named() -> None:
-    found = quality(HAMMER, HAMMER.all_treatments()).level_counts
-    assert found["anvil_material+insulator"]["steel/polymeric"] == 180 // 5
-    assert found["tip_material+tip_radius"] == {"aluminum/30": 60, "delrin/30": 60, "polyurethane/15": 60}
+    counts = quality(HAMMER, HAMMER.all_treatments()).level_counts
+    assert counts["anvil_material+insulator"]["steel/polymeric"] == 180 // 5
+    assert counts["tip_material+tip_radius"] == {"aluminum/30": 60, "delrin/30": 60, "polyurethane/15": 60}
+    with (thesis_tables / "table_a1_lhs_105_runs.csv").open(newline="") as handle:
+        found = quality(GUN, GUN.treatments(list(csv.DictReader(handle))))
+    assert (found.runs, found.distinct, found.worst_pair) == (105, 98, 11.5)
+    assert round(found.centred_discrepancy, 3) == 0.114
+    assert round(found.wrap_around_discrepancy, 3) == 0.597
+    assert round(found.d_efficiency, 3) == 0.469
+    assert found.changeovers["plate_material"] == 1
 
 
 def test_deviations_are_from_the_share() -> None:
@@ -64,9 +68,6 @@ def test_deviations_are_from_the_share() -> None:
     assert worst_deviation(runs, [2, 2, 2], 2) == 2 - 3 / 4
     assert rms_deviation(runs, [2, 2, 2], 3) == pytest.approx(math.sqrt((3 * (5 / 8) ** 2 + 5 * (3 / 8) ** 2) / 8))
     assert beyond_one(runs, [2, 2, 2], 2) == 1
-
-
-def test_too_few_axes_for_triples_deviate_by_nothing() -> None:
     assert worst_deviation(_every(2, 2), [2, 2], 3) == rms_deviation(_every(2, 2), [2, 2], 3) == 0.0
 
 
@@ -83,15 +84,9 @@ def test_correlation_of_two_levels_is_pearson() -> None:
     runs = rng.integers(2, size=(30, 2))
     expected = abs(float(np.corrcoef(runs.T)[0, 1]))
     assert largest_correlation(runs, [2, 2]) == pytest.approx(expected, rel=1e-9)
-
-
-def test_confounded_axes_correlate_fully() -> None:
-    """Also where the order of the levels hides it from Pearson."""
+    # Also where the order of the levels hides it from Pearson.
     runs = np.array([[0, 1], [1, 0], [2, 2]] * 4)
     assert largest_correlation(runs, [3, 3]) == pytest.approx(1.0)
-
-
-def test_constant_axis_correlates_with_nothing() -> None:
     assert largest_correlation(np.array([[0, 0], [0, 1], [0, 1]]), [2, 2]) == pytest.approx(0.0, abs=1e-12)
 
 
@@ -100,27 +95,15 @@ def test_d_efficiency_limit_is_that_of_a_factorial(sizes: tuple[int, ...]) -> No
     assert d_efficiency(_every(*sizes), sizes) == pytest.approx(d_efficiency_limit(sizes), rel=1e-12)
 
 
-def test_d_efficiency_limit_of_two_levels_is_one() -> None:
+def test_d_efficiency_and_discrepancies_have_closed_forms() -> None:
     assert d_efficiency_limit([2, 2, 2]) == pytest.approx(1.0)
-
-
-def test_d_efficiency_is_zero_where_an_effect_is_missing() -> None:
     assert d_efficiency(np.array([[0, 0], [0, 1], [0, 2]]), [2, 3]) == 0.0
     assert d_efficiency(_every(2, 3)[:2], [2, 3]) == 0.0
-
-
-def test_main_effects_are_in_effect_coding() -> None:
     assert main_effects(np.array([[0], [1], [2]]), [3]).tolist() == [[1, 1, 0], [1, 0, 1], [1, -1, -1]]
-
-
-def test_discrepancies_of_one_centred_point_have_closed_forms() -> None:
-    """Hickernell's sums at x = 1/2 in d axes: (13/12)^d - 2 + 1, and -(4/3)^d + (3/2)^d."""
+    # Hickernell's sums at x = 1/2 in d axes: (13/12)^d - 2 + 1, and -(4/3)^d + (3/2)^d.
     point = np.full((1, 3), 0.5)
     assert discrepancy(point, "CD") == pytest.approx((13 / 12) ** 3 - 1)
     assert discrepancy(point, "WD") == pytest.approx(1.5**3 - (4 / 3) ** 3)
-
-
-def test_unknown_discrepancy_is_refused() -> None:
     with pytest.raises(ValueError, match="'L2'; expected CD or WD"):
         discrepancy(np.full((1, 2), 0.5), "L2")
 
@@ -130,59 +113,33 @@ def test_nearest_runs_set_the_distances() -> None:
     points = np.stack([(runs[:, 0] + 0.5) / 2, (runs[:, 1] + 0.5) / 3], axis=1)
     assert minimum_distance(points) == pytest.approx(1 / 3)
     assert fewest_differences(runs) == 1
-
-
-def test_single_run_is_far_from_everything() -> None:
     found = quality(GUN, GUN.all_treatments()[:1])
     assert found.minimum_distance == math.inf
     assert (found.distinct, found.fewest_differences, found.d_efficiency) == (1, 6, 0.0)
+    with pytest.raises(ValueError, match="no run"):
+        quality(GUN, np.zeros((0, 6), dtype=np.int64))
 
 
 def test_places_are_centres_of_equal_cells() -> None:
     for axis, places in zip(GUN.axes, axis_centres(GUN), strict=True):
         assert sorted(places) == pytest.approx([(k + 0.5) / axis.size for k in range(axis.size)])
-
-
-def test_combinations_are_placed_by_their_last_factor() -> None:
     axis, places = GUN.axes[1], axis_centres(GUN)[1]
     assert [axis.labels[k] for k in np.argsort(places)] == [
         "none/none", "aluminum/none", "steel/none", "aluminum/polymeric", "steel/polymeric",
     ]  # fmt: skip
 
 
-def test_table_a1_has_its_quoted_figures(thesis_tables: Path) -> None:
-    with (thesis_tables / "table_a1_lhs_105_runs.csv").open(newline="") as handle:
-        found = quality(GUN, GUN.treatments(list(csv.DictReader(handle))))
-    assert (found.runs, found.distinct, found.worst_pair) == (105, 98, 11.5)
-    assert round(found.centred_discrepancy, 3) == 0.114
-    assert round(found.wrap_around_discrepancy, 3) == 0.597
-    assert round(found.d_efficiency, 3) == 0.469
-    assert found.changeovers["plate_material"] == 1
-
-
-def test_no_run_has_no_quality() -> None:
-    with pytest.raises(ValueError, match="no run"):
-        quality(GUN, np.zeros((0, 6), dtype=np.int64))
-
-
-def test_compare_names_the_better_of_two() -> None:
+def test_compare_names_the_better_of_two_and_the_matrix_their_pairs() -> None:
     every = GUN.all_treatments()
     rows = {row.figure: row for row in compare(quality(GUN, every), quality(GUN, every[:100]))}
     assert (rows["runs"].a, rows["runs"].b, rows["runs"].better) == ("810", "100", "")
     assert rows["worst pair from its share"].better == rows["D-efficiency"].better == "a"
     assert rows["changeovers, velocity_level"].better == "b"
     assert len(rows) == len(FIGURES) + len(GUN.factors)
-
-
-def test_compare_leaves_foreign_factors_blank() -> None:
-    rows = compare(quality(GUN, GUN.all_treatments()), quality(HAMMER, HAMMER.all_treatments()))
-    (speed,) = [row for row in rows if row.figure == "changeovers, hammer_speed"]
+    compared = compare(quality(GUN, every), quality(HAMMER, HAMMER.all_treatments()))
+    (speed,) = [row for row in compared if row.figure == "changeovers, hammer_speed"]
     assert (speed.a, speed.better) == ("", "")
-
-
-def test_pair_matrix_shows_counts_above_the_share() -> None:
-    rows = GUN.all_treatments()[:405]  # the first plate only
-    found = pair_matrix(GUN, rows)
+    found = pair_matrix(GUN, every[:405])  # the first plate only
     assert found.shape == (sum(SIZES), sum(SIZES))
     assert (found[0, 0], found[1, 1]) == (202.5, -202.5)
     assert np.isnan(found[0, 1])
@@ -197,11 +154,7 @@ def test_quality_is_drawn_for_each_design() -> None:
     limits = [axes.get_xlim() + axes.get_ylim() for axes in figure.axes[2:4]]
     assert limits[0] == limits[1]
     figure.canvas.draw()
-
-
-def test_spaces_without_triples_are_drawn_too() -> None:
     space = replace(GUN, factors=GUN.factors[:1], axes=GUN.axes[:1], rules=())
-    figure = Figure()
     draw_quality(figure, space, {"two": space.all_treatments()})
     figure.canvas.draw()
 

@@ -44,9 +44,21 @@ def test_gun_changes_plate_once_and_anvils_least(seed: int) -> None:
     assert (found["plate_material"], found["anvil_material"], found["insulator"]) == (1, 4, 4)
 
 
-def test_hammer_changes_its_boundary_once() -> None:
+def test_blocks_of_hard_factors_are_visited_once() -> None:
     found = changeovers(HAMMER, _ordered(HAMMER, HAMMER.all_treatments(), 0))
     assert (found["boundary_conditions"], found["anvil_material"]) == (1, 4)
+    space = space_of("s", "gun", [_word("easy", 4, 0), _word("hard", 3, 1), _word("hardest", 4, 5)])
+    found = changeovers(space, _ordered(space, space.all_treatments(), 1))
+    assert (found["hardest"], found["hard"]) == (3, 4 * 2)
+    assert found["easy"] > 20
+    # Eight combinations of two factors: beyond what is tried out.
+    hard = [_word("a", 4, 2), _word("b", 2, 1)]
+    space = space_of("s", "gun", [*hard, _word("c", 3, 0)], [Requirement("b", "b1", "a", ("a0", "a1", "a2", "a3"))])
+    found = changeovers(space, _ordered(space, space.all_treatments(), 2))
+    assert (found["a"], found["b"]) == (3, 4)
+    easy = tuple(replace(factor, change=0) for factor in GUN.factors)
+    space = space_of("easy", "gun", easy, GUN.rules)
+    assert changeovers(space, _ordered(space, space.all_treatments(), 0))["plate_material"] > 300
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -62,73 +74,37 @@ def test_few_changes_are_the_fewest_there_are(seed: int) -> None:
     assert (found["a"], found["b"]) == fewest
 
 
-def test_hardest_factor_is_outermost() -> None:
-    space = space_of("s", "gun", [_word("easy", 4, 0), _word("hard", 3, 1), _word("hardest", 4, 5)])
-    found = changeovers(space, _ordered(space, space.all_treatments(), 1))
-    assert (found["hardest"], found["hard"]) == (3, 4 * 2)
-    assert found["easy"] > 20
-
-
-def test_many_levels_go_to_the_nearest() -> None:
-    """Eight combinations of two factors: beyond what is tried out."""
-    hard = [_word("a", 4, 2), _word("b", 2, 1)]
-    space = space_of("s", "gun", [*hard, _word("c", 3, 0)], [Requirement("b", "b1", "a", ("a0", "a1", "a2", "a3"))])
-    found = changeovers(space, _ordered(space, space.all_treatments(), 2))
-    assert (found["a"], found["b"]) == (3, 4)
-
-
 def test_same_seed_gives_the_same_order() -> None:
     rows = _some(GUN, 105, 0)
     first, again, other = (order(GUN, rows, np.random.default_rng(seed)) for seed in (7, 7, 8))
     assert first.tolist() == again.tolist() != other.tolist()
+    with pytest.raises(ValueError, match="plate_material is 2"):
+        order(GUN, np.full((1, 6), 2), np.random.default_rng(0))
 
 
 def test_easy_factors_change_as_often_as_by_chance() -> None:
-    """A shuffled factor of 3 even levels changes in two of three runs: 2/3 of 209, give or take 4 deviations of 7."""
-    found = changeovers(GUN, _ordered(GUN, _some(GUN, 210, 3), 3))
+    # A shuffled factor of 3 even levels changes in two of three runs: 2/3 of 209, give or take 4 deviations of 7.
+    changes = changeovers(GUN, _ordered(GUN, _some(GUN, 210, 3), 3))
     for name in EASY:
-        assert 112 < found[name] < 167
-
-
-def test_easy_factors_keep_clear_of_time() -> None:
-    """On average over seeds, at most the (k - 1) / (n - 1) of a random order."""
+        assert 112 < changes[name] < 167
+    # On average over seeds, at most the (k - 1) / (n - 1) of a random order.
     rows = _some(GUN, 105, 0)
-    found = [time_confounding(GUN, _ordered(GUN, rows, seed)) for seed in range(60)]
+    confounding = [time_confounding(GUN, _ordered(GUN, rows, seed)) for seed in range(60)]
     for axis in (axis for axis in GUN.axes if axis.change == 0):
-        assert np.mean([one[axis.name] for one in found]) < 1.3 * (axis.size - 1) / 104
-
-
-def test_random_order_has_the_expected_confounding() -> None:
-    rng, rows = np.random.default_rng(1), _some(GUN, 105, 0)
-    found = np.mean([time_confounding(GUN, rng.permutation(rows))["velocity_level"] for _ in range(800)])
-    assert found == pytest.approx(2 / 104, rel=0.15)
+        assert np.mean([of_order[axis.name] for of_order in confounding]) < 1.3 * (axis.size - 1) / 104
 
 
 def test_plate_in_two_halves_takes_three_quarters_of_time() -> None:
-    """Positions -h to h in two halves: the means are -h/2 and h/2, which leaves a quarter of the variance."""
+    # Positions -h to h in two halves: the means are -h/2 and h/2, which leaves a quarter of the variance.
     rows = GUN.all_treatments()
     found = time_confounding(GUN, rows)
     assert found["plate_material"] == pytest.approx(0.75 * 810**2 / (810**2 - 1), rel=1e-12)
     assert found["velocity_level"] < 1e-4
-
-
-def test_second_plate_meets_the_anvils_in_reverse() -> None:
     ordered = _ordered(GUN, GUN.all_treatments(), 5)
     blocks = [key for key, _ in itertools.groupby(ordered[:, 1].tolist())]
     assert len(blocks) == 9 and blocks == blocks[::-1]
     assert time_confounding(GUN, ordered)["anvil_material+insulator"] < 1e-6
-
-
-def test_nothing_hard_is_all_random() -> None:
-    easy = tuple(replace(factor, change=0) for factor in GUN.factors)
-    space = space_of("easy", "gun", easy, GUN.rules)
-    assert changeovers(space, _ordered(space, space.all_treatments(), 0))["plate_material"] > 300
-
-
-def test_single_run_is_not_confounded() -> None:
     assert set(time_confounding(GUN, GUN.all_treatments()[:1]).values()) == {0.0}
-
-
-def test_foreign_rows_are_refused() -> None:
-    with pytest.raises(ValueError, match="plate_material is 2"):
-        order(GUN, np.full((1, 6), 2), np.random.default_rng(0))
+    rng, rows = np.random.default_rng(1), _some(GUN, 105, 0)
+    mean = np.mean([time_confounding(GUN, rng.permutation(rows))["velocity_level"] for _ in range(800)])
+    assert mean == pytest.approx(2 / 104, rel=0.15)

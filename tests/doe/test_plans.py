@@ -1,7 +1,9 @@
-"""Plans in the store: what was planned comes back, and its state with it."""
+"""Plans in the store: what was planned comes back, its state with it, and its run sheet in three formats."""
 
 from __future__ import annotations
 
+import csv
+from dataclasses import replace
 from datetime import date
 
 import numpy as np
@@ -9,6 +11,8 @@ import pytest
 from pyroshock.doe.designs.base import Design
 from pyroshock.doe.plans import (
     PlanExistsError,
+    StoredPlan,
+    StoredRun,
     UnknownPlanError,
     add_plan,
     discard_run,
@@ -16,6 +20,7 @@ from pyroshock.doe.plans import (
     read_plan,
     tick_run,
 )
+from pyroshock.doe.sheet import TICK, sheet_of, write_sheet
 from pyroshock.doe.space import gun_space, shipped_factors
 from pyroshock.schema.campaigns import Campaign, PlannedRun
 from pyroshock.schema.impacts import Shot
@@ -57,10 +62,6 @@ def test_plan_comes_back_as_it_was_made(store):
     assert [run.run for run in plan.runs] == list(range(1, 13))
     assert plan.runs[3].settings == {"tank_pressure_bar": 1.3}
     assert {(run.status, run.repetitions, run.recorded) for run in plan.runs} == {("planned", 3, 0)}
-
-
-def test_configuration_holds_treatment_and_settings(store):
-    planned(store)
     with store.reading() as session:
         row = session.scalars(select(PlannedRun).where(PlannedRun.run == 2)).one()
         levels = {level.factor.name: level.number or level.label for level in row.configuration.levels}
@@ -75,38 +76,25 @@ def test_name_is_taken_once(store):
     with pytest.raises(PlanExistsError, match="'spring' is in the store already"):
         planned(store)
     assert count_rows(store) == before
-
-
-def test_unknown_plan_lists_those_there_are(store):
-    planned(store)
     with pytest.raises(UnknownPlanError, match=r"no plan 'autumn'.*spring"):
         read(store, "autumn")
-
-
-def test_unknown_material_stores_nothing(store):
     space = gun_space()
     rows = [{**row, "tip_material": "unobtainium"} for row in space.rows(design(2).treatments)]
-    planned(store)
-    before = count_rows(store)
     with pytest.raises(ValueError, match=r"run 13: tip_material is 'unobtainium'"):
         extend_plan(store, "spring", rows, repetitions=3)
     assert count_rows(store) == before
 
 
-def test_further_runs_go_to_the_end(store):
-    planned(store)
-    assert extend_plan(store, "spring", design(2, seed=5).rows, repetitions=1) == [13, 14]
-    plan = read(store)
-    assert [run.position for run in plan.runs] == list(range(1, 15))
-    assert plan.runs[-1].repetitions == 1
-
-
-def test_discarded_run_is_out_with_its_reason(store):
+def test_discarded_run_is_out_with_its_reason_and_further_runs_go_to_the_end(store):
     planned(store)
     discard_run(store, "spring", 4, "tip broke")
     plan = read(store)
     assert [(run.run, run.reason) for run in plan.runs if run.status == "discarded"] == [(4, "tip broke")]
     assert len(plan.treatments("planned", "done")) == 11
+    assert extend_plan(store, "spring", design(2, seed=5).rows, repetitions=1) == [13, 14]
+    plan = read(store)
+    assert [run.position for run in plan.runs] == list(range(1, 15))
+    assert plan.runs[-1].repetitions == 1
 
 
 @pytest.mark.parametrize(("run", "reason", "said"), [(99, "x", "no run 99"), (1, " ", "no reason")])
@@ -141,17 +129,13 @@ def record(store: Store, run: int) -> None:
         )
 
 
-def test_run_is_ticked_and_unticked(store):
+def test_run_is_ticked_and_its_note_stays_until_the_status_changes(store):
     planned(store)
     ticked = tick_run(store, "spring", 4, status="done")
     assert (ticked.run, ticked.status, status_of(store, 4)) == (4, "done", ("done", None))
     tick_run(store, "spring", 4, status="planned")
     assert status_of(store, 4) == ("planned", None)
     assert [run.run for run in read(store).runs if run.status == "planned"] == list(range(1, 13))
-
-
-def test_note_stays_until_the_status_changes(store):
-    planned(store)
     tick_run(store, "spring", 4, status="discarded", note=" tip broke ")
     assert status_of(store, 4) == ("discarded", "tip broke")
     tick_run(store, "spring", 4, status="done", note="with a new tip")
@@ -186,3 +170,66 @@ def test_tick_that_cannot_be_changes_nothing(store, plan, run, status, kind, sai
     with pytest.raises(kind, match=said):
         tick_run(store, plan, run, status=status)
     assert {each.status for each in read(store).runs} == {"planned"}
+
+
+BASE = {
+    "plate_material": "aluminum",
+    "anvil_material": "none",
+    "insulator": "none",
+    "tip_material": "steel",
+    "tip_radius_mm": "30",
+    "bullet_mass_kg": "0.5",
+    "velocity_level": "low",
+}
+
+
+def run(number: int, status: str = "planned", **changes: str) -> StoredRun:
+    reason = "<b>broke</b>" if status == "discarded" else None
+    return StoredRun(number, number, 10, status, reason, {**BASE, **changes}, {"tank_pressure_bar": 1.23456}, 0)
+
+
+@pytest.fixture
+def plan() -> StoredPlan:
+    runs = (
+        run(1),
+        run(2, tip_material="PLA"),
+        run(3, status="discarded", anvil_material="steel"),
+        run(4, plate_material="steel", anvil_material="steel"),
+    )
+    return StoredPlan("spring", "lhs", 7, None, shipped_factors("gun"), gun_space(), runs)
+
+
+def test_changeovers_are_told_before_the_run(plan, tmp_path):
+    changes = [row.changes for row in sheet_of(plan).rows]
+    assert changes[1] == ()  # a tip is changed in no time
+    assert changes[3] == ("plate_material: steel", "anvil_material: steel")
+    assert [change.split(":")[0] for change in changes[0]] == ["plate_material", "anvil_material", "insulator"]
+    write_sheet(plan, tmp_path / "sheet.csv")
+    with (tmp_path / "sheet.csv").open(newline="", encoding="utf-8-sig") as file:
+        rows = list(csv.DictReader(file))
+    assert [{key: row[key] for key in BASE} for row in rows] == [dict(r.row) for r in plan.runs]
+    assert rows[0]["tank_pressure_bar"] == "1.235"
+    assert [row["done"] for row in rows] == [TICK, TICK, "✗", TICK]
+    write_sheet(plan, tmp_path / "sheet.html")
+    text = (tmp_path / "sheet.html").read_text(encoding="utf-8")
+    assert "&lt;b&gt;broke" in text and "<b>broke" not in text
+    assert text.count("<tr class='discarded") == 1 and text.count("<tr class='planned") == 3
+    assert "30 repetitions" in text
+
+
+def test_xlsx_holds_numbers_and_texts(plan, tmp_path):
+    from openpyxl import load_workbook
+
+    formula = replace(plan, runs=(run(1, tip_material="=1+1"),))
+    write_sheet(formula, tmp_path / "sheet.xlsx")
+    page = load_workbook(tmp_path / "sheet.xlsx").active
+    header = [cell.value for cell in page[1]]
+    row = dict(zip(header, page[2], strict=True))
+    assert row["tip_radius_mm"].value == 30
+    assert (row["tip_material"].value, row["tip_material"].data_type) == ("=1+1", "s")
+    noted = replace(plan, runs=(replace(run(1, status="discarded"), reason="bolt\x07 \x00broke, ±2 µm"),))
+    write_sheet(noted, tmp_path / "sheet.xlsx")
+    cells = [cell.value for cell in load_workbook(tmp_path / "sheet.xlsx").active[2]]
+    assert any(isinstance(cell, str) and "bolt broke, ±2 µm" in cell for cell in cells)
+    with pytest.raises(ValueError, match=r"known: \.html, \.csv, \.xlsx"):
+        write_sheet(plan, tmp_path / "sheet.pdf")

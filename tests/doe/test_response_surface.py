@@ -32,13 +32,25 @@ def coded(space: Space, treatments: np.ndarray) -> np.ndarray:
 
 
 def test_stars_are_at_the_distance_of_orthogonal_blocks() -> None:
-    """Of three factors with four centre points in each block: 1.826 (Myers and Montgomery; pyDOE3's documentation)."""
+    # Of three factors with four centre points in each block: 1.826 (Myers and Montgomery; pyDOE3's documentation).
     space = surface_space(3)
     found = coded(space, central_composite(space, face="ccc", cube=0.5).treatments)
     assert len(found) == 8 + 6 + 8
     stars = found[np.sum(found != 0, axis=1) == 1]
     assert sorted(np.abs(stars).sum(axis=1)) == pytest.approx([1.826 / 2] * 6, abs=1e-3)
     assert {tuple(row) for row in found[np.all(found != 0, axis=1)]} == set(itertools.product((-0.5, 0.5), repeat=3))
+    space = space_of("s", "gun", [f for f in gun_space().factors if f.name in ("tip_radius", "bullet_mass")])
+    rows = space.rows(central_composite(space, centre=1).treatments)
+    assert len(rows) == 4 + 4 + 2
+    assert {row["bullet_mass_kg"] for row in rows} == {"0.2", "0.5", "1"}
+    assert sum((row["tip_radius_mm"], row["bullet_mass_kg"]) == ("45", "0.5") for row in rows) == 2
+    words = DesignFactor("tip", "tip", ("PLA", "steel"), None, False, 0)
+    space = surface_space(2, words)
+    with pytest.raises(ValueError, match="tip has levels without order \\(PLA, steel\\)"):
+        central_composite(space)
+    rows = space.rows(central_composite(space, centre=1, categorical="cross").treatments)
+    assert len(rows) == 2 * 10
+    assert sum(row["tip"] == "PLA" for row in rows) == 10
 
 
 @pytest.mark.parametrize(("count", "distance"), [(2, 1.4142), (3, 1.6818), (4, 2.0)])
@@ -61,14 +73,6 @@ def test_rotatable_design_predicts_as_well_in_all_directions() -> None:
     np.testing.assert_allclose(variance, variance[0], rtol=1e-9)
 
 
-def test_faced_design_takes_three_levels_by_rank() -> None:
-    space = space_of("s", "gun", [f for f in gun_space().factors if f.name in ("tip_radius", "bullet_mass")])
-    rows = space.rows(central_composite(space, centre=1).treatments)
-    assert len(rows) == 4 + 4 + 2
-    assert {row["bullet_mass_kg"] for row in rows} == {"0.2", "0.5", "1"}
-    assert sum((row["tip_radius_mm"], row["bullet_mass_kg"]) == ("45", "0.5") for row in rows) == 2
-
-
 def test_box_behnken_has_one_centre_and_two_ends_in_each_run() -> None:
     space = surface_space(3)
     found = coded(space, box_behnken(space).treatments)
@@ -76,16 +80,11 @@ def test_box_behnken_has_one_centre_and_two_ends_in_each_run() -> None:
     expected = {(a, b, 0) for a, b in edges} | {(a, 0, b) for a, b in edges} | {(0, a, b) for a, b in edges}
     assert {tuple(map(int, row)) for row in found} == expected | {(0, 0, 0)}
     assert len(found) == 12 + 3
-
-
-def test_surface_is_repeated_at_each_combination_of_words() -> None:
-    words = DesignFactor("tip", "tip", ("PLA", "steel"), None, False, 0)
-    space = surface_space(2, words)
-    with pytest.raises(ValueError, match="tip has levels without order \\(PLA, steel\\)"):
-        central_composite(space)
-    rows = space.rows(central_composite(space, centre=1, categorical="cross").treatments)
-    assert len(rows) == 2 * 10
-    assert sum(row["tip"] == "PLA" for row in rows) == 10
+    with pytest.raises(ValueError, match="expected three or more"):
+        box_behnken(surface_space(2))
+    space = surface_space(1, DesignFactor("v_mm", "v_mm", ("1", "2"), (1.0, 2.0), False, 0, "mm"))
+    with pytest.raises(ValueError, match="v_mm has 2 levels; expected 3 for a model of degree 2"):
+        optimal(space, 6, np.random.default_rng(1), degree=2)
 
 
 @pytest.mark.parametrize(
@@ -107,11 +106,6 @@ def test_surface_is_repeated_at_each_combination_of_words() -> None:
 def test_surface_that_the_factors_do_not_allow_names_the_factor(space: Space, options: dict, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         central_composite(space, **options)
-
-
-def test_two_factors_have_no_box_behnken_design() -> None:
-    with pytest.raises(ValueError, match="expected three or more"):
-        box_behnken(surface_space(2))
 
 
 def information(points: np.ndarray, degree: int) -> float:
@@ -136,11 +130,19 @@ def test_d_optimal_runs_are_the_best_of_all_choices(exchange: str, runs: int) ->
 
 
 def test_half_fraction_is_as_efficient_as_the_factorial() -> None:
-    """A two-level factorial of three factors has 1, which no design exceeds; four of its eight runs have it too."""
+    # A two-level factorial of three factors has 1, which no design exceeds; four of its eight runs have it too.
     space = surface_space(3)
     made = optimal(space, 4, np.random.default_rng(2), levels=2)
     assert information(coded(space, factorial(space, 2).treatments), 1) == pytest.approx(1.0)
     assert information(coded(space, made.treatments), 1) == pytest.approx(1.0)
+    # 24 of 810 runs have as much information a run as all of them have.
+    space = gun_space()
+    numbers = [f.name for f in space.factors if f.numbers or f.values]
+    made = optimal(space, 24, np.random.default_rng(1), exchange="simple_exchange")
+    rows = space.rows(made.treatments)
+    assert {row["tip_material"] for row in rows} == {"PLA", "aluminum", "steel"}
+    assert numbers == ["tip_radius", "bullet_mass", "velocity_level"]
+    assert {row["tip_radius_mm"] for row in rows} == {"30", "60"}  # a line is known best from its ends
 
 
 @pytest.mark.parametrize(("criterion", "row"), [("A", 0), ("I", 1)])
@@ -160,17 +162,6 @@ def test_criteria_serve_what_they_are_named_for(criterion: str, row: int) -> Non
     assert variances(criterion)[row] <= variances("D")[row] + 1e-9
 
 
-def test_words_have_main_effects_in_an_optimal_design() -> None:
-    """24 of 810 runs have as much information a run as all of them have."""
-    space = gun_space()
-    numbers = [f.name for f in space.factors if f.numbers or f.values]
-    made = optimal(space, 24, np.random.default_rng(1), exchange="simple_exchange")
-    rows = space.rows(made.treatments)
-    assert {row["tip_material"] for row in rows} == {"PLA", "aluminum", "steel"}
-    assert numbers == ["tip_radius", "bullet_mass", "velocity_level"]
-    assert {row["tip_radius_mm"] for row in rows} == {"30", "60"}  # a line is known best from its ends
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -186,9 +177,3 @@ def test_model_that_cannot_be_fitted_is_refused(options: dict, message: str) -> 
     given = {"n": 24} | options
     with pytest.raises(ValueError, match=message):
         optimal(gun_space(), given.pop("n"), np.random.default_rng(1), **given)
-
-
-def test_too_few_levels_for_a_degree_are_named() -> None:
-    space = surface_space(1, DesignFactor("v_mm", "v_mm", ("1", "2"), (1.0, 2.0), False, 0, "mm"))
-    with pytest.raises(ValueError, match="v_mm has 2 levels; expected 3 for a model of degree 2"):
-        optimal(space, 6, np.random.default_rng(1), degree=2)

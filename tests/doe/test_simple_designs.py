@@ -54,24 +54,19 @@ def test_factorial_is_balanced() -> None:
     treatments = factorial(GUN).treatments
     for column, axis in enumerate(GUN.axes):
         assert np.bincount(treatments[:, column]).tolist() == [810 // axis.size] * axis.size
-
-
-def test_design_refuses_what_its_space_lacks() -> None:
     with pytest.raises(ValueError, match="plate_material is 2; expected 0 to 1"):
         Design(GUN, np.array([[2, 0, 0, 0, 0, 0]]), "own", None)
 
 
 def test_table_a_1(thesis_tables: Path) -> None:
-    """The printed design is neither distinct nor balanced."""
+    """The printed design is neither distinct nor balanced, and comes back cell by cell."""
+    # The printed design is neither distinct nor balanced.
     design = read_table(thesis_tables / "table_a1_lhs_105_runs.csv", GUN)
     assert design.runs == tuple(range(1, 106))
     assert len(np.unique(design.treatments, axis=0)) == 98
     counts = {column: Counter(row[column] for row in design.rows) for column in GUN.columns}
     assert counts["plate_material"] == {"aluminum": 65, "steel": 40}
     assert counts["anvil_material"] == {"none": 27, "aluminum": 47, "steel": 31}
-
-
-def test_table_a_1_comes_back_cell_by_cell(thesis_tables: Path) -> None:
     path = thesis_tables / "table_a1_lhs_105_runs.csv"
     with path.open(newline="") as handle:
         printed = list(csv.DictReader(handle))
@@ -102,12 +97,9 @@ def test_written_table_is_read_back(
     assert design.runs == tuple(runs.tolist())
 
 
-def test_equal_treatments_are_kept(tmp_path: Path) -> None:
+def test_tables_as_laboratories_write_them(tmp_path: Path) -> None:
     design = read_table(_table(tmp_path, HEADER, FIRST, FIRST.replace("1", "2", 1)), GUN)
     assert design.runs == (1, 2) and np.array_equal(design.treatments[0], design.treatments[1])
-
-
-def test_spreadsheet_with_decimal_commas(tmp_path: Path) -> None:
     lines = [HEADER, "", FIRST.replace(",1,high", ",0_2,high"), ",,,,,,,"]
     design = read_table(_table(tmp_path, *(line.replace(",", ";").replace("_2", ",2") for line in lines)), GUN)
     assert design.rows[0]["bullet_mass_kg"] == "0.2"
@@ -139,14 +131,11 @@ def test_bad_table_is_refused_with_its_name(tmp_path: Path, lines: list[str], me
     assert str(refusal.value).startswith(str(file))
 
 
-def test_table_in_another_encoding_is_refused(tmp_path: Path) -> None:
+def test_unreadable_table_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "plan.csv"
     file.write_bytes((HEADER + "\n" + FIRST.replace("PLA", "Flüssig")).encode("latin-1"))
     with pytest.raises(ValueError, match="not UTF-8"):
         read_table(file, GUN)
-
-
-def test_missing_table(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
         read_table(tmp_path / "nowhere.csv", GUN)
 
@@ -156,6 +145,21 @@ def test_lost_runs_are_replaced() -> None:
     design = augment(HAMMER, recorded, 30, Drawn(1))
     assert design.method == "augment" and design.seed == 7
     assert len(np.unique(np.vstack([recorded, design.treatments]), axis=0)) == 180
+    recorded = HAMMER.all_treatments()[:5]
+    chooser = Drawn(2)
+    augment(HAMMER, recorded, 3, chooser)
+    assert chooser.seen is not None and np.array_equal(chooser.seen, recorded)
+    assert not np.shares_memory(chooser.seen, recorded)
+    with pytest.raises(ValueError, match="0 of the chosen treatments are new; expected 3"):
+        augment(HAMMER, recorded, 3, _repeats)
+    with pytest.raises(ValueError, match="2 treatments of space 'hammer' were chosen; expected 3"):
+        augment(HAMMER, recorded, 3, _too_few)
+    with pytest.raises(ValueError, match="space 'gun' were chosen; expected 3 of 'hammer'"):
+        augment(HAMMER, recorded, 3, _elsewhere)
+    with pytest.raises(ValueError, match="n is 0; expected at least 1"):
+        augment(HAMMER, HAMMER.all_treatments(), 0, Drawn(1))
+    with pytest.raises(ValueError, match="impact_position is 9"):
+        augment(HAMMER, np.full((1, 5), 9), 1, Drawn(1))
 
 
 def _level_spread(treatments: NDArray[np.int64]) -> int:
@@ -188,14 +192,6 @@ def test_additions_are_new_while_new_ones_remain(recorded: int, n: int, seed: in
     assert len(np.unique(after, axis=0)) == min(180, distinct + n)
 
 
-def test_chooser_sees_the_recorded_ones_and_cannot_change_them() -> None:
-    recorded = HAMMER.all_treatments()[:5]
-    chooser = Drawn(2)
-    augment(HAMMER, recorded, 3, chooser)
-    assert chooser.seen is not None and np.array_equal(chooser.seen, recorded)
-    assert not np.shares_memory(chooser.seen, recorded)
-
-
 def _repeats(space: Space, n: int, fixed: NDArray[np.int64]) -> Design:
     return Design(space, np.repeat(fixed[:1], n, axis=0), "own", None)
 
@@ -206,23 +202,3 @@ def _too_few(space: Space, n: int, fixed: NDArray[np.int64]) -> Design:
 
 def _elsewhere(space: Space, n: int, fixed: NDArray[np.int64]) -> Design:
     return Design(GUN, GUN.all_treatments()[:n], "own", None)
-
-
-def test_chooser_is_held_to_its_task() -> None:
-    recorded = HAMMER.all_treatments()[:5]
-    with pytest.raises(ValueError, match="0 of the chosen treatments are new; expected 3"):
-        augment(HAMMER, recorded, 3, _repeats)
-    with pytest.raises(ValueError, match="2 treatments of space 'hammer' were chosen; expected 3"):
-        augment(HAMMER, recorded, 3, _too_few)
-    with pytest.raises(ValueError, match="space 'gun' were chosen; expected 3 of 'hammer'"):
-        augment(HAMMER, recorded, 3, _elsewhere)
-
-
-def test_nothing_to_add_is_refused() -> None:
-    with pytest.raises(ValueError, match="n is 0; expected at least 1"):
-        augment(HAMMER, HAMMER.all_treatments(), 0, Drawn(1))
-
-
-def test_recorded_rows_must_be_treatments() -> None:
-    with pytest.raises(ValueError, match="impact_position is 9"):
-        augment(HAMMER, np.full((1, 5), 9), 1, Drawn(1))

@@ -56,67 +56,46 @@ def _some(space: Space, seed: int, n: int = 20) -> NDArray[np.int64]:
     return np.random.default_rng(seed).integers([axis.size for axis in space.axes], size=(n, len(space.axes)))
 
 
-def test_gun_has_810_treatments() -> None:
+def test_axes_of_the_two_benches() -> None:
     assert GUN.size == 2 * 3**4 * (3 + 2) == 810  # eq. 3.1
     assert [axis.size for axis in GUN.axes] == [2, 5, 3, 3, 3, 3]
-
-
-def test_hammer_has_180_configurations() -> None:
     assert HAMMER.size == 180
     assert [axis.size for axis in HAMMER.axes] == [3, 2, 3, 5, 2]
-
-
-def test_order_is_that_of_single_ordered_factors() -> None:
     assert [axis.name for axis in GUN.axes if axis.ordered] == ["tip_radius", "bullet_mass", "velocity_level"]
     assert [axis.name for axis in HAMMER.axes if axis.ordered] == ["hammer_speed"]
-
-
-def test_tied_factors_have_no_order_of_their_own() -> None:
-    tie = Tie(("f0", "f1"), (("0.1", "a"), ("0.2", "b")))
-    space = space_of("own", "gun", [_factor("f0", 2, numeric=True), _factor("f1", 2, numeric=False)], [tie])
-    assert not space.axes[0].ordered and space.factors[0].has_order
-
-
-def test_plate_is_harder_to_change_than_anvil_than_tip() -> None:
     assert [axis.change for axis in GUN.axes] == [3, 2, 0, 0, 0, 0]
-
-
-def test_hammer_tip_has_its_radius() -> None:
     assert HAMMER.axes[2].labels == ("aluminum/30", "delrin/30", "polyurethane/15")
 
 
-@pytest.mark.parametrize(
-    ("printed", "name"),
-    [
-        ("bullet_mass_kg", "bullet_mass"),
-        ("bullet_tip", "tip_material"),
-        ("bullet_tip_radius_mm", "tip_radius"),
-        ("plate_material", "plate_material"),
-        ("anvil_plate_material", "anvil_material"),
-        ("insulator_layer", "insulator"),
-        ("bullet_velocity", "velocity_level"),
-    ],
-)
-def test_gun_levels_are_those_of_table_3_2(thesis_tables: Path, printed: str, name: str) -> None:
-    [factor] = [factor for factor in GUN.factors if factor.name == name]
-    assert list(factor.levels) == _column(thesis_tables / "table_3_2_gun_factors.csv", printed)
+def test_rules_make_axes_of_several_factors() -> None:
+    tie = Tie(("f0", "f1"), (("0.1", "a"), ("0.2", "b")))
+    space = space_of("own", "gun", [_factor("f0", 2, numeric=True), _factor("f1", 2, numeric=False)], [tie])
+    assert not space.axes[0].ordered and space.factors[0].has_order
+    factors = [_factor(name, 2, numeric=False) for name in ("f0", "f1", "f2")]
+    space = space_of("own", "gun", factors, [Requirement("f2", "b", "f0", ("b",))])
+    assert [axis.name for axis in space.axes] == ["f0+f2", "f1"]
+    assert list(space.rows(np.array([[2, 0]]))[0].items()) == [("f0", "b"), ("f1", "a"), ("f2", "b")]
 
 
-@pytest.mark.parametrize(
-    ("printed", "name"),
-    [
-        ("impact_position", "impact_position"),
-        ("hammer_speed", "hammer_speed"),
-        ("hammer_head_material", "tip_material"),
-        ("hammer_head_radius_mm", "tip_radius"),
-        ("anvil_plate_material", "anvil_material"),
-        ("anvil_insulator", "insulator"),
-        ("plate_boundary_conditions", "boundary_conditions"),
-    ],
-)
-def test_hammer_levels_are_those_of_table_4_1(thesis_tables: Path, printed: str, name: str) -> None:
-    [factor] = [factor for factor in HAMMER.factors if factor.name == name]
-    assert set(factor.levels) == set(_column(thesis_tables / "table_4_1_hammer_factors.csv", printed))
+#: Names of the factors in the thesis's tables, and ours.
+TABLE_3_2 = {
+    **{"bullet_mass_kg": "bullet_mass", "bullet_tip": "tip_material", "bullet_tip_radius_mm": "tip_radius"},
+    **{"plate_material": "plate_material", "anvil_plate_material": "anvil_material", "insulator_layer": "insulator"},
+    "bullet_velocity": "velocity_level",
+}
+TABLE_4_1 = {
+    **{"impact_position": "impact_position", "hammer_speed": "hammer_speed", "hammer_head_material": "tip_material"},
+    **{"hammer_head_radius_mm": "tip_radius", "anvil_plate_material": "anvil_material", "anvil_insulator": "insulator"},
+    "plate_boundary_conditions": "boundary_conditions",
+}
+
+
+def test_levels_are_those_of_tables_3_2_and_4_1(thesis_tables: Path) -> None:
+    gun, hammer = ({factor.name: factor.levels for factor in space.factors} for space in (GUN, HAMMER))
+    for printed, name in TABLE_3_2.items():
+        assert list(gun[name]) == _column(thesis_tables / "table_3_2_gun_factors.csv", printed)
+    for printed, name in TABLE_4_1.items():
+        assert set(hammer[name]) == set(_column(thesis_tables / "table_4_1_hammer_factors.csv", printed))
 
 
 @pytest.mark.parametrize("space", [GUN, HAMMER], ids=["gun", "hammer"])
@@ -159,21 +138,16 @@ def test_numbers_may_be_written_otherwise(seed: int, form: str) -> None:
     assert np.array_equal(GUN.treatments(rows), treatments)
 
 
-def test_rows_keep_the_order_of_the_columns() -> None:
+def test_level_stands_for_its_velocity_and_a_row_for_its_columns() -> None:
     header = "plate_material,anvil_material,insulator,tip_material,tip_radius_mm,bullet_mass_kg,velocity_level"
     assert ",".join(GUN.rows(np.zeros((1, 6), dtype=np.int64))[0]) == header
-
-
-def test_columns_of_a_scattered_axis_keep_their_places() -> None:
-    factors = [_factor(name, 2, numeric=False) for name in ("f0", "f1", "f2")]
-    space = space_of("own", "gun", factors, [Requirement("f2", "b", "f0", ("b",))])
-    assert [axis.name for axis in space.axes] == ["f0+f2", "f1"]
-    assert list(space.rows(np.array([[2, 0]]))[0].items()) == [("f0", "b"), ("f1", "a"), ("f2", "b")]
-
-
-def test_no_rows_no_treatments() -> None:
     assert GUN.treatments([]).shape == (0, 6)
     assert GUN.rows(np.empty((0, 6), dtype=np.int64)) == []
+    level = next(factor for factor in gun_space().factors if factor.unit == "m/s")
+    found = [gun_space().velocity_m_s({level.column: word}) for word in level.levels]
+    assert found == list(level.values)
+    assert gun_space().velocity_m_s({level.column: "never heard of"}) is None
+    assert hammer_space().velocity_m_s({"hammer_speed": "low"}) is None
 
 
 def _gun_rows(**cells: str) -> list[dict[str, str]]:
@@ -182,25 +156,16 @@ def _gun_rows(**cells: str) -> list[dict[str, str]]:
     return rows
 
 
-def test_infeasible_row_names_run_and_rule() -> None:
+def test_row_that_is_no_treatment_is_named() -> None:
     rule = "insulator = polymeric needs anvil_material = aluminum or steel"
     with pytest.raises(ValueError, match=f"^run 2: .*anvil_material = none is not feasible: {rule}$"):
         GUN.treatments(_gun_rows(insulator="polymeric"))
-
-
-def test_infeasible_tie_names_what_goes_together() -> None:
     rows = HAMMER.rows(np.zeros((1, 5), dtype=np.int64))
     rows[0]["tip_radius_mm"] = "15"
     with pytest.raises(ValueError, match="go together as aluminum/30, delrin/30, polyurethane/15"):
         HAMMER.treatments(rows)
-
-
-def test_run_of_the_table_is_named_where_it_has_one() -> None:
     with pytest.raises(ValueError, match=r"^run 17: tip_material is 'gold'; expected one of PLA, aluminum, steel$"):
         GUN.treatments(_gun_rows(run="17", tip_material="gold"))
-
-
-def test_missing_column_is_named() -> None:
     rows = _gun_rows()
     del rows[1]["insulator"]
     with pytest.raises(ValueError, match="run 2: column 'insulator' is missing"):
@@ -222,42 +187,24 @@ def test_no_treatments_of_this_space(treatments: list[object], message: str) -> 
         GUN.rows(np.array(treatments))
 
 
-def test_space_travels_to_another_process() -> None:
-    assert pickle.loads(pickle.dumps(GUN)) == GUN
-    assert hash(gun_space()) == hash(GUN)
-
-
-def test_axis_made_by_hand_may_leave_out_more() -> None:
+def test_space_made_by_hand() -> None:
     [one, other] = [_factor("f0", 2, numeric=False), _factor("f1", 2, numeric=False)]
     space = Space("own", "gun", (one, other), (Axis("f0+f1", (one, other), ((0, 0), (1, 1))),))
     assert space.size == 2
     with pytest.raises(ValueError, match=r"f0\+f1 = a/b is not feasible; expected one of a/a, b/b"):
         space.treatments([{"f0": "a", "f1": "b"}])
+    with pytest.raises(ValueError, match="expected every factor once"):
+        Space("own", "gun", GUN.factors, GUN.axes[:-1])
+    levels = tuple(map(str, range(30)))
+    space = space_of("big", "gun", [DesignFactor(name, name, levels, None, False, 0) for name in "abcdefghij"])
+    assert space.size == math.prod([30] * 10)
+    with pytest.raises(ValueError, match="expected at most 1000000 to list"):
+        space.all_treatments()
+    assert pickle.loads(pickle.dumps(GUN)) == GUN
+    assert hash(gun_space()) == hash(GUN)
 
 
 @pytest.mark.parametrize("combinations", [(), ((0,), (0,)), ((0, 0),), ((2,),), ((-1,),)])
 def test_axis_of_impossible_combinations_is_refused(combinations: tuple[tuple[int, ...], ...]) -> None:
     with pytest.raises(ValueError, match="axis 'f0': combination"):
         Axis("f0", (_factor("f0", 2, numeric=False),), combinations)
-
-
-def test_axes_must_hold_every_factor() -> None:
-    with pytest.raises(ValueError, match="expected every factor once"):
-        Space("own", "gun", GUN.factors, GUN.axes[:-1])
-
-
-def test_endless_space_is_not_listed() -> None:
-    levels = tuple(map(str, range(30)))
-    space = space_of("big", "gun", [DesignFactor(name, name, levels, None, False, 0) for name in "abcdefghij"])
-    assert space.size == math.prod([30] * 10)
-    with pytest.raises(ValueError, match="expected at most 1000000 to list"):
-        space.all_treatments()
-
-
-def test_level_stands_for_its_velocity() -> None:
-    level = next(factor for factor in gun_space().factors if factor.unit == "m/s")
-    assert level.values is not None
-    found = [gun_space().velocity_m_s({level.column: word}) for word in level.levels]
-    assert found == list(level.values)
-    assert gun_space().velocity_m_s({level.column: "never heard of"}) is None
-    assert hammer_space().velocity_m_s({"hammer_speed": "low"}) is None

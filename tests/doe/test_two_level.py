@@ -28,10 +28,12 @@ def two_level_space(names: str) -> Space:
     return space_of("s", "hammer", [DesignFactor(n.lower(), n.lower(), ("low", "high"), None, True, 0) for n in names])
 
 
-def test_twelve_runs_are_those_of_plackett_and_burman() -> None:
-    """pyDOE3 has the table with all signs changed and its columns from last to first, which is the same design."""
+def test_number_of_runs_follows_the_authors() -> None:
+    # pyDOE3 has the table with all signs changed and its columns from last to first, which is the same design.
     published = {tuple(np.roll(FIRST_ROW_12, shift)) for shift in range(11)} | {(-1,) * 11}
     assert {tuple(-row[::-1]) for row in pydoe.plackett_burman(11).astype(int)} == published
+    with pytest.raises(ValueError, match="24 factors; pyDOE3 has no"):
+        pydoe.plackett_burman(24)
 
 
 @pytest.mark.parametrize("factors", [3, 7, 11, 15, 19, 23])
@@ -43,16 +45,28 @@ def test_plackett_burman_is_orthogonal(factors: int) -> None:
     assert judged.d_efficiency == pytest.approx(1.0)
 
 
-def test_number_of_factors_that_pydoe_has_no_design_for_is_refused() -> None:
-    with pytest.raises(ValueError, match="24 factors; pyDOE3 has no"):
-        pydoe.plackett_burman(24)
-
-
 def test_aliases_of_seven_factors_in_eight_runs_are_those_of_the_table() -> None:
     space = two_level_space("ABCDEFG")
     design = fractional_factorial(space, generators="a b c ab ac bc abc")
     assert len(design.treatments) == 8
     assert {line.upper() for line in alias_lines(aliases(space, design.treatments))} == TABLE_7_4
+    assert aliases(gun_space(), gun_space().all_treatments()) == ()
+    space = two_level_space("abc")
+    found = aliases(space, fractional_factorial(space, generators="a b -ab").treatments)
+    assert Alias("c", "a*b", -1.0) in found
+    assert "a = -b*c" in alias_lines(found)
+    screening = two_level_space("abcdefghijk")
+    lines = alias_lines(aliases(screening, plackett_burman(screening).treatments))
+    assert lines[-1].endswith("aliased in part, by up to 0.33")  # of 1/3: Lin and Draper, Technometrics 34 (1992)
+    assert smallest_generators(4, 3) == "a b c abc"
+    assert smallest_generators(5, 4) == "a b c d abcd"
+    space = gun_space()
+    with pytest.raises(ValueError, match="anvil_material\\+insulator has 5 levels without order"):
+        fractional_factorial(space)
+    rows = space.rows(fractional_factorial(space, categorical="first-last").treatments)
+    assert {row["tip_material"] for row in rows} == {"PLA", "steel"}
+    assert {row["tip_radius_mm"] for row in rows} == {"30", "60"}
+    assert {(row["anvil_material"], row["insulator"]) for row in rows} == {("none", "none"), ("steel", "polymeric")}
 
 
 @pytest.mark.parametrize("generators", ["a b ab", "a b c abc", "a b c d abc abd", "a b c d e abcde", "a b c ab ac"])
@@ -69,20 +83,6 @@ def test_groups_of_aliases_are_those_of_pydoe(generators: str) -> None:
     expected = {" = ".join("*".join(word) for word in group) for group in groups if len(group) > 1}
     treatments = fractional_factorial(space, generators=generators).treatments
     assert set(alias_lines(aliases(space, treatments))) == expected
-
-
-def test_opposite_signs_and_parts_are_aliases_too() -> None:
-    space = two_level_space("abc")
-    found = aliases(space, fractional_factorial(space, generators="a b -ab").treatments)
-    assert Alias("c", "a*b", -1.0) in found
-    assert "a = -b*c" in alias_lines(found)
-    screening = two_level_space("abcdefghijk")
-    lines = alias_lines(aliases(screening, plackett_burman(screening).treatments))
-    assert lines[-1].endswith("aliased in part, by up to 0.33")  # of 1/3: Lin and Draper, Technometrics 34 (1992)
-
-
-def test_design_of_three_levels_has_no_aliases() -> None:
-    assert aliases(gun_space(), gun_space().all_treatments()) == ()
 
 
 @pytest.mark.parametrize(
@@ -106,21 +106,6 @@ def _resolution(coded: np.ndarray) -> float:
                 range(1, 2**factors)} if factors <= 11 else {}  # fmt: skip
     lengths = [mask.bit_count() for mask, product in products.items() if abs(product.sum()) == len(coded)]
     return min(lengths, default=99)
-
-
-def test_same_runs_have_the_highest_resolution() -> None:
-    assert smallest_generators(4, 3) == "a b c abc"
-    assert smallest_generators(5, 4) == "a b c d abcd"
-
-
-def test_words_are_refused_by_name_or_taken_at_their_ends() -> None:
-    space = gun_space()
-    with pytest.raises(ValueError, match="anvil_material\\+insulator has 5 levels without order"):
-        fractional_factorial(space)
-    rows = space.rows(fractional_factorial(space, categorical="first-last").treatments)
-    assert {row["tip_material"] for row in rows} == {"PLA", "steel"}
-    assert {row["tip_radius_mm"] for row in rows} == {"30", "60"}
-    assert {(row["anvil_material"], row["insulator"]) for row in rows} == {("none", "none"), ("steel", "polymeric")}
 
 
 @pytest.mark.parametrize(

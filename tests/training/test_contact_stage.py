@@ -98,13 +98,23 @@ def test_a_setting_asks_as_its_row_of_the_dataset_does():
     np.testing.assert_array_equal(asked.impactor_mass_kg, TABLE.impactor_mass_kg[rows])
 
 
-def test_guns_predictors_have_bullet_and_plate_mass():
+def test_guns_predictors_and_own_factors_are_asked_with():
     gun = shipped("gun")
     asked = RegisteredContact(
         replace(hertz(), predictors=gun.predictors, domain=None),  # not asked for
         gun,
     ).inputs(strikes(hit(impactor_mass_kg=0.7, plate_mass_kg=9.3)))
     assert asked.column("bullet_mass") == [0.7] and asked.column("plate_mass") == [9.3]
+    own = replace(
+        shipped("hammer"),
+        predictors=(*PREDICTORS, Predictor("humidity")),
+        sources=(*shipped("hammer").sources, "factor.humidity"),
+    )
+    stage = RegisteredContact(replace(hertz(), predictors=own.predictors, domain=None), own)
+    asked = stage.inputs(strikes(hit(boundary_conditions="fixed", factors={"humidity": 0.4})))
+    assert (asked.column("boundary_conditions"), asked.column("humidity")) == ([1.0], [0.4])
+    with pytest.raises(ValueError, match=r"asks for humidity, .* --factor humidity=VALUE"):
+        stage.inputs(strikes(hit()))
 
 
 def test_a_law_that_was_registered_is_the_law():
@@ -132,17 +142,16 @@ def test_nominal_draw_is_the_mean_pulse():
     drawn, mean = stage.pulses(strikes(hit()), np.zeros((1, 2))), stage.pulses(strikes(hit()))
     np.testing.assert_array_equal(drawn.force_n, mean.force_n)
     np.testing.assert_array_equal(drawn.contact_time_s, mean.contact_time_s)
+    pulses = RegisteredContact(registered(WithSpread())).pulses(strikes(hit()))
+    assert pulses.compression_time_s[0] == pytest.approx(0.5e-3, rel=0.06)
 
 
 def test_logarithms_deviate_by_the_models_spreads():
-    """At the peak 10 N of 99.7 N, and a tenth of the contact time: of the logarithms .1, to first order."""
+    # At the peak 10 N of 99.7 N, and a tenth of the contact time: of the logarithms .1, to first order.
     drawn, _, _ = random_pulses(WithSpread())
     assert np.log(drawn.peak_force_n).std() == pytest.approx(0.1, rel=0.05)
     assert np.log(drawn.contact_time_s).std() == pytest.approx(0.1, rel=0.05)
     assert np.all(drawn.force_n >= 0) and np.all(drawn.force_n[:, [0, -1]] == 0)
-
-
-def test_correlation_of_the_model_is_kept():
     drawn, _, _ = random_pulses(WithSpread(together=0.5), impact_velocity_m_s=3.0)
     found = np.corrcoef(np.log(drawn.peak_force_n), np.log(drawn.contact_time_s))[0, 1]
     assert found == pytest.approx(0.5, abs=0.04)
@@ -177,11 +186,6 @@ def test_hybrid_knows_how_force_and_time_go_together():
     assert log_correlation(pulses_of(outputs, base), spread, correlation)[0] == pytest.approx(found, abs=0.02)
 
 
-def test_compression_ends_at_the_peak():
-    pulses = RegisteredContact(registered(WithSpread())).pulses(strikes(hit()))
-    assert pulses.compression_time_s[0] == pytest.approx(0.5e-3, rel=0.06)
-
-
 def test_numbers_beyond_what_was_learned_have_the_range():
     slow = float(TABLE.column("impact_velocity").min())
     fast = float(TABLE.column("impact_velocity").max())
@@ -192,19 +196,10 @@ def test_numbers_beyond_what_was_learned_have_the_range():
     assert beyond == (Extrapolation("impact_velocity", 9.0, slow, fast),)
     assert heavy == (Extrapolation("impactor_mass", 1.0, 0.32, 0.32),)
     assert inside == ()
-
-
-def test_boundary_conditions_and_own_factors_are_asked_with():
-    own = replace(
-        shipped("hammer"),
-        predictors=(*PREDICTORS, Predictor("humidity")),
-        sources=(*shipped("hammer").sources, "factor.humidity"),
-    )
-    stage = RegisteredContact(replace(hertz(), predictors=own.predictors, domain=None), own)
-    asked = stage.inputs(strikes(hit(boundary_conditions="fixed", factors={"humidity": 0.4})))
-    assert (asked.column("boundary_conditions"), asked.column("humidity")) == ([1.0], [0.4])
-    with pytest.raises(ValueError, match=r"asks for humidity, .* --factor humidity=VALUE"):
-        stage.inputs(strikes(hit()))
+    fast_hit, usual_hit = stage.outside(strikes(hit(impact_velocity_m_s=9.0), hit()))
+    assert (fast_hit[0].predictor, fast_hit[0].value) == ("impact_velocity", 9.0)
+    assert " to " in fast_hit[0].range
+    assert usual_hit == ()
 
 
 @pytest.mark.parametrize(
@@ -233,9 +228,14 @@ def test_effect_that_loses_energy_takes_impulse_from_a_model():
     assert 0.4 < acting.impulse_n_s / without.impulse_n_s < 0.9
 
 
-def test_effects_of_another_stage_are_refused():
+def test_what_a_model_cannot_be_asked_is_named():
     with pytest.raises(TypeError, match=r"gun\.back_pressure"):
         RegisteredContact(hertz(), effects=[effect("gun.back_pressure")])
+    with pytest.raises(ValueError, match="gp@3 learned from other predictors than the set 'gun'"):
+        RegisteredContact(hertz(), shipped("gun"))
+    soft = replace(THESIS["delrin"], yield_strength_pa=None)
+    with pytest.raises(ValueError, match="asks for tip_yield_strength, which this setting does not tell"):
+        RegisteredContact(hertz()).pulses(strikes(hit(tip=soft)))
 
 
 @pytest.mark.parametrize("kind", [INTEGRATED, TARGET_MOTION_ADDED])
@@ -350,27 +350,9 @@ def setting_of(table: PulseTable, row: int, velocity_m_s: float) -> Setting:
     )
 
 
-def test_what_lies_outside_is_told():
-    told, inside = RegisteredContact(hertz()).outside(strikes(hit(impact_velocity_m_s=9.0), hit()))
-    assert (told[0].predictor, told[0].value) == ("impact_velocity", 9.0)
-    assert " to " in told[0].range
-    assert inside == ()
-
-
 @pytest.mark.parametrize(("champion", "label"), [("hammer", "models:/gp@champion"), (None, "models:/gp/3")])
 def test_label_is_mlflows(champion, label):
     assert RegisteredContact(registered(WithSpread(), champion)).label == label
-
-
-def test_other_predictors_are_refused():
-    with pytest.raises(ValueError, match="gp@3 learned from other predictors than the set 'gun'"):
-        RegisteredContact(hertz(), shipped("gun"))
-
-
-def test_what_a_setting_does_not_tell_is_named():
-    soft = replace(THESIS["delrin"], yield_strength_pa=None)
-    with pytest.raises(ValueError, match="asks for tip_yield_strength, which this setting does not tell"):
-        RegisteredContact(hertz()).pulses(strikes(hit(tip=soft)))
 
 
 def test_twin_has_the_models_bands():

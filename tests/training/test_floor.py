@@ -39,14 +39,11 @@ def test_corrected_floor_is_the_noise(
 
 
 def test_plain_floor_pays_for_eight_repetitions(split: tuple[PulseTable, PulseTable]) -> None:
-    """A line through eight points has a leverage of 2 / 8 on average, through 48 hardly any."""
+    # A line through eight points has a leverage of 2 / 8 on average, through 48 hardly any.
     plain, corrected = (time_error(split, "configuration", corrected) for corrected in (False, True))
     assert 1.08 < plain / corrected < 1.22
     assert time_error(split, "treatment", False) < plain
-
-
-def test_velocity_is_known(split: tuple[PulseTable, PulseTable]) -> None:
-    """Within a treatment velocities differ by a factor of two: without them the time would be 16 % off (u^-0.2)."""
+    # Within a treatment velocities differ by a factor of two: without them the time would be 16 % off (u^-0.2).
     floor = repeatability_floor(*split, "treatment")
     assert floor.time_degree > 0
     assert floor.errors.contact_time_error.mean() < 1.2 * MEAN
@@ -59,11 +56,7 @@ def test_configurations_without_training_rows_predict_themselves(split: tuple[Pu
     assert floor.left_out == 600 and len(floor.errors) == 600
     assert "600 of 600 leave-one-out" in floor.note
     assert 1.0 < floor.errors.contact_time_error.mean() / MEAN < 1.25
-
-
-def test_leave_one_out_is_leave_one_out(split: tuple[PulseTable, PulseTable]) -> None:
-    """The closed form against learning from the others, for one configuration."""
-    table = concatenate(split)
+    # The closed form against learning from the others, for one configuration.
     table = table.take(table.configuration == table.configuration[0])
     nobody = table.take(slice(0, 0))
     together = repeatability_floor(nobody, table, corrected=True)
@@ -84,10 +77,6 @@ def test_rows_are_the_held_out_ones_in_order(split: tuple[PulseTable, PulseTable
     straight, mixed = repeatability_floor(training, test), repeatability_floor(training, test.take(shuffled))
     assert np.array_equal(straight.rows, np.arange(len(test)))
     assert np.allclose(straight.errors.cost[shuffled], mixed.errors.cost, rtol=1e-9)
-
-
-def test_lonely_pulses_have_no_floor(split: tuple[PulseTable, PulseTable]) -> None:
-    training, test = split
     renamed = test.configuration.copy().astype("U60")
     renamed[4] = "never repeated"
     floor = repeatability_floor(training, replace(test, configuration=renamed))
@@ -95,14 +84,11 @@ def test_lonely_pulses_have_no_floor(split: tuple[PulseTable, PulseTable]) -> No
     assert 4 not in floor.rows and len(floor.errors) == len(test) - 1
 
 
-def test_unrepeated_runs_are_refused(split: tuple[PulseTable, PulseTable]) -> None:
+def test_what_has_no_floor_is_refused(split: tuple[PulseTable, PulseTable]) -> None:
     table = split[1]
     each = replace(table, configuration=table.key)
     with pytest.raises(ValueError, match="repeat runs"):
         repeatability_floor(each.take(slice(0, 0)), each)
-
-
-def test_a_velocity_of_zero_is_refused(split: tuple[PulseTable, PulseTable]) -> None:
     training, test = split
     x = test.x.copy()
     x[0, 5] = 0.0

@@ -1,4 +1,4 @@
-"""What is registered reads back as it was, and one model is in use."""
+"""What is registered reads back as it was, one model is in use, and models live where the user says."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ import shutil
 import sqlite3
 import threading
 import uuid
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,11 +21,11 @@ import pytest
 from pyroshock.training.estimators.base import FitReport
 from pyroshock.training.fitting.fitting import TrainingContext, fit_task, task_of
 from pyroshock.training.models.serialization import ModelFileError, unpack
-from pyroshock.training.registry.connection import RegistryError
+from pyroshock.training.registry.connection import RegistryError, user_environment
 from pyroshock.training.registry.loading import ServedModel
-from pyroshock.training.registry.model_storage import storage_for
+from pyroshock.training.registry.model_storage import VARIABLE, storage_for
 from pyroshock.training.registry.promotion import promote
-from pyroshock.training.registry.records import DatasetName, Trained
+from pyroshock.training.registry.records import DatasetName, Trained, Version
 from pyroshock.training.registry.registry import Registry
 from sqlalchemy import make_url
 from support.records.pulse_tables import PREDICTORS, frame_of_inputs, inputs_at, pulse_table
@@ -47,52 +49,56 @@ def trained(context: TrainingContext, model: str, split: str = "repetitions") ->
     return fit_task(task_of(model, split, context), context)
 
 
-def test_version_reads_back_as_recorded(registry):
-    context = context_in(registry)
-    made = trained(context, "linear")
-    recorded = registry.record(made)
-    listed = registry.versions()
-    assert listed == [recorded]
-    assert recorded.metrics == made.metrics
-    assert (recorded.name, recorded.version, recorded.split, recorded.seed) == ("linear", 1, "repetitions", 0)
-    assert recorded.dataset == context.dataset
+@dataclass(frozen=True)
+class RecordedVersions:
+    """One registry with a version of several models, which tests read and none changes."""
+
+    registry: Registry
+    context: TrainingContext
+    trained: dict[str, Trained]
+    versions: dict[str, Version]
 
 
-def test_loaded_model_predicts_the_same_bits(registry):
-    context = context_in(registry)
-    made = trained(context, "linear")
-    answer = registry.load(registry.record(made)).predict(context.table.inputs)
-    expected = unpack(*made.packed).predict(context.table.inputs)
-    np.testing.assert_array_equal(answer.prediction.force_n, expected.force_n)
-    np.testing.assert_array_equal(answer.prediction.contact_time_spread_s, expected.contact_time_spread_s)
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory) -> Iterator[RecordedVersions]:
+    with pytest.MonkeyPatch.context() as patch:
+        without_figures(patch)
+        registry = fresh_registry(tmp_path_factory.mktemp("recorded"))
+        context = context_in(registry)
+        made = {model: trained(context, model) for model in ("linear", "tree", "kernel-ridge", "hann")}
+        yield RecordedVersions(registry, context, made, {model: registry.record(made[model]) for model in made})
 
 
-def test_model_names_what_lies_outside_its_domain(registry):
-    context = context_in(registry)
-    model = registry.load(registry.record(trained(context, "linear")))
-    table = context.table.take(np.arange(2))
-    fast = inputs_at(table, impact_velocity=9.0)
-    assert [told[0].predictor for told in model.predict(fast).outside] == ["impact_velocity"] * 2
+def test_version_reads_back_as_recorded(recorded):
+    assert {version.name: version for version in recorded.registry.versions()} == recorded.versions
+    version = recorded.versions["linear"]
+    assert version.metrics == recorded.trained["linear"].metrics
+    assert (version.name, version.version, version.split, version.seed) == ("linear", 1, "repetitions", 0)
+    assert version.dataset == recorded.context.dataset
+
+
+def test_loaded_model_predicts_the_same_bits_and_names_what_lies_outside(recorded):
+    model, inputs = recorded.registry.load(recorded.versions["linear"]), recorded.context.table.inputs
+    prediction = model.predict(inputs).prediction
+    expected = unpack(*recorded.trained["linear"].packed).predict(inputs)
+    np.testing.assert_array_equal(prediction.force_n, expected.force_n)
+    np.testing.assert_array_equal(prediction.contact_time_spread_s, expected.contact_time_spread_s)
+    table = recorded.context.table.take(np.arange(2))
+    outside = model.predict(inputs_at(table, impact_velocity=9.0)).outside
+    assert [predictors[0].predictor for predictors in outside] == ["impact_velocity"] * 2
     assert model.predict(table.inputs).outside == ((), ())
-
-
-def test_model_refuses_other_predictors(registry):
-    context = context_in(registry)
-    model = registry.load(registry.record(trained(context, "hann")))
-    inputs = context.table.inputs
     fewer = replace(inputs, predictors=inputs.predictors[1:], x=inputs.x[:, 1:])
     with pytest.raises(ValueError, match=r"hann@1 is asked with .* it knows"):
-        model.predict(fewer)
+        recorded.registry.load(recorded.versions["hann"]).predict(fewer)
 
 
-def test_held_out_predictions_are_those_of_the_metrics(registry):
-    context = context_in(registry)
-    made = trained(context, "hann")
-    held_out = registry.held_out(registry.record(made))
+def test_held_out_predictions_are_those_of_the_metrics(recorded):
+    made = recorded.trained["hann"]
+    held_out = recorded.registry.held_out(recorded.versions["hann"])
     np.testing.assert_array_equal(held_out.keys, made.held_out.keys)
     np.testing.assert_array_equal(held_out.prediction.force_n, made.held_out.prediction.force_n)
     assert held_out.prediction.force_spread_n is None
-    assert set(held_out.keys) | set(held_out.trained_on) == set(context.table.key)
+    assert set(held_out.keys) | set(held_out.trained_on) == set(recorded.context.table.key)
     assert not set(held_out.keys) & set(held_out.trained_on)
 
 
@@ -121,9 +127,9 @@ def test_mlflow_itself_predicts_from_a_table_with_pickle_forbidden(registry, mon
     assert set(columns) == units["inputs"].keys()
 
 
-def test_table_for_a_model_is_checked(registry):
-    context = context_in(registry)
-    served = ServedModel(unpack(*trained(context, "hann").packed), context.table.predictors)
+def test_table_for_a_model_is_checked(recorded):
+    context = recorded.context
+    served = ServedModel(unpack(*recorded.trained["hann"].packed), context.table.predictors)
     table = frame_of_inputs(context.table.take(np.arange(2)).inputs)
     assert list(served.predict(table.set_index(pandas.Index(["a", "b"]))).index) == ["a", "b"]
     with pytest.raises(ValueError, match="lacks the columns tip_radius_m; the model needs tip_radius_m, tip_youngs"):
@@ -159,10 +165,9 @@ def test_what_was_searched_and_learned_reads_back(registry):
 
 
 @pytest.mark.parametrize("model", ["linear", "tree", "kernel-ridge"])
-def test_version_has_the_settings_and_histories_that_its_model_reports(registry, model):
-    made = trained(context_in(registry), model)
-    version = registry.record(made)
-    report = made.fit_report
+def test_version_has_the_settings_and_histories_that_its_model_reports(recorded, model):
+    registry, version = recorded.registry, recorded.versions[model]
+    report = recorded.trained[model].fit_report
     assert registry.fit_settings(version) == report.parameters([predictor.name for predictor in PREDICTORS])
     histories = registry.fit_histories(version)
     assert histories.keys() == report.histories.keys()
@@ -180,22 +185,20 @@ def test_runs_are_sorted_by_a_setting_that_is_a_number(registry):
             [registry.connection.experiment], "metrics.`fit.force.noise` < 0.15", order_by=["metrics.`fit.force.noise`"]
         )
     assert [run.data.params["fit.force.noise"] for run in runs] == ["0.05", "0.1"]
-
-
-def test_version_without_a_report_has_no_settings(registry):
-    version = registry.record(replace(trained(context_in(registry), "hann"), fit_report=FitReport()))
+    version = registry.record(replace(made, fit_report=FitReport()))
     assert (registry.fit_settings(version), registry.fit_histories(version)) == ({}, {})
 
 
-def test_datasets_are_inputs_with_their_hash_and_columns(registry):
-    made = trained(context_in(registry), "hann")
-    version = registry.record(made)
-    with registry.connection.client() as client:
+def test_metrics_and_datasets_belong_to_the_run_with_their_hash_and_columns(recorded):
+    made, version = recorded.trained["hann"], recorded.versions["hann"]
+    with recorded.registry.connection.client() as client:
         import mlflow
 
-        inputs = client.get_run(version.run_id).inputs.dataset_inputs
-        source = mlflow.data.get_source(inputs[0].dataset).to_dict()
-    by_side = {used.tags[0].value: used.dataset for used in inputs}
+        run = client.get_run(version.run_id)
+        source = mlflow.data.get_source(run.inputs.dataset_inputs[0].dataset).to_dict()
+        model = client.get_logged_model(run.outputs.model_outputs[0].model_id)
+    by_side = {used.tags[0].value: used.dataset for used in run.inputs.dataset_inputs}
+    assert by_side.keys() == {"training", "held-out"}
     for side, keys in (("training", made.held_out.trained_on), ("held-out", made.held_out.keys)):
         digest = hashlib.sha256("\n".join(sorted(keys)).encode()).hexdigest()
         assert by_side[side].digest == digest[:36]
@@ -203,43 +206,31 @@ def test_datasets_are_inputs_with_their_hash_and_columns(registry):
         columns = [column["name"] for column in json.loads(by_side[side].schema)["mlflow_colspec"]]
         assert columns[:2] == ["tip_radius_m", "tip_youngs_modulus_pa"]
     assert source["tags"]["snapshot"] == made.dataset.hash
+    of_it = {metric.key: metric for metric in model.metrics}
+    assert of_it["force_nrmse"].value == made.metrics["force_nrmse"].mean
+    assert of_it["force_nrmse"].dataset_name == "spring, repetitions, held-out"
+    assert run.data.params["dataset_hash"] == made.dataset.hash
+    assert run.info.status == "FINISHED"
 
 
-def test_tags_name_the_libraries_that_a_model_uses(registry):
-    for model in ("hann", "tree"):
-        registry.record(trained(context_in(registry), model))
-    with registry.connection.client() as client:
-        tags = {v.name: client.get_run(v.run_id).data.tags for v in registry.versions()}
+def test_tags_name_the_libraries_that_a_model_uses(recorded):
+    with recorded.registry.connection.client() as client:
+        tags = {name: client.get_run(recorded.versions[name].run_id).data.tags for name in ("hann", "tree")}
     libraries = ("numpy", "scipy", "mlflow", "scikit-learn", "torch", "gpytorch", "optuna", "skops")
     named = {name: {library for library in libraries if f"pyroshock.{library}" in tags[name]} for name in tags}
     always = {"numpy", "scipy", "mlflow"}
     assert named == {"hann": always, "tree": always | {"scikit-learn", "skops"}}
 
 
-def test_metrics_belong_to_model_and_dataset(registry):
-    made = trained(context_in(registry), "hann")
-    version = registry.record(made)
-    with registry.connection.client() as client:
-        run = client.get_run(version.run_id)
-        model = client.get_logged_model(run.outputs.model_outputs[0].model_id)
-    of_it = {metric.key: metric for metric in model.metrics}
-    assert of_it["force_nrmse"].value == made.metrics["force_nrmse"].mean
-    assert of_it["force_nrmse"].dataset_name == "spring, repetitions, held-out"
-    assert {used.tags[0].value for used in run.inputs.dataset_inputs} == {"training", "held-out"}
-    assert run.data.params["dataset_hash"] == made.dataset.hash
-    assert run.info.status == "FINISHED"
-
-
-def test_empty_place_is_listed_without_making_anything(tmp_path):
-    registry = Registry(storage_for(f"sqlite:///{tmp_path / 'lab.db'}", {}))
-    assert (registry.versions(), registry.decisions(), registry.floors("", 0)) == ([], [], {})
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_process_settings_are_left_as_they_were(registry, monkeypatch):
+def test_process_settings_are_left_as_they_were(registry, monkeypatch, tmp_path):
     monkeypatch.setenv("MLFLOW_TRACKING_URI", "sqlite:////elsewhere.db")
     registry.record(trained(context_in(registry), "hann"))
     assert os.environ["MLFLOW_TRACKING_URI"] == "sqlite:////elsewhere.db"
+    monkeypatch.setenv(VARIABLE, "sqlite:////elsewhere.db")
+    with fresh_registry(tmp_path, "other").connection.client() as client:
+        assert os.environ[VARIABLE] == "sqlite:////elsewhere.db"
+        assert client.tracking_uri == f"sqlite:///{tmp_path / 'other-models.db'}"
+    assert os.environ[VARIABLE] == "sqlite:////elsewhere.db"
 
 
 def test_threads_take_turns_with_the_address_of_a_registry(registry, tmp_path):
@@ -256,7 +247,7 @@ def test_threads_take_turns_with_the_address_of_a_registry(registry, tmp_path):
     assert found == [[]]
 
 
-def test_moved_folder_is_found_beside_its_store(registry, tmp_path):
+def test_moved_folder_is_found_and_changed_or_vanished_files_are_told(registry, tmp_path):
     version = registry.record(trained(context_in(registry), "hann"))
     there = tmp_path / "moved"
     there.mkdir()
@@ -265,21 +256,13 @@ def test_moved_folder_is_found_beside_its_store(registry, tmp_path):
     moved = Registry(storage_for(f"sqlite:///{there / 'lab.db'}", {}))
     assert moved.load(version).model.kind == "analytic"
     assert len(moved.held_out(version).keys)
-
-
-def test_vanished_files_are_told(registry, tmp_path):
-    version = registry.record(trained(context_in(registry), "hann"))
-    shutil.rmtree(tmp_path / "lab-models" / "models")
-    with pytest.raises(RegistryError, match="the files of hann@1 are gone"):
-        registry.load(version)
-
-
-def test_changed_file_is_refused(registry, tmp_path):
-    version = registry.record(trained(context_in(registry), "hann"))
-    (file,) = (tmp_path / "lab-models").glob("models/*/artifacts/data/*/model.json")
+    (file,) = (there / "lab-models").glob("models/*/artifacts/data/*/model.json")
     file.write_text(file.read_text().replace('"hann"', '"reed"'))
     with pytest.raises(ModelFileError, match="not the file that was registered"):
-        registry.load(version)
+        moved.load(version)
+    shutil.rmtree(there / "lab-models" / "models")
+    with pytest.raises(RegistryError, match="the files of hann@1 are gone"):
+        moved.load(version)
 
 
 def test_first_model_that_learned_nothing_of_other_configurations_is_refused(registry):
@@ -312,7 +295,7 @@ def _scaled(table, factor):
     return replace(table, force_n=table.force_n * factor[:, None], peak_force_n=table.peak_force_n * factor, **times)
 
 
-def test_worse_model_is_refused_and_the_refusal_kept(registry, first_unjudged):
+def test_worse_model_is_refused_and_dethrones_by_force_with_a_reason(registry, first_unjudged):
     context = context_in(registry, _two_repetitions())
     registry.record(trained(context, "hann"))
     registry.record(trained(context, "linear"))
@@ -327,13 +310,6 @@ def test_worse_model_is_refused_and_the_refusal_kept(registry, first_unjudged):
     assert "crps.prior" not in decision.figures
     assert registry.champion("hammer").name == "hann"
     assert [decision.promoted for decision in registry.decisions()] == [False, True]
-
-
-def test_force_needs_a_reason_and_dethrones(registry, first_unjudged):
-    context = context_in(registry, _two_repetitions())
-    registry.record(trained(context, "hann"))
-    registry.record(trained(context, "linear"))
-    promote(registry, "hann", 1, lambda _: context.table, forced=True, reason="a start")
     with pytest.raises(ValueError, match="--reason"):
         promote(registry, "linear", 1, lambda _: context.table, forced=True)
     decision = promote(registry, "linear", 1, lambda _: context.table, forced=True, reason="to show it")
@@ -417,19 +393,19 @@ def test_folder_as_tracking_uri_is_refused(uri):
         storage_for("sqlite:///lab.db", {"MLFLOW_TRACKING_URI": uri})
 
 
-def test_tracking_uri_decides_the_place(tmp_path):
+def test_places_of_models_are_told_by_the_environment(tmp_path):
     place = storage_for("sqlite:///lab.db", {"MLFLOW_TRACKING_URI": f"sqlite:///{tmp_path}/m.db"})
     assert (place.tracking_uri, place.folder) == (f"sqlite:///{tmp_path}/m.db", tmp_path / "m")
     beside = storage_for(f"sqlite:///{tmp_path}/lab.db", {})
     assert (beside.tracking_uri, beside.folder) == (f"sqlite:///{tmp_path}/lab-models.db", tmp_path / "lab-models")
     server = storage_for("postgresql+psycopg://lab@host/store", {})
     assert server.database == Path.cwd() / "pyroshock-models.db"
-
-
-def test_store_itself_is_no_place_for_models():
     url = "postgresql+psycopg://lab@host/store"
     with pytest.raises(ValueError, match="one of their own"):
         storage_for(url, {"MLFLOW_TRACKING_URI": url})
+    registry = Registry(storage_for(f"sqlite:///{tmp_path / 'lab.db'}", {}))
+    assert (registry.versions(), registry.decisions(), registry.floors("", 0)) == ([], [], {})
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_newer_tables_are_one_error(registry):
@@ -462,3 +438,23 @@ def test_registry_on_postgresql(postgres_url, tmp_path, monkeypatch):
         assert registry.load(version).model.kind == "analytic"
     finally:
         _execute(server, f'DROP DATABASE "{name}" WITH (FORCE)')
+
+
+def test_client_of_another_thread_does_not_show(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(VARIABLE, raising=False)
+    registry = fresh_registry(tmp_path, "other")
+    asking, answered = threading.Event(), threading.Event()
+
+    def ask() -> None:
+        with registry.connection.client():
+            asking.set()
+            answered.wait(10)
+
+    with ThreadPoolExecutor(2) as pool:
+        client = pool.submit(ask)
+        assert asking.wait(30) and VARIABLE not in os.environ
+        place = pool.submit(lambda: storage_for(f"sqlite:///{tmp_path / 'lab.db'}", user_environment()))
+        assert not place.done()
+        answered.set()
+        client.result(30)
+        assert place.result(30).database == tmp_path / "lab-models.db"

@@ -68,39 +68,39 @@ def start(folder: Path, **extra: str) -> subprocess.Popen[str]:
     return subprocess.Popen(command, env={**os.environ, **extra}, **pipes)
 
 
-def test_session_registers_every_model_on_every_split(registry):
-    session = train(registry, context_in(registry), MODELS, SPLITS)
+def test_session_registers_every_model_once_on_every_split(registry, tmp_path):
+    training_context = context_in(registry)
+    session = train(registry, training_context, MODELS, SPLITS)
     wanted = [(model, split) for split in SPLITS for model in MODELS]
     assert [(version.name, version.split) for version in session.versions] == wanted
     assert (session.trained, session.failures) == (6, [])
     assert sorted(v.label for v in registry.versions()) == sorted(v.label for v in session.versions)
-
-
-def test_repeat_trains_nothing_and_lists_the_same(registry):
-    training_context = context_in(registry)
-    first = train(registry, training_context, MODELS, SPLITS)
     again = train(registry, training_context, MODELS, SPLITS)
-    assert again.trained == 0
-    assert again.versions == first.versions
-
-
-def test_retrain_adds_versions_of_the_same_numbers(registry):
-    training_context = context_in(registry)
-    (first,) = train(registry, training_context, ["linear"], SPLITS[:1]).versions
-    (again,) = train(registry, training_context, ["linear"], SPLITS[:1], retrain=True).versions
-    assert (first.version, again.version) == (1, 2)
-    assert (first.metrics, first.sha256) == (again.metrics, again.sha256)
-
-
-def test_model_is_the_same_alone_and_among_all(registry, tmp_path):
-    """The same seed, the same model, whatever was trained before it."""
-    training_context = context_in(registry)
-    among = train(registry, training_context, MODELS, SPLITS).versions
+    assert (again.trained, again.versions) == (0, session.versions)
+    floors = registry.floors(training_context.dataset.hash, 0)
+    assert set(floors) == set(SPLITS)
+    # Times scatter by 2 %, and a mean of two or three repetitions adds its own.
+    assert 0.01 < floor_metrics(floors["repetitions"], "treatment")["contact_time_error"].mean < 0.04
+    # The same seed, the same model, whatever was trained before it.
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     other = fresh_registry(elsewhere)
     (alone,) = train(other, replace(training_context, work=other.place.work), ["linear"], ["configurations"]).versions
-    assert alone.sha256 == next(v for v in among if (v.name, v.split) == ("linear", "configurations")).sha256
+    among = next(v for v in session.versions if (v.name, v.split) == ("linear", "configurations"))
+    assert alone.sha256 == among.sha256
+
+
+def test_retrain_adds_versions_of_the_same_numbers_and_open_runs_are_closed(registry):
+    training_context = context_in(registry)
+    (first,) = train(registry, training_context, ["linear"], SPLITS[:1]).versions
+    with registry.connection.client() as client:  # as a kill leaves it between registering the model and closing
+        client.update_run(first.run_id, "RUNNING")
+    assert train(registry, training_context, ["linear"], SPLITS[:1]).trained == 0
+    with registry.connection.client() as client:
+        assert client.get_run(first.run_id).info.status == "FINISHED"
+    (again,) = train(registry, training_context, ["linear"], SPLITS[:1], retrain=True).versions
+    assert (first.version, again.version) == (1, 2)
+    assert (first.metrics, first.sha256) == (again.metrics, again.sha256)
 
 
 def test_what_decides_a_training_makes_it_another(registry, monkeypatch):
@@ -115,6 +115,9 @@ def test_what_decides_a_training_makes_it_another(registry, monkeypatch):
     monkeypatch.setattr(training_task, "TRAINING_VERSION", training_task.TRAINING_VERSION + 1)
     keys.add(task_of("linear", "repetitions", training_context).key)
     assert len(keys) == 6
+    full = replace(training_context, budget="full")
+    assert task_of("nn-ga", "repetitions", training_context).key != task_of("nn-ga", "repetitions", full).key
+    assert task_of("hybrid", "repetitions", training_context).key == task_of("hybrid", "repetitions", full).key
 
 
 def test_model_that_cannot_learn_stops_no_other(registry):
@@ -134,15 +137,6 @@ def test_model_that_cannot_learn_stops_no_other(registry):
     assert told[0].startswith("hann not trained on repetitions")
 
 
-def test_floor_of_each_split_is_kept(registry):
-    training_context = context_in(registry)
-    train(registry, training_context, ["hann"], SPLITS)
-    floors = registry.floors(training_context.dataset.hash, 0)
-    assert set(floors) == set(SPLITS)
-    # Times scatter by 2 %, and a mean of two or three repetitions adds its own.
-    assert 0.01 < floor_metrics(floors["repetitions"], "treatment")["contact_time_error"].mean < 0.04
-
-
 def test_kill_leaves_only_finished_models_and_repeat_completes(registry, tmp_path):
     """Killed at the worst moment: everything of the third model is logged, and it is not registered yet."""
     process = start(tmp_path, KILL="2")
@@ -160,17 +154,6 @@ def test_kill_leaves_only_finished_models_and_repeat_completes(registry, tmp_pat
         runs = client.search_runs([registry.connection.experiment])
     assert {run.info.status for run in runs} == {"FINISHED"}
     assert len(runs) == 7  # six trainings and the session over them: the half one is gone
-
-
-def test_run_that_a_kill_left_open_is_closed_by_a_repeat(registry):
-    """Its model was registered, and the run was to be closed."""
-    training_context = context_in(registry)
-    (version,) = train(registry, training_context, ["hann"], SPLITS[:1]).versions
-    with registry.connection.client() as client:
-        client.update_run(version.run_id, "RUNNING")
-    assert train(registry, training_context, ["hann"], SPLITS[:1]).trained == 0
-    with registry.connection.client() as client:
-        assert client.get_run(version.run_id).info.status == "FINISHED"
 
 
 @pytest.mark.slow
@@ -227,7 +210,6 @@ def test_contact_time_is_searched_once_for_all(registry, monkeypatch):
         return FittingFailure(task.model, task.split, "not tried")
 
     monkeypatch.setattr(run_tasks, "_searched", search)
-    monkeypatch.setattr(run_tasks, "try_fit", attempt)
     monkeypatch.setattr(run_tasks, "try_fit", attempt)
     models = ["hann", "nn-narrow", "gp", "nn-ga"]
     for _ in range(2):
@@ -296,13 +278,6 @@ def test_every_model_is_made_and_described(name):
 
     model = entry_of(name).make(BuildOptions())
     assert build(describe(model)).settings() == model.settings()
-
-
-def test_budget_is_the_genetic_search_only(registry):
-    training_context = context_in(registry)
-    full = replace(training_context, budget="full")
-    assert task_of("nn-ga", "repetitions", training_context).key != task_of("nn-ga", "repetitions", full).key
-    assert task_of("hybrid", "repetitions", training_context).key == task_of("hybrid", "repetitions", full).key
 
 
 @pytest.mark.slow

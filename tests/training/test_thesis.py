@@ -89,14 +89,8 @@ def test_optimised_models_agree(thesis_tables: Path) -> None:
         }
     ours = {(f.model, f.metric, f.value, f.table) for f in all_figures()}
     assert {row for row in ours if row[3] in {"4.6", "4.7", "4.8", "4.9"}} == expected
-
-
-def test_optimised_figure_comes_before_the_first_try() -> None:
     figures = thesis_figures("coregional-gp")
     assert set(figures) == set(METRICS)
     assert (figures["force_rmse_n"].value, figures["force_rmse_n"].table) == (35.851, "4.7")
     assert thesis_figures("gp")["contact_time_error"].table == "4.4"
-
-
-def test_thesis_has_no_hybrid() -> None:
     assert thesis_figures("hybrid") == {}

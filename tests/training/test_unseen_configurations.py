@@ -68,9 +68,6 @@ def test_every_configuration_is_judged(table: PulseTable) -> None:
     scores = unseen_scores(table, {"a": scattered(1.1, 0.1), "b": scattered(1.0, 0.1)}, np.random.default_rng(0))
     assert (scores.configurations, len(scores.configuration), scores.folds) == (60, 180, 5)
     assert scores.p_value(np.random.default_rng(0)) < 0.01
-
-
-def test_many_repetitions_are_thinned(table: PulseTable) -> None:
     many = pulse_table(np.random.default_rng(1), repetitions=10)
     scores = unseen_scores(many, {"a": scattered(1.1, 0.1), "b": scattered(1.0, 0.1)}, np.random.default_rng(0))
     assert np.unique(scores.configuration, return_counts=True)[1].tolist() == [6] * 60
@@ -97,13 +94,6 @@ def test_no_model_sees_what_it_is_asked_for(table: PulseTable) -> None:
     assert all(not known & unseen for known, unseen in zip(learned, asked, strict=True))
 
 
-def test_model_of_other_configurations_is_not_refitted(table: PulseTable) -> None:
-    model = entry_of("linear").make(BuildOptions()).fit(table, np.random.default_rng(0))
-    assert without_configurations(model, table, ["elsewhere"], np.random.default_rng(0)) is model
-    with pytest.raises(ValueError, match="without all configurations"):
-        without_configurations(model, table, table.configuration.tolist(), np.random.default_rng(0))
-
-
 def test_settings_of_rows_are_those_of_the_table(table: PulseTable) -> None:
     row = int(np.flatnonzero(table.column("insulator") > 0)[0])
     setting = settings_of(table)[row]
@@ -112,14 +102,15 @@ def test_settings_of_rows_are_those_of_the_table(table: PulseTable) -> None:
     assert setting.impactor_mass_kg == table.impactor_mass_kg[row]
     assert setting.impact_velocity_m_s == table.column("impact_velocity")[row]
     assert (setting.anvil is not None, setting.insulator) == (True, "polymeric")
-
-
-def test_bare_plates_tell_what_lies_below_an_anvil(table: PulseTable) -> None:
     on_steel = table.take(table.target_material == "steel")
     (below,) = {(setting.plate.name, setting.plate.density_kg_m3) for setting in settings_of(on_steel, table)}
     assert below == ("aluminum", 2700.0)
     assert {setting.target.name for setting in settings_of(on_steel, table)} == {"steel"}
     assert {setting.plate.name for setting in settings_of(on_steel)} == {"steel"}  # no row tells it
+    from dataclasses import replace
+
+    with pytest.raises(ValueError, match="mass"):
+        settings_of(replace(table, impactor_mass_kg=np.full(len(table), np.nan)))
 
 
 def test_prior_pulses_scatter_about_a_contact(table: PulseTable) -> None:
@@ -154,14 +145,11 @@ def test_shots_of_rows_are_what_was_measured(table: PulseTable) -> None:
     np.testing.assert_array_equal(shots.impulse_n_s, table.impulse_n_s)
     np.testing.assert_array_equal(shots.impact_velocity_m_s, velocity_before(table, INTEGRATED)[0])
     assert all(len(np.unique(table.configuration[shots.configuration == row])) == 1 for row in range(60))
-
-
-def test_updated_law_learns_from_at_most_so_many_pulses(table: PulseTable) -> None:
     assert updated_contact(table).shots == MOST_PULSES < len(table)
 
 
 def test_updated_law_has_not_seen_what_it_is_asked_for(table: PulseTable) -> None:
-    """Draws with the unseen pulses in `learned` are those without them, to the bit."""
+    # Draws with the unseen pulses in `learned` are those without them, to the bit.
     unseen = table.take(np.arange(0, 9))
     others = table.take(~np.isin(table.configuration, unseen.configuration))
     with_them, without = (
@@ -169,6 +157,10 @@ def test_updated_law_has_not_seen_what_it_is_asked_for(table: PulseTable) -> Non
     )
     for first, second in zip(with_them, without, strict=True):
         np.testing.assert_array_equal(first.force_n, second.force_n)
+    model = entry_of("linear").make(BuildOptions()).fit(table, np.random.default_rng(0))
+    assert without_configurations(model, table, ["elsewhere"], np.random.default_rng(0)) is model
+    with pytest.raises(ValueError, match="without all configurations"):
+        without_configurations(model, table, table.configuration.tolist(), np.random.default_rng(0))
 
 
 def test_updated_law_predicts_better_than_the_prior() -> None:
@@ -226,10 +218,3 @@ def quantities(material: ElasticMaterial) -> tuple[float, float, float, float]:
     strength = material.yield_strength_pa
     assert strength is not None
     return material.youngs_modulus_pa, material.poisson_ratio, material.density_kg_m3, strength
-
-
-def test_dataset_without_a_mass_has_no_prior(table: PulseTable) -> None:
-    from dataclasses import replace
-
-    with pytest.raises(ValueError, match="mass"):
-        settings_of(replace(table, impactor_mass_kg=np.full(len(table), np.nan)))

@@ -1,12 +1,18 @@
-"""The simple ways of answering, on problems whose answer is known."""
+"""Campaigns as arrays, and the simple ways of answering, on problems whose answer is known."""
 
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from pyroshock.array_types import Floats
+from pyroshock.diagnosis import chain
+from pyroshock.diagnosis.gap import GapTable
+from pyroshock.diagnosis.inference.problem import InferenceProblem
+from pyroshock.diagnosis.options import Options
+from pyroshock.diagnosis.reading import read_folder
 from pyroshock.validation.baselines import (
     BASELINES,
     Forest,
@@ -17,6 +23,10 @@ from pyroshock.validation.baselines import (
     most_frequent,
     noise_only,
 )
+from pyroshock.validation.cases.draw import draw_case
+from pyroshock.validation.cases.record import record_case
+from pyroshock.validation.joint_ridge import joint_ridge
+from support.records.toy_bench import ToyGun, ToyLayer, ToyLoss, ToyMass, campaign, stages_of
 
 A, B = "gun.blow_by", "contact.plastic_yield"
 C = 12
@@ -73,9 +83,6 @@ def test_largest_residual_names_the_stage_s_most_frequent() -> None:
     assert largest_residual(problem(np.full(C, 2.0), stage="contact")) == {B: 1.0}
     assert largest_residual(problem(np.full(C, 2.0)), {"gun": "gun.dead_volume"}) == {"gun.dead_volume": 1.0}
     assert largest_residual(problem(np.full(C, 0.5))) == {"none": 1.0}
-
-
-def test_most_frequent_effect_of_each_stage() -> None:
     labels = [A, A, "gun.dead_volume", B, f"{A}+{B}", "none", "unknown"]
     assert most_frequent(labels) == {"gun": A, "contact": B}
 
@@ -110,3 +117,63 @@ def test_forest_learns_two_shapes() -> None:
     assert max(said, key=lambda label: said[label]) == B
     assert sum(said.values()) == pytest.approx(1.0)
     assert forest.answer("plate", problem(2 * SLOPE)) == {}
+
+
+KINDS = (ToyLoss, ToyMass, ToyLayer)
+
+
+def toy_problem(*effects, seed: int = 0) -> GapProblem:
+    record = campaign(effects, np.random.default_rng(seed))
+    stages = stages_of(record)[:2]
+    gap = GapTable.of(record, stages)
+    return GapProblem.of(gap, InferenceProblem.of(gap, stages, KINDS))
+
+
+def test_cells_are_means_over_tolerances() -> None:
+    record = campaign((), np.random.default_rng(0))
+    one = GapProblem.of(GapTable.of(record, [ToyGun(record)]))
+    assert (one.changes, one.parameters) == ({}, {})
+    assert one.noise.shape == (24, 24)
+    record = campaign((ToyLoss(0.1),), np.random.default_rng(0))
+    gap = GapTable.of(record, [ToyGun(record)])
+    one = GapProblem.of(gap)
+    np.testing.assert_allclose(one.z, gap.mean[one.configuration, one.observable] / 0.01)
+    # Nine of one parameter, whose likely range ends two standard deviations from none: the middle one does nothing.
+    loss = -0.01 * np.sort(toy_problem().changes["gun.toy_loss"][:, 0])[::-1]
+    assert len(loss) == 9
+    np.testing.assert_allclose(loss, -loss[::-1], atol=1e-9)
+    assert loss[5] == pytest.approx(0.2 * 0.2822, rel=1e-3)  # the normal quantile of 5.5 / 9 ...
+    assert loss[8] == pytest.approx(0.2 * 1.5932, rel=1e-3)  # ... and of 8.5 / 9
+
+
+def test_changes_are_those_of_the_law_and_stages_have_no_noise_in_common() -> None:
+    one = toy_problem()
+    apart = one.stage[:, None] != one.stage[None, :]
+    assert apart.any() and not one.noise[apart].any()
+    assert np.linalg.eigvalsh(one.noise).min() > 0
+    # A loss moves every velocity alike and no pulse; a heavier mass moves the three logarithms by its powers.
+    gun = one.stage == "gun"
+    loss = one.changes["gun.toy_loss"]
+    assert np.ptp(loss[:, gun], axis=1).max() == pytest.approx(0.0, abs=1e-9)
+    assert not loss[:, ~gun].any()
+    peak, impulse, width = (one.changes["contact.toy_mass"][:, one.observable == i] for i in (1, 2, 3))
+    np.testing.assert_allclose(peak / 0.6, width / 0.4, atol=1e-9)
+    np.testing.assert_allclose(peak / 0.6, impulse, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["noise-only evidence", "BIC"])
+@pytest.mark.parametrize("effect", [ToyLoss(0.12), ToyMass(1.3), ToyLayer(0.3)], ids=lambda effect: effect.id)
+def test_a_simple_way_names_the_effect(name: str, effect) -> None:
+    said = BASELINES[name](toy_problem(effect))
+    assert max(said, key=lambda label: said[label]) == effect.id
+
+
+def test_gain_of_the_force_goes_held_out_too(tmp_path: Path) -> None:
+    case = draw_case("hammer", "strong", np.random.default_rng(2), cause="sensor.force_gain", decoy=False, number=0)
+    record_case(case, tmp_path / "c", 1)
+    record = read_folder(tmp_path / "c")
+    stages, _ = chain.stages_of(record, Options())
+    answer = joint_ridge(stages, GapTable.of(record, stages))
+    assert answer["fraction"] > 0.7
+    assert answer["inside"] <= answer["after"] < answer["before"]
+    assert sum(answer["shares"].values()) == pytest.approx(1.0)

@@ -30,31 +30,22 @@ def row(*causes: list[str], fraction: float | None = 0.8, **other: Any) -> CaseR
     return CaseResult(label, CaseAnswer.of("a", {**verdict, **other}))
 
 
-def test_member_of_a_joint_entry_is_named() -> None:
+def test_first_entry_names_and_only_its_first_alternative_accuses() -> None:
     figures = bench_figures("x", [row([f"{LEAK}+{VALVE}"])])
     assert (figures.largest_named.value, figures.large_named.value, figures.all_named.value) == (1.0, 1.0, 1.0)
     assert figures.off_named.value == 0.0
-
-
-def test_alternative_of_a_group_names_the_largest() -> None:
     assert bench_figures("x", [row([GAIN, VALVE])]).largest_named.value == 1.0
-
-
-def test_only_the_first_alternative_accuses() -> None:
     assert bench_figures("x", [row([VALVE, GAIN])]).off_named.value == 0.0
     assert bench_figures("x", [row([f"{VALVE}+{GAIN}"])]).off_named.value == 1.0
-
-
-def test_second_entry_names_nothing() -> None:
     figures = bench_figures("x", [row(["unknown"], [VALVE])])
     assert (figures.largest_named.value, figures.one_named.value, figures.unknown_first.value) == (0.0, 0.0, 1.0)
 
 
-def test_report_without_a_fraction_shrinks_nothing() -> None:
+def test_what_is_missing_counts_as_nothing() -> None:
     assert bench_figures("x", [row([VALVE], fraction=None)]).fraction.value == 0.0
-
-
-def test_missing_shares_count_as_zero_and_hold_nothing() -> None:
+    lost = CaseResult(row([VALVE]).label, CaseAnswer("a", error="out of time"))
+    figures = bench_figures("x", [lost])
+    assert (figures.fraction.value, figures.largest_named.value) == (0.0, 0.0)
     figures = bench_figures("x", [row([VALVE])])
     assert figures.shares_error == pytest.approx(0.5)
     assert figures.shares_held.value == 0.0
@@ -66,6 +57,10 @@ def test_shares_are_compared_with_the_truth() -> None:
     assert figures.shares_error == pytest.approx((0.1 + 0.3 + 0.4) / 3)
     assert figures.shapley_error == pytest.approx((0.0 + 0.4 + 0.4) / 3)
     assert figures.shares_held.hits == 1
+    values = np.random.default_rng(1).normal(size=200)
+    middle = Quantile.of(values.tolist(), 50)
+    assert middle.low < middle.value < middle.high
+    assert middle.high - middle.low == pytest.approx(2 * 1.96 * 1.2533 / math.sqrt(200), rel=0.3)
 
 
 @pytest.mark.parametrize(("naive", "below"), [(0.81, 1.0), (0.83, 0.0)])
@@ -73,27 +68,11 @@ def test_answer_below_the_naive_fit_is_counted(naive: float, below: float) -> No
     assert bench_figures("x", [row([VALVE], naive=naive)]).at_least_naive.value == below
 
 
-def test_case_without_an_answer_counts_as_nothing_gained() -> None:
-    lost = CaseResult(row([VALVE]).label, CaseAnswer("a", error="out of time"))
-    figures = bench_figures("x", [lost])
-    assert (figures.fraction.value, figures.largest_named.value) == (0.0, 0.0)
-
-
-def test_quantile_lies_in_its_interval() -> None:
-    values = np.random.default_rng(1).normal(size=200)
-    middle = Quantile.of(values.tolist(), 50)
-    assert middle.low < middle.value < middle.high
-    assert middle.high - middle.low == pytest.approx(2 * 1.96 * 1.2533 / math.sqrt(200), rel=0.3)
-
-
 def test_table_has_a_column_for_each_kind() -> None:
     text = bench_text(bench_tables([row([VALVE])], ("realistic", "foreign one")))
     assert "realistic" in text
     assert "foreign" not in text
     assert bench_text(()) == ""
-
-
-def test_pool_prints_its_benches() -> None:
     rows = [row([VALVE])]
     pool = Pool((), tables(rows), kinds(rows), bench_tables(rows, ("realistic",)))
     assert "fraction held out" in pool.text()

@@ -1,4 +1,4 @@
-"""A whole check, with a diagnosis put in the place of the real one: order of the seal, crashes, resuming."""
+"""A whole check, with a diagnosis put in the place of the real one, and which cases it draws."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from pyroshock.parallel.executor import ExecutorConfig
 from pyroshock.validation import blind_check, case_plan, run_case
+from pyroshock.validation.case_plan import BENCHES, SEEDS, SPLITS, case_of_task, tasks
 from pyroshock.validation.cases import record
 from pyroshock.virtualbench.recorder import SealError
 from support.records.blind_rows import LEAK, verdict
@@ -56,6 +57,10 @@ def test_labels_are_opened_after_the_last_answer(told: list[str]) -> None:
     assert told == ["diagnosed ['campaign.toml', 'runs.csv']"] * CASES + ["labels opened"]
     assert len(set(report.published)) == CASES
     assert report.tiers[-1].n == CASES
+    first = [case_plan.case_of_task(task) for task in case_plan.tasks(2, 5, ["middle"])]
+    case_plan.case_of_task.cache_clear()
+    assert [case_plan.case_of_task(task) for task in case_plan.tasks(2, 5, ["middle"])[::-1]] == first[::-1]
+    assert first[0] != first[1]
 
 
 def test_hashes_are_kept_before_any_answer(told: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -70,10 +75,17 @@ def test_hashes_are_kept_before_any_answer(told: list[str], tmp_path: Path, monk
     assert seen == [CASES] * CASES
 
 
-def test_sealed_labels_say_nothing(told: list[str], tmp_path: Path) -> None:
+def test_folder_of_another_check_or_with_changed_labels_is_refused(told: list[str], tmp_path: Path) -> None:
     check(folder=tmp_path)
-    sealed = (tmp_path / "labels.sealed").read_text(encoding="utf-8")
-    assert not any(word in sealed for word in ("gun", "none", "cause", "strengths"))
+    text = (tmp_path / "labels.sealed").read_text(encoding="utf-8")
+    assert not any(word in text for word in ("gun", "none", "cause", "strengths"))
+    with pytest.raises(ValueError, match="other settings"):
+        check(folder=tmp_path, seed=4)
+    sealed = json.loads(text)
+    sealed["sealed"] = ("00" if sealed["sealed"][:2] != "00" else "01") + sealed["sealed"][2:]
+    (tmp_path / "labels.sealed").write_text(json.dumps(sealed), encoding="utf-8")
+    with pytest.raises(SealError, match="changed"):
+        check(folder=tmp_path)
 
 
 def test_crash_is_counted_as_wrong_and_listed(told: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -95,21 +107,6 @@ def test_stopped_check_goes_on(told: list[str], tmp_path: Path) -> None:
     assert len(told) == CASES  # two answers and the opening
 
 
-def test_folder_of_another_check_is_refused(told: list[str], tmp_path: Path) -> None:
-    check(folder=tmp_path)
-    with pytest.raises(ValueError, match="other settings"):
-        check(folder=tmp_path, seed=4)
-
-
-def test_changed_labels_are_refused(told: list[str], tmp_path: Path) -> None:
-    check(folder=tmp_path)
-    sealed = json.loads((tmp_path / "labels.sealed").read_text(encoding="utf-8"))
-    sealed["sealed"] = ("00" if sealed["sealed"][:2] != "00" else "01") + sealed["sealed"][2:]
-    (tmp_path / "labels.sealed").write_text(json.dumps(sealed), encoding="utf-8")
-    with pytest.raises(SealError, match="changed"):
-        check(folder=tmp_path)
-
-
 def test_effect_left_out_is_not_in_the_catalogue(told: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[str, ...] | None] = []
 
@@ -122,18 +119,9 @@ def test_effect_left_out_is_not_in_the_catalogue(told: list[str], monkeypatch: p
     (task,) = case_plan.tasks(1, 3, [case_plan.LEFT_OUT])
     (effect,) = case_plan.case_of_task(task)[0].strengths
     report = check(tiers=[case_plan.LEFT_OUT], cases=1)
-    assert asked[0] is not None
     assert effect not in asked[0]
     assert asked[1] is None
-    assert report.left_out is not None
     assert (report.left_out.unknown.hits, report.left_out.found.hits, report.tiers) == (1, 1, ())
-
-
-def test_same_seed_same_cases(told: list[str]) -> None:
-    first = [case_plan.case_of_task(task) for task in case_plan.tasks(2, 5, ["middle"])]
-    case_plan.case_of_task.cache_clear()
-    assert [case_plan.case_of_task(task) for task in case_plan.tasks(2, 5, ["middle"])[::-1]] == first[::-1]
-    assert first[0] != first[1]
 
 
 @pytest.mark.parametrize(
@@ -151,8 +139,29 @@ def test_quick_tier() -> None:
     report = blind_check.run(4, 11, ["very strong", case_plan.LEFT_OUT], learn_from=8)
     found = report.tiers[-1]
     assert (found.n, found.errors) == (4, ())
-    assert report.left_out is not None
     assert report.left_out.n == 4
     assert set(report.baselines) == {"noise-only evidence", "BIC", "largest residual", "random forest"}
     assert found.reliability.nll < report.baselines["largest residual"][-1].reliability.nll
     json.dumps(report.as_json(), allow_nan=False)
+
+
+def test_cases_of_a_plan_keep_their_kinds_seeds_and_draws() -> None:
+    assert [task.kind for task in tasks(6, 1, ["realistic"])] == ["gun", "hammer", "plate", "chain", "gun", "hammer"]
+    alone = tasks(2, 1, ["realistic"], kinds=["hammer"])
+    among = [task for task in tasks(8, 1, ["realistic"]) if task.kind == "hammer"]
+    assert alone == among
+    assert set(SEEDS) == set(SPLITS)
+    assert len(set(SEEDS.values())) == len(SPLITS)
+    seeds = {task.seed for split in SPLITS for task in tasks(4, 1, list(BENCHES), split)}
+    assert len(seeds) == 4 * len(SPLITS) * len(BENCHES)
+    task = tasks(1, 1, ["realistic"], kinds=["hammer"])[0]
+    case, seed = case_of_task(task)
+    case_of_task.cache_clear()
+    assert case_of_task(task) == (case, seed)
+    assert len(case.strengths) > 1
+
+
+@pytest.mark.parametrize(("tiers", "kinds", "named"), [(["loud"], [], "tier"), (["realistic"], ["rifle"], "kind")])
+def test_unknown_words_are_refused_by_name(tiers: list[str], kinds: list[str], named: str) -> None:
+    with pytest.raises(ValueError, match=named):
+        tasks(1, 1, tiers, kinds=kinds)

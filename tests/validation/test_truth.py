@@ -24,20 +24,20 @@ def opened(kind: str, cause: str, **other: Any) -> Opened:
     return label_of(case, 5)
 
 
-def test_effect_of_the_catalogue() -> None:
+def test_effects_of_and_outside_the_catalogue() -> None:
     truth = opened("gun", "gun.valve_flow")
     found = label(TASK, truth)
     assert (found.key, found.kind, found.stages, found.inside) == ("gun.valve_flow", "gun", ("gun",), None)
     assert 3 < found.gap_in_floors < 6
     assert found.gap_in_tolerances == pytest.approx(truth.gap["gun"])
-
-
-def test_campaign_without_effect() -> None:
+    assert label(TASK, replace(truth, gap={"gun": 0.9})).within_tolerance
+    assert not label(TASK, replace(truth, gap={"gun": 1.1})).within_tolerance
+    pressures = [row["tank_pressure_bar"] for row in truth.configurations]
+    assert named_regions(truth, [{"rule": "tank_pressure_bar > 1.2"}]) == [
+        [i for i, p in enumerate(pressures) if p > 1.2]
+    ]
     found = label(TASK, opened("gun", "none"))
     assert (found.key, found.stages, found.gap_in_tolerances) == ("none", (), 0.0)
-
-
-def test_effect_outside_the_catalogue() -> None:
     found = label(TASK, opened("gun", "gun.tumbling"))
     assert (found.key, found.family, found.stages) == ("unknown", "gun.tumbling", ("gun",))
 
@@ -49,20 +49,6 @@ def test_layer_acts_where_there_is_one() -> None:
     assert inside == tuple(i for i, word in enumerate(words) if word == "polymeric")
     regions = [{"rule": "insulator = polymeric"}, {"rule": "tank_pressure_bar > 1"}]
     assert named_regions(truth, regions) == [list(inside), []]
-
-
-def test_rules_hold_in_the_campaign_s_words() -> None:
-    truth = opened("gun", "gun.valve_flow")
-    pressures = [row["tank_pressure_bar"] for row in truth.configurations]
-    assert named_regions(truth, [{"rule": "tank_pressure_bar > 1.2"}]) == [
-        [i for i, p in enumerate(pressures) if p > 1.2]
-    ]
-
-
-def test_gap_within_tolerance_is_told() -> None:
-    truth = opened("gun", "gun.valve_flow")
-    assert label(TASK, replace(truth, gap={"gun": 0.9})).within_tolerance
-    assert not label(TASK, replace(truth, gap={"gun": 1.1})).within_tolerance
 
 
 def test_right_effect_shrinks_the_gap(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -62,21 +62,22 @@ def test_right_effect_removes_the_gap(effect) -> None:
         assert entry.ci90[0] <= entry.fraction <= entry.ci90[1]
 
 
-def test_wrong_effect_removes_nothing() -> None:
+def test_wrong_effect_or_no_cause_leaves_the_gap() -> None:
     by_folds, at_corner = oracle(_toy((ToyMass(1.25),)), [ToyDamping], np.random.default_rng(1))
     assert by_folds.fraction == pytest.approx(0.0, abs=0.02)
     assert at_corner.fraction == pytest.approx(0.0, abs=0.02)
-
-
-def test_no_gap_to_shrink() -> None:
-    fractions = [oracle(_toy((), seed)[:1], [ToyLoss], np.random.default_rng(seed))[0].fraction for seed in range(10)]
-    assert sum(each is None for each in fractions) >= 8
-
-
-def test_no_cause_leaves_the_gap() -> None:
     stages = _toy((ToyMass(1.25),))
     entry, _ = shrinkage(stages, lambda rows: as_given(stages), np.random.default_rng(0))
     assert (entry.effects, entry.fraction, entry.before) == ((), 0.0, entry.after)
+
+
+def test_no_gap_to_shrink_where_scatter_alone_makes_one() -> None:
+    fractions = [oracle(_toy((), seed)[:1], [ToyLoss], np.random.default_rng(seed))[0].fraction for seed in range(10)]
+    assert sum(each is None for each in fractions) >= 8
+    gaps = [Gaps.of(_toy((), seed)) for seed in range(20)]
+    assert np.mean([g.squares().mean() for g in gaps]) == pytest.approx(
+        np.mean([g.floor.mean() for g in gaps]), rel=0.1
+    )
 
 
 def test_choice_never_sees_what_is_held_out() -> None:
@@ -86,10 +87,6 @@ def test_choice_never_sees_what_is_held_out() -> None:
     held = [np.setdiff1d(np.arange(24), rows) for rows in seen]
     assert np.array_equal(np.sort(np.concatenate(held[:-1])), np.arange(24))
     assert 6 <= len(held[-1]) <= 8
-
-
-def test_effects_are_those_of_most_folds() -> None:
-    stages = _toy((ToyMass(1.25),))
     answers = iter([ToyLoss(0.1), *[ToyMass(1.25)] * 5])
     entry, _ = shrinkage(stages, lambda rows: as_given(stages, next(answers)), np.random.default_rng(0))
     assert entry.effects == ("contact.toy_mass",)
@@ -105,51 +102,36 @@ def test_corner_is_an_extrapolation() -> None:
     assert wrong.fraction < by_folds.fraction < 0.6
 
 
-def test_corner_of_two_levels_takes_a_second_factor() -> None:
+def test_corner_takes_a_second_factor_and_needs_numbers() -> None:
     configurations = Design(pressures_bar=(1.0, 4.0), masses_kg=(0.25, 1.0), insulators=tuple("abc")).configurations()
     size = np.array(
         [float(each.factors["tank_pressure"]) - 1e4 * float(each.factors["bullet_mass"]) for each in configurations]
     )
     split = corner(configurations, np.arange(12), size)
-    assert split is not None
     assert split.name == "corner: tank_pressure_bar > 2 and bullet_mass_kg <= 0.6"
     assert len(split.held_out) == 3
-
-
-def test_no_corner_without_numbers() -> None:
     configurations = Design(pressures_bar=(1.0,), masses_kg=(0.5,), insulators=tuple("abcdef")).configurations()
     assert corner(configurations, np.arange(6), np.arange(6.0)) is None
-
-
-def test_folds_hold_each_configuration_out_once() -> None:
     split = by_configuration(np.array([3, 5, 7]), np.random.default_rng(0))
     assert len(split.folds) == 3
     assert sorted(split.held_out) == [3, 5, 7]
 
 
 def test_before_is_the_rms_over_the_scale() -> None:
-    """In the unit of ln v where the scale is 1; and only what has a finite scale counts."""
+    # In the unit of ln v where the scale is 1; and only what has a finite scale counts.
     stages = _toy((ToyLoss(0.1),))
     scales = {"gun": np.ones(1), "contact": np.full(3, np.inf), "plate": np.full(8, np.inf)}
     entry, _ = oracle(stages, [ToyLoss], np.random.default_rng(0), scales)
     assert entry.before == pytest.approx(0.1, rel=0.05)
     assert entry.after < 0.01
     assert set(entry.more) == {"rms of gun", CORRECTED}
-
-
-def test_levels_are_told_in_db() -> None:
     entry, _ = oracle(_toy((ToyDamping(4.0),)), [ToyDamping], np.random.default_rng(0))
     before, after = entry.more["share of lines within 6 dB"]
     assert (before, after) == (pytest.approx(0.5, abs=0.1), 1.0)
     assert entry.more["dB, median"][0] == pytest.approx(4 * (1 + 3.5 / 8), rel=0.1)
     assert entry.more["dB, median"][1] < 0.3
-
-
-def test_floor_is_what_the_scatter_leaves() -> None:
-    gaps = [Gaps.of(_toy((), seed)) for seed in range(20)]
-    assert np.mean([g.squares().mean() for g in gaps]) == pytest.approx(
-        np.mean([g.floor.mean() for g in gaps]), rel=0.1
-    )
+    stages = [ToyGun(campaign((ToyLoss(0.1),), np.random.default_rng(0)))]
+    assert oracle(stages, [ToyLoss], np.random.default_rng(0))[0].fraction > 0.85
 
 
 def test_chance_is_the_scatter_of_the_mean_square() -> None:
@@ -188,6 +170,15 @@ def test_intervals_cover() -> None:
     assert 0.82 <= covered <= 0.97
 
 
-def test_only_a_gun_is_enough() -> None:
-    stages = [ToyGun(campaign((ToyLoss(0.1),), np.random.default_rng(0)))]
-    assert oracle(stages, [ToyLoss], np.random.default_rng(0))[0].fraction > 0.85
+def test_mean_over_configurations_is_that_over_all_cells() -> None:
+    """A configuration with one cell of three counts for a third of the others, as in the gap of the report."""
+    rng = np.random.default_rng(0)
+    mean = rng.standard_normal((5, 3))
+    mean[1, 1:] = np.nan
+    mean[4] = np.nan
+    variance = np.full(mean.shape, 0.2)
+    gaps = Gaps((), np.ones(3), mean, variance, np.zeros(5), 4)
+    assert gaps.rows.tolist() == [0, 1, 2, 3]
+    assert gaps.squares()[gaps.rows].mean() == pytest.approx(np.nanmean(mean**2))
+    assert gaps.floor[gaps.rows].mean() == pytest.approx(0.2)
+    assert gaps.squares()[1] == pytest.approx(mean[1, 0] ** 2 / 2.5)

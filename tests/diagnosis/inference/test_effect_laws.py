@@ -38,47 +38,35 @@ def of_kind(kind, laws=LAWS) -> list[EffectLaw]:
 
 
 @ALL_KINDS
-def test_values_stay_in_the_allowed_range(kind):
+def test_values_and_starts_stay_in_the_allowed_range(kind):
     for law in of_kind(kind):
         for place in np.linspace(-4.5, 4.5, 19):
             law.effect(np.full(law.size, place))  # raises outside of the range
             for coordinate in law.coordinates:
                 value = float(coordinate.value(np.array(place)))
                 assert coordinate.parameter.low <= value <= coordinate.parameter.high
+    for law in of_kind(kind):
+        for u in [*law.starts(), law.smallest_start()]:
+            assert u.shape == (law.size,)
+            law.effect(u)
 
 
 @ALL_KINDS
-def test_place_is_the_inverse_of_value(kind):
+def test_laws_of_a_kind_are_told_apart_and_share_its_prior(kind):
     for law in of_kind(kind, SINGLE):
         for coordinate in law.coordinates:
             for place in (-1.0, -0.3, 0.0, 0.7, 1.0):
                 assert coordinate.place(float(coordinate.value(np.array(place)))) == pytest.approx(place, abs=1e-9)
-
-
-@ALL_KINDS
-def test_parameters_of_other_regimes_are_off(kind):
     for law in of_kind(kind):
         effect = law.effect(np.zeros(law.size))
         searched = {coordinate.parameter.name for coordinate in law.coordinates}
         for item in kind.parameters():
             if item.likely is not None and item.name not in searched:
                 assert getattr(effect, item.name) == item.off
-
-
-@ALL_KINDS
-def test_priors_of_one_effect_s_laws_sum_to_one(kind):
     assert sum(np.exp(law.log_prior) for law in of_kind(kind, SINGLE)) == pytest.approx(1.0)
-
-
-@ALL_KINDS
-def test_keys_tell_laws_apart(kind):
     keys = [law.key for law in of_kind(kind)]
     assert len(set(keys)) == len(keys)
-
-
-@ALL_KINDS
-def test_data_sheet_prior_has_the_typical_standard_deviation(kind):
-    """The first law is the data sheet's; at u = 1 a parameter is one typical error from its off value."""
+    # The first law is the data sheet's; at u = 1 a parameter is one typical error from its off value.
     sheet = of_kind(kind, SINGLE)[0]
     for coordinate in sheet.coordinates:
         item = coordinate.parameter
@@ -87,14 +75,9 @@ def test_data_sheet_prior_has_the_typical_standard_deviation(kind):
             assert float(coordinate.value(np.array(0.0))) == pytest.approx(item.off)
 
 
-def test_some_effects_have_data_sheets():
-    """The test above looks at some."""
-    assert sum(item.typical is not None for kind in KINDS for item in kind.parameters()) >= 3
-
-
 @BY_LEVEL
-def test_levels_have_the_common_share_of_their_variance_together(law):
-    """Derivatives of the levels' standardised values for u give their covariance: 1, and COMMON_SHARE between two."""
+def test_levels_share_what_their_law_has_in_common(law):
+    # Derivatives of the levels' standardised values for u give their covariance: 1, and COMMON_SHARE between two.
     width = 1 + len(law.level_names)
     for i, coordinate in enumerate(law.coordinates):
         slopes = []
@@ -106,21 +89,13 @@ def test_levels_have_the_common_share_of_their_variance_together(law):
         table = np.array(slopes)  # (1 + L, C)
         expected = np.array([[1, COMMON_SHARE, 1], [COMMON_SHARE, 1, COMMON_SHARE], [1, COMMON_SHARE, 1]])
         np.testing.assert_allclose(table.T @ table, expected, atol=1e-6)
-
-
-@BY_LEVEL
-def test_common_law_has_what_levels_have_in_common(law):
-    """With no part of their own all levels have the value of the common law at its common part."""
+    # With no part of their own all levels have the value of the common law at its common part.
     u = np.zeros((len(law.coordinates), 1 + len(law.level_names)))
     u[:, 0] = 0.8
     split, common = law.values(u.ravel()), law.common.values(law.common_part(u.ravel()))
     for name, value in common.items():
         np.testing.assert_allclose(split[name], value, rtol=1e-12)
-
-
-@BY_LEVEL
-def test_level_start_is_where_it_is_asked_to_be_and_nowhere_likelier(law):
-    """Of all u with the same places, the one of least norm: it has no part that moves nothing."""
+    # Of all u with the same places, the one of least norm: it has no part that moves nothing.
     places = np.linspace(-0.9, 1.3, len(law.level_names))
     u = law.level_start(places).reshape(len(law.coordinates), -1)
     reached = np.sqrt(COMMON_SHARE) * u[0, 0] + np.sqrt(1 - COMMON_SHARE) * u[0, 1:]
@@ -128,24 +103,6 @@ def test_level_start_is_where_it_is_asked_to_be_and_nowhere_likelier(law):
     idle = np.array([np.sqrt(1 - COMMON_SHARE), *np.full(len(places), -np.sqrt(COMMON_SHARE))])
     assert u[0] @ idle == pytest.approx(0.0, abs=1e-12)
     assert not u[1:].any()
-
-
-def test_mass_behind_the_tip_may_differ_from_tip_to_tip():
-    """Seldom: it is said to belong to the bullet. What belongs to the target is not split by the tip."""
-    laws = {law.name: law for law in laws_of(catalogue()["contact.effective_mass"], LawRanges(), OWNERS)}
-    common, bullet, tip = (laws[f"mass_factor{end}"] for end in ("", " by bullet", " by tip"))
-    assert len(laws) == 3
-    assert common.log_prior > bullet.log_prior > tip.log_prior
-    layer = laws_of(catalogue()["contact.layer_compliance"], LawRanges(), OWNERS)
-    assert {law.name.partition(" by ")[2] for law in layer} == {"", "layer", "face", "plate"}
-
-
-@ALL_KINDS
-def test_starts_are_places_of_the_law(kind):
-    for law in of_kind(kind):
-        for u in [*law.starts(), law.smallest_start()]:
-            assert u.shape == (law.size,)
-            law.effect(u)
 
 
 @pytest.mark.parametrize("stage", [GunObservables(gun_record()), ContactObservables(hammer_record(repetitions=1))])
@@ -157,25 +114,21 @@ def test_off_does_nothing(stage):
 
 
 def test_parameter_that_is_off_at_zero_begins_at_its_smallest_visible_value():
-    """`smallest` is where u = -2 lies, the likely end where u = 2 lies."""
+    # `smallest` is where u = -2 lies, the likely end where u = 2 lies.
     kind = catalogue()["gun.dead_volume"]
     ranges = LawRanges({("gun.dead_volume", "volume_m3"): 1e-5})
     coordinate = laws_of(kind, ranges, {})[0].coordinates[0]
     assert float(coordinate.value(np.array(-LIKELY_SD))) == pytest.approx(1e-5)
     assert float(coordinate.value(np.array(LIKELY_SD))) == pytest.approx(3e-3)
     assert coordinate.one_sided
-
-
-def test_sensor_s_offset_is_of_either_sign():
     laws = laws_of(catalogue()["sensor.pressure_offset"], LawRanges(), {})
     assert not any(law.coordinates[0].one_sided for law in laws)
-
-
-def test_effect_without_a_likely_range_is_refused():
     size = parameter("of nothing", "", default=1.0, low=0.0, high=2.0, off=0.0)
     kind = make_dataclass("Fixed", [("size", float, size)], bases=(Effect,), namespace={"id": "gun.fixed"}, frozen=True)
     with pytest.raises(ValueError, match=r"gun\.fixed: no parameter has a likely range"):
         laws_of(kind, LawRanges(), {})
+    # The test above looks at some.
+    assert sum(item.typical is not None for kind in KINDS for item in kind.parameters()) >= 3
 
 
 def test_owners_are_told_by_the_factors():
@@ -192,22 +145,20 @@ def test_owners_are_told_by_the_factors():
         "face": ((0, 1, 1), ("aluminum", "steel")),
         "layer": ((0, 1, 1), ("polymeric", "rubber")),
     }
-
-
-def test_face_is_the_anvil_where_there_is_one():
     rows = [
         {"anvil_material": "steel", "plate_material": "aluminum"},
         {"anvil_material": "none", "plate_material": "aluminum"},
     ]
     assert owners_of(rows)["face"] == ((1, 0), ("aluminum", "steel"))
-
-
-def test_layer_of_some_configurations_alone_is_no_owner():
-    """A law of layers has no value where there is none."""
+    # A law of layers has no value where there is none.
     rows = [{"insulator": "polymeric"}, {"insulator": "none"}, {"insulator": "rubber"}]
     assert "layer" not in owners_of(rows)
-
-
-def test_one_level_makes_no_law_by_level():
     owners = {"bench": ((0, 0), ("one",))}
     assert all(not law.levels for kind in KINDS for law in laws_of(kind, LawRanges(), owners))
+    # Seldom: it is said to belong to the bullet. What belongs to the target is not split by the tip.
+    laws = {law.name: law for law in laws_of(catalogue()["contact.effective_mass"], LawRanges(), OWNERS)}
+    common, bullet, tip = (laws[f"mass_factor{end}"] for end in ("", " by bullet", " by tip"))
+    assert len(laws) == 3
+    assert common.log_prior > bullet.log_prior > tip.log_prior
+    layer = laws_of(catalogue()["contact.layer_compliance"], LawRanges(), OWNERS)
+    assert {law.name.partition(" by ")[2] for law in layer} == {"", "layer", "face", "plate"}

@@ -55,25 +55,26 @@ def test_configuration_left_out_is_predicted_as_ridge_regression_does(out: int):
     np.testing.assert_array_equal(fold.training, training)
 
 
-def test_prediction_of_a_set_is_ridge_regression():
+def test_prediction_has_not_seen_what_was_left_out():
     problem = problem_of()
     library = library_of(problem, list(problem.effects))
     training = np.arange(1, COUNT)
     expected = ridge(problem, problem.effects, training)
     found = set_predictions(library, training, [whole(library)])[0]
     np.testing.assert_allclose(found[:, 0], expected, atol=0.01)
-
-
-def test_prediction_has_not_seen_what_was_left_out():
-    """Whatever was measured there."""
-    problem = problem_of()
-    library = library_of(problem, list(problem.effects))
+    # Whatever was measured there.
     training, fit = np.arange(1, COUNT), whole(library)
     before = fit_fold(library, training, [fit]).averaged[0, 0]
     linear = set_predictions(library, training, [fit])[0, 0, 0]
     problem.blocks[0].z[0] += 20.0
     assert fit_fold(library, training, [fit]).averaged[0, 0] == pytest.approx(before, abs=1e-9)
     assert set_predictions(library, training, [fit])[0, 0, 0] == pytest.approx(linear, abs=1e-9)
+    problem = problem_of()
+    library = library_of(problem, list(problem.effects))
+    fold = fit_fold(library, np.arange(1, COUNT), [whole(library)])
+    np.testing.assert_allclose(fold.corrected, fold.averaged, atol=1e-9)
+    library = library_of(problem_of())
+    assert np.all(set_predictions(library, np.arange(1, COUNT), [library.best()]) == 0.0)
 
 
 def correlated_problem(seed: int = 3, kappa: float = 0.4) -> InferenceProblem:
@@ -108,7 +109,7 @@ def test_residuals_of_configurations_left_out_are_those_of_a_fit_without_them():
 
 
 def test_stacking_weights_predict_best_what_is_left_out():
-    """Of all pairs of weights that sum to one."""
+    # Of all pairs of weights that sum to one.
     problem = correlated_problem()
     library = library_of(problem, ["gun.linear_0"], ["gun.linear_1"])
     fits = [fit for fit in library.fits.values() if fit.laws]
@@ -119,26 +120,18 @@ def test_stacking_weights_predict_best_what_is_left_out():
     assert weights.sum() == pytest.approx(1.0)
     assert weights[0] == pytest.approx(shares[int(np.argmin(squares))], abs=2e-3)
     assert 0.05 < weights[0] < 0.95  # neither set alone
-
-
-def test_one_set_has_all_the_weight():
-    problem = problem_of()
-    assert stacking_weights(problem, [no_effects(problem)]).tolist() == [1.0]
-
-
-def test_weights_average_the_predictions():
-    problem = correlated_problem()
-    library = library_of(problem, ["gun.linear_0"], ["gun.linear_1"])
     fold = fit_fold(library, np.arange(1, COUNT), [fit for fit in library.fits.values() if fit.laws])
     assert fold.weights.sum() == pytest.approx(1.0)
     assert fold.weights.max() < 0.99  # neither is enough by itself
     predicted = library.problem.simulator.changes([fit.point() for fit in fold.fits])
     expected = sum(w * p for w, p in zip(fold.weights, predicted, strict=True))
     np.testing.assert_allclose(fold.averaged, expected)
+    problem = problem_of()
+    assert stacking_weights(problem, [no_effects(problem)]).tolist() == [1.0]
 
 
 def test_a_smooth_discrepancy_is_learned_from_its_neighbours():
-    """A background that bends over the factors: the corrected prediction is closer than the effects alone."""
+    # A background that bends over the factors: the corrected prediction is closer than the effects alone.
     rng = np.random.default_rng(2)
     responses = 4 * rng.standard_normal((1, COUNT, 1))
     smooth = 2 * np.sin(3 * PLACE)[:, None]
@@ -153,21 +146,6 @@ def test_a_smooth_discrepancy_is_learned_from_its_neighbours():
         alone = abs(fold.averaged[out, 0] - block.z[out])
         corrected = abs(fold.corrected[out, 0] - block.z[out])
         assert corrected < max(0.25 * alone, 0.15)
-
-
-def test_without_a_discrepancy_there_is_nothing_to_correct():
-    problem = problem_of()
-    library = library_of(problem, list(problem.effects))
-    fold = fit_fold(library, np.arange(1, COUNT), [whole(library)])
-    np.testing.assert_allclose(fold.corrected, fold.averaged, atol=1e-9)
-
-
-def test_set_without_effects_predicts_no_change():
-    library = library_of(problem_of())
-    assert np.all(set_predictions(library, np.arange(1, COUNT), [library.best()]) == 0.0)
-
-
-def test_shot_without_an_answer_is_as_far_off_as_the_farthest_with_one():
     from pyroshock.diagnosis.inference.held_out import _answered
 
     tables = np.array([[[-0.2, 0.1], [-0.9, np.nan], [np.nan, -0.3]], [[np.nan, 0.0], [np.nan, 0.1], [np.nan, 0.2]]])

@@ -71,12 +71,19 @@ GAIN = effect("sensor.velocity_gain", gain=1.05)
 
 
 @pytest.mark.parametrize("planted", [DEAD_VOLUME, GAIN])
-def test_planted_effect_is_in_the_best_set(planted: Effect):
+def test_planted_effect_is_in_the_best_set_within_its_interval(planted: Effect):
     posterior = gun_posterior(planted)
     assert posterior.major(posterior.best)[0] == planted.id
     others = [posterior.inclusion(name) for name in posterior.effects if name != planted.id]
     assert posterior.inclusion(planted.id) > max(0.75, *others)  # evidence counts for less than it says
     assert posterior.taken(posterior.best) > 0.9
+    (own,) = gun_posterior(planted).parameters(planted.id)
+    item = next(item for item in planted.parameters() if item.name == own.name)
+    low, high = own.ci90
+    width = high - low  # nine intervals of ten hold it: none of two may be far off
+    assert low - 0.5 * width <= getattr(planted, own.name) <= high + 0.5 * width
+    assert low <= own.value <= high
+    assert own.unit == item.unit
 
 
 def test_best_set_is_known_without_each_of_its_effects():
@@ -99,22 +106,24 @@ def test_effects_between_stages_are_told_apart(planted: tuple[Effect, ...]):
     assert set(posterior.major(posterior.best)) == {each.id for each in planted}
 
 
-@pytest.mark.parametrize("planted", [DEAD_VOLUME, GAIN])
-def test_interval_of_a_parameter_holds_the_truth(planted: Effect):
-    (own,) = gun_posterior(planted).parameters(planted.id)
-    item = next(item for item in planted.parameters() if item.name == own.name)
-    low, high = own.ci90
-    width = high - low  # nine intervals of ten hold it: none of two may be far off
-    assert low - 0.5 * width <= getattr(planted, own.name) <= high + 0.5 * width
-    assert low <= own.value <= high
-    assert own.unit == item.unit
-
-
 def test_inclusion_is_the_weight_of_the_sets_that_have_it():
     posterior = gun_posterior(GAIN)
     for name in posterior.effects:
         without = sum(weight for fit, weight in posterior.weighted if name not in fit.effects)
         assert posterior.inclusion(name) == pytest.approx(1 - without)
+    assert gun_posterior().none_probability > 0.95
+    assert gun_posterior(effect("sensor.velocity_gain", gain=1.004)).none_probability > 0.9
+    assert gun_posterior(DEAD_VOLUME).none_probability < 0.01
+    posterior = gun_posterior(DEAD_VOLUME)
+    none, *poor = posterior.poor_sets
+    assert none.laws == ()
+    assert all(posterior.taken(fit) < 0.5 for fit in poor)
+    assert posterior.best not in poor
+    assert posterior.taken(posterior.library.fits[()]) == pytest.approx(0.0)
+    (row,) = posterior.parameters("gun.dead_volume")
+    fit = next(fit for fit, _ in posterior.weighted if "gun.dead_volume" in fit.effects)
+    (own,) = [each for each in fitted_effects(fit) if each.id == "gun.dead_volume"]
+    assert own.as_json()["volume_m3"] == pytest.approx(row.value)
 
 
 @pytest.mark.parametrize("planted", [None, DEAD_VOLUME, GAIN])
@@ -123,15 +132,6 @@ def test_sets_and_none_have_probability_one(planted: Effect | None):
     sets = posterior.set_probabilities()
     assert not sets or sum(sets.values()) + posterior.none_probability == pytest.approx(1.0)
     assert sets or posterior.none_probability > 0.97
-
-
-def test_gap_within_tolerance_is_none():
-    assert gun_posterior().none_probability > 0.95
-    assert gun_posterior(effect("sensor.velocity_gain", gain=1.004)).none_probability > 0.9
-
-
-def test_none_is_no_answer_to_a_gap_beyond_tolerance():
-    assert gun_posterior(DEAD_VOLUME).none_probability < 0.01
 
 
 def test_set_near_the_tolerance_is_within_it_with_a_probability():
@@ -146,13 +146,8 @@ def test_set_near_the_tolerance_is_within_it_with_a_probability():
     assert posterior.within_tolerance(posterior.library.fits[()]) == 1.0
 
 
-def test_no_effects_take_nothing():
-    posterior = gun_posterior(DEAD_VOLUME)
-    assert posterior.taken(posterior.library.fits[()]) == pytest.approx(0.0)
-
-
 def test_rough_shares_are_the_parts_of_the_squared_gap():
-    """Two linear responses that are orthogonal have their own squares, alone and after the other."""
+    # Two linear responses that are orthogonal have their own squares, alone and after the other.
     responses = np.linalg.qr(np.random.default_rng(0).standard_normal((COUNT, COUNT)))[0][:2] * [[9.0], [4.0]]
     names = ("gun.linear_0", "gun.linear_1")
     posterior = linear_posterior(responses, responses.sum(axis=0), [names])
@@ -160,9 +155,6 @@ def test_rough_shares_are_the_parts_of_the_squared_gap():
     assert shares["gun.linear_0"] == pytest.approx((81 / 97, 81 / 97), abs=0.02)
     assert shares["gun.linear_1"] == pytest.approx((16 / 97, 16 / 97), abs=0.02)
     assert posterior.major(posterior.best) == names
-
-
-def test_effect_with_little_of_the_gap_is_no_major_one():
     responses = np.linalg.qr(np.random.default_rng(0).standard_normal((COUNT, COUNT)))[0][:2] * [[20.0], [3.0]]
     posterior = linear_posterior(responses, responses.sum(axis=0), [("gun.linear_0", "gun.linear_1")])
     assert set(posterior.best.effects) == {"gun.linear_0", "gun.linear_1"}
@@ -177,9 +169,6 @@ def test_effects_that_do_the_same_are_one_credible_set():
     (own,) = posterior.credible_sets()
     assert set(own) == {"gun.linear_0", "gun.linear_1"}
     assert posterior.inclusion("gun.linear_0") == pytest.approx(0.5, abs=0.05)
-
-
-def test_effect_without_a_rival_is_its_own_credible_set():
     responses = 3 * np.random.default_rng(0).standard_normal((3, COUNT))
     posterior = linear_posterior(responses, responses[1], [[f"gun.linear_{i}"] for i in range(3)])
     assert posterior.credible_sets() == [("gun.linear_1",)]
@@ -201,66 +190,29 @@ def test_more_unexplained_evidence_makes_unknown_likelier():
     assert odds[1] - odds[0] == pytest.approx(3.0)
 
 
-def test_sets_beside_which_something_is_sought_leave_most_of_the_gap():
-    posterior = gun_posterior(DEAD_VOLUME)
-    none, *poor = posterior.poor_sets
-    assert none.laws == ()
-    assert all(posterior.taken(fit) < 0.5 for fit in poor)
-    assert posterior.best not in poor
-
-
-def test_parameters_of_levels_bear_their_names():
+def test_parameters_of_levels_bear_their_names_and_their_own_intervals():
     record = gun_record([DEAD_VOLUME], seed=3)
     stage = GunObservables(record)
     posterior = HypothesisPosterior.of(GapTable.of(record, [stage]), [stage], [catalogue()["gun.sliding_friction"]])
     law = next((law for law in posterior.problem.laws if law.levels), None)
     assert law is not None, "friction belongs to the bullet, of which the campaign has two"
-    start = (law, law.starts()[1])
-    fit = _at(posterior, *start)
+    u = law.starts()[1]
+    fit = replace(posterior.library.fits[()], laws=(law,), u=u, precision=np.eye(len(u)))
     names = [row.name for row in fitted_parameters(fit, law.id)]
     assert len(names) == len(law.coordinates) * 2
     assert {name.split(" (")[1] for name in names} == {"0.25)", "1.0)"}
-    values = law.values(start[1])
+    values = law.values(u)
     for row in fitted_parameters(fit, law.id):
         name, level = row.name.split(" (")
         first = law.levels.index(law.level_names.index(level.rstrip(")")))
         assert row.value == pytest.approx(values[name][first])
-
-
-def _at(posterior: HypothesisPosterior, law, u):
-    return replace(posterior.library.fits[()], laws=(law,), u=u, precision=np.eye(len(u)))
-
-
-def test_fitted_effects_have_the_fitted_parameters():
-    posterior = gun_posterior(DEAD_VOLUME)
-    (row,) = posterior.parameters("gun.dead_volume")
-    fit = next(fit for fit, _ in posterior.weighted if "gun.dead_volume" in fit.effects)
-    (own,) = [each for each in fitted_effects(fit) if each.id == "gun.dead_volume"]
-    assert own.as_json()["volume_m3"] == pytest.approx(row.value)
-
-
-def test_common_effects_have_one_value_for_all_levels():
-    kinds = [catalogue()["gun.sliding_friction"]]
-    record = gun_record([DEAD_VOLUME], seed=3)
-    stage = GunObservables(record)
-    posterior = HypothesisPosterior.of(GapTable.of(record, [stage]), [stage], kinds)
-    law = next(law for law in posterior.problem.laws if law.levels)
-    u = law.starts()[1]
-    fit = _at(posterior, law, u)
     (split,), (common,) = fitted_effects(fit), common_effects(fit)
     name = law.coordinates[0].parameter.name
     assert np.shape(getattr(split, name)) == (len(record.configurations),)
     np.testing.assert_allclose(getattr(common, name), getattr(split, name))  # levels have nothing of their own at u
-
-
-def test_interval_of_a_level_is_that_of_what_it_has_in_common_and_of_its_own():
-    """What levels have in common and what each has of its own lean against each other: only their sum is known."""
-    record = gun_record([DEAD_VOLUME], seed=3)
-    stage = GunObservables(record)
-    posterior = HypothesisPosterior.of(GapTable.of(record, [stage]), [stage], [catalogue()["gun.sliding_friction"]])
-    law = next(law for law in posterior.problem.laws if law.levels)
+    # What levels have in common and what each has of its own lean against each other: only their sum is known.
     sharp = 100.0 * law.placing.T @ law.placing + np.eye(law.size)  # a measurement of each level's place, sd 0.1
-    fit = replace(posterior.library.fits[()], laws=(law,), u=law.starts()[1], precision=sharp)
+    fit = replace(posterior.library.fits[()], laws=(law,), u=u, precision=sharp)
     spread = np.sqrt(np.diag(law.placing @ np.linalg.inv(sharp) @ law.placing.T))
     assert np.all(spread < 0.1)
     coordinates = [coordinate for coordinate in law.coordinates for _ in law.level_names]

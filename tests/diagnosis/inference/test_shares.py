@@ -63,10 +63,7 @@ def test_values_sum_to_the_whole_reduction():
     before = float((problem.blocks[0].z ** 2).sum())
     after = float(((problem.blocks[0].z - fit.u @ responses) ** 2).sum())
     assert shares._shapley(problem, fit, WEIGHTS, before).sum() == pytest.approx(before - after)
-
-
-def test_value_is_the_mean_over_orders():
-    """Two effects: half of what it takes alone, half of what it takes after the other."""
+    # Two effects: half of what it takes alone, half of what it takes after the other.
     rng = np.random.default_rng(2)
     responses, sizes = 3 * rng.standard_normal((2, COUNT)), np.array([0.9, 0.5])
     problem = problem_of(responses, sizes @ responses)
@@ -77,25 +74,22 @@ def test_value_is_the_mean_over_orders():
     assert shares._shapley(problem, fit, WEIGHTS, float((z**2).sum()))[0] == pytest.approx((alone + second) / 2)
 
 
-def test_orthogonal_contributions_share_by_their_squares():
-    sizes = np.array([1.0, -0.8, 0.5])
-    responses = orthogonal(3)
-    squares = (sizes**2) * (responses**2).sum(axis=1)
-    found = of_all(responses, sizes)
-    for i, square in enumerate(squares):
-        assert found.share[f"gun.linear_{i}"] == pytest.approx(square / squares.sum(), abs=0.02)
-
-
 def test_two_identical_effects_share_equally():
-    """Over draws from their posterior, in which one is the larger the smaller the other is."""
+    # Over draws from their posterior, in which one is the larger the smaller the other is.
     response = orthogonal(2)
     responses, sizes = np.array([response[0], response[0], response[1]]), np.array([0.7, 0.7, 0.7])
     problem = problem_of(responses, sizes @ responses)
     library = library_of(problem, fit_at(problem, sizes))
-    found = [gap_shares(library, WEIGHTS, COUNT * NOISE**2, np.random.default_rng(seed)).share for seed in range(8)]
-    first, second, other = (np.mean([share[f"gun.linear_{i}"] for share in found]) for i in range(3))
+    drawn = [gap_shares(library, WEIGHTS, COUNT * NOISE**2, np.random.default_rng(seed)).share for seed in range(8)]
+    first, second, other = (np.mean([share[f"gun.linear_{i}"] for share in drawn]) for i in range(3))
     assert first == pytest.approx(second, abs=0.03)
     assert first > other
+    rng = np.random.default_rng(3)
+    responses, sizes = 3 * rng.standard_normal((4, COUNT)), np.array([1.0, -0.6, 0.05, 0.8])
+    found = of_all(responses, sizes, 0.3 * rng.standard_normal(COUNT))
+    rows = [(found.share[name], found.interval[name]) for name in found.share]
+    for mean, (low, high) in [*rows, (found.unexplained, found.unexplained_interval)]:
+        assert 0 <= low <= mean <= high <= 1
 
 
 @pytest.mark.parametrize("count", [3, 7])
@@ -116,32 +110,23 @@ def test_shares_and_unexplained_sum_to_one():
     rest = 6 * np.linalg.qr(np.random.default_rng(0).standard_normal((COUNT, COUNT)))[0][5]
     found = of_all(orthogonal(3), np.array([1.0, -0.8, 0.5]), rest)
     assert sum(found.share.values()) + found.unexplained == pytest.approx(1.0)
-
-
-def test_unexplained_is_the_square_of_what_remains():
     responses, sizes = orthogonal(2), np.array([1.0, 1.0])
     rest = 6 * np.linalg.qr(np.random.default_rng(0).standard_normal((COUNT, COUNT)))[0][5]
     found = of_all(responses, sizes, rest)
     assert found.unexplained == pytest.approx(36 / (16 + 25 + 36), abs=0.04)
+    sizes = np.array([1.0, -0.8, 0.5])
+    responses = orthogonal(3)
+    squares = (sizes**2) * (responses**2).sum(axis=1)
+    found = of_all(responses, sizes)
+    for i, square in enumerate(squares):
+        assert found.share[f"gun.linear_{i}"] == pytest.approx(square / squares.sum(), abs=0.02)
 
 
-def test_intervals_hold_the_mean_and_lie_in_zero_to_one():
-    rng = np.random.default_rng(3)
-    responses, sizes = 3 * rng.standard_normal((4, COUNT)), np.array([1.0, -0.6, 0.05, 0.8])
-    found = of_all(responses, sizes, 0.3 * rng.standard_normal(COUNT))
-    rows = [(found.share[name], found.interval[name]) for name in found.share]
-    for mean, (low, high) in [*rows, (found.unexplained, found.unexplained_interval)]:
-        assert 0 <= low <= mean <= high <= 1
-
-
-def test_no_effect_leaves_everything_unexplained():
+def test_effects_without_a_part_share_nothing():
     problem = problem_of(orthogonal(2), 5 * np.ones(COUNT))
     found = gap_shares(library_of(problem), WEIGHTS, COUNT * NOISE**2, np.random.default_rng(0))
     assert found.unexplained == pytest.approx(1.0)
     assert set(found.share.values()) == {0.0}
-
-
-def test_effect_that_no_set_has_shares_nothing():
     responses = orthogonal(3)
     problem = problem_of(responses, responses[0])
     library = library_of(problem)
@@ -149,10 +134,7 @@ def test_effect_that_no_set_has_shares_nothing():
     found = gap_shares(library, WEIGHTS, COUNT * NOISE**2, np.random.default_rng(0))
     assert found.share["gun.linear_0"] == pytest.approx(1.0, abs=0.02)
     assert found.share["gun.linear_1"] == found.share["gun.linear_2"] == 0.0
-
-
-def test_observables_outside_of_the_metric_do_not_count():
-    """The second effect acts on the second observable alone, which is not of the metric."""
+    # The second effect acts on the second observable alone, which is not of the metric.
     rows = orthogonal(2)
     responses = np.zeros((2, COUNT, 2))
     responses[0, :, 0], responses[1, :, 1] = rows

@@ -65,14 +65,11 @@ def test_evidence_is_that_of_the_gaussian_problem(chosen):
     assert own.log_evidence == pytest.approx(multivariate_normal(cov=total).logpdf(block.z), abs=1e-2)
 
 
-def test_evidence_of_no_effects_is_that_of_the_noise():
+def test_mode_and_precision_are_those_of_ridge_regression(monkeypatch: pytest.MonkeyPatch):
     block = (problem := problem_of()).blocks[0]
     assert no_effects(problem).log_evidence == pytest.approx(
         multivariate_normal(cov=block.covariances[0]).logpdf(block.z)
     )
-
-
-def test_mode_and_precision_are_those_of_ridge_regression():
     problem = problem_of()
     own = fit(problem, [linear_law(0), linear_law(2)])
     responses, block = columns_of(problem, own.effects), problem.blocks[0]
@@ -80,14 +77,11 @@ def test_mode_and_precision_are_those_of_ridge_regression():
     precision = np.eye(2) + responses.T @ whitened
     np.testing.assert_allclose(own.precision, precision, rtol=1e-6)
     np.testing.assert_allclose(own.u, np.linalg.solve(precision, whitened.T @ block.z), atol=0.03)
-
-
-def test_mode_is_exact_after_more_steps(monkeypatch: pytest.MonkeyPatch):
+    again = polished(problem, [own])[0]
+    assert again.polished
+    np.testing.assert_allclose(again.u, own.u, atol=0.03)
+    np.testing.assert_allclose(again.contributions[0].T, columns_of(problem, own.effects) * again.u, atol=0.1)
     monkeypatch.setattr(subset_fit, "_SETTLED", 1e-9)
-    problem = problem_of()
-    own = fit(problem, [linear_law(0), linear_law(2)])
-    responses, block = columns_of(problem, own.effects), problem.blocks[0]
-    whitened = np.linalg.solve(block.covariances[0], responses)
     expected = np.linalg.solve(np.eye(2) + responses.T @ whitened, whitened.T @ block.z)
     np.testing.assert_allclose(own.u, expected, atol=1e-6)
 
@@ -122,19 +116,7 @@ def test_several_starts_are_fitted_as_if_they_were_alone():
         alone = fit(problem, laws)
         np.testing.assert_allclose(together.u, alone.u, atol=1e-9)
         assert together.log_evidence == pytest.approx(alone.log_evidence)
-
-
-def test_polishing_leaves_the_mode_of_a_linear_problem():
-    problem = problem_of()
-    own = fit(problem, [linear_law(0), linear_law(2)])
-    again = polished(problem, [own])[0]
-    assert again.polished
-    np.testing.assert_allclose(again.u, own.u, atol=0.03)
-    np.testing.assert_allclose(again.contributions[0].T, columns_of(problem, own.effects) * again.u, atol=0.1)
-
-
-def test_levels_own_parts_are_fitted():
-    """Two levels with opposite sizes: a law with one value for both can only take the mean."""
+    # Two levels with opposite sizes: a law with one value for both can only take the mean.
     rng = np.random.default_rng(4)
     kind = linear_kind(0)
     responses = (2 + rng.random(SHAPE))[None]
@@ -147,17 +129,8 @@ def test_levels_own_parts_are_fitted():
     assert own.log_evidence > fit(problem, [common]).log_evidence + 50
 
 
-def test_cell_without_an_answer_is_far_off():
-    block = problem_of().blocks[0]
-    change = np.zeros(len(block.z))
-    change[3] = np.nan
-    away = residual(block, change)
-    assert away[3] == NO_ANSWER
-    np.testing.assert_array_equal(np.delete(away, 3), np.delete(block.z, 3))
-
-
 def test_discrepancy_is_a_share_of_what_an_effect_does():
-    """The variance of each cell grows by the square of the share times the contribution."""
+    # The variance of each cell grows by the square of the share times the contribution.
     rng = np.random.default_rng(2)
     responses = rng.standard_normal((1, *SHAPE))
     size = responses[0].size
@@ -165,6 +138,12 @@ def test_discrepancy_is_a_share_of_what_an_effect_does():
     matrix = covariance(problem.blocks[0], 2 * responses.reshape(1, -1), ErrorSize(0, 4, 0))
     expected = 0.1 + (DISCREPANCIES[4] * 2 * responses.ravel()) ** 2
     np.testing.assert_allclose(matrix, np.diag(expected))
+    block = problem_of().blocks[0]
+    change = np.zeros(len(block.z))
+    change[3] = np.nan
+    away = residual(block, change)
+    assert away[3] == NO_ANSWER
+    np.testing.assert_array_equal(np.delete(away, 3), np.delete(block.z, 3))
 
 
 def test_law_that_is_wrong_by_half_has_a_discrepancy():

@@ -27,32 +27,17 @@ def test_planted_stretch_comes_back(first: int, last: int) -> None:
     assert both / (max(b, last) - min(a, first) + 1) >= 0.8
 
 
-def test_stretch_whose_sign_differs_between_configurations() -> None:
+def test_stretch_is_found_whatever_its_sign_and_the_records() -> None:
     rng = np.random.default_rng(0)
     residual = _chance(rng)
     residual[:, 10:30] += 0.1 * np.where(CONFIGURATION % 2, 1.0, -1.0)[:, None]
     assert spans(residual, CONFIGURATION, 0.03, rng) == ((10, 29),)
-
-
-def test_chance_makes_no_stretch() -> None:
-    """Family-wise five per cent of 100: up to 11 with a probability of 99 %."""
-    rng = np.random.default_rng(0)
-    assert sum(bool(spans(_chance(rng), CONFIGURATION, 0.0, rng, flips=99)) for _ in range(100)) <= 11
-
-
-def test_a_gap_within_tolerance_is_none() -> None:
     rng = np.random.default_rng(0)
     assert spans(0.1 * _chance(rng) + 0.02, CONFIGURATION, 0.03, rng) == ()
-
-
-def test_without_repetitions_the_tolerance_decides() -> None:
     rng = np.random.default_rng(0)
     residual = 0.01 * rng.standard_normal((12, 64))
     residual[:, 20:40] += 0.2
     assert spans(residual, np.arange(12), 0.05, rng) == ((20, 39),)
-
-
-def test_runs_without_a_record_are_passed_over() -> None:
     rng = np.random.default_rng(0)
     residual = _chance(rng)
     residual[:, 20:40] += 0.1
@@ -60,7 +45,14 @@ def test_runs_without_a_record_are_passed_over() -> None:
     assert spans(residual, CONFIGURATION, 0.03, rng) == ((20, 39),)
 
 
-def test_time_window_in_seconds() -> None:
+def test_chance_makes_no_stretch_and_steady_campaigns_no_drift() -> None:
+    # Family-wise five per cent of 100: up to 11 with a probability of 99 %.
+    rng = np.random.default_rng(0)
+    assert sum(bool(spans(_chance(rng), CONFIGURATION, 0.0, rng, flips=99)) for _ in range(100)) <= 11
+    assert sum(bool(_drift(0.0, seed)) for seed in range(40)) <= 6
+
+
+def test_time_window_and_frequency_band_have_their_units() -> None:
     rng = np.random.default_rng(0)
     time_s = np.arange(1000) * 1e-6
     pulse = 1e3 * np.sin(np.pi * time_s / 1e-3) ** 2
@@ -70,15 +62,12 @@ def test_time_window_in_seconds() -> None:
     (stretch,) = time_windows(time_s, measured, simulated, CONFIGURATION, "force", rng)
     assert stretch.channel == "force"
     assert (stretch.from_s, stretch.to_s) == pytest.approx((6e-4, 8e-4), abs=1e-5)
-
-
-def test_frequency_band_between_its_lines() -> None:
     rng = np.random.default_rng(0)
     lines = 100 * 2.0 ** (np.arange(24) / 3)
     residual = 0.3 * rng.standard_normal((CONFIGURATION.size, 24))
     residual[:, 9:15] += 3.0
-    (stretch,) = frequency_bands(lines, residual, CONFIGURATION, "acceleration_1", rng)
-    assert (stretch.from_hz, stretch.to_hz) == pytest.approx((lines[9] * 2 ** (-1 / 6), lines[14] * 2 ** (1 / 6)))
+    (band,) = frequency_bands(lines, residual, CONFIGURATION, "acceleration_1", rng)
+    assert (band.from_hz, band.to_hz) == pytest.approx((lines[9] * 2 ** (-1 / 6), lines[14] * 2 ** (1 / 6)))
 
 
 def test_amplitude_spectrum_of_a_gain() -> None:
@@ -100,17 +89,10 @@ def _drift(drifted: float, seed: int = 0) -> tuple[str, ...]:
     return drift(stage.residuals(), record.configuration_of, order, stage.observables, rng, permutations=199)
 
 
-def test_drift_is_told_with_its_size() -> None:
+def test_drift_is_told_with_its_size_and_needs_repetitions() -> None:
     (sentence,) = _drift(-0.04)
     assert sentence.startswith("gun: measured less simulated ln_velocity falls by 0.04")
     assert "(p = 0.005)" in sentence
-
-
-def test_steady_campaigns_do_not_drift() -> None:
-    assert sum(bool(_drift(0.0, seed)) for seed in range(40)) <= 6
-
-
-def test_drift_needs_repetitions() -> None:
     record = campaign((), np.random.default_rng(0), scatter=Scatter(drift=0.1))
     stage, (first,) = stages_of(record)[0], [np.unique(record.configuration_of, return_index=True)[1]]
     order = np.array([run.order for run in record.runs])[first]

@@ -53,22 +53,19 @@ def test_shares_sum_to_one(seed: int) -> None:
     assert all(0 <= entry.ci90[0] <= entry.share <= entry.ci90[1] <= 1 for entry in shares)
 
 
-def test_two_causes_share() -> None:
-    shares = {entry.name: entry for entry in _shares((ToyLoss(0.04), ToyDamping(1.0)))}
-    assert shares["gun"].share > 0.15 and shares["plate"].share > 0.15
-    assert shares["contact"].share < 0.1
-
-
 def test_own_gap_is_in_tolerances() -> None:
-    """0.1 of ln v is ten tolerances of the velocity, and nothing of what follows."""
+    # 0.1 of ln v is ten tolerances of the velocity, and nothing of what follows.
     shares = {entry.name: entry.own for entry in _shares((ToyLoss(0.1),))}
     assert shares["gun"] == pytest.approx(10.0, rel=0.05)
     assert shares["contact"] < 0.5 and shares["plate"] < 0.5
-
-
-def test_scatter_is_no_gap() -> None:
     shares = _shares((), scatter=Scatter(run=(0.03, 0.09, 1.5)))
     assert max(entry.own for entry in shares) < 1.0
+    shares = {entry.name: entry for entry in _shares((ToyLoss(0.04), ToyDamping(1.0)))}
+    assert shares["gun"].share > 0.15 and shares["plate"].share > 0.15
+    assert shares["contact"].share < 0.1
+    rng = np.random.default_rng(0)
+    (only,) = stage_shares([ToyGun(campaign((ToyLoss(0.1),), rng))], rng)
+    assert (only.share, only.ci90) == (1.0, (1.0, 1.0))
 
 
 def test_velocity_errors_blame_nobody() -> None:
@@ -88,12 +85,6 @@ def test_velocity_errors_blame_nobody() -> None:
     assert shares["contact"] < 0.7
 
 
-def test_single_stage_has_all() -> None:
-    rng = np.random.default_rng(0)
-    (only,) = stage_shares([ToyGun(campaign((ToyLoss(0.1),), rng))], rng)
-    assert (only.share, only.ci90) == (1.0, (1.0, 1.0))
-
-
 def test_missing_force_merges_contact_and_plate() -> None:
     rng = np.random.default_rng(0)
     record = campaign((ToyMass(1.3),), rng)
@@ -103,24 +94,18 @@ def test_missing_force_merges_contact_and_plate() -> None:
     assert stage_notes(stages_of(blind)) == (
         "nothing was measured between contact and plate: their gaps are told as one",
     )
-
-
-def test_nothing_measured_is_refused() -> None:
     record = campaign((), np.random.default_rng(0))
     blind = replace(record, runs=tuple(replace(run, velocity_m_s=None) for run in record.runs))
     with pytest.raises(ValueError, match="gun has a measured exit"):
         chain_of([ToyGun(blind)])
 
 
-def test_parts_add_up_to_the_free_running_gap() -> None:
+def test_parts_add_up_and_shapley_of_a_square_is_the_product_with_the_sum() -> None:
     stages = stages_of(campaign((ToyLoss(0.1), ToyDamping(1.0)), np.random.default_rng(0)))
     gun, contact, plate = stages
     free = plate.simulated((), contact.output((), gun.output()))
     assert np.allclose(chain_of(stages)[-1].parts.sum(axis=0), plate.measured() - free)
-
-
-def test_shapley_of_a_square_is_the_product_with_the_sum() -> None:
-    """v(A) = -|sum over those not in A|^2 shares out as d_i . D."""
+    # v(A) = -|sum over those not in A|^2 shares out as d_i . D.
     parts = np.random.default_rng(0).normal(size=(4, 6))
 
     def value(replaced: frozenset[int]) -> np.ndarray:

@@ -43,17 +43,6 @@ def sampled(samples: int, rng: np.random.Generator) -> np.ndarray:
 EXACT = sampled(2000, np.random.default_rng(0))
 
 
-def test_half_sine_has_its_closed_forms() -> None:
-    step = TIME_S / 400
-    found = named(features(half_sine(np.arange(-200, 1000) * step)[None], step)[0])
-    assert found["ln_peak"] == pytest.approx(np.log(PEAK_N), abs=0.003)
-    assert found["ln_impulse"] == pytest.approx(np.log(2 * PEAK_N * TIME_S / np.pi), abs=0.003)
-    assert found["ln_width_half"] == pytest.approx(np.log(TIME_S * 2 / 3), abs=0.003)
-    assert found["ln_width_tenth"] == pytest.approx(np.log(TIME_S * (1 - 2 * np.arcsin(0.1) / np.pi)), abs=0.003)
-    assert found["rise_share"] == pytest.approx(0.5, abs=1e-3)
-    assert found["skew"] == pytest.approx(0.0, abs=1e-3)
-
-
 @pytest.mark.parametrize("share", [0.0, 0.05, 0.4])
 def test_second_hit_counts_by_its_impulse(share: float) -> None:
     """A second half sine of 0.6 of the length, a fifth of it later, has 0.6 of the impulse for each share of height."""
@@ -99,22 +88,24 @@ def test_pulse_backwards_has_the_opposite_skew() -> None:
     assert there["skew"] == pytest.approx(-back["skew"], abs=2e-3)
     assert there["rise_share"] == pytest.approx(1 - back["rise_share"], abs=2e-3)
     assert there["skew"] > 0.05
+    step = TIME_S / 400
+    found = named(features(half_sine(np.arange(-200, 1000) * step)[None], step)[0])
+    assert found["ln_peak"] == pytest.approx(np.log(PEAK_N), abs=0.003)
+    assert found["ln_impulse"] == pytest.approx(np.log(2 * PEAK_N * TIME_S / np.pi), abs=0.003)
+    assert found["ln_width_half"] == pytest.approx(np.log(TIME_S * 2 / 3), abs=0.003)
+    assert found["ln_width_tenth"] == pytest.approx(np.log(TIME_S * (1 - 2 * np.arcsin(0.1) / np.pi)), abs=0.003)
+    assert found["rise_share"] == pytest.approx(0.5, abs=1e-3)
+    assert found["skew"] == pytest.approx(0.0, abs=1e-3)
 
 
-def test_zero_line_is_removed() -> None:
+def test_strongest_pulse_counts_and_no_force_has_no_features() -> None:
     time = np.arange(-30, 120) * TIME_S / 40
     there, shifted = (Series(half_sine(time) + offset, 40 / TIME_S, float(time[0])) for offset in (0.0, 20.0))
     assert series_features(shifted) == pytest.approx(series_features(there), abs=1e-12)
     assert zeroed(shifted).values[-1] == 0.0
-
-
-def test_strongest_of_two_contacts_is_taken() -> None:
     time = np.arange(-100, 600) * TIME_S / 40
     one, two = half_sine(time), half_sine(time) + 0.6 * half_sine(time - 4 * TIME_S)
     assert features(two[None], TIME_S / 40) == pytest.approx(features(one[None], TIME_S / 40), abs=1e-3)
-
-
-def test_no_force_has_no_features() -> None:
     assert np.isnan(features(np.zeros((1, 50)), 1e-5)).all()
     assert np.isnan(series_features(Series(np.full(50, np.nan), 1e5, 0.0))).all()
 

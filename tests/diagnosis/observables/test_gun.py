@@ -1,4 +1,4 @@
-"""The gun's stage of a diagnosis against the gun itself: shots, sensors, sets at once, uncertain settings."""
+"""The gun's stage against the gun itself: shots, sensors, sets at once, uncertain settings."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pyroshock.diagnosis.observables.base import at_rows, batched_changes, stacked
 from pyroshock.diagnosis.observables.gun.stage import GunObservables
 from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration
 from pyroshock.signals.valve_profile import ValveProfile
@@ -16,6 +17,7 @@ from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.gun.nominal import muzzle_velocity
 from pyroshock.twin.gun.shot import GunEffect
 from pyroshock.twin.gun.shots import gun_velocity
+from support.records.gun_campaigns import gun_record
 
 BENCH = GunBench(0.0095, 0.049, 0.048, 0.885, 0.2, 1.4, 0.9)
 PRESSURES, MASSES = (0.3e5, 1.2e5, 4e5), (0.25, 1.0)
@@ -69,29 +71,6 @@ def of_bullet(values: np.ndarray, of: CampaignRecord, mass_kg: float) -> np.ndar
     return values[[c.factors["bullet_mass"] == mass_kg for c in of.configurations]]
 
 
-def test_each_bullet_has_its_own_travel() -> None:
-    """Eq. 2.16 with each bullet's L."""
-    six = record()
-    shown = GunObservables(with_travels(six)).simulated()[:, 0]
-    for mass, travel in TRAVELS.items():
-        rows = masses(six) == mass
-        expected = np.log(muzzle_velocity(replace(BENCH, travel_m=travel), pressures(six)[rows], masses(six)[rows]))
-        assert shown[rows] == pytest.approx(expected, rel=1e-12)
-
-
-@EACH
-def test_effects_act_over_each_bullet_s_travel(each: Effect) -> None:
-    mixed = GunObservables(with_travels(record()))
-    found = mixed.changes([[each], []])
-    for mass, travel in TRAVELS.items():
-        alone = GunObservables(record(gun=replace(BENCH, travel_m=travel)))
-        np.testing.assert_allclose(
-            of_bullet(found[0], mixed.record, mass),
-            of_bullet(alone.changes([[each]])[0], mixed.record, mass),
-            rtol=1e-5,
-        )
-
-
 @pytest.mark.parametrize("name", ["travel_m", "friction_coefficient", "bullet_mass_kg"])
 def test_uncertain_settings_act_over_each_bullet_s_travel(name: str) -> None:
     mixed = GunObservables(with_travels(record()), {name: 0.01})
@@ -104,34 +83,30 @@ def test_uncertain_settings_act_over_each_bullet_s_travel(name: str) -> None:
         )
 
 
-def test_nominal_is_eq_2_16() -> None:
+def test_nominal_is_eq_2_16_with_each_bullet_s_travel() -> None:
     six = record()
     expected = np.log(muzzle_velocity(BENCH, pressures(six), masses(six)))
     assert GunObservables(six).simulated()[:, 0] == pytest.approx(expected, rel=1e-12)
-
-
-def test_measured_is_the_logarithm() -> None:
+    # Eq. 2.16 with each bullet's L.
+    shown = GunObservables(with_travels(six)).simulated()[:, 0]
+    for mass, travel in TRAVELS.items():
+        rows = masses(six) == mass
+        expected = np.log(muzzle_velocity(replace(BENCH, travel_m=travel), pressures(six)[rows], masses(six)[rows]))
+        assert shown[rows] == pytest.approx(expected, rel=1e-12)
     assert GunObservables(record()).measured()[:6, 0] == pytest.approx(np.log(np.arange(10.0, 16.0)))
-
-
-def test_residual_of_a_perfect_bench_is_nothing() -> None:
-    six = record()
     runs = tuple(replace(run, velocity_m_s=v) for run, v in zip(six.runs, GunObservables(six).output(), strict=True))
     assert GunObservables(replace(six, runs=runs)).residuals() == pytest.approx(np.zeros((18, 1)), abs=1e-12)
 
 
-def test_floor_is_the_stated_uncertainty() -> None:
+def test_floor_is_the_stated_uncertainty_or_assumed() -> None:
     assert GunObservables(record()).observables[0].floor == pytest.approx(0.05)
-
-
-def test_floor_is_assumed_where_none_is_stated() -> None:
     six = record()
     runs = tuple(replace(run, velocity_u_m_s=None) for run in six.runs)
     assert GunObservables(replace(six, runs=runs)).observables[0].floor == 0.01
 
 
 @EACH
-def test_effects_are_the_guns(each: Effect) -> None:
+def test_effects_are_the_guns_over_each_bullet_s_travel(each: Effect) -> None:
     six = record()
     true_pressure, gain = pressures(six), 1.0
     if each.id == "sensor.pressure_offset":
@@ -143,6 +118,15 @@ def test_effects_are_the_guns(each: Effect) -> None:
     acting = [each] if isinstance(each, GunEffect) else []
     expected = np.log(gain * gun_velocity(BENCH, true_pressure, masses(six), acting).velocity_m_s)
     assert GunObservables(six).simulated([each])[:, 0] == pytest.approx(expected, rel=1e-5)
+    mixed = GunObservables(with_travels(record()))
+    found = mixed.changes([[each], []])
+    for mass, travel in TRAVELS.items():
+        alone = GunObservables(record(gun=replace(BENCH, travel_m=travel)))
+        np.testing.assert_allclose(
+            of_bullet(found[0], mixed.record, mass),
+            of_bullet(alone.changes([[each]])[0], mixed.record, mass),
+            rtol=1e-5,
+        )
 
 
 def test_pressure_is_undone_backwards_and_velocity_shown_last() -> None:
@@ -152,10 +136,6 @@ def test_pressure_is_undone_backwards_and_velocity_shown_last() -> None:
     stage, effects = GunObservables(six), [*SENSORS, effect("gun.back_pressure")]
     assert stage.simulated(effects)[:, 0] == pytest.approx(np.log(0.9 * expected), rel=1e-12)
     assert stage.output(effects) == pytest.approx(expected, rel=1e-12)
-
-
-def test_true_pressures_pass_no_sensor() -> None:
-    six = record()
     expected = muzzle_velocity(BENCH, pressures(six) + 5e3, masses(six))
     given_pressures = [float(p) for p in pressures(six) + 5e3]
     assert GunObservables(six).output(SENSORS, given_pressures) == pytest.approx(expected, rel=1e-12)
@@ -195,6 +175,9 @@ def test_changes_of_mixed_sets_are_those_one_by_one() -> None:
     ]
     alone = [(stage.simulated(effects) - stage.simulated())[6:12] for effects in sets]
     assert stage.changes(sets) == pytest.approx(np.array(alone), abs=1e-9)
+    kinds = [type(each) for each in (*GUN, *SENSORS)]
+    off = [kind(**{item.name: item.off for item in kind.parameters()}) for kind in kinds]
+    assert np.all(stage.changes([[], *[[each] for each in off]]) == 0)
 
 
 @settings(max_examples=25)
@@ -219,13 +202,6 @@ def test_changes_do_not_hang_on_company(sets: list[list[Effect]]) -> None:
         assert found[k] == pytest.approx(stage.changes([effects])[0], abs=1e-12)
 
 
-def test_changes_of_nothing_are_nothing() -> None:
-    stage = GunObservables(record())
-    kinds = [type(each) for each in (*GUN, *SENSORS)]
-    off = [kind(**{item.name: item.off for item in kind.parameters()}) for kind in kinds]
-    assert np.all(stage.changes([[], *[[each] for each in off]]) == 0)
-
-
 def test_cost_grows_with_configurations_not_with_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     fired: list[int] = []
 
@@ -243,12 +219,11 @@ def test_shown_are_the_guns_and_three_sensors_effects() -> None:
     gun = [identity for identity in catalogue() if identity.startswith("gun.")]
     sensors = ["sensor.pressure_gain", "sensor.pressure_offset", "sensor.velocity_gain"]
     assert list(GunObservables(record()).shows) == [*gun, *sensors]
-
-
-def test_nothing_shows_without_velocities() -> None:
     six = record()
     runs = tuple(replace(run, velocity_m_s=None) for run in six.runs)
     assert GunObservables(replace(six, runs=runs)).shows == ()
+    with pytest.raises(ValueError, match="no gun"):
+        GunObservables(record(gun=None))
 
 
 @pytest.mark.parametrize(
@@ -263,20 +238,14 @@ def test_nuisance_is_a_standard_deviations_change(name: str, sd: float) -> None:
     assert column == pytest.approx((high - low) / (2 * h), rel=1e-6)
 
 
-def test_uncertain_mass_is_minus_a_half_of_its_share_without_friction() -> None:
+def test_uncertain_mass_and_efficiency_have_closed_forms() -> None:
     free = replace(BENCH, friction_coefficient=0.0)
     columns = GunObservables(replace(record(), gun=free), {"bullet_mass_kg": 0.01, "tank_pressure_pa": 1e3}).nuisances()
     mass, pressure = masses(record())[:6], np.repeat(PRESSURES, 2)
     assert columns["bullet_mass_kg"][:, 0] == pytest.approx(-0.005 / mass, rel=1e-4)
     assert columns["tank_pressure_pa"][:, 0] == pytest.approx(500 / pressure, rel=1e-4)
-
-
-def test_efficiency_of_one_has_one_side() -> None:
     ideal = replace(record(), gun=replace(BENCH, efficiency=1.0))
     assert GunObservables(ideal, {"efficiency": 0.02}).nuisances()["efficiency"] == pytest.approx(0.02, rel=1e-3)
-
-
-def test_certain_settings_are_no_nuisances() -> None:
     assert GunObservables(record()).nuisances() == GunObservables(record(), {"travel_m": 0.0}).nuisances() == {}
 
 
@@ -284,11 +253,6 @@ def test_certain_settings_are_no_nuisances() -> None:
 def test_unknown_uncertainties_are_refused(uncertain: dict[str, float]) -> None:
     with pytest.raises(ValueError, match=next(iter(uncertain))):
         GunObservables(record(), uncertain)
-
-
-def test_hammer_campaign_has_no_gun() -> None:
-    with pytest.raises(ValueError, match="no gun"):
-        GunObservables(record(gun=None))
 
 
 @pytest.mark.parametrize("identity", [*(e.id for e in GUN), "sensor.pressure_gain", "sensor.pressure_offset"])
@@ -323,3 +287,48 @@ def test_the_valve_opens_and_closes_by_each_configuration_s_profile() -> None:
     np.testing.assert_allclose(
         GunObservables(stated).simulated([none]), GunObservables(six).simulated([none]), rtol=1e-12
     )
+
+
+ROWS = np.array([2, 0, 0, 1])
+
+
+def test_value_of_a_configuration_is_that_of_its_runs():
+    own = at_rows([effect("gun.dead_volume", volume_m3=np.array([1e-4, 2e-4, 3e-4]))], ROWS)
+    assert own[0].as_json()["volume_m3"] == [3e-4, 1e-4, 1e-4, 2e-4]
+    effects = (effect("gun.dead_volume", volume_m3=1e-4), effect("sensor.velocity_gain", gain=1.1))
+    assert at_rows(effects, ROWS) == effects
+    valve = effect("gun.valve_flow", loss_coefficient=np.array([1.0, 2.0, 3.0]), opening_time_s=0.01)
+    parameters = at_rows([valve], ROWS)[0].as_json()
+    assert parameters["loss_coefficient"] == [3.0, 1.0, 1.0, 2.0]
+    assert parameters["opening_time_s"] == 0.01
+    assert at_rows([], ROWS) == ()
+    sets = stacked([[effect("sensor.velocity_gain", gain=g)] for g in (1.1, np.array([1.2, 1.3]))], 2)
+    assert sets[0].as_json()["gain"] == pytest.approx([1.1, 1.1, 1.2, 1.3])
+
+
+def test_simulated_runs_have_their_configuration_s_value():
+    """Run by run as if the whole campaign had the value of the run's configuration."""
+    record = gun_record(pressures_pa=(0.5e5, 2e5), scatter=0.0)
+    stage, gains = GunObservables(record), np.array([0.9, 1.0, 1.1, 1.2])
+    together = stage.simulated(at_rows([effect("sensor.velocity_gain", gain=gains)], record.configuration_of))
+    alone = np.array([stage.simulated([effect("sensor.velocity_gain", gain=float(gain))])[:, 0] for gain in gains])
+    np.testing.assert_allclose(together[:, 0], alone[record.configuration_of, np.arange(len(record.runs))])
+
+
+def test_sets_of_the_same_kinds_are_observed_together():
+    """Of one case each: the effects' numbers are what is observed."""
+    calls = []
+
+    def observed(effects, count):
+        calls.append(([effect.id for effect in effects], count))
+        values = [np.asarray(value) for effect in effects for value in vars(effect).values()]
+        return sum(values, np.zeros(count))[:, None]
+
+    loss, gain = effect("gun.dead_volume", volume_m3=2e-3), effect("sensor.velocity_gain", gain=1.1)
+    sets = [[loss], [], [gain, loss], [effect("gun.dead_volume", volume_m3=1e-3)], [loss, gain]]
+    assert batched_changes(sets, observed)[:, 0, 0] == pytest.approx([0.002, 0.0, 1.102, 0.001, 1.102])
+    assert calls == [
+        ([], 1),
+        (["gun.dead_volume"], 2),
+        (["gun.dead_volume", "sensor.velocity_gain"], 2),
+    ]

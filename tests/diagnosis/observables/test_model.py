@@ -57,11 +57,6 @@ def shots(mass_kg: float) -> CampaignRecord:
     return replace(heavier, kind="gun", runs=runs)
 
 
-def test_hertz_as_a_model_is_hertz() -> None:
-    off = (LAW.simulated() - ContactObservables(RECORD).simulated()) / TOLERANCE
-    assert np.abs(off).max() < 0.2
-
-
 @pytest.mark.parametrize("each", CONTACT, ids=lambda each: each.id)
 def test_effects_correct_as_they_change_the_law(each: ContactEffect) -> None:
     off = (LAW.changes([[each]]) - ContactObservables(RECORD).changes([[each]])) / TOLERANCE
@@ -72,25 +67,11 @@ def test_bias_of_the_model_is_its_gap() -> None:
     stage = RegisteredContactStage(RECORD, OneMass())
     assert stage.residuals()[:, 0] == pytest.approx(-np.log(1.1), abs=0.01)
     assert stage.simulator == "models:/few-phases@champion"
-
-
-def test_mass_that_the_model_never_saw_is_found_by_similarity() -> None:
     stage = RegisteredContactStage(shots(0.5), OneMass(factor=1.0))
     ratio = 0.5 / MASS_KG
     assert stage.residuals().mean(axis=0)[NAMES.index("ln_impulse")] == pytest.approx(np.log(ratio), abs=0.01)
     heavier = stage.measured() - stage.simulated([effect("contact.effective_mass", mass_factor=ratio)])
     assert np.abs((heavier / TOLERANCE).mean(axis=0)).max() < 0.4
-
-
-def test_true_velocity_is_what_the_model_is_asked_with() -> None:
-    change = LAW.changes([[effect("sensor.velocity_gain", gain=1.1)]])[0]
-    assert change[:, NAMES.index("ln_impulse")] == pytest.approx(-np.log(1.1), abs=5e-3)
-
-
-def test_run_without_velocity_is_nan() -> None:
-    runs = (replace(RECORD.runs[0], velocity_m_s=None), *RECORD.runs[1:])
-    stage = RegisteredContactStage(replace(RECORD, runs=runs), LawContact())
-    assert np.isnan(stage.simulated()).all(axis=1).tolist() == [True] + [False] * (len(runs) - 1)
 
 
 def test_registered_model_of_twenty_points() -> None:
@@ -105,20 +86,24 @@ def test_registered_model_of_twenty_points() -> None:
     assert np.abs(off).max() < 0.5
 
 
-def test_plate_mass_that_a_model_asks_for_must_be_given() -> None:
+def test_what_a_model_asks_for_must_be_given() -> None:
     class Asking(OneMass):
         registered = SimpleNamespace(predictors=[SimpleNamespace(name="plate_mass")])
 
     with pytest.raises(ValueError, match=r"few-phases.* asks for the plate's mass.*give plate_mass_kg"):
         RegisteredContactStage(RECORD, Asking())
     assert RegisteredContactStage(RECORD, Asking(), plate_mass_kg=8.0).settings[0].plate_mass_kg == 8.0
-
-
-def test_insulator_on_the_bare_plate_is_refused() -> None:
     unknown = hammer_record(settings=(("delrin", 0.03, "none", "polymeric"),))
     with pytest.raises(ValueError, match="insulator = 'polymeric' without an anvil"):
         RegisteredContactStage(unknown, LawContact())
 
 
-def test_law_is_named_as_a_contact() -> None:
+def test_hertz_as_a_model_is_hertz() -> None:
     assert LAW.simulator == "contact:hertz"
+    off = (LAW.simulated() - ContactObservables(RECORD).simulated()) / TOLERANCE
+    assert np.abs(off).max() < 0.2
+    change = LAW.changes([[effect("sensor.velocity_gain", gain=1.1)]])[0]
+    assert change[:, NAMES.index("ln_impulse")] == pytest.approx(-np.log(1.1), abs=5e-3)
+    runs = (replace(RECORD.runs[0], velocity_m_s=None), *RECORD.runs[1:])
+    stage = RegisteredContactStage(replace(RECORD, runs=runs), LawContact())
+    assert np.isnan(stage.simulated()).all(axis=1).tolist() == [True] + [False] * (len(runs) - 1)

@@ -54,20 +54,24 @@ def nominal() -> PlateObservables:
     return PlateObservables(played(noise=NOISE))
 
 
-def test_plate_without_effects_leaves_no_gap() -> None:
+def test_plate_without_effects_leaves_no_gap(nominal: PlateObservables) -> None:
     stage = PlateObservables(played())
     assert np.nanmax(np.abs(in_tolerances(stage, stage.residuals()))) < 0.3
-
-
-def test_noise_stays_within_tolerances(nominal: PlateObservables) -> None:
     assert rms(in_tolerances(nominal, nominal.residuals())) < 0.3
+    names = [each.name for each in nominal.observables]
+    assert len(set(names)) == len(names) == nominal.measured().shape[1] <= 80
 
 
 @pytest.mark.parametrize("planted", PLANTED, ids=lambda each: each.id)
-def test_planted_effect_closes_its_own_gap(planted: Effect) -> None:
+def test_planted_effect_closes_its_own_gap_and_changes_are_differences(
+    planted: Effect, nominal: PlateObservables
+) -> None:
     _, before, after = left([planted])
     assert rms(after) < 0.35
     assert rms(before) > 2 * rms(after)
+    rows, _ = nominal.representative
+    expected = nominal.simulated([planted])[rows] - nominal.simulated()[rows]
+    assert nominal.changes([[planted]])[0] == pytest.approx(expected, abs=1e-9)
 
 
 def test_two_effects_close_their_gap() -> None:
@@ -115,19 +119,9 @@ def test_sets_at_once_are_those_one_by_one(nominal: PlateObservables) -> None:
     assert np.array_equal(together, np.concatenate([nominal.changes([each]) for each in sets]))
 
 
-@pytest.mark.parametrize("planted", PLANTED, ids=lambda each: each.id)
-def test_changes_are_differences_of_simulations(nominal: PlateObservables, planted: Effect) -> None:
-    rows, _ = nominal.representative
-    expected = nominal.simulated([planted])[rows] - nominal.simulated()[rows]
-    assert nominal.changes([[planted]])[0] == pytest.approx(expected, abs=1e-9)
-
-
-def test_effects_of_other_stages_do_nothing(nominal: PlateObservables) -> None:
+def test_effects_that_do_nothing_here_change_nothing(nominal: PlateObservables) -> None:
     others = [effect("gun.blow_by"), effect("contact.viscous_loss"), effect("sensor.velocity_gain", gain=1.1)]
     assert np.all(nominal.changes([others]) == 0)
-
-
-def test_effects_that_do_nothing_change_nothing(nominal: PlateObservables) -> None:
     off = [
         catalogue()[identity](**{item.name: item.off for item in catalogue()[identity].parameters()})
         for identity in nominal.shows
@@ -139,45 +133,31 @@ def test_true_force_from_upstream_passes_no_sensor(nominal: PlateObservables) ->
     forces = [run.force for run in nominal.record.runs]
     gain = [effect("sensor.force_gain", gain=1.3)]
     assert nominal.simulated(gain, forces) == pytest.approx(nominal.simulated((), forces))
-
-
-def test_twice_the_force_from_upstream_is_6_db_more(nominal: PlateObservables) -> None:
     twice = [
         None if run.force is None else replace(run.force, values=2 * run.force.values) for run in nominal.record.runs
     ]
     gap = nominal.simulated((), twice) - nominal.simulated((), [run.force for run in nominal.record.runs])
     columns = [i for i, each in enumerate(nominal.observables) if each.unit == "dB"]
     assert gap[:, columns] == pytest.approx(20 * np.log10(2))
-
-
-def test_finer_upstream_force_gives_the_same(nominal: PlateObservables) -> None:
     coarse = [run.force for run in nominal.record.runs]
     fine = [_resampled(force, 7.3) for force in coarse if force is not None]
     gap = nominal.simulated((), fine) - nominal.simulated((), coarse)
     assert np.nanmax(np.abs(in_tolerances(nominal, gap, "spectrum"))) < 0.4
 
 
-def test_run_without_acceleration_has_no_observables() -> None:
+def test_missing_channels_and_runs_leave_the_others() -> None:
     record = played()
     bare = replace(record.runs[1], accelerations={})
     stage = PlateObservables(replace(record, runs=(record.runs[0], bare, *record.runs[2:])))
     assert np.all(np.isnan(stage.measured()[1]))
     assert np.isfinite(stage.residuals()[0]).any()
-
-
-def test_missing_channel_leaves_the_other() -> None:
-    record = played()
     runs = tuple(_without(run, "acceleration_2") if run.order == 2 else run for run in record.runs)
     stage = PlateObservables(replace(record, runs=runs))
     of_second = [i for i, each in enumerate(stage.observables) if each.channel == "acceleration_2"]
     of_first = [i for i, each in enumerate(stage.observables) if each.channel == "acceleration_1"]
     assert np.all(np.isnan(stage.measured()[2, of_second]))
     assert np.isfinite(stage.measured()[2, of_first]).any()
-
-
-def test_channel_of_another_rate_is_left_out_and_told() -> None:
-    """In one run of the record; a sample of it would stand at another time than the other channel's."""
-    record = played()
+    # In one run of the record; a sample of it would stand at another time than the other channel's.
     first = record.runs[0]
     slow = first.accelerations["acceleration_2"]
     half = Series(slow.values[::2], slow.sampling_rate_hz / 2, slow.start_s)
@@ -185,37 +165,23 @@ def test_channel_of_another_rate_is_left_out_and_told() -> None:
     stage = PlateObservables(replace(record, runs=(changed, *record.runs[1:])))
     told = f"1 accelerations of another sampling rate than {slow.sampling_rate_hz:g} Hz are left out"
     assert told in stage.assumptions
-
-
-def test_dropped_modes_are_told() -> None:
     stage = PlateObservables(played(rate_hz=10_000.0))
     assert "1 modes of the plate above 4500 Hz are left out: records end there" in stage.assumptions
 
 
-def test_no_plate_is_refused() -> None:
+def test_record_that_does_not_fit_the_plate_is_refused() -> None:
     with pytest.raises(ValueError, match="no plate"):
         PlateObservables(replace(played(), plate=None))
-
-
-def test_foreign_channels_are_refused() -> None:
     record = played()
     runs = tuple(replace(run, accelerations={"a": run.accelerations["acceleration_1"]}) for run in record.runs)
     with pytest.raises(ValueError, match="name the channels as the modal table does"):
         PlateObservables(replace(record, runs=runs))
-
-
-def test_unknown_position_is_refused() -> None:
     table = plate()
     two = replace(table, shape_impact=np.vstack([table.shape_impact] * 2), impact_points=("#1", "#2"))
     record = played(bench=two)
     wrong = replace(record.configurations[0], factors={"impact_position": "#7"})
     with pytest.raises(ValueError, match="'#7' is not on the plate; it has #1, #2"):
         PlateObservables(replace(record, configurations=(wrong, *record.configurations[1:])))
-
-
-def test_every_observable_has_its_column(nominal: PlateObservables) -> None:
-    names = [each.name for each in nominal.observables]
-    assert len(set(names)) == len(names) == nominal.measured().shape[1] <= 80
 
 
 def test_force_sensors_are_undone() -> None:
@@ -226,6 +192,9 @@ def test_force_sensors_are_undone() -> None:
         reading = each.measured_force_n(reading, 1 / force.sampling_rate_hz)  # type: ignore[attr-defined]
     back = true_force(Series(reading, force.sampling_rate_hz, force.start_s), effects)
     assert back.values == pytest.approx(force.values, abs=5e-3 * force.values.max())
+    force = Series(np.array([0.0, 1e4, 0.0]), 1e6, 3.3e-6)
+    got = on_clock(force, 0.0, 2e-5, 10)
+    assert got.sum() * 2e-5 == pytest.approx(1e4 / 1e6)
 
 
 def test_slow_force_channel_makes_the_plate_early() -> None:
@@ -252,12 +221,6 @@ def test_long_uneven_contact_is_no_delay() -> None:
         assert np.abs(late).max() < 0.1
 
 
-def test_short_upstream_contact_keeps_its_impulse() -> None:
-    force = Series(np.array([0.0, 1e4, 0.0]), 1e6, 3.3e-6)
-    got = on_clock(force, 0.0, 2e-5, 10)
-    assert got.sum() * 2e-5 == pytest.approx(1e4 / 1e6)
-
-
 def test_damping_example_says_more_damping(shared: object) -> None:
     from pathlib import Path
 
@@ -270,7 +233,6 @@ def test_damping_example_says_more_damping(shared: object) -> None:
 
 
 def _resampled(force: Series | None, finer: float) -> Series:
-    assert force is not None
     rate = force.sampling_rate_hz * finer
     count = int((force.values.size - 1) * finer)
     time = force.start_s + np.arange(count) / rate
@@ -308,16 +270,12 @@ def test_effect_that_differs_between_parts_closes_its_own_gap(planted: Effect) -
 
 
 def test_gain_of_a_channel_moves_that_channel_alone(nominal: PlateObservables) -> None:
-    gain = effect("sensor.acceleration_gain", gain=np.array([1.0, 1.25]))
-    moved = nominal.changes([[gain]])[0]
+    moved = nominal.changes([[effect("sensor.acceleration_gain", gain=np.array([1.0, 1.25]))]])[0]
     channel = np.array([item.channel for item in nominal.observables])
     lines = np.array([item.unit == "dB" for item in nominal.observables])
     assert np.nanmax(np.abs(moved[:, channel == "acceleration_1"])) == pytest.approx(0.0, abs=1e-9)
     assert moved[:, lines & (channel == "acceleration_2")] == pytest.approx(20 * np.log10(1.25), abs=1e-6)
-
-
-def test_parts_are_channels_and_bands_of_as_many_modes(nominal: PlateObservables) -> None:
-    """Ten modes in three bands; an observable tells of the band of its frequency and of its own channel."""
+    # Ten modes in three bands; an observable tells of the band of its frequency and of its own channel.
     damping, gain, force = (
         catalogue()[name] for name in ("plate.damping", "sensor.acceleration_gain", "sensor.force_gain")
     )

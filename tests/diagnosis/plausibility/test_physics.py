@@ -97,6 +97,5 @@ def shown(run: Run, effect: SensorEffect) -> Run:
     def through(hook: str, series: Series) -> Series:
         return replace(series, values=getattr(effect, hook)(series.values, 1 / series.sampling_rate_hz))
 
-    assert run.force is not None
     accelerations = {n: through("measured_acceleration_m_s2", s) for n, s in run.accelerations.items()}
     return replace(run, force=through("measured_force_n", run.force), accelerations=accelerations)

@@ -50,56 +50,41 @@ def test_promise(check: Callable[[Estimator], None], monkeypatch: pytest.MonkeyP
     check(PLAIN)
 
 
-def test_finds_the_law() -> None:
-    """The noise alone makes 0.8 x 0.02, give or take 7 % in 120 pulses."""
+def test_search_finds_the_law_and_its_noise() -> None:
+    # The noise alone makes 0.8 x 0.02, give or take 7 % in 120 pulses.
     assert error_of(searched()) < 1.15 * 0.8 * NOISE
-
-
-def test_search_beats_plain() -> None:
     assert error_of(searched()) < error_of(fitted(PLAIN, times()[0]))
-
-
-def test_spread_is_the_noise() -> None:
     answer = searched().predict(times()[1].x)
-    assert answer.spread is not None
     assert np.median(answer.spread / answer.mean) == pytest.approx(NOISE, rel=0.15)
-
-
-def test_spread_grows_away_from_data() -> None:
     x = times()[1].x[:1].repeat(2, axis=0)
     x[1, 5] = 20.0  # m/s
     answer = searched().predict(x)
-    assert answer.spread is not None
     near, far = answer.spread / answer.mean  # of a logarithm: where the time is short, so is its spread in seconds
     assert far > 2 * near
 
 
-def test_plain_is_table_4_6() -> None:
+def test_search_says_what_it_found() -> None:
+    tuned = searched().tuned_
+    assert set(SPACE) < set(tuned)
+    assert tuned["error"] == pytest.approx(0.8 * NOISE, rel=0.3)
     tuned = fitted(PLAIN, times()[0]).tuned_  # type: ignore[attr-defined]
     assert {name: tuned[name] for name in THESIS} == dict(THESIS)
     assert len(set(tuned["lengthscales"])) == 1
-
-
-def test_search_says_what_it_found() -> None:
-    tuned = searched().tuned_
-    assert tuned is not None
-    assert set(SPACE) < set(tuned)
-    assert tuned["error"] == pytest.approx(0.8 * NOISE, rel=0.3)
-
-
-def test_same_seed_same_search() -> None:
     again = fitted(SEARCHED, times()[0], seed=6)
     assert again.tuned_ == searched().tuned_  # type: ignore[attr-defined]
+    report = searched().fit_report()
+    assert set(SPACE) < set(report.settings)
+    assert len(report.histories["search_error"]) == 20
+    assert min(report.histories["search_error"]) == pytest.approx(report.settings["best_search_error"])
+    given = fitted(ContactTimeProcess(tuned=searched().tuned_), times()[0]).fit_report()
+    assert given.settings["kernel"] == report.settings["kernel"] and not given.histories
 
 
 def test_tuned_skips_the_search() -> None:
-    """Several models share one search: the same rows give the same numbers, whatever the seed."""
+    # Several models share one search: the same rows give the same numbers, whatever the seed.
     given = fitted(ContactTimeProcess(tuned=searched().tuned_), times()[0], seed=99)
     x = times()[1].x
     np.testing.assert_array_equal(given.predict(x).mean, searched().predict(x).mean)
-
-
-def test_refit_keeps_what_was_tuned() -> None:
     rows = times()[0]
     other = searched().refit(rows.x[::2], rows.y[::2], rows.groups[::2], np.random.default_rng(0))
     assert other.tuned_ == searched().tuned_
@@ -112,29 +97,10 @@ def test_outputs_of_both_signs_need_no_logarithm() -> None:
         ContactTimeProcess(iterations=2, search_rows=60), Rows(rows.x, rows.y - rows.y.mean(), rows.groups)
     )
     assert shifted.tuned_["log_time"] is False  # type: ignore[attr-defined]
-
-
-def test_refuses_several_outputs() -> None:
-    rows = times()[0]
     with pytest.raises(ValueError, match=r"one output \(n x 1\), got the shape \(240, 2\)"):
         fitted(PLAIN, Rows(rows.x, rows.y.repeat(2, axis=1), rows.groups))
-
-
-def test_refuses_unknown_setting() -> None:
     with pytest.raises(ValueError, match="no setting sigma; there are: kernel"):
         ContactTimeProcess(choice={"sigma": 1})
-
-
-def test_refuses_settings_it_never_wrote() -> None:
     arrays = {**searched().arrays(), "settings": np.array([9, 0, 0, 0, 0])}
     with pytest.raises(ValueError, match="not positions in the lists"):
         rebuilt(SEARCHED).restore(arrays)
-
-
-def test_reports_the_search() -> None:
-    report = searched().fit_report()
-    assert set(SPACE) < set(report.settings)
-    assert len(report.histories["search_error"]) == 20
-    assert min(report.histories["search_error"]) == pytest.approx(report.settings["best_search_error"])
-    given = fitted(ContactTimeProcess(tuned=searched().tuned_), times()[0]).fit_report()
-    assert given.settings["kernel"] == report.settings["kernel"] and not given.histories

@@ -118,13 +118,17 @@ ONES = (Coregional(rank=1, components=False), SingleOutputs())
 
 
 def test_scatter_of_all_outputs_together() -> None:
-    """Repetitions that differ in amplitude: learned as noise of components, as a law when outputs scatter alone."""
+    # Repetitions that differ in amplitude: learned as noise of components, as a law when outputs scatter alone.
     _, asked = known_law()
     one = fitted(Coregional(iterations=100))
     assert one.arrays()["log_lengthscales"].min() > np.log(0.3) + 0.5
     wrong = np.abs(one.predict(asked.x).mean - asked.y).mean()
     own = fitted(Coregional(iterations=100, components=False))
     assert wrong < 0.5 * np.abs(own.predict(asked.x).mean - asked.y).mean()
+    # The checks' own campaign: 240 pulses, and no more steps than the default allows.
+    one = fitted(Coregional(rank=3, iterations=60))
+    assert isinstance(one, Coregional)
+    assert one.maximisation_.truncation_bound < 1e-6 * 240 * 20
 
 
 @pytest.mark.parametrize("constant", [0, 2, 4])
@@ -140,13 +144,20 @@ def test_components_make_the_outputs(constant: int) -> None:
 
 
 def test_likelihood_does_not_fall() -> None:
-    """Nor has the search anything left to gain where it ends."""
+    # Nor has the search anything left to gain where it ends.
     one = learned(Coregional, 0.05)
     assert isinstance(one, Coregional)
-    assert one.maximisation_ is not None
     assert one.maximisation_.converged
     assert one.maximisation_.losses[-1] == one.maximisation_.losses.min()
     assert one.maximisation_.losses[-1] < one.maximisation_.losses[0] - 0.5
+    report: Any = learned(Coregional, 0.05).fit_report()
+    assert report.settings["kernel"] == "rbf" and report.settings["converged"] is True
+    assert len(report.by_predictor["lengthscale"]) == 2
+    assert report.histories["loss"][-1] < report.histories["loss"][0]
+    single: Any = learned(SingleOutputs, 0.05).fit_report()
+    assert 0 < single.settings["noise"] < 0.2 and len(single.histories["loss"]) > 3
+    with pytest.raises(ValueError, match="rank 0"):
+        Coregional(rank=0)
 
 
 def test_rows_in_any_order() -> None:
@@ -154,26 +165,10 @@ def test_rows_in_any_order() -> None:
     order = np.random.default_rng(2).permutation(60)
     a, b = (fit(Coregional(iterations=20), x[rows], y[rows]).predict(x).mean for rows in (np.arange(60), order))
     np.testing.assert_allclose(a, b, atol=1e-4)
-
-
-def test_less_rank_than_outputs_need() -> None:
-    with pytest.raises(ValueError, match="rank 0"):
-        Coregional(rank=0)
-
-
-def test_predictor_that_never_varied() -> None:
     x, y = waves(40, 0.05)
     wider = np.column_stack([x, np.full(40, 7.0)])
     one = fit(Coregional(iterations=10), wider, y)
     np.testing.assert_array_equal(one.predict(np.add(wider, [0.0, 0.0, 1.0])).mean, one.predict(wider).mean)
-
-
-def test_known_law_is_learned_fast() -> None:
-    """The checks' own campaign: 240 pulses, and no more steps than the default allows."""
-    one = fitted(Coregional(rank=3, iterations=60))
-    assert isinstance(one, Coregional)
-    assert one.maximisation_ is not None
-    assert one.maximisation_.truncation_bound < 1e-6 * 240 * 20
 
 
 def own_kernel(linear: bool = True, scale: float = 1.0):
@@ -245,15 +240,6 @@ class TestOwnKernels:
             kind(kernel=gpytorch.kernels.SpectralMixtureKernel(num_mixtures=2, ard_num_dims=2))
         with pytest.raises(ValueError, match=r"no kernel 'os\.system'"):
             fit(kind(kernel={"class": "os.system"}), *waves(30))
-
-
-def test_reports_what_was_found() -> None:
-    report: Any = learned(Coregional, 0.05).fit_report()
-    assert report.settings["kernel"] == "rbf" and report.settings["converged"] is True
-    assert len(report.by_predictor["lengthscale"]) == 2
-    assert report.histories["loss"][-1] < report.histories["loss"][0]
-    single: Any = learned(SingleOutputs, 0.05).fit_report()
-    assert 0 < single.settings["noise"] < 0.2 and len(single.histories["loss"]) > 3
 
 
 _OLD = Path(__file__).with_name("older_processes.npz")

@@ -26,6 +26,9 @@ def test_rbf_is_the_textbook_one() -> None:
     of = process("rbf")
     distance = np.sum(((Z[0] - Z[1]) / of.lengthscales) ** 2)
     assert dense(of)[0, 1] == pytest.approx(1.69 * np.exp(-distance / 2) + PRIOR * H[0] @ H[1])
+    twice = np.vstack([Z, Z])
+    with pytest.raises(ValueError, match="'rbf' is not positive definite: raise the noise"):
+        process("rbf", noise=0.0).factor(twice, twice[:, :0])
 
 
 def density(of: Process) -> float:
@@ -63,14 +66,5 @@ def test_likelihood_does_not_fall() -> None:
         assert density(found) < density(same) - 0.05
         assert density(found) == pytest.approx(losses.min(), abs=1e-6)
         assert len(set(found.lengthscales)) == (3 if ard else 1)
-
-
-def test_noise_keeps_above_its_floor() -> None:
     found, _ = exact_process.most_likely(process("rbf"), Z, H, 2 * Z[:, 0], True, 0.05, 40)
     assert found.noise == pytest.approx(0.05)
-
-
-def test_singular_covariance_names_kernel() -> None:
-    twice = np.vstack([Z, Z])
-    with pytest.raises(ValueError, match="'rbf' is not positive definite: raise the noise"):
-        process("rbf", noise=0.0).factor(twice, twice[:, :0])

@@ -28,8 +28,44 @@ def fitted(rows: Rows, journal: Path | None = None, seed: int = 3, **settings: i
     return one.fit(rows.x, rows.y, rows.groups, np.random.default_rng(seed))
 
 
-def test_space_holds_the_thesis_network() -> None:
-    """2 layers of 144 neurons, lambda 0.2009 (Table 4.9; on newtons, not on standardised forces)."""
+def test_predicts_and_reports_what_it_found_and_searches_no_more() -> None:
+    rows = known_law()[0]
+    one = fitted(rows)
+    layers, penalty = decoded(one.found_.genes)
+    assert (one.network_.layers, one.network_.penalty) == (layers, penalty)
+    assert one.arrays()["layers"].tolist() == list(layers)
+    again = one.refit(rows.x, rows.y, rows.groups, np.random.default_rng(8))
+    assert isinstance(again, GeneticNetwork)
+    assert again.found_ is None
+    assert again.arrays()["layers"].tolist() == one.arrays()["layers"].tolist()
+    report = one.fit_report()
+    assert report.settings["population"] == 4
+    assert report.settings["generations"] == 2
+    assert report.settings["neurons"] == "-".join(map(str, layers))
+    assert report.settings["regularisation"] == penalty
+    assert report.settings["search_best"] == one.found_.value
+    assert report.histories["search_best"] == one.found_.best
+    evaluated = report.histories["candidates_evaluated"]
+    assert evaluated[0] <= 4
+    assert list(evaluated) == sorted(evaluated)
+    assert evaluated[-1] == one.found_.evaluated
+    assert len(report.histories["loss"]) == 2
+    report = GeneticNetwork(**SMALL).restore(one.arrays()).fit_report()
+    assert report.settings["neurons"] == one.fit_report().settings["neurons"]
+    assert "search_best" not in report.settings
+    assert not report.histories
+
+
+def test_workers_do_not_change_it_and_progress_is_told() -> None:
+    assert_same(fitted(known_law()[0], workers=1), fitted(known_law()[0], workers=3))
+    told: list[str] = []
+    one = GeneticNetwork(**SMALL)
+    one.progress = told.append
+    rows = known_law()[0]
+    one.fit(rows.x, rows.y, rows.groups, np.random.default_rng(0))
+    assert len(told) == SMALL["generations"] + 1
+    assert "neurons" in told[0]
+    # 2 layers of 144 neurons, lambda 0.2009 (Table 4.9; on newtons, not on standardised forces).
     assert LAYERS == (1, 2, 3)
     assert min(NEURONS) < 10 < 144 < max(NEURONS)
     assert list(PENALTIES) == sorted(PENALTIES)
@@ -37,21 +73,8 @@ def test_space_holds_the_thesis_network() -> None:
     assert show((1, 0, 20)) == "2 x 4 neurons, lambda 0.1"
 
 
-def test_predicts_with_what_it_found() -> None:
-    one = fitted(known_law()[0])
-    assert one.found_ is not None
-    layers, penalty = decoded(one.found_.genes)
-    assert one.network_ is not None
-    assert (one.network_.layers, one.network_.penalty) == (layers, penalty)
-    assert one.arrays()["layers"].tolist() == list(layers)
-
-
-def test_workers_do_not_change_it() -> None:
-    assert_same(fitted(known_law()[0], workers=1), fitted(known_law()[0], workers=3))
-
-
 def test_resumes_from_its_journal(tmp_path: Path) -> None:
-    """Half a journal gives the same network; a whole one is not added to."""
+    # Half a journal gives the same network; a whole one is not added to.
     rows, path = known_law()[0], tmp_path / "journal"
     whole = fitted(rows, path)
     content = path.read_bytes()
@@ -59,15 +82,7 @@ def test_resumes_from_its_journal(tmp_path: Path) -> None:
     assert_same(fitted(rows, path), whole)
     assert sorted(path.read_bytes().splitlines()) == sorted(content.splitlines())
     assert_same(fitted(rows), whole)
-
-
-def test_longer_search_goes_on_with_the_journal_of_a_shorter(tmp_path: Path) -> None:
-    rows, path = known_law()[0], tmp_path / "journal"
-    shorter = fitted(rows, path)
-    longer = fitted(rows, path, generations=4)
-    assert shorter.found_ is not None
-    assert longer.found_ is not None
-    assert longer.found_.best[:3] == shorter.found_.best
+    assert fitted(rows, path, generations=4).found_.best[:3] == whole.found_.best
 
 
 @pytest.mark.parametrize("change", ["forces", "configurations", "seed", "iterations"])
@@ -95,48 +110,3 @@ def test_left_out_error_is_that_of_separate_networks() -> None:
         wrong = network.predict(rows.x[fold]).mean - rows.y[fold]
         errors[fold] = np.sqrt(np.mean(wrong**2, axis=1)) / np.ptp(rows.y[fold], axis=1)
     assert together == pytest.approx(errors.mean(), rel=1e-3)
-
-
-def test_refit_searches_no_more() -> None:
-    rows = known_law()[0]
-    one = fitted(rows)
-    again = one.refit(rows.x, rows.y, rows.groups, np.random.default_rng(8))
-    assert isinstance(again, GeneticNetwork)
-    assert again.found_ is None
-    assert again.arrays()["layers"].tolist() == one.arrays()["layers"].tolist()
-
-
-def test_tells_progress() -> None:
-    told: list[str] = []
-    one = GeneticNetwork(**SMALL)
-    one.progress = told.append
-    rows = known_law()[0]
-    one.fit(rows.x, rows.y, rows.groups, np.random.default_rng(0))
-    assert len(told) == SMALL["generations"] + 1
-    assert "neurons" in told[0]
-
-
-def test_report_tells_the_search() -> None:
-    one = fitted(known_law()[0])
-    report = one.fit_report()
-    assert one.found_ is not None
-    layers, penalty = decoded(one.found_.genes)
-    assert report.settings["population"] == 4
-    assert report.settings["generations"] == 2
-    assert report.settings["neurons"] == "-".join(map(str, layers))
-    assert report.settings["regularisation"] == penalty
-    assert report.settings["search_best"] == one.found_.value
-    assert report.histories["search_best"] == one.found_.best
-    evaluated = report.histories["candidates_evaluated"]
-    assert evaluated[0] <= 4
-    assert list(evaluated) == sorted(evaluated)
-    assert evaluated[-1] == one.found_.evaluated
-    assert len(report.histories["loss"]) == 2
-
-
-def test_restored_report_has_no_search() -> None:
-    one = fitted(known_law()[0])
-    report = GeneticNetwork(**SMALL).restore(one.arrays()).fit_report()
-    assert report.settings["neurons"] == one.fit_report().settings["neurons"]
-    assert "search_best" not in report.settings
-    assert not report.histories

@@ -44,23 +44,17 @@ def test_objective_is_half_the_mean_square_and_the_weights() -> None:
     error = torch.relu(x @ w1.T + b1) @ w2.T + b2 - y
     expected = 0.5 * (error**2).mean() + 0.05 * ((w1**2).sum() + (w2**2).sum())
     torch.testing.assert_close(objective(module, x, y, 0.1), expected)
-
-
-def test_numpy_predicts_as_the_module_does() -> None:
     module = glorot_module(SIZES, np.random.default_rng(3)).double()
     z = rows(9)[0]
     expected = module(torch.tensor(z)).detach().numpy()
     np.testing.assert_allclose(outputs_of(_layers(module), z), expected, rtol=1e-12, atol=1e-12)
 
 
-def test_start_is_glorots() -> None:
+def test_start_is_glorots_and_needs_no_seed_of_pytorch() -> None:
     (weights, biases), _ = _layers(glorot_module((50, 70, 2), np.random.default_rng(0)))
     assert np.abs(weights).max() == pytest.approx(np.sqrt(6 / 120), rel=1e-2)
     assert weights.std() == pytest.approx(np.sqrt(2 / 120), rel=0.03)
     assert 0.9 * np.sqrt(6 / 120) < np.abs(biases).max() < np.sqrt(6 / 120)
-
-
-def test_start_needs_no_seed_of_pytorch() -> None:
     torch.manual_seed(1)
     state = torch.get_rng_state()
     first = _layers(glorot_module(SIZES, np.random.default_rng(3)))
@@ -70,21 +64,15 @@ def test_start_needs_no_seed_of_pytorch() -> None:
     np.testing.assert_array_equal(first[0][0], second[0][0])
 
 
-def test_loss_is_recorded_and_falls() -> None:
+def test_loss_is_recorded_and_falls_until_nothing_is_gained() -> None:
     network = train_network(*standard_rows(80), (4, 6, 3), 1e-3, 70, np.random.default_rng(0))
     assert network.iterations == 70
     assert len(network.losses) == 5  # at the start, after 20, 40, 60 and 70
     assert list(network.losses) == sorted(network.losses, reverse=True)
     assert network.losses[-1] < 0.5 * network.losses[0]
-
-
-def test_training_ends_where_nothing_is_gained() -> None:
     x = np.zeros((20, 4))  # only the last biases matter
     network = train_network(x, x[:, :3], (4, 6, 3), 0.0, 1000, np.random.default_rng(0))
     assert network.iterations < 30
-
-
-def test_no_iteration_leaves_the_start() -> None:
     network = train_network(*standard_rows(20), SIZES, 0.0, 0, np.random.default_rng(5))
     np.testing.assert_array_equal(network.layers[0][0], _layers(glorot_module(SIZES, np.random.default_rng(5)))[0][0])
 
@@ -104,11 +92,21 @@ def test_report_tells_sizes_and_losses() -> None:
 
 
 def test_holds_a_law_of_its_own_kind() -> None:
-    """|x| is two rectified units."""
+    # |x| is two rectified units.
     x = np.linspace(-1, 1, 200)[:, None]
     y = np.abs(x)
     network = Network(layers=(8,)).fit(x, y, np.arange(200), np.random.default_rng(0))
     np.testing.assert_allclose(network.predict(x).mean, y, atol=0.01)
+    # Whatever it is asked with later: nothing is known of its effect.
+    learned, asked = known_law()
+    x = learned.x.copy()
+    x[:, 3] = 1234.5
+    network = Network((10,), iterations=50).fit(x, learned.y, learned.groups, np.random.default_rng(0))
+    other = asked.x.copy()
+    other[:, 3] = 1e9
+    unseen = asked.x.copy()
+    unseen[:, 3] = 1234.5
+    np.testing.assert_array_equal(network.predict(other).mean, network.predict(unseen).mean)
 
 
 def test_penalty_shrinks_weights() -> None:
@@ -134,13 +132,6 @@ def test_fits_as_well_as_mlp_regressor() -> None:
     assert np.median(ours) < 1.1 * np.median(theirs)
 
 
-def test_threads_are_given_back() -> None:
-    before = torch.get_num_threads()
-    with one_thread():
-        assert torch.get_num_threads() == 1
-    assert torch.get_num_threads() == before
-
-
 def test_predicts_without_pytorch() -> None:
     """Neither importing nor asking a restored network loads it."""
     script = (
@@ -160,11 +151,6 @@ def test_network_without_neurons_is_refused(layers: tuple[int, ...]) -> None:
         Network(layers)
 
 
-def test_weights_of_another_size_are_refused() -> None:
-    with pytest.raises(ValueError, match="shape"):
-        Network((11,)).restore(fitted(Network((10,), iterations=1)).arrays())
-
-
 def test_presets_are_those_of_the_table() -> None:
     layers = {
         name: describe(entry_of(name).make(BuildOptions()))["settings"]["model"]["settings"]["force"]["settings"][
@@ -173,16 +159,9 @@ def test_presets_are_those_of_the_table() -> None:
         for name in ("nn-narrow", "nn-medium", "nn-wide", "nn-bilayer", "nn-trilayer")
     }
     assert list(layers.values()) == [[10], [25], [100], [10, 10], [10, 10, 10]]
-
-
-def test_predictor_that_never_varied_is_ignored() -> None:
-    """Whatever it is asked with later: nothing is known of its effect."""
-    learned, asked = known_law()
-    x = learned.x.copy()
-    x[:, 3] = 1234.5
-    network = Network((10,), iterations=50).fit(x, learned.y, learned.groups, np.random.default_rng(0))
-    other = asked.x.copy()
-    other[:, 3] = 1e9
-    unseen = asked.x.copy()
-    unseen[:, 3] = 1234.5
-    np.testing.assert_array_equal(network.predict(other).mean, network.predict(unseen).mean)
+    before = torch.get_num_threads()
+    with one_thread():
+        assert torch.get_num_threads() == 1
+    assert torch.get_num_threads() == before
+    with pytest.raises(ValueError, match="shape"):
+        Network((11,)).restore(fitted(Network((10,), iterations=1)).arrays())

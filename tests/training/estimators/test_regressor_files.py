@@ -52,16 +52,15 @@ class Payload(LinearRegression):  # type: ignore[misc]  # scikit-learn publishes
 
 
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda one: one.kind)
-def test_trusted_types_are_those_that_are_needed(family: PipelineRegression) -> None:
-    """One that the family does not write would be trusted for nothing."""
+def test_file_is_the_same_trusted_types_and_settings_again(family: PipelineRegression) -> None:
+    # One that the family does not write would be trusted for nothing.
     content = fitted(family).arrays()["regressor"].tobytes()
     assert skops.io.get_untrusted_types(data=content) == sorted(family.trusted)
-
-
-@pytest.mark.parametrize("family", FAMILIES, ids=lambda one: one.kind)
-def test_same_training_gives_the_same_bytes(family: PipelineRegression) -> None:
     first, second = (fitted(family).arrays()["regressor"] for _ in range(2))
     np.testing.assert_array_equal(first, second)
+    report = fitted(family).fit_report()
+    assert report.settings == family.settings()
+    assert report.histories == {}
 
 
 @pytest.mark.parametrize(
@@ -110,14 +109,6 @@ def test_broken_bytes_are_refused(damage: Callable[[np.ndarray], np.ndarray]) ->
         KernelRidge().restore({**arrays, "regressor": damage(arrays["regressor"])})
 
 
-def test_schema_that_is_no_regressor_is_refused() -> None:
-    target = io.BytesIO()
-    with zipfile.ZipFile(target, "w") as file:
-        file.writestr("schema.json", json.dumps({"protocol": 2}))
-    with pytest.raises(RegressorFileError, match="no regressor can be read"):
-        regressor_from(np.frombuffer(target.getvalue(), dtype=np.uint8), LinearPowers.trusted)
-
-
 @pytest.mark.parametrize(
     "regressor", [LinearRegression(), LinearRegression().fit(X, X), {"a": 1}, KernelRidge().pipeline(0)]
 )
@@ -127,26 +118,17 @@ def test_regressor_of_another_family_is_refused(regressor: Any) -> None:
         KernelRidge().restore({**arrays, "regressor": regressor_bytes(regressor)})
 
 
-def test_arrays_of_older_software_say_so() -> None:
+def test_regressor_of_another_release_is_refused() -> None:
     older = {"x_mean": np.zeros(3), "centres": np.zeros((5, 3)), "tuned": np.zeros(2)}
     with pytest.raises(ValueError, match=r"'kernel-ridge' .* 'regressor'.* trained by older software.* --retrain"):
         KernelRidge().restore(older)
-
-
-def test_other_minor_release_of_scikit_learn_is_refused() -> None:
     arrays = fitted(KernelRidge(0.05, 0.01)).arrays()
     with pytest.raises(ValueError, match=f"scikit-learn 1.2.0, installed is {sklearn.__version__}.*--retrain"):
         KernelRidge().restore({**arrays, "scikit_learn": np.array("1.2.0")})
-
-
-def test_other_bugfix_release_is_read() -> None:
-    arrays = fitted(KernelRidge(0.05, 0.01)).arrays()
     major, minor = sklearn.__version__.split(".")[:2]
     KernelRidge().restore({**arrays, "scikit_learn": np.array(f"{major}.{minor}.99")})
-
-
-@pytest.mark.parametrize("family", FAMILIES, ids=lambda one: one.kind)
-def test_report_names_every_setting(family: PipelineRegression) -> None:
-    report = fitted(family).fit_report()
-    assert report.settings == family.settings()
-    assert report.histories == {}
+    target = io.BytesIO()
+    with zipfile.ZipFile(target, "w") as file:
+        file.writestr("schema.json", json.dumps({"protocol": 2}))
+    with pytest.raises(RegressorFileError, match="no regressor can be read"):
+        regressor_from(np.frombuffer(target.getvalue(), dtype=np.uint8), LinearPowers.trusted)

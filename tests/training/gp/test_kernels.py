@@ -11,7 +11,7 @@ A, B = RNG.normal(size=(9, 4)), RNG.normal(size=(6, 4))
 
 
 @pytest.mark.parametrize("kind", KERNELS)
-def test_kernel_like_sklearn(kind: str) -> None:
+def test_kernels_are_sklearns_and_those_that_were_trained(kind: str) -> None:
     peers = pytest.importorskip("sklearn.gaussian_process.kernels")
     peer = {
         "rbf": peers.RBF(1.0),
@@ -20,17 +20,9 @@ def test_kernel_like_sklearn(kind: str) -> None:
         "rational-quadratic": peers.RationalQuadratic(1.0, 1.0),
     }[kind]
     np.testing.assert_allclose(kernel_matrix(kind, A, B), peer(A, B), atol=1e-14)
-
-
-@pytest.mark.parametrize("kind", KERNELS)
-def test_diagonal_is_one(kind: str) -> None:
     k = kernel_matrix(kind, A, A)
     np.testing.assert_array_equal(k.diagonal(), 1.0)
     np.testing.assert_allclose(k, k.T, rtol=1e-13)
-
-
-@pytest.mark.parametrize("kind", KERNELS)
-def test_the_kernel_that_is_trained_is_the_one_that_predicts(kind: str) -> None:
     torch = pytest.importorskip("torch", reason="the extra [models] is not installed")
     from pyroshock.training.gp.multitask import named_kernel
 
@@ -42,12 +34,9 @@ def test_the_kernel_that_is_trained_is_the_one_that_predicts(kind: str) -> None:
     np.testing.assert_allclose(kernel_matrix(kind, A / scales, B / scales), trained, atol=1e-12)
 
 
-def test_inputs_are_left_alone() -> None:
+def test_unknown_kernel_and_untouched_inputs() -> None:
     before = A.copy()
     kernel_matrix("matern52", A, A)
     np.testing.assert_array_equal(A, before)
-
-
-def test_unknown_kernel() -> None:
     with pytest.raises(LookupError, match=r"periodic.*rbf, matern32"):
         kernel_matrix("periodic", A, B)

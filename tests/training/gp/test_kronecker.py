@@ -67,22 +67,30 @@ def test_likelihood_is_the_dense_one(kind: str, n: int) -> None:
     assert abs(found.value - expected) <= found.bound + 1e-8
 
 
-def test_correlated_noise() -> None:
+def test_likelihood_of_correlated_noise() -> None:
     (x, y), at = pulses(45), some_parameters()
     factor = 0.1 * np.random.default_rng(6).normal(size=(20, 20))
     sigma = factor @ factor.T + at.sigma
     k = kernel_matrix("rbf", x / at.lengthscales, x / at.lengthscales)
     assert abs(coregional_likelihood(k, y, at.b, sigma).value - dense(k, y, at.b, sigma)) < 1e-6
+    with pytest.raises(ValueError, match="noise between outputs is not positive definite"):
+        coregional_likelihood(np.eye(3), np.zeros((3, 2)), np.eye(2), np.array([[1.0, 2.0], [2.0, 1.0]]))
 
 
-def test_repeated_eigenvalues() -> None:
-    """B and K with one eigenvalue many times, every row twice: where derivatives through `eigh` are not numbers."""
+def test_repeated_eigenvalues_and_coarse_factors() -> None:
+    # B and K with one eigenvalue many times, every row twice: where derivatives through `eigh` are not numbers.
     y = np.random.default_rng(7).normal(size=(12, 5))
     k = np.kron(np.eye(6), np.ones((2, 2)))
     b, sigma = 0.7 * np.eye(5), 0.1 * np.eye(5)
     found = coregional_likelihood(k, y, b, sigma)
     assert abs(found.value - dense(k, y, b, sigma)) < 1e-10
     assert_derivatives(lambda k, b, sigma: coregional_likelihood(k, y, b, sigma).value, found, (k, b, sigma))
+    (x, y), at = pulses(90), some_parameters()
+    k = kernel_matrix("rbf", x / at.lengthscales, x / at.lengthscales)
+    exact = dense(k, y, at.b, at.sigma)
+    for tolerance in (1e-3, 1e-5, 1e-7):
+        found = coregional_likelihood(k, y, at.b, at.sigma, tolerance)
+        assert 0 < abs(found.value - exact) <= found.bound
 
 
 def assert_derivatives(value: Callable[..., float], found: object, at: tuple[Floats, Floats, Floats]) -> None:
@@ -98,15 +106,11 @@ def assert_derivatives(value: Callable[..., float], found: object, at: tuple[Flo
         assert slope == pytest.approx(float((getattr(found, name) * direction).sum()), rel=1e-4)
 
 
-def test_matrix_derivatives() -> None:
+def test_matrix_and_output_derivatives() -> None:
     (x, y), at = pulses(40), some_parameters()
     k = kernel_matrix("matern32", x / at.lengthscales, x / at.lengthscales)
     found = coregional_likelihood(k, y, at.b, at.sigma)
     assert_derivatives(lambda *now: coregional_likelihood(now[0], y, *now[1:]).value, found, (k, at.b, at.sigma))
-
-
-def test_gradient_by_outputs() -> None:
-    (x, y), at = pulses(40), some_parameters()
     k = kernel_matrix("rbf", x / at.lengthscales, x / at.lengthscales)
     found = coregional_likelihood(k, y, at.b, at.sigma)
     step = 1e-4 * np.random.default_rng(1).normal(size=y.shape)
@@ -125,17 +129,3 @@ def test_factor_keeps_its_promise() -> None:
     assert np.trace(left) == pytest.approx(factor.residual, rel=1e-2, abs=1e-11)
     assert np.abs(left).max() <= 1.01e-10
     np.testing.assert_allclose(factor.t.T @ factor.t, np.diag(factor.eigenvalues), atol=1e-10)
-
-
-def test_coarse_factor_stays_within_its_bound() -> None:
-    (x, y), at = pulses(90), some_parameters()
-    k = kernel_matrix("rbf", x / at.lengthscales, x / at.lengthscales)
-    exact = dense(k, y, at.b, at.sigma)
-    for tolerance in (1e-3, 1e-5, 1e-7):
-        found = coregional_likelihood(k, y, at.b, at.sigma, tolerance)
-        assert 0 < abs(found.value - exact) <= found.bound
-
-
-def test_noise_that_is_no_covariance() -> None:
-    with pytest.raises(ValueError, match="noise between outputs is not positive definite"):
-        coregional_likelihood(np.eye(3), np.zeros((3, 2)), np.eye(2), np.array([[1.0, 2.0], [2.0, 1.0]]))

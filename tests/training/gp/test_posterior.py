@@ -39,16 +39,13 @@ def test_posterior_is_the_dense_one(kind: str) -> None:
     np.testing.assert_allclose(spread, expected_spread, rtol=1e-6)
 
 
-def test_many_rows_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_many_rows_in_parts_and_nothing_known_far_away(monkeypatch: pytest.MonkeyPatch) -> None:
     known, covariance = frozen("rbf"), NamedCovariance("rbf", LENGTHSCALES)
     whole = known.predict(covariance, ASKED)
     monkeypatch.setattr("pyroshock.training.gp.posterior._CHUNK", 2)
     parts = known.predict(covariance, ASKED)
     np.testing.assert_allclose(parts[0], whole[0], atol=1e-12)
     np.testing.assert_allclose(parts[1], whole[1], atol=1e-12)
-
-
-def test_nothing_known_far_away() -> None:
     mean, spread = frozen("rbf").predict(NamedCovariance("rbf", LENGTHSCALES), np.full((1, 3), 1e5))
     np.testing.assert_allclose(mean, 0.0, atol=1e-12)
     np.testing.assert_allclose(spread[0] ** 2, (COVARIANCE_OF_OUTPUTS + np.diag(NOISE)).diagonal(), rtol=1e-9)

@@ -41,9 +41,6 @@ def test_other_inputs_and_diagonals_are_gpytorchs():
     torch.testing.assert_close(ours(X, diag=True), theirs(X, diag=True))
     batch = X.reshape(2, 15, 3)
     torch.testing.assert_close(ours(batch).to_dense(), theirs(batch).to_dense())
-
-
-def test_inputs_have_their_derivatives():
     grads = []
     for kernel in kernels(3):
         x = X.clone().requires_grad_()

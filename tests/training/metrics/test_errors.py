@@ -1,15 +1,17 @@
-"""Errors of pulses whose figures are known in closed form."""
+"""Errors and costs of pulses whose figures are known in closed form, and pulses rebuilt from 20 points."""
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from pyroshock.dataset.table import POINTS, PulseTable
-from pyroshock.training.evaluation.metrics import ELEMENTS, METRICS, pulse_errors
+from pyroshock.training.evaluation.metrics import ELEMENTS, METRICS, figures, pulse_cost, pulse_errors, reconstruct
 from pyroshock.training.models.base import ContactPrediction
+from scipy.interpolate import make_smoothing_spline
 from support.records.pulse_tables import pulse_table
 
 PHASE = np.linspace(0.0, 1.0, POINTS)
@@ -48,27 +50,31 @@ def test_taller_pulse(half_sines: PulseTable) -> None:
     assert np.array_equal(errors.contact_time_error, np.zeros(60))
 
 
-def test_longer_pulse(half_sines: PulseTable) -> None:
+def test_longer_or_shorter_pulses(half_sines: PulseTable) -> None:
     errors = pulse_errors(half_sines, scaled(half_sines, time=1.2))
     assert np.array_equal(errors.force_rmse_n, np.zeros(60))
     for name in ("contact_time_error", "impulse_error"):
         assert np.allclose(getattr(errors, name), 0.2, atol=3e-4), name
     assert np.allclose(errors.compression_time_error, 0.2, atol=2 / ELEMENTS)
-
-
-def test_taller_and_shorter_pulse_keeps_its_impulse(half_sines: PulseTable) -> None:
     errors = pulse_errors(half_sines, scaled(half_sines, force=1.25, time=0.8))
     assert np.allclose(errors.impulse_error, 0.0, atol=2e-4)
     assert np.allclose(errors.peak_force_error, 0.25, atol=2e-4)
 
 
 def test_perfect_prediction_costs_what_reconstruction_costs() -> None:
-    """The stored figures of the synthetic table are those of its points, not of a spline."""
+    # The stored figures of the synthetic table are those of its points, not of a spline.
     table = pulse_table(np.random.default_rng(2), repetitions=1, noise=0.0)
     errors = pulse_errors(table, scaled(table))
     for name in ("force_rmse_n", "force_nrmse", "contact_time_error", "cost"):
         assert np.array_equal(getattr(errors, name), np.zeros(60)), name
     assert errors.impulse_error.max() < 0.005
+    # sin^2: peak 1 in the middle, impulse half its duration, half of it before the peak. Its ends are bent, a natural
+    # spline's are not: that costs 0.03 % of impulse.
+    found = figures(reconstruct(np.sin(np.pi * PHASE)[None] ** 2, 1001), np.array([4e-3]))
+    assert np.isclose(found.peak_force_n[0], 1.0, rtol=2e-3)
+    assert np.isclose(found.compression_time_s[0], 2e-3, rtol=2e-3)
+    assert np.isclose(found.impulse_n_s[0], 2e-3, rtol=5e-4)
+    assert np.isclose(found.compression_impulse_n_s[0], 1e-3, rtol=5e-3)
 
 
 def test_rows_do_not_depend_on_each_other(half_sines: PulseTable) -> None:
@@ -89,32 +95,20 @@ def test_coverage_counts_points_in_the_band(half_sines: PulseTable) -> None:
     errors = pulse_errors(half_sines, prediction)
     assert errors.force_covered is not None and np.allclose(errors.force_covered, 0.75)
     assert errors.time_covered is not None and errors.time_covered.mean() == 0.75
-
-
-def test_without_spread_nothing_is_covered(half_sines: PulseTable) -> None:
     assert tuple(pulse_errors(half_sines, scaled(half_sines)).arrays()) == METRICS
 
 
-def test_another_number_of_rows_is_refused(half_sines: PulseTable) -> None:
+def test_what_cannot_be_compared_is_refused(half_sines: PulseTable) -> None:
     with pytest.raises(ValueError, match=r"force_n is \(59, 20\), the pulses' is \(60, 20\)"):
         pulse_errors(half_sines, scaled(half_sines.take(slice(1, None))))
-
-
-def test_a_prediction_that_is_no_number_is_refused(half_sines: PulseTable) -> None:
     prediction = scaled(half_sines)
     prediction.contact_time_s[3] = np.nan
     with pytest.raises(ValueError, match=r"contact_time_s of pulse synthetic-000003 \(row 3\)"):
         pulse_errors(half_sines, prediction)
-
-
-def test_a_pulse_without_impulse_is_refused(half_sines: PulseTable) -> None:
     impulse = half_sines.impulse_n_s.copy()
     impulse[5] = 0.0
     with pytest.raises(ValueError, match="synthetic-000005 has impulse_n_s = 0"):
         pulse_errors(replace(half_sines, impulse_n_s=impulse), scaled(half_sines))
-
-
-def test_no_pulses_are_refused(half_sines: PulseTable) -> None:
     none = half_sines.take(slice(0, 0))
     with pytest.raises(ValueError, match="at least one"):
         pulse_errors(none, scaled(none))
@@ -125,3 +119,34 @@ def test_a_campaign_takes_less_than_a_second() -> None:
     began = time.process_time()
     assert len(pulse_errors(table, scaled(table, 1.1))) == 1800
     assert time.process_time() - began < 1.0
+
+
+PULSE = np.array([[0.0, 30.0, 40.0, 10.0, 0.0]])
+TIME = np.array([2e-3])
+
+
+def test_cost_counts_the_elements_that_are_off() -> None:
+    assert pulse_cost(PULSE, TIME, PULSE, TIME)[0] == 0.0
+    assert math.isclose(pulse_cost(PULSE, TIME, PULSE + 400.0, TIME)[0], 5.0)
+    # Both time vectors begin at zero.
+    assert math.isclose(pulse_cost(PULSE, TIME, PULSE, 9 * TIME)[0], 4.0)
+    # 0.2 ms late, element i of five by i / 4 of it (sigma 0.1 ms); one force is off by 6 N (sigma 4 N).
+    force = PULSE + np.array([0.0, 6.0, 0.0, 0.0, 0.0])
+    late = [(i / 4 * 2.0) ** 2 / 2 for i in range(5)]
+    expected = sum(1 - math.exp(-(late[i] + (1.5**2 / 2 if i == 1 else 0.0))) for i in range(5))
+    assert math.isclose(pulse_cost(PULSE, TIME, force, TIME + 0.2e-3)[0], expected, rel_tol=1e-12)
+    force, time = PULSE * 1.05, TIME * 1.02
+    newtons = pulse_cost(PULSE, TIME, force, time)
+    assert np.allclose(newtons, pulse_cost(PULSE / 1e3, TIME * 1e3, force / 1e3, time * 1e3), rtol=1e-12)
+
+
+def test_reconstruction_is_the_smoothing_spline_that_smooths_nothing() -> None:
+    points = np.random.default_rng(0).standard_normal((3, 20))
+    assert np.allclose(reconstruct(points, 191)[:, ::10], points, atol=1e-12)
+    points = np.random.default_rng(1).standard_normal(20)
+    peer = make_smoothing_spline(np.arange(20.0), points, lam=1e-10)(np.linspace(0, 19, 500))
+    assert np.allclose(reconstruct(points[None], 500)[0], peer, atol=1e-6)
+    fine = reconstruct(np.sin(np.pi * PHASE)[None])
+    assert np.abs(fine[0] - np.sin(np.pi * np.linspace(0, 1, 1000))).max() < 2e-5
+    with pytest.raises(ValueError, match="2 points"):
+        reconstruct(np.zeros((1, 2)))

@@ -56,16 +56,9 @@ def test_outputs_bring_the_measured_pulse_back(table: PulseTable) -> None:
     np.testing.assert_allclose(pulse.contact_time_s, table.contact_time_s)
     measured = np.maximum(table.force_n, 0)
     np.testing.assert_allclose(pulse.force_n, measured, atol=1e-9 * measured.max())
-
-
-def test_no_outputs_are_the_base(table: PulseTable) -> None:
-    base = base_of(table)
     pulse = pulses_of(np.zeros((len(table), 20)), base)
     np.testing.assert_allclose(pulse.root, base.root)
     np.testing.assert_allclose(pulse.contact_time_s, base.contact_time_s)
-
-
-def test_root_that_vanishes_leaves_the_shape_of_the_base(table: PulseTable) -> None:
     base, outputs = base_of(table), np.full((len(table), 20), -9.0)
     np.testing.assert_array_equal(pulses_of(outputs, base).root, base.root)
 
@@ -102,12 +95,9 @@ def _repeated(base: ResidualPulse, row: int) -> ResidualPulse:
     )
 
 
-def test_allowance_is_one_where_momentum_suffices(table: PulseTable) -> None:
-    """The synthetic impulses are 1.6 m u."""
-    assert fitted(table).allowance_ == 1.0
-
-
 def test_allowance_tells_what_pulses_exceed(table: PulseTable) -> None:
+    # The synthetic impulses are 1.6 m u.
+    assert fitted(table).allowance_ == 1.0
     strong = replace(table, force_n=2 * table.force_n)
     momentum = 2 * table.impactor_mass_kg * table.column("impact_velocity")
     measured = impulse(np.maximum(strong.force_n, 0), strong.contact_time_s)

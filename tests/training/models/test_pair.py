@@ -1,11 +1,11 @@
-"""The thesis's model in two steps."""
+"""The thesis's model in two steps, and spreads through functions."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from pyroshock.training.estimators.linear import LinearPowers
-from pyroshock.training.models.base import positive_pulses
+from pyroshock.training.models.base import positive_pulses, propagate_spread, residual_correlation
 from pyroshock.training.models.pair import Pair
 from support.records.pulse_tables import held_out, pulse_table
 
@@ -30,7 +30,6 @@ def test_noise_of_soft_tips_over_hard(scaling: str, least: float, most: float) -
     """Over the peak; the synthetic law's is the same for both, and their peaks are 15 apart."""
     train, held = held_out(pulse_table(np.random.default_rng(1)), np.random.default_rng(2))
     answer = Pair(LinearPowers(), LinearPowers(), scaling).fit(train, np.random.default_rng(0)).predict(held.inputs)
-    assert answer.force_spread_n is not None
     over = answer.force_spread_n.max(axis=1) / held.peak_force_n
     soft = held.tip_material == "polyurethane"
     hard = held.tip_material == "aluminum"
@@ -42,8 +41,22 @@ def test_pulse_that_pulls_is_made_to_push() -> None:
     pulses = positive_pulses(pulls, faintest=100.0)
     assert pulses[0].tolist() == [0.0, *[0.1] * 18, 0.0]
     np.testing.assert_array_equal(pulses[1], pulls[1])
-
-
-def test_refuses_unknown_scaling() -> None:
     with pytest.raises(ValueError, match="no scaling 'log'; there are: none, momentum"):
         Pair(LinearPowers(), LinearPowers(), "log")
+
+
+HALF = np.array([[1.0, 0.5], [0.5, 1.0]])
+
+
+@pytest.mark.parametrize(("sign", "expected"), [(1.0, 3 + 4 + 2 * 3**0.5), (-1.0, 3 + 4 - 2 * 3**0.5)])
+def test_sum_and_difference(sign: float, expected: float) -> None:
+    """Var(a + b) = Var a + Var b + 2 Cov(a, b)."""
+    spread = propagate_spread(np.array([[[1.0, sign]]]), np.array([[3**0.5, 2.0]]), HALF)
+    assert spread[0, 0] ** 2 == pytest.approx(expected)
+
+
+def test_correlation_is_recovered() -> None:
+    draws = np.random.default_rng(0).multivariate_normal([5.0, -1.0], HALF, 20_000)
+    np.testing.assert_allclose(residual_correlation(draws * [1.0, 100.0]), HALF, atol=0.02)
+    draws = np.random.default_rng(0).standard_normal((10, 2)) * [1.0, 0.0]
+    np.testing.assert_array_equal(residual_correlation(draws), np.eye(2))

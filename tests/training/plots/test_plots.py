@@ -47,7 +47,7 @@ def written(figure: Figure) -> bytes:
     return file.getvalue()
 
 
-def test_heat_map_ranks_models(pulses: PulseTable, errors: dict[str, PulseErrors]) -> None:
+def test_heat_map_ranks_models_and_each_has_a_panel_by_test(pulses: PulseTable, errors: dict[str, PulseErrors]) -> None:
     figure = heat_map(pulses, errors)
     upper = figure.axes[0]
     assert [label.get_text() for label in upper.get_yticklabels()] == ["b", "c", "a"]
@@ -56,18 +56,12 @@ def test_heat_map_ranks_models(pulses: PulseTable, errors: dict[str, PulseErrors
     first = pulses.run == pulses.run.min()
     assert np.isclose(shown[2, 0], errors["a"].force_nrmse[first].mean())
     assert written(figure)
-
-
-def test_by_test_has_a_panel_a_model(pulses: PulseTable, errors: dict[str, PulseErrors]) -> None:
     figure = by_test(pulses, errors, "force_nrmse")
     assert [axes.get_title(loc="left")[0] for axes in figure.axes] == ["b", "c", "a"]
     assert figure.axes[0].get_yscale() == "log"
     drawn = sum(np.size(line.get_xdata()) for line in figure.axes[0].lines if line.get_marker() == "o")
     assert drawn == 60
     assert written(figure)
-
-
-def test_alike_errors_need_no_logarithm(pulses: PulseTable, errors: dict[str, PulseErrors]) -> None:
     assert by_test(pulses, {"a": errors["a"]}, "peak_force_error").axes[0].get_yscale() == "linear"
 
 
@@ -78,9 +72,6 @@ def test_pulse_grid_shows_the_worst(pulses: PulseTable) -> None:
     worst = pulse_errors(pulses, off_by(pulses, 0.05)).force_nrmse[aluminum].max()
     assert f"NRMSE {worst:.3f} (worst)" in figure.axes[3].get_title()
     assert written(figure)
-
-
-def test_pulse_grid_without_spread_has_no_band(pulses: PulseTable) -> None:
     figure = pulse_grid(pulses, off_by(pulses, 0.05, spread=False))
     assert not figure.axes[0].collections and not figure.axes[0].patches
 
@@ -93,26 +84,16 @@ def test_difference_figure_has_every_group(pulses: PulseTable, errors: dict[str,
     assert len(labels) == sum(len(np.unique(values)) for values in groups.values())
     assert "insulator: polymeric" in labels
     assert written(figure)
-
-
-def test_difference_figure_without_groups(pulses: PulseTable, errors: dict[str, PulseErrors]) -> None:
     result = compare(errors["a"], errors["b"], pulses.configuration, {}, np.random.default_rng(0), resamples=50)
     assert len(difference_figure(result).axes) == 1
 
 
-def test_coverage_of_a_normal_law() -> None:
-    """20,000 errors: five standard errors are 0.018 in the middle."""
-    assert np.abs(coverage(np.random.default_rng(0).standard_normal(20_000)) - LEVELS).max() < 0.018
-
-
 def test_coverage_leaves_out_models_without_spread(pulses: PulseTable) -> None:
+    # 20,000 errors: five standard errors are 0.018 in the middle.
+    assert np.abs(coverage(np.random.default_rng(0).standard_normal(20_000)) - LEVELS).max() < 0.018
     predictions = {"sure": off_by(pulses, 0.01), "law": off_by(pulses, 0.01, spread=False)}
     legend = coverage_figure(pulses, predictions).axes[0].get_legend()
-    assert legend is not None
     assert [text.get_text()[:4] for text in legend.get_texts()] == ["sure"]
-
-
-def test_coverage_without_any_spread_is_an_empty_frame(pulses: PulseTable) -> None:
     figure = coverage_figure(pulses, {"law": off_by(pulses, 0.01, spread=False)})
     assert figure.axes[0].get_legend() is None
     assert written(figure)
@@ -124,9 +105,6 @@ def test_runs_of_two_campaigns_stay_apart() -> None:
     assert len(runs) == 120
     assert runs.label[0] == "autumn 1" and runs.label[60] == "spring 1"
     assert runs.member[0] == 60
-
-
-def test_mean_by_run() -> None:
     table = pulse_table(np.random.default_rng(0), repetitions=2)
     values = np.arange(120.0)
     assert np.array_equal(runs_of(table).mean(values), np.arange(60) * 2 + 0.5)

@@ -31,20 +31,11 @@ def found() -> BayesianResult:
     return searched()
 
 
-def test_finds_known_minimum() -> None:
+def test_finds_known_minimum_and_beats_its_random_start() -> None:
     assert found().settings["shape"] == "round"
     assert found().settings["width"] == pytest.approx(10, rel=0.1)
-
-
-def test_beats_its_random_start() -> None:
     assert found().value == min(found().history) < min(found().history[:10])
-
-
-def test_same_seed_same_history() -> None:
     assert searched(iterations=13) == searched(iterations=13)
-
-
-def test_first_is_tried_first() -> None:
     first = {"shape": "flat", "width": 0.1}
     assert searched(iterations=1, first=first) == BayesianResult(first, 5.0, (5.0,))
 
@@ -56,11 +47,8 @@ def test_says_nothing_and_leaves_optuna_as_it_was(capfd: pytest.CaptureFixture[s
     assert capfd.readouterr() == ("", "")
 
 
-def test_refuses_no_iterations() -> None:
+def test_refuses_what_is_no_search() -> None:
     with pytest.raises(ValueError, match="at least one iteration, got 0"):
         searched(iterations=0)
-
-
-def test_refuses_objective_that_is_no_number() -> None:
     with pytest.raises(ValueError, match="the objective is nan at"):
         bayesian_minimum(lambda _: math.nan, SPACE, 3, np.random.default_rng(0))

@@ -1,4 +1,4 @@
-"""The genetic search: it finds known minima, repeats nothing, and survives being killed."""
+"""The genetic search: it finds known minima, repeats nothing, survives being killed; and its folds."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pyroshock.training.tuning.folds import grouped_folds
 from pyroshock.training.tuning.genetic import Genes, GeneticResult, Search, SearchJournal, run_search
 
 LEVELS = (3, 24, 21)
@@ -30,10 +31,22 @@ def without_file() -> SearchJournal:
     return SearchJournal(None, {})
 
 
-def test_finds_the_bottom() -> None:
+def test_finds_the_bottom_and_never_worsens() -> None:
     result = run_search(Search(LEVELS, 50, 30), bowl, 4, without_file())
     assert result.value < bowl((1, 16, 5))  # a neighbour's
     assert bowl(result.genes) == result.value
+    best = run_search(SEARCH, bowl, 2, without_file()).best
+    assert len(best) == SEARCH.generations + 1
+    assert list(best) == sorted(best, reverse=True)
+    assert run_search(SEARCH, bowl, 1, without_file()).best != run_search(SEARCH, bowl, 2, without_file()).best
+    seen: list[Genes] = []
+    run_search(SEARCH, lambda genes: seen.append(genes) or 0.0, 3, without_file())
+    assert np.all((np.array(seen) >= 0) & (np.array(seen) < LEVELS))
+    told: list[str] = []
+    run_search(SEARCH, bowl, 1, without_file(), told.append, lambda genes: f"<{genes[0]}>")
+    assert len(told) == SEARCH.generations + 1
+    assert told[-1].startswith("generation 6 of 6: ")
+    assert "<1>" in told[-1]
 
 
 def test_beats_chance() -> None:
@@ -48,12 +61,6 @@ def test_beats_chance() -> None:
     assert np.median(ours) < 0.5 * np.median(theirs)
 
 
-def test_best_never_worsens() -> None:
-    best = run_search(SEARCH, bowl, 2, without_file()).best
-    assert len(best) == SEARCH.generations + 1
-    assert list(best) == sorted(best, reverse=True)
-
-
 def test_evaluates_nothing_twice() -> None:
     asked: list[Genes] = []
 
@@ -66,14 +73,8 @@ def test_evaluates_nothing_twice() -> None:
     assert result.saved == result.asked - result.evaluated > 0
 
 
-def test_genes_are_levels() -> None:
-    seen: list[Genes] = []
-    run_search(SEARCH, lambda genes: seen.append(genes) or 0.0, 3, without_file())
-    assert np.all((np.array(seen) >= 0) & (np.array(seen) < LEVELS))
-
-
-def test_any_number_of_workers_finds_the_same() -> None:
-    """Also where the first to be asked is the last to answer."""
+def test_workers_work_at_once_and_find_the_same() -> None:
+    # Also where the first to be asked is the last to answer.
 
     def slow(genes: Genes) -> float:
         time.sleep(0.002 * (hash(genes) % 3))
@@ -82,9 +83,6 @@ def test_any_number_of_workers_finds_the_same() -> None:
     assert run_search(Search(LEVELS, 10, 6, workers=3), slow, 5, without_file()) == run_search(
         SEARCH, bowl, 5, without_file()
     )
-
-
-def test_workers_work_at_once() -> None:
     meet = threading.Barrier(2, timeout=10)
 
     def together(genes: Genes) -> float:
@@ -93,18 +91,6 @@ def test_workers_work_at_once() -> None:
 
     run_search(Search((4,), population=4, generations=0, elite=1, workers=2), together, 0, without_file())
     assert not meet.broken
-
-
-def test_seeds_differ() -> None:
-    assert run_search(SEARCH, bowl, 1, without_file()).best != run_search(SEARCH, bowl, 2, without_file()).best
-
-
-def test_tells_progress() -> None:
-    told: list[str] = []
-    run_search(SEARCH, bowl, 1, without_file(), told.append, lambda genes: f"<{genes[0]}>")
-    assert len(told) == SEARCH.generations + 1
-    assert told[-1].startswith("generation 6 of 6: ")
-    assert "<1>" in told[-1]
 
 
 def test_failing_evaluation_reaches_the_caller(tmp_path: Path) -> None:
@@ -191,12 +177,14 @@ def test_journal_keeps_values_exactly(tmp_path: Path) -> None:
     for key, value in values.items():
         journal.add(key, value)
     assert SearchJournal(tmp_path / "deep" / "journal", {"seed": 2**62}).values == values
-
-
-def test_journal_of_another_search_is_refused(tmp_path: Path) -> None:
     SearchJournal(tmp_path / "journal", {"seed": 1})
     with pytest.raises(ValueError, match="another search"):
         SearchJournal(tmp_path / "journal", {"seed": 2})
+    SearchJournal(tmp_path / "journal", {"seed": 1}).add((1, 2, 3), 0.5)
+    assert [json.loads(line) for line in (tmp_path / "journal").read_text().splitlines()] == [
+        {"search": {"seed": 1}},
+        {"key": [1, 2, 3], "value": 0.5},
+    ]
 
 
 @pytest.mark.parametrize("content", ["no json\n", "[1, 2]\n", '{"search": {}}\n{"key": [1]}\n'])
@@ -206,9 +194,20 @@ def test_stranger_is_no_journal(tmp_path: Path, content: str) -> None:
         SearchJournal(tmp_path / "journal", {})
 
 
-def test_journal_is_readable(tmp_path: Path) -> None:
-    SearchJournal(tmp_path / "journal", {"seed": 1}).add((1, 2, 3), 0.5)
-    assert [json.loads(line) for line in (tmp_path / "journal").read_text().splitlines()] == [
-        {"search": {"seed": 1}},
-        {"key": [1, 2, 3], "value": 0.5},
-    ]
+GROUPS = np.repeat([f"c{i}" for i in range(23)], 4)
+
+
+def test_folds_part_no_configuration_and_are_alike() -> None:
+    folds = grouped_folds(GROUPS, 5, np.random.default_rng(0))
+    assert np.array_equal(np.sum(folds, axis=0), np.ones(len(GROUPS)))
+    for fold in grouped_folds(GROUPS, 5, np.random.default_rng(0)):
+        assert not set(GROUPS[fold]) & set(GROUPS[~fold])
+    sizes = [int(fold.sum()) // 4 for fold in grouped_folds(GROUPS, 5, np.random.default_rng(0))]
+    assert sorted(sizes) == [4, 4, 5, 5, 5]
+    assert len(grouped_folds(GROUPS[:12], 5, np.random.default_rng(0))) == 3
+
+
+@pytest.mark.parametrize(("groups", "folds"), [(GROUPS[:4], 5), (GROUPS, 1)])
+def test_nothing_to_leave_out_is_refused(groups: np.ndarray, folds: int) -> None:
+    with pytest.raises(ValueError, match="folds"):
+        grouped_folds(groups, folds, np.random.default_rng(0))

@@ -55,42 +55,29 @@ def test_unknown_cause_comes_from_its_split(kind: str) -> None:
     assert case.unknown in families(kind, "calibration")
 
 
-def test_two_effects_each_stand_out_alone() -> None:
+def test_two_effects_stand_out_alone_and_none_has_no_gap() -> None:
     case = draw_case("hammer", "any", np.random.default_rng(3), cause="two", number=1)
     label = label_of(case, 1)
     assert len(label.cause) == 2
     assert min(label.alone.values()) >= 1.5
     assert 3 <= label.ratio < 20
-
-
-def test_none_has_no_gap() -> None:
     label = label_of(draw_case("gun", "any", np.random.default_rng(4), cause="none"), 1)
     assert (label.cause, label.tier, label.stage, label.within_tolerance) == (("none",), "none", None, True)
-
-
-def test_same_generator_same_case() -> None:
     first, second = (draw_case("hammer", "middle", np.random.default_rng(5)) for _ in range(2))
     assert first == second
 
 
-def test_named_cause_that_cannot_reach_its_tier_has_the_nearest() -> None:
+def test_causes_keep_to_what_they_can_be() -> None:
     label = label_of(draw_case("gun", "very strong", np.random.default_rng(6), cause="gun.heat_exchange", number=0), 1)
     assert label.cause == ("gun.heat_exchange",)
     assert label.tier == tier_of(label.ratio)
-
-
-def test_back_pressure_stays_an_atmosphere() -> None:
     case = draw_case("gun", "very strong", np.random.default_rng(7), cause="gun.back_pressure", number=1)
     assert 0.9 <= case.strengths["gun.back_pressure"] <= 1.04
-
-
-def test_strength_has_the_gap_that_was_asked_for() -> None:
     from pyroshock.validation.cases.effect_size import gap
     from pyroshock.validation.cases.scale_cause import cause_of
 
     for sign in (1, -1):
         strength = strength_for("hammer", 0, "contact.effective_mass", sign, 2.0)
-        assert strength is not None
         assert strength * sign > 0
         assert gap("hammer", 0, cause_of("contact.effective_mass", strength)) == pytest.approx(2.0, rel=0.04)
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 from pyroshock.validation.cases.attribution import attribution, shapley_values, shares
-from pyroshock.validation.cases.case import KINDS, ActingCause
+from pyroshock.validation.cases.case import KINDS, ActingCause, Case
 from pyroshock.validation.cases.draw import (
     ALWAYS,
     BENCH_DEFAULT,
@@ -45,6 +46,8 @@ def test_every_gun_stands_in_an_atmosphere(kind: str) -> None:
 def test_effects_are_off_as_often_as_said() -> None:
     cases = [draw_realistic("hammer", np.random.default_rng(seed)) for seed in range(40)]
     assert np.mean([len(case.strengths) for case in cases]) == pytest.approx(0.7 * 9, abs=0.8)
+    first, second = (draw_realistic("gun", np.random.default_rng(6)) for _ in range(2))
+    assert first == second
 
 
 @pytest.mark.parametrize("kind", ["gun", "plate"])
@@ -54,18 +57,14 @@ def test_full_scale_is_many_tolerances(kind: str) -> None:
     assert all(abs(v) <= 3 * BENCH_DEFAULT[n] for n, v in case.strengths.items() if n in BENCH_DEFAULT and "." in n[6:])
 
 
-def test_same_generator_same_bench() -> None:
-    first, second = (draw_realistic("gun", np.random.default_rng(6)) for _ in range(2))
-    assert first == second
-
-
-# --- shares ----------------------------------------------------------------------------------------------------------
-
-
 def test_single_effect_has_the_whole_gap() -> None:
     parts = attribution("hammer", 0, ActingCause((("contact.effective_mass", 2.0),)))
     assert shares(parts.left_out) == {"contact.effective_mass": pytest.approx(1.0)}
     assert shares(parts.shapley) == {"contact.effective_mass": pytest.approx(1.0)}
+    parts = attribution("hammer", 0, ActingCause())
+    assert shares(parts.left_out) == {}
+    table = {"gun": {"a": 1.0}, "contact": {"b": 2.0, "c": 1.0}}
+    assert shares(table) == {"a": 0.25, "b": 0.5, "c": 0.25}
 
 
 def test_shapley_values_add_up_to_the_squared_gap() -> None:
@@ -77,51 +76,34 @@ def test_shapley_values_add_up_to_the_squared_gap() -> None:
     assert sum(parts.shapley["contact"].values()) == pytest.approx(whole)
 
 
-def test_shapley_of_a_sum_is_each_term() -> None:
+def test_shapley_values_have_closed_forms() -> None:
     worth = {"a": 3.0, "b": -1.0, "c": 0.5, "d": 0.0, "e": 2.0, "f": 1.0}
     values = shapley_values(list(worth), lambda some: sum(worth[name] for name in some))
     assert values == pytest.approx(worth)
-
-
-def test_shapley_of_a_pair_that_acts_only_together_is_half_each() -> None:
     values = shapley_values(["a", "b"], lambda some: float(len(some) == 2))
     assert values == {"a": 0.5, "b": 0.5}
 
 
-def test_stages_count_the_same() -> None:
-    table = {"gun": {"a": 1.0}, "contact": {"b": 2.0, "c": 1.0}}
-    assert shares(table) == {"a": 0.25, "b": 0.5, "c": 0.25}
-
-
-def test_bench_without_gap_has_no_shares() -> None:
-    parts = attribution("hammer", 0, ActingCause())
-    assert shares(parts.left_out) == {}
-
-
-# --- second laws -----------------------------------------------------------------------------------------------------
+@cache
+def foreign_hammer(split: str, effects: int) -> Case:
+    return draw_foreign("hammer", np.random.default_rng(7), split, effects=effects)
 
 
 @pytest.mark.parametrize("split", ["development", "sealed"])
 @pytest.mark.parametrize("effects", [1, 2])
 def test_foreign_case_has_its_gap_by_the_laws_of_its_split(effects: int, split: str) -> None:
-    case = draw_foreign("hammer", np.random.default_rng(7), split, effects=effects)
+    case = foreign_hammer(split, effects)
     assert (case.laws, len(case.strengths)) == (split, effects)
     assert FOREIGN_GAPS[effects][0] <= ratio_of(case) < FOREIGN_GAPS[effects][1]
 
 
-def test_foreign_bench_has_five_to_seven_effects() -> None:
+def test_foreign_bench_has_five_to_seven_effects(tmp_path: Path) -> None:
     case = draw_foreign_bench("gun", np.random.default_rng(8), "sealed")
     assert 5 <= len(case.strengths) <= 7
     assert FULL_SCALE["gun"][0] <= total_gap(case) <= FULL_SCALE["gun"][1]
-
-
-def test_second_law_changes_what_is_recorded(tmp_path: Path) -> None:
-    case = draw_foreign("hammer", np.random.default_rng(7), "sealed", effects=1)
+    case = foreign_hammer("sealed", 1)
     other = record_case(replace(case, laws=""), tmp_path / "a", 1, name="c")
     assert record_case(case, tmp_path / "b", 1, name="c").folder_sha256 != other.folder_sha256
-
-
-# --- families outside of the catalogue -------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", [name for name, family in FAMILIES.items() if family.split == "sealed"])
