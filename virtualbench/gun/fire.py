@@ -60,9 +60,6 @@ def crossings(time_s: Floats, position_m: Floats, velocity_m_s: Floats, level_m:
     return np.sort(np.append(high, time_s[side == 0]))
 
 
-_truth__all__ = ["Ledger", "ShotTruth"]
-
-
 @dataclass(frozen=True)
 class Ledger:
     """The books of a shot (n,): what the chambers hold, and what has left them since the start."""
@@ -97,9 +94,6 @@ class ShotTruth:
     laser_position_m: float
     ledger: Ledger
     port_opens_s: float = 0.0  # the ball turns before its port opens; infinite where it never does
-
-
-_fire__all__ = ["GunBuild", "Projectile", "ShotTruth", "fire"]
 
 
 def fire(
@@ -184,8 +178,6 @@ def _ledger(state: Floats) -> Ledger:
         resisted_j=state[:, RESISTED],
     )
 
-
-__all__ = ["LASER_REST_M", "Trigger", "shot_signals", "trigger_time_s"]
 
 #: From the sensor's face to the barrel's far wall: it measures 80 to 180 mm.
 LASER_REST_M = 0.130

@@ -18,8 +18,6 @@ import numpy as np
 
 from ..effects import Effects
 
-_materials__all__ = ["HARDENING", "HARDNESS_RATIO", "MATERIALS", "ContactMaterial", "contact_material"]
-
 #: Mean pressure of a fully plastic contact over the yield strength (Tabor, The Hardness of Metals, 1951).
 HARDNESS_RATIO = 2.8
 #: Yield strength of a surface that has been struck before, at an impact's rate of strain, over that of the data sheet.
@@ -80,9 +78,6 @@ def contact_material(name: str) -> ContactMaterial:
         if material.lower() == name.strip().lower():
             return row
     raise ValueError(f"unknown contact material {name!r}: expected one of {', '.join(MATERIALS)}")
-
-
-_build__all__ = ["Anvil", "ImpactTarget", "Impactor", "Layer", "target"]
 
 
 @dataclass(frozen=True)
@@ -210,8 +205,6 @@ def _check(name: str, value: float, fine: bool, expected: str) -> None:
         raise ValueError(f"{name} = {value!r}: expected {expected}")
 
 
-__all__ = ["HAND_SPEEDS_M_S", "HAND_SPREAD", "hammer", "hand_speed", "projectile"]
-
 #: Nominal speeds of the two levels of Table 4.1, which gives none: a tap and a blow.
 HAND_SPEEDS_M_S = {"low": 0.8, "high": 1.8}
 #: Standard deviation of the logarithm of a hand's speed at one level.
@@ -225,12 +218,11 @@ def hammer(tip_material: str, tip_radius_m: float, *, mass_kg: float = 0.32) -> 
     with the phase of the charge amplifier the lag is put at 25 us, between one and two samples of 51.2 kHz.
     """
     tip = contact_material(tip_material)
-    height = 0.015 if tip.polymer else math.inf
     return Impactor(
         tip,
         tip_radius_m,
         mass_kg,
-        tip_height_m=height,
+        tip_height_m=0.015 if tip.polymer else math.inf,
         tip_mass_kg=0.04 * mass_kg,
         rear_fraction=0.2,
         rear_resonance_hz=7000.0,

@@ -45,8 +45,6 @@ from numpy.typing import NDArray
 
 from ...array_types import Floats
 
-_contact__all__ = ["FULLY_PLASTIC", "ONSET_SHARE", "TIP_REFERENCE", "ContactLaw"]
-
 #: Mean pressure at which yield begins over the hardness, and d2 / d1.
 ONSET_SHARE, FULLY_PLASTIC = 0.4, 54.0
 #: b^2 / R^2.
@@ -120,8 +118,6 @@ class ContactLaw:
         sharper = (1 - pointed + 3 / 4 * linear / radius) * (radius**2 / depth) ** 1.5
         return np.asarray(np.where(self.tip_share < 0, sharper, flatter))
 
-
-__all__ = ["STATES", "Chain", "Signals"]
 
 STATES = 9  # x and v of front, rear and anvil; x of the plate; u; w
 

@@ -15,8 +15,6 @@ from typing import Literal
 
 import numpy as np
 
-_build__all__ = ["BenchPlate", "Boundary", "Clamp", "PlateMaterial", "PlateSensor", "Point", "Spring"]
-
 Point = tuple[float, float]
 Boundary = Literal["free", "fixed"]
 
@@ -139,8 +137,6 @@ def _checked_outline(outline: tuple[Point, ...]) -> None:
         raise ValueError(f"outline_m = {outline!r}: expected a convex outline, counter-clockwise")
 
 
-__all__ = ["IMPACT_POINTS_M", "MATERIALS", "OUTLINE_M", "resonant_plate"]
-
 #: Thesis, table 4.2.
 MATERIALS = {"aluminum": PlateMaterial(69.9e9, 0.33, 2700.0), "steel": PlateMaterial(200e9, 0.30, 7800.0)}
 OUTLINE_M: tuple[Point, Point, Point, Point] = ((0.0, 0.10), (0.62, 0.0), (1.0, 0.38), (0.30, 0.60))
@@ -170,7 +166,7 @@ def resonant_plate(material: str, boundary: Boundary, rng: np.random.Generator) 
         outline_m=OUTLINE_M,
         impact_points_m=IMPACT_POINTS_M,
         sensors=(PlateSensor("acceleration_1", (0.22, 0.20)), PlateSensor("acceleration_2", (0.73, 0.37))),
-        damping_ratios=tuple(np.exp(rng.uniform(math.log(0.002), math.log(0.01), 1000)).tolist()),
+        damping_ratios=tuple(np.exp(rng.uniform(math.log(0.002), math.log(0.01), _MOST_MODES)).tolist()),
         clamps=(Clamp(0, 0.25, 0.75), Clamp(2, 0.25, 0.75)) if fixed else (),
         springs=_FIXTURE if fixed else _SUSPENSION,
     )

@@ -21,8 +21,6 @@ from numpy.typing import NDArray
 
 from .build import Clamp, PlateMaterial, Point
 
-_elements__all__ = ["SHEAR_CORRECTION", "UNKNOWNS", "basis", "lobatto_nodes", "mass_matrices", "stiffness_matrices"]
-
 #: Unknowns of a node: the deflection w, and rotations such that the shear is their sum with the slopes of w.
 UNKNOWNS = 3
 #: Reissner's value for a parabolic shear stress.
@@ -93,8 +91,6 @@ def _quadratic(
     flat = (elements, points * kinds, strain.shape[-1])
     return np.asarray(strain.reshape(flat).transpose(0, 2, 1) @ stress.reshape(flat))
 
-
-__all__ = ["Mesh", "bilinear"]
 
 _NEWTON_STEPS = 30
 _OUTSIDE = 1e-9

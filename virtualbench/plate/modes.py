@@ -38,9 +38,6 @@ if TYPE_CHECKING:
     Matrix = csc_array[np.float64]
 
 
-_assembly__all__ = ["assemble", "at_points", "clamped_unknowns", "deflection_rows"]
-
-
 def assemble(mesh: Mesh, material: PlateMaterial, thickness_m: float, stiffer: float = 0.0) -> tuple[Matrix, Matrix]:
     """Stiffness (N/m, N, N m) and mass of the bare plate without supports; both (size, size), symmetric.
 
@@ -60,13 +57,12 @@ def deflection_rows(mesh: Mesh, points_m: Sequence[Point]) -> Matrix:
     """The matrix (points, size) that takes the deflection at some points. Raises `ValueError` off the plate."""
     from scipy.sparse import csc_array
 
-    interpolations = [mesh.deflection_at(point) for point in points_m]
-    rows = np.repeat(np.arange(len(interpolations)), (mesh.degree + 1) ** 2)
-    columns = (
-        np.concatenate([unknowns for unknowns, _ in interpolations]) if interpolations else np.empty(0, dtype=np.intp)
-    )
-    values = np.concatenate([weights for _, weights in interpolations]) if interpolations else np.empty(0)
-    return csc_array((values, (rows, columns)), shape=(len(interpolations), mesh.size))
+    if not points_m:
+        return csc_array((0, mesh.size))
+    unknowns, weights = zip(*map(mesh.deflection_at, points_m), strict=True)
+    rows = np.repeat(np.arange(len(points_m)), (mesh.degree + 1) ** 2)
+    entries = (np.concatenate(weights), (rows, np.concatenate(unknowns)))
+    return csc_array(entries, shape=(len(points_m), mesh.size))
 
 
 def at_points(rows: Matrix, amounts: NDArray[np.float64]) -> Matrix:
@@ -120,8 +116,6 @@ def _gathered(mesh: Mesh, parts: NDArray[np.float64]) -> Matrix:
     return csc_array((parts.ravel(), (rows.ravel(), columns.ravel())), shape=(mesh.size, mesh.size))
 
 
-_eigen__all__ = ["lowest_modes", "modes_below"]
-
 #: By how much more modes are asked for when the last guess fell short of the limit.
 _MORE = 1.25
 
@@ -164,8 +158,6 @@ def modes_below(
     inside = frequencies <= limit_hz
     return frequencies[inside], shapes[:, inside]
 
-
-_modes__all__ = ["PlateModes", "flexural_wavenumber", "modes"]
 
 DAMPING_STEP = 0.10
 FREQUENCY_STEP = 0.01
@@ -241,7 +233,8 @@ def _solved(plate: BenchPlate, stretch: float, loading: float, support: float, m
     held = at_points(springs, support * np.array([spring.stiffness_n_m for spring in plate.springs]))
     stiffness = stiffness + held
     mass = mass + at_points(sensors, loading * np.array([sensor.mass_kg for sensor in plate.sensors]))
-    free = _free_unknowns(mesh, plate)
+    clamped = [clamped_unknowns(mesh.edge_nodes(clamp)) for clamp in plate.clamps]
+    free = np.setdiff1d(np.arange(mesh.size), np.concatenate(clamped)) if clamped else np.arange(mesh.size)
     frequencies, shapes = modes_below(
         stiffness[free][:, free],
         mass[free][:, free],
@@ -267,11 +260,6 @@ def _mesh(plate: BenchPlate, max_hz: float) -> Mesh:
     return Mesh.regular(plate.outline_m, columns, rows, DEGREE, plate.clamps)
 
 
-def _free_unknowns(mesh: Mesh, plate: BenchPlate) -> NDArray[np.intp]:
-    held = [clamped_unknowns(mesh.edge_nodes(clamp)) for clamp in plate.clamps]
-    return np.setdiff1d(np.arange(mesh.size), np.concatenate(held)) if held else np.arange(mesh.size)
-
-
 def _expected(plate: BenchPlate, max_hz: float) -> int:
     """Weyl's count with its edge term for free edges, and some to spare."""
     k = flexural_wavenumber(plate, max_hz)
@@ -294,9 +282,6 @@ def _checked(effects: Effects, stretch: float, max_hz: float) -> None:
         raise ValueError(f"plate.stiffness at {effects['plate.stiffness']!r}: expected above {least:.3g}")
     if effects["plate.boundary"] < 0:
         raise ValueError(f"plate.boundary at {effects['plate.boundary']!r}: expected 0 or more, a support cannot push")
-
-
-__all__ = ["modal_table"]
 
 
 def modal_table(modes: PlateModes, point: int) -> str:

@@ -20,8 +20,6 @@ from numpy.typing import NDArray
 
 from .modes import PlateModes
 
-_oscillators__all__ = ["Oscillators"]
-
 _LONGEST_BLOCK = 1024
 _MOST_DECAY = 5.0
 
@@ -93,8 +91,6 @@ def _divided(
     small = np.abs(x) < 5e-3
     return np.where(small, series, over / np.where(small, 1, x))
 
-
-__all__ = ["pulse_bandwidth_hz", "respond"]
 
 #: Modes above the frequency beyond which f |F(f)|, what a ringing mode's acceleration goes with, stays below this
 #: share of its peak are left out.
