@@ -168,7 +168,7 @@ def in_set(row: CaseResult) -> bool:
 
 def at_least_one(row: CaseResult) -> bool:
     """Of two effects, whether the first label names one."""
-    return bool(set(row.label.effects) & set(_named(row.said)))
+    return bool(set(row.label.effects) & set(_first(row.said).split("+")))
 
 
 def accused(row: CaseResult) -> bool:
@@ -188,10 +188,6 @@ def _first(answer: CaseAnswer) -> str:
     return answer.labels[0] if answer.labels else ""
 
 
-def _named(answer: CaseAnswer) -> list[str]:
-    return _first(answer).split("+")
-
-
 def stage_hits(rows: Sequence[CaseResult]) -> Rate:
     """How often the first stage named is one where the gap is, among rows whose truth has one."""
     held = [row for row in rows if row.label.stages]
@@ -207,11 +203,6 @@ def region_scores(rows: Sequence[CaseResult]) -> list[float]:
 def mean_region_score(rows: Sequence[CaseResult]) -> float:
     scores = region_scores(rows)
     return float(np.mean(scores)) if scores else math.nan
-
-
-def false_regions(rows: Sequence[CaseResult]) -> Rate:
-    """How often a region is named although there is no effect."""
-    return Rate.of(bool(row.said.inside) for row in rows)
 
 
 def f1(named: Collection[int], true: Collection[int]) -> float:

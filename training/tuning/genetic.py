@@ -160,7 +160,7 @@ def run_search(
             journal.add(genes, value)
         seen.update(population)
         requested += search.population if generation == 0 else search.population - search.elite
-        leader = _ranked(seen, journal)
+        leader = min(seen, key=lambda genes: (journal.values[genes], genes))
         best.append(journal.values[leader])
         evaluated.append(len(seen))
         if progress:
@@ -169,11 +169,6 @@ def run_search(
                 f" {len(seen)} evaluated, {requested - len(seen)} duplicates saved"
             )
     return GeneticResult(leader, best[-1], tuple(best), requested, tuple(evaluated))
-
-
-def _ranked(seen: Iterable[Genes], journal: SearchJournal) -> Genes:
-    """The best, and of equals the first in the order of genes."""
-    return min(seen, key=lambda genes: (journal.values[genes], genes))
 
 
 def _evaluated(
