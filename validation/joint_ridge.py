@@ -120,9 +120,12 @@ class _JointFit:
             best = min(best, (float(values @ values), x.copy()), key=lambda pair: pair[0])
             return values
 
+        def slopes(x: Floats) -> Floats:
+            return self._slopes(x, rows)
+
         first = np.clip(best[1], lower + 1e-6, 1.0)
         with suppress(_OutOfTime):
-            least_squares(cost, first, lambda x: self._slopes(x, rows), bounds=(lower, 1.0 + 1e-9), max_nfev=20)
+            least_squares(cost, first, slopes, bounds=(lower, 1.0 + 1e-9), max_nfev=20)
         return best[1]
 
     def _misfit(self, change: Floats, x: Floats, rows: Rows) -> Floats:
