@@ -1,9 +1,5 @@
 """The figures of a table: one function from rows to a record. Pure; nothing here has seen a campaign.
 
-How well a score tells two kinds of cases apart.
-
-What was said of what.
-
 How far the gap shrank, beside what the right effect would have done.
 """
 

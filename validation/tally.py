@@ -1,8 +1,6 @@
 """From opened labels and kept answers to the tables.
 
 The other way round: an effect of the catalogue is taken out of it, and put back.
-
-An opened label in the words of the score.
 """
 
 from __future__ import annotations

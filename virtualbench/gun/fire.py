@@ -2,8 +2,6 @@
 
 Position over time between the points of a shot: cubics that have its positions and velocities (Hermite).
 
-What really happened in one shot.
-
 What the gun's two sensors have before them during a recording: the tank's pressure and the laser's distance.
 """
 
