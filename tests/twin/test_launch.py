@@ -17,7 +17,7 @@ from pyroshock.twin.contact_interface import Extrapolation
 from pyroshock.twin.effects import effect
 from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.gun.nominal import barrel_work_j, beyond_energy, escape_speed_m_s
-from pyroshock.twin.gun.stage import GunStage, beyond_sentence
+from pyroshock.twin.gun.stage import GunStage
 from pyroshock.twin.sensors.chain import SensorChain
 from support.records.twin_parts import HalfSine, setting
 
@@ -189,11 +189,6 @@ def test_pressure_and_mass_beyond_the_shots_are_named_with_their_ranges():
         (),
     ]
     assert gun().extrapolation(asked) == [(), (), (), ()]
-    assert beyond_sentence(learned.extrapolation(asked)[0]) == (
-        "The tank pressure of 50 bar lies above the 1 to 6.7 bar of the measured shots: the velocity there rests on "
-        "the physics of the gun, and its band is wider."
-    )
-    assert beyond_sentence(()) == ""
 
 
 def test_sentence_says_what_the_velocity_rests_on():

@@ -129,11 +129,6 @@ class GeneticResult:
     def evaluated(self) -> int:
         return self.evaluated_by_generation[-1]
 
-    @property
-    def saved(self) -> int:
-        """Duplicates, which were not evaluated again."""
-        return self.asked - self.evaluated
-
 
 def run_search(
     search: Search,

@@ -190,23 +190,6 @@ class GunStage:
         return np.asarray(np.exp(np.minimum(mean[gun] + spread[gun] * z[:, 1:2], most[gun])))
 
 
-def beyond_sentence(beyond: Sequence[Extrapolation]) -> str:
-    """Of `GunStage.extrapolation` for one setting, in plain words; empty where nothing is beyond."""
-    words = {"tank_pressure_pa": ("tank pressure", 1e5, "bar"), "bullet_mass_kg": ("bullet mass", 1.0, "kg")}
-    parts = []
-    for item in beyond:
-        name, unit, symbol = words[item.quantity]
-        side = "below" if item.asked < item.low else "above"
-        measured_range = _range(np.array([item.low, item.high]) / unit, symbol)
-        parts.append(
-            f"the {name} of {item.asked / unit:.3g} {symbol} lies {side} the {measured_range} of the measured shots"
-        )
-    if not parts:
-        return ""
-    text = " and ".join(parts)
-    return f"{text[0].upper()}{text[1:]}: the velocity there rests on the physics of the gun, and its band is wider."
-
-
 def _range(values: Floats, unit: str) -> str:
     low, high = float(values.min()), float(values.max())
     return f"{low:.3g} {unit}" if low == high else f"{low:.3g} to {high:.3g} {unit}"
