@@ -219,7 +219,7 @@ class Registry:
 
     @contextmanager
     def promoting(self) -> Iterator[None]:
-        """Nobody else promotes meanwhile: compare, then `set_champion` and `note`, in one hold."""
+        """Nobody else promotes meanwhile: `settle`, compare, then `decide`, in one hold."""
         with exclusive_lock(self.place, "promotion"):
             yield
 
