@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import ColumnElement, RowMapping, Select, and_, func, select
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, selectinload
 
-from ..schema.benches import Hammer, Material, Plate
+from ..schema.benches import Gun, Hammer, Material, ModalTable, Plate
 from ..schema.campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel
 from ..schema.impacts import ExtractionSettingsRow, Impact, Pulse, Shot, SnapshotPulse
 from ..schema.recordings import RecordedChannel, Recording
@@ -21,10 +22,6 @@ from ..twin.setting import ElasticMaterial
 from .sources import PROPERTIES, ImpactSource, Materials
 
 if TYPE_CHECKING:
-    from sqlalchemy.orm import Session
-
-    from ..schema import benches as schema
-    from ..schema import benches as stored
     from ..twin.plate.modal import ModalPlate
 
 
@@ -161,20 +158,12 @@ def polygon_area(corners: Sequence[Sequence[float]] | None) -> float | None:
     return abs(sum(ax * by - bx * ay for (ax, ay), (bx, by) in pairs)) / 2
 
 
-def gun_bench(row: schema.Gun) -> GunBench:
+def gun_bench(row: Gun) -> GunBench:
     """A stored gun."""
-    return GunBench(
-        tank_volume_m3=row.tank_volume_m3,
-        bore_diameter_m=row.bore_diameter_m,
-        projectile_diameter_m=row.projectile_diameter_m,
-        travel_m=row.travel_m,
-        friction_coefficient=row.friction_coefficient,
-        heat_capacity_ratio=row.heat_capacity_ratio,
-        efficiency=row.efficiency,
-    )
+    return GunBench(**{item.name: getattr(row, item.name) for item in fields(GunBench)})
 
 
-def modal_plate(table: schema.ModalTable) -> ModalPlate:
+def modal_plate(table: ModalTable) -> ModalPlate:
     """A stored modal table; its impact point is "#1", its sensors are the channels."""
     from ..twin.plate.table import modal_plate_from_table
 
@@ -190,21 +179,13 @@ def modal_plate(table: schema.ModalTable) -> ModalPlate:
 
 def stored_materials(session: Session) -> dict[str, ElasticMaterial]:
     """The store's materials by name and alias in lower case."""
-    from sqlalchemy import select
-    from sqlalchemy.orm import selectinload
-
-    from ..schema import benches as stored
-
-    rows = session.scalars(select(stored.Material).options(selectinload(stored.Material.aliases))).all()
+    rows = session.scalars(select(Material).options(selectinload(Material.aliases))).all()
     aliases = {alias.alias: row.name for row in rows for alias in row.aliases}
-    return by_name([_material(row) for row in rows], aliases)
+    properties = [item.name for item in fields(ElasticMaterial)]
+    return by_name([ElasticMaterial(*(getattr(row, name) for name in properties)) for row in rows], aliases)
 
 
 def by_name(materials: Iterable[ElasticMaterial], aliases: Mapping[str, str]) -> dict[str, ElasticMaterial]:
     """Materials by name and alias in lower case; a name goes before another's alias."""
     named = {material.name: material for material in materials}
     return {alias.lower(): named[name] for alias, name in aliases.items()} | {k.lower(): m for k, m in named.items()}
-
-
-def _material(row: stored.Material) -> ElasticMaterial:
-    return ElasticMaterial(row.name, row.youngs_modulus_pa, row.poisson_ratio, row.density_kg_m3, row.yield_strength_pa)

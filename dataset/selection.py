@@ -15,7 +15,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import ColumnElement, select
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign, Factor
@@ -145,6 +145,7 @@ _Finding = tuple[int | None, int, bool, bool, str]
 
 def _findings(session: Session, campaigns: Sequence[int], severities: tuple[str, ...]) -> list[_Finding]:
     """(impact, recording, on the force or the recording, on the impactor's accelerometer, text), rejects first."""
+    recordings = select(Impact.recording_id).where(Impact.campaign_id.in_(campaigns))
     query = (
         select(
             QualityFinding.impact_id,
@@ -155,7 +156,7 @@ def _findings(session: Session, campaigns: Sequence[int], severities: tuple[str,
             RecordedChannel.position,
         )
         .outerjoin(RecordedChannel, QualityFinding.channel_id == RecordedChannel.id)
-        .where(QualityFinding.severity.in_(severities), _of_campaigns(campaigns))
+        .where(QualityFinding.severity.in_(severities), QualityFinding.recording_id.in_(recordings))
     )
     rows = []
     for impact, recording, check, severity, quantity, position in session.execute(query):
@@ -163,11 +164,6 @@ def _findings(session: Session, campaigns: Sequence[int], severities: tuple[str,
         of_force = quantity in (None, "force") and check != MISSING_CHANNEL
         rows.append((impact, recording, of_force, rides, f"{check} ({severity})"))
     return sorted(rows, key=lambda finding: (finding[4].endswith("(warning)"), finding[4]))
-
-
-def _of_campaigns(campaigns: Sequence[int]) -> ColumnElement[bool]:
-    recordings = select(Impact.recording_id).where(Impact.campaign_id.in_(campaigns))
-    return QualityFinding.recording_id.in_(recordings)
 
 
 #: Of a definition; an older software refuses a newer one.
@@ -239,9 +235,7 @@ def select_pulses(
 
 def _fitting(session: Session, names: Sequence[str], predictors: PredictorSet | None) -> PredictorSet:
     """The predictors, of the kind that all the campaigns are."""
-    kinds: dict[str, str] = {}
-    for name in names:
-        kinds[name] = session.scalars(select(Campaign.kind).where(Campaign.name == name)).one()
+    kinds = {name: session.scalars(select(Campaign.kind).where(Campaign.name == name)).one() for name in names}
     if predictors is None:
         if len(set(kinds.values())) > 1:
             raise ValueError(f"campaigns of two kinds ({_pairs(kinds)}) have no predictors in common: take one kind")

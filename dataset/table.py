@@ -12,7 +12,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, Self, TypeVar
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,6 @@ from ..array_types import Floats, Mask
 
 Integers = NDArray[np.int64]
 Texts = NDArray[np.str_]
-
-_T = TypeVar("_T", bound="Inputs")
 
 #: Equidistant points of a contact's force, both ends included (thesis, section 4.2.2).
 POINTS = 20
@@ -65,7 +63,8 @@ class Inputs:
 
     def take(self, rows: NDArray[np.intp] | NDArray[np.bool_] | slice) -> Self:
         """The same of some rows."""
-        return _take(self, rows)
+        arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != "predictors"}
+        return replace(self, **arrays)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,11 +97,6 @@ class PulseTable(Inputs):
     def inputs(self) -> Inputs:
         """The inputs alone: what a model may see when it predicts."""
         return Inputs(self.predictors, self.x, self.impactor_mass_kg, self.plate_thickness_m)
-
-
-def _take(table: _T, rows: NDArray[np.intp] | NDArray[np.bool_] | slice) -> _T:
-    arrays = {f.name: getattr(table, f.name)[rows] for f in fields(table) if f.name != "predictors"}
-    return replace(table, **arrays)
 
 
 def concatenate(tables: Sequence[PulseTable]) -> PulseTable:
@@ -166,8 +160,8 @@ def expand(table: PulseTable, text: str) -> tuple[str, ...]:
         materials = sorted({*table.tip_material.tolist(), *table.target_material.tolist()} - {""})
         return tuple(f"material={material}" for material in materials if not _of_material(table, material)[0].all())
     if text == "campaigns":
-        materials = sorted(set(table.campaign.tolist()))
-        return tuple(f"campaign={campaign}" for campaign in materials) if len(materials) > 1 else ()
+        campaigns = sorted(set(table.campaign.tolist()))
+        return tuple(f"campaign={campaign}" for campaign in campaigns) if len(campaigns) > 1 else ()
     return (text,)
 
 

@@ -176,9 +176,8 @@ def _known_causes(
         first = remaining.pop(0)
         group = [first]
         for other in list(remaining):
-            if len(group) < _MOST_ALIKE and probabilities[other] >= _ALIKE * (
-                probabilities[first] + probabilities[other]
-            ):
+            both = probabilities[first] + probabilities[other]
+            if len(group) < _MOST_ALIKE and probabilities[other] >= _ALIKE * both:
                 group.append(other)
                 remaining.remove(other)
         entries.append(_cause(sets[first], group, [probabilities[names] for names in group]))

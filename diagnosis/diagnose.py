@@ -58,9 +58,8 @@ def _of_pulses(
     runs = np.isfinite(pulses.measured).all(axis=1) & np.isfinite(pulses.simulated).all(axis=1)
     of = stage.record.configuration_of[runs]
     windows = time_windows(pulses.time_s, pulses.measured[runs], pulses.simulated[runs], of, "force", rng)
-    lines, level = amplitude_residual_db(
-        pulses.frequency_hz, *(pulses.spectrum_n_s(force[runs]) for force in (pulses.measured, pulses.simulated))
-    )
+    spectra = (pulses.spectrum_n_s(force[runs]) for force in (pulses.measured, pulses.simulated))
+    lines, level = amplitude_residual_db(pulses.frequency_hz, *spectra)
     return windows, frequency_bands(lines, level, of, "force", rng) if lines.size else ()
 
 
@@ -124,6 +123,7 @@ def _verdict(record: CampaignRecord, options: Options, progress: Progress, draw:
     progress(5, _STEPS, "next experiment")
     runs = next_runs(posterior, stages, conclusion.causes, rng) if options.plan else ()
     progress(_STEPS, _STEPS, "done")
+    assumed = _assumptions(gap, options, conclusion, entries)
     return Verdict(
         campaign=record.name,
         simulator=" | ".join(stage.simulator for stage in stages),
@@ -135,12 +135,7 @@ def _verdict(record: CampaignRecord, options: Options, progress: Progress, draw:
         unexplained=conclusion.unexplained,
         path=conclusion.path,
         next_runs=runs,
-        assumptions=(
-            *record.assumptions,
-            *notes,
-            *stage_notes(stages),
-            *_assumptions(gap, options, conclusion, entries),
-        ),
+        assumptions=(*record.assumptions, *notes, *stage_notes(stages), *assumed),
         seconds=time.perf_counter() - started,
         fits={name: common_effects(fit) for name, fit in conclusion.fits.items()},
         unknown_log_odds=posterior.log_odds_unknown,

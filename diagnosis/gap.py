@@ -3,8 +3,6 @@
 Means over the runs of a configuration, and what their scatter leaves of them.
 
 What repetitions say of the scatter of one run, drawn towards the sensors' data sheets where they are few.
-
-How large a gap is, as one number.
 """
 
 from __future__ import annotations

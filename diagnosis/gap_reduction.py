@@ -1,7 +1,5 @@
 """Gap reduction on held-out configurations: everything is chosen inside the fold, and the noise floor cannot go.
 
-Which configurations are held out together.
-
 The gap of every configuration before and after a correction, in the metric of the report.
 """
 

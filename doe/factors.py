@@ -116,16 +116,10 @@ def continuous_levels(low: float, high: float, step: float | None) -> tuple[str,
     if step is None:
         decades = range(math.floor(math.log10(span)) - 1, math.floor(math.log10(span)) - 5, -1)
         steps = [digit * 10.0**decade for decade in decades for digit in (5, 2, 1)]
-        step = next(
-            (
-                candidate_step
-                for candidate_step in steps
-                if span / candidate_step >= 49.5 and _divides(candidate_step, span)
-            ),
-            None,
-        )
-        if step is None:
+        fine_steps = [size for size in steps if span / size >= 49.5 and _divides(size, span)]
+        if not fine_steps:
             raise ValueError(f"low is {low:g} and high {high:g}; expected a step that divides the range")
+        step = fine_steps[0]
     if not (math.isfinite(step) and step > 0 and _divides(step, span)):
         raise ValueError(f"step is {step:g}; expected a part of the range from {low:g} to {high:g}")
     count = round(span / step) + 1
@@ -213,20 +207,19 @@ def _feasible(factors: tuple[DesignFactor, ...], rules: Sequence[Rule]) -> Combi
     names = "+".join(factor.name for factor in factors)
     if math.prod(len(factor.levels) for factor in factors) > _MOST_COMBINATIONS:
         raise ValueError(f"{names}: more than {_MOST_COMBINATIONS} combinations of connected factors; expected fewer")
-    factors_found = []
+    feasible = []
     for levels in itertools.product(*(range(len(factor.levels)) for factor in factors)):
         texts = {factor.name: factor.levels[level] for factor, level in zip(factors, levels, strict=True)}
         if all(rule.allows(texts) for rule in rules):
-            factors_found.append(levels)
-    if not factors_found:
+            feasible.append(levels)
+    if not feasible:
         raise ValueError(f"{names}: no feasible combination: {'; '.join(map(str, rules))}")
     for place, factor in enumerate(factors):
-        missing = set(range(len(factor.levels))) - {levels[place] for levels in factors_found}
+        missing = set(range(len(factor.levels))) - {levels[place] for levels in feasible}
         if missing:
-            raise ValueError(
-                f"factor {factor.name!r}: level {factor.levels[min(missing)]!r} is in no feasible combination"
-            )
-    return tuple(factors_found)
+            label = factor.levels[min(missing)]
+            raise ValueError(f"factor {factor.name!r}: level {label!r} is in no feasible combination")
+    return tuple(feasible)
 
 
 def _check_rules(factors: Sequence[DesignFactor], rules: Sequence[Rule]) -> None:

@@ -54,7 +54,6 @@ from .factors import DesignFactor, Requirement, Rule, Tie, continuous_levels, nu
 
 _KINDS = ("numeric", "continuous", "ordered", "categorical")
 _NUMBERS = ("numeric", "continuous")
-#: Required and optional keys of each table.
 #: Keys of each table: those that must be there, and the others.
 _TOP = (("name", "kind", "factors"), ("requires", "tied", "bench"))
 _FACTOR = (("name", "kind", "levels"), ("column", "unit", "values", "change"))

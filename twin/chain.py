@@ -66,14 +66,12 @@ class Twin:
     @property
     def models(self) -> dict[str, str]:
         """Stage to what answers there."""
-        gun = self.gun.label if self.gun is not None else "none"
-        effects = " + ".join(effect.id for effect in self.sensors.effects) or "nominal"
         plate = " + ".join((self.plate.label, *(effect.id for effect in self.plate.effects)))
         return {
-            "gun": gun,
+            "gun": self.gun.label if self.gun is not None else "none",
             "contact": self.contact.label,
             "plate": plate if self.sensor_names else "none",
-            "sensors": effects,
+            "sensors": " + ".join(effect.id for effect in self.sensors.effects) or "nominal",
             "srs": f"ISO 18431-4, Q = {self.q:g}",
         }
 
@@ -106,7 +104,9 @@ class Twin:
         rng = rng or np.random.default_rng(0)
         velocity, normals, member = self._draw_inputs(setting, draws, rng)
         factors = self._factors([setting], velocity.mean(keepdims=True), self.sensor_names, draws, rng)
-        models = self._models(draws - len(velocity))
+        models = self.models
+        if (stay := draws - len(velocity)) > 0:  # the bands say nothing of these
+            models["gun"] = f"{models['gun']}; {stay} draws stay in the barrel, left out"
         return self._predicted(setting, velocity, normals, member, factors[: len(velocity), 0], measured_force, models)
 
     def predict_many(
@@ -260,11 +260,6 @@ class Twin:
         same = {"impactor_mass_kg": "bullet_mass_kg"}  # the contact's name, and the gun's
         gun_quantities = {item.quantity for item in of_gun}
         return (*of_gun, *(x for x in of_contact if same.get(x.quantity, x.quantity) not in gun_quantities))
-
-    def _models(self, stay: int) -> dict[str, str]:
-        """`models`, and of how many draws the bands say nothing."""
-        models = self.models
-        return models if stay <= 0 else {**models, "gun": f"{models['gun']}; {stay} draws stay in the barrel, left out"}
 
     def _sample_draws(self, count: int, rng: np.random.Generator) -> tuple[Floats, _Members]:
         """Normals of gun and contact (count, normals of both), and a plate of the ensemble for each draw (count,)."""

@@ -65,9 +65,7 @@ class CoupledContact:
 
         Raises `LookupError` for a plate or an impact position there is none of, and as `base`.
         """
-        points = [
-            self._point(setting, z) for setting, z in zip(strikes.settings, impedance(strikes).tolist(), strict=True)
-        ]
+        points = list(map(self._point, strikes.settings, impedance(strikes).tolist()))
         return self.base.pulses_on_plate(
             lambda impacts, rows: _pulses(impacts, [points[row] for row in rows]), strikes, z
         )

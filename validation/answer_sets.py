@@ -168,7 +168,7 @@ def in_set(row: CaseResult) -> bool:
 
 def at_least_one(row: CaseResult) -> bool:
     """Of two effects, whether the first label names one."""
-    return bool(set(row.label.effects) & set(_named(row.said)))
+    return bool(set(row.label.effects) & set(_first(row.said).split("+")))
 
 
 def accused(row: CaseResult) -> bool:
@@ -186,10 +186,6 @@ def rate(rows: Rows, right: Callable[[CaseResult], bool]) -> Rate:
 
 def _first(answer: CaseAnswer) -> str:
     return answer.labels[0] if answer.labels else ""
-
-
-def _named(answer: CaseAnswer) -> list[str]:
-    return _first(answer).split("+")
 
 
 def stage_hits(rows: Sequence[CaseResult]) -> Rate:

@@ -93,10 +93,7 @@ def noise_only(problem: GapProblem) -> dict[str, float]:
 
     none, logs = _log_likelihoods(problem)
     share = _EFFECTS / max(1, len(logs))
-    joint = {
-        name: float(logsumexp(log_likelihoods) - np.log(len(log_likelihoods)) + np.log(share))
-        for name, log_likelihoods in logs.items()
-    }
+    joint = {name: float(logsumexp(places) - np.log(len(places)) + np.log(share)) for name, places in logs.items()}
     return _normalised({NONE: none + np.log(_NONE), **joint})
 
 
@@ -104,9 +101,7 @@ def bic(problem: GapProblem) -> dict[str, float]:
     """exp(-BIC / 2) of each effect at its best place: Schwarz, Ann. Stat. 6 (1978) 461."""
     none, logs = _log_likelihoods(problem)
     cost = 0.5 * np.log(len(problem.z))
-    best = {
-        name: float(log_likelihoods.max() - cost * problem.parameters[name]) for name, log_likelihoods in logs.items()
-    }
+    best = {name: float(places.max() - cost * problem.parameters[name]) for name, places in logs.items()}
     return _normalised({NONE: none, **best})
 
 
@@ -220,9 +215,9 @@ def _table(problem: GapProblem, cells: NDArray[np.intp], values: Floats) -> Floa
     full = np.zeros((len(c), len(o)))
     full[row, column] = values[cells]
     both = np.concatenate([_resampled(full, CONFIGURATIONS), full.mean(axis=0)[None], full.std(axis=0)[None]])
-    return (
-        _resampled(both.T, OBSERVABLES).T if len(o) > OBSERVABLES else np.pad(both, ((0, 0), (0, OBSERVABLES - len(o))))
-    )
+    if len(o) > OBSERVABLES:
+        return _resampled(both.T, OBSERVABLES).T
+    return np.pad(both, ((0, 0), (0, OBSERVABLES - len(o))))
 
 
 def _resampled(table: Floats, rows: int) -> Floats:

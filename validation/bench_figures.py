@@ -14,7 +14,7 @@ import numpy as np
 
 from ..diagnosis.verdict import UNKNOWN
 from .answer_sets import Rate
-from .case_results import CaseResult
+from .case_results import CaseResult, fraction_of
 
 Rows = Sequence[CaseResult]
 
@@ -90,8 +90,8 @@ class BenchFigures:
 
 
 def bench_figures(name: str, rows: Rows) -> BenchFigures:
-    fractions = [_fraction(row) for row in rows]
-    true = [_true_fraction(row) for row in rows if row.label.effects]
+    fractions = [fraction_of(row.said.shrinkage) or 0.0 for row in rows]
+    true = [fraction_of(row.oracle, "true_fraction") or 0.0 for row in rows if row.label.effects]
     naive = [(row.said.naive, own) for row, own in zip(rows, fractions, strict=True) if row.said.naive is not None]
     seconds = [row.said.seconds for row in rows if math.isfinite(row.said.seconds)]
     memory = [row.said.memory_mb for row in rows if row.said.memory_mb is not None]
@@ -113,7 +113,10 @@ def bench_figures(name: str, rows: Rows) -> BenchFigures:
             if share >= LARGE_SHARE
         ),
         off_named=Rate.of(
-            effect in _first_named(row) for row in rows for effect in row.label.shown if effect not in row.label.effects
+            effect in frozenset().union(*row.said.named[:1])
+            for row in rows
+            for effect in row.label.shown
+            if effect not in row.label.effects
         ),
         all_named=Rate.of(set(row.label.effects) <= _any_named(row) for row in rows if row.label.effects),
         one_named=Rate.of(bool(set(row.label.effects) & _any_named(row)) for row in rows if row.label.effects),
@@ -168,19 +171,14 @@ def bench_text(tables: Sequence[BenchFigures]) -> str:
         return ""
     rows = [["figure", *(table.name for table in tables)]]
     rows += [[name, *(cell(table) for table in tables)] for name, cell in COLUMNS.items()]
+    return markdown_table(rows)
+
+
+def markdown_table(rows: Sequence[Sequence[str]]) -> str:
+    """With columns of even width; the first row is the heading."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = ["| " + " | ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)) + " |" for row in rows]
     return "\n".join([lines[0], "| " + " | ".join("-" * w for w in widths) + " |", *lines[1:]])
-
-
-def _fraction(row: CaseResult) -> float:
-    value = (row.said.shrinkage or {}).get("fraction")
-    return 0.0 if value is None else float(value)
-
-
-def _true_fraction(row: CaseResult) -> float:
-    value = (row.oracle or {}).get("true_fraction")
-    return 0.0 if value is None else float(value)
 
 
 def _largest(row: CaseResult) -> str:
@@ -188,11 +186,7 @@ def _largest(row: CaseResult) -> str:
 
 
 def _any_named(row: CaseResult) -> frozenset[str]:
-    return frozenset().union(*row.said.named) if row.said.named else frozenset()
-
-
-def _first_named(row: CaseResult) -> frozenset[str]:
-    return row.said.named[0] if row.said.named else frozenset()
+    return frozenset().union(*row.said.named)
 
 
 def _compared(row: CaseResult) -> list[str]:

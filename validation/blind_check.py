@@ -27,7 +27,7 @@ from .case_plan import BENCHES, TIERS, CaseTask, case_of_task, tasks
 from .cases.case import Label as Opened
 from .cases.record import label_of, new_key, open_labels, publish, record_case, seal_labels
 from .report import SCORED, Report, write_rows
-from .run_case import PATIENCE_S, CaseJob, answer_case, answer_of_lost_worker
+from .run_case import PATIENCE_S, CaseJob, answer_case, answer_of_lost_worker, featured, gap_of_folder
 from .tally import rows_of, scored
 
 #: Kept apart from the seeds of cases.
@@ -61,18 +61,13 @@ def _learnt(task: CaseTask) -> dict[str, Any]:
     """Features and truth of one campaign; {} where it could not be read."""
     from threadpoolctl import threadpool_limits
 
-    from ..diagnosis.chain import stages_of
-    from ..diagnosis.gap import GapTable
-    from ..diagnosis.reading import read_folder
     from .baselines import GapProblem
-    from .run_case import featured
 
     case, seed = case_of_task(task)
     with threadpool_limits(1), tempfile.TemporaryDirectory(prefix="pyroshock-blind-") as place:
         record_case(case, Path(place) / "campaign", seed)
         try:
-            record = read_folder(Path(place) / "campaign")
-            gap = GapTable.of(record, stages_of(record, Options())[0])
+            _, gap = gap_of_folder(Path(place) / "campaign", Options())
         except ValueError:
             return {}
     return {"kind": case.kind, "truth": "+".join(case.cause), "features": featured(GapProblem.of(gap))}
@@ -150,7 +145,7 @@ def run(
         answers = _answers(place, [CaseJob(task, options, baselines) for task in work], executor, tell, patience_s)
         learn = (len(work) if learn_from is None else learn_from) if baselines else 0
         forest = trained(learn, seed, executor, tell) if learn else None
-        opened = _opened(place, published)
+        opened = open_labels(place / _SEALED, (place / _KEY).read_bytes(), published)
         truths = dict(zip((task.name for task in work), opened, strict=True))
         best = _oracles(place, work, truths, answers, options, executor, tell) if oracle else {}
         write_rows(place / SCORED, request, rows_of(work, truths, answers, best))
@@ -174,10 +169,6 @@ def _same_check(place: Path, settings: dict[str, Any]) -> None:
     if file.exists() and json.loads(file.read_text(encoding="utf-8")) != settings:
         raise ValueError(f"{place}: holds a check with other settings; expected a new folder, or {file.read_text()}")
     write_text(file, json.dumps(settings))
-
-
-def _opened(place: Path, published: Sequence[str]) -> list[Opened]:
-    return open_labels(place / _SEALED, (place / _KEY).read_bytes(), published)
 
 
 def _answers(

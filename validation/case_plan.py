@@ -28,14 +28,6 @@ class ManyEffectTier(NamedTuple):
     draw: Callable[[str, np.random.Generator, str], Case]
 
 
-def _realistic(kind: str, rng: np.random.Generator, split: str) -> Case:  # noqa: ARG001 - one signature for all
-    return draw_realistic(kind, rng)
-
-
-def _realistic_large(kind: str, rng: np.random.Generator, split: str) -> Case:  # noqa: ARG001 - as above
-    return draw_realistic(kind, rng, full_scale=True)
-
-
 _USUAL = {"catalogue": 0.6, "none": 0.2, "unknown": 0.2}
 #: Cases whose own effect is taken out of the catalogue.
 LEFT_OUT = "left out"
@@ -51,18 +43,6 @@ MIXES: Mapping[str, Mix] = {
 }
 
 
-def _foreign_one(kind: str, rng: np.random.Generator, split: str) -> Case:
-    return draw_foreign(kind, rng, laws_of(split), effects=1)
-
-
-def _foreign_two(kind: str, rng: np.random.Generator, split: str) -> Case:
-    return draw_foreign(kind, rng, laws_of(split), effects=2)
-
-
-def _foreign_large(kind: str, rng: np.random.Generator, split: str) -> Case:
-    return draw_foreign_bench(kind, rng, laws_of(split))
-
-
 def laws_of(split: str) -> str:
     """The second laws of a split: what is not sealed is for development."""
     return "sealed" if split == "sealed" else "development"
@@ -71,11 +51,11 @@ def laws_of(split: str) -> str:
 #: The virtual bench as it is, all effects at once, at full scale with gaps of 10 to 60 tolerances; and one effect, two,
 #: and five to seven at full scale by second laws.
 BENCHES: Mapping[str, ManyEffectTier] = {
-    "realistic": ManyEffectTier(KINDS, _realistic),
-    "realistic full scale": ManyEffectTier(KINDS, _realistic_large),
-    "foreign one": ManyEffectTier(KINDS, _foreign_one),
-    "foreign two": ManyEffectTier(KINDS, _foreign_two),
-    "foreign full scale": ManyEffectTier(KINDS, _foreign_large),
+    "realistic": ManyEffectTier(KINDS, lambda kind, rng, _: draw_realistic(kind, rng)),
+    "realistic full scale": ManyEffectTier(KINDS, lambda kind, rng, _: draw_realistic(kind, rng, full_scale=True)),
+    "foreign one": ManyEffectTier(KINDS, lambda kind, rng, split: draw_foreign(kind, rng, laws_of(split), effects=1)),
+    "foreign two": ManyEffectTier(KINDS, lambda kind, rng, split: draw_foreign(kind, rng, laws_of(split), effects=2)),
+    "foreign full scale": ManyEffectTier(KINDS, lambda kind, rng, split: draw_foreign_bench(kind, rng, laws_of(split))),
 }
 #: Several tiers by one name.
 GROUPS: Mapping[str, tuple[str, ...]] = {"foreign": ("foreign one", "foreign two", "foreign full scale")}
@@ -117,13 +97,10 @@ def tasks(
     for kind in kinds:
         if kind not in KINDS:
             raise ValueError(f"kind {kind!r}: expected one of {', '.join(KINDS)}")
-    return [
-        task
-        for tier in dict.fromkeys(tiers)
-        for task in (
-            _in_turn(cases, seed, tier, split, kinds) if tier in BENCHES else _of_mix(cases, seed, tier, split)
-        )
-    ]
+    work: list[CaseTask] = []
+    for tier in dict.fromkeys(tiers):
+        work += _in_turn(cases, seed, tier, split, kinds) if tier in BENCHES else _of_mix(cases, seed, tier, split)
+    return work
 
 
 def _of_mix(cases: int, seed: int, tier: str, split: str) -> list[CaseTask]:
@@ -152,13 +129,14 @@ def case_of_task(task: CaseTask) -> tuple[Case, int]:
     mix = MIXES[task.tier]
     cause = str(rng.choice(list(mix.causes), p=list(mix.causes.values())))
     gaps = str(rng.choice(mix.gaps))
-    for attempt in range(_REDRAWS):
+    attempt = 1
+    while True:
         kind = str(rng.choice(KINDS))
         try:
             case = draw_case(kind, gaps, rng, cause=cause, split=task.split, rough=mix.rough)
         except ValueError:  # this kind of campaign cannot show such a gap, or hardly
-            if attempt == _REDRAWS - 1:
+            if attempt == _REDRAWS:
                 raise
-            continue
-        return case, int(rng.integers(2**31))
-    raise AssertionError("unreachable")
+            attempt += 1
+        else:
+            return case, int(rng.integers(2**31))

@@ -155,6 +155,12 @@ class CaseResult:
     oracle: Mapping[str, Any] | None = field(default=None)
 
 
+def fraction_of(entry: Mapping[str, Any] | None, name: str = "fraction") -> float | None:
+    """Of a shrinkage or an oracle's answer; None where it has none."""
+    value = (entry or {}).get(name)
+    return None if value is None else float(value)
+
+
 def _entry(cause: Mapping[str, Any]) -> RankedAnswer:
     labels = tuple(_key(effect) for effect in cause["effects"])
     split = cause.get("split") or [1.0 / len(labels)] * len(labels)

@@ -52,9 +52,8 @@ def joint_ridge(stages: Sequence[Stage], gap: GapTable) -> dict[str, Any]:
         whole = fit.change([x])[0]
         inside[:, columns] -= whole
         for name in dict.fromkeys(name for name, _ in fit.parameters):
-            rest = gap.mean.copy() if name not in without else without[name]
+            rest = without.setdefault(name, gap.mean.copy())
             rest[:, columns] = gap.mean[:, columns] - fit.change([x], leave_out=name)[0]
-            without[name] = rest
         fold = np.random.default_rng(0).permutation(np.arange(len(measured_rows)) % _FOLDS)
         for number in range(min(_FOLDS, len(measured_rows))):
             rows = measured_rows[fold == number]
@@ -146,11 +145,10 @@ class _JointFit:
 
     def _effects(self, x: Floats, leave_out: str) -> list[Effect]:
         settings: dict[str, dict[str, float]] = {}
-        for (name, item), value in zip(self.parameters, x, strict=True):
+        for (name, item), coordinate in zip(self.parameters, x, strict=True):
             if name != leave_out:
-                settings.setdefault(name, dict.fromkeys(_LEFT_AT_ZERO.get(name, ()), 0.0))[item.name] = _value(
-                    item, value
-                )
+                values = settings.setdefault(name, dict.fromkeys(_LEFT_AT_ZERO.get(name, ()), 0.0))
+                values[item.name] = _value(item, coordinate)
         return [effect(name, **values) for name, values in settings.items()]
 
 

@@ -1,9 +1,5 @@
 """The figures of a table: one function from rows to a record. Pure; nothing here has seen a campaign.
 
-How well a score tells two kinds of cases apart.
-
-What was said of what.
-
 How far the gap shrank, beside what the right effect would have done.
 """
 
@@ -31,7 +27,7 @@ from .answer_sets import (
     region_scores,
     stage_hits,
 )
-from .case_results import CaseResult
+from .case_results import CaseResult, fraction_of
 
 
 def auroc(of_these: Sequence[float], of_others: Sequence[float]) -> float:
@@ -67,7 +63,8 @@ def confusion(rows: Sequence[CaseResult]) -> dict[str, dict[str, int]]:
     for row in rows:
         first = row.said.labels[0] if row.said.labels else NO_ANSWER
         counts.setdefault(row.label.key, Counter())[first] += 1
-    return {truth: _falling(counts[truth]) for truth in sorted(counts, key=lambda t: (-sum(counts[t].values()), t))}
+    falling = sorted(counts, key=lambda truth: (-counts[truth].total(), truth))
+    return {truth: dict(sorted(counts[truth].items(), key=lambda item: (-item[1], item[0]))) for truth in falling}
 
 
 def mistaken(rows: Sequence[CaseResult], most: int = 12) -> list[tuple[str, str, int]]:
@@ -79,10 +76,6 @@ def mistaken(rows: Sequence[CaseResult], most: int = 12) -> list[tuple[str, str,
     )
     falling = sorted(wrong.items(), key=lambda item: (-item[1], item[0]))
     return [(truth, answer, n) for (truth, answer), n in falling[:most]]
-
-
-def _falling(counts: Counter[str]) -> dict[str, int]:
-    return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))
 
 
 #: An oracle that shrinks the gap by less has nothing to be compared with.
@@ -108,9 +101,9 @@ class GapReductionScore:
 
 def gap_reduction_score(rows: Sequence[CaseResult]) -> GapReductionScore:
     """Over the rows whose oracle found a gap to shrink. A report without a share counts as 0: nothing was removed."""
-    held = [row for row in rows if (_fraction(row.oracle) or 0.0) > _LEAST]
-    reported = np.array([_fraction(row.said.shrinkage) or 0.0 for row in held])
-    best = np.array([_fraction(row.oracle) for row in held], dtype=np.float64)
+    held = [row for row in rows if (fraction_of(row.oracle) or 0.0) > _LEAST]
+    reported = np.array([fraction_of(row.said.shrinkage) or 0.0 for row in held])
+    best = np.array([fraction_of(row.oracle) for row in held], dtype=np.float64)
     if not held:
         return GapReductionScore(math.nan, math.nan, math.nan, 0, covered(rows))
     ratio = reported / best
@@ -132,11 +125,6 @@ def covered(rows: Sequence[CaseResult]) -> Rate:
         for interval in [(row.said.shrinkage or {}).get("ci90")]
         if interval
     )
-
-
-def _fraction(entry: object) -> float | None:
-    value = entry.get("fraction") if isinstance(entry, dict) else None
-    return None if value is None else float(value)
 
 
 Rows = Sequence[CaseResult]
@@ -256,11 +244,9 @@ def reliability(rows: Rows) -> Reliability:
 
 def _seconds(rows: Rows) -> tuple[float, float]:
     durations_s = [row.said.seconds for row in rows if np.isfinite(row.said.seconds)]
-    return (
-        (float(np.median(durations_s)), float(np.percentile(durations_s, 95)))
-        if durations_s
-        else (float("nan"), float("nan"))
-    )
+    if not durations_s:
+        return math.nan, math.nan
+    return float(np.median(durations_s)), float(np.percentile(durations_s, 95))
 
 
 def _mean(values: Sequence[float]) -> float:

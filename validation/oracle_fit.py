@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from ..array_types import Floats
-from ..diagnosis.chain import stages_of
 from ..diagnosis.gap import GapMetric, GapTable
 from ..diagnosis.gap_reduction import measure_reduction
 from ..diagnosis.inference.held_out import fit_fold
@@ -19,12 +18,12 @@ from ..diagnosis.inference.model_search import search
 from ..diagnosis.inference.problem import InferenceProblem
 from ..diagnosis.observables.base import Stage
 from ..diagnosis.options import Options
-from ..diagnosis.reading import read_folder
 from ..training.evaluation.summary import fraction
 from ..twin.effects import Effect, catalogue, effect_from_json
 from .case_plan import CaseTask, case_of_task
 from .cases.case import Case
 from .cases.record import record_case
+from .run_case import gap_of_folder
 
 #: Of the same bench without scatter, in tolerances: what its gap truly is.
 _QUIET = 0.02
@@ -66,9 +65,7 @@ def oracle_without_answer(task: OpenedTask) -> dict[str, Any]:
 def _staged(case: Case, seed: int, options: Options) -> tuple[tuple[Stage, ...], GapTable]:
     with tempfile.TemporaryDirectory(prefix="pyroshock-blind-") as place:
         record_case(case, Path(place) / "campaign", seed)
-        record = read_folder(Path(place) / "campaign")
-    stages, _ = stages_of(record, options)
-    return stages, GapTable.of(record, stages, options.tolerance_scale)
+        return gap_of_folder(Path(place) / "campaign", options)
 
 
 def _best(case: Case, stages: Sequence[Stage], gap: GapTable, options: Options) -> dict[str, Any]:

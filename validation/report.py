@@ -14,7 +14,7 @@ from typing import Any
 
 from ..schema.atomic_write import write_text
 from .answer_sets import Rate
-from .bench_figures import BenchFigures, bench_text
+from .bench_figures import BenchFigures, bench_text, markdown_table
 from .case_results import CaseAnswer, CaseResult, RankedAnswer, WithheldTruth
 from .metrics import CaseMetrics
 from .tally import ExcludedEffect
@@ -44,14 +44,11 @@ class Report:
         return {
             "cases": self.cases,
             "seed": self.seed,
-            "tiers": [_tier(figures) for figures in self.tiers],
+            "tiers": _rows_json(self.tiers, "tier"),
             "baselines": [
-                {"name": name, "tiers": [_tier(figures) for figures in tables]}
-                for name, tables in self.baselines.items()
+                {"name": name, "tiers": _rows_json(tables, "tier")} for name, tables in self.baselines.items()
             ],
-            "kinds": [
-                {"kind": row.pop("name"), **row} for row in (kind_figures.as_json() for kind_figures in self.kinds)
-            ],
+            "kinds": _rows_json(self.kinds, "kind"),
             "benches": [bench.as_json() for bench in self.benches],
             "left_out": self.left_out.as_json() if self.left_out else None,
             "published": list(self.published),
@@ -86,10 +83,8 @@ class Pool:
     def as_json(self) -> dict[str, Any]:
         return {
             "pooled": [dict(check) for check in self.checks],
-            "tiers": [_tier(figures) for figures in self.tiers],
-            "kinds": [
-                {"kind": row.pop("name"), **row} for row in (kind_figures.as_json() for kind_figures in self.kinds)
-            ],
+            "tiers": _rows_json(self.tiers, "tier"),
+            "kinds": _rows_json(self.kinds, "kind"),
             "benches": [bench.as_json() for bench in self.benches],
         }
 
@@ -131,15 +126,14 @@ def table(tables: Sequence[CaseMetrics], heading: str, names: Sequence[str] | No
     """Markdown, a row for each of `tables`; columns that none of them fills are left out."""
     cells = {name: [cell(figures) for figures in tables] for name, cell in COLUMNS.items()}
     kept = {name: column for name, column in cells.items() if any(cell.strip("-() ") for cell in column)}
-    rows = [[heading, *kept], *zip(names or [figures.name for figures in tables], *kept.values(), strict=True)]
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    lines = ["| " + " | ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)) + " |" for row in rows]
-    return "\n".join([lines[0], "| " + " | ".join("-" * w for w in widths) + " |", *lines[1:]])
+    row_names = names or [figures.name for figures in tables]
+    return markdown_table([[heading, *kept], *zip(row_names, *kept.values(), strict=True)])
 
 
-def _tier(metrics: CaseMetrics) -> dict[str, Any]:
-    row = metrics.as_json()
-    return {"tier": row.pop("name"), **row}
+def _rows_json(tables: Sequence[CaseMetrics], key: str) -> list[dict[str, Any]]:
+    """Figures, each with its name under `key` at first."""
+    rows = [figures.as_json() for figures in tables]
+    return [{key: row.pop("name"), **row} for row in rows]
 
 
 def _rate(rate: Rate) -> str:
@@ -173,10 +167,9 @@ def _left_out(excluded: ExcludedEffect | None) -> str:
         f"put back: first, or in the first group {_rate(excluded.found)}; "
         f"the gap shrinks by {_number(excluded.fraction)}",
     ]
-    instead = [
-        f"{effect}: " + ", ".join(f"{k} {n}" for k, n in counts.items()) for effect, counts in excluded.instead.items()
-    ]
-    return "\n".join([*lines, *instead])
+    for effect, counts in excluded.instead.items():
+        lines.append(f"{effect}: " + ", ".join(f"{answer} {n}" for answer, n in counts.items()))
+    return "\n".join(lines)
 
 
 #: In a check's folder, written when the last answer is scored.

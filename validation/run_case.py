@@ -19,6 +19,8 @@ from .case_plan import BENCHES, LEFT_OUT, CaseTask, case_of_task
 from .cases.record import record_case
 
 if TYPE_CHECKING:
+    from ..diagnosis.gap import GapTable
+    from ..diagnosis.observables.base import Stage
     from .baselines import GapProblem
 
 
@@ -117,17 +119,23 @@ def diagnosed(folder: Path, options: Options) -> dict[str, Any]:
     return json.loads(text, parse_constant=lambda _: None)  # type: ignore[no-any-return]  # JSON knows no NaN
 
 
-def _simply(folder: Path, options: Options) -> dict[str, Any]:
-    """The same folder by the simple ways; `features` for the forest, which learns later."""
+def gap_of_folder(folder: Path, options: Options) -> tuple[tuple[Stage, ...], GapTable]:
+    """The stages of a recorded campaign, and its gap. Raises `ValueError` for a folder that cannot be read."""
     from ..diagnosis.chain import stages_of
     from ..diagnosis.gap import GapTable
-    from ..diagnosis.inference.problem import InferenceProblem
     from ..diagnosis.reading import read_folder
-    from .baselines import BASELINES, GapProblem
 
     record = read_folder(folder)
     stages, _ = stages_of(record, options)
-    gap = GapTable.of(record, stages, options.tolerance_scale)
+    return stages, GapTable.of(record, stages, options.tolerance_scale)
+
+
+def _simply(folder: Path, options: Options) -> dict[str, Any]:
+    """The same folder by the simple ways; `features` for the forest, which learns later."""
+    from ..diagnosis.inference.problem import InferenceProblem
+    from .baselines import BASELINES, GapProblem
+
+    stages, gap = gap_of_folder(folder, options)
     problem = GapProblem.of(gap, InferenceProblem.of(gap, stages, list(catalogue().values())))
     simple = {name: _short(answer(problem)) for name, answer in BASELINES.items()}
     return {"simple": simple, "features": featured(problem)}
@@ -135,15 +143,10 @@ def _simply(folder: Path, options: Options) -> dict[str, Any]:
 
 def _naive(folder: Path, options: Options) -> dict[str, Any]:
     """The gap that all effects together take away, by a fit without selection; {"error"} where it fails."""
-    from ..diagnosis.chain import stages_of
-    from ..diagnosis.gap import GapTable
-    from ..diagnosis.reading import read_folder
     from .joint_ridge import joint_ridge
 
     try:
-        record = read_folder(folder)
-        stages, _ = stages_of(record, options)
-        return joint_ridge(stages, GapTable.of(record, stages, options.tolerance_scale))
+        return joint_ridge(*gap_of_folder(folder, options))
     except Exception as error:  # noqa: BLE001 - a baseline that fails must not take the answer with it
         return {"error": f"{type(error).__name__}: {error}"}
 

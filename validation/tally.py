@@ -1,12 +1,11 @@
 """From opened labels and kept answers to the tables.
 
 The other way round: an effect of the catalogue is taken out of it, and put back.
-
-An opened label in the words of the score.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypedDict
@@ -22,7 +21,7 @@ from .case_plan import BENCHES, LEFT_OUT, CaseTask
 from .case_results import CaseAnswer, CaseResult, WithheldTruth, stages_of
 from .cases.attribution import shares
 from .cases.case import Label as Opened
-from .metrics import CaseMetrics, figures
+from .metrics import NO_ANSWER, CaseMetrics, figures
 
 
 @dataclass(frozen=True)
@@ -54,10 +53,9 @@ def left_out(
     first = [answer.labels[0] if answer.labels else "" for answer in without]
     shares = [(answer.shrinkage or {}).get("fraction") for answer in added]
     reported_shares = [share for share in shares if share is not None]
-    instead: dict[str, dict[str, int]] = {}
+    instead: dict[str, Counter[str]] = {}
     for label, name in sorted(zip(labels, first, strict=True), key=lambda item: item[0].key):
-        counts = instead.setdefault(label.key, {})
-        counts[name or "no answer"] = counts.get(name or "no answer", 0) + 1
+        instead.setdefault(label.key, Counter())[name or NO_ANSWER] += 1
     return ExcludedEffect(
         n=len(labels),
         unknown=Rate.of(name == UNKNOWN for name in first),
@@ -140,9 +138,9 @@ def scored(
     usual = [task for task in work if task.tier != LEFT_OUT]
     labels = {task.name: label(task, truths[task.name]) for task in work}
     rows = rows_of(work, truths, answers, oracles)
-    baseline_names = (
-        [*BASELINES, *([FOREST] if forest else [])] if any("simple" in answer for answer in answers.values()) else []
-    )
+    baseline_names = [*BASELINES, FOREST] if forest else list(BASELINES)
+    if not any("simple" in answer for answer in answers.values()):
+        baseline_names = []
     return Scores(
         tiers=tables(rows),
         kinds=kinds(rows),
@@ -184,10 +182,10 @@ def tables(rows: Sequence[CaseResult]) -> tuple[CaseMetrics, ...]:
 
 
 def _by(names: Sequence[str], rows: Sequence[CaseResult]) -> tuple[CaseMetrics, ...]:
-    rows_by_name = {
-        name: [row for row, own in zip(rows, names, strict=True) if own == name] for name in dict.fromkeys(names)
-    }
-    return tuple(figures(name, some) for name, some in rows_by_name.items())
+    return tuple(
+        figures(name, [row for row, own in zip(rows, names, strict=True) if own == name])
+        for name in dict.fromkeys(names)
+    )
 
 
 def scored_answer(case: str, answer: Mapping[str, Any], opened: Opened) -> CaseAnswer:

@@ -11,8 +11,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["CATALOGUE", "SIGNED", "EffectSwitch", "Effects"]
-
 #: Every effect the bench can play. The names up to `sensor.` are the causes that a diagnosis reports; those under
 #: `bench.` are habits of a bench that no diagnosis should take for a cause.
 CATALOGUE: Mapping[str, str] = {

@@ -185,15 +185,10 @@ def write_seal(folder: Path, seal: Seal, path: Path | None = None) -> Path:
         raise SealError(f"seal {path}: expected a place outside of the campaign folder {folder}")
     if path.exists():
         raise SealError(f"seal {path}: there is one already; expected a new name")
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        content = asdict(seal)
-        if not seal.echoes:  # a seal without them is the same text as before there were any
-            del content["echoes"]
-        unfinished.write_text(json.dumps(content, indent=1, allow_nan=False), encoding="utf-8")
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
+    content = asdict(seal)
+    if not seal.echoes:  # a seal without them is the same text as before there were any
+        del content["echoes"]
+    _write(path, json.dumps(content, indent=1, allow_nan=False).encode())
     return path
 
 

@@ -71,7 +71,7 @@ def _lives(process: int) -> bool:
     except ProcessLookupError:
         return False
     except PermissionError:  # somebody else's
-        return True
+        pass
     return True
 
 
@@ -146,9 +146,8 @@ def simulate(
         seeds = sequence.spawn(len(tasks))
         executor = ExecutorConfig(jobs=min(jobs or default_jobs(), len(tasks)))
         truths_by_recording: dict[str, list[Truth]] = {}
-        with closing(
-            run_all_tasks(executor, _make, zip(tasks, seeds, strict=True), shared=(bench, partial, suffix))
-        ) as made:
+        shared = (bench, partial, suffix)
+        with closing(run_all_tasks(executor, _make, zip(tasks, seeds, strict=True), shared=shared)) as made:
             for (task, _), truth in made:
                 truths_by_recording[task.name] = truth
                 if progress:
@@ -156,7 +155,15 @@ def simulate(
         truths = [truths_by_recording[task.name] for task in tasks]
         write_runs(partial, [{**task.cells, "recording": _path(task, suffix)} for task in tasks])
         write_card(partial, CampaignCard(name or out.name, kind, date, bench.sensors, _DESCRIPTION, bench.stages()))
-        runs = [{**_key(t), "recording": _path(t, suffix), "hits": h} for t, h in zip(tasks, truths, strict=True)]
+        runs = [
+            {
+                "run": int(task.cells["run"]),
+                "repetition": int(task.cells["repetition"]),  # of the first hit
+                "recording": _path(task, suffix),
+                "hits": hits,
+            }
+            for task, hits in zip(tasks, truths, strict=True)
+        ]
         write_seal(partial, Seal(kind, seed, effects.as_json(), runs, folder_hash(partial), echoes=echoes))
     return SimulatedCampaign(out, seal_path(out), len(tasks), sum(len(hits) for hits in truths))
 
@@ -183,11 +190,6 @@ def _check(rows: Sequence[Row], kind: str, out: Path, seed: int, repetitions: in
         raise ValueError(f"{out}: there is something already; expected a new or empty folder")
     if seal_path(out).exists():
         raise ValueError(f"{seal_path(out)}: there is a seal already; expected a new name for the folder")
-
-
-def _key(task: RecordingTask) -> dict[str, int]:
-    """Run, and the repetition of its first hit."""
-    return {"run": int(task.cells["run"]), "repetition": int(task.cells["repetition"])}
 
 
 def _path(task: RecordingTask, suffix: str) -> str:

@@ -64,7 +64,8 @@ def fit_fold(library: ModelLibrary, training: Rows, only: Sequence[SubsetFit] = 
     """`training`: places of configurations in the gap table. `only`: some sets instead of the whole library."""
     problem = library.problem
     inside = problem.only(training)
-    linear = [_linear_fit(problem, inside, fit) for fit in only or _candidates(library)]
+    candidates = [fit for fit, _ in library.weights(_WINDOW)][:_MOST]
+    linear = [_linear_fit(problem, inside, fit) for fit in only or candidates]
     linear = sorted(linear, key=library.log_joint, reverse=True)[:_STACKED]
     posterior = np.exp(TEMPER * np.array([library.log_joint(fit) - library.log_joint(linear[0]) for fit in linear]))
     weights = len(training) * stacking_weights(inside, linear) + _POSTERIOR_WEIGHT * posterior / posterior.sum()
@@ -139,10 +140,6 @@ def _answered(tables: Floats) -> Floats:
     size = np.where(np.isfinite(tables), np.abs(tables), -1.0)
     extreme = np.take_along_axis(np.nan_to_num(tables), size.argmax(axis=1)[:, None, :], axis=1)
     return np.asarray(np.where(np.isfinite(tables), tables, extreme))
-
-
-def _candidates(library: ModelLibrary) -> list[SubsetFit]:
-    return [fit for fit, _ in library.weights(_WINDOW)][:_MOST]
 
 
 def _linear_fit(problem: InferenceProblem, inside: InferenceProblem, fit: SubsetFit) -> SubsetFit:

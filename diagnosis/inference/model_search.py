@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ...array_types import Floats
 from ...twin.effects import Effect
-from .effect_laws import EffectLaw
+from .effect_laws import COMMON_SHARE, EffectLaw
 from .problem import InferenceProblem
 from .subset_fit import (
     Start,
@@ -75,9 +75,9 @@ class ModelLibrary:
             if old is None or fit.polished > old.polished or fit.log_evidence > old.log_evidence:
                 self.fits[key] = fit
 
-    def polish(self, most: int = 4, window: float = 5.0) -> None:
+    def polish(self) -> None:
         """Polishes the likeliest sets that are not."""
-        rough = [fit for fit, _ in self.weights(window) if not fit.polished and fit.laws][:most]
+        rough = [fit for fit, _ in self.weights(window=5.0) if not fit.polished and fit.laws][:4]
         if rough:
             self.add(polished(self.problem, rough))
 
@@ -232,13 +232,10 @@ def _exchange(problem: InferenceProblem, library: ModelLibrary, progress: Callab
     beam = [fit for fit, _ in library.weights()][:BEAM]
     large = _is_large(problem)
     for _ in range(_ROUNDS[large]):
-        moves = [
-            (
-                current,
-                [*_drops(current), *_exchanges(problem, library, current), *_additions(problem, library, current)],
-            )
-            for current in beam
-        ]
+        moves = []
+        for current in beam:
+            additions = _additions(problem, library, current)
+            moves.append((current, [*_drops(current), *_exchanges(problem, library, current), *additions]))
         _fitted(problem, library, moves, count=_EXCHANGED[large])
         library.compare_backgrounds()
         library.polish()
@@ -386,8 +383,6 @@ def _alike(old: EffectLaw, new: EffectLaw) -> bool:
 
 
 def _spread(u: Floats, old: EffectLaw, new: EffectLaw) -> Floats:
-    from .effect_laws import COMMON_SHARE
-
     rows = u.reshape(len(old.coordinates), -1)
     out = np.zeros((len(new.coordinates), 1 + len(new.level_names)))
     root = np.sqrt(COMMON_SHARE)

@@ -157,11 +157,8 @@ def _log_prior(error: ErrorSize) -> float:
 
 def _block_terms(block: StageBlock, fit: SubsetFit, index: int, error: ErrorSize) -> tuple[float, Floats]:
     """log N(r; 0, S) and J' S^-1 J."""
-    from scipy.linalg import cholesky, solve_triangular
-
-    lower = cholesky(covariance(block, fit.contributions[index], error), lower=True, check_finite=False)
-    both = np.column_stack([residual(block, fit.change[index]), fit.jacobian[index]])
-    white = solve_triangular(lower, both, lower=True, check_finite=False)
+    lower = factor(covariance(block, fit.contributions[index], error))
+    white = whitened(lower, np.column_stack([residual(block, fit.change[index]), fit.jacobian[index]]))
     log_norm = -float(np.log(np.diag(lower)).sum()) - 0.5 * len(block.z) * float(np.log(2 * np.pi))
     return log_norm - 0.5 * float(white[:, 0] @ white[:, 0]), white[:, 1:].T @ white[:, 1:]
 
@@ -350,7 +347,7 @@ def factor(matrix: Floats) -> Floats:
     return np.asarray(cholesky(matrix, lower=True, check_finite=False))
 
 
-def _whitened(factor: Floats, values: Floats) -> Floats:
+def whitened(factor: Floats, values: Floats) -> Floats:
     from scipy.linalg import solve_triangular
 
     return np.asarray(solve_triangular(factor, values, lower=True, check_finite=False))
@@ -360,7 +357,7 @@ def _cost(problem: InferenceProblem, factors: Sequence[Floats], change: Sequence
     """Minus the logarithm of the posterior, up to a constant."""
     total = 0.5 * float(u @ u)
     for block, factor, own in zip(problem.blocks, factors, change, strict=True):
-        white = _whitened(factor, residual(block, own))
+        white = whitened(factor, residual(block, own))
         total += 0.5 * float(white @ white)
     return total
 
@@ -378,7 +375,7 @@ def newton_step(
     matrix, right = np.eye(len(u)), -u
     for block, factor, own, slope in zip(problem.blocks, factors, change, jacobian, strict=True):
         answered = np.isfinite(own)
-        white = _whitened(factor, np.column_stack([np.where(answered, residual(block, own), 0.0), slope]))
+        white = whitened(factor, np.column_stack([np.where(answered, residual(block, own), 0.0), slope]))
         matrix = matrix + white[:, 1:].T @ white[:, 1:]
         right = right + white[:, 1:].T @ white[:, 0]
     step: Floats = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)

@@ -23,7 +23,7 @@ from ...array_types import Floats, Rows
 from ..gap import GapTable
 from .model_error import LENGTH, squared_distances
 from .problem import StageBlock
-from .subset_fit import SubsetFit, covariance, residual
+from .subset_fit import SubsetFit, covariance, factor, residual, whitened
 
 #: Range, in shares of the order of runs, over which something drifts.
 _LENGTH = 0.4
@@ -119,8 +119,7 @@ _SHARED = 0.3
 
 @dataclass(frozen=True, eq=False)
 class ConfigurationPattern:
-    """`covariance` (C, C) of variance one where it acts; `slopes` (C, k) what a drift adds to the repetitions' lean on
-    their order, by k components whose means are `means` (C, k)."""
+    """`covariance` (C, C) of variance one where it acts; `drift`: over the order of runs, which repetitions show."""
 
     name: str
     covariance: Floats
@@ -227,10 +226,8 @@ def unexplained_evidence(
 
 def _log_density(matrix: Floats, values: Floats) -> float:
     """log N(values; 0, matrix), up to a constant."""
-    from scipy.linalg import cholesky, solve_triangular
-
-    lower = cholesky(matrix, lower=True, check_finite=False)
-    white = solve_triangular(lower, values, lower=True, check_finite=False)
+    lower = factor(matrix)
+    white = whitened(lower, values)
     return -0.5 * float(white @ white) - float(np.log(np.diag(lower)).sum())
 
 

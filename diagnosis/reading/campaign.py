@@ -1,10 +1,6 @@
 """An ingested campaign as a record: configurations, runs in their order, bench, and what was taken for granted.
 
-A campaign folder as a record, by an ingest into a store that is gone afterwards.
-
-The configurations of a campaign: their factors in the words of the store, and labels for people.
-
-Sentences for the report: what was taken for granted when a campaign was read.
+A folder is read by an ingest into a store that is gone afterwards.
 """
 
 from __future__ import annotations

@@ -32,15 +32,11 @@ def augment(space: Space, recorded: NDArray[np.int64], n: int, choose: Choose) -
             f"{len(chosen.treatments)} treatments of space {chosen.space.name!r} were chosen; "
             f"expected {n} of {space.name!r}"
         )
-    _check_new(space, fixed, chosen.treatments)
-    return replace(chosen, method="augment")
-
-
-def _check_new(space: Space, fixed: NDArray[np.int64], chosen: NDArray[np.int64]) -> None:
-    before, after = _distinct(fixed), _distinct(np.vstack([fixed, chosen]))
-    expected = min(len(chosen), space.size - before)
+    before, after = _distinct(fixed), _distinct(np.vstack([fixed, chosen.treatments]))
+    expected = min(n, space.size - before)
     if after - before < expected:
         raise ValueError(f"{after - before} of the chosen treatments are new; expected {expected}")
+    return replace(chosen, method="augment")
 
 
 def _distinct(treatments: NDArray[np.int64]) -> int:

@@ -34,9 +34,8 @@ class TabulatedCriterion:
 
     def __init__(self, kernel: Kernel, levels: Ids, counts: Floats, sign: float, penalty: Floats) -> None:
         self.table = np.vstack([kernel.between(level, levels) for level in levels])
-        beside = (self.table * counts).sum(
-            axis=1
-        )  # no product of BLAS: its last digits depend on the number of threads
+        # No product of BLAS: its last digits depend on the number of threads.
+        beside = (self.table * counts).sum(axis=1)
         self.baseline = sign * (2 * beside + kernel.alone(levels)) + penalty
 
     def height(self, runs: Ids) -> float:
@@ -89,7 +88,6 @@ def anneal_tabulated(
     landscape: TabulatedCriterion, levels: Ids, sizes: tuple[int, ...], steps: int, rng: np.random.Generator
 ) -> Ids:
     """The best runs (n, axes) met in `steps` steps from `levels` (n, axes): every swap of a run is looked at."""
-
     current, strides = levels.copy(), strides_of(sizes)
     field = landscape.baseline + 2 * landscape.table[current @ strides].sum(axis=0)
     return np.asarray(annealed(landscape.table, field, current, strides, *_schedule(len(levels), steps, rng)))

@@ -21,9 +21,7 @@ def factorial(space: Space, levels: int = 3) -> Design:
     than a million runs.
     """
     places = axis_places(space, levels)
-    return Design(
-        space, combined(places, pydoe.full_factorial([len(axis_levels) for axis_levels in places])), "factorial", None
-    )
+    return Design(space, all_combined(places), "factorial", None)
 
 
 def subset(space: Space, reduction: int = 2, levels: int = 3) -> Design:
@@ -59,6 +57,11 @@ def axis_places(space: Space, levels: int) -> list[NDArray[np.int64]]:
     if runs > _MOST_RUNS:
         raise ValueError(f"space {space.name!r}: {runs:.0f} treatments; expected at most {_MOST_RUNS} to list")
     return places
+
+
+def all_combined(places: list[NDArray[np.int64]]) -> NDArray[np.int64]:
+    """Every combination of the places of the axes, the last axis fastest, as treatments (n, axes)."""
+    return combined(places, pydoe.full_factorial([len(axis_levels) for axis_levels in places]))
 
 
 def combined(places: list[NDArray[np.int64]], rows: NDArray[np.int64]) -> NDArray[np.int64]:

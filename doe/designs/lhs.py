@@ -44,10 +44,7 @@ def draw_hypercube(counts: Sequence[Ids], n: int, rng: np.random.Generator) -> I
     """Runs (n, axes) with `counts` (levels,) of each axis: a Latin hypercube's ranks, cut where the levels end."""
     unit = unit_lhs(n, len(counts), rng)
     ranks = unit.argsort(axis=0).argsort(axis=0)
-    columns = [
-        np.repeat(np.arange(len(level_counts)), level_counts)[ranks[:, axis]]
-        for axis, level_counts in enumerate(counts)
-    ]
+    columns = [np.repeat(np.arange(len(shares)), shares)[ranks[:, axis]] for axis, shares in enumerate(counts)]
     return np.stack(columns, axis=1)
 
 
@@ -226,10 +223,8 @@ def _choose_directly(
     sizes = tuple(axis.size for axis in space.axes)
     if 2 * (n + len(recorded)) > space.size:
         raise ValueError(f"{n + len(recorded)} runs of {space.size} treatments; expected half of them at most")
-    already = [np.bincount(recorded[:, axis], minlength=size) for axis, size in enumerate(sizes)]
-    shares = [
-        level_counts(treatments.astype(np.float64), np.full(len(treatments), n), n, rng) for treatments in already
-    ]
+    already = [np.bincount(recorded[:, axis], minlength=size).astype(np.float64) for axis, size in enumerate(sizes)]
+    shares = [level_counts(counts, np.full(len(counts), n), n, rng) for counts in already]
     start = draw_hypercube(shares, n, rng)
     kernel = Kernel(axis_centres(space), n + len(recorded), weights)
     surface = DirectCriterion(kernel, sizes, _numbers(space, start), _numbers(space, recorded))

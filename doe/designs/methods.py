@@ -89,11 +89,8 @@ class DesignMethod:
             if name not in options_by_name:
                 expected = ", ".join(options_by_name) or "none"
                 raise ValueError(f"unknown option {name!r}; the method has: {expected}")
-        return {
-            name: options_by_name[name].value(value)
-            for name, value in given.items()
-            if value is not None and value != ""
-        }
+        stated = {name: value for name, value in given.items() if value is not None and value != ""}
+        return {name: options_by_name[name].value(value) for name, value in stated.items()}
 
     def make(self, space: Space, request: DesignRequest) -> Design:
         """The design, not yet in order of run. Its `method` names the options that are not the usual ones.
@@ -296,7 +293,6 @@ METHODS: Mapping[str, DesignMethod] = {
 
 def get_method(name: str) -> DesignMethod:
     """Raises `ValueError` that names those there are."""
-    for method_name, method in METHODS.items():
-        if method_name == name:
-            return method
-    raise ValueError(f"method is {name!r}; expected one of {', '.join(METHODS)}")
+    if name not in METHODS:
+        raise ValueError(f"method is {name!r}; expected one of {', '.join(METHODS)}")
+    return METHODS[name]

@@ -9,7 +9,7 @@ from ..merit.space_filling import main_effects
 from ..space import Axis, Space
 from . import pydoe
 from .base import Design
-from .factorial import axis_places, combined
+from .factorial import all_combined, axis_places
 
 #: Every exchange looks at all of them, one by one.
 _MOST_CANDIDATES = 5000
@@ -39,7 +39,7 @@ def optimal(
     count = int(np.prod([len(axis_levels) for axis_levels in places]))
     if not n <= count <= _MOST_CANDIDATES:
         raise ValueError(f"{count} candidates; expected {n} (the runs) to {_MOST_CANDIDATES}: other levels")
-    treatments = combined(places, pydoe.full_factorial([len(axis_levels) for axis_levels in places]))
+    treatments = all_combined(places)
     columns = [_columns(axis, treatments[:, index], degree) for index, axis in enumerate(space.axes) if axis.size > 1]
     candidates = np.hstack(columns)
     shuffled = rng.permutation(len(candidates))

@@ -15,7 +15,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,8 +84,18 @@ class Gaussian:
         return Gaussian(self.mean[rows], None if self.spread is None else self.spread[rows])
 
 
+_Part = TypeVar("_Part")
+
+
 class NotFittedError(ValueError):
     """A regression is asked before it has learned anything."""
+
+
+def require_fitted(part: _Part | None, kind: str) -> _Part:
+    """What a regression or model of this kind has learned. Raises `NotFittedError` where that is nothing yet."""
+    if part is None:
+        raise NotFittedError(f"{kind!r} has learned nothing yet: call fit, or restore")
+    return part
 
 
 class Estimator(ABC):
@@ -153,6 +163,18 @@ class Standard:
 
 #: Lengths of an array's axes: a number, or a letter that stands for the same number in all arrays of a regression.
 Shape = tuple[int | str, ...]
+#: Of `standard_arrays`.
+STANDARDS: dict[str, Shape] = {"x_mean": ("d",), "x_width": ("d",), "y_mean": ("m",), "y_width": ("m",)}
+
+
+def standard_arrays(inputs: Standard, outputs: Standard) -> Arrays:
+    """Means and widths under names that `standard_of` reads."""
+    return {"x_mean": inputs.mean, "x_width": inputs.width, "y_mean": outputs.mean, "y_width": outputs.width}
+
+
+def standard_of(arrays: Arrays, axis: str) -> Standard:
+    """The standardisation of the predictors ("x") or the outputs ("y")."""
+    return Standard(arrays[f"{axis}_mean"], arrays[f"{axis}_width"])
 
 
 class LearnedArrays(Estimator):
@@ -190,9 +212,7 @@ class LearnedArrays(Estimator):
         return lengths
 
     def _learned(self) -> Arrays:
-        if self.learned_ is None:
-            raise NotFittedError(f"{self.kind!r} has learned nothing yet: call fit, or restore")
-        return self.learned_
+        return require_fitted(self.learned_, self.kind)
 
     def _asked(self, x: Floats, predictors: int) -> Floats:
         """x as n x d float64. Raises `ValueError` for another number of predictors than learned."""

@@ -15,7 +15,7 @@ from ...array_types import Floats
 from ..gp.kernels import Covariance
 from ..gp.maximise import one_core
 from ..gp.posterior import Posterior, posterior
-from .base import Arrays, FitReport, Gaussian, LearnedArrays, Shape, Standard
+from .base import STANDARDS, Arrays, FitReport, Gaussian, LearnedArrays, Shape, Standard, standard_arrays, standard_of
 from .input_kernel import InputKernel
 
 if TYPE_CHECKING:
@@ -56,7 +56,6 @@ POSTERIOR: dict[str, Shape] = {
     "mixing": ("p", "m"),
     "noise": ("m",),
 }
-STANDARDS: dict[str, Shape] = {"x_mean": ("d",), "x_width": ("d",), "y_mean": ("m",), "y_width": ("m",)}
 
 
 class Coregional(LearnedArrays):
@@ -112,7 +111,7 @@ class Coregional(LearnedArrays):
                 "log_noise": np.log(model.noise),
                 **self.input_kernel.numbers(model.kernel),
             }
-            self._solve(x, y, {**standard_arrays("x", inputs), **standard_arrays("y", outputs), **tuned})
+            self._solve(x, y, {**standard_arrays(inputs, outputs), **tuned})
         return self
 
     def refit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
@@ -158,13 +157,3 @@ class Coregional(LearnedArrays):
         covariance = self.input_kernel.scaled_covariance(tuned)
         frozen = posterior(covariance, z, scores, b, np.exp(tuned["log_noise"])).turned(tuned["turn"])
         self.learned_ = {**tuned, **{name: getattr(frozen, name) for name in POSTERIOR}}
-
-
-def standard_arrays(axis: str, standard: Standard) -> Arrays:
-    """Mean and width under names that `standard_of` reads."""
-    return {f"{axis}_mean": standard.mean, f"{axis}_width": standard.width}
-
-
-def standard_of(arrays: Arrays, axis: str) -> Standard:
-    """The standardisation of the predictors ("x") or the outputs ("y")."""
-    return Standard(arrays[f"{axis}_mean"], arrays[f"{axis}_width"])

@@ -15,7 +15,7 @@ from ...array_types import Floats
 from ...parallel.executor import HERE, ExecutorConfig
 from ..tuning.folds import grouped_folds
 from ..tuning.genetic import CREEP, CROSSED, MUTATED, Genes, GeneticResult, Search, SearchJournal, run_search
-from .base import Arrays, Estimator, FitReport, Gaussian, NotFittedError, SettingValue, Standard
+from .base import Arrays, Estimator, FitReport, Gaussian, SettingValue, Standard, require_fitted
 from .network import OPTIMISER, Network, one_thread, outputs_of, train_network
 
 #: Hidden layers; neurons in each of them; lambda. Neurons and lambda in even steps of their logarithm.
@@ -63,11 +63,14 @@ class GeneticNetwork(Estimator):
         journal = SearchJournal(self.journal, self._fingerprint(seed, x, y, groups))
         with one_thread():
             self.found_ = run_search(search, evaluate, seed, journal, self.progress, show, self.executor)
-        return self._learn(*decoded(self.found_.genes), x, y, groups, _chance(seed, self.found_.genes))
+        chance = _chance(seed, self.found_.genes)
+        self.network_ = Network(*decoded(self.found_.genes), self.iterations).fit(x, y, groups, chance)
+        return self
 
     def refit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
-        network = self._network()
-        return type(self)(**self.settings())._learn(network.layers, network.penalty, x, y, groups, rng)
+        network, new = self._network(), type(self)(**self.settings())
+        new.network_ = Network(network.layers, network.penalty, self.iterations).fit(x, y, groups, rng)
+        return new
 
     def predict(self, x: Floats) -> Gaussian:
         return self._network().predict(x)
@@ -79,13 +82,8 @@ class GeneticNetwork(Estimator):
     def restore(self, arrays: Arrays) -> Self:
         rest = dict(arrays)
         layers, penalty = rest.pop("layers", np.zeros(0)), rest.pop("penalty", np.zeros(0))
-        if (
-            layers.dtype.kind != "i"
-            or layers.ndim != 1
-            or not len(layers)
-            or penalty.shape != (1,)
-            or penalty.dtype.kind != "f"
-        ):
+        is_list_of_sizes = layers.dtype.kind == "i" and layers.ndim == 1 and len(layers)
+        if not (is_list_of_sizes and penalty.shape == (1,) and penalty.dtype.kind == "f"):
             raise ValueError(f"{self.kind!r} is restored from a network, its 'layers' and its 'penalty'")
         self.network_ = Network(layers.tolist(), float(penalty[0]), self.iterations).restore(rest)
         return self
@@ -106,22 +104,8 @@ class GeneticNetwork(Estimator):
             histories = {"search_best": self.found_.best, "candidates_evaluated": self.found_.evaluated_by_generation}
         return self._network().fit_report().joined(FitReport(settings, histories=histories))
 
-    def _learn(
-        self,
-        layers: tuple[int, ...],
-        penalty: float,
-        x: Floats,
-        y: Floats,
-        groups: NDArray[Any],
-        rng: np.random.Generator,
-    ) -> Self:
-        self.network_ = Network(layers, penalty, self.iterations).fit(x, y, groups, rng)
-        return self
-
     def _network(self) -> Network:
-        if self.network_ is None:
-            raise NotFittedError(f"{self.kind!r} has learned nothing yet: call fit, or restore")
-        return self.network_
+        return require_fitted(self.network_, self.kind)
 
     def _fingerprint(self, seed: int, x: Floats, y: Floats, groups: NDArray[Any]) -> dict[str, Any]:
         """What a value in the journal depends on, besides the genes: not on the search's length nor its workers."""

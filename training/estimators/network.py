@@ -21,7 +21,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
-from .base import Arrays, FitReport, Gaussian, LearnedArrays, SettingValue, Shape, Standard
+from .base import (
+    STANDARDS,
+    FitReport,
+    Gaussian,
+    LearnedArrays,
+    SettingValue,
+    Shape,
+    Standard,
+    standard_arrays,
+    standard_of,
+)
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -120,10 +130,8 @@ def train_network(
 
 
 def _layers(module: Sequential) -> list[Layer]:
-    parameters = [parameter.detach().double().numpy() for parameter in module.parameters()]
-    return [
-        (weights.T.copy(), biases[None, :]) for weights, biases in zip(parameters[::2], parameters[1::2], strict=True)
-    ]
+    arrays = [parameter.detach().double().numpy() for parameter in module.parameters()]
+    return [(weights.T.copy(), biases[None, :]) for weights, biases in zip(arrays[::2], arrays[1::2], strict=True)]
 
 
 @contextmanager
@@ -160,7 +168,7 @@ class Network(LearnedArrays):
 
     def shapes(self) -> Mapping[str, Shape]:
         sizes: list[int | str] = ["d", *self.layers, "m"]
-        shapes: dict[str, Shape] = {"x_mean": ("d",), "x_width": ("d",), "y_mean": ("m",), "y_width": ("m",)}
+        shapes = dict(STANDARDS)
         for layer in range(1, len(sizes)):
             shapes[f"weights_{layer}"] = (sizes[layer - 1], sizes[layer])
             shapes[f"biases_{layer}"] = (1, sizes[layer])
@@ -171,7 +179,10 @@ class Network(LearnedArrays):
         inputs, outputs = Standard.of(x), Standard.of(y)
         network = train_network(inputs.apply(x), outputs.apply(y), sizes, self.penalty, self.iterations, rng)
         self.losses_, self.iterations_ = network.losses, network.iterations
-        return self.restore(_arrays(inputs, outputs, network.layers))
+        arrays = standard_arrays(inputs, outputs)
+        for number, (weights, biases) in enumerate(network.layers, start=1):
+            arrays |= {f"weights_{number}": weights, f"biases_{number}": biases}
+        return self.restore(arrays)
 
     def fit_report(self) -> FitReport:
         """The loss at the start, then after every 20 iterations and the last; of standardised rows."""
@@ -187,15 +198,7 @@ class Network(LearnedArrays):
 
     def predict(self, x: Floats) -> Gaussian:
         learned = self._learned()
-        inputs = Standard(learned["x_mean"], learned["x_width"])
-        outputs = Standard(learned["y_mean"], learned["y_width"])
+        inputs, outputs = standard_of(learned, "x"), standard_of(learned, "y")
         layers = [(learned[f"weights_{i}"], learned[f"biases_{i}"]) for i in range(1, len(self.layers) + 2)]
         scaled_inputs = inputs.apply(self._asked(x, len(inputs.mean)))
         return Gaussian(outputs.undo(outputs_of(layers, scaled_inputs)), None)
-
-
-def _arrays(inputs: Standard, outputs: Standard, layers: Sequence[Layer]) -> Arrays:
-    arrays = {"x_mean": inputs.mean, "x_width": inputs.width, "y_mean": outputs.mean, "y_width": outputs.width}
-    for number, (weights, biases) in enumerate(layers, start=1):
-        arrays |= {f"weights_{number}": weights, f"biases_{number}": biases}
-    return arrays

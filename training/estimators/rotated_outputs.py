@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
-from .base import Arrays, Estimator, FitReport, Gaussian, NotFittedError
+from .base import Arrays, Estimator, FitReport, Gaussian, require_fitted
 
 
 class RotatedOutputs(Estimator):
@@ -56,9 +56,7 @@ class RotatedOutputs(Estimator):
         return self._learned().fit_report()
 
     def _learned(self) -> Estimator:
-        if self.inner_ is None:
-            raise NotFittedError(f"{self.kind!r} has learned nothing yet: call fit, or restore")
-        return self.inner_
+        return require_fitted(self.inner_, self.kind)
 
     def arrays(self) -> Arrays:
         inner = self._learned().arrays()

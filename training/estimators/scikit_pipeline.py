@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from ...array_types import Floats
 from ..tuning.folds import grouped_folds
-from .base import Arrays, Estimator, FitReport, Gaussian, NotFittedError
+from .base import Arrays, Estimator, FitReport, Gaussian, require_fitted
 
 
 class RegressorFileError(ValueError):
@@ -231,9 +231,7 @@ class PipelineRegression(Estimator):
         return self
 
     def _regressor(self) -> Any:
-        if self.regressor_ is None:
-            raise NotFittedError(f"{self.kind!r} has learned nothing yet: call fit, or restore")
-        return self.regressor_
+        return require_fitted(self.regressor_, self.kind)
 
 
 def scaling_pipeline(*steps: Any) -> Any:

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from ..gp.maximise import one_core
 from ..gp.posterior import Posterior, posterior
-from .base import Arrays, FitReport, Gaussian, LearnedArrays, Shape, Standard
-from .coregional import STANDARDS, standard_arrays, standard_of
+from .base import STANDARDS, Arrays, FitReport, Gaussian, LearnedArrays, Shape, Standard, standard_arrays, standard_of
 from .input_kernel import InputKernel
 
 if TYPE_CHECKING:
@@ -57,9 +56,8 @@ class SingleOutputs(LearnedArrays):
         self.losses_ = []
         with one_core():
             tuned = [self._tuned(z, columns[:, [j]]) for j in range(columns.shape[1])]
-        self._keep(
-            x, y, inputs, outputs, {name: np.stack([parameters[name] for parameters in tuned]) for name in tuned[0]}
-        )
+        stacked = {name: np.stack([parameters[name] for parameters in tuned]) for name in tuned[0]}
+        self._keep(x, y, inputs, outputs, stacked)
         return self
 
     def refit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
@@ -126,8 +124,7 @@ class SingleOutputs(LearnedArrays):
         return {name: self._learned()[name][output] for name in names}
 
     def _keep(self, x: Floats, y: Floats, inputs: Standard, outputs: Standard, tuned: Arrays) -> None:
-        standards = {**standard_arrays("x", inputs), **standard_arrays("y", outputs)}
-        self.learned_ = {"x": np.array(x), "y": np.array(y), **standards, **tuned}
+        self.learned_ = {"x": np.array(x), "y": np.array(y), **standard_arrays(inputs, outputs), **tuned}
         self._solve()
 
     def _solve(self) -> None:

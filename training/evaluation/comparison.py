@@ -11,8 +11,6 @@ by configuration: repetitions of a configuration are no independent evidence.
   configurations.
 - Groups are many, so their p-values are Holm's, over all groups of one metric.
 
-A difference between two models in one metric, as a record and as a sentence.
-
 Where models may differ: labels of pulses by what lies in a contact.
 """
 

@@ -80,8 +80,7 @@ def force_targets(pulses: PulseTable) -> Floats:
 
 def time_targets(pulses: PulseTable) -> Floats:
     """Logarithm of the contact time, n x 1."""
-    targets: Floats = np.log(pulses.contact_time_s)[:, None]
-    return targets
+    return np.asarray(np.log(pulses.contact_time_s)[:, None])
 
 
 def _powers(pulses: PulseTable, about: float, degree: int) -> Floats:

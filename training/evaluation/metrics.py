@@ -39,8 +39,7 @@ def pulse_cost(measured_n: Floats, measured_time_s: Floats, predicted_n: Floats,
     peak = measured_n.max(axis=1, keepdims=True)
     exponent = ((measured_n - predicted_n) / (FORCE_SPREAD * peak)) ** 2
     exponent += late[:, None] ** 2 * phase**2
-    cost: Floats = -np.expm1(-exponent / 2).sum(axis=1)
-    return cost
+    return np.asarray(-np.expm1(-exponent / 2).sum(axis=1))
 
 
 #: Elements of a reconstructed pulse. The thesis prints no m; its cost of 611.57 (Table 5.2) needs more than 611.

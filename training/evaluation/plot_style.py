@@ -58,8 +58,8 @@ class PulseRuns:
 
     def mean(self, values: Floats) -> Floats:
         """Mean of pulses' values (n,) by test, (k,)."""
-        mean: Floats = np.bincount(self.member, values, len(self)) / np.bincount(self.member, minlength=len(self))
-        return mean
+        counts = np.bincount(self.member, minlength=len(self))
+        return np.asarray(np.bincount(self.member, values, len(self)) / counts)
 
 
 def runs_of(pulses: PulseTable) -> PulseRuns:

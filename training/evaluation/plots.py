@@ -139,8 +139,7 @@ def coverage(scores: Floats, levels: Floats = LEVELS) -> Floats:
     """Share of standardised errors within the central normal interval of each of `levels`."""
     from scipy.special import ndtri
 
-    shares: Floats = np.mean(np.abs(scores.ravel()) <= ndtri((1 + levels) / 2)[:, None], axis=1)
-    return shares
+    return np.asarray(np.mean(np.abs(scores.ravel()) <= ndtri((1 + levels) / 2)[:, None], axis=1))
 
 
 def standardised(pulses: PulseTable, prediction: ContactPrediction, name: str) -> Floats | None:

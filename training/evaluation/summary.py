@@ -37,8 +37,7 @@ class Clusters:
     @property
     def mean(self) -> Floats:
         """Mean over all pulses, (m,)."""
-        mean: Floats = self.sums.sum(axis=0) / self.sizes.sum()
-        return mean
+        return np.asarray(self.sums.sum(axis=0) / self.sizes.sum())
 
 
 def clustered(values: Floats, labels: NDArray[Any]) -> Clusters:
@@ -105,12 +104,10 @@ def sign_flip_p(clusters: Clusters, rng: np.random.Generator, draws: int = 4999)
     observed = np.abs(clusters.sums.sum(axis=0)) * (1 - 1e-12)  # sums in another order are no other sums
     if k <= _EXACT:
         signs = 1.0 - 2.0 * ((np.arange(2**k)[:, None] >> np.arange(k)) & 1)
-        exact: Floats = np.mean(np.abs(signs @ clusters.sums) >= observed, axis=0)
-        return exact
+        return np.asarray(np.mean(np.abs(signs @ clusters.sums) >= observed, axis=0))
     signs = rng.choice([-1.0, 1.0], size=(draws, k))
     hits = np.count_nonzero(np.abs(signs @ clusters.sums) >= observed, axis=0)
-    p_values: Floats = (1.0 + hits) / (1.0 + draws)
-    return p_values
+    return np.asarray((1.0 + hits) / (1.0 + draws))
 
 
 def holm(p_values: Floats) -> Floats:

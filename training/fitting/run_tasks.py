@@ -176,10 +176,10 @@ def _outcomes(
         else:
             ready.append(TaskWithContactTime(task, contact_time.tuned))
     searching = [training for training in ready if entry_of(training.task.model).searches]
-    for task, outcome in _send_trainings(
-        [training for training in ready if training not in searching], context, executor
-    ):
-        yield task, _with_search(outcome, times)
+    elsewhere = [training for training in ready if training not in searching]
+    for sent, outcome in run_all_tasks(executor, done, elsewhere, shared=(context,), lost=failure_of_lost_worker):
+        assert not isinstance(outcome, TimeSettings)
+        yield sent.task, _with_search(outcome, times)
     for training in searching:
         with one_thread():
             outcome = try_fit(training.task, context, training.tuned, tell, executor)
@@ -220,11 +220,3 @@ def _first(
             times[errand.split] = result
             if isinstance(result, TimeSettings):
                 write_time_settings(result, errand.split, context)
-
-
-def _send_trainings(
-    trainings: Sequence[TaskWithContactTime], context: TrainingContext, executor: ExecutorConfig
-) -> Iterator[tuple[TrainingTask, Outcome]]:
-    for training, outcome in run_all_tasks(executor, done, trainings, shared=(context,), lost=failure_of_lost_worker):
-        assert not isinstance(outcome, TimeSettings)
-        yield training.task, outcome

@@ -84,10 +84,11 @@ def train(
     same dataset is waited for. The `executor` trains; this process registers, alone.
     """
     tasks = [task_of(model, split, context) for split in splits for model in models]
-    what = f"training {context.dataset.hash[:16]}"
-    with exclusive_lock(
-        registry.place, what, lambda: progress.tell("another process trains on this dataset; waiting for it")
-    ):
+
+    def waiting() -> None:
+        progress.tell("another process trains on this dataset; waiting for it")
+
+    with exclusive_lock(registry.place, f"training {context.dataset.hash[:16]}", waiting):
         trained_before = {} if retrain else _newest_trainings(registry, {task.key for task in tasks}, progress.tell)
         registry.close_runs(trained_before.values())
         to_do = [task for task in tasks if task.key not in trained_before]

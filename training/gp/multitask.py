@@ -40,7 +40,8 @@ def named_kernel(kind: str, predictors: int) -> Kernel:
     kernel = made.double()
     kernel.register_constraint("raw_lengthscale", lengthscale_interval())
     kernel.lengthscale = _LENGTHSCALE
-    kernel.register_prior("log_lengthscale_prior", log_lengthscale_prior(predictors), _log_lengthscale)
+    prior = log_lengthscale_prior(predictors)
+    kernel.register_prior("log_lengthscale_prior", prior, lambda module: module.lengthscale.log())
     return kernel
 
 
@@ -50,11 +51,6 @@ def _rational_quadratic(predictors: int) -> RQKernel:
     kernel.alpha = 1.0
     kernel.raw_alpha.requires_grad_(False)
     return kernel
-
-
-def _log_lengthscale(kernel: Any) -> torch.Tensor:
-    logarithm: torch.Tensor = kernel.lengthscale.log()
-    return logarithm
 
 
 class CoregionalModel(gpytorch.models.ExactGP):  # type: ignore[misc]  # GPyTorch publishes no types

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ...array_types import Floats
 from ...dataset.table import Inputs, PulseTable
-from ..estimators.base import Arrays, FitReport, NotFittedError, Standard
+from ..estimators.base import Arrays, FitReport, Standard, require_fitted
 from ..gp.kernels import squared_distances
 from ..tuning.folds import grouped_folds
 from .base import ContactModel, ContactPrediction, get_array, impulse, own, prefixed, restored
@@ -104,9 +104,8 @@ class Calibrated(ContactModel):
         folds = grouped_folds(pulses.configuration, self.folds, folds_rng)
         unseen = _left_out(self.model_, pulses, folds, folds_rng)
         force, time = pulses.force_n - unseen.force_n, pulses.contact_time_s - unseen.contact_time_s
-        self.relative_ = np.append(
-            _root_mean_square(force / _peak(unseen)), _root_mean_square(time / unseen.contact_time_s)
-        )
+        relative_time = _root_mean_square(time / unseen.contact_time_s)
+        self.relative_ = np.append(_root_mean_square(force / _peak(unseen)), relative_time)
         force_spread, time_spread = self._spreads(unseen)
         force_over, time_over = _over(force, force_spread), _over(time, time_spread)
         squares = (force_over**2).mean(axis=1), time_over**2
@@ -149,9 +148,7 @@ class Calibrated(ContactModel):
         return self._learned().fit_report()
 
     def _learned(self) -> ContactModel:
-        if self.model_ is None:
-            raise NotFittedError(f"{self.kind!r} has learned nothing yet: call fit, or restore")
-        return self.model_
+        return require_fitted(self.model_, self.kind)
 
     def arrays(self) -> Arrays:
         return {

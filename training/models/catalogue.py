@@ -10,6 +10,7 @@ from typing import Any, Literal
 from ...parallel.executor import HERE, ExecutorConfig
 from ..estimators.base import Estimator
 from .base import ContactModel
+from .serialization import build
 
 Budget = Literal["reduced", "full"]
 
@@ -61,13 +62,9 @@ def models_of(names: str) -> list[str]:
     return chosen
 
 
-def _estimator(kind: str, **settings: Any) -> Estimator:
-    """A regression of `models.kinds.KINDS`, which alone says where its class stands."""
-    from .serialization import build
-
-    made = build({"kind": kind, "settings": settings})
-    assert isinstance(made, Estimator)
-    return made
+def _built(kind: str, **settings: Any) -> Any:
+    """A model or regression of `serialization.KINDS`, which alone says where its class stands."""
+    return build({"kind": kind, "settings": settings})
 
 
 def _calibrated(model: ContactModel) -> ContactModel:
@@ -76,24 +73,24 @@ def _calibrated(model: ContactModel) -> ContactModel:
     return Calibrated(model)
 
 
-def _twice(kind: str, scaling: str = "none", **settings: Any) -> ModelSpec:
-    """One family for force and for time, as Table 4.4 pairs them; `scaling` as in `models.pair.SCALINGS`."""
+def _calibrated_spec(kind: str) -> ModelSpec:
+    return ModelSpec(lambda _: _calibrated(_built(kind)))
 
-    def model(_making: BuildOptions) -> ContactModel:
+
+def _twice(kind: str) -> ModelSpec:
+    """One family for force and for time, as Table 4.4 pairs them."""
+
+    def model(_: BuildOptions) -> ContactModel:
         from .pair import Pair
 
-        return _calibrated(Pair(_estimator(kind, **settings), _estimator(kind, **settings), scaling))
+        return _calibrated(Pair(_built(kind), _built(kind)))
 
     return ModelSpec(model)
 
 
 def _with_time_process(kind: str, scaling: str = "none", **settings: Any) -> ModelSpec:
     """A force model beside the contact-time process of section 4.4; `scaling` as in `models.pair.SCALINGS`."""
-
-    def model(making: BuildOptions) -> ContactModel:
-        return _beside_time_process(_estimator(kind, **settings), making, scaling)
-
-    return ModelSpec(model, shares_time=True)
+    return ModelSpec(lambda making: _beside_time_process(_built(kind, **settings), making, scaling), shares_time=True)
 
 
 def _beside_time_process(force: Estimator, making: BuildOptions, scaling: str) -> ContactModel:
@@ -104,33 +101,14 @@ def _beside_time_process(force: Estimator, making: BuildOptions, scaling: str) -
 
 
 def _genetic(making: BuildOptions) -> ContactModel:
-    from ..estimators.genetic_network import GeneticNetwork
-
     full = {"population": 50, "generations": 50} if making.budget == "full" else {}
-    network = GeneticNetwork(**full)
+    network = _built("genetic-network", **full)
     network.journal, network.progress, network.executor = making.journal, making.tell, making.executor
     return _beside_time_process(network, making, "none")
 
 
 def _law(name: str) -> ModelSpec:
-    def model(_making: BuildOptions) -> ContactModel:
-        from .analytic import Analytic
-
-        return Analytic(name)
-
-    return ModelSpec(model)
-
-
-def _single_pass(_making: BuildOptions) -> ContactModel:
-    from .single_pass import SinglePass
-
-    return _calibrated(SinglePass())
-
-
-def _hybrid(_making: BuildOptions) -> ContactModel:
-    from .hybrid import Hybrid
-
-    return _calibrated(Hybrid())
+    return ModelSpec(lambda _: _built("analytic", law=name))
 
 
 #: The cheap ones first, so that the first results come soon.
@@ -151,8 +129,8 @@ MODEL_SPECS: dict[str, ModelSpec] = {
     # thesis's other families learn newtons, as there, and do without the impactor's mass.
     "coregional-gp": _with_time_process("coregional", "momentum"),
     "gp": _with_time_process("single-outputs", "momentum"),
-    "hybrid": ModelSpec(_hybrid),
-    "single-pass": ModelSpec(_single_pass),
+    "hybrid": _calibrated_spec("hybrid"),
+    "single-pass": _calibrated_spec("single-pass"),
     # Hidden layers of MATLAB's presets, which Table 4.5 names.
     "nn-narrow": _with_time_process("network", layers=(10,)),
     "nn-medium": _with_time_process("network", layers=(25,)),

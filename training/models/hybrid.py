@@ -17,7 +17,8 @@ import numpy as np
 
 from ...array_types import Floats
 from ...dataset.table import POINTS, Inputs, PulseTable
-from ..estimators.base import Arrays, Estimator, FitReport, NotFittedError
+from ..estimators.base import Arrays, Estimator, FitReport, require_fitted
+from .analytic import Analytic
 from .base import (
     WEIGHTS,
     ContactModel,
@@ -36,6 +37,7 @@ from .base import (
     spelled,
 )
 from .serialization import describe
+from .single_pass import default_process
 
 _INNER = slice(1, POINTS - 1)
 
@@ -147,8 +149,8 @@ class Hybrid(ContactModel):
     kind = "hybrid"
 
     def __init__(self, base: ContactModel | None = None, process: Estimator | None = None) -> None:
-        self.base = base or _default_base()
-        self.process = process or _default_process()
+        self.base = base or Analytic("hann")
+        self.process = process or default_process()
 
     process_: Estimator | None = None
     base_: ContactModel
@@ -198,9 +200,7 @@ class Hybrid(ContactModel):
         return self._learned().fit_report().under("process")
 
     def _learned(self) -> Estimator:
-        if self.process_ is None:
-            raise NotFittedError(f"{self.kind!r} has learned nothing yet: call fit, or restore")
-        return self.process_
+        return require_fitted(self.process_, self.kind)
 
     def arrays(self) -> Arrays:
         return {
@@ -220,16 +220,3 @@ class Hybrid(ContactModel):
         self.base_ = restored(self.base, "base", arrays)
         self.process_ = restored(self.process, "process", arrays)
         return self
-
-
-def _default_base() -> ContactModel:
-    from .analytic import Analytic
-
-    return Analytic("hann")
-
-
-def _default_process() -> Estimator:
-    from ..estimators.rotated_outputs import RotatedOutputs
-    from ..estimators.single_outputs import SingleOutputs
-
-    return RotatedOutputs(SingleOutputs())

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...array_types import Floats
 from ...dataset.table import Inputs, PulseTable
-from ..estimators.base import Arrays, Estimator, FitReport, Gaussian, NotFittedError
+from ..estimators.base import Arrays, Estimator, FitReport, Gaussian, require_fitted
 from .base import (
     ContactModel,
     ContactPrediction,
@@ -108,9 +108,7 @@ class Pair(ContactModel):
         return force.fit_report().under("force").joined(time.fit_report().under("time"))
 
     def _learned(self) -> tuple[Estimator, Estimator]:
-        if self.force_ is None or self.time_ is None:
-            raise NotFittedError(f"{self.kind!r} has learned nothing yet: call fit, or restore")
-        return self.force_, self.time_
+        return require_fitted(self.force_, self.kind), require_fitted(self.time_, self.kind)
 
     def arrays(self) -> Arrays:
         force, time = self._learned()

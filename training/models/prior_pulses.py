@@ -135,9 +135,8 @@ def _plate_keys(pulses: PulseTable) -> list[tuple[str, float]]:
     """What tells plates apart: the campaign, and the mass where it is a predictor."""
     weighed = any(predictor.name == "plate_mass" for predictor in pulses.predictors)
     masses = pulses.column("plate_mass") if weighed else np.full(len(pulses), _PLATE_MASS_KG)
-    return [
-        (campaign, round(mass, 9)) for campaign, mass in zip(pulses.campaign.tolist(), masses.tolist(), strict=True)
-    ]
+    pairs = zip(pulses.campaign.tolist(), masses.tolist(), strict=True)
+    return [(campaign, round(mass, 9)) for campaign, mass in pairs]
 
 
 def _bare_plates(pulses: PulseTable) -> dict[tuple[str, float], ElasticMaterial]:
@@ -148,9 +147,8 @@ def _bare_plates(pulses: PulseTable) -> dict[tuple[str, float], ElasticMaterial]
     if not len(bare):
         return {}
     materials: dict[tuple[str, float], set[ElasticMaterial]] = {}
-    for key, material in zip(
-        _plate_keys(bare), _materials("target", bare.target_material.tolist(), bodies(bare)), strict=True
-    ):
+    targets = _materials("target", bare.target_material.tolist(), bodies(bare))
+    for key, material in zip(_plate_keys(bare), targets, strict=True):
         materials.setdefault(key, set()).add(material)
     return {key: next(iter(several)) for key, several in materials.items() if len(several) == 1}
 

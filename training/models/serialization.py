@@ -62,7 +62,8 @@ def build(description: Mapping[str, Any]) -> ContactModel | Estimator:
     module, name = KINDS[kind]
     made = getattr(importlib.import_module(f".{module}", _ROOT), name)
     try:
-        built = made(**{key: _built(value) for key, value in description["settings"].items()})
+        settings = description["settings"].items()
+        built = made(**{key: build(value) if _is_part(value) else value for key, value in settings})
     except TypeError as error:
         raise ValueError(f"a model of kind {kind!r} does not take these settings: {error}") from error
     assert isinstance(built, ContactModel | Estimator)
@@ -84,10 +85,6 @@ def parts_within(description: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
 
 def _is_part(value: Any) -> bool:
     return isinstance(value, dict) and value.keys() == {"kind", "settings"}
-
-
-def _built(value: Any) -> Any:
-    return build(value) if _is_part(value) else value
 
 
 #: Of the two files; another number is refused.

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...array_types import Floats
 from ...dataset.table import POINTS, Inputs, PulseTable
-from ..estimators.base import Arrays, Estimator, FitReport, NotFittedError
+from ..estimators.base import Arrays, Estimator, FitReport, require_fitted
 from .base import (
     ContactModel,
     ContactPrediction,
@@ -43,7 +43,7 @@ class SinglePass(ContactModel):
     kind = "single-pass"
 
     def __init__(self, process: Estimator | None = None) -> None:
-        self.process = process or _default_process()
+        self.process = process or default_process()
 
     process_: Estimator | None = None
 
@@ -91,9 +91,7 @@ class SinglePass(ContactModel):
         return self._learned().fit_report().under("process")
 
     def _learned(self) -> Estimator:
-        if self.process_ is None:
-            raise NotFittedError(f"{self.kind!r} has learned nothing yet: call fit, or restore")
-        return self.process_
+        return require_fitted(self.process_, self.kind)
 
     def arrays(self) -> Arrays:
         return {
@@ -117,7 +115,8 @@ def _outputs(pulses: PulseTable) -> Floats:
     return np.column_stack([scaled, np.log(pulses.contact_time_s)])
 
 
-def _default_process() -> Estimator:
+def default_process() -> Estimator:
+    """The linear model of coregionalisation of `SinglePass` and `Hybrid`."""
     from ..estimators.rotated_outputs import RotatedOutputs
     from ..estimators.single_outputs import SingleOutputs
 

@@ -30,9 +30,7 @@ def of_dataset(versions: Iterable[Version], dataset: str) -> list[Version]:
         v for v in every if v.dataset.name == dataset or (len(dataset) >= 8 and v.dataset.hash.startswith(dataset))
     ]
     if not of_it:
-        dataset_names = (
-            ", ".join(dict.fromkeys(version.dataset.name for version in every)) or "none yet (pyroshock train)"
-        )
+        dataset_names = ", ".join(dict.fromkeys(v.dataset.name for v in every)) or "none yet (pyroshock train)"
         raise LookupError(f"no model of a dataset {dataset!r}; there are models of: {dataset_names}")
     return of_it
 

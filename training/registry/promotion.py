@@ -57,7 +57,8 @@ def promote(
     with registry.promoting():
         registry.settle()
         candidate = chosen(registry.versions(), f"{name}@{version}")
-        _refuse_damaged(registry, candidate)
+        if wrong := registry.damage(candidate):
+            raise ValueError(f"{candidate.label} cannot be promoted, predictions would fail: {wrong}")
         champion = registry.champion(candidate.dataset.predictor_set)
         if champion is not None and champion.label == candidate.label:
             why = _joined(reason, "it was in use already")
@@ -172,12 +173,6 @@ def _pulse_errors(
     cost = comparison.of("cost")
     figures = {f"{metric}.difference": comparison.of(metric).difference for metric in METRICS}
     return figures | {"cost.candidate": cost.mean_a, "cost.champion": cost.mean_b, "cost.p_value": cost.p_value}
-
-
-def _refuse_damaged(registry: Registry, candidate: Version) -> None:
-    wrong = registry.damage(candidate)
-    if wrong is not None:
-        raise ValueError(f"{candidate.label} cannot be promoted, predictions would fail: {wrong}")
 
 
 def compared(judged: Evaluation, a: str, b: str, groups: bool = False) -> Comparison:

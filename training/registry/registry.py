@@ -163,9 +163,8 @@ class Registry:
             model_uri, model_id, sha256 = log_model(trained, room / "model")
             log_figures(client, run.info.run_id, model_id, trained)
             log_files(client, run.info.run_id, trained, room / "files")
-            with exclusive_lock(
-                self.place, "registering"
-            ):  # MLflow counts a name's versions, and gives up after three races
+            # MLflow counts a name's versions, and gives up after three races.
+            with exclusive_lock(self.place, "registering"):
                 own = version_tags(trained, sha256, _next_order(client))
                 with redirect_stderr(StringIO()):  # MLflow announces every version there
                     written = mlflow.register_model(model_uri, task.model, tags=own)
@@ -266,9 +265,8 @@ class Registry:
             if run.info.run_id in registered:
                 client.set_terminated(run.info.run_id)
                 continue
-            for model in client.search_logged_models(
-                [self.connection.experiment], f"source_run_id = '{run.info.run_id}'"
-            ):
+            of_run = f"source_run_id = '{run.info.run_id}'"
+            for model in client.search_logged_models([self.connection.experiment], of_run):
                 client.delete_logged_model(model.model_id)
             client.delete_run(run.info.run_id)
 
@@ -313,14 +311,8 @@ def _registered(client: MlflowClient, runs: Sequence[str]) -> Version | None:
     """The version that one of these runs has registered, though nobody was told."""
     for run in runs:
         for model_version in client.search_model_versions(f"run_id = '{run}'"):
-            return version_from(
-                model_version.name,
-                int(model_version.version),
-                run,
-                model_version.creation_timestamp,
-                model_version.tags,
-                None,
-            )
+            number, created_ms = int(model_version.version), model_version.creation_timestamp
+            return version_from(model_version.name, number, run, created_ms, model_version.tags, None)
     return None
 
 

@@ -129,11 +129,6 @@ class GeneticResult:
     def evaluated(self) -> int:
         return self.evaluated_by_generation[-1]
 
-    @property
-    def saved(self) -> int:
-        """Duplicates, which were not evaluated again."""
-        return self.asked - self.evaluated
-
 
 def run_search(
     search: Search,
@@ -160,7 +155,7 @@ def run_search(
             journal.add(genes, value)
         seen.update(population)
         requested += search.population if generation == 0 else search.population - search.elite
-        leader = _ranked(seen, journal)
+        leader = min(seen, key=lambda genes: (journal.values[genes], genes))
         best.append(journal.values[leader])
         evaluated.append(len(seen))
         if progress:
@@ -169,11 +164,6 @@ def run_search(
                 f" {len(seen)} evaluated, {requested - len(seen)} duplicates saved"
             )
     return GeneticResult(leader, best[-1], tuple(best), requested, tuple(evaluated))
-
-
-def _ranked(seen: Iterable[Genes], journal: SearchJournal) -> Genes:
-    """The best, and of equals the first in the order of genes."""
-    return min(seen, key=lambda genes: (journal.values[genes], genes))
 
 
 def _evaluated(

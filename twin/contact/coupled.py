@@ -12,8 +12,6 @@ over frequency, with g = 2 / (pi Z) for each unit of circular frequency (Cremer,
 Sound, 2005, ch. 5: Re Y = pi/2 times modal density times mean g). From the table's end on, octave by octave up to
 `limit`, they are gathered by Gauss' rule, which is exact for a window of time; by its end they have faded, since what
 they stand for sends nothing back. Beyond `limit` they follow at once, and are the compliance 2 / (pi Z limit).
-
-What a contact stage takes that is solved on the modes of a plate, in place of the motion on a rigid target.
 """
 
 from __future__ import annotations

@@ -1,9 +1,4 @@
-"""Impacts solved as motions: Hertz' on a rigid target, and what effects make of it.
-
-The force's course of many contacts, from nodes of which each contact has as many as it took.
-
-Pulses at a few phases: without the tail of contacts that end slowly.
-"""
+"""Impacts solved as motions: Hertz' on a rigid target, and what effects make of it."""
 
 from __future__ import annotations
 

@@ -1,8 +1,6 @@
 """What an impact is made of: the quantities through which effects of the contact meet.
 
 Effects of the contact: each changes the quantities of an impact before it is solved.
-
-Strikes of the bench as bodies of the laws.
 """
 
 from __future__ import annotations

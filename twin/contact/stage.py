@@ -1,9 +1,4 @@
-"""The contact as a stage of the chain: strikes to pulses, by a law.
-
-What of a strike lies outside of what the laws of contact were made for.
-
-How far measured pulses lie from those of a law.
-"""
+"""The contact as a stage of the chain: strikes to pulses, by a law."""
 
 from __future__ import annotations
 

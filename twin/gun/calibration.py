@@ -67,8 +67,7 @@ class VelocityShots:
 
     def beside(self, other: Self) -> Self:
         """These and others."""
-        names = ("tank_pressure_pa", "bullet_mass_kg", "measured_m_s", "measured_u_m_s")
-        return type(self)(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in names))
+        return type(self)(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in vars(self)))
 
 
 @dataclass(frozen=True, eq=False)

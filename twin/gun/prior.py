@@ -141,9 +141,8 @@ class GunPrior:
         node = (p * masses + m) * members + np.arange(members)[:, None]
         flat = self._shares.reshape(-1)
         low, high = ((1 - at_m) * flat[i] + at_m * flat[i + members] for i in (node, node + masses * members))
-        return np.asarray((1 - at_p) * low + at_p * high), np.asarray(
-            (high - low) / np.log(_PRESSURES[1] / _PRESSURES[0])
-        )
+        slopes = (high - low) / np.log(_PRESSURES[1] / _PRESSURES[0])
+        return np.asarray((1 - at_p) * low + at_p * high), np.asarray(slopes)
 
     def _fire(self, p: NDArray[np.intp], m: NDArray[np.intp]) -> None:
         """The nodes that are needed and not there."""
@@ -187,7 +186,8 @@ def gun_prior(
     if profile is not None:
         guns = gun_prior(bench, stated, members, seed)
         return replace(guns, profile=profile, _shares=np.full(guns._shares.shape, np.nan))
-    drawn = [kind for kind in _kinds() if kind.id not in {effect.id for effect in stated}]
+    stated_ids = {effect.id for effect in stated}
+    drawn = [kind for kind in catalogue().values() if issubclass(kind, GunEffect) and kind.id not in stated_ids]
     columns = sum(2 + len(kind.parameters()) for kind in drawn) + 3
     z = iter(stratified_normals(members, columns, np.random.default_rng(seed)).T)
     effects = (*stated, *(_drawn_effect(kind, z) for kind in drawn))
@@ -197,10 +197,6 @@ def gun_prior(
     shares = np.full((_PRESSURES.size, _MASSES.size, members), np.nan)
     unscaled = GunPrior(bench, effects, offset, pressure_gain, velocity_gain, np.zeros(members), None, shares)
     return unscaled if bench.efficiency == 1 else _with_efficiency(unscaled, stated, np.random.default_rng(seed))
-
-
-def _kinds() -> list[type[GunEffect]]:
-    return [kind for kind in catalogue().values() if issubclass(kind, GunEffect)]
 
 
 def _drawn_effect(kind: type[GunEffect], z: Any) -> GunEffect:

@@ -3,8 +3,6 @@
 Argyris, Fried and Scharpf (Aeronaut. J. 72, 1968): complete polynomials of degree five with continuous slopes, as
 Kirchhoff's plate needs them. Frequencies converge with the eighth power of the mesh size.
 
-What held edges leave of the unknowns of Argyris' elements.
-
 Where points lie in the mesh: its frame, its triangles, and deflections there.
 """
 

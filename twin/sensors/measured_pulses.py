@@ -120,10 +120,6 @@ def _cut(force: Floats, step: float, pulses: ForcePulses) -> ForcePulses:
     end = np.maximum(pulses.contact_time_s, last * step)
     phases = np.linspace(0.0, 1.0, pulses.force_n.shape[1])
     rows = [np.interp(phases * end_s, time, row) for end_s, row in zip(end, force, strict=True)]
-    late = np.argmax(force, axis=1) * step - _peak_time(pulses)
+    peak_share = np.argmax(pulses.force_n, axis=1) / (pulses.force_n.shape[1] - 1)
+    late = np.argmax(force, axis=1) * step - peak_share * pulses.contact_time_s
     return ForcePulses(end, np.array(rows), pulses.compression_time_s + np.maximum(late, 0.0))
-
-
-def _peak_time(pulses: ForcePulses) -> Floats:
-    share = np.argmax(pulses.force_n, axis=1) / (pulses.force_n.shape[1] - 1)
-    return np.asarray(share * pulses.contact_time_s)

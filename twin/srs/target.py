@@ -1,9 +1,4 @@
-"""A prescribed shock response spectrum: break points, straight lines between them on log-log paper, tolerances.
-
-How far a spectrum may lie from its target.
-
-Spectra held against a target.
-"""
+"""A prescribed shock response spectrum: break points, straight lines between them on log-log paper, tolerances."""
 
 from __future__ import annotations
 

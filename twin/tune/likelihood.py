@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...array_types import Floats
 from ..setting import Setting
@@ -31,7 +30,7 @@ def fitted(prior: Discrepancy, settings: Sequence[Setting], residual_db: Floats)
         return prior
     from scipy.optimize import minimize
 
-    shots = _even(len(settings), _SHOTS)
+    shots = np.unique(np.linspace(0, len(settings) - 1, min(len(settings), _SHOTS)).round().astype(np.int64))
     at = Coordinates.of([settings[i] for i in shots])
     alike = np.array([term.of_settings(at, at) for term in prior.terms])
     bounds = [(-3.0, 2.5)] * len(prior.terms)
@@ -46,10 +45,6 @@ def fitted(prior: Discrepancy, settings: Sequence[Setting], residual_db: Floats)
     )
     scaled = zip(prior.terms, np.exp(result.x).tolist(), strict=True)
     return replace(prior, terms=tuple(replace(term, sd_db=term.sd_db * factor) for term, factor in scaled))
-
-
-def _even(count: int, most: int) -> NDArray[np.int64]:
-    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
 
 
 def _loss(logs: Floats, stated: Floats, alike: Floats, values: Floats) -> tuple[float, Floats]:

@@ -79,25 +79,23 @@ def settings_to_avoid(
     outside: Sequence[Proposal], kept: Sequence[Proposal], refused: Sequence[Candidate], goal: Goal
 ) -> list[SettingToAvoid]:
     """The nearest of each kind: `outside` of the model's domain, likely to overtest of those `kept`, `refused`."""
-    kinds = (_refused(refused, goal), _outside(outside, goal), _overtest(kept, goal))
-    return [setting_to_avoid for kind in kinds for setting_to_avoid in _nearest(kind)]
+    beyond_bench = [
+        SettingToAvoid(c.setting, f"beyond the bench: {'; '.join(c.refused)}", _level_error_db(c, goal))
+        for c in refused
+    ]
+    beyond_model = [
+        SettingToAvoid(p.setting, f"outside of the model: {'; '.join(p.outside)}", _level_error_db(p, goal))
+        for p in outside
+    ]
+    nearest: list[SettingToAvoid] = []
+    for kind in (beyond_bench, beyond_model, _overtest(kept, goal)):
+        near = [setting for setting in kind if abs(setting.level_error_db) <= NEAR_DB]
+        nearest += sorted(near, key=lambda setting: abs(setting.level_error_db))[:_EACH]
+    return nearest
 
 
-def _nearest(to_avoid: Iterator[SettingToAvoid]) -> list[SettingToAvoid]:
-    near = [candidate for candidate in to_avoid if abs(candidate.level_error_db) <= NEAR_DB]
-    return sorted(near, key=lambda each: abs(each.level_error_db))[:_EACH]
-
-
-def _refused(candidates: Sequence[Candidate], goal: Goal) -> Iterator[SettingToAvoid]:
-    for candidate in candidates:
-        error = float(np.mean(candidate.level_db - goal.level_db))
-        yield SettingToAvoid(candidate.setting, f"beyond the bench: {'; '.join(candidate.refused)}", error)
-
-
-def _outside(outside: Sequence[Proposal], goal: Goal) -> Iterator[SettingToAvoid]:
-    for proposal in outside:
-        error = float(np.mean(proposal.level_db - goal.level_db))
-        yield SettingToAvoid(proposal.setting, f"outside of the model: {'; '.join(proposal.outside)}", error)
+def _level_error_db(proposed: Candidate | Proposal, goal: Goal) -> float:
+    return float(np.mean(proposed.level_db - goal.level_db))
 
 
 def _overtest(kept: Sequence[Proposal], goal: Goal) -> Iterator[SettingToAvoid]:
@@ -107,8 +105,7 @@ def _overtest(kept: Sequence[Proposal], goal: Goal) -> Iterator[SettingToAvoid]:
         line = int(np.argmax(over))
         if proposal.probability_overtest >= OVERTEST and over[line] > 0:
             words = f"{over[line]:.1f} dB above the upper edge at {goal.frequency_hz[line]:.0f} Hz expected"
-            error = float(np.mean(proposal.level_db - goal.level_db))
-            yield SettingToAvoid(proposal.setting, f"overtests: {words}", error)
+            yield SettingToAvoid(proposal.setting, f"overtests: {words}", _level_error_db(proposal, goal))
 
 
 #: Draws of the forward model at the settings that are nearest without any shot.
@@ -166,9 +163,8 @@ def tune(
     meets the goal from a probability of `at_least` on. `calibrated`: the model has learned from shots itself, and its
     draws hold all that is not known of its spectra. Raises `ValueError` where the goal's lines are not the model's.
     """
-    if goal.frequency_hz.shape != forward.frequency_hz.shape or not np.allclose(
-        goal.frequency_hz, forward.frequency_hz, rtol=1e-6
-    ):
+    lines_hz = forward.frequency_hz
+    if goal.frequency_hz.shape != lines_hz.shape or not np.allclose(goal.frequency_hz, lines_hz, rtol=1e-6):
         raise ValueError("the goal's lines are not those of the model: expected the same frequencies")
     shots = measured or FiredShots()
     learned = learn(forward, goal, shots, rng, space, calibrated=calibrated)

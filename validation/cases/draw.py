@@ -98,14 +98,6 @@ def _decoys(kind: str, rng: np.random.Generator, wanted: bool | None) -> dict[st
 Draw = Callable[[Case, np.random.Generator, str], Case | None]
 
 
-def _none(case: Case, rng: np.random.Generator, split: str) -> Case | None:  # noqa: ARG001 - one signature for all
-    return case
-
-
-def _catalogue(case: Case, rng: np.random.Generator, split: str) -> Case | None:  # noqa: ARG001 - as above
-    return _fitting(case, str(rng.choice(shown_by(case.kind, case.design))), rng)
-
-
 def _unknown(case: Case, rng: np.random.Generator, split: str) -> Case | None:
     name = str(rng.choice(families(case.kind, split)))
     setting = FAMILIES[name].varies
@@ -120,7 +112,7 @@ def _fitting(case: Case, name: str, rng: np.random.Generator) -> Case | None:
     return fitting_case if fitting_case is not None and inside(fitting_case, TIERS[case.tier]) else None
 
 
-def _two(case: Case, rng: np.random.Generator, split: str) -> Case | None:  # noqa: ARG001 - as above
+def _two(case: Case, rng: np.random.Generator, split: str) -> Case | None:  # noqa: ARG001 - one signature for all
     names = rng.choice(shown_by(case.kind, case.design), 2, replace=False).tolist()
     strengths: dict[str, float] = {}
     for name in names:
@@ -133,8 +125,12 @@ def _two(case: Case, rng: np.random.Generator, split: str) -> Case | None:  # no
     return both if inside(both, _BOTH) else None
 
 
-_CAUSES: dict[str, Draw] = {"catalogue": _catalogue, "none": _none, "unknown": _unknown, "two": _two}
-
+_CAUSES: dict[str, Draw] = {
+    "catalogue": lambda case, rng, _: _fitting(case, str(rng.choice(shown_by(case.kind, case.design))), rng),
+    "none": lambda case, _rng, _split: case,
+    "unknown": _unknown,
+    "two": _two,
+}
 
 #: Strength 1 of the virtual bench in the unit of `RANGES`, for the effects whose unit is another one. Sensors: what
 #: their data sheets allow (`campaigns.gun_sensors`, `campaigns.hammer_sensors`); velocity: 1 mm of 85 mm; boundary:
@@ -158,12 +154,7 @@ ALWAYS = "gun.back_pressure"
 #: Gap over all observables, in tolerances. A realistic bench has one beyond tolerance; otherwise nothing is to explain.
 USUAL_GAP = (1.5, 90.0)
 #: At full scale; spectra of a plate have a wide tolerance, so that a large error is fewer of them.
-FULL_SCALE: Mapping[str, tuple[float, float]] = {
-    "gun": (10.0, 60.0),
-    "hammer": (10.0, 60.0),
-    "plate": (4.0, 60.0),
-    "chain": (10.0, 60.0),
-}
+FULL_SCALE: Mapping[str, tuple[float, float]] = {kind: (4.0 if kind == "plate" else 10.0, 60.0) for kind in KINDS}
 #: Gap over floor of one effect, and of each of two, by second laws; and of all of them.
 FOREIGN_RATIOS: Mapping[int, tuple[float, float]] = {1: (1.5, 6.0), 2: (1.7, 12.0)}
 FOREIGN_GAPS: Mapping[int, tuple[float, float]] = {1: (1.5, 6.3), 2: (3.0, 20.0)}
@@ -218,10 +209,8 @@ def draw_foreign_bench(kind: str, rng: np.random.Generator, split: str) -> Case:
         case = replace(base_case(kind, "any", rng), laws=split)
         shown = [name for name in shown_by(kind, case.design) if name != ALWAYS]
         count = min(int(rng.integers(5, 8)), len(shown)) - (kind in ("gun", "chain"))
-        strengths: dict[str, float] = {}
-        for name in rng.choice(shown, count, replace=False).tolist():
-            size = math.exp(rng.uniform(math.log(WEAKEST), math.log(STRONGEST))) * BENCH_DEFAULT.get(name, 1.0)
-            strengths[name] = int(rng.choice(signs(name, split))) * size
+        names = rng.choice(shown, count, replace=False).tolist()
+        strengths = {name: _strength(name, rng, split) for name in names}
         if kind in ("gun", "chain"):
             strengths[ALWAYS] = float(rng.uniform(RANGES[ALWAYS].low, RANGES[ALWAYS].high))
         case = _enlarged(replace(case, strengths=strengths), limits[0])
@@ -247,11 +236,16 @@ def _strengths(kind: str, number: int, rng: np.random.Generator) -> dict[str, fl
         if name == ALWAYS:
             drawn[name] = float(rng.uniform(RANGES[name].low, RANGES[name].high))
             continue
-        size = math.exp(rng.uniform(math.log(WEAKEST), math.log(STRONGEST))) * BENCH_DEFAULT.get(name, 1.0)
-        sign = int(rng.choice(signs(name)))
+        strength = _strength(name, rng)
         if rng.random() >= OFF:
-            drawn[name] = sign * size
+            drawn[name] = strength
     return drawn
+
+
+def _strength(name: str, rng: np.random.Generator, laws: str = "") -> float:
+    """0.3 to 3 times the bench's default, with a random sign where the effect has one."""
+    size = math.exp(rng.uniform(math.log(WEAKEST), math.log(STRONGEST))) * BENCH_DEFAULT.get(name, 1.0)
+    return int(rng.choice(signs(name, laws))) * size
 
 
 def _enlarged(case: Case, least: float) -> Case:

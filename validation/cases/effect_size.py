@@ -7,7 +7,7 @@ What the ideal bench makes of a plan: speeds, pulses and spectra, worked out onc
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -72,7 +72,8 @@ def in_contact(kind: str, number: int, cause: ActingCause) -> Floats:
         return np.zeros((len(plan), 3))
     nominal = np.array([pulse.figures for pulse in nominal_pulses(kind, number)])
     speeds = np.exp(ln_truth(plan, np.log(speeds_of(kind, number)), cause.table, cause.laws))
-    return np.asarray(np.array([p.figures for p in _read(kind, number, cause, speeds)]) - nominal)
+    shown = _load_cell_pulses(kind, number, cause, strikes(plan, speeds, cause.table, cause.laws))
+    return np.asarray(np.array([pulse.figures for pulse in shown]) - nominal)
 
 
 def in_plate(kind: str, number: int, cause: ActingCause) -> Floats:
@@ -84,20 +85,12 @@ def in_plate(kind: str, number: int, cause: ActingCause) -> Floats:
     shown = _ringing(kind, number, cause)
     if not misread:
         return np.asarray(shown - nominal)
-    return np.asarray(shown - levels_under(kind, number, tuple(_load_cell_pulses(kind, number, cause))))
+    recorded = _load_cell_pulses(kind, number, cause, nominal_pulses(kind, number))
+    return np.asarray(shown - levels_under(kind, number, tuple(recorded)))
 
 
-def _read(kind: str, number: int, cause: ActingCause, speeds: Floats) -> list[CasePulse]:
-    """What the load cell shows of blows at true speeds."""
-    return _outside(kind, number, cause, strikes(design(kind, number), speeds, cause.table, cause.laws))
-
-
-def _load_cell_pulses(kind: str, number: int, cause: ActingCause) -> list[CasePulse]:
-    """What the load cell shows of the nominal pulses."""
-    return _outside(kind, number, cause, list(nominal_pulses(kind, number)))
-
-
-def _outside(kind: str, number: int, cause: ActingCause, pulses: list[CasePulse]) -> list[CasePulse]:
+def _load_cell_pulses(kind: str, number: int, cause: ActingCause, pulses: Sequence[CasePulse]) -> list[CasePulse]:
+    """What the load cell shows of true pulses."""
     plan, loudest = design(kind, number), loudest_n(kind, number)
     outside, places = cause.outside(plan), cause.places(len(plan))
     acted = (outside.pulse(s, p, at, loudest) for s, p, at in zip(plan, pulses, places, strict=True))

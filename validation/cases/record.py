@@ -28,7 +28,7 @@ from ...virtualbench.recorder import (
 )
 from ...virtualbench.sensors import SensorBuild
 from .attribution import attribution
-from .case import ActingCause, Case, Label, tier_of
+from .case import Case, Label, tier_of
 from .designs import design
 from .effect_size import changes, gaps
 from .gun_case import gun_stage
@@ -49,10 +49,7 @@ def record_case(case: Case, folder: Path, seed: int, *, name: str | None = None)
     if folder.exists() and any(folder.iterdir()):
         raise ValueError(f"{folder}: there is something already; expected a new or empty folder")
     folder.mkdir(parents=True, exist_ok=True)
-    rows: list[dict[str, str]] = []
-    for number, run in enumerate(simulate_case(case, seed), start=1):
-        rows.append(_row(case, number, run, folder))
-    write_runs(folder, rows)
+    write_runs(folder, [_row(case, number, run, folder) for number, run in enumerate(simulate_case(case, seed), 1)])
     if case.kind in ("plate", "chain"):
         (folder / "plate_modes.csv").write_text(_modal_table(plate_of(case.kind, case.design), case.decoys))
     write_card(folder, _card(case, name or folder.name))
@@ -66,7 +63,11 @@ def label_of(case: Case, seed: int) -> Label:
     stage = max(sizes, key=lambda name: sizes[name])
     ratio = sizes[stage] / case.floor
     names = list(case.strengths)
-    alone = {n: gaps(changes(case.kind, case.design, _alone(case, n))) for n in names} if len(names) > 1 else {}
+    alone = dict.fromkeys(names, ratio)
+    if len(names) > 1:
+        for name, strength in case.strengths.items():
+            single = whole_cause(replace(case, strengths={name: strength}))
+            alone[name] = max(gaps(changes(case.kind, case.design, single)).values()) / case.floor
     parts = attribution(case.kind, case.design, whole_cause(case))
     settings = design(case.kind, case.design)
     return Label(
@@ -77,8 +78,7 @@ def label_of(case: Case, seed: int) -> Label:
         stage=stage if ratio > 0 else None,
         gap=sizes,
         floor=dict.fromkeys(sizes, case.floor),
-        alone={n: max(sizes_by_stage.values()) / case.floor for n, sizes_by_stage in alone.items()}
-        or dict.fromkeys(names, ratio),
+        alone=alone,
         strengths=dict(case.strengths),
         family=case.unknown,
         background=asdict(case.background),
@@ -92,10 +92,6 @@ def label_of(case: Case, seed: int) -> Label:
         shown=shown_by(case.kind, case.design),
         laws=case.laws,
     )
-
-
-def _alone(case: Case, name: str) -> ActingCause:
-    return whole_cause(replace(case, strengths={name: case.strengths[name]}))
 
 
 def _row(case: Case, number: int, run: SimulatedCase, folder: Path) -> dict[str, str]:

@@ -2,10 +2,6 @@
 
 The background: what no effect explains, small and smooth over the factors, and a little for each configuration.
 
-What all runs of a case share.
-
-The order in which a campaign's runs are made.
-
 Scatter from run to run: heavier tails than a normal distribution's.
 """
 

@@ -172,17 +172,12 @@ def sized(case: Case, name: str, sign: int, ratio: float, rng: np.random.Generat
     if name in FAMILIES and FAMILIES[name].drift:
         case = replace(case, blocked=True)
     order = run_positions(case) if name in FAMILIES else ()
-    noise_is_free = name in RANGES and RANGES[name].low > 0  # what is known of it leaves only the noise free
-    fitted_strength = (
-        None
-        if noise_is_free
-        else strength_for(case.kind, case.design, name, sign, ratio * case.floor, order, case.laws)
-    )
-    strength = (
-        float(rng.uniform(RANGES[name].low, RANGES[name].high))
-        if noise_is_free
-        else fitted_strength or largest(name, sign, case.laws)
-    )
+    fitted_strength = None
+    if name in RANGES and RANGES[name].low > 0:  # what is known of it leaves only the noise free
+        strength = float(rng.uniform(RANGES[name].low, RANGES[name].high))
+    else:
+        fitted_strength = strength_for(case.kind, case.design, name, sign, ratio * case.floor, order, case.laws)
+        strength = fitted_strength or largest(name, sign, case.laws)
     if fitted_strength is None:
         reached = gap(case.kind, case.design, cause_of(name, strength, order, case.laws))
         case = replace(case, floor=min(max(reached / ratio, FLOORS[0]), FLOORS[1]))

@@ -55,12 +55,9 @@ class PredictionFailure:
     def sentence(self) -> str:
         """ "tip_material = polyurethane: the peak force is predicted 35 % too low"."""
         side = "low" if self.bias < 0 else "high"
-        difference = abs(np.log1p(self.bias))
-        size = (
-            f"{abs(self.bias):.0%}".replace("%", " %")
-            if self.measure.unit == "ln"
-            else self.measure.error_words(20 / np.log(10) * difference)
-        )
+        size = f"{100 * abs(self.bias):.0f} %"
+        if self.measure.unit != "ln":
+            size = self.measure.error_words(20 / np.log(10) * np.abs(np.log1p(self.bias)))
         return f"{self.rule}: the {self.measure.words} is predicted {size} too {side}"
 
     def as_json(self) -> dict[str, Any]:

@@ -69,9 +69,8 @@ def compared_shots(
         if np.isfinite(shots.spectra_m_s2[:, number]).any()
     ]
     for number, sensor in sensors:
-        quantities.append(
-            (Measure(f"peak_acceleration_{sensor}", f"peak acceleration at {sensor}", "ln", "m/s2"), _peak(number))
-        )
+        measure = Measure(f"peak_acceleration_{sensor}", f"peak acceleration at {sensor}", "ln", "m/s2")
+        quantities.append((measure, _peak(number)))
     for number, sensor in sensors:
         quantities.append((Measure(f"srs_{sensor}", f"spectrum at {sensor}", "dB", "m/s2"), _spectrum(number)))
     comparisons = [_joined(measure, values, shots, draws) for measure, values in quantities]

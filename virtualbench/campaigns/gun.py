@@ -82,8 +82,8 @@ def chain_height_of(row: Row) -> float:
     try:
         links = float(text) / CHAIN_PITCH_MM
     except ValueError:
-        links = math.nan
-    if not abs(links - round(links) if math.isfinite(links) else math.inf) < 1e-6:
+        links = math.inf
+    if not (math.isfinite(links) and abs(links - round(links)) < 1e-6):
         raise ValueError(
             f"plan: run {row.get('run', '?')}: chain_height_mm is {text!r}; expected a multiple of {CHAIN_PITCH_MM:g}"
         )
@@ -226,9 +226,9 @@ class VirtualGunBench:
     def take(self, task: RecordingTask, rng: np.random.Generator) -> Taken:
         length = BULLET_LENGTH_M / (1 + VELOCITY_FAULT * self.effects["sensor.velocity_gain"])
         bullet = Projectile(positive(task.row, "bullet_mass_kg"), length)
-        valve_mode, pressure_pa = valve_way_of(task.row), self._pressure(task, rng)
-        until_s = self._until_s(valve_mode)
-        shot = fire(self.gun, self.effects, pressure_pa, bullet, rng, until_s=until_s, valve_way=valve_mode)
+        valve_way, pressure_pa = valve_way_of(task.row), self._pressure(task, rng)
+        until_s = self._until_s(valve_way)
+        shot = fire(self.gun, self.effects, pressure_pa, bullet, rng, until_s=until_s, valve_way=valve_way)
         moment = float(rng.standard_normal())
         late = -HAND_S * abs(moment)
         if self.trigger.share is not None:
@@ -289,11 +289,10 @@ class VirtualGunBench:
             pulse = share * impact.plate_force_n
             add_pulse(out[sensor.name], start_s, impact.time_s, pulse, sensor, RATE_HZ, RATIO, self.effects)
         plate, point = self.plates[plate_of(row)], self._point(row)
-        blows = [
-            blow(start_s, impact.time_s, impact.plate_force_n, RATE_HZ, PLATE_RATIO, settling_s(PLATE, self.effects))
-        ]
+        settle = settling_s(PLATE, self.effects)
+        hit = blow(start_s, impact.time_s, impact.plate_force_n, RATE_HZ, PLATE_RATIO, settle)
         shape, response = plate.shape_impact[point], response_at(plate, point)
-        accelerations = ringing_accelerations(blows, samples, plate, shape, response, PLATE, RATE_HZ, self.effects)
+        accelerations = ringing_accelerations([hit], samples, plate, shape, response, PLATE, RATE_HZ, self.effects)
         return out | {sensor.name: row for sensor, row in zip(PLATE, accelerations, strict=True)}
 
 

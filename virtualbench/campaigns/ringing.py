@@ -133,32 +133,16 @@ def ringing_accelerations(
     roots, weights = _roots(modes), _weights(modes, impact_shape, sensors, rate_hz, blows, effects)
     state, at = np.zeros(roots.size, dtype=np.complex128), 0
     for hit in blows:
-        window = response(hit.time_s, hit.force_n)
-        taken_over = _add_window(out, hit, window, sensors, rate_hz, effects)
+        # samples of the blow's window that do not see its end through the anti-alias filter
+        unaffected = hit.time_s.size // hit.ratio - anti_alias_reach() - 1
+        for row, signal, sensor in zip(out, response(hit.time_s, hit.force_n), sensors, strict=True):
+            add_at(row, hit.first, analog(hit.time_s, signal, sensor, rate_hz, effects)[:unaffected])
+        taken_over = min(max(hit.first + unaffected, 0), samples)  # from here on the modes ring freely
         state = _ring(out, at, taken_over, state, roots, weights, rate_hz)
-        state = state + _states_after(hit, roots, (hit.first + _unaffected_samples(hit)) / rate_hz)
+        state = state + _states_after(hit, roots, (hit.first + unaffected) / rate_hz)
         at = taken_over
     _ring(out, at, samples, state, roots, weights, rate_hz)
     return out
-
-
-def _unaffected_samples(hit: Blow) -> int:
-    """Samples of a blow's window that do not see its end through the anti-alias filter."""
-    return hit.time_s.size // hit.ratio - anti_alias_reach() - 1
-
-
-def _add_window(
-    out: Floats,
-    hit: Blow,
-    window: Floats,
-    sensors: Sequence[SensorBuild],
-    rate_hz: float,
-    effects: Mapping[str, float],
-) -> int:
-    """Add a blow's own response to `out`; returns the sample from which the modes ring freely."""
-    for row, (signal, sensor) in enumerate(zip(window, sensors, strict=True)):
-        add_at(out[row], hit.first, analog(hit.time_s, signal, sensor, rate_hz, effects)[: _unaffected_samples(hit)])
-    return int(min(max(hit.first + _unaffected_samples(hit), 0), out.shape[1]))
 
 
 def _roots(modes: PlateModes) -> Complex:

@@ -104,8 +104,6 @@ class GunBuild:
         return travel
 
 
-__all__ = ["GunSetting", "setting_of"]
-
 #: Without an atmosphere a trace of air is left, so that every chamber has a temperature.
 VACUUM_PA = 1e-2
 #: Without dead volume this much is left behind a valve: no chamber of a finite inflow is empty.
@@ -114,8 +112,9 @@ SMALLEST_BREECH_M3 = 2e-6
 END_CORRECTION = 0.6
 #: A weaker effect of the valve is none: it changes the velocity by 1e-4, and is a hundred times stiffer to integrate.
 WEAKEST_VALVE = 0.01
-#: Scatter from shot to shot (relative standard deviations) at strength 1 of `bench.hand_scatter`.
-VALVE_SCATTER, LEAK_SCATTER, FRICTION_SCATTER = 0.03, 0.05, 0.15
+#: Scatter of valve, leak and friction from shot to shot (relative standard deviations) at strength 1 of
+#: `bench.hand_scatter`.
+SCATTERS = np.array([0.03, 0.05, 0.15])
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,6 +180,7 @@ def setting_of(
     heat = effects["gun.heat_exchange"]
     weight = projectile.mass_kg * 9.80665
     dead = effects["gun.dead_volume"] * gun.dead_volume_m3
+    valve_way = valve_way or ValveWay((0.0, gun.valve_opening_time_s), (0.0, 1.0))
     return GunSetting(
         tank_volume_m3=gun.tank_volume_m3,
         breech_volume_m3=max(dead, SMALLEST_BREECH_M3 if valve else 0.0),
@@ -209,16 +209,8 @@ def setting_of(
         entrance_loss=gun.entrance_loss,
         tank_heat_w_k=heat * gun.tank_heat_transfer_w_m2_k * gun.tank_wall_m2,
         barrel_heat_w_m_k=heat * gun.barrel_heat_transfer_w_m2_k * math.pi * gun.bore_diameter_m,
-        valve_way=_valve_way_of(valve_way or ValveWay((0.0, gun.valve_opening_time_s), (0.0, 1.0)), valve, scatter[0]),
+        valve_way=valve_way.slowed(valve * scatter[0]) if valve else ValveWay((0.0,), (1.0,)),
     )
-
-
-def _valve_way_of(valve_way: ValveWay, valve: float, scatter: float) -> ValveWay:
-    """As slow as effect and scatter make it; without a valve it is open from the beginning."""
-    return valve_way.slowed(valve * scatter) if valve else ValveWay((0.0,), (1.0,))
-
-
-SCATTERS = np.array([VALVE_SCATTER, LEAK_SCATTER, FRICTION_SCATTER])
 
 
 def leak_area_m2(gun: GunBuild, projectile: Projectile) -> float:

@@ -10,20 +10,8 @@ from numba import njit
 
 from ...array_types import Floats
 from .build import GunSetting
-from .gas import (
-    CHOKED,
-    COLDEST_K,
-    CP,
-    CRITICAL_RATIO,
-    CV,
-    DEAD_SHARE,
-    GAMMA,
-    GAS_CONSTANT,
-    HOTTEST_K,
-    LAMINAR_SHARE,
-    RANGEABILITY,
-)
-from .motion import AIR_VISCOSITY_PA_S, CREEP_M_S, STANDARD_DENSITY_KG_M3
+from .gas import CP, Gas, gas_of, iso6358_flow, nozzle_flow, open_share
+from .motion import AIR_VISCOSITY_PA_S, CREEP_M_S, STANDARD_DENSITY_KG_M3, squeezed
 
 Flow = tuple[float, float]
 
@@ -60,22 +48,22 @@ def rates(time: float, state: Floats, f: Floats, held: bool, sealed: bool) -> Fl
     leak, leak_w = _nozzle(breech, ahead, f[LEAK_M2])
     behind_m2 = f[VENT_M2] * _passed(x, f)
     before_m2 = f[VENT_M2] * (1 - _passed(x + f[LENGTH_M], f)) + f[MUZZLE_M2]
-    ambient = (f[AMBIENT], f[AMBIENT_K], f[AMBIENT_KG_M3])
+    ambient = Gas(f[AMBIENT], f[AMBIENT_K], f[AMBIENT_KG_M3])
     end, end_w = _nozzle(ahead, ambient, before_m2)
     out, out_w = 0.0, 0.0
     if not sealed and behind_m2 != 0:
         out, out_w = _nozzle(breech, ambient, behind_m2)
     heat = _heat(x, tank, breech, ahead, f)
-    force = (breech[0] - ahead[0]) * f[AREA_M2]
+    force = (breech.pressure - ahead.pressure) * f[AREA_M2]
     resistance = _resistance(x, v, breech, ahead, f)
     behind, before = _swept(x, v, f)
     rate = np.empty(12)
     rate[0] = -valve
     rate[1] = -valve_w + heat[0]
     rate[2] = valve - leak - out
-    rate[3] = valve_w - leak_w - out_w + heat[1] - breech[0] * behind
+    rate[3] = valve_w - leak_w - out_w + heat[1] - breech.pressure * behind
     rate[4] = leak - end
-    rate[5] = leak_w - end_w + heat[2] + ahead[0] * before
+    rate[5] = leak_w - end_w + heat[2] + ahead.pressure * before
     rate[6] = v
     rate[7] = 0.0 if held else (force - resistance) / f[MASS_KG]
     rate[8] = out + end
@@ -86,35 +74,19 @@ def rates(time: float, state: Floats, f: Floats, held: bool, sealed: bool) -> Fl
 
 
 @njit(cache=True)
-def _gas(mass: float, energy: float, volume: float) -> tuple[float, float, float]:
-    if mass <= 0 or energy <= 0:
-        return 0.0, COLDEST_K, 0.0
-    temperature = min(max(energy / (mass * CV), COLDEST_K), HOTTEST_K)
-    return (GAMMA - 1) * energy / volume, temperature, mass / volume
-
-
-@njit(cache=True)
-def _squeezed(last: float, volume: float) -> Flow:
-    share = 1 / (1 + 2 * (last - volume) / last)
-    return last * (1 + share) / 2, share**2
-
-
-@njit(cache=True)
-def _gases(
-    state: Floats, f: Floats
-) -> tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]:
+def _gases(state: Floats, f: Floats) -> tuple[Gas, Gas, Gas]:
     x = state[6]
     tank, breech = f[TANK_M3], f[BREECH_M3] + f[AREA_M2] * x
     ahead = f[AREA_M2] * (f[TRAVEL_M] + f[END_M] - x)
     if x > f[TRAVEL_M]:
-        ahead = _squeezed(f[AREA_M2] * f[END_M], ahead)[0]
-    column = _gas(state[4], state[5], ahead)
+        ahead = squeezed(f[AREA_M2] * f[END_M], ahead)[0]
+    column = gas_of(state[4], state[5], ahead)
     if f[MERGED]:
-        behind = _gas(state[0] + state[2], state[1] + state[3], tank + breech)
+        behind = gas_of(state[0] + state[2], state[1] + state[3], tank + breech)
         return behind, behind, column
     if x < 0:
-        breech = _squeezed(f[BREECH_M3], breech)[0]
-    return _gas(state[0], state[1], tank), _gas(state[2], state[3], breech), column
+        breech = squeezed(f[BREECH_M3], breech)[0]
+    return gas_of(state[0], state[1], tank), gas_of(state[2], state[3], breech), column
 
 
 @njit(cache=True)
@@ -122,60 +94,36 @@ def _swept(x: float, v: float, f: Floats) -> Flow:
     behind = f[AREA_M2] * v
     before = behind
     if x > f[TRAVEL_M]:
-        before *= _squeezed(f[END_M], f[TRAVEL_M] + f[END_M] - x)[1]
+        before *= squeezed(f[END_M], f[TRAVEL_M] + f[END_M] - x)[1]
     if x < 0 and not f[MERGED]:
-        behind *= _squeezed(f[BREECH_M3], f[BREECH_M3] + f[AREA_M2] * x)[1]
+        behind *= squeezed(f[BREECH_M3], f[BREECH_M3] + f[AREA_M2] * x)[1]
     return behind, before
 
 
 @njit(cache=True)
-def _laminar(apart: float) -> float:
-    return 1 / math.sqrt(math.sqrt(1 + (LAMINAR_SHARE / apart) ** 2))
-
-
-@njit(cache=True)
-def _through(up: tuple[float, float, float], ratio: float, area: float) -> float:
-    unit = area * up[0] / math.sqrt(GAS_CONSTANT * up[1])
-    if ratio <= CRITICAL_RATIO:
-        return CHOKED * unit
-    root = ratio ** ((GAMMA - 1) / GAMMA)
-    share = 2 * GAMMA / (GAMMA - 1) * (ratio / root) ** 2 * (1 - root)
-    return unit * math.sqrt(max(share, 0.0)) * _laminar(1 - ratio)
-
-
-@njit(cache=True)
-def _ellipse(up: tuple[float, float, float], ratio: float, area: float, critical: float) -> float:
-    unit = CHOKED * area * up[0] / math.sqrt(GAS_CONSTANT * up[1])
-    if ratio <= critical:
-        return unit
-    share = 1 - ((ratio - critical) / (1 - critical)) ** 2
-    return unit * math.sqrt(share) * _laminar(1 - ratio)
-
-
-@njit(cache=True)
-def _nozzle(first: tuple[float, float, float], second: tuple[float, float, float], area: float) -> Flow:
-    if first[0] > second[0]:
-        mass = _through(first, second[0] / first[0], area)
-        return mass, mass * CP * first[1]
-    if first[0] < second[0]:
-        mass = -_through(second, first[0] / second[0], area)
-        return mass, mass * CP * second[1]
+def _nozzle(first: Gas, second: Gas, area: float) -> Flow:
+    if first.pressure > second.pressure:
+        mass = nozzle_flow(first, second.pressure / first.pressure, area)
+        return mass, mass * CP * first.temperature
+    if first.pressure < second.pressure:
+        mass = -nozzle_flow(second, first.pressure / second.pressure, area)
+        return mass, mass * CP * second.temperature
     return 0.0, 0.0
 
 
 @njit(cache=True)
-def _valve(time: float, tank: tuple[float, float, float], breech: tuple[float, float, float], f: Floats) -> Flow:
+def _valve(time: float, tank: Gas, breech: Gas, f: Floats) -> Flow:
     if f[MERGED]:
         return 0.0, 0.0
-    area = f[VALVE_M2] * _open_share(_position(time, f))
+    area = f[VALVE_M2] * open_share(_position(time, f))
     if area == 0:
         return 0.0, 0.0
-    if tank[0] > breech[0]:
-        mass = _ellipse(tank, breech[0] / tank[0], area, f[CRITICAL])
-        return mass, mass * CP * tank[1]
-    if tank[0] < breech[0]:
-        mass = -_ellipse(breech, tank[0] / breech[0], area, f[CRITICAL])
-        return mass, mass * CP * breech[1]
+    if tank.pressure > breech.pressure:
+        mass = iso6358_flow(tank, breech.pressure / tank.pressure, area, f[CRITICAL])
+        return mass, mass * CP * tank.temperature
+    if tank.pressure < breech.pressure:
+        mass = -iso6358_flow(breech, tank.pressure / breech.pressure, area, f[CRITICAL])
+        return mass, mass * CP * breech.temperature
     return 0.0, 0.0
 
 
@@ -195,16 +143,6 @@ def _position(time: float, f: Floats) -> float:
 
 
 @njit(cache=True)
-def _open_share(position: float) -> float:
-    travel = (position - DEAD_SHARE) / (1 - DEAD_SHARE)
-    if travel <= 0:
-        return 0.0
-    if travel >= 1:
-        return 1.0
-    return math.expm1(travel * math.log(RANGEABILITY)) / (RANGEABILITY - 1)
-
-
-@njit(cache=True)
 def _passed(edge: float, f: Floats) -> float:
     share = (edge - f[VENT_M]) / (2 * f[VENT_R_M])
     inside: float = min(max(share, 0.0), 1.0)
@@ -212,19 +150,17 @@ def _passed(edge: float, f: Floats) -> float:
 
 
 @njit(cache=True)
-def _heat(
-    x: float,
-    tank: tuple[float, float, float],
-    breech: tuple[float, float, float],
-    ahead: tuple[float, float, float],
-    f: Floats,
-) -> tuple[float, float, float]:
+def _heat(x: float, tank: Gas, breech: Gas, ahead: Gas, f: Floats) -> tuple[float, float, float]:
     if f[TANK_W_K] == 0:
         return 0.0, 0.0, 0.0
     wall, film = f[AMBIENT_K], f[BARREL_W_M_K] / STANDARD_DENSITY_KG_M3
-    behind = film * max(x, 0.0) * breech[2]
-    before = film * max(f[TRAVEL_M] - x, 0.0) * ahead[2]
-    return f[TANK_W_K] * (wall - tank[1]), behind * (wall - breech[1]), before * (wall - ahead[1])
+    behind = film * max(x, 0.0) * breech.density
+    before = film * max(f[TRAVEL_M] - x, 0.0) * ahead.density
+    return (
+        f[TANK_W_K] * (wall - tank.temperature),
+        behind * (wall - breech.temperature),
+        before * (wall - ahead.temperature),
+    )
 
 
 @njit(cache=True)
@@ -238,14 +174,12 @@ def _column(v: float, density: float, length: float, minor: float, f: Floats) ->
 
 
 @njit(cache=True)
-def _resistance(
-    x: float, v: float, breech: tuple[float, float, float], ahead: tuple[float, float, float], f: Floats
-) -> float:
+def _resistance(x: float, v: float, breech: Gas, ahead: Gas, f: Floats) -> float:
     hump = f[BREAKAWAY_N] * math.exp(-min((v / f[STRIBECK_M_S]) ** 2, 700.0))
-    seal = f[SEAL_M2] * max(breech[0] - ahead[0], 0.0)
+    seal = f[SEAL_M2] * max(breech.pressure - ahead.pressure, 0.0)
     friction: float = (f[COULOMB_N] + hump + seal) * math.tanh(v / CREEP_M_S)
     if f[COLUMN] == 0:
         return friction
-    behind = _column(v, breech[2], x, f[ENTRANCE], f)
-    before = _column(v, ahead[2], f[MUZZLE_M] - x - f[LENGTH_M], 0.0, f)
+    behind = _column(v, breech.density, x, f[ENTRANCE], f)
+    before = _column(v, ahead.density, f[MUZZLE_M] - x - f[LENGTH_M], 0.0, f)
     return friction + behind + before

@@ -2,8 +2,6 @@
 
 Position over time between the points of a shot: cubics that have its positions and velocities (Hermite).
 
-What really happened in one shot.
-
 What the gun's two sensors have before them during a recording: the tank's pressure and the laser's distance.
 """
 
@@ -178,8 +176,6 @@ def _ledger(state: Floats) -> Ledger:
         resisted_j=state[:, RESISTED],
     )
 
-
-__all__ = ["LASER_REST_M", "Trigger", "shot_signals", "trigger_time_s"]
 
 #: From the sensor's face to the barrel's far wall: it measures 80 to 180 mm.
 LASER_REST_M = 0.130

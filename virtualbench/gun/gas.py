@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
+from numba import njit
+
 GAMMA = 1.4
 GAS_CONSTANT = 287.05  # J/(kg K)
 CV = GAS_CONSTANT / (GAMMA - 1)
@@ -38,6 +40,7 @@ class Gas(NamedTuple):
 Law = Callable[..., float]
 
 
+@njit(cache=True)
 def gas_of(mass_kg: float, energy_j: float, volume_m3: float) -> Gas:
     """The state of a mass of air with its internal energy in a volume."""
     if mass_kg <= 0 or energy_j <= 0:  # rounding, in a chamber that is all but empty
@@ -46,6 +49,7 @@ def gas_of(mass_kg: float, energy_j: float, volume_m3: float) -> Gas:
     return Gas((GAMMA - 1) * energy_j / volume_m3, temperature, mass_kg / volume_m3)
 
 
+@njit(cache=True)
 def nozzle_flow(upstream: Gas, ratio: float, area_m2: float) -> float:
     """Mass flow (kg/s) through an effective area into `ratio` (< 1) times the upstream pressure.
 
@@ -60,6 +64,7 @@ def nozzle_flow(upstream: Gas, ratio: float, area_m2: float) -> float:
     return unit * math.sqrt(max(share, 0.0)) * _laminar(1 - ratio)
 
 
+@njit(cache=True)
 def iso6358_flow(upstream: Gas, ratio: float, area_m2: float, critical_ratio: float) -> float:
     """Mass flow (kg/s) by the ellipse of ISO 6358-1: choked like a nozzle of `area_m2`, but below another ratio b."""
     unit = CHOKED * area_m2 * upstream.pressure / math.sqrt(GAS_CONSTANT * upstream.temperature)
@@ -69,6 +74,7 @@ def iso6358_flow(upstream: Gas, ratio: float, area_m2: float, critical_ratio: fl
     return unit * math.sqrt(share) * _laminar(1 - ratio)
 
 
+@njit(cache=True)
 def _laminar(apart: float) -> float:
     """What is left of the square-root law when pressures are `apart` by this share."""
     return 1 / math.sqrt(math.sqrt(1 + (LAMINAR_SHARE / apart) ** 2))
@@ -87,8 +93,6 @@ def exchange(first: Gas, second: Gas, law: Law, *figures: float) -> tuple[float,
         return mass, mass * CP * second.temperature
     return 0.0, 0.0
 
-
-__all__ = ["DEAD_SHARE", "RANGEABILITY", "ValveWay", "open_share"]
 
 #: The ball turns this share of its quarter before its bore meets the seat.
 DEAD_SHARE = 0.15
@@ -150,6 +154,7 @@ class ValveWay:
         return tuple(sorted(kinks))
 
 
+@njit(cache=True)
 def open_share(position: float) -> float:
     """Open share of the port (0 to 1) at a position of the ball.
 

@@ -43,7 +43,8 @@ def integrate(
     first, phase = None, Phase(held=False, sealed=True)
     stops = [*setting.valve_way.kinks_s, until_s]
     while (start := float(times[-1][-1])) < until_s - CONTACT_S:
-        stop = _next_stop(stops, start, phase.held)
+        stop = min(moment for moment in stops if moment > start + CONTACT_S)  # the flow has a kink at each
+        stop = stop if phase.held else min(stop, start + CHUNK_S)
         time, state = advance(setting, states[-1][-1], start, stop, phase, tightness)
         if phase.sealed and (past := _first(state[:, X] >= setting.vent_position_m)):
             time, state = up_to(setting, time, state, past, setting.vent_position_m, phase)
@@ -63,11 +64,6 @@ def integrate(
 def derivative(time: float, state: Floats, figures: Floats, phase: Phase) -> Floats:
     """Rates (12,) of the state; `motion.derivative` says of what."""
     return rates(time, state, figures, phase.held, phase.sealed)
-
-
-def _next_stop(stops: list[float], start: float, held: bool) -> float:
-    """Not past the moments at which the flow through the valve has kinks."""
-    return min([stop for stop in stops if stop > start + CONTACT_S] + ([] if held else [start + CHUNK_S]))
 
 
 def advance(
@@ -139,9 +135,6 @@ def _thrown_back(time: Floats, state: Floats, velocity: float) -> tuple[Floats, 
     return np.append(time, time[-1] + CONTACT_S), np.vstack([state, after])
 
 
-__all__ = ["muzzle_velocity"]
-
-
 def muzzle_velocity(
     gun: GunBuild,
     effects: Effects,
@@ -156,7 +149,7 @@ def muzzle_velocity(
     stops = [*setting.valve_way.kinks_s, until_s]
     start, state, phase = 0.0, initial_state(setting), Phase(held=False, sealed=True)
     while start < until_s - 1e-9:
-        stop = min([moment for moment in stops if moment > start + 1e-6] + [start + CHUNK_S])
+        stop = min(start + CHUNK_S, *(moment for moment in stops if moment > start + 1e-6))
         time, states = advance(setting, state, start, stop, phase, 1.0)
         if np.any(states[:, X] >= gun.vent_position_m):
             past = int(np.argmax(states[:, X] >= gun.vent_position_m))

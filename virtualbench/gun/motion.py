@@ -9,6 +9,7 @@ import math
 from typing import NamedTuple, TypeVar
 
 import numpy as np
+from numba import njit
 
 from ...array_types import Floats
 from .build import GunSetting
@@ -77,17 +78,18 @@ def gases(setting: GunSetting, state: list[float]) -> tuple[Gas, Gas, Gas]:
     """Tank, breech and column ahead. Without a valve the first two are one."""
     tank, breech, ahead = volumes(setting, state[X])
     if state[X] > setting.travel_m:
-        ahead = _squeezed(setting.area_m2 * setting.end_m, ahead)[0]
+        ahead = squeezed(setting.area_m2 * setting.end_m, ahead)[0]
     column = gas_of(state[4], state[5], ahead)
     if setting.merged:
         behind = gas_of(state[0] + state[2], state[1] + state[3], tank + breech)
         return behind, behind, column
     if state[X] < 0:
-        breech = _squeezed(setting.breech_volume_m3, breech)[0]
+        breech = squeezed(setting.breech_volume_m3, breech)[0]
     return gas_of(state[0], state[1], tank), gas_of(state[2], state[3], breech), column
 
 
-def _squeezed(last: float, volume: float) -> tuple[float, float]:
+@njit(cache=True)
+def squeezed(last: float, volume: float) -> tuple[float, float]:
     """A volume (m3) past its end, where only `last` is left, and how fast it still shrinks (1 at the end, then less).
 
     The integrator looks past the ends of the barrel before the strike is found: there it must find a gas.
@@ -135,9 +137,9 @@ def _swept(setting: GunSetting, position: float, velocity: float) -> tuple[float
     """Volume (m3/s) that the projectile adds behind and takes ahead."""
     behind = before = setting.area_m2 * velocity
     if position > setting.travel_m:
-        before *= _squeezed(setting.end_m, setting.travel_m + setting.end_m - position)[1]
+        before *= squeezed(setting.end_m, setting.travel_m + setting.end_m - position)[1]
     if position < 0 and not setting.merged:
-        behind *= _squeezed(setting.breech_volume_m3, setting.breech_volume_m3 + setting.area_m2 * position)[1]
+        behind *= squeezed(setting.breech_volume_m3, setting.breech_volume_m3 + setting.area_m2 * position)[1]
     return behind, before
 
 

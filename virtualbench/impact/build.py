@@ -205,8 +205,6 @@ def _check(name: str, value: float, fine: bool, expected: str) -> None:
         raise ValueError(f"{name} = {value!r}: expected {expected}")
 
 
-__all__ = ["HAND_SPEEDS_M_S", "HAND_SPREAD", "hammer", "hand_speed", "projectile"]
-
 #: Nominal speeds of the two levels of Table 4.1, which gives none: a tap and a blow.
 HAND_SPEEDS_M_S = {"low": 0.8, "high": 1.8}
 #: Standard deviation of the logarithm of a hand's speed at one level.
@@ -220,12 +218,11 @@ def hammer(tip_material: str, tip_radius_m: float, *, mass_kg: float = 0.32) -> 
     with the phase of the charge amplifier the lag is put at 25 us, between one and two samples of 51.2 kHz.
     """
     tip = contact_material(tip_material)
-    height = 0.015 if tip.polymer else math.inf
     return Impactor(
         tip,
         tip_radius_m,
         mass_kg,
-        tip_height_m=height,
+        tip_height_m=0.015 if tip.polymer else math.inf,
         tip_mass_kg=0.04 * mass_kg,
         rear_fraction=0.2,
         rear_resonance_hz=7000.0,

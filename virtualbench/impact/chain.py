@@ -119,8 +119,6 @@ class ContactLaw:
         return np.asarray(np.where(self.tip_share < 0, sharper, flatter))
 
 
-__all__ = ["STATES", "Chain", "Signals"]
-
 STATES = 9  # x and v of front, rear and anvil; x of the plate; u; w
 
 

@@ -20,8 +20,6 @@ import numpy as np
 
 from ...array_types import Floats
 
-__all__ = ["EchoHistory", "PlateEchoes"]
-
 #: Where the raised cosine begins, over its end at the highest mode.
 _TAPER = 0.6
 #: Steps by which the echo's answer to an impulse is prepared.
@@ -80,7 +78,9 @@ class EchoHistory:
         if self._count == len(self._force):
             self._force = np.concatenate([self._force, np.empty_like(self._force)])
         while len(self._answers) < self._count + 3:
-            self._prepare()
+            steps = len(self._answers) + np.arange(_BLOCK)
+            answers = [self._echoes.answer(steps * step) for step in self._step_s]
+            self._answers = np.concatenate([self._answers, np.stack(answers, axis=1)])
         self._force[self._count] = plate_force_n
         self._count += 1
         before = self._force[self._count - 2] if self._count > 1 else plate_force_n
@@ -96,8 +96,3 @@ class EchoHistory:
         else:
             total += 0.5 * self._answers[0] * further_n
         return np.asarray(self._strength * self._step_s * total)
-
-    def _prepare(self) -> None:
-        steps = len(self._answers) + np.arange(_BLOCK)
-        answers = [self._echoes.answer(steps * step) for step in self._step_s]
-        self._answers = np.concatenate([self._answers, np.stack(answers, axis=1)])

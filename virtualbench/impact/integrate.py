@@ -48,14 +48,11 @@ def assemble(
     mass = mass * np.exp(scatter[0] * _array([i.mass_spread for i in impactors]))
     if not np.all(mass > 0):
         raise ValueError(f"strength of contact.effective_mass = {effects['contact.effective_mass']!r} leaves no mass")
-    radius = _array([i.tip_radius_m for i in impactors]) * np.exp(
-        scatter[1] * _array([i.radius_spread for i in impactors])
-    )
+    radius = _array([i.tip_radius_m for i in impactors])
+    radius = radius * np.exp(scatter[1] * _array([i.radius_spread for i in impactors]))
     share = _array([i.rear_fraction for i in impactors])
-    tip, face = (
-        _array([i.tip.compliance_1_pa for i in impactors]),
-        _array([t.face.compliance_1_pa for t in targets]),
-    )
+    tip = _array([i.tip.compliance_1_pa for i in impactors])
+    face = _array([t.face.compliance_1_pa for t in targets])
     tip_share = tip / (tip + face)
     neck, neck_loss = _neck(impactors, mass, share)
     joint, joint_loss, inverse_anvil = _anvil(targets)
@@ -129,8 +126,6 @@ def _array(values: Sequence[float]) -> Floats:
     return np.asarray(values, dtype=np.float64)
 
 
-__all__ = ["CREEPING", "ImpactHistories", "solve", "steps_for"]
-
 #: Share of the peak force below which an impactor that no longer bounces but creeps along with the plate counts as
 #: having let go: the threshold at which the thesis ends a pulse (section 4.1).
 CREEPING = 0.005
@@ -187,11 +182,9 @@ def solve(
     final, ends = np.zeros_like(state), np.zeros(velocity_m_s.size, dtype=np.int64)
     peak, last = np.zeros_like(deepest), np.zeros_like(deepest)
     history: list[tuple[Floats, ...]] = []
-    echo_history = (
-        EchoHistory(echoes, step, chain.plate_mobility_m_n_s * echoes.plate_impedance_n_s_m)
-        if echoes is not None
-        else None
-    )
+    echo_history = None
+    if echoes is not None:
+        echo_history = EchoHistory(echoes, step, chain.plate_mobility_m_n_s * echoes.plate_impedance_n_s_m)
     echo: tuple[Floats | float, Floats | float] = (0.0, 0.0)
     while len(history) <= limit:
         rates, seen = chain.motion(state, deepest, echo[1])
@@ -202,8 +195,9 @@ def solve(
         deepest = np.maximum(deepest, seen.indentation_m)
         last = np.where(seen.contact_force_n > CREEPING * peak, len(history), last)
         if len(history) % LOOK == 0:
-            if echo_history is None:
-                over = _let_go(chain, state, seen.contact_force_n, last, len(history))
+            if echo_history is None:  # bounced back, or pressing no more for a good while
+                bounced = (seen.contact_force_n == 0) & (chain.velocity(state) < 0)
+                over = bounced | (len(history) > 1.3 * last)
             else:
                 over = np.asarray(len(history) > _APART * last)
             now = (ends == 0) & over
@@ -228,11 +222,6 @@ def _pushed_plate(chain: Chain, velocity_m_s: Floats) -> Floats:
     )
     contact = (1 + chain.relaxing) * law.correction(deepest) * 1.5 * law.stiffness * np.sqrt(deepest)
     return np.asarray(np.where(chain.joint_n_m > 0, chain.joint_n_m, contact) * chain.plate_mobility_m_n_s)
-
-
-def _let_go(chain: Chain, state: Floats, force: Floats, last: Floats, now: int) -> NDArray[np.bool_]:
-    """Bounced back, or pressing no more for a good while."""
-    return np.asarray(((force == 0) & (chain.velocity(state) < 0)) | (now > 1.3 * last))
 
 
 def _stepped(

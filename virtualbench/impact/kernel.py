@@ -157,9 +157,6 @@ def run(f: Floats, speed: float, step: float, limit: int, look: int, creeping: f
     return 0, state, history[:, :count]
 
 
-__all__ = ["contact_forces"]
-
-
 def contact_forces(
     impactors: Sequence[Impactor],
     targets: Sequence[ImpactTarget],

@@ -69,8 +69,6 @@ def _histories(matrix: Floats, start: Floats, count: int, step: float) -> Floats
     return np.asarray(states[:count].transpose(0, 2, 1))
 
 
-__all__ = ["STEP_S", "ImpactTruth", "strike", "strike_many"]
-
 #: Step of the grid on which a strike is reported: 2 MHz, far above any recorder of the bench.
 STEP_S = 0.5e-6
 
@@ -161,9 +159,12 @@ def _truth(
         whole_history = np.concatenate([history[:end, index], after])
         return np.asarray(np.interp(time - delay, np.concatenate([solved, tail_time]), whole_history, left=0.0))
 
+    # In free flight the neck pulls front and rear with equal and opposite forces.
+    inverse = float(chain.inverse_rear_1_kg[index])
+    front_over_rear = -1 / (inverse * float(chain.front_kg[index])) if inverse else 0.0
     silence = np.zeros_like(tail[0])
     contact = sampled(solution.contact_force_n, silence)
-    front = sampled(solution.front_m_s2, tail[0] * _front_over_rear(chain, index))
+    front = sampled(solution.front_m_s2, tail[0] * front_over_rear)
     duration, contacts = _contact(force, step, 1.0 if chain.relaxing[index] > 0 else 1.5)
     return ImpactTruth(
         time_s=np.asarray(time, dtype=np.float64),
@@ -178,12 +179,6 @@ def _truth(
         mass_kg=float(chain.mass_kg[index]),
         contacts=contacts,
     )
-
-
-def _front_over_rear(chain: Chain, index: int) -> float:
-    """In free flight the neck pulls front and rear with equal and opposite forces."""
-    inverse = float(chain.inverse_rear_1_kg[index])
-    return -1 / (inverse * float(chain.front_kg[index])) if inverse else 0.0
 
 
 def _contact(force: Floats, step: float, power: float) -> tuple[float, int]:

@@ -137,8 +137,6 @@ def _checked_outline(outline: tuple[Point, ...]) -> None:
         raise ValueError(f"outline_m = {outline!r}: expected a convex outline, counter-clockwise")
 
 
-__all__ = ["IMPACT_POINTS_M", "MATERIALS", "OUTLINE_M", "resonant_plate"]
-
 #: Thesis, table 4.2.
 MATERIALS = {"aluminum": PlateMaterial(69.9e9, 0.33, 2700.0), "steel": PlateMaterial(200e9, 0.30, 7800.0)}
 OUTLINE_M: tuple[Point, Point, Point, Point] = ((0.0, 0.10), (0.62, 0.0), (1.0, 0.38), (0.30, 0.60))

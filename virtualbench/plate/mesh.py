@@ -19,6 +19,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .build import Clamp, PlateMaterial, Point
 
 #: Unknowns of a node: the deflection w, and rotations such that the shear is their sum with the slopes of w.
@@ -28,13 +29,13 @@ SHEAR_CORRECTION = 5 / 6
 
 
 @cache
-def lobatto_nodes(degree: int) -> NDArray[np.float64]:
+def lobatto_nodes(degree: int) -> Floats:
     """The (degree + 1,) points from -1 to 1: the ends, and the extrema of the Legendre polynomial between them."""
     extrema = legendre.legroots(legendre.legder(np.eye(degree + 1)[degree]))
     return np.concatenate([[-1.0], np.sort(extrema.real), [1.0]])
 
 
-def basis(degree: int, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def basis(degree: int, x: Floats) -> tuple[Floats, Floats]:
     """Values and slopes (n, degree + 1) of the Lagrange polynomials of `lobatto_nodes` at `x` (n,)."""
     to_legendre = np.linalg.inv(legendre.legvander(lobatto_nodes(degree), degree))
     slopes = legendre.legder(np.eye(degree + 1), axis=0)
@@ -42,12 +43,8 @@ def basis(degree: int, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDA
 
 
 def stiffness_matrices(
-    values: NDArray[np.float64],
-    gradients: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    material: PlateMaterial,
-    thickness_m: float,
-) -> NDArray[np.float64]:
+    values: Floats, gradients: Floats, weights: Floats, material: PlateMaterial, thickness_m: float
+) -> Floats:
     """Stiffness (elements, 3n, 3n) of Mindlin's plate (1951): bending by the rotations, shear by them and the slope.
 
     Shape functions `values` (q, n), `gradients` (elements, q, 2, n) and quadrature `weights` (elements, q), in m^2.
@@ -64,9 +61,7 @@ def stiffness_matrices(
     return _quadratic(curvature, bending, weights) + _quadratic(shear, shearing, weights)
 
 
-def mass_matrices(
-    values: NDArray[np.float64], weights: NDArray[np.float64], density_kg_m3: float, thickness_m: float
-) -> NDArray[np.float64]:
+def mass_matrices(values: Floats, weights: Floats, density_kg_m3: float, thickness_m: float) -> Floats:
     """Mass (elements, 3n, 3n): translation, and rotary inertia h^3 / 12."""
     inertia = density_kg_m3 * np.array([thickness_m, thickness_m**3 / 12, thickness_m**3 / 12])
     scalar = np.einsum("qa,eq,qb->eab", values, weights, values, optimize=True)
@@ -74,16 +69,14 @@ def mass_matrices(
     return np.asarray(np.einsum("eab,cd->eacbd", scalar, np.diag(inertia)).reshape(-1, size, size))
 
 
-def _rigidities(material: PlateMaterial, thickness_m: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _rigidities(material: PlateMaterial, thickness_m: float) -> tuple[Floats, Floats]:
     nu = material.poisson_ratio
     bending = material.young_modulus_pa * thickness_m**3 / (12 * (1 - nu**2))
     plane = np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
     return bending * plane, SHEAR_CORRECTION * material.shear_modulus_pa * thickness_m * np.eye(2)
 
 
-def _quadratic(
-    strain: NDArray[np.float64], rigidity: NDArray[np.float64], weights: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _quadratic(strain: Floats, rigidity: Floats, weights: Floats) -> Floats:
     """Sum over quadrature points of strain^T rigidity strain."""
     elements, points, kinds = strain.shape[:3]
     strain = strain.reshape(elements, points, kinds, -1)
@@ -91,8 +84,6 @@ def _quadratic(
     flat = (elements, points * kinds, strain.shape[-1])
     return np.asarray(strain.reshape(flat).transpose(0, 2, 1) @ stress.reshape(flat))
 
-
-__all__ = ["Mesh", "bilinear"]
 
 _NEWTON_STEPS = 30
 _OUTSIDE = 1e-9
@@ -102,9 +93,9 @@ _OUTSIDE = 1e-9
 class Mesh:
     """Elements of degree `degree` between the lines `u` (columns + 1,) and `v` (rows + 1,), both rising from 0 to 1."""
 
-    corners_m: NDArray[np.float64]  # (4, 2)
-    u: NDArray[np.float64]
-    v: NDArray[np.float64]
+    corners_m: Floats  # (4, 2)
+    u: Floats
+    v: Floats
     degree: int
 
     @classmethod
@@ -145,7 +136,7 @@ class Mesh:
         position = along if clamp.edge < 2 else 1 - along
         return np.asarray(row[(position > clamp.start - _OUTSIDE) & (position < clamp.stop + _OUTSIDE)])
 
-    def deflection_at(self, point_m: Point) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    def deflection_at(self, point_m: Point) -> tuple[NDArray[np.intp], Floats]:
         """Unknowns and their weights that give the deflection at a point. Raises `ValueError` off the plate."""
         u, v = self.locate(point_m)
         (i, weights_u), (j, weights_v) = _cell(self.u, u, self.degree), _cell(self.v, v, self.degree)
@@ -163,9 +154,7 @@ class Mesh:
         return float(np.clip(at[0], 0, 1)), float(np.clip(at[1], 0, 1))
 
 
-def bilinear(
-    corners: NDArray[np.float64], u: NDArray[np.float64], v: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def bilinear(corners: Floats, u: Floats, v: Floats) -> tuple[Floats, Floats]:
     """Positions (n, 2) and their slopes (n, 2, 2): the derivative along u first, then along v."""
     a, b, c, d = corners
     u, v = u[:, None], v[:, None]
@@ -174,18 +163,18 @@ def bilinear(
     return position, np.stack([along_u, along_v], axis=1)
 
 
-def _lines(count: int, breaks: set[float]) -> NDArray[np.float64]:
+def _lines(count: int, breaks: set[float]) -> Floats:
     stops = sorted(breaks)
     parts = [np.linspace(a, b, int(np.ceil((b - a) * count - _OUTSIDE)) + 1)[:-1] for a, b in pairwise(stops)]
     return np.append(np.concatenate(parts), 1.0)
 
 
-def _node_positions(lines: NDArray[np.float64], degree: int) -> NDArray[np.float64]:
+def _node_positions(lines: Floats, degree: int) -> Floats:
     inner = (lobatto_nodes(degree)[:-1] + 1) / 2
     return np.append((lines[:-1, None] + np.diff(lines)[:, None] * inner).ravel(), lines[-1])
 
 
-def _cell(lines: NDArray[np.float64], at: float, degree: int) -> tuple[int, NDArray[np.float64]]:
+def _cell(lines: Floats, at: float, degree: int) -> tuple[int, Floats]:
     k = int(np.clip(np.searchsorted(lines, at, side="right") - 1, 0, lines.size - 2))
     local = 2 * (at - lines[k]) / (lines[k + 1] - lines[k]) - 1
     return k, basis(degree, np.array([local]))[0][0]

@@ -28,6 +28,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..effects import Effects
 from .build import BenchPlate, PlateMaterial, Point
 from .mesh import SHEAR_CORRECTION, UNKNOWNS, Mesh, basis, bilinear, mass_matrices, stiffness_matrices
@@ -57,16 +58,15 @@ def deflection_rows(mesh: Mesh, points_m: Sequence[Point]) -> Matrix:
     """The matrix (points, size) that takes the deflection at some points. Raises `ValueError` off the plate."""
     from scipy.sparse import csc_array
 
-    interpolations = [mesh.deflection_at(point) for point in points_m]
-    rows = np.repeat(np.arange(len(interpolations)), (mesh.degree + 1) ** 2)
-    columns = (
-        np.concatenate([unknowns for unknowns, _ in interpolations]) if interpolations else np.empty(0, dtype=np.intp)
-    )
-    values = np.concatenate([weights for _, weights in interpolations]) if interpolations else np.empty(0)
-    return csc_array((values, (rows, columns)), shape=(len(interpolations), mesh.size))
+    if not points_m:
+        return csc_array((0, mesh.size))
+    unknowns, weights = zip(*map(mesh.deflection_at, points_m), strict=True)
+    rows = np.repeat(np.arange(len(points_m)), (mesh.degree + 1) ** 2)
+    entries = (np.concatenate(weights), (rows, np.concatenate(unknowns)))
+    return csc_array(entries, shape=(len(points_m), mesh.size))
 
 
-def at_points(rows: Matrix, amounts: NDArray[np.float64]) -> Matrix:
+def at_points(rows: Matrix, amounts: Floats) -> Matrix:
     """Point springs (N/m) or masses (kg), `amounts` (points,), as a matrix (size, size) to add."""
     from scipy.sparse import csc_array, diags_array
 
@@ -78,9 +78,7 @@ def clamped_unknowns(nodes: NDArray[np.intp]) -> NDArray[np.intp]:
     return np.unique(UNKNOWNS * nodes[:, None] + np.arange(UNKNOWNS))
 
 
-def _quadrature(
-    mesh: Mesh,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def _quadrature(mesh: Mesh) -> tuple[Floats, Floats, Floats, Floats]:
     """By Gauss's rule: shape functions (q, n), gradients (elements, q, 2, n), weights in m^2 and x (elements, q)."""
     points, weights = legendre.leggauss(mesh.degree + 1)
     values, slopes = basis(mesh.degree, points)
@@ -99,17 +97,17 @@ def _quadrature(
     return _products(values, values), gradients, areas, position[:, 0].reshape(areas.shape)
 
 
-def _products(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
+def _products(first: Floats, second: Floats) -> Floats:
     points, nodes = first.shape
     return np.asarray(np.einsum("qa,rb->qrab", first, second).reshape(points**2, nodes**2))
 
 
-def _spread(lines: NDArray[np.float64], points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _spread(lines: Floats, points: Floats) -> tuple[Floats, Floats]:
     width = np.diff(lines)
     return lines[:-1, None] + width[:, None] * (points + 1) / 2, width
 
 
-def _gathered(mesh: Mesh, parts: NDArray[np.float64]) -> Matrix:
+def _gathered(mesh: Mesh, parts: Floats) -> Matrix:
     from scipy.sparse import csc_array
 
     unknowns = mesh.element_unknowns()
@@ -121,9 +119,7 @@ def _gathered(mesh: Mesh, parts: NDArray[np.float64]) -> Matrix:
 _MORE = 1.25
 
 
-def lowest_modes(
-    stiffness: Matrix, mass: Matrix, count: int, *, shift_hz: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def lowest_modes(stiffness: Matrix, mass: Matrix, count: int, *, shift_hz: float) -> tuple[Floats, Floats]:
     """Frequencies (count,) in Hz, rising, and mass-normalised shapes (size, count).
 
     `shift_hz` is a frequency of the order of the lowest elastic mode. By rounding, a mode without stiffness comes out
@@ -149,7 +145,7 @@ def lowest_modes(
 
 def modes_below(
     stiffness: Matrix, mass: Matrix, limit_hz: float, *, expected: int, shift_hz: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats]:
     """All modes up to `limit_hz`, of which about `expected` are thought to be there."""
     count = min(expected, stiffness.shape[0] // 2)
     frequencies, shapes = lowest_modes(stiffness, mass, count, shift_hz=shift_hz)
@@ -179,10 +175,10 @@ class PlateModes:
     Shapes are mass-normalised, in 1/sqrt(kg), and mean the deflection along the normal.
     """
 
-    frequencies_hz: NDArray[np.float64]  # (modes,)
-    damping: NDArray[np.float64]  # (modes,) ratios
-    shape_impact: NDArray[np.float64]  # (impact points, modes)
-    shapes: NDArray[np.float64]  # (sensors, modes)
+    frequencies_hz: Floats  # (modes,)
+    damping: Floats  # (modes,) ratios
+    shape_impact: Floats  # (impact points, modes)
+    shapes: Floats  # (sensors, modes)
     sensor_names: tuple[str, ...]
 
 
@@ -234,7 +230,8 @@ def _solved(plate: BenchPlate, stretch: float, loading: float, support: float, m
     held = at_points(springs, support * np.array([spring.stiffness_n_m for spring in plate.springs]))
     stiffness = stiffness + held
     mass = mass + at_points(sensors, loading * np.array([sensor.mass_kg for sensor in plate.sensors]))
-    free = _free_unknowns(mesh, plate)
+    clamped = [clamped_unknowns(mesh.edge_nodes(clamp)) for clamp in plate.clamps]
+    free = np.setdiff1d(np.arange(mesh.size), np.concatenate(clamped)) if clamped else np.arange(mesh.size)
     frequencies, shapes = modes_below(
         stiffness[free][:, free],
         mass[free][:, free],
@@ -260,11 +257,6 @@ def _mesh(plate: BenchPlate, max_hz: float) -> Mesh:
     return Mesh.regular(plate.outline_m, columns, rows, DEGREE, plate.clamps)
 
 
-def _free_unknowns(mesh: Mesh, plate: BenchPlate) -> NDArray[np.intp]:
-    held = [clamped_unknowns(mesh.edge_nodes(clamp)) for clamp in plate.clamps]
-    return np.setdiff1d(np.arange(mesh.size), np.concatenate(held)) if held else np.arange(mesh.size)
-
-
 def _expected(plate: BenchPlate, max_hz: float) -> int:
     """Weyl's count with its edge term for free edges, and some to spare."""
     k = flexural_wavenumber(plate, max_hz)
@@ -287,9 +279,6 @@ def _checked(effects: Effects, stretch: float, max_hz: float) -> None:
         raise ValueError(f"plate.stiffness at {effects['plate.stiffness']!r}: expected above {least:.3g}")
     if effects["plate.boundary"] < 0:
         raise ValueError(f"plate.boundary at {effects['plate.boundary']!r}: expected 0 or more, a support cannot push")
-
-
-__all__ = ["modal_table"]
 
 
 def modal_table(modes: PlateModes, point: int) -> str:

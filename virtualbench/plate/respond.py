@@ -16,8 +16,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Complexes, Floats
 from .modes import PlateModes
 
 _LONGEST_BLOCK = 1024
@@ -28,13 +28,11 @@ _MOST_DECAY = 5.0
 class Oscillators:
     """Poles (m,), and what takes the states (m,) to accelerations at the sensors (sensors, m)."""
 
-    poles: NDArray[np.complex128]
-    readings: NDArray[np.complex128]
+    poles: Complexes
+    readings: Complexes
 
     @classmethod
-    def of(
-        cls, frequencies_hz: NDArray[np.float64], damping: NDArray[np.float64], weights: NDArray[np.float64]
-    ) -> Oscillators:
+    def of(cls, frequencies_hz: Floats, damping: Floats, weights: Floats) -> Oscillators:
         """The elastic ones among modes (m,), `weights` (sensors, m) being shape at sensor times shape at the hit."""
         elastic = frequencies_hz > 0  # a rigid mode's acceleration is the force itself
         omega, zeta = 2 * np.pi * frequencies_hz[elastic], damping[elastic]
@@ -47,9 +45,7 @@ class Oscillators:
         fastest = float(-self.poles.real.min(initial=0.0)) * step_s
         return _LONGEST_BLOCK if fastest * _LONGEST_BLOCK <= _MOST_DECAY else max(1, int(_MOST_DECAY / fastest))
 
-    def stepped(
-        self, step_s: float, state: NDArray[np.complex128], samples: NDArray[np.float64]
-    ) -> NDArray[np.complex128]:
+    def stepped(self, step_s: float, state: Complexes, samples: Floats) -> Complexes:
         """States (m, samples) at the samples of a force, from the state (m,) at the first; one block at most."""
         unit, none = np.ones(1), np.zeros((self.poles.size, 1), dtype=np.complex128)
         from_level = self.after(step_s * unit, none, unit, 0 * unit)
@@ -59,20 +55,14 @@ class Oscillators:
         gathered = np.cumsum(added / decay, axis=1) + (np.exp(self.poles * step_s) * state)[:, None]
         return np.concatenate([state[:, None], decay * gathered], axis=1)
 
-    def after(
-        self,
-        since_s: NDArray[np.float64],
-        states: NDArray[np.complex128],
-        level: NDArray[np.float64],
-        slope: NDArray[np.float64],
-    ) -> NDArray[np.complex128]:
+    def after(self, since_s: Floats, states: Complexes, level: Floats, slope: Floats) -> Complexes:
         """States (m, n) some times (n,) after `states` (m, n), under a force from `level` on, growing with `slope`."""
         x = self.poles[:, None] * since_s
         first = _divided(np.expm1(x), x, 1 + x / 2 + x**2 / 6 + x**3 / 24 + x**4 / 120)
         second = _divided(first - 1, x, 1 / 2 + x / 6 + x**2 / 24 + x**3 / 120 + x**4 / 720)
         return np.asarray(np.exp(x) * states + level * since_s * first + slope * since_s**2 * second)
 
-    def decaying(self, state: NDArray[np.complex128], delay_s: float, step_s: float, count: int) -> NDArray[np.float64]:
+    def decaying(self, state: Complexes, delay_s: float, step_s: float, count: int) -> Floats:
         """Accelerations (sensors, count) without a force, from `delay_s` after the states (m,) on.
 
         exp(lambda (j B + k) step) is a product: two short tables instead of one number for every mode and instant.
@@ -84,15 +74,11 @@ class Oscillators:
         return np.array([row.imag.ravel()[:count] for row in rows]).reshape(-1, count)
 
 
-def _divided(
-    over: NDArray[np.complex128], x: NDArray[np.complex128], series: NDArray[np.complex128]
-) -> NDArray[np.complex128]:
+def _divided(over: Complexes, x: Complexes, series: Complexes) -> Complexes:
     """over / x, by its series where that is the more exact."""
     small = np.abs(x) < 5e-3
     return np.where(small, series, over / np.where(small, 1, x))
 
-
-__all__ = ["pulse_bandwidth_hz", "respond"]
 
 #: Modes above the frequency beyond which f |F(f)|, what a ringing mode's acceleration goes with, stays below this
 #: share of its peak are left out.
@@ -103,13 +89,13 @@ _UNIFORM = 1e-6
 
 def respond(
     modes: PlateModes,
-    force_time_s: NDArray[np.float64],
-    force_n: NDArray[np.float64],
-    time_s: NDArray[np.float64],
+    force_time_s: Floats,
+    force_n: Floats,
+    time_s: Floats,
     *,
     point: int = 0,
     bandwidth_hz: float | None = None,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Acceleration (sensors, n) in m/s^2 at the times `time_s` (n,), of a plate at rest before.
 
     `force_n` on its even grid `force_time_s` acts at impact point number `point`; it is zero outside the grid.
@@ -135,7 +121,7 @@ def respond(
     return acceleration
 
 
-def pulse_bandwidth_hz(time_s: NDArray[np.float64], force_n: NDArray[np.float64]) -> float:
+def pulse_bandwidth_hz(time_s: Floats, force_n: Floats) -> float:
     """The frequency (Hz) beyond which f |F(f)| stays below 1e-4 of its peak; 0 for no force at all.
 
     Infinity where the samples are too coarse to show such a frequency.
@@ -154,12 +140,12 @@ def pulse_bandwidth_hz(time_s: NDArray[np.float64], force_n: NDArray[np.float64]
 class _Force:
     """A force that is straight between samples `step_s` apart."""
 
-    time_s: NDArray[np.float64]
-    n: NDArray[np.float64]
+    time_s: Floats
+    n: Floats
     step_s: float
 
     @classmethod
-    def checked(cls, time_s: NDArray[np.float64], force_n: NDArray[np.float64]) -> _Force:
+    def checked(cls, time_s: Floats, force_n: Floats) -> _Force:
         if force_n.shape != time_s.shape:
             raise ValueError(f"force_n has shape {force_n.shape}: expected that of force_time_s, {time_s.shape}")
         if not np.isfinite(force_n).all():
@@ -175,9 +161,7 @@ class _Force:
         return float(self.time_s[-1])
 
 
-def _during(
-    oscillators: Oscillators, force: _Force, time_s: NDArray[np.float64], out: NDArray[np.float64]
-) -> NDArray[np.complex128]:
+def _during(oscillators: Oscillators, force: _Force, time_s: Floats, out: Floats) -> Complexes:
     """Write what the states give at `time_s`, within the force, into `out` (sensors, n); the states at its end."""
     step, block = force.step_s, oscillators.block(force.step_s)
     state = np.zeros(oscillators.poles.size, dtype=np.complex128)
@@ -195,7 +179,7 @@ def _during(
     return state
 
 
-def _even_step(name: str, time_s: NDArray[np.float64]) -> float:
+def _even_step(name: str, time_s: Floats) -> float:
     if time_s.ndim != 1 or time_s.size < 2 or not np.isfinite(time_s).all():
         raise ValueError(f"{name} has shape {time_s.shape}: expected two or more finite times in a row")
     step = float(time_s[-1] - time_s[0]) / (time_s.size - 1)

@@ -30,8 +30,6 @@ from ..impact.build import Impactor, ImpactTarget
 from ..impact.integrate import CREEPING
 from .owners import tip_value
 
-__all__ = ["contact_forces", "jackson_green", "meyer", "rounded_cone", "worn_ball"]
-
 #: A of Kuwabara and Kono in s, and the part of the speed lost by Tsuji's damper at strength 1, by tip.
 KUWABARA_KONO_S = {"aluminum": 1.5e-6, "steel": 1.0e-6, "delrin": 1.2e-5, "polyurethane": 1.2e-4, "PLA": 1.2e-5}
 LOST_SPEED = {"aluminum": 0.03, "steel": 0.02, "delrin": 0.07, "polyurethane": 0.12, "PLA": 0.08}
@@ -102,7 +100,7 @@ def _closing_motion(
     stiffness = 4 / 3 * modulus * math.sqrt(impactor.tip_radius_m)
     curve = _curve(impactor, target, strengths, split)
     f = _figures(impactor, target, strengths, split, stiffness)
-    shapes, omega = _plate_modes(target) if f[MODAL] else (np.zeros(0), np.zeros(0))
+    shapes, omega = _plate_modes(target.plate_impedance_n_s_m) if f[MODAL] else (np.zeros(0), np.zeros(0))
     time = 3.218 * (f[MASS] / (stiffness * math.sqrt(speed))) ** 0.4
     deepest = speed * time / 2.943
     soft = float(np.interp(deepest, curve.depth_m, curve.force_n)) / deepest
@@ -263,13 +261,9 @@ def rounded_cone(depth_m: Floats, modulus: float, radius: float, begins_m: float
     return np.asarray(np.exp(np.interp(np.log(depth_m), np.log(depth), np.log(force))))
 
 
-def _plate_modes(target: ImpactTarget) -> tuple[Floats, Floats]:
-    """Shapes at the impact (1/sqrt(kg)) and circular frequencies of a simply supported plate with this impedance."""
-    return _modes_of(target.plate_impedance_n_s_m)
-
-
 @lru_cache(maxsize=8)
-def _modes_of(impedance: float) -> tuple[Floats, Floats]:
+def _plate_modes(impedance: float) -> tuple[Floats, Floats]:
+    """Shapes at the impact (1/sqrt(kg)) and circular frequencies of a simply supported plate with this impedance."""
     # Z = 8 sqrt(D m''), and the known plates have m'' of steel or aluminium at 10 mm
     surface = min((78.0, 27.0), key=lambda m: abs(impedance - 8 * math.sqrt(m * m * _SPEEDS[m])))
     rigidity = (impedance / 8) ** 2 / surface

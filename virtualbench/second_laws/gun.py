@@ -31,8 +31,6 @@ from ..gun.gas import CHOKED, COLDEST_K, CP, CRITICAL_RATIO, CV, GAMMA, GAS_CONS
 from ..gun.motion import AIR_VISCOSITY_PA_S, CREEP_M_S
 from .owners import bullet_factor
 
-__all__ = ["muzzle_velocity_m_s"]
-
 #: IEC 60534-2-1, full-bore ball valve: the drop of pressure over the inlet's at which it chokes, times F_gamma = 1.
 VALVE_CHOKED_DROP = 0.42
 #: A port that opens along a straight line or a cosine takes 0.47 s for the delay that the first law's port, which is

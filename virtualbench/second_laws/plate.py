@@ -15,8 +15,6 @@ import numpy as np
 from ...array_types import Floats
 from ..plate.modes import PlateModes
 
-__all__ = ["changed_modes"]
-
 #: Sensors on soft mounts resonate here; the dynamic mass is bounded near it.
 MOUNT_HZ, LARGEST_GAIN = 14e3, 4.0
 PAD_LOSS = 0.5
@@ -31,9 +29,8 @@ LEAST_DAMPING = 1e-4
 
 def changed_modes(modes: PlateModes, supports: Floats, strengths: Mapping[str, float], split: str) -> PlateModes:
     """All modes of a plate with its `supports` (points, modes), under effects."""
-    if split == "development":
-        return _development(modes, supports, strengths)
-    return _sealed(modes, supports, strengths)
+    laws = _development if split == "development" else _sealed
+    return laws(modes, supports, strengths)
 
 
 def _development(modes: PlateModes, supports: Floats, strengths: Mapping[str, float]) -> PlateModes:

@@ -13,8 +13,6 @@ import numpy as np
 from ...array_types import Floats
 from .owners import bullet_share, tip_value
 
-__all__ = ["accelerations_read", "force_read", "pressure_bar", "velocity_factor"]
-
 #: The transducer's range; where its foot ends; between its two ranges, and how softly it changes.
 SPAN_BAR, FOOT_BAR, RANGE_BAR, RANGE_WIDTH = 4.0, 0.6, 1.0, 0.15
 LOW_RANGE = 0.2

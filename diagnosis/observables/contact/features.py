@@ -1,8 +1,6 @@
 """Numbers that a force pulse is compared by: one function for measured and for simulated pulses.
 
 Sampled pulses brought into a frame of their own, where pulses of any duration and sampling rate compare.
-
-The compiled search for the instants at which pulses cross a level.
 """
 
 from __future__ import annotations

@@ -107,11 +107,8 @@ class ContactObservables(Stage):
             velocity = np.asarray(reading + (reading - low) / ((high - low) / reading))
         else:
             velocity = np.array(upstream, dtype=np.float64)[runs]
-        return self._contacts(runs, tuple(effect for effect in effects if isinstance(effect, ContactEffect)), velocity)
-
-    def _contacts(self, runs: Rows, effects: tuple[ContactEffect, ...], velocity_m_s: Floats) -> ForceHistories:
-        """At true velocities (k,)."""
-        return law_histories(self.sites.take(runs), effects, velocity_m_s)
+        acting = tuple(effect for effect in effects if isinstance(effect, ContactEffect))
+        return law_histories(self.sites.take(runs), acting, velocity)
 
     def _derivatives(self, uncertain: Mapping[str, float]) -> dict[str, Floats]:
         """(C, d) by name: the features' derivative for a quantity's logarithm times its relative standard deviation.
@@ -200,9 +197,8 @@ def pulse_residuals(stage: ContactObservables, effects: Sequence[Effect] = ()) -
         raise ValueError(f"{stage.record.name}: no run has both a recorded force and a velocity")
     step = max(float(stage.step_s.min()), (_BEFORE + _AFTER) * max(widths) / _MOST)
     time = _steps(_BEFORE * max(widths), _AFTER * max(widths), step)
-    return PulseResiduals(
-        time, *(np.array([_aligned(pulse, time) for pulse in pulses]) for pulses in (recorded, simulated))
-    )
+    aligned = (np.array([_aligned(pulse, time) for pulse in pulses]) for pulses in (recorded, simulated))
+    return PulseResiduals(time, *aligned)
 
 
 def _simulated(histories: ForceHistories, row: int, chain: SensorChain) -> Series | None:

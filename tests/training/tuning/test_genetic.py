@@ -70,7 +70,7 @@ def test_evaluates_nothing_twice() -> None:
 
     result = run_search(Search((2, 3, 2), population=8, generations=10), counted, 1, without_file())
     assert len(asked) == len(set(asked)) == result.evaluated <= 12
-    assert result.saved == result.asked - result.evaluated > 0
+    assert result.asked > result.evaluated
 
 
 def test_workers_work_at_once_and_find_the_same() -> None:
