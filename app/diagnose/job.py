@@ -10,7 +10,10 @@ from ..jobs.kind import Ending, Kind, Result, RunningJob
 
 @dataclass(frozen=True)
 class DiagnoseArguments:
-    """As `diagnosing.DiagnosisRequest`, of what any worker can read."""
+    """What a user asks of a diagnosis, of what any worker can read. `tolerances` by stage, in the unit of its levels:
+    shares for gun and contact, dB for the plate; `uncertain` are standard deviations of nominal numbers,
+    "gun.friction_coefficient", in SI; `with_effects`: ids of the effects that alone are considered (none: all),
+    `without_effects`: of those that are not."""
 
     target: str
     simulator: str | None = None

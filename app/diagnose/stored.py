@@ -1,7 +1,5 @@
-"""Diagnoses that the store keeps: listed page by page, and read back whole.
-
-A diagnosis as it is kept: the report for scripts, and beside it what the report leaves out and its page draws.
-"""
+"""Diagnoses that the store keeps: the report for scripts, and beside it what the report leaves out and its page draws.
+They are listed page by page, and read back whole."""
 
 from __future__ import annotations
 
@@ -23,8 +21,6 @@ from ...twin.effects import Effect, effect_from_json
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
-
-    from ...diagnosis.verdict import Verdict
 
 
 def list_diagnoses(
@@ -88,7 +84,6 @@ def kept_verdict(session: Session, diagnosis_id: int) -> Verdict:
     Raises `LookupError` for an unknown one, and for one that an older store keeps without what its page draws;
     `ValueError` for one that a newer software has kept.
     """
-
     row = _row(session, diagnosis_id)
     if row.details is None:
         name = row.campaign.name

@@ -1,7 +1,4 @@
-"""Validations of the twin: ask for one, those that were made, and the page of each.
-
-Charts of a validation, of the data of `validate --json`.
-"""
+"""Validations of the twin: ask for one, those that were made, and the page of each with its charts."""
 
 from __future__ import annotations
 
@@ -10,11 +7,10 @@ from typing import Annotated, Any
 
 import numpy as np
 from fastapi import APIRouter, Form
-from sqlalchemy import select
 from starlette.requests import Request
 from starlette.responses import Response
 
-from ...schema.campaigns import Campaign
+from ...schema.conditions import list_campaign_names
 from ...schema.jobs import DONE
 from ..documents.page import html_of
 from ..web.dependencies import Key, OpenStore, Running
@@ -112,7 +108,7 @@ router = APIRouter()
 @router.get("/validations")
 def validations(request: Request, store: OpenStore, running: Running, campaign: str = "") -> Response:
     with store.reading() as session:
-        names = list(session.scalars(select(Campaign.name).order_by(Campaign.date.desc(), Campaign.name).limit(500)))
+        names = list_campaign_names(session)
     made = [job for job in running.listed() if job.kind == VALIDATE.name]
     return page(request, "validations.html", campaigns=names, campaign=campaign, jobs=made)
 
