@@ -13,9 +13,10 @@ import numpy as np
 from ..array_types import Floats
 from ..signals.channel import Channel, on_impactor
 from ..signals.checks.base import Finding
-from .conditioning import TransferFunctionError, clean_acceleration, delay_is_plausible, measured_delay_samples
+from .acceleration import clean_acceleration, delay_is_plausible, measured_delay_samples
 from .pulses import ExtractedPulse
 from .settings import ExtractionSettings
+from .transfer_function import TransferFunctionError
 from .velocity import impact_velocity
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 from pyroshock.app.common.plots import MEASURED, MODEL, new_figure
-from pyroshock.ingest.conditioning import clean_acceleration
+from pyroshock.ingest.acceleration import clean_acceleration
 from pyroshock.ingest.pulses import extract_pulses
 from pyroshock.ingest.settings import ExtractionSettings
 

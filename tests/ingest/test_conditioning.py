@@ -11,16 +11,18 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pyroshock.ingest.conditioning import (
-    TransferFunctionError,
+from pyroshock.ingest.acceleration import (
     clean_acceleration,
     deconvolve,
     delay_is_plausible,
-    estimate_transfer_function,
     force_from_acceleration,
-    hit_windows,
     measured_delay_samples,
     propagation_delay,
+)
+from pyroshock.ingest.transfer_function import (
+    TransferFunctionError,
+    estimate_transfer_function,
+    hit_windows,
     rigid_body_normalised,
 )
 from scipy.signal import cont2discrete, freqz, lfilter
