@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ...schema.addresses import address_for_display
 from ..cli.common import json_option, note, open_command_store, print_table, write_json
 
 if TYPE_CHECKING:
@@ -251,8 +252,6 @@ CHAPTERS = {1: _measured_shots, 2: _virtual_campaign, 3: _contact_model, 4: _val
 
 def _tell_addresses(out: Path, url: str, names: Sequence[str]) -> None:
     """Where everything is, and what to do next."""
-    from ...schema.addresses import address_for_display
-
     address = address_for_display(url)
     files = "\n  ".join(str(path) for name in names if (path := out.resolve() / name).is_file())
     click.echo(f"\nThe results are here:\n  {files}\n  store: {address}")

@@ -15,7 +15,8 @@ from ..web.dependencies import Key, OpenStore, Running, Text
 from ..web.jobs import Jobs
 from .diagnosing import is_stored
 from .discriminating_plan import store_experiment_of
-from .job import DIAGNOSE, DiagnoseArguments
+from .job import DIAGNOSE
+from .request import DiagnoseArguments, check_effects
 from .stored import kept_report, kept_verdict, list_diagnoses
 
 
@@ -25,8 +26,6 @@ def diagnose_job(jobs: Jobs, store: Store, arguments: DiagnoseArguments) -> JobV
     Raises `LookupError` for a campaign that is not in the store, for a path of the server's disk is nobody's to name,
     and for an effect that the catalogue does not have.
     """
-    from .request import check_effects
-
     if not is_stored(store, arguments.target):
         raise LookupError(f"no campaign {arguments.target!r} in the store; ingest it first")
     check_effects(arguments.with_effects, arguments.without_effects)

@@ -21,7 +21,7 @@ from ..web.jobs_pages import followed
 from ..web.rendering import page, part, query
 from .api import diagnose_job
 from .discriminating_plan import plan_name, store_experiment_of
-from .job import DiagnoseArguments
+from .request import DiagnoseArguments, restrictions_among
 from .stored import kept_options, kept_report, kept_verdict, list_diagnoses
 
 if TYPE_CHECKING:
@@ -169,7 +169,6 @@ class _Drawn:
 
 def _charts_of(verdict: Verdict) -> _Drawn:
     from .report import EFFECT_COLUMNS, EFFECTS, FIRST_SECTIONS, section_html, sections
-    from .request import restrictions_among
     from .summary import summary
 
     titled = [

@@ -1,7 +1,5 @@
-"""A report as a PDF for print: A4, its own fonts in it, and the same bytes for the same report.
-
-Our own charts on paper: the few SVG elements that `svg` writes, as ReportLab's shapes in the inks of a report.
-"""
+"""A report as a PDF for print: A4, its own fonts in it, and the same bytes for the same report. Charts are drawn from
+the few SVG elements that `svg` writes."""
 
 from __future__ import annotations
 

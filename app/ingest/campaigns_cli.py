@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -29,20 +30,16 @@ def campaigns(ctx: click.Context, db: str, listing: Listing) -> None:
         _list(db, listing)
 
 
-@campaigns.command("list")
-@db_option
-@listing_options
-def list_(db: str, listing: Listing) -> None:
-    """List the campaigns with their counts."""
-    _list(db, listing)
-
-
 def _list(db: str, listing: Listing) -> None:
+    """List the campaigns with their counts."""
     with open_command_store(db) as store, store.reading() as session:
         from ...schema.listings import list_campaigns
 
         rows = list_campaigns(session)
     listing.show(rows, "no campaigns yet; read one with: pyroshock ingest FOLDER")
+
+
+campaigns.command("list")(db_option(listing_options(_list)))
 
 
 @campaigns.command()
@@ -75,10 +72,8 @@ def init(folder: Path, db: str, kind: str, plan: str | None, recordings: str | N
         pyroshock campaigns init spring --kind hammer --plan spring
         pyroshock campaigns init drops --kind drop --recordings "recordings/*.tdms"
     """
-    from contextlib import nullcontext
-
     with errors_as_one_line(), open_command_store(db) if plan is not None else nullcontext() as store:
-        from .starting import start_campaign
+        from .service import start_campaign
 
         new = start_campaign(store, folder, kind, plan, recordings)
     for text in new.notes:
@@ -110,11 +105,8 @@ def delete(name: str, db: str, json_to: str | None, reason: str, dry_run: bool) 
         from ...schema.rehearsal import run_rehearsal
         from .removal import delete_campaign
 
-        if dry_run:
-            with run_rehearsal(store) as rehearsal:
-                stone = delete_campaign(rehearsal, db, name, reason)
-        else:
-            stone = delete_campaign(store, db, name, reason)
+        with run_rehearsal(store) if dry_run else nullcontext(store) as target:
+            stone = delete_campaign(target, db, name, reason)
     tell_deletion(stone, dry_run)
     if json_to is not None:
         write_json(stone, json_to)

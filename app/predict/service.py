@@ -1,13 +1,12 @@
-"""A predicted shot: numbers and series with 90 % bands, units, tables and plots.
-
-Shots as a DataFrame: its columns are arguments of `predict`, or those of a table of runs, in its units or in SI.
-"""
+"""A predicted shot (numbers and series with 90 % bands, units, tables and plots), and shots as a DataFrame whose
+columns are arguments of `predict`, or those of a table of runs, in its units or in SI."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -283,8 +282,6 @@ class ShotPrediction:
     @property
     def extrapolation(self) -> pd.DataFrame:
         """Quantities that lie beyond what was recorded, a row each: the value asked and the range recorded, SI."""
-        from dataclasses import asdict
-
         rows = [asdict(row) for row in self.prediction.extrapolation]
         return frame_of(rows, ("quantity", "asked", "low", "high"))
 
@@ -314,8 +311,6 @@ class ShotPrediction:
         return f"<predicted shot: {self.velocity!r}, {self.peak_force!r}, {self.contact_time!r}>"
 
     def _repr_html_(self) -> str:
-        from html import escape
-
         paragraphs = "".join(f"<p>{escape(line)}</p>" for line in (self.rests_on, *self.warnings) if line)
         return titled_table("predicted shot, with 90 % bands", self.to_frame()) + paragraphs
 

@@ -1,7 +1,4 @@
-"""The application: routes behind the guard, and what they share.
-
-What HTTP calls the errors that a person can mend.
-"""
+"""The application: routes behind the guard, what they share, and what HTTP calls the errors that a person can mend."""
 
 from __future__ import annotations
 
@@ -13,7 +10,7 @@ from typing import Any
 
 from fastapi import Depends, FastAPI
 from fastapi.exceptions import RequestValidationError
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 from sqlalchemy.exc import DataError
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
@@ -33,7 +30,6 @@ from ..twins.twin_cache import TwinCache
 from ..web.csrf import require_csrf
 from ..web.guard import Guard
 from ..web.jobs import Jobs
-from ..web.problems import PROBLEMS
 from ..web.rendering import HERE, page
 from ..web.settings import Settings
 from .routes import API, PAGES
@@ -49,6 +45,25 @@ def status_of(error: Exception) -> int:
     return 422 if isinstance(error, ValueError | DataError) else 503
 
 
+class Problem(BaseModel):
+    """What is wrong, the value that it is about, and what to do next."""
+
+    detail: str
+
+
+_WORDS = {
+    400: "The body cannot be read",
+    401: "The server's token is needed",
+    403: "A write without the token of /api/csrf, or one that the role of the server's login forbids",
+    404: "There is no such thing in the store",
+    413: "The body is too large",
+    422: "A value cannot be used",
+    503: "The store or the disk fails",
+}
+#: For `include_router`: every route of the API tells what is wrong in one form.
+PROBLEMS: dict[int | str, dict[str, Any]] = {
+    status: {"model": Problem, "description": words} for status, words in _WORDS.items()
+}
 _ABOUT = """The actions of pyroshock for scripts: what the pages show and do. Numbers are SI, units stand in the keys.
 
 A write needs the header `X-CSRF-Token`: GET `/api/csrf` tells it, and sets the cookie that it belongs to."""

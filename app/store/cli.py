@@ -1,16 +1,9 @@
-"""`init` and `db`: making a store and keeping it.
-
-`db export` and `db import`: a campaign to another laboratory, in one file.
-
-`db check`: is all of it there, and as it was written?
-
-`db copy`: a store from one engine to another.
-
-`db roles`: who may do what in a store on PostgreSQL.
-"""
+"""`init` and `db`: making a store and keeping it: checked, copied, upgraded, its roles, and a campaign to another
+laboratory in one file."""
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -152,8 +145,6 @@ def roles(db: str, listing: Listing) -> None:
         pyroshock db roles --db postgresql+psycopg://keeper@server/lab
     """
     with open_command_store(db) as store:
-        from dataclasses import asdict
-
         from ...schema.access.roles import ensure_roles
 
         rows = [asdict(role) for role in ensure_roles(store.engine)]
@@ -255,16 +246,13 @@ def upgrade(db: str) -> None:
 
         from ...schema import migrate
         from ...schema.access.permissions import refusal
-        from ...schema.addresses import address_for_display
-        from ...schema.engine import StoreError, describe, make_engine_of_existing
+        from ...schema.engine import StoreError, describe, make_engine_of_existing, no_store
 
         engine = make_engine_of_existing(db)
         try:
             before = migrate.current_revision(engine)
             if before is None:
-                raise StoreError(
-                    f"no store at {describe(engine)}; make one with: pyroshock init --db {address_for_display(db)}"
-                )
+                raise no_store(engine, db)
             if before not in migrate.known_revisions():
                 raise StoreError(
                     f"{describe(engine)} is at revision {before}, which this software does not know: update pyroshock"

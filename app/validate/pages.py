@@ -11,11 +11,10 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from ...schema.conditions import list_campaign_names
-from ...schema.jobs import DONE
 from ..documents.page import html_of
 from ..web.dependencies import Key, OpenStore, Running
 from ..web.figures_base import COLOURS, Figure, bars, categories, figure, line, points
-from ..web.jobs_pages import followed
+from ..web.jobs_pages import finished_result, followed
 from ..web.rendering import page
 from .api import ValidationQuestion, validate_job
 from .job import VALIDATE
@@ -126,7 +125,7 @@ def validate(
 
 @router.get("/validations/{job}")
 def validation(request: Request, job: Key, running: Running) -> Response:
-    data = _result(running, job)
+    data = finished_result(running, job, VALIDATE.name, "validation")
     return page(
         request,
         "validation.html",
@@ -145,12 +144,5 @@ def validation(request: Request, job: Key, running: Running) -> Response:
 
 @router.get("/validations/{job}/report.html")
 def report(job: Key, running: Running) -> Response:
-    return Response(html_of(validation_document(_result(running, job))), media_type="text/html")
-
-
-def _result(running: Running, job: int) -> dict[str, Any]:
-    done = running.get(job)
-    if done.state != DONE or done.kind != VALIDATE.name:
-        raise LookupError(f"job {job} is no finished validation; its page is /jobs/{job}")
-    data: dict[str, Any] = done.result
-    return data
+    data = finished_result(running, job, VALIDATE.name, "validation")
+    return Response(html_of(validation_document(data)), media_type="text/html")
