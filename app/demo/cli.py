@@ -15,6 +15,7 @@ import click
 
 from ...schema.addresses import address_for_display
 from ..cli.common import json_option, note, open_command_store, print_table, write_json
+from ..common.progress import progress_bar
 
 if TYPE_CHECKING:
     from ...schema.session import Store
@@ -120,8 +121,7 @@ def _measured_shots(story: _Story) -> None:
     from . import demo as job
 
     for report in job.ingest_examples(story.store):
-        counts = f"{report.recordings} recordings, {report.impacts} impacts, {report.shots} shots"
-        note(f"ingested {report.campaign}: {counts}")
+        note(f"ingested {report.campaign}: {report.total_words}")
     with story.store.reading() as session:
         comparison = job.compare_with_table_5_1(session)
         hit = job.hit_figures(session)
@@ -163,7 +163,6 @@ def _error_lines(comparison: GunComparison) -> tuple[str, str]:
 def _virtual_campaign(story: _Story) -> None:
     from ...doe.plans import read_plan
     from ...doe.sheet import write_sheet
-    from ..common.progress import progress_bar
     from .virtual_campaign import REHEARSAL, draw_campaign, fire_campaign
 
     with progress_bar(REHEARSAL.name, "recordings") as step:
@@ -184,7 +183,6 @@ def _virtual_campaign(story: _Story) -> None:
 
 def _contact_model(story: _Story) -> None:
     from ..common.model_registry import MissingExtraError
-    from ..common.progress import progress_bar
     from .chapters import draw_model, train_model
 
     try:
@@ -214,7 +212,6 @@ def _model_sentences(model: TrainedModel) -> tuple[str, str]:
 
 
 def _validation(story: _Story) -> None:
-    from ..common.progress import progress_bar
     from .chapters import draw_validation, validate_model, validation_json
 
     with progress_bar("validation", "shots") as step:
@@ -229,7 +226,6 @@ def _validation(story: _Story) -> None:
 
 
 def _gap(story: _Story) -> None:
-    from ..common.progress import progress_bar
     from ..diagnose.wording import effect_subject
     from .chapters import CHANGED, EFFECT, STRENGTH, diagnose_gap, diagnosis_json, draw_diagnosis
     from .virtual_campaign import fire_campaign

@@ -24,6 +24,7 @@ from .request import (
     restriction_sentences,
     restrictions_among,
 )
+from .stored import list_diagnoses, verdict_to_json
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -168,8 +169,6 @@ def keep(store: Store, verdict: Verdict, request: DiagnosisRequest | None = None
 
     What was `request` is kept beside it, so that a what-if diagnosis asks the same; paths of this machine are not.
     """
-    from .stored import verdict_to_json
-
     report, details = verdict_to_json(verdict)
     if request is not None:
         of_this_machine = ("target", "modes", "bench")
@@ -192,15 +191,11 @@ def keep(store: Store, verdict: Verdict, request: DiagnosisRequest | None = None
 
 def report_json(verdict: Verdict) -> dict[str, Any]:
     """The report as scripts read it; a number that JSON has not (NaN) is null."""
-    from .stored import verdict_to_json
-
     return verdict_to_json(verdict)[0]
 
 
 def past_diagnoses(session: Session, campaign: str) -> Iterator[dict[str, Any]]:
     """Those of a campaign, the newest first. Raises `LookupError` for an unknown campaign."""
-    from .stored import list_diagnoses
-
     left_out = ("campaign", "complete")
     for row in list_diagnoses(session, campaign, limit=None):
         yield {key: value for key, value in row.items() if key not in left_out}

@@ -18,6 +18,7 @@ from ...schema.campaigns import Campaign
 from ...schema.diagnoses import Diagnosis, TwinVersion
 from ...schema.listings import get_campaign_id
 from ...twin.effects import Effect, effect_from_json
+from .request import DiagnosisRequest, restrictions_among
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -46,8 +47,6 @@ def list_diagnoses(
 
 
 def _first_answer(row: Diagnosis) -> dict[str, Any]:
-    from .request import restrictions_among
-
     first, gap = row.report["causes"][0], row.report["gap"]
     return {
         "id": row.id,
@@ -99,8 +98,6 @@ def kept_options(session: Session, diagnosis_id: int) -> dict[str, Any]:
 
     An option that another version had is left out. Raises `LookupError` for an unknown diagnosis.
     """
-    from .request import DiagnosisRequest
-
     options = (_row(session, diagnosis_id).details or {}).get("options", {})
     return {item.name: options[item.name] for item in fields(DiagnosisRequest) if item.name in options}
 

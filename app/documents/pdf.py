@@ -98,7 +98,6 @@ def _table(table: Table, sheet: PdfDocument) -> list[Any]:
 
 
 def _figure(figure: Figure, sheet: PdfDocument, count: int) -> list[Any]:
-
     drawing = drawing_of(figure.drawing, sheet.font, sheet.figure_width(count))
     keys = [sheet.text(_keys(figure.keys), "quiet")] if figure.keys else []
     return [sheet.text(_safe(figure.title), "figure"), drawing, *keys]

@@ -11,6 +11,7 @@ import click
 from ..cli.common import db_option, errors_as_one_line, json_option, note, open_command_store, write_json
 from ..cli.completion import campaign_names, plan_names
 from ..cli.listed import Listing, listing_options
+from ..common.progress import progress_bar
 
 
 @click.group(invoke_without_command=True)
@@ -129,7 +130,6 @@ def archive(name: str, db: str, json_to: str | None, out: Path, reason: str) -> 
         pyroshock campaigns archive spring --out spring.pyroshock --reason "finished, kept on the shelf"
     """
     with open_command_store(db) as store:
-        from ..common.progress import progress_bar
         from .archiving import archive_campaign
 
         with progress_bar("Archiving", "rows") as step:
@@ -156,7 +156,6 @@ def restore(file: Path, db: str, json_to: str | None) -> None:
         pyroshock campaigns restore spring.pyroshock
     """
     with open_command_store(db) as store:
-        from ..common.progress import progress_bar
         from .archiving import restore_campaign
 
         with progress_bar("Restoring", "samples") as step:

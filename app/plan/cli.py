@@ -10,6 +10,7 @@ import click
 from ..cli.common import db_option, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names, plan_names
 from ..cli.listed import Listing, listing_options
+from ..common.progress import progress_bar
 from .designs_cli import DesignCommands, augment, tell_plan
 
 
@@ -32,7 +33,6 @@ def discriminate(
         pyroshock plan sheet spring-discriminate --out spring.html
     """
     with open_command_store(db) as store:
-        from ..common.progress import progress_bar
         from ..diagnose.diagnosing import keep, last_report, report_json, run_diagnosis
         from ..diagnose.discriminating_plan import no_setting, plan_name, store_experiment
         from ..diagnose.request import DiagnosisRequest
@@ -233,7 +233,6 @@ def simulate(
     """
     with open_command_store(db) as store:
         from ...doe.plans import read_plan
-        from ..common.progress import progress_bar
         from .rehearsal import simulate_plan
 
         with store.reading() as session:

@@ -12,6 +12,7 @@ import click
 from ..cli.common import db_option, errors_as_one_line, json_option, note, open_command_store, write_json
 from ..cli.completion import campaign_names
 from ..cli.listed import Listing, listing_options
+from ..common.progress import progress_bar
 
 if TYPE_CHECKING:
     from sqlalchemy import Engine
@@ -33,7 +34,6 @@ def export(campaign: str, db: str, out: Path) -> None:
     """
     with open_command_store(db) as store:
         from ...schema.transfer.export import export_campaign
-        from ..common.progress import progress_bar
 
         with progress_bar("Exporting", "rows") as step:
             rows = export_campaign(store, campaign, out, step)
@@ -56,7 +56,6 @@ def import_(file: Path, db: str, json_to: str | None) -> None:
     """
     with open_command_store(db, create=True) as store:
         from ...schema.transfer.merging import import_file
-        from ..common.progress import progress_bar
 
         with progress_bar("Importing", "samples") as step:
             report = import_file(store, file, step)
@@ -99,7 +98,6 @@ def check(db: str, json_to: str | None, campaign: str | None, fast: bool, repair
     """
     with open_command_store(db) as store:
         from ...schema.engine import describe
-        from ..common.progress import progress_bar
         from .check import Wanted, datasets_without_source, findings_of
 
         if repair is not None:
@@ -176,7 +174,6 @@ def copy(source: str, target: str, json_to: str | None) -> None:
     with open_command_store(source) as store:
         from ...schema.engine import describe, make_engine
         from ...schema.transfer.copying import copy_store
-        from ..common.progress import progress_bar
 
         engine = make_engine(target)
         try:
@@ -246,7 +243,8 @@ def upgrade(db: str) -> None:
 
         from ...schema import migrate
         from ...schema.access.permissions import refusal
-        from ...schema.engine import StoreError, describe, make_engine_of_existing, no_store
+        from ...schema.engine import describe, make_engine_of_existing, no_store
+        from ...schema.session import version_error
 
         engine = make_engine_of_existing(db)
         try:
@@ -254,9 +252,7 @@ def upgrade(db: str) -> None:
             if before is None:
                 raise no_store(engine, db)
             if before not in migrate.known_revisions():
-                raise StoreError(
-                    f"{describe(engine)} is at revision {before}, which this software does not know: update pyroshock"
-                )
+                raise version_error(engine, db, before)
             try:
                 migrate.upgrade(engine)
             except DBAPIError as error:
