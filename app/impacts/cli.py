@@ -114,7 +114,7 @@ def shots(db: str, listing: Listing, campaign: str | None, where: tuple[str, ...
 @click.option(
     "--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="FILE.csv, .parquet or .json."
 )
-@click.option("--campaign", metavar="NAME", help="Only of this campaign.", shell_complete=campaign_names)
+@_CAMPAIGN
 @click.option("--where", multiple=True, metavar="CONDITION", help="As for `impacts`; not for series.")
 @click.option("--recording", metavar="PATH", help="Series: only of this recording (its path in the campaign folder).")
 @click.option("--columns", metavar="A,B,…", help="Only these columns, in this order. [all that the selection has]")

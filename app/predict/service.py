@@ -72,13 +72,8 @@ class PredictedNumber:
         return f"{self.mean:.4g} {self.unit} ({self.lower:.4g} to {self.upper:.4g})"
 
     def _row(self) -> dict[str, Any]:
-        return {
-            "quantity": self.name,
-            "mean": self.mean,
-            "lower": self.lower,
-            "upper": self.upper,
-            "unit": self.unit,
-        }
+        columns = asdict(self)
+        return {"quantity": columns.pop("name"), **columns}
 
 
 @dataclass(frozen=True, eq=False)
@@ -321,8 +316,6 @@ def _series(
     return PredictedSeries(name, x, band.mean, band.lower, band.upper, unit, x_name, x_unit, logarithmic)
 
 
-#: Columns that only one of the two forms has.
-_ARGUMENTS = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "anvil")
 #: Arguments that a table of runs has as columns of the same name.
 _COMMON = ("insulator", "impact_position", "boundary_conditions", "valve_profile")
 _LABELS = ("run", "repetition")
@@ -335,6 +328,8 @@ _OF_RUNS = {
     "tip_radius": "tip_radius_mm",
     "anvil": "anvil_material",
 }
+#: Columns that only one of the two forms has.
+_ARGUMENTS = tuple(_OF_RUNS)
 #: Columns of the library's frames in SI -> that of a table of runs, and its unit in SI.
 _IN_SI = {
     f"{factor.name}_{factor.si_unit.lower()}": (factor.column, factor.scale)
