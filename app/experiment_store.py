@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Iterable, Sequence
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..schema.addresses import address_for_display
 from ..schema.session import Store, Writer, open_store
 from .common.errors import raises_library_errors
-from .common.frames import step_bar
+from .common.frames import chosen_columns, frame_of, sorted_by, step_bar, titled_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -91,7 +93,6 @@ class ExperimentStore:
     def campaigns(self) -> pd.DataFrame:
         """A campaign in each row: kind, date, counts of impacts, shots, and runs planned and done."""
         from ..schema.listings import list_campaigns
-        from .common.frames import frame_of
 
         with self.store.reading() as session:
             return frame_of(list_campaigns(session), ("name", "kind", "date"))
@@ -111,7 +112,6 @@ class ExperimentStore:
         `where` is a condition or several: "tip_material = steel", "peak_force_n > 1000". `sort` is a column, "-column"
         for falling values. `limit` counts after sorting.
         """
-        from .common.frames import chosen_columns, sorted_by
         from .impacts.service import impacts_frame, with_absent_factors
 
         _check_limit(limit)
@@ -136,7 +136,6 @@ class ExperimentStore:
         from ..schema.conditions import SHOT_COLUMNS
         from ..schema.listings import iter_shots
         from .common.filters import parse_where
-        from .common.frames import chosen_columns, frame_of, sorted_by
         from .common.nominal_velocity import with_predictions
 
         _check_limit(limit)
@@ -168,7 +167,6 @@ class ExperimentStore:
     def datasets(self) -> pd.DataFrame:
         """A frozen dataset in each row: name, hash, pulses, campaigns."""
         from ..dataset.catalog import list_snapshots
-        from .common.frames import frame_of
 
         with self.store.reading() as session:
             return frame_of(list_snapshots(session), ("name", "hash", "pulses", "campaigns"))
@@ -428,15 +426,9 @@ class ExperimentStore:
         self.close()
 
     def __repr__(self) -> str:
-        from ..schema.addresses import address_for_display
-
         return f"<experiment store {address_for_display(self.url)}>"
 
     def _repr_html_(self) -> str:
-        from html import escape
-
-        from .common.frames import titled_table
-
         return titled_table(f"experiment store {escape(repr(self)[18:-1])}", self.campaigns())
 
 

@@ -1,17 +1,16 @@
-"""The digital twin of a bench for notebooks and the command line: predict a shot, many shots, or find settings.
-
-Effects as text: `gun.back_pressure`, or `gun.blow_by:clearance_m=0.0005,other=1`.
-"""
+"""The digital twin of a bench for notebooks: predict a shot, many shots, or find settings."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 from .common.errors import argument_names, raises_library_errors
-from .common.frames import facts_table
+from .common.frames import facts_table, step_bar, with_units
+from .common.model_registry import models_extra
 from .predict.arguments import effects_of, python_name, shot_of, twin_request
 from .predict.predicting import DRAWS, NONE, predict_shot
 from .twins.building import BuiltTwin, TwinRequest, twin_of
@@ -116,7 +115,6 @@ class LaboratoryTwin:
         import pandas as pd
 
         from ..parallel.executor import ExecutorConfig
-        from .common.frames import step_bar, with_units
         from .predict.batch import bench_of_rows, predict_batch
         from .predict.service import shot_rows
 
@@ -157,7 +155,6 @@ class LaboratoryTwin:
         plan's TOML file with all that it owns. A setting meets the target from the probability `at_least` on, where the
         `share` of all lines lies within. `extrapolate` proposes settings outside of the model's domain, too.
         """
-        from .common.frames import step_bar
         from .tune.service import factors_of, masses_of, search_settings, target_of
         from .tune.session import Ask
 
@@ -186,8 +183,6 @@ class LaboratoryTwin:
         return f"<twin of {self._bench()}: {', '.join(f'{stage} {model}' for stage, model in self.models.items())}>"
 
     def _repr_html_(self) -> str:
-        from html import escape
-
         notes = "".join(f"<p>{escape(note)}</p>" for note in (self.rests_on, *self.notes) if note)
         return facts_table(f"twin of {self._bench()}", self.models) + notes
 
@@ -240,7 +235,5 @@ def laboratory_twin(store: Store | None, url: str, **arguments: Any) -> Laborato
 
 
 def _built_twin(store: Store | None, url: str, request: TwinRequest) -> LaboratoryTwin:
-    from .common.model_registry import models_extra
-
     with models_extra():
         return LaboratoryTwin(twin_of(store, url, request), store, url, request)

@@ -1,7 +1,5 @@
-"""A structure's own dynamics taken out of what a sensor on it saw (thesis, eq. 2.8, 2.9 and 4.2).
-
-Delay of a hammer's accelerometer behind its load cell: the wave's travel, and no more (thesis, section 4.1).
-"""
+"""A structure's own dynamics taken out of what a sensor on it saw (thesis, eq. 2.8, 2.9 and 4.2), and the delay of a
+hammer's accelerometer behind its load cell: the wave's travel, and no more (section 4.1)."""
 
 from __future__ import annotations
 
@@ -96,32 +94,24 @@ def clean_acceleration(
     *,
     segment: int,
     band_hz: tuple[float, float],
-    end_weight: float = 1.0,
-    regularisation: float = DEFAULT_REGULARISATION,
 ) -> Floats:
     """Eq. 4.2 hit by hit: windows (hits, segment) of the acceleration at the impact plane, from records (n,).
 
     Each hit is cleaned by the transfer function of the others: by its own, a / (a / F) returns the measured force
-    whatever the acceleration was. `band_hz` is where the impactor moves as one body; `end_weight` as in
-    `estimate_transfer_function`. Raises `TransferFunctionError` for fewer than two hits, and as what it calls.
+    whatever the acceleration was. `band_hz` is where the impactor moves as one body. Raises `TransferFunctionError` for
+    fewer than two hits, and as what it calls.
     """
     if len(starts) < 2:
         raise TransferFunctionError(f"{len(starts)} hit: expected at least two, each cleaned by the others")
     windows = hit_windows(acceleration, starts, segment)
-    of_others = transfer_functions_of_the_others(
-        acceleration, force, sampling_rate_hz, starts, segment=segment, end_weight=end_weight
-    )
+    of_others = transfer_functions_of_the_others(acceleration, force, sampling_rate_hz, starts, segment=segment)
     for window, tf in zip(windows, of_others, strict=True):
-        window[:] = deconvolve(window, rigid_body_normalised(tf, band_hz), sampling_rate_hz, regularisation)
+        window[:] = deconvolve(window, rigid_body_normalised(tf, band_hz), sampling_rate_hz)
     return windows
 
 
 def force_from_acceleration(
-    acceleration_m_s2: Floats,
-    tf: TransferFunction,
-    plate_mass_kg: float,
-    sampling_rate_hz: float,
-    regularisation: float = DEFAULT_REGULARISATION,
+    acceleration_m_s2: Floats, tf: TransferFunction, plate_mass_kg: float, sampling_rate_hz: float
 ) -> Floats:
     """Contact force (..., n) by eq. 2.9: minus plate mass times corrected acceleration.
 
@@ -130,7 +120,7 @@ def force_from_acceleration(
     """
     if tf.unit != "1":
         raise TransferFunctionError(f"transfer function in {tf.unit}: expected a normalised one, in 1")
-    return -plate_mass_kg * deconvolve(acceleration_m_s2, tf, sampling_rate_hz, regularisation)
+    return -plate_mass_kg * deconvolve(acceleration_m_s2, tf, sampling_rate_hz)
 
 
 def _check(output: Floats, tf: TransferFunction, sampling_rate_hz: float, regularisation: float) -> None:
@@ -167,19 +157,23 @@ def propagation_delay(youngs_modulus_pa: float, density_kg_m3: float, length_m: 
     return length_m / math.sqrt(youngs_modulus_pa / density_kg_m3)
 
 
-def measured_delay_samples(force: Floats, acceleration: Floats, first: int, last: int, *, longest: int = 16) -> float:
+#: Samples by which a delay is looked for, and by which it may miss the wave's travel: the thesis' discrepancy.
+_LONGEST, _TOLERANCE = 16, 2.0
+
+
+def measured_delay_samples(force: Floats, acceleration: Floats, first: int, last: int) -> float:
     """Samples by which `acceleration` (n,) follows `force` (n,) in the contact `first` to `last`; negative: it leads.
 
     The peak of the cross-correlation, between samples by a cubic spline; either polarity. The answer is within
-    ±`longest`, and at that limit where the two are not alike. Raises `ValueError` for a contact outside the record.
+    ±16, and at that limit where the two are not alike. Raises `ValueError` for a contact outside the record.
     """
     if not 0 <= first < last < force.size or force.shape != acceleration.shape:
         raise ValueError(f"contact {first} to {last} in records of {force.shape} and {acceleration.shape} samples")
     from scipy.interpolate import CubicSpline
 
-    around = np.pad(acceleration, longest)[first : last + 2 * longest + 1]
+    around = np.pad(acceleration, _LONGEST)[first : last + 2 * _LONGEST + 1]
     likeness = np.correlate(around, force[first : last + 1], mode="valid")
-    lags = np.arange(-longest, longest + 1)
+    lags = np.arange(-_LONGEST, _LONGEST + 1)
     best = int(np.argmax(np.abs(likeness)))
     spline = CubicSpline(lags, likeness * np.sign(likeness[best]))
     turns = spline.derivative().roots(extrapolate=False)
@@ -187,8 +181,6 @@ def measured_delay_samples(force: Floats, acceleration: Floats, first: int, last
     return float(turns[np.argmax(spline(turns))]) if turns.size else float(lags[best])
 
 
-def delay_is_plausible(
-    delay_samples: float, wave_time_s: float, sampling_rate_hz: float, *, tolerance_samples: float = 2.0
-) -> bool:
-    """Whether a delay is the wave's travel to within two samples (the thesis' discrepancy), either way."""
-    return abs(delay_samples - wave_time_s * sampling_rate_hz) <= tolerance_samples
+def delay_is_plausible(delay_samples: float, wave_time_s: float, sampling_rate_hz: float) -> bool:
+    """Whether a delay is the wave's travel to within two samples, either way."""
+    return abs(delay_samples - wave_time_s * sampling_rate_hz) <= _TOLERANCE

@@ -1,9 +1,8 @@
-"""Facts that a stored campaign lacked and its folder has now: of the bench, and factors of rows. They are added.
+"""Facts that a stored campaign lacked and its folder has now: of the bench, and factors of rows. They are added. What
+stored samples mean (their calibration) may not change from one ingest to the next.
 
-A fact that the store has stays as it is (`changed_bench`, `changed_rows`). Figures, pulses and verdicts of stored
-impacts are not made anew; datasets that are frozen keep the facts that they were frozen with (`schema.frozen_facts`).
-
-The calibration of a campaign's channels: what stored samples mean may not change from one ingest to the next.
+A fact that the store has stays as it is (`stored_rows`). Figures, pulses and verdicts of stored impacts are not made
+anew; datasets that are frozen keep the facts that they were frozen with (`schema.frozen_facts`).
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
 """Figures of each acceleration channel for each impact of a recording, and the rows that hold them.
 
-The shocks of an acceleration record that several rows of `runs.csv` name: where each begins, and which are theirs.
-
-One row is the whole record. More rows are that many shocks, the largest of those that stand out of the envelope, in the
-order of time; `segmentation.find_events` tells them apart, as it tells contacts of a force.
+One row of `runs.csv` is the whole record. More rows are that many shocks, the largest of those that stand out of the
+envelope, in the order of time; `segmentation.find_events` tells them apart, as it tells contacts of a force.
 """
 
 from __future__ import annotations

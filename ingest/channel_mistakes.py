@@ -1,11 +1,8 @@
-"""The sign of a recording's force, held against that of the campaign's other recordings.
+"""Mistakes of channels: the sign of a force, held against that of the campaign's other recordings; units (factors of
+NIST SP 811) and gains of amplifiers that nobody wrote down; numbers that no sensor gives, in any unit.
 
 A contact pushes. Which sign a push has is the wiring's choice, and an extraction turns it upright by itself; but within
 a campaign it is the same, unless a cable was turned over or the sensor was pulled.
-
-Mistakes of unit that laboratories make (factors of NIST SP 811), and gains of amplifiers that nobody wrote down.
-
-Numbers that no sensor gives, in any unit.
 """
 
 from __future__ import annotations

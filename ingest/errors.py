@@ -1,7 +1,5 @@
-"""What an ingest refuses. Each fault is one line: file, row, column, value, and what was expected.
-
-Texts that a lab writes: how long a name may be, and how a message shows a value.
-"""
+"""What an ingest refuses. Each fault is one line: file, row, column, value as a message shows it, and what was
+expected."""
 
 from __future__ import annotations
 
@@ -99,6 +97,6 @@ def difference(name: str, given: str | None, stored: str | None) -> str:
     return f"{name} is {absent if given is None else given}, {absent if stored is None else stored} in the store"
 
 
-def enumerated(names: Sequence[str], most: int = 5) -> str:
-    """Names one after another; of more than `most` the first, and how many more there are."""
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+def enumerated(names: Sequence[str]) -> str:
+    """Names one after another; of more than five the first, and how many more there are."""
+    return ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")

@@ -1,7 +1,5 @@
-"""Recordings that could not be read: a row says why, until the file is mended.
-
-Recordings that were discarded: an ingest recognises their files, and stores none of them unasked.
-"""
+"""Recordings that could not be read, where a row says why until the file is mended; and those that were discarded: an
+ingest recognises their files, and stores none of them unasked."""
 
 from __future__ import annotations
 

@@ -1,7 +1,5 @@
-"""What a gun's recording says of the shot: muzzle velocity from the laser, tank pressure before the valve opened.
-
-When the gun's valve opened, from the drop of the tank's pressure alone: for recordings that no trigger began.
-"""
+"""What a gun's recording says of the shot: muzzle velocity from the laser, tank pressure before the valve opened, and,
+for recordings that no trigger began, when it opened, from the drop of the pressure alone."""
 
 from __future__ import annotations
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -180,11 +181,8 @@ def _refuse_unnamed(again: Collection[str], rows: tuple[RunRow, ...]) -> None:
 
 
 def _campaign(folder: Path, names: MaterialNames) -> CampaignFile:
-    return _with_known_material(read_campaign_file(folder), names)
-
-
-def _with_known_material(file: CampaignFile, names: MaterialNames) -> CampaignFile:
     """The campaign with its plate's material called as the store calls it."""
+    file = read_campaign_file(folder)
     if file.plate is None or file.plate.material is None:
         return file
     material = names(file.plate.material)
@@ -220,20 +218,22 @@ def _pending_recordings(file: CampaignFile, rows: tuple[RunRow, ...], target: Ca
 
 def work_of(file: CampaignFile, path: str, rows: tuple[RunRow, ...]) -> PendingRecording:
     """One recording of a folder with its rows. Raises `IngestError` where its files cannot be read."""
-    return PendingRecording(path, rows, *_hash_and_size(RecordingFiles(file.folder, path), rows[0]))
-
-
-def _hash_and_size(files: RecordingFiles, row: RunRow) -> tuple[str, int]:
-    try:
-        return files.sha256(), files.size_bytes
-    except (RecordingError, OSError) as error:
-        raise IngestError(f"{row.place}, column 'recording': {error}") from error
+    files = RecordingFiles(file.folder, path)
+    with _refused_in(rows[0]):
+        return PendingRecording(path, rows, files.sha256(), files.size_bytes)
 
 
 def _refuse_unknown_format(folder: Path, row: RunRow) -> None:
-    try:
+    with _refused_in(row):
         _ = RecordingFiles(folder, row.recording or "").format
-    except RecordingError as error:
+
+
+@contextmanager
+def _refused_in(row: RunRow) -> Iterator[None]:
+    """Files that cannot be read are a fault of the row that names them."""
+    try:
+        yield
+    except (RecordingError, OSError) as error:
         raise IngestError(f"{row.place}, column 'recording': {error}") from error
 
 

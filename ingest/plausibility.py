@@ -1,10 +1,9 @@
-"""What a pulse must be by the impactor's mass and velocity, and by what other recordings hold.
+"""What a pulse must be by the impactor's mass and velocity, and by what other recordings hold; and what the bench
+cannot have, held against the rows of `runs.csv`: refused, unless confirmed by name.
 
 A mass m that arrives with u leaves with -e u, 0 <= e <= 1: the impulse is m u (1 + e), between m u and 2 m u, as long
 as what it hits hardly moves in the contact. A plate that is not heavy takes its share: with the plate's mass M free to
 move, it is m M / (m + M) that counts, and the impulse is smaller; a hand that holds a hammer makes it larger.
-
-What the bench cannot have, held against the rows of `runs.csv`: refused, unless confirmed by name.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from collections.abc import Collection, Iterator, Sequence
 
 from ..schema.known_factors import BY_NAME, NONE
 from ..signals.checks.base import Finding
-from .errors import Faults, IngestError, printable
+from .errors import Faults, IngestError, enumerated, printable
 from .folder import CampaignFile
 from .pulses import ExtractedPulse
 from .runs import RunRow
@@ -179,5 +178,4 @@ def _finding(check: str, message: str) -> Told:
 
 
 def _lines(lines: Sequence[int]) -> str:
-    named = ", ".join(map(str, lines[:5])) + (f" and {len(lines) - 5} more" if len(lines) > 5 else "")
-    return f"{'row' if len(lines) == 1 else 'rows'} {named}"
+    return f"{'row' if len(lines) == 1 else 'rows'} {enumerated([str(line) for line in lines])}"

@@ -1,11 +1,10 @@
 """From a force record to pulses: segment, smooth, resample, measure (thesis, sections 4.1 and 4.2.2).
 
-The cubic smoothing spline of a pulse (thesis, eq. 4.6 and MATLAB's `csaps`), on the sample index.
-
-With x in seconds the problem is so badly scaled that libraries return no smoothing, or refuse (scipy and csaps
-both); on the index it is well posed and p means the same at every sampling rate. `csaps` with parameter p
-is scipy's `make_smoothing_spline` with lam = (1 - p) / p, which this equals to rounding. On the index its equations are
-the same few numbers in every row, and need not be built from divided differences: a tenth of the time.
+The cubic smoothing spline (eq. 4.6 and MATLAB's `csaps`) is on the sample index. With x in seconds the problem is so
+badly scaled that libraries return no smoothing, or refuse (scipy and csaps both); on the index it is well posed and p
+means the same at every sampling rate. `csaps` with parameter p is scipy's `make_smoothing_spline` with lam = (1 - p) /
+p, which this equals to rounding. On the index its equations are the same few numbers in every row, and need not be
+built from divided differences: a tenth of the time.
 """
 
 from __future__ import annotations

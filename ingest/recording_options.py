@@ -1,7 +1,5 @@
-"""`[recordings]` of campaign.toml: what the recordings do not say themselves.
-
-`[force]` of campaign.toml: from which accelerometers a force is derived, and by which hammer hits.
-"""
+"""`[recordings]` of campaign.toml: what the recordings do not say themselves; and `[force]`: from which accelerometers
+a force is derived, and by which hammer hits."""
 
 from __future__ import annotations
 

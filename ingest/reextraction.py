@@ -1,15 +1,14 @@
-"""Pulses cut anew from the stored series with other settings. Old versions stay; the new one is in use.
+"""Pulses cut anew from the stored series with other settings: looked at, or stored as the version in use. Old versions
+stay.
 
 Accelerations are measured anew where a recording has no figures of them yet, or no force that says where its impacts
 lie.
-
-The hits of one stored recording cut with other settings: looked at, or stored as the version in use.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import partial
 
 from sqlalchemy import delete, func, select, update
@@ -79,7 +78,7 @@ def cut(session: Session, recording: int, impacts: Sequence[int], settings: Extr
 
 def force_channels(session: Session, recording: int) -> tuple[Channel, ...]:
     """What contacts are looked for in. Raises `schema.series.SeriesError` where samples are damaged."""
-    return tuple(read_channel(session, row) for row in list_channels(session, recording) if row.quantity == "force")
+    return _channels(session, recording, "force")
 
 
 def reextract_recording_hits(
@@ -132,8 +131,11 @@ def has_figures(session: Session, impacts: Sequence[int]) -> bool:
 
 def acceleration_channels(session: Session, recording: int) -> tuple[Channel, ...]:
     """What is measured of each impact. Raises as `force_channels`."""
-    rows = list_channels(session, recording)
-    return tuple(read_channel(session, row) for row in rows if row.quantity == "acceleration")
+    return _channels(session, recording, "acceleration")
+
+
+def _channels(session: Session, recording: int, quantity: str) -> tuple[Channel, ...]:
+    return tuple(read_channel(session, row) for row in list_channels(session, recording) if row.quantity == quantity)
 
 
 def replace_figures(session: Session, recording: int, impacts: Sequence[int], figures: Sequence[ImpactFigures]) -> int:
@@ -160,13 +162,7 @@ class ReextractionReport:
     skipped: list[dict[str, str]] = field(default_factory=list)
 
     def as_json(self) -> dict[str, object]:
-        return {
-            "campaign": self.campaign,
-            "added": self.added,
-            "reused": self.reused,
-            "measured": self.measured,
-            "skipped": self.skipped,
-        }
+        return asdict(self)
 
 
 def reextract(

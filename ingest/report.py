@@ -32,6 +32,15 @@ class IngestReport:
     #: Columns of runs.csv without a known meaning and without a declaration in campaign.toml.
     undeclared_factors: list[str] = field(default_factory=list)
 
+    @property
+    def added_words(self) -> str:
+        """ "2 recordings, 5 impacts"."""
+        return ", ".join(f"{count} {noun}" for noun, count in self.added.items() if count) or "nothing new"
+
+    @property
+    def total_words(self) -> str:
+        return f"{self.recordings} recordings, {self.impacts} impacts, {self.shots} shots"
+
     def as_json(self) -> dict[str, Any]:
         """The form of the command line's contract."""
         return {

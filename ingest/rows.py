@@ -1,7 +1,5 @@
-"""From what was read to rows of the store, within a transaction that the caller holds.
-
-Velocities, pressures and findings of a hit as rows hold them: the lab's own word before what its record gives.
-"""
+"""From what was read to rows of the store, within a transaction that the caller holds. The lab's own word on a velocity
+or pressure goes before what the record gives."""
 
 from __future__ import annotations
 
@@ -14,6 +12,7 @@ from sqlalchemy.orm import Session
 
 from ..schema.benches import Gun, Hammer, Material, ModalTable, Mode, ModeShape, Plate, material_id
 from ..schema.campaigns import Campaign
+from ..schema.figures import PULSE
 from ..schema.impacts import ExtractionSettingsRow as SettingsRow
 from ..schema.known_factors import NONE
 from ..schema.series import encode
@@ -178,20 +177,8 @@ def pulse_values(pulse: ExtractedPulse, impact_id: int, settings: int) -> dict[s
         "settings_id": settings,
         "current": True,
         "extracted_at": datetime.now(UTC),
-        "start_s": pulse.start_s,
-        "contact_time_s": pulse.contact_time_s,
-        "compression_time_s": pulse.compression_time_s,
-        "peak_force_n": pulse.peak_force_n,
-        "spline_peak_force_n": pulse.spline_peak_force_n,
-        "impulse_n_s": pulse.impulse_n_s,
-        "compression_impulse_n_s": pulse.compression_impulse_n_s,
-        "width_half_s": pulse.width_half_s,
-        "width_tenth_s": pulse.width_tenth_s,
-        "samples_in_contact": pulse.samples_in_contact,
-        "spline_nrmse": pulse.spline_nrmse,
-        "segmentation_difference": pulse.segmentation_difference,
+        **{name: getattr(pulse, name) for name in PULSE},
         "force_points_n": [float(x) for x in pulse.force_points_n],
-        "fine_period_s": pulse.fine_period_s,
         "fine_force_n": encode(pulse.fine_force_n),
     }
 

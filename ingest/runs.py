@@ -1,13 +1,10 @@
 """`runs.csv`, or a spreadsheet in its place: one row per recorded impact or shot, every cell checked before anything is
-stored.
-
-Which hit of a recording is which row of `runs.csv`.
+stored; and which hit of a recording is which row.
 
 One row for a recording that holds several hits: they are its repetitions, counted on from the row's. As many rows as
-hits: in time order. More hits than rows: the largest ones are the rows' (the thesis's "ten main peaks"), unless the
-one row may count on. Fewer hits than rows: nobody can say which row lacks its hit, so the recording is set aside.
-
-Hits that a recording shows and that are not stored as impacts: each is told, with its time and its peak.
+hits: in time order. More hits than rows: the largest ones are the rows' (the thesis's "ten main peaks"), unless the one
+row may count on; the others are told, each with its time and its peak. Fewer hits than rows: nobody can say which row
+lacks its hit, so the recording is set aside.
 """
 
 from __future__ import annotations
@@ -23,7 +20,7 @@ from ..schema.known_factors import BY_COLUMN, BY_NAME, LevelError, MaterialNames
 from ..signals.checks.base import Finding
 from ..signals.valve_profile import ValveProfile
 from .column_names import KEYS, MEASURED, RUNS_FILE, check_columns, suggestion
-from .errors import LONGEST_NAME, Faults, IngestError, printable
+from .errors import LONGEST_NAME, Faults, IngestError, enumerated, printable
 from .pulses import ExtractedPulse, Hits, Touch
 from .readers import RecordingError
 from .recording_files import recording_path
@@ -267,8 +264,6 @@ def _counts_on(rows: list[RunRow], all_rows: Collection[RunRow]) -> bool:
 #: From this share of the smallest hit that has a row, a hit without a row may be the row's own: the largest hits are
 #: taken to be the rows', and between peaks that differ by less than a factor of two their size says nothing.
 DOUBTFUL_SHARE = 0.5
-#: Hits that a message names; all of them are in the evidence.
-_NAMED = 5
 
 
 def hits_without_row(hits: Hits, channel: str) -> list[Finding]:
@@ -305,8 +300,8 @@ def _rows(number: int) -> str:
 
 
 def _named(touches: tuple[Touch, ...]) -> str:
-    named = ", ".join(f"{touch.peak_force_n:.3g} N at {touch.time_s:.4g} s" for touch in touches[:_NAMED])
-    return named + (f" and {len(touches) - _NAMED} more" if len(touches) > _NAMED else "")
+    """Some of them; all are in the evidence."""
+    return enumerated([f"{touch.peak_force_n:.3g} N at {touch.time_s:.4g} s" for touch in touches])
 
 
 def _evidence(touches: tuple[Touch, ...]) -> list[dict[str, float]]:

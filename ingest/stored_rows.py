@@ -1,9 +1,5 @@
-"""What the store knows of a campaign before an ingest: its recordings, and what its rows said.
-
-Kind, date and bench of a stored campaign beside those of a folder: every fact that differs, with both values.
-
-A row of `runs.csv` beside the stored one of its number: every value that differs, with both.
-"""
+"""What the store knows of a campaign before an ingest, beside what its folder says now: of recordings, of kind, date
+and bench, and of each row of `runs.csv` every value that differs, with both."""
 
 from __future__ import annotations
 

@@ -12,6 +12,7 @@ from ..array_types import Floats
 
 #: Bins below this coherence (or NaN, without excitation) say nothing about the size of the response.
 MEANINGFUL_COHERENCE = 0.5
+ACCELERATION_OVER_FORCE = "(m/s2)/N"
 
 
 class TransferFunctionError(ValueError):
@@ -58,7 +59,7 @@ def estimate_transfer_function(
     starts: NDArray[np.int64] | None = None,
     segment: int | None = None,
     end_weight: float = 1.0,
-    unit: str = "(m/s2)/N",
+    unit: str = ACCELERATION_OVER_FORCE,
 ) -> TransferFunction:
     """H1, cross spectrum over input spectrum: noise of the output averages out, noise of the input biases it low.
 
@@ -89,13 +90,13 @@ def transfer_functions_of_the_others(
     starts: NDArray[np.int64],
     *,
     segment: int,
-    end_weight: float = 1.0,
-    unit: str = "(m/s2)/N",
 ) -> Iterator[TransferFunction]:
     """For each hit in turn `estimate_transfer_function` over all hits but this one, each transformed only once."""
-    x, y, decay = _hit_spectra(output, input_, sampling_rate_hz, starts, segment, end_weight)
+    x, y, decay = _hit_spectra(output, input_, sampling_rate_hz, starts, segment, 1.0)
     for hit in range(len(starts)):
-        yield _h1(np.delete(x, hit, axis=0), np.delete(y, hit, axis=0), sampling_rate_hz, unit, decay)
+        yield _h1(
+            np.delete(x, hit, axis=0), np.delete(y, hit, axis=0), sampling_rate_hz, ACCELERATION_OVER_FORCE, decay
+        )
 
 
 def hit_windows(signal: Floats, starts: NDArray[np.int64], segment: int) -> Floats:

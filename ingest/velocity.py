@@ -1,11 +1,5 @@
-"""Velocities of the bench: at the muzzle by laser, at contact by the impactor's deceleration; and the tank pressure.
-
-The bullet's velocity at the muzzle, from the laser that it interrupts (thesis, sections 2.2.1 and 5.1).
-
-The impactor's velocity at first contact, from its deceleration (thesis, section 4.1).
-
-The tank's pressure just before the shot.
-"""
+"""Velocities of the bench: at the muzzle by the laser that the bullet interrupts (thesis, sections 2.2.1 and 5.1), at
+contact by the impactor's deceleration (section 4.1); and the tank pressure just before the shot."""
 
 from __future__ import annotations
 
@@ -288,16 +282,3 @@ def _drop(values: NDArray[np.float64]) -> int:
             f"a shot is expected to exceed {_NOISE_MARGIN:g} times the noise, after {_SMALLEST_STRETCH} samples of rest"
         )
     return (knee - (half - knee) // 4) * _BLOCK
-
-
-__all__ = [
-    "ImpactVelocity",
-    "MuzzleVelocity",
-    "NoDropError",
-    "NoPassageError",
-    "TankPressure",
-    "impact_velocity",
-    "muzzle_velocity",
-    "muzzle_velocity_uncertainty",
-    "tank_pressure_before",
-]

@@ -1,6 +1,5 @@
-"""What all tables share: names of constraints, aware UTC times, exact numbers, and who wrote a row.
-
-JSON that both engines take: NaN and infinities on purpose, and no text that a database refuses.
+"""What all tables share: names of constraints, aware UTC times, exact numbers, who wrote a row, and JSON that both
+engines take.
 
 `to_plain` and `from_plain` are inverse on what JSON can say plus non-finite numbers; numpy scalars and arrays become
 Python's, tuples lists, and what is no character (lone surrogates, NUL) a question mark or the replacement character.
@@ -9,12 +8,15 @@ Python's, tuples lists, and what is no character (lone surrogates, NUL) a questi
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
-from typing import Any
+from typing import Any, TypeVar
 
 from sqlalchemy import JSON, BigInteger, DateTime, Dialect, ForeignKey, Integer, MetaData
 from sqlalchemy.orm import DeclarativeBase, Mapped, declared_attr, mapped_column
 from sqlalchemy.types import TypeDecorator
+
+Value = TypeVar("Value")
 
 _FLOAT = "$float"  # JSON has no NaN, and PostgreSQL refuses Python's
 
@@ -134,4 +136,11 @@ def one_of(column: str, values: tuple[str, ...]) -> str:
     return f"{column} IN ({', '.join(repr(v) for v in values)})"
 
 
-__all__ = ["Base", "HasId", "UtcDateTime", "WithProvenance", "not_negative", "one_of", "positive"]
+#: Of values in one statement: SQLite takes a limited number of variables.
+_AT_ONCE = 500
+
+
+def in_batches(values: Sequence[Value]) -> Iterator[Sequence[Value]]:
+    """As many of `values` at a time as a statement takes."""
+    for first in range(0, len(values), _AT_ONCE):
+        yield values[first : first + _AT_ONCE]

@@ -1,9 +1,8 @@
-"""The parts of a bench: gun, hammer, plate with its modal table. A part is stored once, whoever uses it.
+"""The parts of a bench: gun, hammer, plate with its modal table; and the materials of tips, plates and anvils, each
+with its source. A part is stored once, whoever uses it.
 
-`fingerprint` is the hash of a part's content: two campaigns with the same gun share one row, and a gun whose
-friction was re-identified is another row. Sensors belong to the channel that they recorded (`recordings`).
-
-Materials of tips, plates and anvils, each with its source.
+`fingerprint` is the hash of a part's content: two campaigns with the same gun share one row, and a gun whose friction
+was re-identified is another row. Sensors belong to the channel that they recorded (`recordings`).
 """
 
 from __future__ import annotations

@@ -1,7 +1,5 @@
-"""Campaigns, and the configurations that they test: factors are data, so a lab adds its own.
-
-Designs, and what became of each planned run.
-"""
+"""Campaigns, the configurations that they test (factors are data, so a lab adds its own), plans, and what became of
+each planned run."""
 
 from __future__ import annotations
 

@@ -1,13 +1,11 @@
-"""Conditions of a listing: what they may name, and the part of a query that they are.
+"""Conditions of a listing, and its rows page by page, at a cost that follows what is listed and not what is stored.
 
 A condition on a column goes into the query; one on a factor is first turned into the configurations that meet it.
 
-A listing's rows page by page, at a cost that follows what is listed and not what is stored.
-
-A database that is asked for the first rows of a filter in order of their key either walks the keys, which is slow
-where matches are rare, or collects and sorts every match, which is slow where they are many; and it guesses which. So
-it is asked for a window of keys at a time: the windows begin at the first key that can match, end at the last one, and
-widen or narrow until a window holds about a page.
+A database that is asked for the first rows of a filter in order of their key either walks the keys, which is slow where
+matches are rare, or collects and sorts every match, which is slow where they are many; and it guesses which. So it is
+asked for a window of keys at a time: the windows begin at the first key that can match, end at the last one, and widen
+or narrow until a window holds about a page.
 """
 
 from __future__ import annotations
@@ -233,6 +231,16 @@ def _refuse_word(condition: Condition) -> None:
     """Every other column of a listing is a number: one database would find nothing equal to a word, another fail."""
     if isinstance(condition.value, str):
         raise ValueError(f"{condition.field} is compared with {condition.value!r}; expected a number, in SI")
+
+
+def has_campaign(session: Session, name: str) -> bool:
+    """Whether the store has a campaign of this name."""
+    return session.scalar(select(Campaign.id).where(Campaign.name == name)) is not None
+
+
+def list_campaign_names(session: Session) -> list[str]:
+    """Names of the newest 500 campaigns."""
+    return list(session.scalars(select(Campaign.name).order_by(Campaign.date.desc(), Campaign.name).limit(500)))
 
 
 def get_campaign_id(session: Session, name: str) -> int:

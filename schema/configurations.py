@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from .base import in_batches
 from .benches import material_id
 from .campaigns import Configuration, ConfigurationLevel, Factor, FactorLevel
 from .known_factors import RunLevel
 from .transactions import fingerprint_of, get_or_add
-
-#: Values of one statement: SQLite takes 32,766 of them.
-_AT_ONCE = 500
 
 
 def configuration_fingerprint(levels: Sequence[RunLevel]) -> str:
@@ -47,27 +46,42 @@ def configuration_ids(session: Session, combinations: Sequence[Sequence[RunLevel
 def configuration_factors(session: Session, keys: Sequence[int]) -> dict[int, dict[str, str | float]]:
     """Factors of each configuration by its key, in the order of the factors: a number in SI where the level is one."""
     factors: dict[int, dict[str, str | float]] = {key: {} for key in keys}
+    for row in iter_levels(session, keys):
+        factors[row.configuration][row.factor] = row.level
+    return factors
+
+
+class ConfigurationFactor(NamedTuple):
+    """A factor of a configuration with its level: a number in SI, or a word."""
+
+    configuration: int
+    factor: str
+    si_unit: str | None
+    level_id: int
+    level: str | float
+
+
+def iter_levels(session: Session, keys: Sequence[int]) -> Iterator[ConfigurationFactor]:
+    """All factors of these configurations, those of one in the order of the factors."""
+    columns = (ConfigurationLevel.configuration_id, Factor.name, Factor.si_unit)
     query = (
-        select(ConfigurationLevel.configuration_id, Factor.name, FactorLevel.label, FactorLevel.number)
+        select(*columns, FactorLevel.id, FactorLevel.label, FactorLevel.number)
         .join(FactorLevel, ConfigurationLevel.level_id == FactorLevel.id)
         .join(Factor, FactorLevel.factor_id == Factor.id)
         .order_by(Factor.id)
     )
-    for i in range(0, len(keys), _AT_ONCE):
-        part = query.where(ConfigurationLevel.configuration_id.in_(keys[i : i + _AT_ONCE]))
-        for key, name, label, number in session.execute(part):
-            factors[key][name] = label if number is None else number
-    return factors
+    for some in in_batches(keys):
+        rows = session.execute(query.where(ConfigurationLevel.configuration_id.in_(some)))
+        for key, factor, si_unit, level_id, label, number in rows:
+            yield ConfigurationFactor(key, factor, si_unit, level_id, label if number is None else number)
 
 
 def known_configurations(session: Session, fingerprints: Sequence[str]) -> dict[str, int]:
     """Keys of the stored configurations among these, by fingerprint."""
     query = select(Configuration.fingerprint, Configuration.id)
     existing: dict[str, int] = {}
-    for i in range(0, len(fingerprints), _AT_ONCE):
-        existing |= dict(
-            iter(session.execute(query.where(Configuration.fingerprint.in_(fingerprints[i : i + _AT_ONCE]))))
-        )
+    for some in in_batches(fingerprints):
+        existing |= dict(iter(session.execute(query.where(Configuration.fingerprint.in_(some)))))
     return existing
 
 
@@ -100,10 +114,8 @@ def _levels(session: Session, levels: Sequence[RunLevel]) -> dict[tuple[str, str
     names = {row.id: name for name, row in factors.items()}
     level_rows: dict[tuple[str, str], FactorLevel] = {}
     labels = sorted({level.label for level in wanted.values()})
-    for i in range(0, len(labels), _AT_ONCE):
-        query = select(FactorLevel).where(
-            FactorLevel.factor_id.in_(names), FactorLevel.label.in_(labels[i : i + _AT_ONCE])
-        )
+    for some in in_batches(labels):
+        query = select(FactorLevel).where(FactorLevel.factor_id.in_(names), FactorLevel.label.in_(some))
         level_rows |= {(names[row.factor_id], row.label): row for row in session.scalars(query)}
     return {key: level_rows.get(key) or _level(session, factors[key[0]].id, level) for key, level in wanted.items()}
 

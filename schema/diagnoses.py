@@ -1,7 +1,5 @@
-"""Diagnoses of the sim-to-real gap, as they were reported and drawn.
-
-Versions of the twin's configuration: the effects that a laboratory has adopted from diagnoses.
-"""
+"""Diagnoses of the sim-to-real gap, as they were reported and drawn, and versions of the twin's configuration: the
+effects that a laboratory has adopted from them."""
 
 from __future__ import annotations
 

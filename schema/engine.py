@@ -185,7 +185,12 @@ def make_engine_of_existing(url: str) -> Engine:
     engine = make_engine(url)
     path = engine.url.database
     if engine.dialect.name == "sqlite" and path and path != ":memory:" and not Path(path).exists():
-        raise NoStoreError(
-            f"no store at {describe(engine)}; make one with: pyroshock init --db {address_for_display(url)}"
-        )
+        raise no_store(engine, url)
     return engine
+
+
+def no_store(engine: Engine, url: str) -> NoStoreError:
+    """What to raise where an address leads to no store."""
+    return NoStoreError(
+        f"no store at {describe(engine)}; make one with: pyroshock init --db {address_for_display(url)}"
+    )

@@ -84,6 +84,3 @@ def _exact(value: Any) -> str:
     except (TypeError, ValueError):  # in a damaged store
         return repr(value)
     return "None" if math.isnan(number) else (number + 0.0).hex()
-
-
-__all__ = ["CHANNEL", "IMPACT", "PULSE", "SHOT", "figures_hash", "hashed"]

@@ -1,14 +1,9 @@
-"""Impacts, the pulses that were extracted from their records, and the figures of their acceleration channels.
+"""Impacts, the pulses that were extracted from their records, the figures of their acceleration channels, shots of the
+gun, frozen selections of pulses, and what an impact velocity means, by how it was obtained.
 
-Shots of the gun: what the tank held, and how fast the bullet left.
-
-Frozen selections of pulses: what a model was trained on.
-
-What an impact velocity means, by how it was obtained: the kinds of a velocity, and the kind of each source.
-
-A velocity that was integrated from the impactor's deceleration to the peak of the force (thesis, section 4.1) is
-the one that the impactor lost until then. Where the target gives way, the impactor still moves with the target's
-surface at the peak, and the integral is only 0.3 to 0.8 of the velocity before contact.
+A velocity that was integrated from the impactor's deceleration to the peak of the force (thesis, section 4.1) is the
+one that the impactor lost until then. Where the target gives way, the impactor still moves with the target's surface at
+the peak, and the integral is only 0.3 to 0.8 of the velocity before contact.
 """
 
 from __future__ import annotations

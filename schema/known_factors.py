@@ -1,8 +1,6 @@
 """The factors of the thesis (Tables 3.2 and 4.1) as tables of runs name them, and what a cell may hold.
 
 Any other column is a free factor, kept under its own name as number or text.
-
-A cell of a table of runs as a factor's level: known columns by their meaning, any other as number or text.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
-"""Listings: plain rows, page by page, filtered in the database.
+"""Listings: plain rows, page by page, filtered in the database; and the pulses of a filter, thinned evenly there.
 
-A page is three queries however long it is (impacts with their pulse in use, the configurations that are new on it,
-the findings), and `pages` cuts them so that a listing costs what it returns and not what the store holds.
-
-Pulses of a filter, thinned evenly in the database: what a picture of very many can show.
+A page is three queries however long it is (impacts with their pulse in use, the configurations that are new on it, the
+findings), and `conditions` cuts them so that a listing costs what it returns and not what the store holds.
 """
 
 from __future__ import annotations
@@ -16,7 +14,8 @@ from typing import Any
 from sqlalchemy import Integer, func, select, true
 from sqlalchemy.orm import Session
 
-from .campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel, PlannedRun
+from .base import in_batches
+from .campaigns import Campaign, PlannedRun
 from .conditions import (
     CHANNEL_COLUMNS,
     IMPACT_COLUMNS,
@@ -31,6 +30,7 @@ from .conditions import (
     listing_key,
     restricted,
 )
+from .configurations import iter_levels
 from .impacts import ChannelFigures, Impact, Pulse, Shot, velocity_kind
 from .recordings import NOT_JUDGED, SEVERITIES, QualityFinding
 
@@ -188,26 +188,9 @@ class _Configurations:
 
     def learn(self, keys: set[int]) -> None:
         new = sorted(keys - self._known.keys())
-        for i in range(0, len(new), 500):  # SQLite allows a limited number of variables
-            self._learn(new[i : i + 500])
-
-    def _learn(self, keys: list[int]) -> None:
-        self._known |= {key: {} for key in keys}
-        query = (
-            select(
-                ConfigurationLevel.configuration_id,
-                Factor.name,
-                Factor.si_unit,
-                FactorLevel.label,
-                FactorLevel.number,
-            )
-            .join(FactorLevel, ConfigurationLevel.level_id == FactorLevel.id)
-            .join(Factor, FactorLevel.factor_id == Factor.id)
-            .where(ConfigurationLevel.configuration_id.in_(keys))
-            .order_by(Factor.id)
-        )
-        for key, name, si_unit, label, number in self._session.execute(query):
-            self._known[key][listing_key(name, si_unit)] = label if number is None else number
+        self._known |= {key: {} for key in new}
+        for row in iter_levels(self._session, new):
+            self._known[row.configuration][listing_key(row.factor, row.si_unit)] = row.level
 
     def __getitem__(self, key: int) -> dict[str, Any]:
         return self._known[key]
@@ -219,15 +202,12 @@ def _quality(session: Session, rows: list[dict[str, Any]]) -> dict[int, str]:
     columns = (QualityFinding.recording_id, QualityFinding.impact_id, QualityFinding.severity)
     doubts = select(*columns).where(QualityFinding.severity.in_(SEVERITIES[1:])).distinct()
     severities: defaultdict[tuple[int, int | None], set[str]] = defaultdict(set)
-    for i in range(0, len(recordings), 500):  # SQLite allows a limited number of variables
-        of_some = doubts.where(QualityFinding.recording_id.in_(recordings[i : i + 500]))
-        for recording, impact, severity in session.execute(of_some):
+    for some in in_batches(recordings):
+        for recording, impact, severity in session.execute(doubts.where(QualityFinding.recording_id.in_(some))):
             severities[recording, impact].add(severity)
     worst: dict[int, str] = {}
     for row in rows:
-        of_impact = severities.get((row["recording_id"], row["id"]), set()) | severities.get(
-            (row["recording_id"], None), set()
-        )
+        of_impact = severities[row["recording_id"], row["id"]] | severities[row["recording_id"], None]
         if of_impact:
             worst[row["id"]] = max(of_impact, key=SEVERITIES.index)
     return worst

@@ -1,7 +1,5 @@
-"""Who wrote a row: one entry per command that changed the store.
-
-What was deleted from the store, and what stood on it: nothing that was used disappears without a word.
-"""
+"""Who wrote a row, one entry per command that changed the store; and what was deleted, and what stood on it: nothing
+that was used disappears without a word."""
 
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
-"""Recordings as the bench wrote them: one row per file, one per channel, and the samples in chunks.
+"""Recordings as the bench wrote them: one row per file, one per channel, the samples in chunks; and verdicts on the
+signals, each with its evidence.
 
-The numbers are the file's own, bit for bit; `si_gain` and `si_offset` take them to SI. Chunks lie in a table of
-their own so that no listing touches them, and a slice reads the chunks that it needs.
-
-Verdicts on recorded signals, each with its evidence.
+The numbers are the file's own, bit for bit; `si_gain` and `si_offset` take them to SI. Chunks lie in a table of their
+own so that no listing touches them, and a slice reads the chunks that it needs.
 """
 
 from __future__ import annotations

@@ -1,15 +1,5 @@
-"""Rows of any table as they are stored, a batch at a time: memory does not grow with the table.
-
-What a column holds, whatever the engine calls it.
-
-A table's content as one hash that is the same on every engine.
-
-How far work over many rows is.
-
-Rows into an empty table, a batch at a time: by COPY where the engine has it.
-
-Where PostgreSQL counts on from: a row that came with its key does not move the counter.
-"""
+"""Rows of any table as they are stored, a batch at a time, so that memory does not grow with the table: read, hashed to
+what is the same on every engine, and written into an empty table, by COPY where the engine has it."""
 
 from __future__ import annotations
 

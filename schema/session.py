@@ -1,9 +1,8 @@
-"""The one door to the store: opening, version check, reading and writing transactions.
+"""The one door to the store: opening, version check, reading and writing transactions, and the materials that every
+store starts with.
 
-SQLite is the embedded default and PostgreSQL the laboratory's server, through the same code. Nobody else makes
-an engine or touches a session's commit.
-
-Materials that every store starts with.
+SQLite is the embedded default and PostgreSQL the laboratory's server, through the same code. Nobody else makes an
+engine or touches a session's commit.
 """
 
 from __future__ import annotations
@@ -29,12 +28,12 @@ from .base import WithProvenance
 from .benches import Material, MaterialAlias
 from .engine import (
     BUSY_TIMEOUT_S,
-    NoStoreError,
     StoreError,
     StoreVersionError,
     describe,
     make_engine,
     make_engine_of_existing,
+    no_store,
     one_state,
 )
 from .provenance import Provenance
@@ -233,19 +232,20 @@ def _check_revision(engine: Engine, url: str, create: bool) -> None:
     if revision == migrate.HEAD:
         return
     if revision is not None:
-        raise StoreVersionError(_version_message(engine, url, revision))
+        raise version_error(engine, url, revision)
     if not create:
-        raise NoStoreError(
-            f"no store at {describe(engine)}; make one with: pyroshock init --db {address_for_display(url)}"
-        )
+        raise no_store(engine, url)
     migrate.upgrade(engine)
 
 
-def _version_message(engine: Engine, url: str, revision: str) -> str:
+def version_error(engine: Engine, url: str, revision: str) -> StoreVersionError:
+    """Of a store that an older or a newer version of this software made: what is to be done."""
+    place = f"{describe(engine)} is at revision {revision}"
     if revision in migrate.known_revisions():
-        older = f"{describe(engine)} is at revision {revision}, older than this software"
-        return f"{older}: pyroshock db upgrade --db {address_for_display(url)}"
-    return f"{describe(engine)} is at revision {revision}, which this software does not know: update pyroshock"
+        return StoreVersionError(
+            f"{place}, older than this software: pyroshock db upgrade --db {address_for_display(url)}"
+        )
+    return StoreVersionError(f"{place}, which this software does not know: update pyroshock")
 
 
 def count_rows(store: Store) -> dict[str, int]:

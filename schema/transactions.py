@@ -1,13 +1,8 @@
-"""Work that is begun again where what stopped it passes, with growing pauses of random length, until patience ends.
-
-What stops a transaction and passes by itself, told apart from what stays wrong however often one tries.
-
-Turns: writers that read what they then change go one after the other, and others go on meanwhile.
+"""Work that is begun again where what stopped it passes, with growing pauses of random length, until patience ends;
+writers that take turns; and rows that many writers share, found by their natural key or added once.
 
 SQLite lets one write at a time, so its writers take turns as it is. PostgreSQL's advisory locks are had by number; it
 releases them with the transaction or the connection that took them, however that ends.
-
-Rows that many writers share: found by their natural key, or added once.
 """
 
 from __future__ import annotations

@@ -1,9 +1,5 @@
-"""What every command shares: the store's address, how errors end, how tables are printed.
-
-The command as typed, without the secrets in it: it is stored with every row that the command writes.
-
-`--jobs`, `--backend` and `--scheduler`: who does the work of a command.
-"""
+"""What every command shares: the store's address, the workers, how errors end, how tables are printed, and the command
+as typed, without the secrets in it, which is stored with every row that the command writes."""
 
 from __future__ import annotations
 
@@ -18,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from ...parallel.executor import BACKENDS, LOCAL, ExecutorConfig
-from ...schema.addresses import HIDDEN, address_for_display, without_secrets
+from ...schema.addresses import HIDDEN, AddressError, address_for_display, parse_address, without_secrets
 from ..common.default_store import DEFAULT_DB
 
 if TYPE_CHECKING:
@@ -108,8 +104,6 @@ def errors_as_one_line() -> Iterator[None]:
 
 def fail(message: str, *below: str) -> None:
     """One line on standard error, further ones indented below, and exit code 2."""
-    from ...schema.addresses import without_secrets
-
     for start, text in (("pyroshock: ", message), *(("  ", text) for text in below)):
         line = " ".join(without_secrets(text).split())
         click.echo(start + (line if len(line) <= LONGEST_LINE else line[:LONGEST_LINE] + "…"), err=True)
@@ -141,8 +135,6 @@ def open_for_dry_run(db: str) -> Iterator[Store]:
 def open_if_exists(db: str, *, silent: bool = False) -> Iterator[Store | None]:
     """The store, or None where its file is not there yet: not every command needs one."""
     with errors_as_one_line():
-        from ...schema.addresses import AddressError, parse_address
-
         try:
             url = parse_address(db)
         except AddressError:  # `open_command_store` says what is wrong with it

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import sys
 from collections.abc import Callable, Iterable
@@ -122,8 +123,6 @@ def _csv_cell(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return ", ".join(map(str, value))
     if isinstance(value, dict):
-        import json
-
         return json.dumps(value, default=str)
     return value
 

@@ -2,8 +2,6 @@
 
 Whatever a user can mend is a `PyroshockError`. Each is also the built-in error that a Python user expects, so that
 `except ValueError` works as well. Anything else that comes out of the library is a fault of the software.
-
-Errors that a person can mend, told from bugs of ours.
 """
 
 from __future__ import annotations

@@ -1,11 +1,5 @@
-"""DataFrames of rows from the store: columns bear their units, and `.attrs["units"]` lists them.
-
-How results look in a notebook: axes that are given or made, and tables as HTML.
-
-Quantities as notebooks give them: numbers in SI, text with a unit, or pint's quantities.
-
-Progress bars of the library's long work.
-"""
+"""What notebooks give and get: quantities (numbers in SI, text with a unit, pint's), DataFrames whose columns bear
+their units, which `.attrs["units"]` lists, axes, tables as HTML and progress bars."""
 
 from __future__ import annotations
 

@@ -1,7 +1,5 @@
-"""What the commands around models share: the registry of a store, its datasets as training takes them.
-
-Models whose dataset lost pulses since they were trained: they work, and their data can no longer be shown whole.
-"""
+"""What the commands around models share: the registry of a store, its datasets as training takes them, and the models
+whose dataset lost pulses since: they work, and their data can no longer be shown whole."""
 
 from __future__ import annotations
 

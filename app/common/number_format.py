@@ -1,7 +1,4 @@
-"""Numbers in the sentences of a report: three digits, whole per cent, lists in words.
-
-Numbers that JSON has not.
-"""
+"""Numbers in the sentences of a report: three digits, whole per cent, lists in words."""
 
 from __future__ import annotations
 

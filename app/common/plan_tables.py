@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from ...delimited_text import parse_number
-from ...doe.plans import StoredPlan
+from ...doe.plans import StoredPlan, StoredRun
 from ...schema.atomic_write import atomic_file
+from ...schema.campaigns import STATUSES
 from ...schema.known_factors import BY_COLUMN
 
 
@@ -27,12 +28,24 @@ def plan_as_json(plan: StoredPlan) -> dict[str, Any]:
                 "status": run.status,
                 "repetitions": run.repetitions,
                 "recorded": run.recorded,
-                **settings_in_si({**run.row, **{key: repr(value) for key, value in run.settings.items()}}),
+                **settings_in_si(cells_of(run)),
                 **({"reason": run.reason} if run.reason else {}),
             }
             for run in plan.runs
         ],
     }
+
+
+def cells_of(run: StoredRun) -> dict[str, str]:
+    """Factors and settings of a run by column, as a table of runs writes them."""
+    return {**run.row, **{column: repr(value) for column, value in run.settings.items()}}
+
+
+def run_counts(plan: StoredPlan) -> dict[str, int]:
+    """Runs by state, and of those that are planned the ones that are "begun"."""
+    counts = {status: sum(run.status == status for run in plan.runs) for status in STATUSES}
+    begun = sum(run.status == "planned" and 0 < run.recorded < run.repetitions for run in plan.runs)
+    return {**counts, "begun": begun}
 
 
 def settings_in_si(row: Mapping[str, str]) -> dict[str, Any]:

@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ...schema.addresses import address_for_display
 from ..cli.common import json_option, note, open_command_store, print_table, write_json
+from ..common.progress import progress_bar
 
 if TYPE_CHECKING:
     from ...schema.session import Store
@@ -121,8 +123,7 @@ def _measured_shots(story: _Story) -> None:
     from . import demo as job
 
     for report in job.ingest_examples(story.store):
-        counts = f"{report.recordings} recordings, {report.impacts} impacts, {report.shots} shots"
-        note(f"ingested {report.campaign}: {counts}")
+        note(f"ingested {report.campaign}: {report.total_words}")
     with story.store.reading() as session:
         comparison = job.compare_with_table_5_1(session)
         hit = job.hit_figures(session)
@@ -164,7 +165,6 @@ def _error_lines(comparison: GunComparison) -> tuple[str, str]:
 def _virtual_campaign(story: _Story) -> None:
     from ...doe.plans import read_plan
     from ...doe.sheet import write_sheet
-    from ..common.progress import progress_bar
     from .virtual_campaign import REHEARSAL, draw_campaign, fire_campaign
 
     with progress_bar(REHEARSAL.name, "recordings") as step:
@@ -185,7 +185,6 @@ def _virtual_campaign(story: _Story) -> None:
 
 def _contact_model(story: _Story) -> None:
     from ..common.model_registry import MissingExtraError
-    from ..common.progress import progress_bar
     from .chapters import draw_model, train_model
 
     try:
@@ -215,7 +214,6 @@ def _model_sentences(model: TrainedModel) -> tuple[str, str]:
 
 
 def _validation(story: _Story) -> None:
-    from ..common.progress import progress_bar
     from .chapters import draw_validation, validate_model, validation_json
 
     with progress_bar("validation", "shots") as step:
@@ -230,7 +228,6 @@ def _validation(story: _Story) -> None:
 
 
 def _gap(story: _Story) -> None:
-    from ..common.progress import progress_bar
     from ..diagnose.wording import effect_subject
     from .chapters import CHANGED, EFFECT, STRENGTH, diagnose_gap, diagnosis_json, draw_diagnosis
     from .virtual_campaign import fire_campaign
@@ -253,8 +250,6 @@ CHAPTERS = {1: _measured_shots, 2: _virtual_campaign, 3: _contact_model, 4: _val
 
 def _tell_addresses(out: Path, url: str, names: Sequence[str]) -> None:
     """Where everything is, and what to do next."""
-    from ...schema.addresses import address_for_display
-
     address = address_for_display(url)
     files = "\n  ".join(str(path) for name in names if (path := out.resolve() / name).is_file())
     click.echo(f"\nThe results are here:\n  {files}\n  store: {address}")

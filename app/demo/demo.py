@@ -22,6 +22,7 @@ from ...schema.impacts import Impact, Pulse
 from ...schema.listings import iter_shots
 from ...schema.recordings import Recording
 from ...schema.session import Store
+from ...signals.srs.spectrum import octave_grid
 from ...twin.gun.bench import GunBench
 from ...twin.gun.nominal import muzzle_velocity
 from ..common.nominal_velocity import with_predictions
@@ -109,7 +110,6 @@ def _gun(session: Session) -> GunBench:
 
 def predict_a_shot(store: Store, url: str) -> tuple[Prediction, Sequence[str]]:
     """The thesis's bullet at a pressure it was not fired with, to the spectrum up to 2 kHz; and what to know of it."""
-    from ...signals.srs.spectrum import octave_grid
     from ..twins.building import TwinRequest, twin_of
 
     lines = tuple(octave_grid(100.0, 2000.0, 6).tolist())

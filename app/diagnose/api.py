@@ -1,7 +1,4 @@
-"""Diagnoses of the gap: run one, read what is kept, plan what tells causes apart, adopt an effect.
-
-A diagnosis as a job: of a campaign in the store, which keeps it.
-"""
+"""Diagnoses of the gap: run one as a job, read what is kept, plan what tells causes apart, adopt an effect."""
 
 from __future__ import annotations
 
@@ -17,8 +14,9 @@ from ..twins.adopted_effects import adopt
 from ..web.dependencies import Key, OpenStore, Running, Text
 from ..web.jobs import Jobs
 from .diagnosing import is_stored
-from .discriminating_plan import store_experiment
-from .job import DIAGNOSE, DiagnoseArguments
+from .discriminating_plan import store_experiment_of
+from .job import DIAGNOSE
+from .request import DiagnoseArguments, check_effects
 from .stored import kept_report, kept_verdict, list_diagnoses
 
 
@@ -28,8 +26,6 @@ def diagnose_job(jobs: Jobs, store: Store, arguments: DiagnoseArguments) -> JobV
     Raises `LookupError` for a campaign that is not in the store, for a path of the server's disk is nobody's to name,
     and for an effect that the catalogue does not have.
     """
-    from .request import check_effects
-
     if not is_stored(store, arguments.target):
         raise LookupError(f"no campaign {arguments.target!r} in the store; ingest it first")
     check_effects(arguments.with_effects, arguments.without_effects)
@@ -60,15 +56,8 @@ class DiagnosisOptions(BaseModel):
     without: list[EffectId] = Field([], max_length=100)
 
     def asked(self) -> DiagnoseArguments:
-        return DiagnoseArguments(
-            self.campaign,
-            simulator=self.simulator,
-            tolerances=self.tolerances,
-            uncertain=self.uncertain,
-            seed=self.seed,
-            with_effects=self.with_effects,
-            without_effects=self.without,
-        )
+        same = self.model_dump(exclude={"campaign", "without"})
+        return DiagnoseArguments(self.campaign, without_effects=self.without, **same)
 
 
 class PlanName(BaseModel):
@@ -109,10 +98,7 @@ def diagnosis(diagnosis: Key, store: OpenStore) -> dict[str, Any]:
 @router.post("/diagnoses/{diagnosis}/plan")
 def plan(diagnosis: Key, plan_name: PlanName, store: OpenStore) -> dict[str, Any]:
     """Write the next experiment that the diagnosis names into the store, as a plan."""
-    with store.reading() as session:
-        report = kept_report(session, diagnosis)
-    name = plan_name.name or f"{report['campaign']}-discriminate"
-    stored, left_out = store_experiment(store, report["campaign"], report["next_runs"], name)
+    stored, left_out = store_experiment_of(store, diagnosis, plan_name.name)
     return {**plan_as_json(stored), "left_out": list(left_out)}
 
 

@@ -16,6 +16,7 @@ from ..cli.completion import campaign_names, effect_ids
 if TYPE_CHECKING:
     from ...diagnosis.verdict import Verdict
     from ...schema.diagnoses import TwinVersion
+    from .service import GapDiagnosis
 
 _STAGES = ("gun", "contact", "plate")
 
@@ -125,7 +126,7 @@ def diagnose(
     if json_to is not None:
         write_json(diagnosis.to_json(), json_to)
     else:
-        _tell(diagnosis.verdict)
+        _tell(diagnosis)
 
 
 def _tell_adopted(verdict: Verdict, row: TwinVersion, wanted: str) -> None:
@@ -149,26 +150,23 @@ def _tell_past(campaign: str, db: str, json_to: str | None) -> None:
         print_table(rows, f"no diagnoses of {campaign}; make one: pyroshock diagnose {campaign}")
 
 
-def _tell(verdict: Verdict) -> None:
+def _tell(diagnosis: GapDiagnosis) -> None:
     """The first sentences and what to do next, then effects, path and the rest of the report."""
     from ..common.number_format import percent
-    from .recommendations import next_experiment, recommendations
-    from .request import restrictions_among
-    from .summary import summary
-    from .wording import cause_name, fitted_words, shrinkage_line, where_lines
+    from .report import FIRST_SECTIONS, sentence_sections
+    from .wording import cause_name, fitted_words
 
-    click.echo(f"{verdict.campaign}: {' '.join((*restrictions_among(verdict.assumptions), summary(verdict)))}")
-    _tell_lines("What to do next", recommendations(verdict))
+    verdict, sections = diagnosis.verdict, sentence_sections(diagnosis.verdict)
+    click.echo(f"{verdict.campaign}: {diagnosis.sentence}")
+    _tell_lines(FIRST_SECTIONS[0], sections.pop(FIRST_SECTIONS[0]))
     _tell_effects(verdict)
     _tell_path(verdict)
     click.echo("\nCauses")
     for cause in verdict.causes:
         numbers = ", ".join(fitted_words(parameter) for parameter in cause.parameters)
         click.echo(f"  {percent(cause.probability):>7}  {cause_name(cause)}{': ' + numbers if numbers else ''}")
-    _tell_lines("Where the error lies", tuple(where_lines(verdict.where)))
-    _tell_lines("On configurations that the fit has not seen", tuple(map(shrinkage_line, verdict.shrinkage)))
-    _tell_lines("The next experiment", next_experiment(verdict))
-    _tell_lines("Assumptions", verdict.assumptions)
+    for title, sentences in sections.items():
+        _tell_lines(title, sentences)
 
 
 def _tell_lines(title: str, lines: Sequence[str]) -> None:

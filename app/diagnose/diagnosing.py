@@ -1,24 +1,18 @@
-"""A diagnosis for the command line: of a campaign in the store, which keeps it, or of a folder, which keeps nothing.
-
-Which effects a diagnosis considers when a user names some: `diagnose --with EFFECT` and `--without EFFECT`.
-
-Numbers of a bench that a user may declare uncertain, by their names.
-"""
+"""A diagnosis: of a campaign in the store, which keeps it, or of a folder, which keeps nothing."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import select
 
-from ...schema.campaigns import Campaign
+from ...schema.conditions import get_campaign_id, has_campaign, list_campaign_names
 from ...schema.diagnoses import Diagnosis
-from ...schema.listings import get_campaign_id
 from ...twin.effects import catalogue
 from .request import (
     IN_USE,
@@ -30,6 +24,7 @@ from .request import (
     restriction_sentences,
     restrictions_among,
 )
+from .stored import list_diagnoses, verdict_to_json
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -48,10 +43,7 @@ _DIAGNOSED_HZ = 5_000.0
 
 def is_stored(store: Store | None, target: str) -> bool:
     """Whether `target` names a campaign of the store."""
-    if store is None:
-        return False
-    with store.reading() as session:
-        return session.scalar(select(Campaign.id).where(Campaign.name == target)) is not None
+    return store is not None and store.read(lambda session: has_campaign(session, target))
 
 
 def record_of(store: Store | None, db: str, request: DiagnosisRequest) -> CampaignRecord:
@@ -67,18 +59,11 @@ def record_of(store: Store | None, db: str, request: DiagnosisRequest) -> Campai
     elif Path(request.target).is_dir():
         record = read_folder(Path(request.target))
     else:
-        names = ", ".join(_campaigns(store)) or "none"
+        names = ", ".join(sorted(store.read(list_campaign_names)) if store is not None else ()) or "none"
         raise LookupError(f"no campaign and no folder {request.target!r}; campaigns: {names} (pyroshock ingest FOLDER)")
     if request.modes is not None or request.bench is not None:
         return _with_own_plate(record, db, request)
     return _with_solved_plate(record, db)
-
-
-def _campaigns(store: Store | None) -> list[str]:
-    if store is None:
-        return []
-    with store.reading() as session:
-        return list(session.scalars(select(Campaign.name).order_by(Campaign.name)))
 
 
 def _with_own_plate(record: CampaignRecord, db: str, request: DiagnosisRequest) -> CampaignRecord:
@@ -184,11 +169,10 @@ def keep(store: Store, verdict: Verdict, request: DiagnosisRequest | None = None
 
     What was `request` is kept beside it, so that a what-if diagnosis asks the same; paths of this machine are not.
     """
-    from .stored import verdict_to_json
-
     report, details = verdict_to_json(verdict)
     if request is not None:
-        details["options"] = _options_json(request)
+        of_this_machine = ("target", "modes", "bench")
+        details["options"] = {name: value for name, value in asdict(request).items() if name not in of_this_machine}
 
     def add(session: Session) -> int:
         row = Diagnosis(
@@ -205,28 +189,13 @@ def keep(store: Store, verdict: Verdict, request: DiagnosisRequest | None = None
     return store.write(add)
 
 
-def _options_json(request: DiagnosisRequest) -> dict[str, Any]:
-    return {
-        "simulator": request.simulator,
-        "tolerances": dict(request.tolerances),
-        "uncertain": dict(request.uncertain),
-        "seed": request.seed,
-        "with_effects": list(request.with_effects),
-        "without_effects": list(request.without_effects),
-    }
-
-
 def report_json(verdict: Verdict) -> dict[str, Any]:
     """The report as scripts read it; a number that JSON has not (NaN) is null."""
-    from .stored import verdict_to_json
-
     return verdict_to_json(verdict)[0]
 
 
 def past_diagnoses(session: Session, campaign: str) -> Iterator[dict[str, Any]]:
     """Those of a campaign, the newest first. Raises `LookupError` for an unknown campaign."""
-    from .stored import list_diagnoses
-
     left_out = ("campaign", "complete")
     for row in list_diagnoses(session, campaign, limit=None):
         yield {key: value for key, value in row.items() if key not in left_out}
@@ -237,12 +206,7 @@ def last_report(session: Session, campaign: str) -> dict[str, Any] | None:
 
     A what-if diagnosis (`--with`, `--without`) answers another question. Raises `LookupError` for an unknown campaign.
     """
-
-    reports = (row.report for row in _rows(session, campaign))
-    return next((report for report in reports if not restrictions_among(report["assumptions"])), None)
-
-
-def _rows(session: Session, campaign: str) -> Iterator[Diagnosis]:
     key = get_campaign_id(session, campaign)
-    query = select(Diagnosis).where(Diagnosis.campaign_id == key).order_by(Diagnosis.id.desc())
-    yield from session.scalars(query)
+    query = select(Diagnosis.report).where(Diagnosis.campaign_id == key).order_by(Diagnosis.id.desc())
+    reports = session.scalars(query)
+    return next((report for report in reports if not restrictions_among(report["assumptions"])), None)

@@ -2,29 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-
 from ..jobs.kind import Ending, Kind, Result, RunningJob
-
-
-@dataclass(frozen=True)
-class DiagnoseArguments:
-    """As `diagnosing.DiagnosisRequest`, of what any worker can read."""
-
-    target: str
-    simulator: str | None = None
-    tolerances: Mapping[str, float] = field(default_factory=dict)
-    uncertain: Mapping[str, float] = field(default_factory=dict)
-    seed: int = 0
-    with_effects: Sequence[str] = ()
-    without_effects: Sequence[str] = ()
+from .request import DiagnoseArguments, DiagnosisRequest
 
 
 def _do(work: RunningJob, arguments: DiagnoseArguments) -> Ending:
     from ..common.model_registry import models_extra
     from .diagnosing import is_stored, keep, report_json, run_diagnosis
-    from .request import DiagnosisRequest
     from .summary import summary
 
     if not is_stored(work.store, arguments.target):  # a folder's path is nobody's to name from afar

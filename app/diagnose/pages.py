@@ -10,20 +10,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from fastapi import APIRouter, Form, Query
 from pydantic import Field
-from sqlalchemy import select
-from sqlalchemy.orm import Session
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
-from ...schema.campaigns import Campaign
+from ...schema.conditions import list_campaign_names
 from ...schema.diagnoses import Diagnosis
 from ..twins.adopted_effects import adopt, adoptable_names, effects_of_stages
 from ..web.dependencies import Key, OpenStore, Running, Text
 from ..web.jobs_pages import followed
 from ..web.rendering import page, part, query
 from .api import diagnose_job
-from .discriminating_plan import store_experiment
-from .job import DiagnoseArguments
+from .discriminating_plan import plan_name, store_experiment_of
+from .request import DiagnoseArguments, restrictions_among
 from .stored import kept_options, kept_report, kept_verdict, list_diagnoses
 
 if TYPE_CHECKING:
@@ -44,24 +42,18 @@ def diagnoses(
 ) -> Response:
     with store.reading() as session:
         rows = list_diagnoses(session, campaign or None, PAGE + 1, after)
-        campaigns = _campaigns(session)
-    more = len(rows) > PAGE
-    rows = rows[:PAGE]
-    following = query({"campaign": campaign, "after": rows[-1]["id"]}) if more else ""
+        campaigns = list_campaign_names(session)
+    following = query({"campaign": campaign, "after": rows[PAGE - 1]["id"]}) if len(rows) > PAGE else ""
     return page(
         request,
         "diagnoses.html",
-        rows=rows,
+        rows=rows[:PAGE],
         campaigns=campaigns,
         campaign=campaign,
         stages=_STAGES,
         following=following,
         beginning=query({"campaign": campaign}) or "/diagnoses" if after else "",
     )
-
-
-def _campaigns(session: Session) -> list[str]:
-    return list(session.scalars(select(Campaign.name).order_by(Campaign.date.desc(), Campaign.name).limit(500)))
 
 
 @router.post("/diagnoses")
@@ -156,7 +148,7 @@ def diagnosis(request: Request, diagnosis: Key, store: OpenStore) -> Response:
         drawn=drawn,
         ticked={name: options.get(f"{name}_effects", ()) for name in ("with", "without")},
         older=older,
-        plan_name=f"{report['campaign']}-discriminate",
+        plan_name=plan_name(report["campaign"]),
     )
 
 
@@ -177,7 +169,6 @@ class _Drawn:
 
 def _charts_of(verdict: Verdict) -> _Drawn:
     from .report import EFFECT_COLUMNS, EFFECTS, FIRST_SECTIONS, section_html, sections
-    from .request import restrictions_among
     from .summary import summary
 
     titled = [
@@ -211,10 +202,7 @@ def _rows(verdict: Verdict) -> list[tuple[Any, ...]]:
 
 @router.post("/diagnoses/{diagnosis}/plan")
 def plan(diagnosis: Key, store: OpenStore, name: Annotated[str, Form(max_length=200)] = "") -> Response:
-    with store.reading() as session:
-        report = kept_report(session, diagnosis)
-    wanted = name.strip() or f"{report['campaign']}-discriminate"
-    stored, _ = store_experiment(store, report["campaign"], report["next_runs"], wanted)
+    stored, _ = store_experiment_of(store, diagnosis, name.strip())
     return RedirectResponse(f"/plans/{part(stored.name)}", 303)
 
 

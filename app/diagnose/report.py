@@ -1,7 +1,5 @@
-"""A diagnosis as a report: sections that the page of `diagnose --html`, the web application and the PDF share.
-
-A kept diagnosis as a report: with all that its page draws, or of an older store the numbers alone.
-"""
+"""A diagnosis as a report: sections that the terminal, the page of `diagnose --html`, the web application and the PDF
+share. A kept diagnosis comes with all that its page draws, one of an older store with the numbers alone."""
 
 from __future__ import annotations
 
@@ -72,19 +70,35 @@ def document_of(verdict: Verdict, name: str, date: dt.date | None) -> Document:
     )
 
 
+def sentence_sections(verdict: Verdict) -> dict[str, tuple[str, ...]]:
+    """The sentences of each section that is made of sentences alone, by title."""
+    return {
+        FIRST_SECTIONS[0]: recommendations(verdict),
+        "Where the error lies": tuple(where_lines(verdict.where)),
+        "On configurations that the fit has not seen": tuple(map(shrinkage_line, verdict.shrinkage)),
+        "The next experiment": next_experiment(verdict),
+        "Assumptions": verdict.assumptions,
+    }
+
+
 def sections(verdict: Verdict) -> tuple[Section, ...]:
     """All of the report but its title; sections without anything to show are left out."""
+    sentences = sentence_sections(verdict)
+
+    def listed(title: str, empty: str, *further: Block) -> Section:
+        return Section(title, [Bullets(sentences[title], empty), *further])
+
     every = (
-        Section(FIRST_SECTIONS[0], [Paragraph(" ".join(recommendations(verdict)))]),
+        Section(FIRST_SECTIONS[0], [Paragraph(" ".join(sentences[FIRST_SECTIONS[0]]))]),
         Section(FIRST_SECTIONS[1], _path_and_shares(verdict)),
         Section(EFFECTS, _effects(verdict)),
         Section("Causes", [Bars([_bar(cause) for cause in verdict.causes])]),
         Section("The model error, stage by stage", _gap(verdict)),
-        Section("Where the error lies", [Bullets(list(where_lines(verdict.where)), "No place stands out.")]),
+        listed("Where the error lies", "No place stands out."),
         Section("Residuals before and after", _pictures(verdict.pictures)),
-        Section("On configurations that the fit has not seen", _shrinkage(verdict.shrinkage)),
-        Section("The next experiment", [Bullets(next_experiment(verdict), "None.")]),
-        Section("Assumptions", [Bullets(verdict.assumptions, "None beyond the campaign's own numbers.")]),
+        listed("On configurations that the fit has not seen", "Not measured.", *_further_figures(verdict.shrinkage)),
+        listed("The next experiment", "None."),
+        listed("Assumptions", "None beyond the campaign's own numbers."),
     )
     return tuple(section for section in every if section.blocks)
 
@@ -210,11 +224,6 @@ def _pictures(pictures: Pictures) -> list[Block]:
         rows: list[list[Cell]] = [[i, name] for i, name in enumerate(pictures.configurations, 1)]
         blocks.append(Table("The configurations of the residuals.", ("configuration", "settings"), rows))
     return blocks
-
-
-def _shrinkage(entries: Sequence[Shrinkage]) -> list[Block]:
-    blocks: list[Block] = [Bullets(list(map(shrinkage_line, entries)), "Not measured.")]
-    return blocks + list(_further_figures(entries))
 
 
 def _further_figures(entries: Sequence[Shrinkage]) -> Iterator[Block]:

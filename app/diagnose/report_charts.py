@@ -1,9 +1,8 @@
-"""The pictures of a diagnosis: residuals before and after with the floor shaded, records beside their simulation.
+"""The pictures of a diagnosis: residuals before and after with the floor shaded, records beside their simulation; the
+path of the error as a waterfall, and each effect's share with its interval.
 
-The picture of a diagnosis: the path of the error as a waterfall, and each effect's share with its interval.
-
-Rows of a horizontal bar chart, the name above its bar, so that it is readable on a telephone, too. Drawn of the
-elements and classes that `pdf_drawing` knows.
+Bars are horizontal with the name above, so that they are readable on a telephone, too. Drawn of the elements and
+classes that `documents.pdf` knows.
 """
 
 from __future__ import annotations
@@ -44,7 +43,10 @@ def residual_chart(picture: ResidualPicture, configurations: tuple[str, ...]) ->
     # the first and last floors reach to the edges of the frame
     edges = np.concatenate([ends[:1], x, ends[1:]])
     wide = np.concatenate([shade[:1], shade, shade[-1:]])
-    shown = _in_percent if label.relative else _as_it_is
+
+    def shown(residuals: Floats) -> Floats:
+        return _in_percent(residuals) if label.relative else residuals
+
     low, high, room = shown(-wide), shown(wide), shown(np.array([-picture.tolerance, picture.tolerance]))
     before = shown(picture.before)
     after = [] if picture.after is None else [shown(picture.after)]
@@ -66,10 +68,6 @@ def _in_percent(logarithms: Floats) -> Floats:
     return np.asarray(100 * np.expm1(np.clip(logarithms, -_LARGEST_LOG, _LARGEST_LOG)))
 
 
-def _as_it_is(values: Floats) -> Floats:
-    return values
-
-
 def curve_chart(picture: CurvePicture) -> str:
     """A record, and its simulation before and after."""
     x_unit, x_scale = _SHOWN.get(picture.x_unit, (picture.x_unit, 1.0))
@@ -81,12 +79,6 @@ def curve_chart(picture: CurvePicture) -> str:
     marks = [line(frame, x, y, kind) for kind, y in shown.items()]
     titles = (f"{name} ({unit})" for name, unit in ((picture.x_name, x_unit), (picture.y_name, y_unit)))
     return chart(picture.title, frame, marks, *titles)
-
-
-def legend(pictures: Pictures) -> str:
-    """What the marks of the charts mean."""
-    keys = legend_keys(pictures)
-    return "".join(f'<span class="key"><i class="key-{kind}"></i>{words}</span>' for kind, words in keys)
 
 
 def legend_keys(pictures: Pictures) -> tuple[tuple[str, str], ...]:
@@ -129,7 +121,8 @@ def path_rows(verdict: Verdict) -> tuple[BarRow, ...]:
     rows = [BarRow("before: the nominal model", _tolerances(levels[0]), 0.0, levels[0], "bar-error")]
     for step, before, after in zip(verdict.path, levels, levels[1:], strict=False):
         kind = "bar-gone" if after <= before else "bar-error"
-        rows.append(BarRow(f"+ {_short(step.added)}", f"{_gone(step.fraction)}", after, before, kind))
+        gone = f"{percent(step.fraction)} gone" if math.isfinite(step.fraction) else ""
+        rows.append(BarRow(f"+ {_short(step.added)}", gone, after, before, kind))
     rows.append(BarRow("what remains", _tolerances(levels[-1]), 0.0, levels[-1], "bar-error"))
     rows += _learned(verdict)
     noise = gap.noise_floor / gap.tolerance
@@ -143,10 +136,6 @@ def _short(identity: str) -> str:
 
 def _tolerances(level: float) -> str:
     return f"{number(level)} tolerances"
-
-
-def _gone(fraction: float) -> str:
-    return f"{percent(fraction)} gone" if math.isfinite(fraction) else ""
 
 
 def _learned(verdict: Verdict) -> list[BarRow]:

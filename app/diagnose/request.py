@@ -6,43 +6,40 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ...diagnosis.observables.contact.stage import UNCERTAIN
 from ...diagnosis.observables.gun.stage import READINGS
 from ...twin.effects import catalogue
 from ...twin.gun.bench import GunBench
 
-if TYPE_CHECKING:
-    pass
-
-
 Progress = Callable[[int, int, str], None]
-
-
 MODELS = "models:/"
-
-
 #: The registered model in use, whatever its kind.
 IN_USE = "contact-force"
 
 
 @dataclass(frozen=True)
-class DiagnosisRequest:
-    """What a user asks of a diagnosis. `tolerances` by stage, in the unit of its levels: shares for gun and contact,
-    dB for the plate; `uncertain` are standard deviations of nominal numbers, "gun.friction_coefficient", in SI;
-    `with_effects`: ids of the effects that alone are considered (none: all), `without_effects`: of those that are
-    not."""
+class DiagnoseArguments:
+    """What a user asks of a diagnosis, of what any worker can read. `tolerances` by stage, in the unit of its levels:
+    shares for gun and contact, dB for the plate; `uncertain` are standard deviations of nominal numbers,
+    "gun.friction_coefficient", in SI; `with_effects`: ids of the effects that alone are considered (none: all),
+    `without_effects`: of those that are not."""
 
     target: str
     simulator: str | None = None
     tolerances: Mapping[str, float] = field(default_factory=dict)
     uncertain: Mapping[str, float] = field(default_factory=dict)
-    modes: Path | None = None
-    bench: Path | None = None
     seed: int = 0
     with_effects: Sequence[str] = ()
     without_effects: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class DiagnosisRequest(DiagnoseArguments):
+    """What a user asks of a diagnosis. `modes` and `bench`: files of this machine that describe the plate."""
+
+    modes: Path | None = None
+    bench: Path | None = None
 
 
 def considered_effects(

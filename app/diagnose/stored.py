@@ -1,7 +1,5 @@
-"""Diagnoses that the store keeps: listed page by page, and read back whole.
-
-A diagnosis as it is kept: the report for scripts, and beside it what the report leaves out and its page draws.
-"""
+"""Diagnoses that the store keeps: the report for scripts, and beside it what the report leaves out and its page draws.
+They are listed page by page, and read back whole."""
 
 from __future__ import annotations
 
@@ -20,11 +18,10 @@ from ...schema.campaigns import Campaign
 from ...schema.diagnoses import Diagnosis, TwinVersion
 from ...schema.listings import get_campaign_id
 from ...twin.effects import Effect, effect_from_json
+from .request import DiagnosisRequest, restrictions_among
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
-
-    from ...diagnosis.verdict import Verdict
 
 
 def list_diagnoses(
@@ -50,8 +47,6 @@ def list_diagnoses(
 
 
 def _first_answer(row: Diagnosis) -> dict[str, Any]:
-    from .request import restrictions_among
-
     first, gap = row.report["causes"][0], row.report["gap"]
     return {
         "id": row.id,
@@ -88,7 +83,6 @@ def kept_verdict(session: Session, diagnosis_id: int) -> Verdict:
     Raises `LookupError` for an unknown one, and for one that an older store keeps without what its page draws;
     `ValueError` for one that a newer software has kept.
     """
-
     row = _row(session, diagnosis_id)
     if row.details is None:
         name = row.campaign.name
@@ -104,8 +98,6 @@ def kept_options(session: Session, diagnosis_id: int) -> dict[str, Any]:
 
     An option that another version had is left out. Raises `LookupError` for an unknown diagnosis.
     """
-    from .request import DiagnosisRequest
-
     options = (_row(session, diagnosis_id).details or {}).get("options", {})
     return {item.name: options[item.name] for item in fields(DiagnosisRequest) if item.name in options}
 

@@ -1,7 +1,4 @@
-"""What effects, observables and stages are called in sentences, pictures and pages: the words of the test bench.
-
-Lines of a diagnosis that the terminal and the page share; its first sentences are `diagnoses.summary`.
-"""
+"""What effects, observables and stages are called in sentences, pictures and pages: the words of the test bench."""
 
 from __future__ import annotations
 

@@ -1,10 +1,7 @@
-"""What a report holds, whatever it is written as: a title, facts, and sections of text, tables, bars and figures.
+"""What a report holds, whatever it is written as: a title, facts, and sections of text, tables, bars and figures, with
+settings and figures in the words and units of the bench.
 
 `page` makes a web page of it and `pdf` a PDF. Words stand here as they are; each writer escapes them in its own way.
-
-Settings and figures in the words and units of the bench.
-
-A document as a file: the ending of its name says which form.
 """
 
 from __future__ import annotations
@@ -14,17 +11,13 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ...array_types import Floats
 from ...schema.known_factors import BY_COLUMN, KNOWN_FACTORS, NONE
 from ...schema.listings import listing_key
-
-if TYPE_CHECKING:
-    pass
-
 
 #: What a table's cell may hold; numbers are set right and told to four digits, None is a dash.
 Cell = str | float | None

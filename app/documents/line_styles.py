@@ -1,8 +1,7 @@
-"""The colours of marks, once for screen and paper: series that colour-blind readers tell apart, light and dark.
+"""The look of a report: one column on a telephone, two of charts on a screen, light or dark as the reader has it; and
+the colours of marks, once for screen and paper.
 
-A page gives a mark its colour by the class that `svg` and `curves` write; a PDF looks the same class up here.
-
-The look of a report: one column on a telephone, two of charts on a screen, light or dark as the reader has it.
+A page gives a mark its colour by the class that `svg` writes; a PDF looks the same class up here.
 """
 
 from __future__ import annotations

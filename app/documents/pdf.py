@@ -1,7 +1,5 @@
-"""A report as a PDF for print: A4, its own fonts in it, and the same bytes for the same report.
-
-Our own charts on paper: the few SVG elements that `svg` writes, as ReportLab's shapes in the inks of a report.
-"""
+"""A report as a PDF for print: A4, its own fonts in it, and the same bytes for the same report. Charts are drawn from
+the few SVG elements that `svg` writes."""
 
 from __future__ import annotations
 
@@ -100,7 +98,6 @@ def _table(table: Table, sheet: PdfDocument) -> list[Any]:
 
 
 def _figure(figure: Figure, sheet: PdfDocument, count: int) -> list[Any]:
-
     drawing = drawing_of(figure.drawing, sheet.font, sheet.figure_width(count))
     keys = [sheet.text(_keys(figure.keys), "quiet")] if figure.keys else []
     return [sheet.text(_safe(figure.title), "figure"), drawing, *keys]

@@ -1,9 +1,5 @@
-"""The sheet that a report is printed on: page, fonts, and how each part stands on it.
-
-The letters of reports on paper.
-
-Tables on paper: columns as wide as their words ask for, all within the margins.
-"""
+"""The sheet that a report is printed on: page, fonts, and how each part stands on it; tables with columns as wide as
+their words ask for, all within the margins."""
 
 from __future__ import annotations
 

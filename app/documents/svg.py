@@ -1,8 +1,7 @@
-"""Small charts as inline SVG: no script, no fonts, colours by the page's style, readable on a telephone.
+"""Small charts as inline SVG, of curves and of clouds of points: no script, no fonts, colours by the page's style,
+readable on a telephone.
 
 Glossary: a chart is 360 by 220 units; `AxesFrame` maps numbers into it.
-
-Charts of curves and of clouds of points, in the inks of a report, on the axes of `svg`.
 """
 
 from __future__ import annotations

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ...schema.atomic_write import write_bytes
 from .document import Document
-
-if TYPE_CHECKING:
-    pass
 
 
 def write_report(document: Document, out: Path) -> None:
@@ -18,15 +14,14 @@ def write_report(document: Document, out: Path) -> None:
 
     Raises `ValueError` for another ending and where PDFs cannot be written, `OSError`.
     """
-    content = report_content(document, out.suffix.lower(), out.name)
+    check_ending(out)
+    content = report_content(document, out.suffix.lower())
     out.parent.mkdir(parents=True, exist_ok=True)
     write_bytes(out, content)
 
 
-def report_content(document: Document, ending: str, name: str = "a report") -> bytes:
-    """It as ".html" or ".pdf". Raises `ValueError` as `write_report`."""
-    if ending not in _WRITERS:
-        raise ValueError(f"cannot write {name!r}; expected a name that ends in {' or '.join(_WRITERS)}")
+def report_content(document: Document, ending: str) -> bytes:
+    """It as ".html" or ".pdf". Raises `ValueError` where PDFs cannot be written."""
     return _WRITERS[ending](document)
 
 

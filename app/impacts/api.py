@@ -1,7 +1,4 @@
-"""Impacts, shots, their channels and pulses.
-
-Shock response spectra of an uploaded time series, and of stored impacts.
-"""
+"""Impacts, shots, their channels and pulses; shock response spectra of them, and of a series that is uploaded."""
 
 from __future__ import annotations
 
@@ -40,9 +37,7 @@ class ExtractionOptions(BaseModel):
     smoothing: float = 0.99
 
     def settings(self) -> ExtractionSettings:
-        return ExtractionSettings(
-            segmentation=self.segmentation, threshold=self.threshold, smoothing=self.smoothing
-        )  # fmt: skip
+        return ExtractionSettings(**self.model_dump())
 
 
 @router.get("/impacts")
@@ -158,15 +153,8 @@ def spectra(
     with store.reading() as session:
         overlay = spectrum_overlay(session, impact, channel, q=q, specification=wanted)
     rows = [
-        {
-            "impact": overlaid.impact,
-            "channel": overlaid.channel,
-            **{name: getattr(overlaid.spectrum, name).tolist() for name in _SIDES},
-            "share_within": float(overlay.comparison.share_within[i]),
-            "worst_margin_db": float(overlay.comparison.worst_margin_db[i]),
-            "worst_frequency_hz": float(overlay.comparison.worst_frequency_hz[i]),
-        }
-        for i, overlaid in enumerate(overlay.spectra)
+        {**row, **{name: getattr(overlaid.spectrum, name).tolist() for name in _SIDES}}
+        for row, overlaid in zip(overlay.rows(), overlay.spectra, strict=True)
     ]
     reference = {
         "frequency_hz": overlay.reference.frequency_hz.tolist(),

@@ -1,21 +1,16 @@
-"""`show`: one impact, as far as the store knows it.
-
-`impacts`, `shots`: what is in the store.
-
-`export`: tables and series out of the store, for any other program.
-
-Tables of the store for other programs, streamed: memory does not grow with them.
-"""
+"""`show`: one impact, as far as the store knows it. `impacts`, `shots`: what is in the store. `export`: tables and
+series for any other program."""
 
 from __future__ import annotations
 
+from itertools import islice
 from pathlib import Path
 
 import click
 
 from ..cli.common import db_option, format_cell, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names
-from ..cli.listed import Listing, listing_options
+from ..cli.listed import Listing, column_names, listing_options
 
 
 @click.command()
@@ -89,8 +84,6 @@ def impacts(db: str, listing: Listing, campaign: str | None, where: tuple[str, .
         pyroshock impacts --sort -peak_force_n --columns id,tip_material,peak_force_n --csv
     """
     with open_command_store(db) as store, store.reading() as session:
-        from itertools import islice
-
         from ...schema.listings import iter_impacts
         from ..common.filters import parse_where
         from .impact import without_empty_figures
@@ -114,8 +107,6 @@ def shots(db: str, listing: Listing, campaign: str | None, where: tuple[str, ...
         pyroshock shots --campaign first-shots
     """
     with open_command_store(db) as store, store.reading() as session:
-        from itertools import islice
-
         from ...schema.listings import iter_shots
         from ..common.filters import parse_where
         from ..common.nominal_velocity import with_predictions
@@ -134,9 +125,7 @@ def shots(db: str, listing: Listing, campaign: str | None, where: tuple[str, ...
     type=click.Path(dir_okay=False, path_type=Path),
     help="Write to FILE.csv, FILE.parquet or FILE.json.",
 )
-@click.option(
-    "--campaign", metavar="NAME", help="Take the impacts of this campaign only.", shell_complete=campaign_names
-)
+@_CAMPAIGN
 @click.option(
     "--where",
     multiple=True,
@@ -175,7 +164,6 @@ def export(
     from .export import export_table
 
     with open_command_store(db) as store, store.reading() as session:
-        from ..cli.listed import column_names
         from ..common.filters import parse_where
 
         left_out: list[str] = []

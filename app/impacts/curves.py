@@ -1,6 +1,4 @@
-"""Versions of a pulse as curves on the record that they were cut from.
-
-One impact's segmentation as a page draws it: the force about the contact, and each version of the pulse over it.
+"""One impact's segmentation as a page draws it: the force about the contact, and each version of the pulse over it.
 
 All forces are at the record's own level, turned so that compression is positive: a version's spline lies on the record
 that it was cut from, and `rest_n` less it is the pulse that the store holds.
@@ -25,17 +23,13 @@ from ...ingest.stored import list_channels, read_channel
 from ...schema.impacts import Pulse as PulseRow
 from ...schema.series import as_floats
 from ...signals.channel import Channel
-from .impact import get_impact
+from .impact import PULSE_FIGURES, get_impact
 from .signals import envelope
 
 #: Of the longest contact, on either side; at least so many samples.
 MARGIN, LEAST_MARGIN = 0.5, 8
 
-_FIGURES = (
-    *("contact_time_s", "compression_time_s", "peak_force_n", "spline_peak_force_n", "impulse_n_s"),
-    *("compression_impulse_n_s", "width_half_s", "width_tenth_s", "samples_in_contact", "spline_nrmse"),
-    "segmentation_difference",
-)
+_FIGURES = (*PULSE_FIGURES, "segmentation_difference")
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,20 +73,7 @@ class ForceRecord:
         rest, threshold = self._delimited(row)
         fine = as_floats(row.fine_force_n, f"the force of pulse {row.id}")
         points = np.asarray(row.force_points_n, dtype=np.float64)
-        return PulseCurve(
-            key=row.id,
-            in_use=row.current,
-            settings=row.settings.settings,
-            start_s=row.start_s,
-            stop_s=row.start_s + row.contact_time_s,
-            rest_n=rest,
-            threshold_n=threshold,
-            time_s=row.start_s + np.arange(fine.size, dtype=np.float64) * row.fine_period_s,
-            force_n=rest + fine,
-            points_time_s=row.start_s + np.linspace(0, row.contact_time_s, points.size),
-            points_n=rest + points,
-            figures={name: getattr(row, name) for name in _FIGURES},
-        )
+        return _curve(row, row.id, row.settings.settings, rest, threshold, fine, points)
 
     def _delimited(self, row: PulseRow) -> tuple[float, float | None]:
         """Rest before the contact and threshold, as the extraction found them: neither is stored."""
@@ -116,18 +97,31 @@ class ForceRecord:
 
 def preview_curve(pulse: ExtractedPulse, settings: ExtractionSettings) -> PulseCurve:
     """The curve of a pulse that is not stored."""
+    threshold = pulse.rest_n + pulse.threshold_n
+    return _curve(pulse, None, settings.as_json(), pulse.rest_n, threshold, pulse.fine_force_n, pulse.force_points_n)
+
+
+def _curve(
+    pulse: PulseRow | ExtractedPulse,
+    key: int | None,
+    settings: dict[str, Any],
+    rest_n: float,
+    threshold_n: float | None,
+    fine_n: Floats,
+    points_n: Floats,
+) -> PulseCurve:
     return PulseCurve(
-        key=None,
-        in_use=False,
-        settings=settings.as_json(),
+        key=key,
+        in_use=isinstance(pulse, PulseRow) and pulse.current,
+        settings=settings,
         start_s=pulse.start_s,
         stop_s=pulse.start_s + pulse.contact_time_s,
-        rest_n=pulse.rest_n,
-        threshold_n=pulse.rest_n + pulse.threshold_n,
-        time_s=pulse.start_s + np.arange(pulse.fine_force_n.size, dtype=np.float64) * pulse.fine_period_s,
-        force_n=pulse.rest_n + pulse.fine_force_n,
-        points_time_s=pulse.start_s + np.linspace(0, pulse.contact_time_s, pulse.force_points_n.size),
-        points_n=pulse.rest_n + pulse.force_points_n,
+        rest_n=rest_n,
+        threshold_n=threshold_n,
+        time_s=pulse.start_s + np.arange(fine_n.size, dtype=np.float64) * pulse.fine_period_s,
+        force_n=rest_n + fine_n,
+        points_time_s=pulse.start_s + np.linspace(0, pulse.contact_time_s, points_n.size),
+        points_n=rest_n + points_n,
         figures={name: getattr(pulse, name) for name in _FIGURES},
     )
 

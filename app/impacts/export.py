@@ -55,10 +55,6 @@ def export_table(
     return write_batches(out, _only(batches, columns) if columns else batches)
 
 
-def _impacts(session: Session, campaign: str | None, where: tuple[Condition, ...]) -> Iterator[Row]:
-    return iter_impacts(session, campaign, where)
-
-
 def _shots(session: Session, campaign: str | None, where: tuple[Condition, ...]) -> Iterator[Row]:
     return with_predictions(session, iter_shots(session, campaign, where))
 
@@ -107,7 +103,7 @@ def _channel_figures(session: Session, campaign: str | None, where: tuple[Condit
 _SUMMARY = tuple(f"srs_{10 * 2**i}hz_m_s2" for i in range(16))
 
 
-_TABLES = {"impacts": _impacts, "shots": _shots, "pulses": _pulses, "channel-figures": _channel_figures}
+_TABLES = {"impacts": iter_impacts, "shots": _shots, "pulses": _pulses, "channel-figures": _channel_figures}
 
 
 def _own_columns(

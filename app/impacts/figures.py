@@ -1,9 +1,5 @@
-"""Charts of pulses: one impact's segmentation, and pulses of many by the levels of a factor.
-
-Charts of recorded channels.
-
-Charts of shock response spectra: levels with tolerance bands, and pseudo-velocity on four-coordinate paper.
-"""
+"""Charts of pulses (one impact's segmentation, many by the levels of a factor), of recorded channels, and of shock
+response spectra: levels with tolerance bands, and pseudo-velocity on four-coordinate paper."""
 
 from __future__ import annotations
 

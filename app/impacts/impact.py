@@ -1,7 +1,5 @@
-"""Everything that the store knows of one impact, as plain data.
-
-The accelerations of one impact, cut out of a recording that may hold several.
-"""
+"""Everything that the store knows of one impact, as plain data, as a picture, and as accelerations that are cut out of
+a recording of several impacts."""
 
 from __future__ import annotations
 
@@ -9,7 +7,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from sqlalchemy import or_, select
@@ -27,8 +25,11 @@ from ...schema.recordings import QualityFinding, RecordedChannel
 from ...schema.series import as_floats
 from ..common.plots import MEASURED, MODEL, QUIET, new_figure, save
 
-if TYPE_CHECKING:
-    pass
+#: Figures of a pulse, SI with the unit in the name.
+PULSE_FIGURES = (
+    *("contact_time_s", "compression_time_s", "peak_force_n", "spline_peak_force_n", "impulse_n_s"),
+    *("compression_impulse_n_s", "width_half_s", "width_tenth_s", "samples_in_contact", "spline_nrmse"),
+)
 
 
 def impact_page(session: Session, key: int) -> dict[str, Any]:
@@ -36,13 +37,14 @@ def impact_page(session: Session, key: int) -> dict[str, Any]:
     and channels. `LookupError` if unknown."""
     impact = get_impact(session, key)
     row = next(iter_impacts(session, where=(Condition("id", "=", key),)))
+    pulses = session.scalars(select(Pulse).where(Pulse.impact_id == key).order_by(Pulse.id))
     return {
         **row,
         "impact_velocity_u_m_s": impact.impact_velocity_u_m_s,
         "velocity_source": impact.velocity_source,
         "velocity_kind": velocity_kind(impact.velocity_source),
         "recording": impact.recording.path if impact.recording else None,
-        "pulses": [_pulse(session, pulse) for pulse in _pulses(session, key)],
+        "pulses": [_pulse(session, pulse) for pulse in pulses],
         "channel_figures": list_channel_figures(session, [key]).get(key, []),
         "findings": _findings(session, impact),
         "channels": _channels(session, impact),
@@ -57,17 +59,11 @@ def get_impact(session: Session, key: int) -> Impact:
     return impact
 
 
-def _pulses(session: Session, key: int) -> list[Pulse]:
-    return list(session.scalars(select(Pulse).where(Pulse.impact_id == key).order_by(Pulse.id)))
-
-
 def _pulse(session: Session, pulse: Pulse) -> dict[str, Any]:
     writer = session.get_one(Provenance, pulse.written_by_id)
     return {
         "in_use": "yes" if pulse.current else "no",
-        "segmentation": pulse.settings.settings["segmentation"],
-        "threshold": pulse.settings.settings["threshold"],
-        "smoothing": pulse.settings.settings["smoothing"],
+        **{name: pulse.settings.settings[name] for name in ("segmentation", "threshold", "smoothing")},
         "start_s": pulse.start_s,
         "contact_time_s": pulse.contact_time_s,
         "peak_force_n": pulse.peak_force_n,

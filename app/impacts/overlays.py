@@ -1,18 +1,18 @@
-"""Pulses of a filter laid over each other: by the levels of a factor, with their mean and spread.
-
-Shock response spectra of chosen impacts over each other, within a band about their mean or a specification.
-"""
+"""Pulses of a filter laid over each other, by the levels of a factor, with their mean and spread; and shock response
+spectra of chosen impacts, within a band about their mean or a specification."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from sqlalchemy import Row, select
 from sqlalchemy.orm import Session
 
 from ...array_types import Floats
+from ...schema.base import in_batches
 from ...schema.campaigns import ConfigurationLevel, Factor, FactorLevel
 from ...schema.conditions import Condition, get_factor_id, listing_key
 from ...schema.impacts import Impact, Pulse
@@ -22,6 +22,9 @@ from ...signals.srs.spectrum import Spectrum, shock_response_spectrum
 from ...twin.chain import default_lines
 from ...twin.srs.target import SpectrumComparison, Target, compare, within_db
 from .impact import ImpactRecord, impact_records
+
+#: Impact, contact time, period and fine force of a pulse; label and number of its level of a factor.
+PulseAtLevel = Row[tuple[int, float, float, bytes, str | None, float | None]]
 
 #: More curves than this on one grid cost seconds and show no more.
 MOST_PULSES = 2000
@@ -93,7 +96,7 @@ def pulse_overlay(
     rows = [pulse for pulse in every if pulse.impact_id in forces]
     longest = max((pulse.contact_time_s for pulse in rows), default=0.0)
     axis = np.linspace(0.0, 1.0 if normalised else longest, points)
-    by_level: dict[float | str | None, list[Row[tuple[int, float, float, bytes, str | None, float | None]]]] = {}
+    by_level: dict[float | str | None, list[PulseAtLevel]] = {}
     for pulse in rows:
         by_level.setdefault(pulse.label if pulse.number is None else pulse.number, []).append(pulse)
     groups = []
@@ -112,9 +115,7 @@ def pulse_overlay(
     )
 
 
-def _forces(
-    rows: Iterable[Row[tuple[int, float, float, bytes, str | None, float | None]]],
-) -> tuple[dict[int, Floats], tuple[int, ...]]:
+def _forces(rows: Iterable[PulseAtLevel]) -> tuple[dict[int, Floats], tuple[int, ...]]:
     """Fine forces (m,) by impact, and the impacts whose stored one is damaged."""
     forces: dict[int, Floats] = {}
     damaged = []
@@ -126,9 +127,7 @@ def _forces(
     return forces, tuple(damaged)
 
 
-def _rows(
-    session: Session, keys: list[int], factor: int
-) -> Iterator[Row[tuple[int, float, float, bytes, str | None, float | None]]]:
+def _rows(session: Session, keys: list[int], factor: int) -> Iterator[PulseAtLevel]:
     """The pulses with these keys and their level of the factor, in order of impacts."""
     level = (
         select(ConfigurationLevel.configuration_id, FactorLevel.label, FactorLevel.number)
@@ -136,20 +135,14 @@ def _rows(
         .where(ConfigurationLevel.factor_id == factor)
         .subquery()
     )
+    figures = (Pulse.impact_id, Pulse.contact_time_s, Pulse.fine_period_s, Pulse.fine_force_n)
     query = (
-        select(
-            Pulse.impact_id,
-            Pulse.contact_time_s,
-            Pulse.fine_period_s,
-            Pulse.fine_force_n,
-            level.c.label,
-            level.c.number,
-        )
+        select(*figures, level.c.label, level.c.number)
         .join(Impact, Pulse.impact_id == Impact.id)
         .outerjoin(level, level.c.configuration_id == Impact.configuration_id)
     )
-    for i in range(0, len(keys), 500):  # SQLite allows a limited number of variables
-        yield from session.execute(query.where(Pulse.id.in_(keys[i : i + 500])).order_by(Impact.id))
+    for some in in_batches(keys):
+        yield from session.execute(query.where(Pulse.id.in_(some)).order_by(Impact.id))
 
 
 def _resampled(force: Floats, period_s: float, time_s: Floats) -> Floats:
@@ -207,6 +200,19 @@ class SpectrumOverlay:
     bands: tuple[ReferenceBand, ...]
     comparison: SpectrumComparison
     left_out: tuple[str, ...]
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Of each spectrum how it keeps to the reference, in the order of `spectra`."""
+        return [
+            {
+                "impact": overlaid.impact,
+                "channel": overlaid.channel,
+                "share_within": float(self.comparison.share_within[i]),
+                "worst_margin_db": float(self.comparison.worst_margin_db[i]),
+                "worst_frequency_hz": float(self.comparison.worst_frequency_hz[i]),
+            }
+            for i, overlaid in enumerate(self.spectra)
+        ]
 
 
 def spectrum_overlay(

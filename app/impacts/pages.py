@@ -1,7 +1,5 @@
-"""Impacts and shots: lists that are paged in the database, and one impact with its record and its pulse.
-
-Pulses of many impacts over each other, and their shock response spectra.
-"""
+"""Impacts and shots: lists that are paged in the database, one impact with its record and its pulse, and pulses and
+shock response spectra of many over each other."""
 
 from __future__ import annotations
 
@@ -18,7 +16,8 @@ from starlette.responses import RedirectResponse, Response
 
 from ...ingest.reextraction import preview_impacts, reextract_recording
 from ...ingest.settings import ExtractionSettings
-from ...schema.campaigns import Campaign, Factor
+from ...schema.campaigns import Factor
+from ...schema.conditions import list_campaign_names
 from ...schema.impacts import Pulse
 from ...schema.listings import list_impacts_page, list_pulse_keys, list_shots_page
 from ...schema.series import SeriesError
@@ -207,7 +206,7 @@ def compare(
     where = [condition for condition in where if condition.strip()]
     with store.reading() as session:
         factors = list(session.scalars(select(Factor.name).order_by(Factor.name).limit(200)))
-        campaigns = _campaigns(session)
+        campaigns = list_campaign_names(session)
         overlay = None
         if factors:
             conditions = parse_where(tuple(where))
@@ -228,10 +227,6 @@ def compare(
         groups=_groups(overlay) if overlay else [],
         spectra_address="/compare/spectra" + query({"impacts": ",".join(map(str, spectra))}) if spectra else "",
     )
-
-
-def _campaigns(session: Session) -> list[str]:
-    return list(session.scalars(select(Campaign.name).order_by(Campaign.date.desc(), Campaign.name).limit(500)))
 
 
 def _groups(overlay: PulseOverlay) -> list[dict[str, Any]]:
@@ -299,16 +294,5 @@ def spectra(
         why_not=why_not,
         figure=spectra_figure(overlay, sides) if overlay else None,
         paper=four_coordinate_figure(overlay) if overlay else None,
-        rows=[
-            {
-                "impact": overlaid.impact,
-                "channel": overlaid.channel,
-                "share_within": f"{overlay.comparison.share_within[i]:.0%}",
-                "worst_margin_db": float(overlay.comparison.worst_margin_db[i]),
-                "worst_frequency_hz": float(overlay.comparison.worst_frequency_hz[i]),
-            }
-            for i, overlaid in enumerate(overlay.spectra)
-        ]
-        if overlay
-        else [],
+        rows=[{**row, "share_within": f"{row['share_within']:.0%}"} for row in overlay.rows()] if overlay else [],
     )

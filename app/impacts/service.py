@@ -1,9 +1,7 @@
-"""Pulses and recordings as arrays with time and unit; a slice of a channel reads only what it needs.
+"""Pulses and recordings as arrays with time and unit, of which a slice reads only what it needs; impacts as DataFrames.
 
-Impacts and shots as DataFrames: one query for the rows, one for the factors, one for the findings.
-
-The listing of the command line goes page by page and row by row (`schema.listings`); a frame is made of whole columns,
-with the same names, order and values.
+The listing of the command line goes page by page and row by row (`schema.listings`). A frame is made of whole columns
+with the same names, order and values: one query for the rows, one for the factors, one for the findings.
 """
 
 from __future__ import annotations
@@ -25,8 +23,8 @@ from ...schema.series import as_floats, resolve
 from ...twin.contact.measured_restitution import RecordedPulse, poisson
 from ..common.errors import library_errors, raises_library_errors
 from ..common.filters import parse_where
-from ..common.frames import axes_or_new, facts_table, with_units
-from .impact import get_impact
+from ..common.frames import axes_or_new, facts_table, frame_of, titled_table, with_units
+from .impact import PULSE_FIGURES, get_impact
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -34,13 +32,6 @@ if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
     from ...schema.session import Store
-
-
-#: Figures of a pulse in use, SI with the unit in the name.
-_RECORDINGS_FIGURES = (
-    *("contact_time_s", "compression_time_s", "peak_force_n", "spline_peak_force_n", "impulse_n_s"),
-    *("compression_impulse_n_s", "width_half_s", "width_tenth_s", "samples_in_contact", "spline_nrmse"),
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +99,7 @@ def read_pulse(session: Session, impact: int) -> ForcePulse:
         force_n=force,
         points_time_s=np.linspace(0.0, row.contact_time_s, points.size),
         points_n=points,
-        figures={name: float(getattr(row, name)) for name in _RECORDINGS_FIGURES},
+        figures={name: float(getattr(row, name)) for name in PULSE_FIGURES},
     )
 
 
@@ -233,8 +224,6 @@ class StoredRecording(Mapping[str, StoredChannel]):
 
     def to_frame(self) -> pd.DataFrame:
         """The channels with quantity, unit, rate, samples and start; no sample is read."""
-        from ..common.frames import frame_of
-
         return frame_of(
             {
                 "channel": channel.name,
@@ -266,8 +255,6 @@ class StoredRecording(Mapping[str, StoredChannel]):
         return f"<recording {self.path} of impact {self.impact}: {', '.join(self._channels)}>"
 
     def _repr_html_(self) -> str:
-        from ..common.frames import titled_table
-
         return titled_table(f"{self.path}, impact {self.impact}", self.to_frame())
 
 
@@ -283,7 +270,6 @@ def impacts_frame(
 
     Raises as `schema.listings.iter_impacts`.
     """
-    import numpy as np
     import pandas as pd
 
     conditions = parse_where((where,) if isinstance(where, str) else tuple(where))

@@ -1,10 +1,7 @@
-"""A stored channel between two instants, as much of it as a screen can show: exact as soon as the window is short.
+"""A stored channel between two instants, as few points as a screen can show: the least and the largest sample of each
+bucket. Means or every n-th sample would show a shock too small.
 
-A series as few points as a screen can show, without losing a peak: the least and the largest sample of each bucket.
-
-Means or every n-th sample would show a shock too small; this shows each extreme at its own instant and exact.
-
-Stored series as rows for other programs, channel after channel; a damaged one is named before a row of it is out.
+Series as rows for other programs, channel after channel; a damaged one is named before a row of it is out.
 """
 
 from __future__ import annotations

@@ -1,11 +1,5 @@
-"""Shock response spectra of any recording alone: from a file to spectrum, moments, findings and comparison.
-
-The acceleration in any recording alone: which channel, and in which unit. Nothing is guessed.
-
-Lines of a spectrum as text.
-
-An uploaded specification as the target of a tune or a spectrum, read as `--target` reads a file.
-"""
+"""Shock response spectra of any recording alone: from a file to spectrum, moments, findings and comparison with a
+target. Which channel is the acceleration, and in which unit, is never guessed."""
 
 from __future__ import annotations
 
@@ -13,7 +7,6 @@ import re
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,10 +24,6 @@ from ...signals.srs.spectrum import Spectrum, octave_grid, shock_response_spectr
 from ...signals.units import UnitError, to_si
 from ...twin.srs.target import SpectrumComparison, Target, compare, parse_tolerance
 from ...twin.srs.target_csv import target_of_csv
-
-if TYPE_CHECKING:
-    from ...twin.srs.target import Target
-
 
 #: Of a file that crashes no library and takes no processor time: a network drive that hangs.
 PATIENCE_S = 120.0

@@ -1,12 +1,8 @@
-"""What `pyroshock srs` tells of a recording: as JSON, as a table, as CSV.
-
-A shock response spectrum as a picture: its curves with the target's band, and the record that it is of.
-"""
+"""What `pyroshock srs` tells of a recording: as JSON, as a table, as CSV, and as a picture."""
 
 from __future__ import annotations
 
 import csv
-import math
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -16,20 +12,19 @@ import numpy as np
 from ...schema.atomic_write import atomic_file
 from ...signals.checks import Finding
 from ...twin.srs.target import SpectrumComparison, Target
+from ..common.number_format import finite
 from ..common.plots import MEASURED, MODEL, QUIET, new_figure, save
 from .spectra import Acceleration, MeasuredSpectrum
 
 _CURVES = ("maximax", "positive", "negative", "primary", "residual")
 
 
-def as_json(measured: MeasuredSpectrum) -> dict[str, Any]:
+def as_json(measured: MeasuredSpectrum) -> Any:
     """The form that scripts rely on, and beyond it channel, moments and comparison. SI; infinities become null."""
     spectrum = measured.spectrum
-    return {
+    form = {
         "unit": "m/s2",
-        "frequency_hz": _plain(spectrum.frequency_hz),
-        **{name: _plain(getattr(spectrum, name)) for name in _CURVES},
-        "pseudo_velocity_m_s": _plain(spectrum.pseudo_velocity_m_s),
+        **{name: getattr(spectrum, name).tolist() for name in ("frequency_hz", *_CURVES, "pseudo_velocity_m_s")},
         "checks": [_finding_json(finding) for finding in measured.findings],
         "channel": measured.acceleration.channel,
         "sampling_rate_hz": measured.acceleration.sampling_rate_hz,
@@ -38,10 +33,11 @@ def as_json(measured: MeasuredSpectrum) -> dict[str, Any]:
         "duration_s": measured.acceleration.duration_s,
         "q": spectrum.q,
         "damping_ratio": spectrum.damping_ratio,
-        "sampling_error": _plain(spectrum.sampling_error),
-        "moments": {key: _plain(value) for key, value in asdict(measured.moments).items()},
+        "sampling_error": spectrum.sampling_error.tolist(),
+        "moments": asdict(measured.moments),
         "target": None if measured.comparison is None else _comparison_json(measured.comparison),
     }
+    return finite(form)
 
 
 def summary(measured: MeasuredSpectrum) -> dict[str, Any]:
@@ -102,8 +98,7 @@ def _by_line(comparison: SpectrumComparison | None) -> dict[float, dict[str, flo
 
 def _finding_json(finding: Finding) -> dict[str, Any]:
     """As `ingest` tells a finding; the evidence has its units in its keys."""
-    evidence = {key: _plain(value) if isinstance(value, float) else value for key, value in finding.evidence.items()}
-    return {"check": finding.check, "severity": finding.severity, "message": finding.message, "evidence": evidence}
+    return {name: getattr(finding, name) for name in ("check", "severity", "message", "evidence")}
 
 
 def _comparison_json(comparison: SpectrumComparison) -> dict[str, Any]:
@@ -111,22 +106,13 @@ def _comparison_json(comparison: SpectrumComparison) -> dict[str, Any]:
         "within": bool(comparison.within),
         "share_within": float(comparison.share_within),
         "share_above": float(comparison.share_above),
-        "worst_margin_db": _plain(comparison.worst_margin_db),
+        "worst_margin_db": float(comparison.worst_margin_db),
         "worst_frequency_hz": float(comparison.worst_frequency_hz),
-        "frequency_hz": _plain(comparison.frequency_hz),
-        "level_m_s2": _plain(comparison.target.level_m_s2),
-        "upper_db": _plain(comparison.target.upper_db),
-        "lower_db": _plain(comparison.target.lower_db),
-        "error_db": _plain(comparison.error_db),
-        "margin_db": _plain(comparison.margin_db),
+        "frequency_hz": comparison.frequency_hz.tolist(),
+        **{name: getattr(comparison.target, name).tolist() for name in ("level_m_s2", "upper_db", "lower_db")},
+        "error_db": comparison.error_db.tolist(),
+        "margin_db": comparison.margin_db.tolist(),
     }
-
-
-def _plain(values: Any) -> Any:
-    """Numbers for JSON, which has neither NaN nor infinity."""
-    if np.ndim(values) == 0:
-        return float(values) if math.isfinite(values) else None
-    return [_plain(value) for value in values]
 
 
 def plot_spectrum(measured: MeasuredSpectrum, path: Path) -> None:

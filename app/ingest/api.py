@@ -1,9 +1,5 @@
-"""Campaigns: listed page by page, and one with all that its page shows.
-
-Ingest of campaigns: each answers with its job.
-
-A campaign deleted, a recording discarded; what stands on them before.
-"""
+"""Campaigns: listed page by page, one with all that its page shows, ingested as a job, deleted, and what stands on
+them."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from ...schema.campaigns import Campaign
+from ...schema.conditions import has_campaign
 from ...schema.diagnoses import Diagnosis, TwinVersion
 from ...schema.provenance import CAMPAIGN, Tombstone
 from ...schema.removal.part import Part, campaign_part
@@ -85,7 +85,7 @@ def restore_campaign(store: Store, file: Path, progress: Progress | None = None)
 
 def _stone_of(session: Session, archive: Archive) -> Tombstone:
     """The newest open tombstone of this content."""
-    if session.scalar(select(Campaign.id).where(Campaign.name == archive.campaign)) is not None:
+    if has_campaign(session, archive.campaign):
         raise RestoreRefusedError(
             f"campaign {archive.campaign!r} is in the store; what {archive.path} has beyond it: pyroshock db import"
         )

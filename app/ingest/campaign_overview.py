@@ -1,7 +1,4 @@
-"""One campaign as its page shows it: plain data, counted in the database.
-
-Campaigns page by page, filtered and counted in the database: the newest first.
-"""
+"""Campaigns page by page, the newest first, and one as its page shows it: plain data, counted in the database."""
 
 from __future__ import annotations
 

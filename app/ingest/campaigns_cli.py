@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import click
 from ..cli.common import CommandGroup, db_option, errors_as_one_line, json_option, note, open_command_store, write_json
 from ..cli.completion import campaign_names, plan_names
 from ..cli.listed import Listing, listing_options
+from ..common.progress import progress_bar
 
 
 @click.group(cls=CommandGroup, invoke_without_command=True)
@@ -30,20 +32,16 @@ def campaigns(ctx: click.Context, db: str, listing: Listing) -> None:
         _list(db, listing)
 
 
-@campaigns.command("list")
-@db_option
-@listing_options
-def list_(db: str, listing: Listing) -> None:
-    """List the campaigns with their counts."""
-    _list(db, listing)
-
-
 def _list(db: str, listing: Listing) -> None:
+    """List the campaigns with their counts."""
     with open_command_store(db) as store, store.reading() as session:
         from ...schema.listings import list_campaigns
 
         rows = list_campaigns(session)
     listing.show(rows, "no campaigns yet; read one with: pyroshock ingest FOLDER")
+
+
+campaigns.command("list")(db_option(listing_options(_list)))
 
 
 @campaigns.command()
@@ -78,10 +76,8 @@ def init(folder: Path, db: str, kind: str, plan: str | None, recordings: str | N
         pyroshock campaigns init spring --kind hammer --plan spring
         pyroshock campaigns init drops --kind drop --recordings "recordings/*.tdms"
     """
-    from contextlib import nullcontext
-
     with errors_as_one_line(), open_command_store(db) if plan is not None else nullcontext() as store:
-        from .starting import start_campaign
+        from .service import start_campaign
 
         new = start_campaign(store, folder, kind, plan, recordings)
     for text in new.notes:
@@ -115,11 +111,8 @@ def delete(name: str, db: str, json_to: str | None, reason: str, dry_run: bool) 
         from ...schema.rehearsal import run_rehearsal
         from .removal import delete_campaign
 
-        if dry_run:
-            with run_rehearsal(store) as rehearsal:
-                stone = delete_campaign(rehearsal, db, name, reason)
-        else:
-            stone = delete_campaign(store, db, name, reason)
+        with run_rehearsal(store) if dry_run else nullcontext(store) as target:
+            stone = delete_campaign(target, db, name, reason)
     tell_deletion(stone, dry_run)
     if json_to is not None:
         write_json(stone, json_to)
@@ -147,7 +140,6 @@ def archive(name: str, db: str, json_to: str | None, out: Path, reason: str) -> 
         pyroshock campaigns archive spring --out spring.pyroshock --reason "finished, kept on the shelf"
     """
     with open_command_store(db) as store:
-        from ..common.progress import progress_bar
         from .archiving import archive_campaign
 
         with progress_bar("Archiving", "rows") as step:
@@ -174,7 +166,6 @@ def restore(file: Path, db: str, json_to: str | None) -> None:
         pyroshock campaigns restore spring.pyroshock
     """
     with open_command_store(db) as store:
-        from ..common.progress import progress_bar
         from .archiving import restore_campaign
 
         with progress_bar("Restoring", "samples") as step:

@@ -1,11 +1,5 @@
-"""`ingest`: campaign folders into the store.
-
-`extract`: pulses extracted again from the stored series.
-
-The extraction's settings as options of `ingest` and `extract`.
-
-`calibrate`: points of a transducer's static calibration to its sensitivity and offset, with their uncertainty.
-"""
+"""`ingest`: campaign folders into the store. `extract`: pulses extracted again from the stored series. `calibrate`:
+points of a transducer's static calibration to its sensitivity and offset, with their uncertainty."""
 
 from __future__ import annotations
 
@@ -31,6 +25,7 @@ from ..cli.common import (
 )
 from ..cli.completion import campaign_names, plan_names
 from ..common.frames import parse_quantity
+from ..common.progress import progress_bar
 
 if TYPE_CHECKING:
     from ...ingest.calibration_points import CalibrationPoints
@@ -77,7 +72,6 @@ def settings_options(function: Function) -> Function:
 def settings_from(given: dict[str, Any]) -> ExtractionSettings:
     """Settings from the options; `ValueError` names the one that is out of bounds."""
     from ...ingest.settings import ExtractionSettings
-    from ..common.frames import parse_quantity
 
     chosen = {key: value for key, value in given.items() if value is not None}
     if "separation_s" in chosen:
@@ -180,7 +174,6 @@ def ingest(
         raise click.UsageError("no campaign folder given; try: pyroshock ingest my-campaign/")
     reports = []
     with open_for_dry_run(db) if dry_run else open_command_store(db, create=True) as store:
-        from ..common.progress import progress_bar
         from .service import IngestOptions, ingest_campaign
 
         options = IngestOptions(
@@ -210,8 +203,7 @@ def _tell_links(links: Any) -> None:
 def _tell(report: Any, dry_run: bool) -> None:
     from ...ingest.report import DISCARDED
 
-    added = ", ".join(f"{count} {what}" for what, count in report.added.items() if count) or "nothing new"
-    totals = f"{report.recordings} recordings, {report.impacts} impacts, {report.shots} shots"
+    added, totals = report.added_words, report.total_words
     if dry_run:
         note(f"{report.campaign}: dry run, nothing is stored; would add {added}; the campaign would hold {totals}")
     else:
@@ -253,7 +245,6 @@ def extract(campaign: str, executor: ExecutorConfig, db: str, json_to: str | Non
     """
     with open_command_store(db) as store:
         from ...ingest.reextraction import reextract
-        from ..common.progress import progress_bar
 
         settings = settings_from(given)
         with progress_bar(campaign, "recordings") as step:

@@ -1,7 +1,5 @@
-"""How much of a design a campaign has recorded: by plan, and by level of each factor.
-
-What was set and measured in a campaign, beside what its plans asked for.
-"""
+"""How much of a design a campaign has recorded, by plan and by level of each factor, and what was set and measured
+beside what its plans asked for."""
 
 from __future__ import annotations
 
@@ -13,8 +11,10 @@ from sqlalchemy import ColumnElement, case, exists, func, or_, select
 from sqlalchemy.orm import Session, aliased
 
 from ...doe.space import Space, space_from_text
+from ...schema.base import in_batches
 from ...schema.campaigns import STATUSES, ConfigurationLevel, Factor, FactorLevel, Plan, PlannedRun
 from ...schema.conditions import listing_key
+from ...schema.configurations import iter_levels
 from ...schema.impacts import Impact, Shot
 
 Table = type[Impact] | type[Shot]
@@ -95,22 +95,12 @@ def _runs_by_state() -> list[ColumnElement[int]]:
 
 def _by_level(session: Session, counted: dict[int, dict[str, int]]) -> list[dict[str, Any]]:
     """Counts of configurations added up over the levels that they have, in the order of factors and levels."""
-    columns = (Factor.name, Factor.si_unit, FactorLevel.id, FactorLevel.label, FactorLevel.number)
     rows: dict[int, dict[str, Any]] = {}
-    keys = sorted(counted)
-    for i in range(0, len(keys), 500):  # SQLite allows a limited number of variables
-        query = (
-            select(ConfigurationLevel.configuration_id, *columns)
-            .join(FactorLevel, ConfigurationLevel.level_id == FactorLevel.id)
-            .join(Factor, FactorLevel.factor_id == Factor.id)
-            .where(ConfigurationLevel.configuration_id.in_(keys[i : i + 500]))
-        )
-        for configuration, factor, si_unit, level, label, number in session.execute(query):
-            key = listing_key(factor, si_unit)
-            new = {"factor": key, "level": label if number is None else number}
-            row = rows.setdefault(level, {**new, **dict.fromkeys((*STATUSES, "impacts", "shots"), 0)})
-            for what, count in counted[configuration].items():
-                row[what] += count
+    for setting in iter_levels(session, sorted(counted)):
+        new = {"factor": listing_key(setting.factor, setting.si_unit), "level": setting.level}
+        row = rows.setdefault(setting.level_id, {**new, **dict.fromkeys((*STATUSES, "impacts", "shots"), 0)})
+        for what, count in counted[setting.configuration].items():
+            row[what] += count
     return sorted(rows.values(), key=_order)
 
 
@@ -184,8 +174,7 @@ def _planned(session: Session, keys: list[int]) -> Iterable[tuple[dict[str, Any]
     """Planned runs by plan and number, each with the numbers that were asked for."""
     runs: list[tuple[PlannedRun, Plan]] = []
     levels: dict[int, dict[str, float]] = {}
-    for i in range(0, len(keys), 500):  # SQLite allows a limited number of variables
-        some = keys[i : i + 500]
+    for some in in_batches(keys):
         query = select(PlannedRun, Plan).join(Plan, PlannedRun.plan_id == Plan.id).where(PlannedRun.id.in_(some))
         runs += [(run, plan) for run, plan in session.execute(query)]
         numbers = (

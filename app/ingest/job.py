@@ -1,8 +1,7 @@
-"""A campaign folder of the worker's machine into the store: known by hashes, so that a repeat adds what is missing.
+"""Campaign folders of the worker's machine into the store, and pulses extracted again; both find what is stored
+already, so that a repeat adds what is missing.
 
-The pulses of a campaign extracted again: a version of the same settings is put back in use, not made twice.
-
-Folders of uploads: made here, and only what was made here is ever removed, whatever a job's row says.
+Folders of uploads are made here, and only what was made here is ever removed, whatever a job's row says.
 """
 
 from __future__ import annotations
@@ -84,10 +83,9 @@ def _readable(work: RunningJob, arguments: IngestArguments) -> Path:
 
 
 def _words(report: IngestReport, links: PlanLinks | None) -> str:
-    added = ", ".join(f"{n} {what}" for what, n in report.added.items() if n) or "nothing new"
     aside = f"; {len(report.set_aside)} recordings set aside" if report.set_aside else ""
     linked = f"; plan {links.plan}: {links.done} runs done" if links is not None else ""
-    return f"{report.campaign}: added {added}{aside}{linked}"
+    return f"{report.campaign}: added {report.added_words}{aside}{linked}"
 
 
 def _after(arguments: IngestArguments) -> None:

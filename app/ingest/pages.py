@@ -1,9 +1,5 @@
-"""Campaigns: the list, and one campaign's design coverage, settings achieved and findings.
-
-Ingest by upload, or by the path of a folder on the server's machine.
-
-Charts of a campaign: what its plan asked for, and what became of it.
-"""
+"""Campaigns: the list, one campaign's design coverage, settings achieved and findings with their charts, and ingest by
+upload or by the path of a folder on the server's machine."""
 
 from __future__ import annotations
 

@@ -1,9 +1,5 @@
-"""A campaign deleted from the store, with a tombstone that tells what stood on it.
-
-One recording discarded, or replaced by what its campaign folder holds now, with a tombstone.
-
-What stands on a campaign or a recording, told before it goes and after.
-"""
+"""A campaign deleted from the store, or one recording discarded or replaced by what its folder holds now: with a
+tombstone that tells what stood on it."""
 
 from __future__ import annotations
 
@@ -37,8 +33,7 @@ def standing_on(store: Store, url: str, campaign: str, recording: str | None = N
             "recording": recording,
             "counts": row_counts(session, part),
             "stood_on": {
-                "datasets": [without(dataset, "members") for dataset in datasets],
-                "diagnoses": [without(diagnosis, "report") for diagnosis in diagnoses_on(session, part)],
+                **_short(datasets, diagnoses_on(session, part)),
                 "adopted": adopted_on(session, part),
                 "reopened": [],
             },
@@ -85,13 +80,12 @@ def standing_lines(stone: dict[str, Any]) -> list[str]:
     ]
 
 
-def _diagnosis(entry: dict[str, Any]) -> str:
-    return f"diagnosis {entry['id']} of {entry['diagnosed_at'][:19]} ({entry['simulator']})"
-
-
-def without(entry: dict[str, Any], key: str) -> dict[str, Any]:
-    """A copy of the entry that lacks the key."""
-    return {name: value for name, value in entry.items() if name != key}
+def _short(datasets: Sequence[dict[str, Any]], diagnoses: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Datasets without the digests of their pulses, diagnoses without their reports."""
+    return {
+        "datasets": [{key: value for key, value in entry.items() if key != "members"} for entry in datasets],
+        "diagnoses": [{key: value for key, value in entry.items() if key != "report"} for entry in diagnoses],
+    }
 
 
 class DeletionRefusedError(ValueError):
@@ -115,11 +109,7 @@ def delete_campaign(store: Store, url: str, campaign: str, reason: str) -> dict[
 
 def deletion_lines(stone: Tombstone) -> dict[str, Any]:
     """A tombstone as plain data; reports of diagnoses and digests of pulses stay in the store."""
-    stood_on = {
-        **stone.stood_on,
-        "datasets": [without(dataset, "members") for dataset in stone.stood_on["datasets"]],
-        "diagnoses": [without(diagnosis, "report") for diagnosis in stone.stood_on["diagnoses"]],
-    }
+    stood_on = stone.stood_on
     return {
         "id": stone.id,
         "kind": stone.kind,
@@ -129,7 +119,7 @@ def deletion_lines(stone: Tombstone) -> dict[str, Any]:
         "deleted_at": stone.deleted_at.isoformat(timespec="seconds"),
         "reason": stone.reason,
         "counts": stone.counts,
-        "stood_on": stood_on,
+        "stood_on": {**stood_on, **_short(stood_on["datasets"], stood_on["diagnoses"])},
         "file_sha256": stone.file_sha256,
         "replaced_by": stone.replaced_by,
         "archive_path": stone.archive_path,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -102,11 +103,8 @@ def discard(
                 part = recording_part(session, campaign, recording)
             else:
                 part = recording_of_runs(session, campaign, numbers, repetition)
-        if dry_run:
-            with run_rehearsal(store) as rehearsal:
-                stone = discard_recording(rehearsal, db, part, reason)
-        else:
-            stone = discard_recording(store, db, part, reason)
+        with run_rehearsal(store) if dry_run else nullcontext(store) as target:
+            stone = discard_recording(target, db, part, reason)
     tell_deletion(stone, dry_run)
     if not dry_run:
         note(f"  to store it again: pyroshock ingest FOLDER --again {stone['recording']}")
@@ -182,8 +180,6 @@ def replace(
     assert folder is not None
     path = None if file is None else file.resolve().relative_to(folder.resolve()).as_posix()
     with open_command_store(db) as store:
-        from contextlib import nullcontext
-
         from ...ingest.replacing import prepared_replacement
         from ...schema.rehearsal import run_rehearsal
         from .campaigns_cli import tell_deletion

@@ -1,9 +1,5 @@
-"""One campaign folder into the store: recordings, plan, facts that training needs.
-
-The motion of a struck plate's surface, for an ingest that adds it to integrated velocities.
-
-What a campaign's impacts lack for training, as a note of an ingest.
-"""
+"""A campaign folder into the store: recordings, plan, the motion of a struck plate's surface, and a note on facts that
+training needs; and a new folder from a plan of the store."""
 
 from __future__ import annotations
 
@@ -19,12 +15,15 @@ from sqlalchemy import select
 from ...array_types import Floats
 from ...dataset.predictors import shipped
 from ...dataset.selection import missing_in_campaigns, missing_words
+from ...doe.plans import read_plan
 from ...ingest.impact_speed import ImpactSpeed, StruckPlate
+from ...ingest.new_folder import KIND_OF_START, NewFolder, start_folder
 from ...schema.campaigns import Campaign
 from ...schema.session import Store
 from ...twin.contact.impacts import plate_impedance
 from ...twin.contact.target_motion import with_plate_motion
 from ..common.frames import frame_of, titled_table
+from ..common.plan_tables import cells_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,7 +31,6 @@ if TYPE_CHECKING:
     from ...ingest.plan_link import PlanLinks
     from ...ingest.report import IngestReport
     from ...ingest.settings import ExtractionSettings
-    from ...schema.session import Store
 
 
 @dataclass(frozen=True)
@@ -98,8 +96,7 @@ class IngestedCampaign:
 
     def _sentence(self) -> str:
         report = self.report
-        totals = f"{report.recordings} recordings, {report.impacts} impacts, {report.shots} shots"
-        added = ", ".join(f"{count} {what}" for what, count in report.added.items() if count) or "nothing new"
+        added, totals = report.added_words, report.total_words
         if self.dry_run:
             return f"{report.campaign}: dry run, nothing is stored; would add {added}; it would hold {totals}"
         return f"{report.campaign}: added {added}; the campaign holds {totals}"
@@ -152,3 +149,36 @@ def training_notes(store: Store, campaign: str) -> list[dict[str, Any]]:
         words = missing_words(missing_in_campaigns(session, [campaign], shipped(kind)))
     note = {"recording": None, "channel": None, "check": CHECK, "severity": "note", "message": words}
     return [note] if words else []
+
+
+def start_campaign(
+    store: Store | None, folder: Path, start: str, plan: str | None, recordings: str | None
+) -> NewFolder:
+    """Write campaign.toml and runs.csv into `folder`. Without a plan no `store` is needed.
+
+    Raises `UnknownPlanError`, `IngestError`, `OSError`, and `ValueError` for a plan of another kind.
+    """
+    rows = planned_rows(store, plan, start) if store is not None and plan is not None else []
+    new = start_folder(folder, start, recordings, rows)
+    new.write(folder)
+    return new
+
+
+def planned_rows(store: Store, name: str, start: str) -> list[dict[str, str]]:
+    """A row of runs.csv for each repetition of the plan's open runs, in their order, with factors and settings.
+
+    Raises `UnknownPlanError`, and `ValueError` for a plan of another kind or without an open run.
+    """
+    with store.reading() as session:
+        plan = read_plan(session, name)
+    if plan.space.kind != KIND_OF_START[start]:
+        raise ValueError(f"plan {name!r} is one of a {plan.space.kind}, and --kind is {start!r}")
+    rows = [
+        {"run": str(run.run), "repetition": str(repetition), **cells_of(run)}
+        for run in plan.runs
+        if run.status == "planned"
+        for repetition in range(1, run.repetitions + 1)
+    ]
+    if not rows:
+        raise ValueError(f"plan {name!r} has no run that is still to do")
+    return rows

@@ -1,11 +1,8 @@
-"""An uploaded campaign, as its files or as one ZIP, into a scratch folder: names, number and sizes are checked first.
+"""An uploaded campaign, as its files or as one ZIP, into a scratch folder; and the folders of this machine that may be
+ingested by their path.
 
 A name is what a stranger chose. What leaves the folder, hides, or unpacks to far more than was sent is refused before
 anything is written (zip slip, CWE-22; zip bomb, CWE-409).
-
-Campaign folders of this machine that may be ingested by their path: those below the folders that serve was given.
-
-A campaign folder into the store, as a job of this machine.
 """
 
 from __future__ import annotations

@@ -1,7 +1,5 @@
-"""How a worker comes by a job: one that waits, or one whose worker has fallen silent.
-
-What is removed once a job is over, by whoever ends it: an upload's folder, on the machine that it lies on.
-"""
+"""How a worker comes by a job, one that waits or one whose worker has fallen silent, and what is removed once a job is
+over, by whoever ends it: an upload's folder, on the machine that it lies on."""
 
 from __future__ import annotations
 

@@ -1,7 +1,5 @@
-"""A worker's sign of life while it works: a thread that beats, tells progress, and hears of a stop.
-
-What the holder of a job tells its row: that it lives, how far it is, how it ended.
-"""
+"""What the holder of a job tells its row: that it lives (by a thread that beats and hears of a stop), how far it is,
+how it ended."""
 
 from __future__ import annotations
 

@@ -1,7 +1,5 @@
-"""What a kind of work is given, and what it gives back.
-
-What a kind of job is: a name, arguments that any process can read, a function, and what is tidied up after it.
-"""
+"""What a kind of job is: a name, arguments that any process can read, a function, and what is tidied up after it; what
+the function is given, and what it gives back."""
 
 from __future__ import annotations
 

@@ -1,7 +1,5 @@
-"""A lease: the right of one attempt at a job to write, checked where it writes and never against a clock.
-
-The store in the hands of one attempt at a job: it writes while the lease is held, and not a row after.
-"""
+"""A lease: the right of one attempt at a job to write, checked where it writes and never against a clock; and the store
+in its hands, which writes while the lease is held, and not a row after."""
 
 from __future__ import annotations
 

@@ -1,11 +1,7 @@
 """A worker: takes the oldest job that it can do, does it, takes the next; and picks up what a dead one has left.
 
-Which workers have fallen silent, by this process's own stopwatch.
-
-A job is given up for dead when it was seen unmoved for the whole of its lease. No time of day enters, neither of this
-machine nor of another: clocks that differ, or are set back, change nothing.
-
-One attempt at a job, from its claim to its end, whatever comes in between.
+A job is given up for dead when it was seen unmoved for the whole of its lease by this process's own stopwatch. No time
+of day enters, neither of this machine nor of another: clocks that differ, or are set back, change nothing.
 """
 
 from __future__ import annotations

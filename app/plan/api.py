@@ -1,7 +1,4 @@
-"""Plans: make one, judge it, tick its runs.
-
-A plan made as a job: what would only be refused after the search is refused before.
-"""
+"""Plans: make one as a job (what would only be refused after the search is refused before), judge it, tick its runs."""
 
 from __future__ import annotations
 

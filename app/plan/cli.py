@@ -1,9 +1,5 @@
-"""`plan`: designs made, kept and worked off.
-
-`plan discriminate`: the experiment that a diagnosis names, written into the store.
-
-`simulate`: a plan played on the virtual bench, into a campaign folder.
-"""
+"""`plan`: designs made, kept and worked off, and the experiment that a diagnosis names. `simulate`: a plan played on
+the virtual bench, into a campaign folder."""
 
 from __future__ import annotations
 
@@ -14,6 +10,7 @@ import click
 from ..cli.common import db_option, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names, plan_names
 from ..cli.listed import Listing, listing_options
+from ..common.progress import progress_bar
 from .designs_cli import DesignCommands, augment, tell_plan
 
 
@@ -36,9 +33,8 @@ def discriminate(
         pyroshock plan sheet spring-discriminate --out spring.html
     """
     with open_command_store(db) as store:
-        from ..common.progress import progress_bar
         from ..diagnose.diagnosing import keep, last_report, report_json, run_diagnosis
-        from ..diagnose.discriminating_plan import no_setting, store_experiment
+        from ..diagnose.discriminating_plan import no_setting, plan_name, store_experiment
         from ..diagnose.request import DiagnosisRequest
 
         with store.reading() as session:
@@ -51,7 +47,7 @@ def discriminate(
         if not report["next_runs"]:
             note(no_setting(campaign))
             raise click.exceptions.Exit(1)
-        stored, left_out = store_experiment(store, campaign, report["next_runs"], name or f"{campaign}-discriminate")
+        stored, left_out = store_experiment(store, campaign, report["next_runs"], name or plan_name(campaign))
     for words in (*(run["why"] for run in report["next_runs"]), *left_out):
         note(words)
     note(f"plan {stored.name}: {len(stored.runs)} runs; pyroshock plan sheet {stored.name} --out {stored.name}.html")
@@ -76,20 +72,16 @@ def plan(ctx: click.Context, db: str, listing: Listing) -> None:
         _list(db, listing)
 
 
-@plan.command("list")
-@db_option
-@listing_options
-def list_(db: str, listing: Listing) -> None:
-    """List the plans with their counts of runs."""
-    _list(db, listing)
-
-
 def _list(db: str, listing: Listing) -> None:
+    """List the plans with their counts of runs."""
     with open_command_store(db) as store, store.reading() as session:
         from ...doe.plans import list_plans
 
         rows = list_plans(session)
     listing.show(rows, "no plans; make one: pyroshock plan lhs NAME --runs 105")
+
+
+plan.command("list")(db_option(listing_options(_list)))
 
 
 @plan.command()
@@ -150,18 +142,16 @@ def quality(name: str, against: str | None, plot: Path | None, db: str, json_to:
 def status(name: str, db: str, json_to: str | None) -> None:
     """Show which runs of a plan are done, still to do, or discarded."""
     from ...doe.plans import read_plan
-    from ..common.plan_tables import plan_as_json
+    from ..common.plan_tables import plan_as_json, run_counts
 
     with open_command_store(db) as store, store.reading() as session:
         stored = read_plan(session, name)
     if json_to is not None:
         write_json(plan_as_json(stored), json_to)
         return
-    counts = {state: sum(run.status == state for run in stored.runs) for state in ("done", "planned", "discarded")}
-    begun = sum(0 < run.recorded < run.repetitions for run in stored.runs if run.status == "planned")
-    click.echo(
-        f"{name}: {counts['done']} done, {counts['planned']} to do ({begun} begun), {counts['discarded']} discarded"
-    )
+    counts = run_counts(stored)
+    open_runs = f"{counts['planned']} to do ({counts['begun']} begun)"
+    click.echo(f"{name}: {counts['done']} done, {open_runs}, {counts['discarded']} discarded")
     print_table(
         (
             {"run": run.run, "status": run.status, "recorded": f"{run.recorded}/{run.repetitions}", **run.row}
@@ -282,7 +272,6 @@ def simulate(
     """
     with open_command_store(db) as store:
         from ...doe.plans import read_plan
-        from ..common.progress import progress_bar
         from .rehearsal import simulate_plan
 
         with store.reading() as session:

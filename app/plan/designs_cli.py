@@ -1,7 +1,4 @@
-"""Commands that make a plan: one for each method of `doe.designs.methods`, and `plan augment`.
-
-What a command that has made a plan gives back.
-"""
+"""Commands that make a plan: one for each method of `doe.designs.methods`, and `plan augment`."""
 
 from __future__ import annotations
 

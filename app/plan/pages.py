@@ -1,7 +1,4 @@
-"""Plans: made, judged, printed, and ticked off at the bench.
-
-Charts of a plan: balance of its levels, and how its runs go through them.
-"""
+"""Plans: made, judged with charts of their balance and coverage, printed, and ticked off at the bench."""
 
 from __future__ import annotations
 
@@ -21,7 +18,7 @@ from ...doe.space import shipped_factors
 from ..web.dependencies import Key, Name, OpenStore, Running
 from ..web.figures_base import COLOURS, Figure, bars, categories
 from ..web.jobs_pages import followed
-from ..web.rendering import cell, heading, page, part
+from ..web.rendering import cell, heading, named_file, page, part
 from .api import plan_job
 from .job import PlanArguments
 from .quality import plan_page
@@ -139,10 +136,7 @@ def sheet_file(name: Name, ending: str, store: OpenStore) -> Response:
     with tempfile.TemporaryDirectory(prefix="pyroshock-sheet-") as scratch:
         path = Path(scratch) / f"sheet.{ending}"
         write_sheet(plan, path)
-        content = path.read_bytes()
-    shown = "inline" if ending == "html" else "attachment"
-    called = f"{shown}; filename*=UTF-8''{part(plan.name)}.{ending}"
-    return Response(content, media_type=_FORMATS[ending], headers={"content-disposition": called})
+        return named_file(path.read_bytes(), plan.name, ending, _FORMATS[ending])
 
 
 @router.post("/plans/{name}/runs/{run}")

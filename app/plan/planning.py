@@ -1,23 +1,24 @@
-"""Plans that can be fired: a design, its tank pressures by the gun model, and the guard over every run.
-
-What follows from a plan's treatments: tank pressures by the nominal gun, every run held against the bench.
-"""
+"""Plans that can be fired: a design, its tank pressures by the nominal gun, and the guard over every run."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast, get_args
+from typing import Any, cast, get_args
 
+import numpy as np
 from sqlalchemy import select
 
 from ...delimited_text import parse_number
 from ...doe.designs.base import Design
+from ...doe.designs.imported import ImportedDesign
+from ...doe.designs.lhs import balance_levels
 from ...doe.designs.methods import DesignRequest, get_method
 from ...doe.guards import TANK_PRESSURE, planned_shots, pressures_for_levels, refuse_unsafe
 from ...doe.limits.bench import read_limits
 from ...doe.limits.contact_force import Elastic
+from ...doe.order import order
 from ...doe.plans import StoredPlan, add_plan, extend_plan, read_plan
 from ...doe.space import Kind, Space, shipped_factors, space_from_text
 from ...doe.toml_space import with_ranges
@@ -26,10 +27,6 @@ from ...schema.benches import Material, material_names
 from ...schema.known_factors import BY_COLUMN
 from ...schema.session import Store
 from ...twin.gun.nominal import GunBench, muzzle_velocity, tank_pressure_for
-
-if TYPE_CHECKING:
-    import numpy as np
-
 
 #: The bench of the shipped shots: the thesis's gun.
 SHIPPED_BENCH = Path(__file__).resolve().parents[2] / "examples" / "first-shots"
@@ -173,10 +170,6 @@ def _design(
     """The design, and the numbers of its runs where a table tells them."""
     import secrets
 
-    import numpy as np
-
-    from ...doe.designs.imported import ImportedDesign
-
     drawn = seed if seed is not None else secrets.randbelow(2**31)
     if drawn < 0:
         raise ValueError(f"seed is {drawn}; expected 0 or more")
@@ -213,17 +206,12 @@ def store_design(
 
 def in_order(design: Design, rng: np.random.Generator, seed: int | None) -> Design:
     """The design with its treatments in order of run: heavy changes rare, the rest at random."""
-    from ...doe.order import order
-
     return Design(design.space, design.treatments[order(design.space, design.treatments, rng)], design.method, seed)
 
 
 def augment_plan(store: Store, plan: StoredPlan, runs: int, repetitions: int, seed: int, gun: GunBench) -> list[int]:
     """Add `runs` to a plan, beside what is recorded and still to do; returns their numbers."""
-    import numpy as np
-
     from ...doe.designs.augment import augment
-    from ...doe.designs.lhs import balance_levels
 
     rng = np.random.default_rng(seed)
     kept = plan.treatments("planned", "done")

@@ -1,7 +1,4 @@
-"""The quality of plans, as the command line shows it: figures, confounding with time, a picture.
-
-A plan as other programs read it: JSON in SI, and a CSV table that `plan import` takes.
-"""
+"""The quality of plans, as the command line and the pages show it: figures, confounding with time, a picture."""
 
 from __future__ import annotations
 
@@ -20,6 +17,8 @@ from ...doe.plans import StoredPlan, read_plan
 from ...doe.space import Space
 from ...schema.atomic_write import atomic_file
 from ...schema.session import Store
+from ..common.number_format import finite
+from ..common.plan_tables import run_counts
 
 Designs = Mapping[str, NDArray[np.int64]]
 
@@ -74,7 +73,7 @@ def figures_as_json(space: Space, designs: Designs) -> Any:
         {"plan": name, **asdict(quality(space, rows)), "time_confounding": time_confounding(space, rows)}
         for name, rows in designs.items()
     ]
-    return [_finite(summary) for summary in summaries] if len(summaries) > 1 else _finite(summaries[0])
+    return finite(summaries if len(summaries) > 1 else summaries[0])
 
 
 def plan_page(plan: StoredPlan) -> dict[str, Any]:
@@ -85,9 +84,7 @@ def plan_page(plan: StoredPlan) -> dict[str, Any]:
     by factor: how often it is changed in the order of runs, and the work that a change is; `time` by axis: the share of
     its variance that goes with time. All but `counts` are empty where no run is left.
     """
-    states = ("planned", "done", "discarded")
-    counts = {state: sum(run.status == state for run in plan.runs) for state in states}
-    counts["begun"] = sum(run.status == "planned" and 0 < run.recorded < run.repetitions for run in plan.runs)
+    counts = run_counts(plan)
     rows = plan.treatments("planned", "done")
     if not len(rows):
         return {"counts": counts, "figures": [], "levels": [], "changes": [], "time": []}
@@ -111,19 +108,13 @@ def plan_page(plan: StoredPlan) -> dict[str, Any]:
     }
 
 
-def _figures(judged: Quality) -> list[dict[str, Any]]:
+def _figures(judged: Quality) -> Any:
+    """Without infinities (the distance within a single run), which JSON has not."""
     rows = []
     for name, (words, better) in FIGURES.items():
         value = getattr(judged, name)
         rows.append({"name": name, "words": words, "value": value, "text": figure_text(value), "better": better})
-    return [_finite(row) for row in rows]
-
-
-def _finite(figures: dict[str, Any]) -> dict[str, Any]:
-    """Without infinities (the distance within a single run), which JSON has not."""
-    return {
-        key: None if isinstance(value, float) and not np.isfinite(value) else value for key, value in figures.items()
-    }
+    return finite(rows)
 
 
 def draw(space: Space, designs: Designs, path: Path) -> None:

@@ -1,7 +1,5 @@
-"""A campaign before the first real one: planned, played on the virtual bench, ingested, and held against its plan.
-
-A stored plan fired on the virtual bench, by the command line and by notebooks alike.
-"""
+"""A campaign before the first real one: a stored plan fired on the virtual bench, by the command line and by notebooks
+alike, to be ingested and held against its plan."""
 
 from __future__ import annotations
 
@@ -13,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 from ...doe.plans import StoredPlan, read_plan
 from ...schema.session import Store
 from ...virtualbench.effects import Effects
+from ...virtualbench.gun.fire import Trigger
 from ...virtualbench.simulate import simulate
 from ..common.frames import si
+from ..common.plan_tables import cells_of
 
 if TYPE_CHECKING:
-    from ...virtualbench.gun.fire import Trigger
     from ...virtualbench.simulate import SimulatedCampaign
     from ..common.frames import Quantity
     from ..common.progress import Step
@@ -38,9 +37,7 @@ def rows_of_stored(plan: StoredPlan) -> tuple[str, list[dict[str, str]], int]:
     runs = [run for run in plan.runs if run.status != "discarded"]
     if not runs:
         raise ValueError(f"plan {plan.name!r} has no run that is not discarded")
-    rows = [
-        {"run": str(run.run), **run.row, **{key: repr(value) for key, value in run.settings.items()}} for run in runs
-    ]
+    rows = [{"run": str(run.run), **cells_of(run)} for run in runs]
     return plan.space.kind, rows, max(run.repetitions for run in runs)
 
 
@@ -88,8 +85,6 @@ def trigger_of(share: str | float | None, pre_trigger: Quantity | None) -> Trigg
 
     None where neither is given. Raises `ValueError`.
     """
-    from ...virtualbench.gun.fire import Trigger
-
     if share is None and pre_trigger is None:
         return None
     usual = Trigger()

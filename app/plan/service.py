@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, overload
@@ -10,8 +11,9 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, overload
 from ...doe.plans import StoredPlan, list_plans, read_plan
 from ...schema.known_factors import BY_COLUMN, BY_NAME
 from ...schema.session import Store
+from ...schema.toml_text import read_toml_text
 from ..common.errors import raises_library_errors
-from ..common.frames import axes_or_new, frame_of, si, titled_table
+from ..common.frames import axes_or_new, frame_of, si, step_bar, titled_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -113,13 +115,13 @@ class PlannedDesign:
 
         Columns of quantities end in their unit ("tank_pressure_pa"); `.attrs["units"]` has the unit of each.
         """
-        from ..common.plan_tables import settings_in_si
+        from ..common.plan_tables import cells_of, settings_in_si
 
         own = {f.column: str(f.unit) for f in self.stored.space.factors if f.numbers is not None}
         rows = []
         for run in self.stored.runs:
             cells: dict[str, Any] = {"run": run.run, "status": run.status, "repetitions": run.repetitions}
-            for column, text in settings_in_si({**run.row, **{k: repr(v) for k, v in run.settings.items()}}).items():
+            for column, text in settings_in_si(cells_of(run)).items():
                 cells[column] = float(text) if column in own else text
             rows.append(cells | {"recorded": run.recorded, "reason": run.reason})
         frame = frame_of(rows)
@@ -184,7 +186,6 @@ class PlannedDesign:
         What was set and what really happened is in FOLDER.sealed.json beside the folder. Raises `InvalidValueError` for
         a folder that is not empty and for what cannot be fired.
         """
-        from ..common.frames import step_bar
         from .rehearsal import simulate_plan
 
         with step_bar(self.name, "recordings", progress) as step:
@@ -360,8 +361,6 @@ class PlanCollection:
         """Somebody else's design, in its order: a CSV file or a DataFrame with `run` and the columns of the factors."""
         if isinstance(table, str | os.PathLike):
             return self.make(name, method="import", table=table, **settings)
-        import tempfile
-
         with tempfile.TemporaryDirectory(prefix="pyroshock-table-") as scratch:
             path = Path(scratch) / "table.csv"
             table.to_csv(path, index=False)
@@ -370,8 +369,6 @@ class PlanCollection:
 
 def _factors_text(factors: str | os.PathLike[str]) -> str:
     """The text of a factors file; a text with a line end or a sign of equality is one."""
-    from ...schema.toml_text import read_toml_text
-
     if isinstance(factors, str) and ("\n" in factors or "=" in factors):
         return factors
     return read_toml_text(Path(factors))

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...signals.valve_profile import ValveProfile
 from ...twin.effects import Effect, effect
 from ..common.frames import si
 from ..twins.building import TwinRequest
@@ -29,6 +30,11 @@ Label = Callable[[str], str]
 def python_name(argument: str) -> str:
     """Arguments are called as Python spells them; the option `--effect` is repeated, the argument takes several."""
     return "effects" if argument == "effect" else argument
+
+
+def option_name(argument: str) -> str:
+    """An argument of the library as its option is spelled."""
+    return f"--{argument.replace('_', '-')}"
 
 
 def twin_request(
@@ -112,8 +118,6 @@ def shot_of(
 
 def _profile(text: str | None) -> str | None:
     """A profile as typed, or of the file that is named. Raises `ValueError`."""
-    from ...signals.valve_profile import ValveProfile
-
     if text is None:
         return None
     return str(ValveProfile.parse(text) if ":" in text and not Path(text).exists() else ValveProfile.read(Path(text)))

@@ -1,7 +1,5 @@
-"""Many shots foretold, here or on a cluster: each as `predict` would foretell it alone.
-
-Rows of a plan or of a table of runs as shots to foretell.
-"""
+"""Many shots foretold, of a plan or of a table of runs, here or on a cluster: each as `predict` would foretell it
+alone."""
 
 from __future__ import annotations
 
@@ -33,10 +31,8 @@ from .predicting import (
 )
 
 if TYPE_CHECKING:
-    from ...schema.session import Store
     from ...twin.contact_interface import OutOfDomain
     from ...twin.prediction import Prediction
-    from ..twins.building import BuiltTwin
 
 
 _PRESSURE, _VELOCITY, _PLATE = "tank_pressure_bar", "impact_velocity_m_s", "plate_material"

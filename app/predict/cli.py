@@ -1,7 +1,5 @@
-"""`predict`: what a shot will do, with 90 % bands.
-
-`predict --plan` and `predict --shots`: every shot of a plan or of a table, on this machine or a cluster.
-"""
+"""`predict`: what a shot will do, with 90 % bands; with `--plan` or `--shots` every shot of a plan or of a table, on
+this machine or a cluster."""
 
 from __future__ import annotations
 
@@ -389,17 +387,12 @@ _SETTING = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "an
             "boundary_conditions", "factors", "valve_profile", "chain_height")  # fmt: skip
 
 
-def _option(argument: str) -> str:
-    """An argument of the library as its option is spelled."""
-    return f"--{argument.replace('_', '-')}"
-
-
 def _request(options: dict[str, Any]) -> TwinRequest:
     """What the twin is made of."""
-    from .arguments import twin_request
+    from .arguments import option_name, twin_request
 
     return twin_request(
-        _option,
+        option_name,
         campaign=options["campaign"],
         modes=options["modes"],
         bench=options["bench"],
@@ -417,11 +410,11 @@ def _request(options: dict[str, Any]) -> TwinRequest:
 
 
 def _shot(words: dict[str, Any]) -> ShotRequest:
-    from .arguments import shot_of
+    from .arguments import option_name, shot_of
     from .predicting import parse_factor
 
     return shot_of(
-        _option,
+        option_name,
         tank_pressure=words["tank_pressure"] or None,
         velocity=words["velocity"] or None,
         bullet_mass=words["bullet_mass"] or None,

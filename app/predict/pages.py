@@ -1,7 +1,4 @@
-"""The twin: sliders and what they give at once, and settings for a spectrum.
-
-Charts of a prediction: pulse, acceleration and spectrum with their 90 % bands; and of proposals for a spectrum.
-"""
+"""The twin: sliders and what they give at once, as charts of pulse, acceleration and spectrum with their 90 % bands."""
 
 from __future__ import annotations
 

@@ -1,9 +1,5 @@
-"""One shot asked of a twin, in SI: what `predict`, the web page and the JSON API share.
-
-Factors that are given with a shot, and whether any stage of the twin uses them: one that is ignored is an error.
-
-What a reader must know beside a prediction's numbers: in the command, the page and the JSON the same sentences.
-"""
+"""One shot asked of a twin, in SI, and what a reader must know beside its numbers: what `predict`, the web page and the
+JSON API share. A factor that no stage of the twin uses is an error."""
 
 from __future__ import annotations
 
@@ -11,16 +7,18 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ...dataset.sources import STATED_PLATE_MASS
 from ...delimited_text import parse_number
 from ...schema.known_factors import BY_NAME
+from ...signals.valve_profile import ValveProfile
 from ...twin.contact_interface import Extrapolation, OutOfDomain
 from ...twin.prediction import Prediction
 from ..common.number_format import finite
 
 if TYPE_CHECKING:
     from ...schema.session import Store
-    from ...twin.prediction import Prediction
     from ...twin.setting import Setting
     from ..twins.building import BuiltTwin
 
@@ -149,8 +147,6 @@ class ShotRequest:
     def setting(self, built: BuiltTwin) -> Setting:
         """On the twin's plate. Raises `LookupError` for an unknown material, `ValueError` as `Setting`, for a bench
         without a gun where no velocity is given, and for a factor that no stage of the twin uses."""
-        from ...signals.valve_profile import ValveProfile
-
         check_used(built, self.factors, self.boundary_conditions)
         fired = self.tank_pressure_pa is None and self.impact_velocity_m_s is None
         if not built.bench.has_gun and self.impact_velocity_m_s is None:
@@ -181,8 +177,6 @@ def predict_shot(built: BuiltTwin, shot: ShotRequest, *, draws: int = DRAWS, see
     Raises `LookupError` for a material or an impact position there is none of, `ValueError` as `Setting` and for a
     bullet that stays in the barrel.
     """
-    import numpy as np
-
     return built.twin.predict(shot.setting(built), draws=draws, rng=np.random.default_rng(seed))
 
 

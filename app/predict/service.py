@@ -1,13 +1,12 @@
-"""A predicted shot: numbers and series with 90 % bands, units, tables and plots.
-
-Shots as a DataFrame: its columns are arguments of `predict`, or those of a table of runs, in its units or in SI.
-"""
+"""A predicted shot (numbers and series with 90 % bands, units, tables and plots), and shots as a DataFrame whose
+columns are arguments of `predict`, or those of a table of runs, in its units or in SI."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -73,13 +72,8 @@ class PredictedNumber:
         return f"{self.mean:.4g} {self.unit} ({self.lower:.4g} to {self.upper:.4g})"
 
     def _row(self) -> dict[str, Any]:
-        return {
-            "quantity": self.name,
-            "mean": self.mean,
-            "lower": self.lower,
-            "upper": self.upper,
-            "unit": self.unit,
-        }
+        columns = asdict(self)
+        return {"quantity": columns.pop("name"), **columns}
 
 
 @dataclass(frozen=True, eq=False)
@@ -283,8 +277,6 @@ class ShotPrediction:
     @property
     def extrapolation(self) -> pd.DataFrame:
         """Quantities that lie beyond what was recorded, a row each: the value asked and the range recorded, SI."""
-        from dataclasses import asdict
-
         rows = [asdict(row) for row in self.prediction.extrapolation]
         return frame_of(rows, ("quantity", "asked", "low", "high"))
 
@@ -314,8 +306,6 @@ class ShotPrediction:
         return f"<predicted shot: {self.velocity!r}, {self.peak_force!r}, {self.contact_time!r}>"
 
     def _repr_html_(self) -> str:
-        from html import escape
-
         paragraphs = "".join(f"<p>{escape(line)}</p>" for line in (self.rests_on, *self.warnings) if line)
         return titled_table("predicted shot, with 90 % bands", self.to_frame()) + paragraphs
 
@@ -326,8 +316,6 @@ def _series(
     return PredictedSeries(name, x, band.mean, band.lower, band.upper, unit, x_name, x_unit, logarithmic)
 
 
-#: Columns that only one of the two forms has.
-_ARGUMENTS = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "anvil")
 #: Arguments that a table of runs has as columns of the same name.
 _COMMON = ("insulator", "impact_position", "boundary_conditions", "valve_profile")
 _LABELS = ("run", "repetition")
@@ -340,6 +328,8 @@ _OF_RUNS = {
     "tip_radius": "tip_radius_mm",
     "anvil": "anvil_material",
 }
+#: Columns that only one of the two forms has.
+_ARGUMENTS = tuple(_OF_RUNS)
 #: Columns of the library's frames in SI -> that of a table of runs, and its unit in SI.
 _IN_SI = {
     f"{factor.name}_{factor.si_unit.lower()}": (factor.column, factor.scale)

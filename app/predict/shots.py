@@ -1,9 +1,5 @@
-"""What the web application asks of a twin: the shot that a page or a script describes, and how it is answered.
-
-What the first pages need is imported, and the first twin built, while nobody waits for it.
-
-What can be set of a shot: ranges of the sliders, choices of the materials, and what the model has learned from.
-"""
+"""What the web application asks of a twin: the shot that a page or a script describes, what can be set of it, and what
+the model has learned from. The first twin is built while nobody waits for it."""
 
 from __future__ import annotations
 
@@ -14,11 +10,13 @@ from contextlib import suppress
 from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+import numpy as np
 from fastapi import Depends, Query
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
 
 from ...schema.known_factors import CHAIN_PITCH_M
+from ...twin.setting import BOUNDARY_CONDITIONS, INSULATORS
 from ..twins.benches import LEAST_PRESSURE_PA
 from ..twins.building import TwinRequest
 from ..twins.twin_cache import TwinCache
@@ -194,8 +192,6 @@ def _number(
 
 
 def _choices(built: BuiltTwin, seen_levels: Known) -> dict[str, Any]:
-    from ...twin.setting import BOUNDARY_CONDITIONS, INSULATORS
-
     names = sorted({material.name for material in built.materials.values()}, key=str.lower)
     positions = built.twin.plate.ensemble(built.plate.name)[0].impact_points if built.twin.sensor_names else ("#1",)
     tip = ShotRequest.tip_material if ShotRequest.tip_material in names else names[0]
@@ -244,8 +240,6 @@ def _seen_in_training(built: BuiltTwin) -> Known:
 
 def _tip_known(built: BuiltTwin, seen_levels: Known, name: str) -> bool:
     """A material is known by its properties, which are what a model learns from."""
-    import numpy as np
-
     material = built.material(name)
     of = {"youngs_modulus": material.youngs_modulus_pa, "poisson_ratio": material.poisson_ratio}
     of |= {"density": material.density_kg_m3, "yield_strength": material.yield_strength_pa or np.nan}

@@ -1,7 +1,4 @@
-"""A prediction as a person reads it.
-
-A prediction as a picture: force, acceleration, spectra, each with its band.
-"""
+"""A prediction as a person reads it: as tables and as a picture of force, acceleration and spectra with their bands."""
 
 from __future__ import annotations
 
@@ -39,12 +36,12 @@ def _row(what: str, unit: str, quantity: Quantity, scale: float) -> dict[str, An
     return {"quantity": what, "unit": unit, "mean": scale * quantity.mean, "low": low, "high": high}
 
 
-def spectrum_rows(prediction: Prediction, every: int = 3) -> Iterator[dict[str, Any]]:
-    """Lines of the spectra, m/s2: `every` one of them, and the last; nothing without a plate."""
+def spectrum_rows(prediction: Prediction) -> Iterator[dict[str, Any]]:
+    """Lines of the spectra, m/s2: every third, and the last; nothing without a plate."""
     if not prediction.sensors:
         return
     last = prediction.frequency_hz.size - 1
-    for line in dict.fromkeys((*range(0, last, every), last)):
+    for line in dict.fromkeys((*range(0, last, 3), last)):
         row: dict[str, Any] = {"Hz": float(prediction.frequency_hz[line])}
         for sensor, band in prediction.spectra_m_s2.items():
             row[f"{sensor} (m/s2)"] = float(band.mean[line])

@@ -1,11 +1,5 @@
-"""A campaign as a report: what was planned and recorded, how good it is, what the pulses and the shots are.
-
-What of a campaign's design was recorded: runs by state, level by level, and how near the settings came.
-
-What the checks said of a campaign's recordings: how often, and each doubt by itself.
-
-Settings as they were planned and as they were: pressures, velocities, masses, in SI until they are told.
-"""
+"""A campaign as a report: what was planned and recorded, how near the settings came, how good the recordings are, what
+the pulses and the shots are."""
 
 from __future__ import annotations
 
@@ -20,7 +14,8 @@ from sqlalchemy.orm import Session
 
 from ...array_types import Floats
 from ...doe.plans import StoredPlan, read_plan
-from ...schema.campaigns import STATUSES, Campaign, ConfigurationLevel, Factor, FactorLevel, Plan, PlannedRun
+from ...schema.campaigns import STATUSES, Campaign, Plan, PlannedRun
+from ...schema.configurations import iter_levels
 from ...schema.impacts import Impact, Shot
 from ...schema.listings import get_campaign_id, listing_key
 from ...schema.recordings import SET_ASIDE, SEVERITIES, QualityFinding, RecordedChannel, Recording
@@ -119,21 +114,9 @@ def _pressures(
 def _numbers(session: Session, configurations: set[int]) -> dict[int, dict[str, float]]:
     """The numeric levels of configurations, by the keys of listings."""
     numbers: dict[int, dict[str, float]] = {key: {} for key in configurations}
-    keys, columns = (
-        sorted(configurations),
-        (ConfigurationLevel.configuration_id, Factor.name, Factor.si_unit, FactorLevel.number),
-    )
-    for first in range(0, len(keys), 500):  # SQLite allows a limited number of variables
-        query = (
-            select(*columns)
-            .join(FactorLevel, ConfigurationLevel.level_id == FactorLevel.id)
-            .join(Factor, FactorLevel.factor_id == Factor.id)
-            .where(ConfigurationLevel.configuration_id.in_(keys[first : first + 500]), FactorLevel.number.is_not(None))
-            .order_by(Factor.id)
-        )
-        for key, name, si_unit, number in session.execute(query):
-            assert number is not None
-            numbers[key][listing_key(name, si_unit)] = number
+    for row in iter_levels(session, sorted(configurations)):
+        if isinstance(row.level, float):
+            numbers[row.configuration][listing_key(row.factor, row.si_unit)] = row.level
     return numbers
 
 

@@ -1,9 +1,5 @@
-"""The pulses of a campaign on paper: figures by configuration with mean and spread, mean pulses over each other.
-
-The pulses of a campaign by configuration, and the factor that tells them apart best.
-
-The shots of a campaign: measured velocity beside the nominal gun's.
-"""
+"""The pulses of a campaign on paper, by configuration with mean and spread, in the colours of the factor that tells
+them apart best; and its shots, the measured velocity beside the nominal gun's."""
 
 from __future__ import annotations
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from sqlalchemy import select
 
 from ...schema.campaigns import Campaign
+from ...schema.conditions import has_campaign
 from ...schema.diagnoses import Diagnosis
 from ...schema.listings import get_campaign_id
 from ..documents.document import Document
@@ -28,7 +29,7 @@ def report_on(store: Store, db: str, word: str) -> Document:
     for start, report in _FORMS.items():
         if word.startswith(start):
             return report(store, db, word.removeprefix(start))
-    if _is_campaign(store, word):
+    if store.read(lambda session: has_campaign(session, word)):
         if word in _models(db):
             raise ValueError(f"{word!r} is a campaign and a model: say {CAMPAIGN}{word} or {MODEL}{word}@VERSION")
         return _campaign(store, db, word)
@@ -37,8 +38,11 @@ def report_on(store: Store, db: str, word: str) -> Document:
     if word in (models := _models(db)):
         labels = ", ".join(f"{MODEL}{word}@{number}" for number in models[word][:6])
         raise ValueError(f"{word!r} is a model; say which version: {labels}")
+    campaigns = store.read(
+        lambda session: session.scalars(select(Campaign.name).order_by(Campaign.name).limit(10)).all()
+    )
     raise LookupError(
-        f"nothing is called {word!r}; campaigns: {', '.join(_campaigns(store)) or 'none'}; models: "
+        f"nothing is called {word!r}; campaigns: {', '.join(campaigns) or 'none'}; models: "
         f"{', '.join(models) or 'none'}; of a diagnosis say {DIAGNOSIS}ID or {DIAGNOSIS}CAMPAIGN"
     )
 
@@ -80,16 +84,6 @@ _FORMS: dict[str, Callable[[Store, str, str], Document]] = {
     DIAGNOSIS: _diagnosis,
     MODEL: _model,
 }
-
-
-def _is_campaign(store: Store, name: str) -> bool:
-    with store.reading() as session:
-        return session.scalar(select(Campaign.id).where(Campaign.name == name)) is not None
-
-
-def _campaigns(store: Store) -> list[str]:
-    with store.reading() as session:
-        return list(session.scalars(select(Campaign.name).order_by(Campaign.name).limit(10)))
 
 
 def _models(db: str) -> dict[str, list[int]]:

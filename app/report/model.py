@@ -1,7 +1,5 @@
-"""A registered model as a report: its figures by split beside what can be had, how it errs, what was decided of it.
-
-How a model errs on the pulses that were held out: predicted against measured, and what its bands cover.
-"""
+"""A registered model as a report: its figures by split beside what can be had, how it errs on the pulses held out and
+what its bands cover, what was decided of it."""
 
 from __future__ import annotations
 
@@ -13,7 +11,7 @@ import numpy as np
 
 from ...array_types import Floats
 from ...training.evaluation.floor import SCOPES
-from ...training.evaluation.metrics import METRICS
+from ...training.evaluation.metrics import METRICS, figures, reconstruct
 from ...training.evaluation.plot_style import LABELS
 from ...training.evaluation.summary import Estimate
 from ...training.registry.listing import newest
@@ -25,7 +23,6 @@ from ..train.tables import json_row
 if TYPE_CHECKING:
     from ...dataset.table import PulseTable
     from ...training.models.base import ContactPrediction
-    from ...training.registry.records import Version
     from ...training.registry.registry import Registry
 
 
@@ -52,8 +49,6 @@ def pulses_section(registry: Registry, version: Version, read: Callable[[str], P
 
 def agreement(pulses: PulseTable, prediction: ContactPrediction) -> ChartRow:
     """Predicted against measured peak force and contact time, logarithmic: what counts is relative."""
-    from ...training.evaluation.metrics import figures, reconstruct
-
     peak = figures(reconstruct(prediction.force_n), prediction.contact_time_s).peak_force_n
     unit, per_newton = force_unit(float(pulses.peak_force_n.max()))
     force = _clouds(pulses, per_newton * pulses.peak_force_n, per_newton * peak)

@@ -9,7 +9,7 @@ from starlette.responses import Response
 
 from ..documents.write import report_content
 from ..web.dependencies import Configured, Key, Name, OpenStore
-from ..web.rendering import part
+from ..web.rendering import named_file
 from .dispatch import CAMPAIGN, DIAGNOSIS, MODEL, report_on
 
 router = APIRouter(prefix="/reports")
@@ -33,8 +33,4 @@ def model(name: Name, version: Key, ending: Ending, store: OpenStore, settings: 
 
 
 def _file(store: OpenStore, db: str, word: str, name: str, ending: Ending) -> Response:
-    """A page opens, a PDF is saved under its name."""
-    content = report_content(report_on(store, db, word), f".{ending}")
-    shown = "inline" if ending == "html" else "attachment"
-    headers = {"content-disposition": f"{shown}; filename*=UTF-8''{part(name)}.{ending}"}
-    return Response(content, media_type=_TYPES[ending], headers=headers)
+    return named_file(report_content(report_on(store, db, word), f".{ending}"), name, ending, _TYPES[ending])

@@ -1,7 +1,4 @@
-"""The application: routes behind the guard, and what they share.
-
-What HTTP calls the errors that a person can mend.
-"""
+"""The application: routes behind the guard, what they share, and what HTTP calls the errors that a person can mend."""
 
 from __future__ import annotations
 
@@ -13,7 +10,7 @@ from typing import Any
 
 from fastapi import Depends, FastAPI
 from fastapi.exceptions import RequestValidationError
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 from sqlalchemy.exc import DataError
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
@@ -26,17 +23,61 @@ from ...schema.addresses import without_secrets
 from ...schema.engine import StoreRoleError
 from ...schema.session import Store
 from ..common.errors import is_for_the_user
+from ..diagnose import api as diagnose_api
+from ..diagnose import pages as diagnose_pages
 from ..documents.line_styles import COLOURS, PARTS
+from ..impacts import api as impacts_api
+from ..impacts import pages as impacts_pages
+from ..ingest import api as ingest_api
+from ..ingest import pages as ingest_pages
+from ..ingest import removal_pages
 from ..jobs.worker import Worker
+from ..plan import api as plan_api
+from ..plan import pages as plan_pages
+from ..predict import api as predict_api
+from ..predict import pages as predict_pages
 from ..predict.shots import warm_up_in_thread
+from ..report import pages as report_pages
+from ..train import api as train_api
+from ..train import pages as train_pages
+from ..tune import api as tune_api
+from ..tune import pages as tune_pages
 from ..twins.twin_cache import TwinCache
+from ..validate import api as validate_api
+from ..validate import pages as validate_pages
+from ..web import csrf, jobs_api, jobs_pages
 from ..web.csrf import require_csrf
 from ..web.guard import Guard
 from ..web.jobs import Jobs
-from ..web.problems import PROBLEMS
 from ..web.rendering import HERE, page
 from ..web.settings import Settings
-from .routes import API, PAGES
+
+#: A new feature's `api` and `pages` get a word here.
+_API = (
+    ingest_api,
+    csrf,
+    diagnose_api,
+    impacts_api,
+    jobs_api,
+    train_api,
+    predict_api,
+    tune_api,
+    plan_api,
+    validate_api,
+)
+_PAGES = (
+    ingest_pages,
+    impacts_pages,
+    diagnose_pages,
+    jobs_pages,
+    train_pages,
+    predict_pages,
+    tune_pages,
+    plan_pages,
+    removal_pages,
+    report_pages,
+    validate_pages,
+)
 
 
 def status_of(error: Exception) -> int:
@@ -49,6 +90,25 @@ def status_of(error: Exception) -> int:
     return 422 if isinstance(error, ValueError | DataError) else 503
 
 
+class Problem(BaseModel):
+    """What is wrong, the value that it is about, and what to do next."""
+
+    detail: str
+
+
+_WORDS = {
+    400: "The body cannot be read",
+    401: "The server's token is needed",
+    403: "A write without the token of /api/csrf, or one that the role of the server's login forbids",
+    404: "There is no such thing in the store",
+    413: "The body is too large",
+    422: "A value cannot be used",
+    503: "The store or the disk fails",
+}
+#: For `include_router`: every route of the API tells what is wrong in one form.
+PROBLEMS: dict[int | str, dict[str, Any]] = {
+    status: {"model": Problem, "description": words} for status, words in _WORDS.items()
+}
 _ABOUT = """The actions of pyroshock for scripts: what the pages show and do. Numbers are SI, units stand in the keys.
 
 A write needs the header `X-CSRF-Token`: GET `/api/csrf` tells it, and sets the cookie that it belongs to."""
@@ -81,10 +141,10 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
         dependencies=[Depends(require_csrf)],
     )
     app.state.settings, app.state.store, app.state.jobs, app.state.twins = settings, store, jobs, twins
-    for router in API:
-        app.include_router(router, prefix="/api", responses=PROBLEMS)
-    for router in PAGES:
-        app.include_router(router, include_in_schema=False)
+    for module in _API:
+        app.include_router(module.router, prefix="/api", responses=PROBLEMS)
+    for module in _PAGES:
+        app.include_router(module.router, include_in_schema=False)
     app.get("/", include_in_schema=False)(_first_page)
     app.get("/static/plotly.min.js", include_in_schema=False)(_plotly)
     app.get("/static/report.css", include_in_schema=False)(_report_style)

@@ -1,9 +1,5 @@
-"""A store with all that belongs to it, checked.
-
-Frozen datasets read back as they were frozen.
-
-Registered models can be loaded: their files are there, and are those that were registered.
-"""
+"""A store with all that belongs to it, checked: frozen datasets read back as they were frozen, and registered models
+can be loaded from the files that were registered."""
 
 from __future__ import annotations
 

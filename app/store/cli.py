@@ -1,16 +1,9 @@
-"""`init` and `db`: making a store and keeping it.
-
-`db export` and `db import`: a campaign to another laboratory, in one file.
-
-`db check`: is all of it there, and as it was written?
-
-`db copy`: a store from one engine to another.
-
-`db roles`: who may do what in a store on PostgreSQL.
-"""
+"""`init` and `db`: making a store and keeping it: checked, copied, upgraded, its roles, and a campaign to another
+laboratory in one file."""
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +12,7 @@ import click
 from ..cli.common import CommandGroup, db_option, errors_as_one_line, json_option, note, open_command_store, write_json
 from ..cli.completion import campaign_names
 from ..cli.listed import Listing, listing_options
+from ..common.progress import progress_bar
 
 if TYPE_CHECKING:
     from sqlalchemy import Engine
@@ -44,7 +38,6 @@ def export(campaign: str, db: str, out: Path) -> None:
     """
     with open_command_store(db) as store:
         from ...schema.transfer.export import export_campaign
-        from ..common.progress import progress_bar
 
         with progress_bar("Exporting", "rows") as step:
             rows = export_campaign(store, campaign, out, step)
@@ -68,7 +61,6 @@ def import_(file: Path, db: str, json_to: str | None) -> None:
     """
     with open_command_store(db, create=True) as store:
         from ...schema.transfer.merging import import_file
-        from ..common.progress import progress_bar
 
         with progress_bar("Importing", "samples") as step:
             report = import_file(store, file, step)
@@ -111,7 +103,6 @@ def check(db: str, json_to: str | None, campaign: str | None, fast: bool, repair
     """
     with open_command_store(db) as store:
         from ...schema.engine import describe
-        from ..common.progress import progress_bar
         from .check import Wanted, datasets_without_source, findings_of
 
         if repair is not None:
@@ -158,8 +149,6 @@ def roles(db: str, listing: Listing) -> None:
         pyroshock db roles --db postgresql+psycopg://keeper@server/lab
     """
     with open_command_store(db) as store:
-        from dataclasses import asdict
-
         from ...schema.access.roles import ensure_roles
 
         rows = [asdict(role) for role in ensure_roles(store.engine)]
@@ -191,7 +180,6 @@ def copy(source: str, target: str, json_to: str | None) -> None:
     with open_command_store(source) as store:
         from ...schema.engine import describe, make_engine
         from ...schema.transfer.copying import copy_store
-        from ..common.progress import progress_bar
 
         engine = make_engine(target)
         try:
@@ -261,20 +249,16 @@ def upgrade(db: str) -> None:
 
         from ...schema import migrate
         from ...schema.access.permissions import refusal
-        from ...schema.addresses import address_for_display
-        from ...schema.engine import StoreError, describe, make_engine_of_existing
+        from ...schema.engine import describe, make_engine_of_existing, no_store
+        from ...schema.session import version_error
 
         engine = make_engine_of_existing(db)
         try:
             before = migrate.current_revision(engine)
             if before is None:
-                raise StoreError(
-                    f"no store at {describe(engine)}; make one with: pyroshock init --db {address_for_display(db)}"
-                )
+                raise no_store(engine, db)
             if before not in migrate.known_revisions():
-                raise StoreError(
-                    f"{describe(engine)} is at revision {before}, which this software does not know: update pyroshock"
-                )
+                raise version_error(engine, db, before)
             try:
                 migrate.upgrade(engine)
             except DBAPIError as error:

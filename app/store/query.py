@@ -1,12 +1,9 @@
-"""One statement asked of the store through a connection that cannot change it; its rows come in batches.
+"""One statement asked of the store through a connection that cannot change it, its rows in batches; and the tables of
+the store with units, for people who write SQL.
 
 SQLite: the file is opened with mode=ro and query_only, and an authorizer refuses everything but reading, ATTACH and
 PRAGMA included. PostgreSQL: a READ ONLY transaction with a statement timeout and a cursor of the server, which the
 extended protocol holds to one statement. Parameters are bound by the driver and never become part of the text.
-
-An SQL statement as it was typed: its first word, its parameters, and the form that each driver takes.
-
-The tables of the store and their columns, with units, for people who write SQL.
 """
 
 from __future__ import annotations

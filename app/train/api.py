@@ -1,11 +1,4 @@
-"""Registered models: listed, compared, judged, promoted.
-
-Trainings and extractions: each answers with its job.
-
-What a campaign's pulses become, as jobs: models trained on a dataset, and pulses extracted again.
-
-The registry of models as the web application asks for it: what is there, what is chosen, what is promoted.
-"""
+"""Registered models: listed, compared, judged, promoted. Trainings and extractions: each answers with its job."""
 
 from __future__ import annotations
 
@@ -19,14 +12,17 @@ from ...dataset.snapshot import read_snapshot
 from ...ingest.settings import ExtractionSettings
 from ...schema.listings import get_campaign_id
 from ...schema.session import Store
-from ..common.model_registry import models_extra, pulses_on, reader_of, registry_of, splits_of
+from ...training.registry.listing import chosen
+from ..common.model_registry import models_extra, reader_of, registry_of, splits_of
 from ..common.number_format import finite
+from ..impacts.api import ExtractionOptions
 from ..ingest.job import EXTRACT, ExtractArguments
 from ..jobs.queue import JobView
 from ..web.dependencies import Configured, Key, Name, OpenStore, Running, Text
 from ..web.jobs import Jobs
 from .figures import held_out_figures, listed_versions, side_by_side
 from .job import TRAIN, TrainArguments
+from .service import promote_version
 
 if TYPE_CHECKING:
     from ...training.registry.records import Decision, Version
@@ -53,8 +49,6 @@ def needed(db: str) -> Registry:
 
 def chosen_versions(registry: Registry, labels: list[str]) -> list[Version]:
     """Versions by their labels. Raises `LookupError` for unknown ones, `ValueError` for too many."""
-    from ...training.registry.listing import chosen
-
     if len(labels) > MOST_COMPARED:
         raise ValueError(f"{len(labels)} versions to compare; expected at most {MOST_COMPARED}")
     every = registry.versions()
@@ -65,14 +59,10 @@ def promote(
     store: Store, db: str, model: str, version: int, *, other: str | None, forced: bool, reason: str
 ) -> Decision:
     """Promote or refuse, and keep why. Raises as `training.promotion.promote`."""
-    from ...training.registry.listing import chosen
-    from ...training.registry.promotion import promote as decide
-
     with models_extra():
-        registry = needed(db)
-        candidate = chosen(registry.versions(), f"{model}@{version}")
-        on = (other, pulses_on(store, other, candidate)) if other else None
-        return decide(registry, model, version, reader_of(store), other=on, forced=forced, reason=reason)
+        needed(db)
+    promotion = promote_version(store, db, f"{model}@{version}", on=other or None, force=forced, reason=reason)
+    return promotion.decision
 
 
 def decision_json(decision: Decision) -> dict[str, Any]:
@@ -168,12 +158,8 @@ class TrainingOptions(BaseModel):
         return TrainArguments(self.dataset, list(models_of(self.models)), self.split, self.seed, self.budget)
 
 
-class RepeatedExtraction(BaseModel):
+class RepeatedExtraction(ExtractionOptions):
     """As the options of `pyroshock extract`."""
-
-    segmentation: Literal["walk", "mask"] = "walk"
-    threshold: float = 0.005
-    smoothing: float = 0.99
 
 
 @router.post("/train")
@@ -185,4 +171,4 @@ def train(options: TrainingOptions, store: OpenStore, running: Running) -> dict[
 @router.post("/campaigns/{name}/extract")
 def extract(name: Name, options: RepeatedExtraction, store: OpenStore, running: Running) -> dict[str, Any]:
     """Cut a campaign's pulses anew; answers with the job, whose result is `extract --json`."""
-    return extract_job(running, store, name, ExtractionSettings(**options.model_dump())).as_json()
+    return extract_job(running, store, name, options.settings()).as_json()

@@ -1,14 +1,9 @@
-"""`train`: models made from a dataset.
-
-`compare`: which model is better.
-
-`promote`: the model in use.
-
-`models`: what is registered.
-"""
+"""`train`: models made from a dataset. `compare`: which model is better. `promote`: the model in use. `models`: what is
+registered."""
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -279,7 +274,7 @@ def models(
         from ...training.registry.intact_models import damages
         from ...training.registry.listing import chosen, flat_row, newest, of_dataset
         from ..common.model_registry import models_extra, registry_of, withdrawals_at, withdrawn_words
-        from .tables import json_row
+        from .tables import floors_by_ground, json_row
 
         registry = registry_of(db)
         with models_extra():
@@ -292,7 +287,7 @@ def models(
                 return
             versions = of_dataset(versions, dataset) if dataset is not None else versions
             versions = [version for version in versions if split in (None, version.split)]
-            floors = {context: registry.floors(*context) for context in _grounds(versions)}
+            floors = floors_by_ground(registry, versions)
             listed = versions if every else newest(versions)
             wrong = damages(registry, listed)
         withdrawn = withdrawals_at(db) if listed else {}
@@ -341,10 +336,6 @@ def _damaged(what: str | None) -> dict[str, str]:
     return {} if what is None else {"damaged": what}
 
 
-def _grounds(versions: list[Version]) -> list[tuple[str, int]]:
-    return list(dict.fromkeys((version.dataset.hash, version.seed) for version in versions))
-
-
 def _tell(versions: list[Version], floors: dict[tuple[str, int], dict[str, str]], every: bool) -> None:
     from ...training.registry.listing import row_of
     from .tables import table_of
@@ -352,10 +343,10 @@ def _tell(versions: list[Version], floors: dict[tuple[str, int], dict[str, str]]
     if not versions:
         click.echo("no models yet; train some: pyroshock train DATASET")
         return
-    for key in _grounds(versions):
-        of_it = [version for version in versions if (version.dataset.hash, version.seed) == key]
-        click.echo(f"{of_it[0].dataset.name} ({key[0][:12]}), seed {key[1]}")
-        print_table(table_of(of_it, floors[key]), "")
+    for (dataset_hash, seed), floors_by_split in floors.items():
+        of_ground = [v for v in versions if (v.dataset.hash, v.seed) == (dataset_hash, seed)]
+        click.echo(f"{of_ground[0].dataset.name} ({dataset_hash[:12]}), seed {seed}")
+        print_table(table_of(of_ground, floors_by_split), "")
         click.echo()
     if every:
         columns = ("model", "version", "split", "dataset", "seed", "seconds", "registered_at")
@@ -363,8 +354,6 @@ def _tell(versions: list[Version], floors: dict[tuple[str, int], dict[str, str]]
 
 
 def _tell_promotions(decisions: list[Any], listing: Listing) -> None:
-    from dataclasses import asdict
-
     columns = (
         "when", "who", "candidate", "champion", "promoted", "forced", "judged_on", "judged_against", "pulses", "reason",
     )  # fmt: skip

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ...dataset.table import POINTS
+import numpy as np
+
+from ...dataset.table import POINTS, Inputs
 from ..common.errors import raises_library_errors
 from ..common.frames import axes_or_new, facts_table, titled_table, with_units
 from ..common.model_registry import models_extra, registry_of
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ...array_types import Floats
-    from ...dataset.table import Inputs, Predictor
+    from ...dataset.table import Predictor
     from ...training.registry.records import Answer, RegisteredModel
 
 #: Of the bench: physical pulses need them even where they never varied and are no predictor.
@@ -54,8 +56,6 @@ class ContactPulses:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """The force of each impact over its contact, with 90 % bands where the model gives spreads."""
-        import numpy as np
-
         axes = axes_or_new(ax)
         for row, (force, duration) in enumerate(zip(self.force_n, self.contact_time_s, strict=True)):
             time_ms = np.linspace(0.0, 1e3 * duration, POINTS)
@@ -124,10 +124,6 @@ def read_model(url: str, name: str, split: str | None = None) -> StoredModel:
 
 
 def _inputs(predictors: tuple[Predictor, ...], impacts: pd.DataFrame) -> Inputs:
-    import numpy as np
-
-    from ...dataset.table import Inputs
-
     wanted = [predictor_column(predictor) for predictor in predictors]
     missing = [column for column in wanted if column not in impacts.columns]
     if missing:

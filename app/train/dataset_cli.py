@@ -36,15 +36,8 @@ def dataset(ctx: click.Context, db: str, listing: Listing) -> None:
         _list(db, listing)
 
 
-@dataset.command("list")
-@db_option
-@listing_options
-def list_(db: str, listing: Listing) -> None:
-    """List the datasets with their name, hash, pulses and campaigns."""
-    _list(db, listing)
-
-
 def _list(db: str, listing: Listing) -> None:
+    """List the datasets with their name, hash, pulses and campaigns."""
     with open_command_store(db) as store, store.reading() as session:
         from ...dataset.catalog import list_snapshots, list_withdrawals
 
@@ -57,6 +50,9 @@ def _list(db: str, listing: Listing) -> None:
     )
     for withdrawal in withdrawals.values() if listing.json_to is None else ():
         note(withdrawal.words)
+
+
+dataset.command("list")(db_option(listing_options(_list)))
 
 
 def _count_lost(withdrawal: Withdrawal | None) -> int:

@@ -1,7 +1,5 @@
-"""Datasets as the command line shows them: plain data, tables, files for other programs.
-
-A dataset's predictors as a picture: how they hang together (thesis, Fig. 4.8), and which values they took.
-"""
+"""Datasets as the command line shows them: plain data, tables, files for other programs, and a picture of the
+predictors: how they hang together (thesis, Fig. 4.8), and which values they took."""
 
 from __future__ import annotations
 

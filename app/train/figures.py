@@ -12,7 +12,7 @@ from ...training.evaluation.metrics import METRICS, figures, reconstruct
 from ...training.registry.intact_models import damages
 from ...training.registry.listing import finite, newest, of_dataset
 from .comparing import comparisons_of, rows_of
-from .tables import json_row
+from .tables import floors_by_ground, json_row
 
 if TYPE_CHECKING:
     from ...array_types import Floats
@@ -50,8 +50,7 @@ def listed_versions(
 
 def version_rows(registry: Registry, versions: Sequence[Version]) -> list[dict[str, Any]]:
     """A row each, with what repetitions allow on its split, and `damaged`: what is wrong with its files, or None."""
-    grounds = dict.fromkeys((version.dataset.hash, version.seed) for version in versions)
-    floors = {context: registry.floors(*context) for context in grounds}
+    floors = floors_by_ground(registry, versions)
     wrong = damages(registry, versions)
     rows = (version_row(version, floors[version.dataset.hash, version.seed]) for version in versions)
     return [row | {"damaged": wrong.get(row["label"])} for row in rows]
@@ -93,15 +92,8 @@ def version_row(version: Version, floors: Mapping[str, str]) -> dict[str, Any]:
     }
 
 
-def side_by_side(
-    registry: Registry,
-    versions: Sequence[Version],
-    read: Read,
-    *,
-    rank_by: str = "force_nrmse",
-    metrics: Sequence[str] = METRICS,
-) -> dict[str, Any]:
-    """Versions on the held-out pulses that they have in common, the best in `rank_by` first.
+def side_by_side(registry: Registry, versions: Sequence[Version], read: Read) -> dict[str, Any]:
+    """Versions on the held-out pulses that they have in common, the smallest error of the force first.
 
     `models`: as `compare --json`, each with its `label`; `differences`: for every pair (of more than
     `MOST_EACH_WITH_EACH` versions, of the best with each other) and metric `a`, `b`, `difference` of their mean errors,
@@ -112,8 +104,8 @@ def side_by_side(
     if len({version.label for version in versions}) < 2:
         raise ValueError(f"{len(versions)} versions to compare; choose two or more")
     every_pair = len(versions) <= MOST_EACH_WITH_EACH
-    comparisons = comparisons_of(registry, versions, rank_by, each_with_each=every_pair, read=read)
-    rows = rows_of(comparisons, metrics)
+    comparisons = comparisons_of(registry, versions, "force_nrmse", each_with_each=every_pair, read=read)
+    rows = rows_of(comparisons, METRICS)
     models = [row for row in rows if "model" in row]
     return {
         "pulses": len(comparisons.judged.pulses),

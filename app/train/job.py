@@ -1,7 +1,4 @@
-"""Models trained on a dataset: each is registered as it is finished, under the key of its task, and found by it.
-
-The registry of models in the hands of one attempt at a job.
-"""
+"""Models trained on a dataset: each is registered as it is finished, under the key of its task, and found by it."""
 
 from __future__ import annotations
 
@@ -50,7 +47,7 @@ def _trained(work: RunningJob, arguments: TrainArguments) -> Session:
     from ...training.fitting.session import Progress, train
     from ..common.model_registry import context_of, splits_of
 
-    registry = fenced_registry_of(work)
+    registry = FencedRegistry(work)
     context = context_of(work.store, arguments.dataset, registry, arguments.seed, arguments.budget)
     splits = splits_of(context.table, arguments.split)
     return train(registry, context, arguments.models, splits, progress=Progress(work.step))
@@ -84,8 +81,3 @@ class FencedRegistry(Registry):
             pass
         registered = next((version for version in self.versions() if version.task_key == trained.task.key), None)
         return registered or super().record(trained, session)
-
-
-def fenced_registry_of(work: RunningJob) -> FencedRegistry:
-    """The registry beside the job's store, or where MLFLOW_TRACKING_URI says."""
-    return FencedRegistry(work)

@@ -1,7 +1,4 @@
-"""Models: versions side by side, one version's held-out pulses, promotions with their reasons.
-
-Charts of models: errors side by side, predicted against measured, coverage of intervals.
-"""
+"""Models: versions side by side, one version's held-out pulses, promotions with their reasons, and their charts."""
 
 from __future__ import annotations
 

@@ -6,8 +6,17 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from ..common.frames import axes_or_new, frame_of, titled_table
-from ..common.model_registry import context_of, models_extra, pulses_on, reader_of, registry_of, splits_of
+from ...dataset.catalog import list_withdrawals
+from ..common.frames import axes_or_new, frame_of, titled_table, with_units
+from ..common.model_registry import (
+    context_of,
+    models_extra,
+    pulses_on,
+    reader_of,
+    registry_of,
+    splits_of,
+    withdrawn_words,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -49,7 +58,6 @@ class FrozenDataset:
         thickness of the plate, contact time, force points: what `StoredModel.predict` takes."""
         import pandas as pd
 
-        from ..common.frames import with_units
         from .datasets import dataset_columns
 
         return with_units(pd.DataFrame(dataset_columns(self.snapshot.table)))
@@ -279,8 +287,6 @@ def compare_versions(
 
     Raises as `comparing.versions_named` and `comparing.comparisons_of`.
     """
-    from ...dataset.catalog import list_withdrawals
-    from ..common.model_registry import withdrawn_words
     from .comparing import comparisons_of, served, versions_named
 
     with models_extra():

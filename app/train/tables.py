@@ -1,6 +1,5 @@
-"""Tables of models for people: splits beside each other, the floor and the thesis's figures with them.
-
-The thesis's figures (Tables 4.4 to 4.9, 5.2 and 5.3) under our models' names.
+"""Tables of models for people: splits beside each other, the floor, and the thesis's figures (Tables 4.4 to 4.9, 5.2
+and 5.3) under our models' names.
 
 Its Tables 5.2 and 5.3 are of the two optimised models, `coregional-gp` and `nn-ga`, and of the analytic pulses. Where
 it gives a figure twice, the first row of `data/thesis_tables.csv` counts: the optimised, more precise one. Table 4.8's
@@ -10,16 +9,18 @@ time model, tuned by Bayesian optimisation, goes with its network (section 4.4) 
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from importlib.resources import files
 from typing import Any
 
 from ...training.evaluation.floor import SCOPES, floor_metrics
 from ...training.evaluation.metrics import METRICS
-from ...training.evaluation.summary import Estimate
 from ...training.registry.listing import finite, newest, row_of
 from ...training.registry.records import Version
+from ...training.registry.registry import Registry
 
 
 @dataclass(frozen=True)
@@ -35,9 +36,6 @@ class ThesisFigure:
 @cache
 def all_figures() -> tuple[ThesisFigure, ...]:
     """Every figure, those that count first."""
-    import csv
-    from importlib.resources import files
-
     text = (files(__package__) / "data" / "thesis_tables.csv").read_text(encoding="utf-8")
     rows = list(csv.DictReader(text.splitlines()))
     return tuple(ThesisFigure(row["model"], row["metric"], float(row["value"]), row["table"]) for row in rows)
@@ -77,6 +75,12 @@ def table_of(versions: Sequence[Version], floors: Mapping[str, str]) -> list[dic
     return sorted(rows, key=lambda row: _rank(row, splits))
 
 
+def floors_by_ground(registry: Registry, versions: Iterable[Version]) -> dict[tuple[str, int], dict[str, str]]:
+    """The floors by split of each dataset and seed that versions were trained with, in their order."""
+    grounds = dict.fromkeys((version.dataset.hash, version.seed) for version in versions)
+    return {ground: registry.floors(*ground) for ground in grounds}
+
+
 def json_row(version: Version, floors: Mapping[str, str]) -> dict[str, Any]:
     """A version in JSON, beside it what repetitions allow on its split, and the thesis's figures of its kind."""
     row = row_of(version)
@@ -107,7 +111,7 @@ def _row(name: str, splits: Sequence[str], versions_by_split: Mapping[str, Versi
     for metric, heading in _SHOWN.items():
         for split in splits:
             row[f"{heading} {short(split)}"] = (
-                _figure(versions_by_split[split].metrics[metric]) if split in versions_by_split else None
+                _short(versions_by_split[split].metrics[metric].mean) if split in versions_by_split else None
             )
         if metric in _OF_THESIS:
             row[f"{heading} thesis"] = _short(thesis[metric].value) if metric in thesis else None
@@ -127,7 +131,7 @@ def _floor_rows(splits: Sequence[str], floors: Mapping[str, str]) -> list[dict[s
         for metric, heading in _SHOWN.items():
             for split in splits:
                 metrics = of_split.get(split, {})
-                row[f"{heading} {short(split)}"] = _figure(metrics[metric]) if metric in metrics else None
+                row[f"{heading} {short(split)}"] = _short(metrics[metric].mean) if metric in metrics else None
             if metric in _OF_THESIS:
                 row[f"{heading} thesis"] = None
         rows.append(row)
@@ -143,10 +147,6 @@ def short(split: str) -> str:
     """A split as part of a heading."""
     name, _, value = split.partition("=")
     return value or {"repetitions": "rep.", "configurations": "conf.", "treatments": "treat."}.get(name, name)
-
-
-def _figure(estimate: Estimate) -> str:
-    return _short(estimate.mean)
 
 
 def _short(value: float) -> str:

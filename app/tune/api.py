@@ -1,7 +1,4 @@
-"""The API of tuning: a spectrum to settings, as a job.
-
-From a prescribed spectrum to settings, as a job.
-"""
+"""From a prescribed spectrum to settings, as a job."""
 
 from __future__ import annotations
 

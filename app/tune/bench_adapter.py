@@ -22,10 +22,12 @@ from ...twin.srs.target import Target
 from ...twin.tune.goal import Goal, Outside, Refusals
 from ...twin.tune.probability import Proposal
 from ...twin.tune.space import Amount, ContinuousRange, Levels, TuningSpace
-from ...twin.tune.tuner import SettingToAvoid
+from ...twin.tune.tuner import SettingToAvoid, Tuned
 from ..twins.benches import LEAST_PRESSURE_PA
 
 NONE = "none"
+#: Proposals that are told.
+SHOWN = 10
 #: Tips of a continuous radius that are tried.
 _MOST_RADII = 9
 
@@ -186,12 +188,17 @@ def proposal_json(proposal: Proposal, rank: int) -> dict[str, Any]:
         # a side of the band that is free has no edge: JSON knows no infinity
         "worst_margin_db": proposal.worst_margin_db if math.isfinite(proposal.worst_margin_db) else None,
         "worst_frequency_hz": proposal.worst_frequency_hz,
-        "expected_m_s2": _m_s2(proposal.level_db),
-        "lower_m_s2": _m_s2(proposal.lower_db),
-        "upper_m_s2": _m_s2(proposal.upper_db),
+        "expected_m_s2": level_m_s2(proposal.level_db).tolist(),
+        "lower_m_s2": level_m_s2(proposal.lower_db).tolist(),
+        "upper_m_s2": level_m_s2(proposal.upper_db).tolist(),
         "outside_domain": list(proposal.outside),
         "alternatives": [setting_json(setting) for setting in proposal.alternatives],
     }
+
+
+def proposal_rows(tuned: Tuned) -> list[dict[str, Any]]:
+    """What is told of the best settings, the best first."""
+    return [proposal_json(proposal, rank) for rank, proposal in enumerate(tuned.proposals[:SHOWN], 1)]
 
 
 def avoid_json(avoid: SettingToAvoid) -> dict[str, Any]:
@@ -203,5 +210,6 @@ def avoid_json(avoid: SettingToAvoid) -> dict[str, Any]:
     }
 
 
-def _m_s2(level_db: Floats) -> list[float]:
-    return [float(value) for value in 10 ** (level_db / 20)]
+def level_m_s2(level_db: Floats) -> Floats:
+    """The inverse of `twin.tune.goal.level_db`."""
+    return np.asarray(10 ** (level_db / 20))

@@ -168,12 +168,12 @@ def tune(
     """
     with open_command_store(db) as store:
         from ..common.progress import progress_bar
-        from ..predict.arguments import twin_request
+        from ..predict.arguments import option_name, twin_request
         from .service import factors_of, masses_of, search_settings, target_of
         from .session import Ask
 
         request = twin_request(
-            _option,
+            option_name,
             campaign=campaign,
             modes=modes,
             bench=bench,
@@ -200,11 +200,6 @@ def tune(
     _show(settings, avoid, json_to)
     if not settings.attainable:
         raise click.exceptions.Exit(1)
-
-
-def _option(argument: str) -> str:
-    """An argument of the library as its option is spelled."""
-    return f"--{argument.replace('_', '-')}"
 
 
 def _show(settings: TunedSettings, avoid: Path | None, json_to: str | None) -> None:
@@ -254,12 +249,12 @@ def _words(settings: dict[str, Any]) -> dict[str, Any]:
 
 def _points(texts: tuple[str, ...], name: str) -> tuple[tuple[float, float], ...]:
     """`0.47,0.28` in m, of the outline."""
-    notes = []
+    points = []
     for text in texts:
         parts = text.split(",")
         try:
             x, y = (float(part) for part in parts)
         except ValueError as error:
             raise ValueError(f"{name} is {text!r}; expected two numbers in m, such as 0.47,0.28") from error
-        notes.append((x, y))
-    return tuple(notes)
+        points.append((x, y))
+    return tuple(points)

@@ -13,9 +13,6 @@ if TYPE_CHECKING:
     from ...twin.tune.tuner import Tuned
     from .session import Ask, TuningSession
 
-#: Proposals that are told.
-SHOWN = 10
-
 
 @dataclass(frozen=True)
 class TuneArguments:
@@ -78,12 +75,12 @@ def _do(work: RunningJob, arguments: TuneArguments) -> Ending:
 
 def _answer(arguments: TuneArguments, session: TuningSession, tuning: Tuned) -> dict[str, Any]:
     """`tune --json`, with whether the target is met, the target, what to avoid, and notes."""
-    from .bench_adapter import avoid_json, proposal_json
+    from .bench_adapter import SHOWN, avoid_json, proposal_rows
 
     goal = session.goal
     return {
         "attainability": finite(tuning.attainability.as_json()),
-        "proposals": [proposal_json(proposal, rank) for rank, proposal in enumerate(tuning.proposals[:SHOWN], 1)],
+        "proposals": proposal_rows(tuning),
         "avoid": [avoid_json(setting) for setting in tuning.avoid[:SHOWN]],
         "notes": list(session.notes),
         "frequency_hz": goal.frequency_hz.tolist(),

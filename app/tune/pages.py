@@ -11,11 +11,10 @@ from starlette.datastructures import UploadFile
 from starlette.requests import Request
 from starlette.responses import Response
 
-from ...schema.jobs import DONE
 from ..impacts.spectra import MOST_BYTES
 from ..web.dependencies import Key, OpenStore, Running
 from ..web.figures_base import COLOURS, Figure, band, figure, line
-from ..web.jobs_pages import followed
+from ..web.jobs_pages import finished_result, followed
 from ..web.rendering import page, query
 from .api import Tuning, tune_job
 from .job import TUNE
@@ -23,13 +22,13 @@ from .job import TUNE
 router = APIRouter()
 
 
-def tuned_figure(tuning: Mapping[str, Any], most: int = 3) -> Figure:
+def tuned_figure(tuning: Mapping[str, Any]) -> Figure:
     """The first proposals in the tolerance of what is prescribed (`tuning.tune_job`'s result)."""
     lines = tuning["frequency_hz"]
     low, high = (np.asarray(tuning[key]) for key in ("lower_m_s2", "upper_m_s2"))
     traces = band(lines, low, high, "tolerance", "c7")
     traces.append(line(lines, tuning["prescribed_m_s2"], "prescribed", "quiet", dash="dash"))
-    for i, proposal in enumerate(tuning["proposals"][:most]):
+    for i, proposal in enumerate(tuning["proposals"][:3]):
         name = f"proposal {proposal['rank']}: {proposal['probability_within']:.0%}"
         if i == 0:
             traces += band(lines, proposal["lower_m_s2"], proposal["upper_m_s2"], "90 % of the first", COLOURS[i])
@@ -73,10 +72,7 @@ async def tune(
 
 @router.get("/tune/{job}")
 def tuned(request: Request, job: Key, running: Running) -> Response:
-    job_row = running.get(job)
-    if job_row.state != DONE or job_row.kind != TUNE.name:
-        raise LookupError(f"job {job} is no finished tuning; its page is /jobs/{job}")
-    data = job_row.result
+    data = finished_result(running, job, TUNE.name, "tuning")
     twin = {key: value for key, value in data["twin"].items() if value}
     links = [
         "/twin" + query({**twin, **{name: proposal["settings"][name] for name in _SETTINGS}})

@@ -32,9 +32,6 @@ if TYPE_CHECKING:
     #: A CSV file, a Series, a DataFrame, frequencies and levels, or a target of the twin.
     TargetLike = str | os.PathLike[str] | pd.Series[Any] | pd.DataFrame | tuple[ArrayLike, ArrayLike] | Target
 
-#: Rows of tables and of JSON.
-SHOWN = 10
-
 
 @dataclass(frozen=True, eq=False)
 class TunedSettings:
@@ -105,9 +102,9 @@ class TunedSettings:
 
     def to_json(self) -> list[dict[str, Any]]:
         """As `pyroshock tune --json` prints it."""
-        from .bench_adapter import proposal_json
+        from .bench_adapter import proposal_rows
 
-        return [proposal_json(proposal, rank) for rank, proposal in enumerate(self.tuned.proposals[:SHOWN], 1)]
+        return proposal_rows(self.tuned)
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """The expected spectra of the best settings in the tolerance of the target.

@@ -9,20 +9,24 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...dataset.predictors import SHIPPED
 from ...dataset.rows import by_name, stored_materials
-from ...schema.impacts import BEFORE_CONTACT
+from ...schema.impacts import BEFORE_CONTACT, INTEGRATED
 from ...schema.known_factors import BY_COLUMN
 from ...training.registry.connection import user_environment
 from ...training.registry.model_storage import storage_for
 from ...twin.chain import Twin, default_lines
+from ...twin.contact.prior import PriorContact
+from ...twin.coupled_contact import CoupledContact
 from ...twin.effects import Effect, checked_effects
+from ...twin.gun.shot import GunEffect
 from ...twin.gun.stage import GunStage
 from ...twin.plate.stage import PlateSpread, PlateStage
 from ...twin.sensors.chain import SensorChain
 from ...twin.setting import THESIS, ElasticMaterial, Setting
-from ..common.model_registry import registry_of
+from ..common.model_registry import note_of, registry_of
 from .benches import Bench, PlateDrawing, Point, bench_of_campaign, bench_of_file, shipped_bench, with_modes
-from .learning import MOST_SHOTS, basis, calibrated, taught_contact, taught_gun
+from .learning import MOST_SHOTS, basis, calibrated, model_in_use, taught_contact, taught_gun, velocity_kind_of
 from .measured_shots import no_shots, read_measured_shots, struck_plate
 
 if TYPE_CHECKING:
@@ -216,8 +220,6 @@ def _gun(
 
     None on a bench without one. Raises `ValueError` for effects of a gun there.
     """
-    from ...twin.gun.shot import GunEffect
-
     effects = checked_effects(_of_stage(request, "gun"), GunEffect)
     if not bench.has_gun:
         if effects:
@@ -241,7 +243,6 @@ def _contact(
     Effects act on all of them.
     """
     from ...twin.contact.laws import LAWS
-    from .learning import model_in_use
 
     effects = _of_stage(request, "contact")
     if request.coupled and request.contact is None:  # a model has learned pulses, and knows no plate to solve against
@@ -275,9 +276,7 @@ def _none_in_use(bench_kind: str) -> str:
 
 def _coupled(contact: ContactStage, plates: PlateStage) -> ContactStage:
     """The contact on the modes of the plates. Raises `ValueError` for one that is not solved in time."""
-    from ...twin.contact.prior import PriorContact
     from ...twin.contact.stage import LawContact
-    from ...twin.coupled_contact import CoupledContact
 
     if isinstance(contact, PriorContact) or (isinstance(contact, LawContact) and contact.law == "hertz"):
         return CoupledContact(contact, plates)
@@ -294,10 +293,7 @@ def _registered_with(
     adopted: tuple[Effect, ...],
 ) -> tuple[ContactStage, str]:
     """A registered model with effects, and what is to be said of it: adopted ones act where it has not learned them."""
-    from ...schema.impacts import INTEGRATED
-    from ..common.model_registry import note_of
     from .adopted_effects import learned_by
-    from .learning import velocity_kind_of
 
     learned = learned_by(session, version, adopted)
     acting = (*effects, *(effect for effect in adopted if effect not in learned))
@@ -329,7 +325,6 @@ def registered_contact(session: Session | None, db: str, name: str, in_use: str 
     """The registered model "NAME@VERSION", or the one in use for a kind of bench, asked with velocities as its
     dataset had them. Raises `LookupError`."""
     from ...training.registry.listing import chosen
-    from .learning import model_in_use
 
     registry = _registry(db)
     if registry is None:
@@ -350,8 +345,6 @@ def _law(name: str, effects: tuple[Effect, ...]) -> ContactStage:
 
 def _prior(bench: Bench, effects: tuple[Effect, ...]) -> ContactStage:
     """A hammer's mass is uncertain as well, for a hand holds it."""
-    from ...twin.contact.prior import PriorContact
-
     return PriorContact(effects, hand_held=bench.kind == "hammer")
 
 
@@ -368,7 +361,6 @@ def _registered(
     velocity_kind: str = BEFORE_CONTACT,
     effects: tuple[Effect, ...] = (),
 ) -> ContactStage:
-    from ...dataset.predictors import SHIPPED
     from ...dataset.snapshot import read_snapshot
     from ...training.registry.contact_stage import RegisteredContact
 

@@ -1,7 +1,5 @@
-"""What measured shots of a campaign teach a twin, stage by stage, and what its bands then rest on.
-
-The registered model in use for a kind of bench, and what a store knows of a model.
-"""
+"""What measured shots of a campaign teach a twin, stage by stage, what its bands then rest on, and the registered model
+in use for a kind of bench."""
 
 from __future__ import annotations
 
@@ -12,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 import numpy as np
 from sqlalchemy import select
 
-from ...schema.impacts import Shot
+from ...schema.impacts import BEFORE_CONTACT, DatasetSnapshot, Shot
 from ...schema.listings import get_campaign_id
 from ...twin.contact.prior import MOST_PULSES, PriorContact
 from ...twin.coupled_contact import CoupledContact
@@ -25,7 +23,6 @@ from ...twin.spectrum_calibration import SpectrumCalibration
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
-    from ...schema.impacts import DatasetSnapshot
     from ...training.registry.records import Version
     from ...training.registry.registry import Registry
     from ...twin.chain import Twin
@@ -149,7 +146,6 @@ def velocity_kind_of(session: Session | None, version: Version) -> str:
     Where the store has the dataset no more, before contact, as a prediction's is.
     """
     from ...dataset.velocities import kind_of_snapshot
-    from ...schema.impacts import BEFORE_CONTACT
 
     if version.dataset.velocity_kind is not None:
         return version.dataset.velocity_kind
@@ -169,10 +165,6 @@ def _definition(session: Session | None, version: Version) -> dict[str, Any]:
 
 
 def _snapshot(session: Session | None, version: Version) -> DatasetSnapshot | None:
-    from sqlalchemy import select
-
-    from ...schema.impacts import DatasetSnapshot
-
     if session is None:
         return None
     query = select(DatasetSnapshot).where(DatasetSnapshot.content_hash == version.dataset.hash)

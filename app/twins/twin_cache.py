@@ -1,9 +1,8 @@
-"""Twins that stay ready: built once for each request, as long as what they are made of in the store stays the same.
+"""Twins that stay ready: built once for each request, as long as what they are made of in the store stays the same,
+which a stamp that is cheap to compare tells.
 
-A twin takes seconds to build (modes of a plate, a registered model), and tenths of a second; ready, it answers in
-tens of milliseconds.
-
-What a twin depends on in the store, as a stamp that is cheap to compare.
+A twin takes tenths of a second to seconds to build (modes of a plate, a registered model); ready, it answers in tens of
+milliseconds.
 """
 
 from __future__ import annotations
@@ -16,6 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 from sqlalchemy import func, select
 
 from ...schema.benches import Material, ModalTable
@@ -175,8 +175,6 @@ class TwinCache:
 
 def warm_up(built: BuiltTwin) -> None:
     """Let the twin make what it keeps: the answer of every plate of its ensemble at every impact position."""
-    import numpy as np
-
     positions = built.twin.plate.ensemble(built.plate.name)[0].impact_points if built.twin.sensor_names else ("#1",)
     for position in positions:
         # A model may know nothing of such a shot; then the first prediction is a slow one.

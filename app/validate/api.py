@@ -1,7 +1,4 @@
-"""The twin beside measured shots that it had not seen.
-
-A validation of the twin on a campaign of the store, as a job.
-"""
+"""A validation of the twin on a campaign of the store, as a job."""
 
 from __future__ import annotations
 

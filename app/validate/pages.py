@@ -1,7 +1,4 @@
-"""Validations of the twin: ask for one, those that were made, and the page of each.
-
-Charts of a validation, of the data of `validate --json`.
-"""
+"""Validations of the twin: ask for one, those that were made, and the page of each with its charts."""
 
 from __future__ import annotations
 
@@ -10,16 +7,14 @@ from typing import Annotated, Any
 
 import numpy as np
 from fastapi import APIRouter, Form
-from sqlalchemy import select
 from starlette.requests import Request
 from starlette.responses import Response
 
-from ...schema.campaigns import Campaign
-from ...schema.jobs import DONE
+from ...schema.conditions import list_campaign_names
 from ..documents.page import html_of
 from ..web.dependencies import Key, OpenStore, Running
 from ..web.figures_base import COLOURS, Figure, bars, categories, figure, line, points
-from ..web.jobs_pages import followed
+from ..web.jobs_pages import finished_result, followed
 from ..web.rendering import page
 from .api import ValidationQuestion, validate_job
 from .job import VALIDATE
@@ -112,7 +107,7 @@ router = APIRouter()
 @router.get("/validations")
 def validations(request: Request, store: OpenStore, running: Running, campaign: str = "") -> Response:
     with store.reading() as session:
-        names = list(session.scalars(select(Campaign.name).order_by(Campaign.date.desc(), Campaign.name).limit(500)))
+        names = list_campaign_names(session)
     made = [job for job in running.listed() if job.kind == VALIDATE.name]
     return page(request, "validations.html", campaigns=names, campaign=campaign, jobs=made)
 
@@ -130,7 +125,7 @@ def validate(
 
 @router.get("/validations/{job}")
 def validation(request: Request, job: Key, running: Running) -> Response:
-    data = _result(running, job)
+    data = finished_result(running, job, VALIDATE.name, "validation")
     return page(
         request,
         "validation.html",
@@ -149,12 +144,5 @@ def validation(request: Request, job: Key, running: Running) -> Response:
 
 @router.get("/validations/{job}/report.html")
 def report(job: Key, running: Running) -> Response:
-    return Response(html_of(validation_document(_result(running, job))), media_type="text/html")
-
-
-def _result(running: Running, job: int) -> dict[str, Any]:
-    done = running.get(job)
-    if done.state != DONE or done.kind != VALIDATE.name:
-        raise LookupError(f"job {job} is no finished validation; its page is /jobs/{job}")
-    data: dict[str, Any] = done.result
-    return data
+    data = finished_result(running, job, VALIDATE.name, "validation")
+    return Response(html_of(validation_document(data)), media_type="text/html")

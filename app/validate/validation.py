@@ -1,9 +1,5 @@
-"""Cross-validation of the twin: it predicts the shots of each fold from those of the other configurations.
-
-A registered model as it would be without some configurations: what it learned from them is taken out of it.
-
-The scores of a validation as rows and lines for people, of the data of `validate --json`.
-"""
+"""Cross-validation of the twin: it predicts the shots of each fold from those of the other configurations, with a
+registered model as it would be without them; and the scores as rows and lines for people."""
 
 from __future__ import annotations
 
@@ -47,7 +43,6 @@ if TYPE_CHECKING:
 
     from ...dataset.table import PulseTable
     from ...schema.session import Store
-    from ...training.registry.contact_stage import RegisteredContact
 
 
 #: Of one row of `quantities`: 90 % bands that hold what they promise are near this share.

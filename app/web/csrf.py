@@ -1,7 +1,4 @@
-"""Every write carries the token of its session: as the field `csrf` of a form, or the header X-CSRF-Token.
-
-The token that writes carry.
-"""
+"""Every write carries the token of its session: as the field `csrf` of a form, or the header X-CSRF-Token."""
 
 from __future__ import annotations
 

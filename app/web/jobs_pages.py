@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Query
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
+from ...schema.jobs import DONE
 from ..jobs.queue import JobView
 from .dependencies import Key, Running
 from .rendering import page
@@ -33,6 +34,14 @@ def job(request: Request, job: Key, running: Running) -> Response:
 @router.post("/jobs/{job}/stop")
 def stop(job: Key, running: Running) -> Response:
     return followed(running.stop(job))
+
+
+def finished_result(running: Running, key: int, kind: str, noun: str) -> Any:
+    """What a job of this kind has given. Raises `LookupError` for one of another kind, or that has not ended well."""
+    job_row = running.get(key)
+    if job_row.state != DONE or job_row.kind != kind:
+        raise LookupError(f"job {key} is no finished {noun}; its page is /jobs/{key}")
+    return job_row.result
 
 
 def followed(job: JobView) -> Response:

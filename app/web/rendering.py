@@ -1,7 +1,5 @@
-"""Templates into answers. Everything that comes from the store or a person is escaped.
-
-How a column of plain rows (SI, unit in the key) is headed and scaled for a person.
-"""
+"""Templates into answers, and how a column of plain rows (SI, unit in the key) is headed and scaled for a person.
+Everything that comes from the store or a person is escaped."""
 
 from __future__ import annotations
 
@@ -11,12 +9,12 @@ from datetime import date, datetime
 from functools import cache
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
+from urllib.parse import quote, urlencode
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 from starlette.requests import Request
-from starlette.responses import HTMLResponse
+from starlette.responses import HTMLResponse, Response
 
 from ..common.number_format import finite
 
@@ -134,6 +132,13 @@ def page(request: Request, template: str, status: int = 200, **values: Any) -> H
     return HTMLResponse(text, status)
 
 
+def named_file(content: bytes, name: str, ending: str, media_type: str) -> Response:
+    """A page that opens; any other form is saved under its name."""
+    shown = "inline" if ending == "html" else "attachment"
+    disposition = f"{shown}; filename*=UTF-8''{part(name)}.{ending}"
+    return Response(content, media_type=media_type, headers={"content-disposition": disposition})
+
+
 def part(name: object) -> str:
     """A name as one part of an address, slashes included."""
     return quote(str(name), safe="")
@@ -156,7 +161,5 @@ def when(value: datetime | date | str | None) -> str:
 
 def query(values: Mapping[str, Any]) -> str:
     """`?a=b&c=d` of what is given; empty values are left out."""
-    from urllib.parse import urlencode
-
     given = [(key, v) for key, value in values.items() for v in (value if isinstance(value, list) else [value]) if v]
     return f"?{urlencode(given)}" if given else ""

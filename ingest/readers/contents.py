@@ -1,8 +1,5 @@
-"""What a format's own code gives: the arrays of a file, undecided which is time, rate or channel.
-
-The one place where a library's exception or warning becomes a `RecordingError`.
-
-An end to calls into a C library that never come back, in a process that may be ended for it.
+"""What a format's own code gives: the arrays of a file, undecided which is time, rate or channel. Here alone a
+library's exception or warning becomes a `RecordingError`, and calls into a C library that never come back have an end.
 
 A wrong byte in an HDF5 file can make libhdf5 walk in circles. No Python code runs meanwhile, so that only the system
 can end it: by a timer of processor time, which a slow disk or network does not use up.

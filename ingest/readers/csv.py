@@ -1,7 +1,5 @@
-"""Text as laboratories and instruments write it: any usual delimiter or blanks, decimal comma, units, rate above.
-
-CSV of Tektronix oscilloscopes: settings above the columns, or, in the old form, beside them.
-"""
+"""Text as laboratories and instruments write it: any usual delimiter or blanks, decimal comma, units, rate above; also
+CSV of Tektronix oscilloscopes, with settings above the columns, or, in the old form, beside them."""
 
 from __future__ import annotations
 

@@ -1,13 +1,10 @@
-"""Structures of a MATLAB 5 file: the numbers of their fields, without the general reader's trust in nested counts.
+"""Structures of a MATLAB 5 file: the numbers of their fields, walked before anything is allocated, without the general
+reader's trust in nested counts.
 
-MathWorks, "MAT-File Format" (level 5): a structure holds flags, dimensions and name, the length of a field's name, the
+MathWorks, "MAT-File Format" (level 5): a 128-byte header, then elements, each an 8-byte tag (type, byte count) and its
+bytes; a compressed element is a zlib stream of one other element. A matrix element holds flags, dimensions, name and
+then the numbers, each again with a tag; a structure holds flags, dimensions and name, the length of a field's name, the
 names, and then one matrix element a field.
-
-The element structure of a MATLAB 5 file, walked before anything is allocated.
-
-MathWorks, "MAT-File Format" (level 5): a 128-byte header, then elements, each an 8-byte tag (type, byte count)
-and its bytes; a compressed element is a zlib stream of one other element. A matrix element holds flags,
-dimensions, name and then the numbers, each again with a tag.
 """
 
 from __future__ import annotations

@@ -1,7 +1,5 @@
-"""From a file's arrays to channels: the rules that hold for every format.
-
-Columns of a matrix, each an array of its own: named as the laboratory says, else `NAME_1`, `NAME_2`.
-"""
+"""From a file's arrays to channels: the rules that hold for every format. Columns of a matrix are named as the
+laboratory says, else `NAME_1`, `NAME_2`."""
 
 from __future__ import annotations
 

@@ -1,9 +1,5 @@
-"""What each role may do in a store on PostgreSQL, and whether it may.
-
-What a database refuses, in words: and where a login lacks a role, which one.
-
-Roles are PostgreSQL's (`rights`); a file of SQLite is its owner's, whole.
-"""
+"""What each role may do in a store on PostgreSQL, and what a database refuses, in words: where a login lacks a role,
+which one. A file of SQLite is its owner's, whole."""
 
 from __future__ import annotations
 

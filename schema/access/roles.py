@@ -4,10 +4,7 @@ A reader looks; an operator also works (ingest, plan, train, diagnose); an admin
 login becomes one of them by `GRANT pyroshock_reader TO "alice"`. Roles are the server's, for all of its stores; what
 they may do in a store is that store's own. A file of SQLite has no roles: who may write the file may do all.
 
-The statements by which PostgreSQL's roles get their rights. They take no parameters: `psycopg.sql` quotes the names
-that they hold.
-
-Making and mending the roles of a store, and who has them.
+The statements take no parameters: `psycopg.sql` quotes the names that they hold.
 """
 
 from __future__ import annotations

@@ -1,13 +1,12 @@
-"""What a check has found wrong in a store, and what to do about it.
-
-How much of a store is looked at.
-"""
+"""What a check has found wrong in a store, and what to do about it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
+
+from sqlalchemy import Connection
 
 from ..rows import ProgressBar
 
@@ -50,3 +49,11 @@ class Scope:
     def within(self, query: Query, campaign: Any) -> Query:
         """The query's rows of this scope, by its column that holds the campaign's key."""
         return query if self.campaign is None else query.where(campaign == self.campaign)
+
+    def iter_rows(self, connection: Connection, query: Query, campaign: Any, key: Any, page: int) -> Iterator[Any]:
+        """The query's rows of this scope in the order of `key` (its column "id"), a page at a time: other queries may
+        run in between."""
+        query, after = self.within(query, campaign).order_by(key).limit(page), 0
+        while rows := connection.execute(query.where(key > after)).all():
+            yield from rows
+            after = rows[-1].id

@@ -1,9 +1,6 @@
-"""Rows of a campaign or recording taken out of the store, in one transaction with the tombstone that tells of them.
-
-The hash of a campaign's or recording's content: the same files, ingested again, have it again.
-
-What stands on a campaign or recording, within the store: datasets, diagnoses and adopted effects.
-"""
+"""Rows of a campaign or recording taken out of the store, in one transaction with the tombstone that tells what stood
+on them: datasets, diagnoses and adopted effects. A hash of the content knows the same files when they are ingested
+again."""
 
 from __future__ import annotations
 

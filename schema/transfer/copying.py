@@ -1,11 +1,6 @@
-"""`pyroshock db copy`: a whole store from one engine to another, rows and keys as they are.
-
-Values that one engine keeps and the other cannot: found before a copy, named by table and column.
-
-An empty place that becomes a store in one transaction: filled whole, or as empty as before.
-
-One table from store to store, read back and compared.
-"""
+"""`pyroshock db copy`: a whole store from one engine to another, rows and keys as they are. The empty place becomes a
+store in one transaction, each table is read back and compared, and values that the other engine cannot keep are found
+before."""
 
 from __future__ import annotations
 

@@ -1,9 +1,6 @@
-"""`pyroshock db export`: one campaign with all that belongs to it, as a store of its own in one file.
-
-A file from elsewhere, looked at without trust: opened to read alone, and refused unless it is what we write.
-
-The file of a campaign that is to leave the store: written, read back, and known by the hash of its content.
-"""
+"""`pyroshock db export`: one campaign with all that belongs to it, as a store of its own in one file, which is read
+back and known by the hash of its content. A file from elsewhere is opened to read alone, and refused unless it is what
+we write."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""By what a row from elsewhere is known here, and what must agree where it is.
-
-Which rows belong to a campaign, table by table.
-"""
+"""Which rows belong to a campaign, by what a row from elsewhere is known here, and what must agree where it is."""
 
 from __future__ import annotations
 

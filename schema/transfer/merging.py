@@ -1,9 +1,5 @@
-"""Rows of one store into another, by what they are known by: what is there stays, what is new gets a key of its own.
-
-`pyroshock db import`: the campaigns of a file into the store, all or nothing, and nothing twice.
-
-Rows that are here already and yet take something on: what the other laboratory knows further.
-"""
+"""`pyroshock db import`: the campaigns of a file into the store, all or nothing, and nothing twice. What is there stays
+and may take on what the other laboratory knows further; what is new gets a key of its own."""
 
 from __future__ import annotations
 
@@ -18,6 +14,7 @@ from sqlalchemy import Connection, Table, func, select, tuple_, update
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
+from ..base import in_batches
 from ..benches import Material, MaterialAlias
 from ..campaigns import Campaign, PlannedRun
 from ..engine import StoreError, first_line
@@ -87,10 +84,6 @@ def leave_in_use(target: Connection, rows: list[dict[str, Any]]) -> None:
         used = set(target.scalars(select(Pulse.impact_id).where(Pulse.impact_id.in_(current_impacts), Pulse.current)))
     for row in rows:
         row["current"] = row["current"] and row["impact_id"] not in used
-
-
-#: Keys in one question: SQLite allows a limited number of variables.
-_ASKED = 500
 
 
 class MergeRefusedError(StoreError):
@@ -168,9 +161,9 @@ class Merge:
         names = rule.of.columns.keys()
         wanted = list(dict.fromkeys(_key(rule, row) for row in rows))
         rows_by_key: dict[tuple[Any, ...], Row] = {}
-        for i in range(0, len(wanted), _ASKED):
-            own = tuple_(*(rule.of.columns[name] for name in rule.key))
-            query = select(*stored_columns(rule.of)).where(own.in_(wanted[i : i + _ASKED]))
+        own = tuple_(*(rule.of.columns[name] for name in rule.key))
+        for some in in_batches(wanted):
+            query = select(*stored_columns(rule.of)).where(own.in_(some))
             for values in self._target.execute(query):
                 here = dict(zip(names, values, strict=True))
                 rows_by_key[_key(rule, here)] = here

@@ -1,13 +1,6 @@
-"""SQLite takes any value into any column: each is of its column's kind, as PostgreSQL enforces it.
-
-The tables are those that this software reads and writes.
-
-Every foreign key leads to a row: also where a program wrote an SQLite file with its keys switched off.
-
-What the engine itself says: SQLite's pages and indices.
-
-PostgreSQL gives the next row a key that is free.
-"""
+"""What the engine rules, or should: the tables are those that this software reads and writes, each value is of its
+column's kind (SQLite takes any), every foreign key leads to a row, pages and indices are sound, and PostgreSQL gives
+the next row a key that is free."""
 
 from __future__ import annotations
 

@@ -1,8 +1,5 @@
-"""Rows that are known by a hash of their content have that content: else two things would be taken for one.
-
-The figures of impacts, shots and acceleration channels are those that were written; `pulses` asks the same of a
-pulse's.
-"""
+"""Rows that are known by a hash of their content have that content: else two things would be taken for one. The figures
+of impacts, shots and acceleration channels are those that were written."""
 
 from __future__ import annotations
 
@@ -108,34 +105,27 @@ def check_figures(connection: Connection, scope: Scope) -> Iterator[IntegrityFin
     for table, columns in _OF:
         own = [getattr(table, name) for name in ("id", "figures_sha256", *columns)]
         query = select(Campaign.name.label("campaign"), *own).join(Campaign, table.campaign_id == Campaign.id)
-        query, after = scope.within(query.order_by(table.id).limit(_PAGE), table.campaign_id), 0
-        while page := connection.execute(query.where(table.id > after)).mappings().all():
-            after = page[-1]["id"]
-            for row in page:
-                problem = figures_problem(dict(row), columns)
-                if problem is not None:
-                    place = {key: row[key] for key in ("campaign", "run", "repetition")}
-                    yield IntegrityFinding("figures", problem, RESTORE, {**place, "table": table.__tablename__})
-    yield from _channel_figures(connection, scope)
-
-
-def _channel_figures(connection: Connection, scope: Scope) -> Iterator[IntegrityFinding]:
-    """Figures of acceleration channels that have another SHA-256 than the recorded one."""
-    table = metadata.tables[ChannelFigures.__tablename__]
+        rows = scope.iter_rows(connection, query, table.campaign_id, table.id, _PAGE)
+        yield from _altered(rows, columns, table.__tablename__)
+    channels = metadata.tables[ChannelFigures.__tablename__]
     wanted = ("id", "figures_sha256", *figures.CHANNEL)
-    own = [column for column in stored_columns(table) if column.name in wanted]
+    own = [column for column in stored_columns(channels) if column.name in wanted]
     place = (Campaign.name.label("campaign"), Impact.run, Impact.repetition, RecordedChannel.name.label("channel"))
-    query = select(*place, *own).join_from(table, Impact, table.c.impact_id == Impact.id)
+    query = select(*place, *own).join_from(channels, Impact, channels.c.impact_id == Impact.id)
     query = query.join(Campaign, Impact.campaign_id == Campaign.id)
-    query = query.join(RecordedChannel, table.c.channel_id == RecordedChannel.id)
-    query, after = scope.within(query.order_by(table.c.id).limit(_PAGE), Impact.campaign_id), 0
-    while page := connection.execute(query.where(table.c.id > after)).mappings().all():
-        after = page[-1]["id"]
-        for row in page:
-            problem = figures_problem(dict(row), figures.CHANNEL)
-            if problem is not None:
-                where = {key: row[key] for key in ("campaign", "run", "repetition", "channel")}
-                yield IntegrityFinding("figures", problem, RESTORE, {**where, "table": table.name})
+    query = query.join(RecordedChannel, channels.c.channel_id == RecordedChannel.id)
+    rows = scope.iter_rows(connection, query, Impact.campaign_id, channels.c.id, _PAGE)
+    yield from _altered(rows, figures.CHANNEL, channels.name)
+
+
+def _altered(rows: Iterable[Any], columns: tuple[str, ...], table: str) -> Iterator[IntegrityFinding]:
+    for row in rows:
+        figures_of_row = dict(row._mapping)
+        problem = figures_problem(figures_of_row, columns)
+        if problem is not None:
+            names = [name for name in ("campaign", "run", "repetition", "channel") if name in figures_of_row]
+            place = {name: figures_of_row[name] for name in names}
+            yield IntegrityFinding("figures", problem, RESTORE, {**place, "table": table})
 
 
 def figures_problem(row: Mapping[str, Any], columns: tuple[str, ...]) -> str | None:

@@ -1,9 +1,5 @@
-"""Names are one short line, paths stay in their folder, JSON has the form that its readers expect.
-
-What our own commands see to; looked at in files from elsewhere.
-
-What pages and models take for granted of stored JSON; the software writes no other.
-"""
+"""Names are one short line, paths stay in their folder, JSON has the form that its readers expect. Our own commands see
+to that; files from elsewhere may differ."""
 
 from __future__ import annotations
 
@@ -33,8 +29,12 @@ def _object(value: Any) -> bool:
     return isinstance(value, dict)
 
 
+def _numbers(value: Any) -> bool:
+    return isinstance(value, list) and all(map(_number, value))
+
+
 def _points(value: Any) -> bool:
-    return isinstance(value, list) and len(value) > 1 and all(map(_number, value))
+    return _numbers(value) and len(value) > 1
 
 
 def _settings(value: Any) -> bool:
@@ -55,10 +55,6 @@ def _cause(value: Any) -> bool:
     if not isinstance(value, dict) or not isinstance(value.get("effects"), list):
         return False
     return all(isinstance(effect, str) for effect in value["effects"]) and "probability" in value
-
-
-def _numbers(value: Any) -> bool:
-    return isinstance(value, list) and all(map(_number, value))
 
 
 SHAPES: dict[str, Callable[[Any], bool]] = {

@@ -1,7 +1,5 @@
-"""Every stored pulse can be drawn, and is as it was written.
-
-Its fine force decodes and peaks where its row says, and its figures have the SHA-256 that was recorded of them.
-"""
+"""Every stored pulse can be drawn, its fine force peaks where its row says, and its figures have the SHA-256 that was
+recorded of them."""
 
 from __future__ import annotations
 
@@ -68,10 +66,5 @@ def _iter_pulses(connection: Connection, scope: Scope) -> Iterator[PulseRow]:
         .select_from(Pulse)
         .join(Impact, Pulse.impact_id == Impact.id)
         .join(Campaign, Impact.campaign_id == Campaign.id)
-        .order_by(Pulse.id)
-        .limit(_PAGE)
     )
-    query, after = scope.within(query, Impact.campaign_id), 0
-    while page := connection.execute(query.where(Pulse.id > after)).all():
-        yield from page
-        after = page[-1].id
+    return scope.iter_rows(connection, query, Impact.campaign_id, Pulse.id, _PAGE)

@@ -1,9 +1,4 @@
-"""Every series is the one that was recorded: all chunks, and the SHA-256 of all samples.
-
-Stored channels one after another, by what a person calls them.
-
-Every channel has as many chunks as its samples take: counted, not read.
-"""
+"""Every series is the one that was recorded: as many chunks as its samples take, and the SHA-256 of all samples."""
 
 from __future__ import annotations
 
@@ -17,7 +12,7 @@ from sqlalchemy import Connection, func, select
 from ...campaigns import Campaign
 from ...recordings import RecordedChannel, Recording, SeriesChunk
 from ...series import LONGEST_CHUNK, SeriesError, SeriesHash, SeriesLayout, iter_chunks, read_slice
-from ..findings import IntegrityFinding, Query, Scope
+from ..findings import IntegrityFinding, Scope
 
 #: A channel's row, with the names of its `campaign`, `recording` and `channel`.
 ChannelRow = Any
@@ -25,9 +20,9 @@ ChannelRow = Any
 _PAGE = 500
 
 
-def channels_query() -> Query:
-    """What a check must know of a channel."""
-    return (
+def iter_channels(connection: Connection, scope: Scope) -> Iterator[ChannelRow]:
+    """What a check must know of every channel of the scope."""
+    query = (
         select(
             RecordedChannel.id,
             RecordedChannel.name.label("channel"),
@@ -42,14 +37,7 @@ def channels_query() -> Query:
         .join(Recording, RecordedChannel.recording_id == Recording.id)
         .join(Campaign, Recording.campaign_id == Campaign.id)
     )
-
-
-def iter_channels(connection: Connection, scope: Scope) -> Iterator[ChannelRow]:
-    """Every channel of the scope, a page at a time: other queries may run in between."""
-    query, after = scope.within(channels_query(), Recording.campaign_id).order_by(RecordedChannel.id), 0
-    while page := connection.execute(query.where(RecordedChannel.id > after).limit(_PAGE)).all():
-        yield from page
-        after = page[-1].id
+    return scope.iter_rows(connection, query, Recording.campaign_id, RecordedChannel.id, _PAGE)
 
 
 def place_of(row: ChannelRow, chunk: int | None = None) -> dict[str, Any]:

@@ -12,7 +12,8 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from pyroshock.app.diagnose.job import DIAGNOSE, DiagnoseArguments
+from pyroshock.app.diagnose.job import DIAGNOSE
+from pyroshock.app.diagnose.request import DiagnoseArguments
 from pyroshock.app.jobs import claims, heartbeat, queue, worker
 from pyroshock.app.jobs.claims import Claimed, Sighting, running, stop, take_over
 from pyroshock.app.jobs.heartbeat import fail, give_back, look, send_heartbeat, stopped
