@@ -103,13 +103,10 @@ def test_numbers_come_back_as_they_were(store: Store) -> None:
     assert found.note.endswith("version 1, diagnosis of spring)")
 
 
-def test_likeliest_of_a_group_is_what_was_fitted() -> None:
+def test_likeliest_of_a_group_was_fitted_and_its_own_fit_goes_before_a_larger_sets() -> None:
     whole = replace(verdicts.verdict(), fits={})
     effects, probability = fitted(whole, "contact.layer_compliance")
     assert effects == (verdicts.LAYER,) and probability == pytest.approx(0.8 * 0.93)
-
-
-def test_own_fit_goes_before_that_of_a_larger_set_whose_numbers_first_steps_take() -> None:
     joint = "gun.valve_flow+gun.back_pressure+gun.blow_by"
     only = replace(verdicts.gun(), fits={joint: JOINT}, causes=(verdicts.gun().causes[0],))
     assert fitted(only, "gun.valve_flow+gun.back_pressure") == (JOINT[:2], None)
@@ -218,11 +215,13 @@ def test_bench_of_a_file_is_another_one(lab: str, tmp_path: Path) -> None:
     assert result.exit_code == 0 and "adopted" not in result.stderr
 
 
-def test_unknown_effect_is_one_line(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unknown_effect_is_one_line_and_one_that_is_not_first_is_told(lab: str, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: of_gun("spring", VALVE))
     result = pyroshock("diagnose", "spring", "--db", lab, "--adopt", "gun.magic")
     assert result.exit_code == 2
     assert "has no fit of 'gun.magic'" in result.stderr.strip().splitlines()[-1]
+    result = pyroshock("diagnose", "spring", "--db", lab, "--adopt", VALVE.id)
+    assert "gun.valve_flow is not what the diagnosis says first: contact.layer_compliance" in result.stderr
 
 
 @pytest.mark.usefixtures("quick_twins")
@@ -284,9 +283,3 @@ def test_tune_leaves_it_out_where_asked(lab: str, monkeypatch: pytest.MonkeyPatc
     for more in ((), ("--no-adopted",)):
         assert "enough" in pyroshock("tune", "--target", tmp_path / "spec.csv", "--db", lab, *more).stderr
     assert asked == [True, False]
-
-
-def test_effect_that_is_not_first_is_told(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: of_gun("spring", VALVE))
-    result = pyroshock("diagnose", "spring", "--db", lab, "--adopt", VALVE.id)
-    assert "gun.valve_flow is not what the diagnosis says first: contact.layer_compliance" in result.stderr

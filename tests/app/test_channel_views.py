@@ -46,7 +46,7 @@ def window(store, channel="force", *arguments, **named):
         return channel_window(session, store.keys["channels"][channel], *arguments, **named)
 
 
-def test_full_view_keeps_the_peaks_exactly(store, recorded):
+def test_full_view_keeps_the_peaks_and_a_short_window_every_sample(store, recorded):
     found = window(store, points=500)
     assert found.decimated and found.time_s.size <= 500
     assert found.values.max() == 1e3 * float(recorded.max())
@@ -54,9 +54,6 @@ def test_full_view_keeps_the_peaks_exactly(store, recorded):
     assert found.time_s[found.values.argmax()] == pytest.approx(START_S + 123_456 / RATE)
     assert (found.time_s[0], found.samples_in_record) == (START_S, SAMPLES)
     assert found.time_s[-1] == pytest.approx(START_S + (SAMPLES - 1) / RATE)
-
-
-def test_short_window_has_every_sample(store, recorded):
     first, last = 123_400, 123_499
     found = window(store, "force", START_S + first / RATE, START_S + last / RATE, 100)
     assert not found.decimated
@@ -66,7 +63,7 @@ def test_short_window_has_every_sample(store, recorded):
     np.testing.assert_allclose(found.time_s, START_S + np.arange(first, last + 1) / RATE, rtol=0, atol=1e-12)
 
 
-def test_laboratory_unit_undoes_the_conversion(store, recorded):
+def test_laboratory_unit_undoes_the_conversion_and_channels_have_keys(store, recorded):
     si = window(store, "shock", START_S, START_S + 50 / RATE)
     lab = window(store, "shock", START_S, START_S + 50 / RATE, laboratory_unit=True)
     assert (si.unit, lab.unit, lab.quantity) == ("m/s2", "g", "acceleration")
@@ -74,6 +71,13 @@ def test_laboratory_unit_undoes_the_conversion(store, recorded):
     np.testing.assert_allclose(si.values, lab.values * G, rtol=1e-9)
     lab = window(store, "force", START_S, START_S + 50 / RATE, laboratory_unit=True)
     np.testing.assert_array_equal(lab.values, recorded[:51])
+    with store.reading() as session:
+        force, shock = list_signals(session, store.keys["recording"])
+    assert (force["key"], force["channel"], force["unit"], force["si_unit"]) == (
+        store.keys["channels"]["force"], "force", "kN", "N",
+    )  # fmt: skip
+    assert (shock["position"], shock["axis"], shock["samples"], shock["start_s"]) == ("plate", "z", SAMPLES, START_S)
+    assert shock["stop_s"] == pytest.approx(START_S + (SAMPLES - 1) / RATE)
 
 
 @pytest.mark.parametrize(
@@ -96,16 +100,6 @@ def test_zoom_reads_the_chunks_of_its_window_only(store, monkeypatch):
     monkeypatch.setattr(stored, "read_slice", watched)
     window(store, "force", 0.0, 0.001, 500)
     assert asked == [(25_000, 25_101)]
-
-
-def test_channels_of_a_recording_are_listed_with_their_keys(store):
-    with store.reading() as session:
-        force, shock = list_signals(session, store.keys["recording"])
-    assert (force["key"], force["channel"], force["unit"], force["si_unit"]) == (
-        store.keys["channels"]["force"], "force", "kN", "N",
-    )  # fmt: skip
-    assert (shock["position"], shock["axis"], shock["samples"], shock["start_s"]) == ("plate", "z", SAMPLES, START_S)
-    assert shock["stop_s"] == pytest.approx(START_S + (SAMPLES - 1) / RATE)
 
 
 def test_unknown_channel_window_that_is_none_and_too_few_points_are_refused(store):
@@ -158,20 +152,14 @@ def test_a_single_spike_is_never_lost(samples, points):
     assert spike in envelope(values, points)
 
 
-def test_extremes_of_a_bucket_stand_in_order_of_time():
+def test_extremes_stand_in_order_of_time_around_gaps_and_too_few_points_are_refused():
     falling_first = np.array([0.0, -5, 1, 9, 0, 0, 8, 0, -7, 0, 0, 0])
     np.testing.assert_array_equal(envelope(falling_first, 6), [0, 1, 3, 6, 8, 11])
-
-
-def test_gap_keeps_the_extremes_of_what_is_there():
     values = np.zeros(1000)
     values[100:300], values[400], values[401] = np.nan, 3.0, -2.0
     kept = envelope(values, 50)
     assert {400, 401} <= set(kept.tolist())
     assert np.isnan(values[kept]).any()
-
-
-def test_nothing_has_no_points_and_too_few_are_refused():
     assert envelope(np.zeros(0), 10).size == 0
     for points in (-1, 0, 3):
         with pytest.raises(ValueError, match=f"points is {points}; expected 4 or more"):

@@ -56,10 +56,19 @@ def test_ingest_prints_the_contract(tmp_path):
     assert json.loads(run("ingest", "--json", *words).stdout)["campaign"] == "first-shots"
 
 
-def test_json_goes_to_a_file(filled, tmp_path):
+def test_json_goes_to_a_file_and_listings_have_the_contracts_keys(filled, tmp_path):
     result = run("campaigns", "--db", filled, "--json", tmp_path / "c.json")
     assert result.stdout == ""
     assert {c["name"] for c in json.loads((tmp_path / "c.json").read_text())} == {"hammer", "first-shots"}
+    campaign = json_of("campaigns", "--db", filled)[0]
+    assert list(campaign) == ["name", "kind", "date", "impacts", "shots", "planned", "done"]
+    row = json_of("impacts", "--db", filled)[0]
+    expected = {"id", "campaign", "run", "repetition", "impact_velocity_m_s", "contact_time_s", "peak_force_n"}
+    assert expected | {"impulse_n_s", "compression_time_s", "quality", "tip_material"} <= set(row)
+    rows = json_of("shots", "--db", filled, "--campaign", "first-shots")
+    expected = {"id", "campaign", "run", "repetition", "tank_pressure_pa", "bullet_mass_kg"}
+    assert set(rows[0]) == expected | {"measured_velocity_m_s", "measured_velocity_u_m_s", "predicted_velocity_m_s"}
+    assert [row["tank_pressure_pa"] for row in rows] == pytest.approx([23190, 26510, 61580, 40420, 57840])
 
 
 @pytest.mark.parametrize(
@@ -72,18 +81,6 @@ def test_json_goes_to_a_file(filled, tmp_path):
 )
 def test_unknown_command_is_told_which_there_are(words, said):
     assert run(*words, code=2).stderr.startswith(f"pyroshock: {said}")
-
-
-def test_listings_have_the_contracts_keys(filled):
-    campaign = json_of("campaigns", "--db", filled)[0]
-    assert list(campaign) == ["name", "kind", "date", "impacts", "shots", "planned", "done"]
-    row = json_of("impacts", "--db", filled)[0]
-    expected = {"id", "campaign", "run", "repetition", "impact_velocity_m_s", "contact_time_s", "peak_force_n"}
-    assert expected | {"impulse_n_s", "compression_time_s", "quality", "tip_material"} <= set(row)
-    rows = json_of("shots", "--db", filled, "--campaign", "first-shots")
-    expected = {"id", "campaign", "run", "repetition", "tank_pressure_pa", "bullet_mass_kg"}
-    assert set(rows[0]) == expected | {"measured_velocity_m_s", "measured_velocity_u_m_s", "predicted_velocity_m_s"}
-    assert [row["tank_pressure_pa"] for row in rows] == pytest.approx([23190, 26510, 61580, 40420, 57840])
 
 
 @pytest.mark.parametrize(
@@ -172,11 +169,14 @@ def test_exported_series_is_the_recording(filled, tmp_path):
     np.testing.assert_array_equal(table[table["channel"] == "force"]["value"], expected)
 
 
-def test_show_tells_versions_and_findings(filled):
+def test_show_tells_versions_and_draws_what_it_can(filled, tmp_path):
     page = json_of("show", 1, "--db", filled)
     assert page["pulses"][0]["in_use"] == "yes"
     assert page["pulses"][0]["written_by"].startswith(f"{__version__}: ")
     assert page["channels"][0]["channel"] == "force"
+    run("show", 1, "--db", filled, "--plot", tmp_path / "x.png")
+    assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
+    assert "'x.doc'" in run("show", 1, "--db", filled, "--plot", tmp_path / "x.doc", code=2).stderr
 
 
 def test_a_finding_says_of_which_channel_it_is(sqlite_url, tmp_path):
@@ -195,12 +195,6 @@ def test_a_finding_says_of_which_channel_it_is(sqlite_url, tmp_path):
     assert [f["channel"] for f in page["findings"] if f["check"] == "dropouts"] == ["a2"]
     line = next(x for x in run("show", 1, "--db", sqlite_url).stdout.splitlines() if "never moves" in x)
     assert line.split()[:3] == ["reject", "dropouts", "a2"]
-
-
-def test_show_draws_what_it_can(filled, tmp_path):
-    run("show", 1, "--db", filled, "--plot", tmp_path / "x.png")
-    assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
-    assert "'x.doc'" in run("show", 1, "--db", filled, "--plot", tmp_path / "x.doc", code=2).stderr
 
 
 def test_material_is_added_once_and_then_known(tmp_path):

@@ -22,7 +22,7 @@ def points(tmp_path):
     return path
 
 
-def test_json_has_the_line_and_its_uncertainty(points):
+def test_json_has_the_line_and_its_uncertainty_and_text_a_table_for_campaign_toml(points):
     words = ["calibrate", str(points), "--date", "2026-03-02", "--common-u", "5mbar", "--json"]
     result = CliRunner().invoke(main, words)
     assert result.exit_code == 0, result.stderr
@@ -32,9 +32,6 @@ def test_json_has_the_line_and_its_uncertainty(points):
     assert data["sensitivity_u_v_per_unit"] ** 2 == pytest.approx(covariance[0, 0])
     assert data["common_u"] == pytest.approx(0.005)
     assert data["points"][2]["residual"] == pytest.approx((1.4862 - offset) / slope - 2.0)
-
-
-def test_text_ends_with_a_table_for_campaign_toml(points):
     words = ["calibrate", str(points), "--date", "2026-03-02", "--common-u", "5mbar", "--reading-u", "1mV"]
     result = CliRunner().invoke(main, words)
     assert result.exit_code == 0, result.stderr

@@ -58,18 +58,12 @@ def done(*words: str | Path) -> Result:
     return result
 
 
-def test_json_is_alone_on_standard_output(asked: list[DiagnosisRequest], lab: str) -> None:
+def test_report_is_json_a_page_or_words(asked: list[DiagnosisRequest], lab: str, tmp_path: Path) -> None:
     assert json.loads(done("spring", "--db", lab, "--json").stdout) == verdicts.verdict().as_json()
-
-
-def test_json_file_and_page_are_written(asked: list[DiagnosisRequest], lab: str, tmp_path: Path) -> None:
     done("spring", "--db", lab, "--json", tmp_path / "report.json", "--html", tmp_path / "gap.html")
     assert json.loads((tmp_path / "report.json").read_text())["campaign"] == "spring"
     page = (tmp_path / "gap.html").read_text()
     assert "<h1>spring</h1>" in page and "The model error is 4.1 times the tolerance" in page
-
-
-def test_people_read_every_part(asked: list[DiagnosisRequest], lab: str) -> None:
     told = done("spring", "--db", lab).stdout
     assert told.startswith("spring: The model error is 4.1 times the tolerance and 4.6 times the measurement noise; ")
     assert headings(told) == [
@@ -83,7 +77,7 @@ def headings(told: str) -> list[str]:
     return [block.splitlines()[0] for block in told.split("\n\n")[1:]]
 
 
-def test_effects_and_path_are_tables(monkeypatch: pytest.MonkeyPatch, lab: str) -> None:
+def test_words_follow_the_verdict_and_not_finite_numbers_are_null(monkeypatch: pytest.MonkeyPatch, lab: str) -> None:
     monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: verdicts.gun())
     told = done("spring", "--db", lab).stdout
     assert [line.split("  ")[0] for line in headings(told)[:3]] == [
@@ -98,20 +92,17 @@ def test_effects_and_path_are_tables(monkeypatch: pytest.MonkeyPatch, lab: str) 
         "nominal model 0.42", "+ gun.valve_flow 0.164 61 %", "+ gun.back_pressure 0.05 88 %",
         "+ gun.blow_by 0.0126 97 %", "measurement noise 0.00424",
     ]  # fmt: skip
-
-
-def test_unknown_is_never_without_a_next_experiment(monkeypatch: pytest.MonkeyPatch, lab: str) -> None:
     monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: verdicts.unknown(next_runs=()))
     told = done("spring", "--db", lab).stdout
     experiment = told.partition("\nThe next experiment\n")[2]
     assert experiment.startswith("  Fire three repetitions") and "needed" not in experiment
     assert "gun.valve_flow" in told and "contact.viscous_loss" in told
-
-
-def test_restriction_is_said_first(monkeypatch: pytest.MonkeyPatch, lab: str) -> None:
     sentence = "The diagnosis considers only gun.valve_flow (--with), and no other effect."
     monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: verdicts.gun(assumptions=(sentence,)))
     assert done("spring", "--db", lab).stdout.startswith(f"spring: {sentence} The model error is 42 times")
+    gap = replace(verdicts.verdict().gap, noise_floor=float("nan"))
+    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: verdicts.verdict(gap=gap))
+    assert json.loads(done("spring", "--db", lab, "--json").stdout)["gap"]["noise_floor"] is None
 
 
 def test_list_tells_each_diagnosis_and_what_was_adopted(asked: list[DiagnosisRequest], lab: str) -> None:
@@ -187,12 +178,6 @@ def test_effect_that_cannot_be_considered_is_one_line_and_stores_nothing(
     (line,) = result.stderr.strip().splitlines()
     assert message in line
     assert counts(lab) == before
-
-
-def test_not_finite_numbers_are_null(monkeypatch: pytest.MonkeyPatch, lab: str) -> None:
-    gap = replace(verdicts.verdict().gap, noise_floor=float("nan"))
-    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: verdicts.verdict(gap=gap))
-    assert json.loads(done("spring", "--db", lab, "--json").stdout)["gap"]["noise_floor"] is None
 
 
 @pytest.mark.parametrize("answer", ["none", "unknown"])

@@ -43,7 +43,7 @@ def told(result: Result) -> dict:  # JSON
     return json.loads(result.stdout)
 
 
-def test_json_is_the_contract_and_alone_on_standard_output(quick):
+def test_json_of_the_shipped_bench_is_the_contract(quick):
     found = told(quick("--tank-pressure", "5bar", "--bullet-mass", "0.5kg", "--tip", "steel", "--json"))
     contract = {"velocity_m_s", "contact_time_s", "peak_force_n", "force", "srs", "models", "outside_domain"}
     assert contract <= found.keys()
@@ -56,22 +56,16 @@ def test_json_is_the_contract_and_alone_on_standard_output(quick):
     assert found["models"]["contact"] == "prior of 4 effects"
     for one in found["outside_domain"]:
         assert one.keys() == {"predictor", "value", "range"}
-
-
-def test_shipped_bench_answers_without_a_store(quick):
     found = told(quick("--tank-pressure", "5bar", "--json"))
     low, high = found["velocity_m_s"]["ci90"]
     assert low < float(muzzle_velocity(BENCH, 5e5, 0.5)) < high
     assert "shipped" in found["models"]["gun"] and "assumed outline" in found["models"]["plate"]
 
 
-def test_given_velocity_needs_no_gun_and_the_same_seed_gives_the_same_words(quick):
+def test_given_velocity_needs_no_gun_and_words_and_plot_are_for_people(quick, tmp_path):
     prediction = told(quick("--velocity", "8m/s", "--json"))
     assert prediction["velocity_m_s"] == {"mean": pytest.approx(8.0), "ci90": pytest.approx([8.0, 8.0])}
     assert quick("--json").stdout == quick("--json", "--seed", "0").stdout != quick("--json", "--seed", "1").stdout
-
-
-def test_table_and_plot_for_people(quick, tmp_path):
     result = quick("--velocity", "8m/s", "--plot", "shot.png")
     assert result.exit_code == 0, result.stderr
     assert "impact velocity" in result.stdout and "acceleration_1 (m/s2)" in result.stdout
@@ -104,7 +98,7 @@ def test_coupled_contact_meets_the_plate(quick, law):
     assert (told(quick(*words[:4], "--coupled", "--json")) == coupled) is (law == "prior")  # without a law
 
 
-def test_bench_file_and_points_are_taken(quick, tmp_path):
+def test_bench_points_and_modal_table_of_files_are_taken(quick, tmp_path):
     (tmp_path / "bench.toml").write_text(
         "[plate]\nmaterial = 'steel'\nthickness_m = 0.012\noutline_m = [[0,0],[0.6,0],[0.6,0.4],[0,0.4]]\n"
         "sensors = {left = [0.1, 0.1], right = [0.5, 0.3]}\n",
@@ -115,9 +109,6 @@ def test_bench_file_and_points_are_taken(quick, tmp_path):
     assert "bench.toml" in found["models"]["plate"]
     result = quick("--velocity", "8m/s", "--sensor-at", "0.2,0.2", "--sensor-at", "0.7,0.4", "--impact-at", "0.4,0.3")
     assert "#1 (0.4, 0.3), acceleration_1 (0.2, 0.2)" in result.stderr
-
-
-def test_modal_table_of_a_file(quick, tmp_path):
     (tmp_path / "plate_modes.csv").write_text(MODES, encoding="utf-8")
     found = told(quick("--velocity", "8m/s", "--modes", "plate_modes.csv", "--impact-position", "#2", "--json"))
     assert found["models"]["plate"] == "modal table plate_modes.csv"

@@ -85,14 +85,11 @@ def test_names_of_the_store_are_offered(store, words, expected, monkeypatch):
     assert completed(*words) == expected
 
 
-def test_the_option_goes_before_the_environment(store, monkeypatch):
+def test_the_option_goes_before_the_environment_and_commands_and_effects_are_offered(store, monkeypatch):
     monkeypatch.setenv("PYROSHOCK_DB", "sqlite:///other.db")
     assert completed("validate", "--db", store, "") == ["first-shots"]
     assert completed("validate", "") == []
     assert completed("dataset", "--db", store, "build", "x", "--from", "") == ["first-shots"]
-
-
-def test_commands_and_effects_of_the_catalogue_are_offered():
     assert sorted(completed("diagnose", "x", "--with", "")) == sorted(catalogue())
     assert completed("diagnose", "x", "--without", "gun.leak,sensor.zero") == ["gun.leak,sensor.zero_shift"]
     assert completed("") == list(COMMANDS)

@@ -104,25 +104,19 @@ def test_recorded_shots_are_linked_to_it(lab: str, tmp_path: Path) -> None:
     assert "1 done" in plan("status", "spring-discriminate", "--db", lab).stdout
 
 
-def test_shot_beyond_the_bench_is_refused(lab: str) -> None:
+def test_shot_beyond_the_bench_is_refused_or_left_out_and_no_shot_is_a_negative_answer(lab: str) -> None:
     diagnosed(lab, NextRun("why", {"tank_pressure_bar": 30.0, "bullet_mass_kg": 1.0}, 3))
     result = plan("discriminate", "spring", "--db", lab)
     assert result.exit_code == 2 and "beyond the bench" in result.stderr
     assert plan("--db", lab, "--json").stdout.strip() == "[]"
-
-
-def test_shot_beyond_the_bench_is_left_out_of_others(lab: str) -> None:
-    diagnosed(lab, NextRun("why", {"tank_pressure_bar": 0.45, "bullet_mass_kg": 1.5}, 3), NEXT)
-    result = plan("discriminate", "spring", "--db", lab, "--json")
-    assert len(json.loads(result.stdout)["runs"]) == 1
-    assert "left out, beyond the bench: tank_pressure_bar 0.45, bullet_mass_kg 1.5" in result.stderr
-
-
-def test_nothing_to_tell_apart_is_a_negative_answer(lab: str) -> None:
     diagnosed(lab)
     result = plan("discriminate", "spring", "--db", lab)
     assert result.exit_code == 1
     assert "names no setting that separates causes; its report says what to do next" in result.stderr
+    diagnosed(lab, NextRun("why", {"tank_pressure_bar": 0.45, "bullet_mass_kg": 1.5}, 3), NEXT)
+    result = plan("discriminate", "spring", "--db", lab, "--json")
+    assert len(json.loads(result.stdout)["runs"]) == 1
+    assert "left out, beyond the bench: tank_pressure_bar 0.45, bullet_mass_kg 1.5" in result.stderr
 
 
 def test_campaign_that_nobody_diagnosed_is(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -39,8 +39,13 @@ def order(*words: str) -> str:
     return "".join(row["name"] for row in csv.DictReader(shown(*words, "--csv").splitlines()))
 
 
-def test_without_options_rows_keep_their_order():
+def test_rows_keep_their_order_and_columns_are_chosen():
     assert [line[0] for line in shown().splitlines()] == ["n", *"BACDE"]
+    assert shown("--columns", "force_n, name").splitlines()[:2] == ["force_n  name", "10       B"]
+    assert json.loads(shown("--columns", "name", "--sort", "-force_n", "--json"))[0] == {"name": "b"}
+    assert shown("--columns", "name,force_n", "--csv").splitlines()[:3] == ["name,force_n", "b,10.0", "a,"]
+    header, first, *_ = csv.reader(shown("--csv").splitlines())
+    assert header == ["name", "force_n", "of", "extra"] and first == ["b", "10.0", "x, y", ""]
 
 
 @pytest.mark.parametrize(
@@ -56,17 +61,6 @@ def test_without_options_rows_keep_their_order():
 )
 def test_numbers_sort_by_size_and_what_is_empty_is_last(words, expected):
     assert order(*words) == expected
-
-
-def test_columns_are_chosen_in_their_order():
-    assert shown("--columns", "force_n, name").splitlines()[:2] == ["force_n  name", "10       B"]
-    assert json.loads(shown("--columns", "name", "--sort", "-force_n", "--json"))[0] == {"name": "b"}
-    assert shown("--columns", "name,force_n", "--csv").splitlines()[:3] == ["name,force_n", "b,10.0", "a,"]
-
-
-def test_csv_has_every_column_and_lists_in_words():
-    header, first, *_ = csv.reader(shown("--csv").splitlines())
-    assert header == ["name", "force_n", "of", "extra"] and first == ["b", "10.0", "x, y", ""]
 
 
 @pytest.mark.parametrize(

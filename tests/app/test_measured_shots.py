@@ -75,7 +75,7 @@ def sealed(campaigns, kind):
     return [hit for run in seal["runs"] for hit in run["hits"]]
 
 
-def test_hits_of_one_recording_are_read_apart(campaigns, session):
+def test_hits_of_one_recording_are_read_apart_with_the_velocity_before_contact(campaigns, session):
     """Peak and spectrum are those of the samples from a contact on, for 0.1 s."""
     shots, left_out = read(session, "hammer")
     assert (len(shots), left_out) == (3, ())
@@ -90,9 +90,6 @@ def test_hits_of_one_recording_are_read_apart(campaigns, session):
             assert shots.peak_acceleration_m_s2[hit, column] == pytest.approx(np.abs(own).max(), rel=0.01)
             spectrum = shock_response_spectrum(own, row.sampling_rate_hz, LINES).maximax
             assert shots.spectra_m_s2[hit, column] == pytest.approx(spectrum, rel=0.02)
-
-
-def test_a_hammers_setting_has_the_velocity_before_contact(campaigns, session):
     shots, _ = read(session, "hammer")
     truth = np.array([hit["velocity_m_s"] for hit in sealed(campaigns, "hammer")])
     query = select(Impact.impact_velocity_m_s).where(Impact.velocity_source == "integrated").order_by(Impact.id)
@@ -107,7 +104,7 @@ def test_a_hammers_setting_has_the_velocity_before_contact(campaigns, session):
     assert len(set(shots.configuration)) == 1
 
 
-def test_a_guns_shots_have_pressure_velocity_and_force(campaigns, session):
+def test_guns_shots_have_pressure_velocity_and_force_and_what_is_unknown_is_told(campaigns, session):
     shots, _ = read(session, "gun")
     truth = sealed(campaigns, "gun")
     assert [s.plate.name for s in shots.settings] == ["aluminum"] * 4 + ["steel"] * 2
@@ -116,6 +113,17 @@ def test_a_guns_shots_have_pressure_velocity_and_force(campaigns, session):
     assert shots.peak_force_n == pytest.approx([hit["peak_plate_force_n"] for hit in truth], rel=0.05)
     steel = shots.settings[-1]
     assert steel.plate_mass_kg == pytest.approx(0.345 * 0.01 * 7800, rel=0.01)
+    shots, _ = read(session, "gun", most=3)
+    assert [s.tank_pressure_pa for s in shots.settings] == pytest.approx([0.4e5, 0.6e5, 0.4e5])
+    shots, left_out = read(session, "hammer", ("acceleration_1", "acceleration_9"))
+    assert np.isnan(shots.peak_acceleration_m_s2[:, 1]).all()
+    assert left_out[0] == "run 1, repetition 1: no channel acceleration_9"
+    nothing, plate = {"aluminum": THESIS["aluminum"]}, CampaignPlate("aluminum", 0.01, 0.345)
+    shots, left_out = read(session, "gun", plate=plate, material=lambda name: nothing[name])
+    assert len(shots) == 4
+    assert left_out == ("run 3, repetition 1: 'steel'", "run 3, repetition 2: 'steel'")
+    with pytest.raises(LookupError, match="no campaign 'autumn'"):
+        read(session, "autumn")
 
 
 def test_what_a_check_rejects_is_left_out(session):
@@ -169,23 +177,6 @@ def test_hits_without_mass_and_force_are_left_out(session):
     assert left_out[0] == "run 1, repetition 1: no mass of the impactor"
 
 
-def test_of_many_shots_evenly_picked_ones_are_read(session):
-    shots, _ = read(session, "gun", most=3)
-    assert [s.tank_pressure_pa for s in shots.settings] == pytest.approx([0.4e5, 0.6e5, 0.4e5])
-
-
-def test_settings_that_are_not_known_and_sensors_that_are_not_there_are_told(session):
-    shots, left_out = read(session, "hammer", ("acceleration_1", "acceleration_9"))
-    assert np.isnan(shots.peak_acceleration_m_s2[:, 1]).all()
-    assert left_out[0] == "run 1, repetition 1: no channel acceleration_9"
-    nothing, plate = {"aluminum": THESIS["aluminum"]}, CampaignPlate("aluminum", 0.01, 0.345)
-    shots, left_out = read(session, "gun", plate=plate, material=lambda name: nothing[name])
-    assert len(shots) == 4
-    assert left_out == ("run 3, repetition 1: 'steel'", "run 3, repetition 2: 'steel'")
-    with pytest.raises(LookupError, match="no campaign 'autumn'"):
-        read(session, "autumn")
-
-
 # --- a twin of them ---
 
 
@@ -204,7 +195,7 @@ def built(campaigns, monkeypatch):
         yield build
 
 
-def test_a_campaigns_shots_teach_every_stage(built):
+def test_campaigns_shots_teach_every_stage_but_for_configurations_left_out(built, session):
     twin = built().twin
     assert (len(twin.gun.shots), twin.contact.shots, twin.calibration.shots) == (6, 6, 6)
     assert set(twin.plate.plates) == {"aluminum", "steel"}
@@ -213,13 +204,18 @@ def test_a_campaigns_shots_teach_every_stage(built):
         "The bands rest on 6 measured shots of campaign gun; the contact is the law with yield, loss and layer updated "
         "by them."
     )
-
-
-def test_configurations_are_left_out_of_every_stage(built, session):
     first, *_, last = read(session, "gun")[0].configuration.tolist()
     twin = built(without_configurations=frozenset((first, last))).twin
     assert (len(twin.gun.shots), twin.contact.shots, twin.calibration.shots) == (2, 2, 2)
     assert set(twin.plate.plates) == {"aluminum"}
+    of_hammer = built("hammer")
+    assert of_hammer.twin.gun is None
+    assert of_hammer.bench.impactor_mass_kg == pytest.approx(0.32)
+    assert of_hammer.twin.contact.shots == 3
+    with pytest.raises(ValueError, match="this twin has no gun: give the impact velocity"):
+        of_hammer.twin.predict(
+            of_hammer.setting(impactor_mass_kg=0.3, tip=of_hammer.plate, tip_radius_m=0.03, tank_pressure_pa=1e5)
+        )
 
 
 def test_another_bench_keeps_what_still_applies(built, tmp_path):
@@ -246,17 +242,6 @@ def test_a_twin_that_does_not_learn_says_so_and_a_law_by_name_learns_spectra_alo
     assert twin.rests_on.sentence == (
         "The bands rest on 6 measured shots of campaign gun; the contact is the law hertz with the error of its table."
     )
-
-
-def test_a_hammers_twin_has_no_gun_and_the_hammers_mass(built):
-    of_hammer = built("hammer")
-    assert of_hammer.twin.gun is None
-    assert of_hammer.bench.impactor_mass_kg == pytest.approx(0.32)
-    assert of_hammer.twin.contact.shots == 3
-    with pytest.raises(ValueError, match="this twin has no gun: give the impact velocity"):
-        of_hammer.twin.predict(
-            of_hammer.setting(impactor_mass_kg=0.3, tip=of_hammer.plate, tip_radius_m=0.03, tank_pressure_pa=1e5)
-        )
 
 
 def test_a_prediction_says_what_lies_beyond_the_shots(built):

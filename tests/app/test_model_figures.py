@@ -42,7 +42,7 @@ def version_of(trained, label: str):
     return next(version for version in trained[0].versions() if version.label == label)
 
 
-def test_rows_tell_what_the_command_line_tells(trained):
+def test_rows_tell_what_the_command_line_tells_and_are_filtered(trained):
     registry, _ = trained
     rows = {row["label"]: row for row in listed_versions(registry)}
     assert rows.keys() == {"tree@1", "linear@1", "hann@1", "linear@2"}
@@ -58,9 +58,6 @@ def test_rows_tell_what_the_command_line_tells(trained):
     assert [label for label, row in rows.items() if row["champion"]] == ["tree@1"]
     assert rows["tree@1"]["champion_of"] == "hammer"
     json.dumps(list(rows.values()), allow_nan=False)
-
-
-def test_rows_are_filtered_by_split_and_dataset(trained):
     registry, _ = trained
     assert {row["label"] for row in listed_versions(registry, split="configurations")} == {"linear@2"}
     assert len(listed_versions(registry, dataset="spring", every=True)) == 4
@@ -68,19 +65,7 @@ def test_rows_are_filtered_by_split_and_dataset(trained):
         listed_versions(registry, dataset="winter")
 
 
-def test_version_alone_and_pulses_that_are_gone_are_said(trained, read):
-    tree_version = version_of(trained, "tree@1")
-    with pytest.raises(ValueError, match="2 versions to compare; choose two or more"):
-        side_by_side(trained[0], [tree_version, tree_version], read)
-    other = pulse_table(np.random.default_rng(9), repetitions=3, campaign="other")
-    table, _ = held_out(other, np.random.default_rng(0))
-    with pytest.raises(ValueError, match="60 held-out pulses are in no dataset of the store"):
-        held_out_figures(trained[0], tree_version, lambda _: table)
-    without_floor = version_row(tree_version, {})["metrics"]["cost"]["floor"]
-    assert without_floor == {"configuration": None, "treatment": None}
-
-
-def test_versions_side_by_side_differ_as_their_means_do(trained, read):
+def test_versions_side_by_side_differ_as_their_means_do_and_one_alone_is_refused(trained, read):
     both = [version_of(trained, label) for label in ("linear@1", "tree@1")]
     found = side_by_side(trained[0], both, read)
     assert [model["label"] for model in found["models"]] == ["tree@1", "linear@1"]
@@ -93,6 +78,15 @@ def test_versions_side_by_side_differ_as_their_means_do(trained, read):
         assert row["ci90"][0] <= row["difference"] <= row["ci90"][1]
         assert 0 < row["p_value"] <= 1
     json.dumps(found, allow_nan=False)
+    tree_version = version_of(trained, "tree@1")
+    with pytest.raises(ValueError, match="2 versions to compare; choose two or more"):
+        side_by_side(trained[0], [tree_version, tree_version], read)
+    other = pulse_table(np.random.default_rng(9), repetitions=3, campaign="other")
+    table, _ = held_out(other, np.random.default_rng(0))
+    with pytest.raises(ValueError, match="60 held-out pulses are in no dataset of the store"):
+        held_out_figures(trained[0], tree_version, lambda _: table)
+    without_floor = version_row(tree_version, {})["metrics"]["cost"]["floor"]
+    assert without_floor == {"configuration": None, "treatment": None}
 
 
 def test_points_are_the_held_out_pulses(trained, read):

@@ -54,13 +54,10 @@ def registry(*versions: Version) -> Any:
     )
 
 
-def test_kind_of_the_bench_decides() -> None:
+def test_kind_of_the_bench_and_the_last_promotion_decide() -> None:
     hammer, gun = version("tree", dataset("hammer"), "hammer", "2026-01-02"), version("gp", dataset("gun"), "gun")
     for kind, expected in (("hammer", hammer), ("gun", gun), ("drop", None)):
         assert model_in_use(None, registry(hammer, gun, version("svr", dataset("hammer"))), kind) is expected
-
-
-def test_set_of_a_lab_counts_by_its_kind_and_the_last_promotion() -> None:
     shipped = version("tree", dataset("hammer"), "hammer", "2026-01-02")
     own = version("svr", dataset("our-hammer", "hammer"), "our-hammer", "2026-01-03")
     assert model_in_use(None, registry(shipped, own), "hammer") is own

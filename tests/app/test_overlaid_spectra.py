@@ -59,7 +59,7 @@ def overlay(store, *impacts, **named):
         return spectrum_overlay(session, impacts, **named)
 
 
-def test_spectrum_is_the_record_s_own(store):
+def test_spectrum_is_the_records_own_and_of_the_oscillators_asked_for(store):
     found = overlay(store, 1)
     (alone,) = found.spectra
     expected = shock_response_spectrum(ringing(0.02, 100.0), RATE, default_lines(), q=10.0)
@@ -67,9 +67,13 @@ def test_spectrum_is_the_record_s_own(store):
     np.testing.assert_array_equal(found.frequency_hz, default_lines())
     for name in ("maximax", "positive", "negative", "pseudo_velocity_m_s"):
         np.testing.assert_allclose(getattr(alone.spectrum, name), getattr(expected, name), rtol=1e-9)
+    sharp, blunt = (overlay(store, 1, q=q).spectra[0].spectrum.maximax.max() for q in (50.0, 5.0))
+    assert sharp > 1.5 * blunt
+    spectra = overlay(store, 1, frequency_hz=np.array([100.0, 1000.0, 30_000.0]))
+    np.testing.assert_array_equal(spectra.frequency_hz, [100.0, 1000.0])
 
 
-def test_mean_in_decibels_lies_midway(store):
+def test_spectra_are_held_against_their_mean_in_decibels_or_a_specification(store):
     found = overlay(store, 1, 2, channel="plate")
     quiet, loud = (each.spectrum.maximax for each in found.spectra)
     np.testing.assert_allclose(loud, 2 * quiet, rtol=1e-9)
@@ -81,19 +85,6 @@ def test_mean_in_decibels_lies_midway(store):
         np.testing.assert_allclose(20 * np.log10(band.upper_m_s2 / level), band.db)
         np.testing.assert_allclose(20 * np.log10(band.lower_m_s2 / level), -band.db)
     assert found.comparison.within.all()
-
-
-def test_hits_of_one_recording_do_not_hear_each_other(store):
-    found = overlay(store, 3, 4)
-    first, second = found.spectra
-    assert first.stop_s < 0.06 <= second.start_s + 1.1e-3
-    at = int(np.argmin(np.abs(found.frequency_hz - 1000)))
-    expected = shock_response_spectrum(ringing(0.02, 100.0), RATE, found.frequency_hz, q=10.0).maximax[at]
-    assert first.spectrum.maximax[at] == pytest.approx(expected, rel=0.01)
-    assert second.spectrum.maximax[at] == pytest.approx(4 * expected, rel=0.01)
-
-
-def test_specification_is_what_spectra_are_held_against(store):
     specification = ramps(500.0, 10.0, (2000.0, 0.0))
     found = overlay(store, 1, specification=specification)
     assert found.reference is specification
@@ -103,17 +94,17 @@ def test_specification_is_what_spectra_are_held_against(store):
     assert not found.comparison.within.any()
 
 
-def test_silent_and_missing_channels_are_told(store):
+def test_hits_of_one_recording_do_not_hear_each_other_and_silent_channels_are_told(store):
+    found = overlay(store, 3, 4)
+    first, second = found.spectra
+    assert first.stop_s < 0.06 <= second.start_s + 1.1e-3
+    at = int(np.argmin(np.abs(found.frequency_hz - 1000)))
+    expected = shock_response_spectrum(ringing(0.02, 100.0), RATE, found.frequency_hz, q=10.0).maximax[at]
+    assert first.spectrum.maximax[at] == pytest.approx(expected, rel=0.01)
+    assert second.spectrum.maximax[at] == pytest.approx(4 * expected, rel=0.01)
     found = overlay(store, 2, 5)
     assert [each.channel for each in found.spectra] == ["plate"]
     assert found.left_out == ("impact 5: no acceleration was recorded", "impact 2: head is silent")
-
-
-def test_quality_is_the_oscillators_and_lines_beyond_half_the_rate_are_left_away(store):
-    sharp, blunt = (overlay(store, 1, q=q).spectra[0].spectrum.maximax.max() for q in (50.0, 5.0))
-    assert sharp > 1.5 * blunt
-    spectra = overlay(store, 1, frequency_hz=np.array([100.0, 1000.0, 30_000.0]))
-    np.testing.assert_array_equal(spectra.frequency_hz, [100.0, 1000.0])
 
 
 @pytest.mark.parametrize(
@@ -169,13 +160,10 @@ def test_what_is_wrong_is_named_with_line_and_value(content, said):
         target_from_upload(content, "spec.csv")
 
 
-def test_too_many_points_are_refused():
+def test_too_many_points_are_refused_and_a_name_is_no_path():
     rows = "".join(f"{100 + i},1\n" for i in range(MOST_POINTS + 1))
     with pytest.raises(ValueError, match=f"{MOST_POINTS + 1} points; expected at most {MOST_POINTS}"):
         target_from_upload("frequency_hz,level_g\n" + rows, "spec.csv", "6dB")
-
-
-def test_name_of_an_upload_is_no_path():
     texts = {
         "../../etc/spec.csv": "spec.csv",
         "C:\\lab\\spec.csv": "spec.csv",

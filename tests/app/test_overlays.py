@@ -51,14 +51,11 @@ def overlay(store, factor="tip_radius", where=(), campaign="c", **named):
         return pulse_overlay(session, campaign, where, factor, **named)
 
 
-def test_pulses_are_grouped_by_level_in_order(store):
+def test_pulses_are_grouped_by_level_with_mean_and_deviation(store):
     found = overlay(store)
     assert [(group.level, group.count) for group in found.groups] == [(0.015, 2), (0.03, 3), (None, 1)]
     assert [group.impacts for group in found.groups] == [(4, 5), (1, 2, 3), (6,)]
     assert (found.factor, found.drawn, found.matching, found.thinned) == ("tip_radius_m", 6, 6, False)
-
-
-def test_mean_and_deviation_are_those_of_the_curves(store):
     found = overlay(store, points=101)
     group = found.groups[1]
     shape = half_sine(found.axis / 1e-3)
@@ -67,16 +64,13 @@ def test_mean_and_deviation_are_those_of_the_curves(store):
     assert np.isnan(found.groups[2].deviation_n).all()
 
 
-def test_axis_of_time_reaches_the_end_of_the_longest_contact(store):
+def test_axis_is_time_or_the_share_of_the_contact(store):
     found = overlay(store, points=201)
     assert (found.axis_name, found.axis[0], found.axis[-1]) == ("time_s", 0.0, 2e-3)
     long, short = found.groups[0].force_n
     np.testing.assert_allclose(long, 500 * half_sine(found.axis / 2e-3), atol=0.1)
     assert (short[found.axis > 0.5e-3] == 0).all()
     assert short.max() == pytest.approx(500.0, rel=1e-3)
-
-
-def test_normalised_by_contact_time_equal_shapes_coincide(store):
     found = overlay(store, points=51, normalised=True)
     assert (found.axis_name, found.axis[-1]) == ("share_of_contact", 1.0)
     long, short = found.groups[0].force_n
@@ -85,13 +79,10 @@ def test_normalised_by_contact_time_equal_shapes_coincide(store):
     np.testing.assert_allclose(found.groups[0].deviation_n, 0, atol=1e-9)
 
 
-def test_more_than_can_be_drawn_are_thinned_and_counted(store):
+def test_pulses_are_thinned_filtered_and_counted(store):
     found = overlay(store, most=3)
     assert (found.drawn, found.matching, found.thinned) == (3, 6, True)
     assert sum(group.count for group in found.groups) == 3
-
-
-def test_filter_and_all_campaigns(store):
     where = (Condition("peak_force_n", ">", 150.0),)
     assert overlay(store, where=where, campaign=None).matching == 4
     none = overlay(store, where=(Condition("peak_force_n", ">", 1e9),))

@@ -29,7 +29,7 @@ def read(store, name):
         return read_plan(session, name)
 
 
-def test_same_seed_makes_the_same_plan(store):
+def test_same_seed_makes_the_same_plan_and_a_factorial_has_every_treatment(store):
     first, second = (make_plan(store, "lhs", name, runs=12, repetitions=2, seed=7) for name in ("a", "b"))
     assert [run.row for run in first.runs] == [run.row for run in second.runs]
     assert (len(first.runs), first.method, first.seed, first.runs[0].repetitions) == (12, "lhs", 7, 2)
@@ -37,9 +37,6 @@ def test_same_seed_makes_the_same_plan(store):
     drawn = make_plan(store, "lhs", "drawn", runs=12)
     again = make_plan(store, "lhs", "again", runs=12, seed=drawn.seed)
     assert [run.row for run in drawn.runs] == [run.row for run in again.runs]
-
-
-def test_factorial_of_a_hammer_has_every_treatment(store):
     made = make_plan(store, "factorial", "h", kind="hammer", seed=1)
     assert len({json.dumps(dict(run.row)) for run in made.runs}) == len(made.runs) == made.space.size == 180
 
@@ -150,13 +147,10 @@ def as_json(*words: str | Path):
     return json.loads(done(*words, "--json").stdout)
 
 
-def test_imported_table_goes_out_as_it_came(url, tmp_path):
+def test_imported_table_goes_out_as_it_came_with_pressures_for_velocity_levels(url, tmp_path):
     given = table(tmp_path / "in.csv")
     done("import", "thesis", given, "--db", url, "--out", tmp_path / "out.csv")
     assert (tmp_path / "out.csv").read_text() == given.read_text().replace("\r\n", "\n")
-
-
-def test_velocity_levels_become_pressures_for_each_mass(url, tmp_path):
     runs = as_json("import", "p", table(tmp_path / "in.csv"), "--db", url)["runs"]
     first = runs[0]
     assert (first["run"], first["position"], first["status"], first["repetitions"]) == (7, 1, "planned", 10)

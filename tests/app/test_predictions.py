@@ -47,13 +47,6 @@ def bench(quick_twins):
     return twin_of(None, "sqlite:///none.db", TwinRequest(frequency_hz=LINES))
 
 
-def test_both_pressure_and_velocity_and_factors_without_bullets_are_refused(bench):
-    with pytest.raises(ValueError, match="expected exactly one of them"):
-        predicted_json(bench, ShotRequest(tank_pressure_pa=1e5, impact_velocity_m_s=3.0))
-    with pytest.raises(ValueError, match="no numbers of bullet_mass"):
-        sliders(bench, hammer_space())
-
-
 def test_sliders_stay_within_the_bench_and_their_defaults_can_be_fired(bench):
     controls = sliders(bench)
     numbers = controls["numbers"]
@@ -74,12 +67,13 @@ def test_sliders_stay_within_the_bench_and_their_defaults_can_be_fired(bench):
     own |= {name: slider["default"] for name, slider in numbers.items() if name != "impact_velocity_m_s"}
     assert predicted_json(bench, ShotRequest(**own), draws=8) == predicted_json(bench, ShotRequest(), draws=8)
     json.dumps(controls, allow_nan=False)
-
-
-def test_lab_of_its_own_limits_the_sliders(bench):
     text = shipped_factors("gun") + "\n[bench]\nmax_regulated_pressure_pa = 0.6e6\nmax_bullet_mass_kg = 0.8\n"
     numbers = sliders(bench, space_from_text(text))["numbers"]
     assert (numbers["tank_pressure_pa"]["high"], numbers["bullet_mass_kg"]["high"]) == (6e5, 0.8)
+    with pytest.raises(ValueError, match="expected exactly one of them"):
+        predicted_json(bench, ShotRequest(tank_pressure_pa=1e5, impact_velocity_m_s=3.0))
+    with pytest.raises(ValueError, match="no numbers of bullet_mass"):
+        sliders(bench, hammer_space())
 
 
 def test_sliders_show_what_a_model_has_learned():
@@ -139,7 +133,7 @@ def test_range_is_told_in_units_of_the_lab(item, text):
     assert extrapolation_text(item) == text
 
 
-def test_domain_is_told_in_words_with_the_unit_of_the_value():
+def test_domain_is_told_in_words_and_each_quantity_once():
     shot = prediction(
         outside=[OutOfDomain("impact_velocity_m_s", 22.1284, "up to 5.2"), OutOfDomain("insulator", "foam", "none")]
     )
@@ -147,9 +141,6 @@ def test_domain_is_told_in_words_with_the_unit_of_the_value():
         "Impact velocity 22.13 m/s lies outside of the domain of the contact (half-sine): up to 5.2.",
         "Insulator foam lies outside of the domain of the contact (half-sine): none.",
     )
-
-
-def test_quantity_beyond_and_outside_is_named_once():
     beyond = Extrapolation("impact_velocity_m_s", 22.0, 1.0, 9.0)
     shot = prediction(beyond, outside=[OutOfDomain("impact_velocity", 22.0, "1 to 9")])
     assert warnings(shot) == (extrapolation_text(beyond),)

@@ -41,7 +41,7 @@ def view(store, impact=1, preview=None):
         return pulse_view(session, impact, preview)
 
 
-def test_record_is_upright_and_holds_the_contact(store):
+def test_record_is_upright_and_curves_of_the_stored_pulse_lie_on_it(store):
     found, (blow, _) = view(store), blows(1, 2)
     (version,) = found.versions
     assert (found.sign, found.channels, found.recording) == (-1, ("force",), "recordings/test-01.npz")
@@ -51,9 +51,6 @@ def test_record_is_upright_and_holds_the_contact(store):
     assert version.stop_s == pytest.approx(blow.start_s + blow.width_s, abs=0.05e-3)
     # half a contact on either side, and no other hit in sight
     assert found.time_s[-1] - found.time_s[0] == pytest.approx(2 * (version.stop_s - version.start_s), rel=0.1)
-
-
-def test_curves_are_the_stored_pulse_and_lie_on_the_record(store):
     found = view(store)
     (version,) = found.versions
     inside = (found.time_s >= version.start_s) & (found.time_s <= version.stop_s)
@@ -66,6 +63,10 @@ def test_curves_are_the_stored_pulse_and_lie_on_the_record(store):
         np.testing.assert_allclose(version.points_n - version.rest_n, row.force_points_n, atol=1e-9)
         assert version.figures["impulse_n_s"] == row.impulse_n_s
         assert (version.in_use, version.settings["threshold"]) == (True, 0.005)
+    with store.writing() as session:
+        row = session.scalars(select(SettingsRow)).one()
+        row.settings = {**row.settings, "cleverness": 11}
+    assert view(store).versions[0].threshold_n is None
 
 
 def test_contact_ends_where_the_record_passes_the_threshold(store):
@@ -85,7 +86,7 @@ def test_contact_ends_where_the_record_passes_the_threshold(store):
     assert loose.start_s < tight.start_s < tight.stop_s < loose.stop_s
 
 
-def test_preview_is_drawn_as_it_would_be_stored(store):
+def test_preview_is_drawn_as_it_would_be_stored_and_an_impact_without_record_is_named(store):
     cut = preview_impacts(store, 1, OTHER)
     shown = view(store, 1, (cut.pulse_of(1), OTHER))
     assert len(shown.versions) == 1
@@ -97,16 +98,6 @@ def test_preview_is_drawn_as_it_would_be_stored(store):
     assert (preview.rest_n, preview.threshold_n) == (stored.rest_n, stored.threshold_n)
     for name in ("time_s", "force_n", "points_time_s", "points_n"):
         np.testing.assert_array_equal(getattr(preview, name), getattr(stored, name))
-
-
-def test_settings_of_another_software_have_no_threshold(store):
-    with store.writing() as session:
-        row = session.scalars(select(SettingsRow)).one()
-        row.settings = {**row.settings, "cleverness": 11}
-    assert view(store).versions[0].threshold_n is None
-
-
-def test_impact_without_a_record_is_named(store):
     with store.writing() as session:
         other = session.get_one(Impact, 1)
         session.add(Impact(campaign_id=1, run=9, repetition=1, configuration_id=other.configuration_id))

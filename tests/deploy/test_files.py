@@ -94,7 +94,7 @@ def _secrets(folder: Path) -> list[tuple[str, str]]:
     return [(file.name, file.read_text()) for file in sorted((folder / "secrets").iterdir())]
 
 
-def test_no_file_holds_a_secret():
+def test_no_file_holds_a_secret_and_the_image_is_made_of_what_is_there():
     """An address has no password, and what is called one names a file."""
     for file in (*DEPLOY.glob("*.*"), DEPLOY / "Dockerfile"):
         text = file.read_text()
@@ -103,18 +103,15 @@ def test_no_file_holds_a_secret():
             assert value.startswith(("$(cat", "/run/secrets/", "${")), (file, name)
     assert "/deploy/secrets/" in (ROOT / ".gitignore").read_text().splitlines()
     assert "deploy/secrets" in (DEPLOY / "Dockerfile.dockerignore").read_text().splitlines()
-
-
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda p: p.name)
-def test_scripts_are_shell(script):
-    assert os.access(script, os.X_OK)
-    subprocess.run(["/bin/sh", "-n", str(script)], check=True)
-
-
-def test_image_is_made_of_what_is_there():
     text = (DEPLOY / "Dockerfile").read_text()
     for source in re.findall(r"^COPY (?:--chmod=\d+ )?(\S+) ", text, re.MULTILINE):
         assert source.startswith("--from=") or (ROOT / source).exists(), source
     users = re.findall(r"^USER (\S+)", text, re.MULTILINE)
     assert users == ["pyroshock"]
     assert "--uid 10001" in text
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda p: p.name)
+def test_scripts_are_shell(script):
+    assert os.access(script, os.X_OK)
+    subprocess.run(["/bin/sh", "-n", str(script)], check=True)

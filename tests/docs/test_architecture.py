@@ -43,7 +43,7 @@ def reachable(start: str) -> set[str]:
     return seen
 
 
-def test_drawing_has_the_floors_of_the_import_rules() -> None:
+def test_drawing_and_arrows_are_those_of_the_imports() -> None:
     contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
         "contracts"
     ]
@@ -52,18 +52,12 @@ def test_drawing_has_the_floors_of_the_import_rules() -> None:
     assert drawing is not None
     floors = re.findall(r"^   (\w+(?: \| \w+)*)(?:  |$)", drawing[1], re.MULTILINE)
     assert floors == layers
-
-
-def test_arrows_are_those_of_the_imports() -> None:
     drawn = {room: set(targets.split()) for room, targets in re.findall(r"^(\w+) -> (.+)$", PAGE, re.MULTILINE)}
     real: dict[str, set[str]] = defaultdict(set)
     for path, targets in imports().items():
         room = path.split("/")[0]
         real[room] |= {target.split("/")[0] for target in targets if "/" in target and "/" in path} - {room}
     assert drawn == {room: targets for room, targets in real.items() if targets}
-
-
-def test_there_are_four_ways() -> None:
     assert len(WAYS) == 4
 
 

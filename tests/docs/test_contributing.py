@@ -34,8 +34,11 @@ def test_files_are_there(path: str) -> None:
     assert known.is_file() if whole else known.is_dir()
 
 
-def test_enough_is_named_to_be_looked_for() -> None:
+def test_make_targets_are_there_and_enough_files_are_named() -> None:
     assert len(FILES) > 45
+    named = set(re.findall(r"`make ([a-z-]+)", PAGE)) | set(re.findall(r"^make ([a-z-]+)", PAGE, re.MULTILINE))
+    known = set(re.findall(r"^([a-z-]+):", source("Makefile"), re.MULTILINE))
+    assert {"setup", "check", "coverage"} <= named <= known
 
 
 PAIRS = [
@@ -47,12 +50,6 @@ PAIRS = [
 @pytest.mark.parametrize(("path", "name"), PAIRS)
 def test_names_stand_in_their_files(path: str, name: str) -> None:
     assert re.search(rf"^\s*(def|class) {name}\b|^{name}\b.*=", source(path), re.MULTILINE)
-
-
-def test_make_targets_are_there() -> None:
-    named = set(re.findall(r"`make ([a-z-]+)", PAGE)) | set(re.findall(r"^make ([a-z-]+)", PAGE, re.MULTILINE))
-    known = set(re.findall(r"^([a-z-]+):", source("Makefile"), re.MULTILINE))
-    assert {"setup", "check", "coverage"} <= named <= known
 
 
 # --- lists that a recipe has one write into ---
@@ -69,15 +66,12 @@ def test_every_reader_has_a_recipe_and_is_fuzzed() -> None:
         assert reader.format in fuzzed, f"{reader.format}: no target in fuzzing/readers.py"
 
 
-def test_every_estimator_is_held_to_the_promises_of_all() -> None:
+def test_every_estimator_is_held_to_the_promises_of_all_and_every_design_has_a_command() -> None:
     suites = [path.read_text(encoding="utf-8") for path in (ROOT / "tests/training/estimators").glob("test_*.py")]
     listed = [text for text in suites if "estimator_checks" in text]
     for kind, (module, name) in KINDS.items():
         if module.startswith("estimators."):
             assert any(f"{name}(" in text for text in listed), f"{kind}: {name} is in no list of members"
-
-
-def test_every_design_has_a_command() -> None:
     from click import Context
     from pyroshock.app.plan.cli import plan
 

@@ -21,9 +21,12 @@ def page(name: str) -> str:
     return (DOCS / name).read_text(encoding="utf-8")
 
 
-def test_every_command_has_a_row():
+def test_every_command_and_every_table_has_a_row():
     rows = re.findall(r"^\| `([a-z-]+)` \|", page("reference/command-overview.md"), re.MULTILINE)
     assert rows == list(COMMANDS)
+    tables = page("reference/store.md").split("\n## ")[0]
+    rows = [line.split("|")[1] for line in tables.splitlines() if line.startswith("| `")]
+    assert {name for row in rows for name in re.findall(r"`(\w+)`", row)} == set(metadata.tables)
 
 
 @pytest.mark.slow
@@ -39,9 +42,3 @@ def test_examples_of_the_commands_run(tmp_path, request):
             code, said = place.invoked(shlex.split(example))
             # The shipped specification is softer than what the shipped bench gives at its least pressure.
             assert code == (1 if example.startswith("tune") else 0), f"pyroshock {example}: {said}"
-
-
-def test_every_table_has_a_row():
-    tables = page("reference/store.md").split("\n## ")[0]
-    rows = [line.split("|")[1] for line in tables.splitlines() if line.startswith("| `")]
-    assert {name for row in rows for name in re.findall(r"`(\w+)`", row)} == set(metadata.tables)

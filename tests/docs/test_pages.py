@@ -84,29 +84,22 @@ def test_commands_exist_with_their_options(block: Block, monkeypatch: pytest.Mon
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
-def test_commands_in_the_prose_exist(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_commands_in_the_prose_exist_and_others_stand_in_blocks(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(click.Path, "convert", lambda self, value, *_: value)
     for statement in inline_statements(page):
         with contextlib.suppress(click.BadParameter):  # `pyroshock diagnose` alone; N for a number
             check(statement)
-
-
-@pytest.mark.parametrize("page", PAGES, ids=name_of)
-def test_commands_stand_in_blocks_of_commands(page: Path) -> None:
-    """A block that tells no language is shown as it stands, and would be passed over here."""
+    # A block that tells no language is shown as it stands, and would be passed over here.
     others = [block for block in BLOCKS[page] if not block.runs]
     hidden = [block.line for block in others if re.search(r"^(\.venv/bin/)?(pyroshock|make|python) ", block.text, re.M)]
     assert hidden == []
 
 
-def test_what_is_not_run_has_its_reason() -> None:
+def test_what_is_not_run_has_its_reason_and_marks_name_what_can_be_prepared() -> None:
     told = "\n".join(f"{name_of(block.page)}:{block.line}: {block.not_run}" for block in LEFT_OUT)
     print(told)
     assert all(block.language in (COMMANDS, PYTHON) for block in LEFT_OUT), told
     assert len(LEFT_OUT) <= NOT_RUN, told
-
-
-def test_marks_name_what_can_be_prepared() -> None:
     given = {words.split()[0] for blocks in BLOCKS.values() for block in blocks for words in block.given}
     assert given == set(GIVENS)
 

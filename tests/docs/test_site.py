@@ -28,29 +28,22 @@ def all_pages() -> set[str]:
     return {path.as_posix() for path in found if path.parts[0] not in NO_PAGES}
 
 
-def test_every_page_is_reached_from_the_first() -> None:
+def test_every_page_is_reached_and_every_subject_and_decision_has_one() -> None:
     assert reachable(DOCS) == all_pages()
-
-
-def test_every_subject_of_the_reference_has_its_page() -> None:
     pages = [subject for page in (DOCS / "reference").glob("*.md") for subject in asked(page.read_text())]
     assert sorted(pages) == sorted(SUBJECTS)
-
-
-def test_every_decision_is_listed_by_its_title() -> None:
     listed = (DOCS / "decisions" / "README.md").read_text(encoding="utf-8")
     for path in (DOCS / "decisions").glob("0*.md"):
         number, title = re.match(r"# (\d+)\. (.+)", path.read_text(encoding="utf-8")).groups()
         assert f"- [{number}. {title}]({path.name})\n" in listed
 
 
-def test_lists_of_links_become_the_tree() -> None:
+def test_links_become_the_tree_and_lead_to_files(monkeypatch, tmp_path) -> None:
     page = f"# A\n\n[b](b.md)\n\n## Two\n\n- [c](d/c.md), [c](d/c.md#e), [out](../out.md)\n\n{MARK}\n"
     assert list(sections(page)) == [("", ["b.md"]), ("Two", ["d/c.md"])]
     assert "```{toctree}\n:hidden:\n:caption: Two\n\nd/c\n```" in with_contents(page)
-
-
-def test_links_of_the_roots_files_are_seen_from_the_docs(monkeypatch, tmp_path) -> None:
+    assert {"deploy", "deploy/backup.sh"} <= set(linked())
+    assert "docs/reference/store.md" not in linked()
     monkeypatch.setattr("tools.site.pages.ROOT", tmp_path)
     (tmp_path / "FILE.md").write_text(
         "# Title\n\n[a](docs/a.md#b) [c](LICENSE) [d](#e) [f](https://g.h) [i](docs/j/)\n"
@@ -58,19 +51,11 @@ def test_links_of_the_roots_files_are_seen_from_the_docs(monkeypatch, tmp_path) 
     assert of_root("FILE.md") == "\n[a](a.md#b) [c](../LICENSE) [d](#e) [f](https://g.h) [i](j/)\n"
 
 
-def test_files_of_the_repository_that_pages_link_to_are_found() -> None:
-    assert {"deploy", "deploy/backup.sh"} <= set(linked())
-    assert "docs/reference/store.md" not in linked()
-
-
-def test_docstrings_say_what_they_say() -> None:
+def test_docstrings_and_signatures_say_what_they_say() -> None:
     assert paragraph("`a`s of x_ and *y* |z|") == r"``a``\ s of x\_ and \*y\* \|z\|"
     assert paragraph("A. Smith says:: ") == r"\A. Smith says:: "
     assert paragraph("See below::") == r"See below:\:"
     assert rst("One.\n\n- two\n\n    three") == ["One.", "", "- two", "", "::", "", "   three", ""]
-
-
-def test_signatures_are_the_sources_own() -> None:
     from pyroshock.signals.checks import run_checks
 
     assert signature_of(run_checks) == (
@@ -92,40 +77,25 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-def test_the_site_has_a_file_for_every_page(site: Path) -> None:
+def test_site_has_every_page_and_links_within_itself_alone(site: Path) -> None:
     built = {path.relative_to(site).with_suffix(".md").as_posix() for path in site.rglob("*.html")}
     assert all_pages() <= built
     assert {f"_repository/{path}.md" for path in linked() if (ROOT / path).is_file()} <= {
         path.relative_to(site).as_posix().removesuffix(".html") + ".md"
         for path in (site / "_repository").rglob("*.html")
     }
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(600)
-def test_no_page_asks_another_host_for_anything(site: Path) -> None:
+    index = (site / "searchindex.js").read_text(encoding="utf-8")
+    assert "shock_response_spectrum" in index
+    assert "pyroshock.ingest.load" in (site / "genindex.html").read_text(encoding="utf-8")
     parts = re.compile(r"""<(?:script|link|img|iframe)[^>]*(?:src|href)=["']((?:https?:)?//[^"']+)""")
     assert {
         found for page in site.rglob("*.html") for found in parts.findall(page.read_text(encoding="utf-8"))
     } == set()
     imported = re.compile(r"@import|url\(\s*[\"']?(?:https?:)?//")
     assert [path for path in site.rglob("*.css") if imported.search(path.read_text(encoding="utf-8"))] == []
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(600)
-def test_links_within_the_site_lead_to_its_files(site: Path) -> None:
     missing = set()
     for page in site.rglob("*.html"):
         for target in re.findall(r'href="([^"#?]+)', page.read_text(encoding="utf-8")):
             if not re.match(r"[a-z]+:", target) and not (page.parent / target).exists():
                 missing.add((page.relative_to(site).as_posix(), target))
     assert missing == set()
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(600)
-def test_names_of_the_library_can_be_searched_for(site: Path) -> None:
-    index = (site / "searchindex.js").read_text(encoding="utf-8")
-    assert "shock_response_spectrum" in index
-    assert "pyroshock.ingest.load" in (site / "genindex.html").read_text(encoding="utf-8")

@@ -53,14 +53,11 @@ def refused(*words: str | Path) -> str:
     return result.stderr
 
 
-def test_every_table_of_the_models_has_its_rights(server: Server) -> None:
+def test_every_table_has_its_rights_and_no_role_has_more(server: Server) -> None:
     """A migration that makes a table without them fails here."""
     with opened(server.address("keeper")) as store, store.engine.connect() as connection:
         assert set(metadata.tables) < set(tables_of(connection))
         assert missing_roles(connection) == [] and missing_rights(connection) == []
-
-
-def test_no_role_may_more_than_it_should(server: Server) -> None:
     with opened(server.address("keeper")) as store, store.engine.connect() as connection:
         query = (
             "SELECT role, tablename, has_right FROM pg_tables,"

@@ -71,14 +71,16 @@ def test_nobody_to_ask_is_not_a_clean_bill(tmp_path: Path) -> None:
     assert "NOT DONE" in audit.told(found)
 
 
-def test_packages_that_the_service_does_not_know_are_named() -> None:
-    """Of a mirror of the index, which tells of no vulnerabilities."""
+def test_unknown_packages_are_named_and_accepted_ones_have_a_reason_and_an_end() -> None:
     skipped = {"name": "six", "skip_reason": "Dependency not found on PyPI and could not be audited: six (1.17.0)"}
     known = {"name": "tqdm", "version": "4.70.1", "vulns": []}
     assert "NOT DONE" in audit.told(audit.outcome_of({"dependencies": [skipped]}))
     assert "1 packages asked, 0 vulnerabilities; not known there: six" in audit.told(
         audit.outcome_of({"dependencies": [skipped, known]})
     )
+    for each in tomllib.loads(audit.ACCEPTED.read_text(encoding="utf-8")).get("accepted", []):
+        assert each.keys() == {"id", "package", "reason", "until"}
+        assert isinstance(each["until"], date)
 
 
 @pytest.mark.parametrize(
@@ -93,12 +95,6 @@ def test_packages_that_the_service_does_not_know_are_named() -> None:
 def test_a_vulnerability_fails_unless_accepted_for_now(accepted: list[dict[str, object]], said: str | None) -> None:
     lines = list(audit.not_accepted(HOLE, accepted, DAY))
     assert lines == [] if said is None else said in lines[0]
-
-
-def test_accepted_ones_have_a_reason_and_an_end() -> None:
-    for each in tomllib.loads(audit.ACCEPTED.read_text(encoding="utf-8")).get("accepted", []):
-        assert each.keys() == {"id", "package", "reason", "until"}
-        assert isinstance(each["until"], date)
 
 
 @pytest.mark.parametrize(

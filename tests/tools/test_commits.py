@@ -14,15 +14,14 @@ ROOT = Path(__file__).resolve().parents[2]
 HOOKS = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8"))
 
 
-def test_large_file_is_refused(tmp_path: Path) -> None:
+def test_large_file_is_refused_and_whole_ones_let_through(tmp_path: Path) -> None:
     (tmp_path / "series.npy").write_bytes(bytes(commits.LARGEST_BYTES + 1))
     (said,) = commits.objections(tmp_path / "series.npy")
     assert "1000001 bytes" in said
-
-
-def test_largest_file_of_the_repository_is_let_through() -> None:
     shipped = ROOT / "examples" / "modal-hammer-hit" / "recordings" / "acceleration.lvm"
     assert list(commits.objections(shipped)) == []
+    (tmp_path / "a.md").write_text("title\n========\n")
+    assert commits.main([str(tmp_path / "a.md"), str(tmp_path / "gone.py")]) == 0
 
 
 @pytest.mark.parametrize("mark", ["<" * 7 + " HEAD", "=" * 7, ">" * 7 + " theirs"])
@@ -30,11 +29,6 @@ def test_half_a_merge_is_refused_with_its_line(tmp_path: Path, mark: str, capsys
     (tmp_path / "a.py").write_text(f"x = 1\n{mark}\n")
     assert commits.main([str(tmp_path / "a.py")]) == 1
     assert "line 2" in capsys.readouterr().err
-
-
-def test_what_is_gone_or_whole_is_let_through(tmp_path: Path) -> None:
-    (tmp_path / "a.md").write_text("title\n========\n")
-    assert commits.main([str(tmp_path / "a.md"), str(tmp_path / "gone.py")]) == 0
 
 
 def test_hooks_are_local_and_call_what_is_there() -> None:

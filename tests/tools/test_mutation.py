@@ -80,7 +80,7 @@ def test_code_that_fails_its_tests_unchanged_is_refused(toy: Path) -> None:
         limits_alone(toy, [plan.Target("law.py", ("tests/test_absent.py",), None)])
 
 
-def test_annotations_are_no_mutants() -> None:
+def test_annotations_and_chosen_numbers_are_no_mutants_and_samples_follow_seeds() -> None:
     found = mutants("ReplaceBinaryOperator_BitOr_BitAnd", "NumberReplacer")
     assert {each.after for each in found if each.definition == "energy"} == {
         "def energy(mass: float, speed: float | None = 3.0) -> float:",
@@ -90,39 +90,30 @@ def test_annotations_are_no_mutants() -> None:
         "return mass * speed**2 / 3",
         "return mass * speed**2 / 1",
     }
-
-
-def test_numbers_of_chosen_arguments_are_no_mutants() -> None:
     source = "x = parameter(default=1.0, likely=(2.0, -3.0))\n"
     assert len(spots(source, ["NumberReplacer"])) == 6
     assert len(spots(source, ["NumberReplacer"], ["likely"])) == 2
-
-
-def test_a_sample_is_that_of_its_seed() -> None:
     every = spots(LAW, ["NumberReplacer"])
     assert sample(every, 4, "1") == sample(every, 4, "1") != sample(every, 4, "2")
     assert sample(every, None, "1") == every
 
 
-def test_a_row_goes_when_its_line_does(tmp_path: Path) -> None:
+def test_rows_go_with_their_lines_and_keep_what_was_first(tmp_path: Path) -> None:
     rows = Rows(tmp_path / "rows.csv")
     rows.add(row("a >= b", "survived", "survived"))
     rows.keep_only("law.py", lambda before: holds(LAW, before), 7)
     assert [each.of for each in rows] == [7]
     rows.keep_only("law.py", lambda before: holds(LAW.replace("a > b", "b < a"), before), 7)
     assert list(rows) == []
-
-
-def row(after: str, at_first: str, now: str) -> Row:
-    return Row("law.py", "f", "a > b", after, 0, 3, GT, at_first, now, "tests/t.py::test_f", "2026-11-22", 9)
-
-
-def test_what_a_mutant_did_at_first_stays(tmp_path: Path) -> None:
     rows = Rows(tmp_path / "rows.csv")
     rows.add(row("a >= b", "survived", "survived"))
     rows.add(row("a >= b", "killed", "killed"))
     rows.write()
     assert list(Rows(tmp_path / "rows.csv")) == [row("a >= b", "survived", "killed")]
+
+
+def row(after: str, at_first: str, now: str) -> Row:
+    return Row("law.py", "f", "a > b", after, 0, 3, GT, at_first, now, "tests/t.py::test_f", "2026-11-22", 9)
 
 
 def test_counts_tell_what_became_of_each() -> None:
@@ -136,8 +127,9 @@ def _left(after: str) -> verdicts.Verdict:
     return verdicts.Verdict("law.py", "a > b", (after,), "left", "costs an hour")
 
 
-def test_the_plan_is_of_this_tree() -> None:
+def test_plan_and_verdicts_are_of_this_tree() -> None:
     assert plan.read(ROOT).chosen(("twin/gun/nominal.py",))[0].tests[0] == "tests/twin/gun/test_nominal.py"
+    assert {verdict.kind for verdict in verdicts.read(VERDICTS)} == {"equivalent", "left"}
 
 
 def test_new_rows_replace_the_line_of_their_module_alone(tmp_path: Path) -> None:
@@ -149,7 +141,3 @@ def test_new_rows_replace_the_line_of_their_module_alone(tmp_path: Path) -> None
     page.write_table(copy, [row("a < b", "survived", "survived")], [])
     added = set(copy.read_text(encoding="utf-8").splitlines()) - set(PAGE.read_text(encoding="utf-8").splitlines())
     assert "| `law.py` | 9 | 1 | 0 | 0 | 0 | 0 | 0 | 1 | 2026-11-22 |" in added and len(added) == 2
-
-
-def test_verdicts_can_be_read() -> None:
-    assert {verdict.kind for verdict in verdicts.read(VERDICTS)} == {"equivalent", "left"}

@@ -53,7 +53,7 @@ def tree(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_files_lines_and_words_are_counted(tree: Path) -> None:
+def test_tree_is_counted_and_its_faults_named(tree: Path) -> None:
     table = structure.figures(tree)
     assert table["product files"] == "5"
     assert table["lines"] == str(GUN.count("\n") + PLATE.count("\n"))
@@ -61,21 +61,12 @@ def test_files_lines_and_words_are_counted(tree: Path) -> None:
     assert table["lines of tests"] == "1"
     assert table["words of docs"] == "5"
     assert table["words of README"] == "3"
-
-
-def test_locals_that_say_nothing_are_refused_with_their_line(tree: Path) -> None:
     assert structure.figures(tree)["assigned locals that say nothing"] == "50.00 % (2 of 4)"
     first, second, *_ = structure.problems(tree)
     assert first.startswith("gun/barrel.py:12: 'found' says nothing")
     assert second.startswith("gun/barrel.py:12: 'each' says nothing")
-
-
-def test_class_defined_twice_is_refused_but_not_the_name_of_its_base(tree: Path) -> None:
     assert structure.duplicate_classes(structure.product_files(tree)) == {"Barrel": ["gun/barrel.py", "plate/modes.py"]}
     assert "class Barrel is also defined in plate/modes.py" in structure.problems(tree)[-1]
-
-
-def test_packages_that_import_each_other_are_a_group(tree: Path) -> None:
     assert structure.sibling_cycles(structure.product_files(tree)) == [["pyroshock.gun", "pyroshock.plate"]]
 
 

@@ -109,24 +109,18 @@ def test_page_is_the_same_whatever_is_drawn(data):
     assert page(kept(made)) == page(made)
 
 
-def test_infinities_of_a_picture_come_back():
+def test_infinities_come_back_and_details_are_of_a_known_format():
     """Levels of a channel that shows nothing are -inf dB."""
     values = np.array([NAN, INF, -INF, 1 / 3])
     made = verdicts.verdict(pictures=Pictures((), (ResidualPicture("a", "plate", "dB", 0.5, values, None, values),)))
     np.testing.assert_array_equal(kept(made).pictures.residuals[0].before, values)
-
-
-def test_details_of_another_format_are_refused_and_the_report_is_left_as_it_is():
     report, details = verdict_to_json(odd())
     before = json.dumps(report)
     verdict_from_json(report, details)
     assert json.dumps(report) == before
     with pytest.raises(ValueError, match=r"details of format 99; this software knows 1 and 2: diagnose again"):
         verdict_from_json(report, {**details, "format": 99})
-
-
-def test_diagnosis_of_the_format_before_opens_without_shares():
-    """What was kept before shares and path were: no such keys in the report, none in its details."""
+    # What was kept before shares and path were: no such keys in the report, none in its details.
     report, details = verdict_to_json(verdicts.verdict())
     for name in ("effects", "unexplained", "path"):
         del report[name]
@@ -153,12 +147,33 @@ def listed(store, **asked):
         return list_diagnoses(session, **asked)
 
 
-def test_kept_diagnosis_gives_its_page_again(store):
+def test_kept_diagnosis_gives_its_page_or_says_what_is_missing(store):
     made = verdicts.verdict(campaign=CAMPAIGN)
     key = keep(store, made)
     with store.reading() as session:
         assert page(kept_verdict(session, key)) == page(made)
         assert kept_report(session, key) == report_json(made)
+    key = keep(store, verdicts.verdict(campaign=CAMPAIGN))
+    with store.reading() as session:
+        assert kept_options(session, key) == {}
+    with store.writing() as session:
+        session.get_one(Diagnosis, key).details = None
+    assert not listed(store)[0]["complete"]
+    with store.reading() as session, pytest.raises(LookupError, match=f"pyroshock diagnose {CAMPAIGN}"):
+        kept_verdict(session, key)
+    # So that what if can be asked of a diagnosis that was kept by another version.
+    key = keep(store, verdicts.gun(campaign=CAMPAIGN), DiagnosisRequest(CAMPAIGN, seed=3))
+    with store.writing() as session:
+        row = session.get_one(Diagnosis, key)
+        row.details = {**row.details, "options": {**row.details["options"], "calibrate": 20}}
+    with store.reading() as session:
+        assert "calibrate" not in kept_options(session, key)
+        assert kept_options(session, key)["seed"] == 3
+    with store.reading() as session:
+        with pytest.raises(LookupError, match="no diagnosis 7 in the store"):
+            kept_verdict(session, 7)
+        with pytest.raises(LookupError, match="no campaign 'winter'"):
+            list_diagnoses(session, "winter")
 
 
 def test_listing_goes_back_page_by_page(store):
@@ -169,7 +184,7 @@ def test_listing_goes_back_page_by_page(store):
     assert [row["id"] for row in first + second + last] == keys[::-1]
 
 
-def test_row_tells_the_first_cause_and_what_was_adopted(store):
+def test_row_tells_the_first_cause_and_reads_nothing_that_is_drawn(store):
     made = verdicts.verdict(campaign=CAMPAIGN)
     key = keep(store, made)
     adopt(store, made, "gun.valve_flow", key)
@@ -181,6 +196,12 @@ def test_row_tells_the_first_cause_and_what_was_adopted(store):
     with store.reading() as session:
         (past,) = past_diagnoses(session, CAMPAIGN)
     assert past == {name: value for name, value in row.items() if name not in ("campaign", "complete")}
+    keep(store, verdicts.verdict(campaign=CAMPAIGN))
+    statements_run = []
+    event.listen(store.engine, "before_cursor_execute", lambda *given: statements_run.append(given[2]))
+    assert listed(store)[0]["complete"]
+    (query,) = [statement for statement in statements_run if "FROM diagnoses" in statement]
+    assert query.count("details") == query.count("details IS NOT NULL") == 1
 
 
 def test_what_if_is_marked_and_is_not_the_last_word_on_a_campaign(store):
@@ -194,42 +215,3 @@ def test_what_if_is_marked_and_is_not_the_last_word_on_a_campaign(store):
     with store.reading() as session:
         assert last_report(session, CAMPAIGN) == report_json(whole)
         assert kept_options(session, key)["with_effects"] == ["a"]
-
-
-def test_diagnosis_without_details_is_listed_and_says_what_to_do(store):
-    key = keep(store, verdicts.verdict(campaign=CAMPAIGN))
-    with store.reading() as session:
-        assert kept_options(session, key) == {}
-    with store.writing() as session:
-        session.get_one(Diagnosis, key).details = None
-    assert not listed(store)[0]["complete"]
-    with store.reading() as session, pytest.raises(LookupError, match=f"pyroshock diagnose {CAMPAIGN}"):
-        kept_verdict(session, key)
-
-
-def test_an_option_that_there_was_once_is_left_out(store):
-    """So that what if can be asked of a diagnosis that was kept by another version."""
-    key = keep(store, verdicts.gun(campaign=CAMPAIGN), DiagnosisRequest(CAMPAIGN, seed=3))
-    with store.writing() as session:
-        row = session.get_one(Diagnosis, key)
-        row.details = {**row.details, "options": {**row.details["options"], "calibrate": 20}}
-    with store.reading() as session:
-        assert "calibrate" not in kept_options(session, key)
-        assert kept_options(session, key)["seed"] == 3
-
-
-def test_listing_does_not_read_what_is_drawn(store):
-    keep(store, verdicts.verdict(campaign=CAMPAIGN))
-    statements_run = []
-    event.listen(store.engine, "before_cursor_execute", lambda *given: statements_run.append(given[2]))
-    assert listed(store)[0]["complete"]
-    (query,) = [statement for statement in statements_run if "FROM diagnoses" in statement]
-    assert query.count("details") == query.count("details IS NOT NULL") == 1
-
-
-def test_unknown_ones_are_named(store):
-    with store.reading() as session:
-        with pytest.raises(LookupError, match="no diagnosis 7 in the store"):
-            kept_verdict(session, 7)
-        with pytest.raises(LookupError, match="no campaign 'winter'"):
-            list_diagnoses(session, "winter")

@@ -20,31 +20,18 @@ from support.records.plate_records import played
 # --- every effect and every observable has words of the test bench --------------------------------------------------
 
 
-def test_every_effect_has_names_of_its_own_in_words_and_no_ids() -> None:
+def test_effects_and_observables_have_words_of_their_own() -> None:
     assert set(EFFECT_SUBJECTS) == set(EFFECT_CHECKS) == set(catalogue())
     assert len(set(EFFECT_SUBJECTS.values())) == len(EFFECT_SUBJECTS)
     for identity in catalogue():
         for words in (effect_subject(identity), effect_check(identity)):
             assert words and "_" not in words and "." not in words, identity
-
-
-@pytest.mark.parametrize("name", ["ln_velocity", *(item.name for item in OBSERVABLES)])
-def test_features_have_physical_labels(name: str) -> None:
-    label = observable_label(name)
-    assert "_" not in label.text and not label.text.startswith("ln ")
-    assert label.relative == name.startswith("ln_")
-
-
-def test_observables_of_a_plate_have_physical_labels() -> None:
     names = [item.name for item in PlateObservables(played([])).observables]
     labels = {name: observable_label(name) for name in names}
     assert len({label.text for label in labels.values()}) == len(names)
     for name, label in labels.items():
         assert "_" not in label.text and "ln " not in label.text, name
         assert label.relative == ("ln " in name), name
-
-
-def test_labels_alone_and_in_sentences() -> None:
     texts = {
         "ln_width_tenth": "pulse width at 10 % of the peak",
         "ln damping of the mode at 412 Hz": "damping of the mode at 412 Hz",
@@ -57,6 +44,13 @@ def test_labels_alone_and_in_sentences() -> None:
     assert {name: observable_label(name).text for name in texts} == texts
     sentence = with_labels("contact: measured less simulated ln_peak rises by 0.1")
     assert sentence == "contact: measured less simulated peak force rises by 0.1"
+
+
+@pytest.mark.parametrize("name", ["ln_velocity", *(item.name for item in OBSERVABLES)])
+def test_features_have_physical_labels(name: str) -> None:
+    label = observable_label(name)
+    assert "_" not in label.text and not label.text.startswith("ln ")
+    assert label.relative == name.startswith("ln_")
 
 
 # --- `--with` and `--without`: which effects are left, what a report says of it, and what is refused ----------------

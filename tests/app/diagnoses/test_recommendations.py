@@ -41,21 +41,21 @@ def test_unknown_has_an_experiment_and_a_measurement(made: Verdict) -> None:
     assert set(next_experiment(made)) <= set(recommendations(made))
 
 
-def test_set_that_predicts_is_adopted_by_a_command() -> None:
+def test_predicting_set_is_adopted_and_others_are_told_apart() -> None:
     command = "pyroshock diagnose spring --adopt gun.valve_flow+gun.back_pressure+gun.blow_by."
     assert recommendations(verdicts.gun())[0].endswith(command)
     spaced = recommendations(verdicts.gun(campaign="spring 2"))[0]
     assert "pyroshock diagnose 'spring 2' --adopt" in spaced
     path = (replace(verdicts.gun().path[0], fraction=0.2),)  # does not predict
     assert recommendations(verdicts.gun(path=path))[0].startswith("Do not adopt the flow resistance of the valve, ")
-
-
-def test_next_run_is_told_with_plain_names() -> None:
     (line,) = next_experiment(verdicts.verdict())
     assert line == (
         "Fire 4 runs at tank_pressure_bar = 0.3, bullet_mass_kg = 1 and tip_material = steel: this separates the "
         "compliance of the insulating layer from the plate that gives way under the impact."
     )
+    (line, *_) = next_experiment(verdicts.verdict(next_runs=()))
+    assert line.startswith("These runs cannot tell whether the compliance of the insulating layer or the plate that")
+    assert effect_check("contact.layer_compliance") in line
 
 
 @pytest.mark.parametrize(
@@ -84,33 +84,33 @@ def test_run_that_cannot_decide_says_what_to_measure_instead(why: str, runs: int
     assert next_experiment(verdicts.verdict(next_runs=(run,))) == (line,)
 
 
-def test_group_without_a_run_is_told_apart_by_a_measurement() -> None:
-    (line, *_) = next_experiment(verdicts.verdict(next_runs=()))
-    assert line.startswith("These runs cannot tell whether the compliance of the insulating layer or the plate that")
-    assert effect_check("contact.layer_compliance") in line
-
-
-def test_large_rest_says_where_it_lies() -> None:
+def test_large_rest_says_where_it_lies_in_its_main_stage() -> None:
     where = verdicts.unknown().where
     steps = recommendations(verdicts.gun(unexplained=Unexplained(0.3, (0.2, 0.4)), where=where))
     assert any("where striker = 254 mm" in step and "peak force of the contact falls" in step for step in steps)
     assert not any("striker" in step for step in recommendations(verdicts.gun(where=where)))
-
-
-def test_windows_of_another_stage_than_the_main_one_are_not_mentioned() -> None:
     contact = verdicts.unknown().where
     assert "in the force from 0.1 to 0.4 ms and in the force from 800 to 4000 Hz" in rest_sentence(verdicts.unknown())
     gun = replace(contact, stage=(StageShare("gun", 0.9, (0.8, 1.0), 9.0), StageShare("contact", 0.1, (0.0, 0.2), 1.0)))
     assert "force from" not in rest_sentence(verdicts.unknown(where=gun))
 
 
-def test_parameter_at_the_end_of_its_range_is_said() -> None:
+def test_ends_of_ranges_repetitions_and_nearest_effects_are_said() -> None:
     valve, *others = verdicts.gun().effects
     end = Fitted("loss_coefficient", 10000.0, "", (9000.0, 10000.0))
     steps = recommendations(verdicts.gun(effects=(replace(valve, parameters=(end,)), *others)))
     assert any("loss_coefficient of the flow resistance of the valve lies at the end of its range (10000)" in s
                for s in steps)  # fmt: skip
     assert not any("end of its range" in step for step in recommendations(verdicts.gun()))
+    note = "floor assumed: nothing was repeated, the scatter of one run is the sensors' data sheets'"
+    assert any(step.startswith("Repeat three") for step in recommendations(verdicts.gun(assumptions=(note,))))
+    assert not any(step.startswith("Repeat three") for step in recommendations(verdicts.gun()))
+    first = recommendations(verdicts.unknown())[0]
+    assert "the damping of the contact, which takes 31 % of the error away" in first
+    assert "the plastic yield of tip or target 14 %; the effects of the path together take 38 %" in first
+    bare = replace(verdicts.unknown(), effects=(), path=(), unexplained=None)
+    sentence = "The nearest answer of the catalogue is the flow resistance of the valve (8 %)."
+    assert recommendations(bare)[0] == sentence
 
 
 @pytest.mark.parametrize(
@@ -127,18 +127,3 @@ def test_parameter_at_the_end_of_its_range_is_said() -> None:
 )
 def test_limits_are_those_of_the_catalogue(identity: str, name: str, value: float, end: float | None) -> None:
     assert limit_of(identity, Fitted(name, value, "", (value, value))) == end
-
-
-def test_campaign_without_repetitions_is_asked_for_some() -> None:
-    note = "floor assumed: nothing was repeated, the scatter of one run is the sensors' data sheets'"
-    assert any(step.startswith("Repeat three") for step in recommendations(verdicts.gun(assumptions=(note,))))
-    assert not any(step.startswith("Repeat three") for step in recommendations(verdicts.gun()))
-
-
-def test_nearest_effects_say_what_each_takes_and_all_together() -> None:
-    first = recommendations(verdicts.unknown())[0]
-    assert "the damping of the contact, which takes 31 % of the error away" in first
-    assert "the plastic yield of tip or target 14 %; the effects of the path together take 38 %" in first
-    bare = replace(verdicts.unknown(), effects=(), path=(), unexplained=None)
-    sentence = "The nearest answer of the catalogue is the flow resistance of the valve (8 %)."
-    assert recommendations(bare)[0] == sentence

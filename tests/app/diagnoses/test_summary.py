@@ -43,15 +43,12 @@ def test_stage_is_named_as_clearly_as_the_shares_allow(shares: tuple[float, ...]
     assert words in summary(in_stages(*shares))
 
 
-def test_effects_that_are_not_named_are_told_in_one() -> None:
+def test_unnamed_effects_and_credible_sets_are_told_as_one() -> None:
     valve, atmosphere, leak, dead = verdicts.gun().effects
     effects = (valve, replace(atmosphere, named=False), replace(leak, named=False), dead)
     told = summary(verdicts.gun(effects=effects))
     assert "the atmosphere" not in told
     assert "effects that the data do not establish account for 36 % and 3 % (1 to 6 %) remains unexplained" in told
-
-
-def test_credible_set_is_told_as_one_with_the_sum_of_its_shares() -> None:
     valve, atmosphere, leak, _ = verdicts.gun().effects
     barrel = EffectShare("gun.barrel_loss", 0.4, 0.1, (0.0, 0.6), 0.1, valve.credible_set)
     told = verdicts.gun(effects=(replace(valve, share=0.51), atmosphere, barrel, leak))
@@ -60,9 +57,6 @@ def test_credible_set_is_told_as_one_with_the_sum_of_its_shares() -> None:
         "The flow resistance of the valve or the flow resistance of the barrel (the data cannot say which) together "
         "cause 61 % of it, the atmosphere"
     ) in summary(told)
-
-
-def test_large_credible_set_names_three_and_counts_the_others() -> None:
     valve = verdicts.gun().effects[0]
     alike = ("gun.barrel_loss", "gun.sliding_friction", "gun.heat_exchange", "gun.dead_volume")
     others = tuple(replace(valve, effect=name, share=0.05, named=False) for name in alike)
@@ -72,20 +66,14 @@ def test_large_credible_set_names_three_and_counts_the_others() -> None:
     ) in summary(verdicts.gun(effects=(valve, *others)))
 
 
-def test_agreement_needs_no_effect() -> None:
+def test_agreement_needs_no_effect_and_unknown_says_what_remains() -> None:
     told = summary(verdicts.none())
     assert told.startswith("Model and measurement agree: the model error is 0.8 times the tolerance")
     assert told.endswith("No effect is needed to explain it (97 %).")
-
-
-def test_unknown_says_what_remains_and_what_comes_nearest() -> None:
     told = summary(verdicts.unknown())
     assert "most of it arises in the contact (80 %)" in told
     assert "(unknown: 90 %): 55 % (40 to 80 %) of it remains unexplained; the damping of the contact comes near" in told
     assert "disappears" not in told
-
-
-def test_unknown_beside_named_effects_explains_a_part() -> None:
     told = summary(verdicts.gun(causes=(Cause(("unknown",), 0.7), Cause(("none",), 0.3)), unexplained=None))
     assert "explain only a part of it (unknown: 70 %). The flow resistance of the valve causes 61 %" in told
 
@@ -111,21 +99,15 @@ def test_verdict_without_shares_is_told_by_its_causes(cause: Cause, words: str) 
     assert words in summary(replace(whole, causes=(cause, *whole.causes[1:])))
 
 
-def test_noise_that_is_not_known_is_left_out() -> None:
+def test_unknown_noise_is_left_out_and_fractions_are_held_out() -> None:
     told = summary(verdicts.gun(gap=GapSize("rms", 0.42, 0.0, 0.01, True)))
     assert told.startswith("The model error is 42 times the tolerance; ")
     nothing = summary(verdicts.gun(gap=GapSize("rms", float("nan"), float("nan"), 0.01, True)))
     assert nothing.startswith("The model error is of unknown size; ")
-
-
-def test_nearest_effects_and_the_fraction_are_of_where_they_were_not_fitted() -> None:
     nearest = [effect.effect for effect in nearest_effects(verdicts.unknown())]
     assert nearest == ["contact.viscous_loss", "contact.plastic_yield"]
     assert held_out_fraction(verdicts.gun()) == 0.97
     assert held_out_fraction(verdicts.verdict()) == 0.94
     assert held_out_fraction(verdicts.verdict(shrinkage=())) is None
-
-
-def test_unexplained_share_alone_is_told() -> None:
     told = summary(verdicts.gun(effects=verdicts.gun().effects[:1], unexplained=Unexplained(0.39, (0.3, 0.5))))
     assert told.count("39 % (30 to 50 %) remains unexplained") == 1

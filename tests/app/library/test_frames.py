@@ -18,15 +18,12 @@ def large_store(tmp_path_factory):
         yield store
 
 
-def test_figures_that_no_impact_has_are_numbers_all_the_same(large_store):
+def test_many_impacts_are_those_of_the_listing_and_absent_figures_are_numbers(large_store):
     frame = large_store.impacts()
     numbers = [name for name in frame.columns if frame.attrs["units"].get(name)]
     assert {"peak_acceleration_m_s2", "peak_force_n", "tip_radius_m"} <= set(numbers)
     assert all(frame[name].dtype == "float64" for name in numbers)
     assert frame["peak_acceleration_m_s2"].isna().all()
-
-
-def test_many_impacts_are_those_of_the_listing(large_store):
     frame = large_store.impacts()
     with large_store.store.reading() as session:
         listed = list(iter_impacts(session))
@@ -34,14 +31,11 @@ def test_many_impacts_are_those_of_the_listing(large_store):
         assert frame[name].tolist() == [row[name] for row in listed]
 
 
-def test_a_factor_of_no_impact_that_is_listed_is_an_empty_column(large_store):
+def test_what_is_not_there_has_its_columns(large_store):
     frame = large_store.impacts(where="peak_force_n > 1e12", columns=["id", "tip_material"], sort="tip_radius_m")
     assert frame.empty and list(frame.columns) == ["id", "tip_material"]
     with pytest.raises(ps.NotFoundError, match="no column 'tip_colour'"):
         large_store.impacts(columns=["tip_colour"])
-
-
-def test_no_shots_have_the_columns_of_shots(large_store):
     frame = large_store.shots(columns=["tank_pressure_pa", "predicted_velocity_m_s"])
     assert frame.empty and frame.attrs["units"]["tank_pressure_pa"] == "Pa"
 

@@ -69,13 +69,10 @@ def report(store: ps.ExperimentStore) -> GapDiagnosis:
     return store.diagnose("spring", progress=False)
 
 
-def test_report_is_that_of_the_command_line(store: ps.ExperimentStore, report: GapDiagnosis) -> None:
+def test_report_is_that_of_the_command_line_in_frames_and_is_kept(store: ps.ExperimentStore, report: GapDiagnosis):
     result = pyroshock("diagnose", "spring", "--db", store.url, "--json")
     assert report.to_json() == json.loads(result.stdout)
     assert report.gap == report.to_json()["gap"]
-
-
-def test_parts_are_frames(report: GapDiagnosis) -> None:
     effects = report.effects
     assert effects["effect"].tolist() == ["contact.layer_compliance", "gun.valve_flow"]
     assert list(effects.loc[0, ["probability", "share", "share_low", "share_high"]]) == [0.98, 0.9, 0.8, 0.95]
@@ -89,20 +86,14 @@ def test_parts_are_frames(report: GapDiagnosis) -> None:
     axes = report.plot()
     assert {label.get_text() for label in axes.get_yticklabels()} == set(effects["effect"])
     assert axes.get_xlabel().startswith("share of the squared gap")
-
-
-def test_fraction_without_a_path_is_that_of_the_cause() -> None:
-    assert GapDiagnosis(verdicts.verdict()).fraction == 0.94
-    assert GapDiagnosis(verdicts.verdict(shrinkage=())).fraction is None
-
-
-def test_diagnosis_is_kept_and_read_back(store: ps.ExperimentStore, report: GapDiagnosis) -> None:
     table = store.diagnoses(campaign="spring")
     assert table["id"].tolist() == [report.number] and not table["restricted"].any()
     assert report.number is not None
     assert store.diagnosis(report.number).to_json() == report.to_json()
     with pytest.raises(ps.NotFoundError, match="no diagnosis 99"):
         store.diagnosis(99)
+    assert GapDiagnosis(verdicts.verdict()).fraction == 0.94
+    assert GapDiagnosis(verdicts.verdict(shrinkage=())).fraction is None
 
 
 def test_diagnosed_effect_acts_in_the_twin(store: ps.ExperimentStore, report: GapDiagnosis) -> None:

@@ -61,9 +61,6 @@ def test_twin_without_a_store_is_that_of_the_command_line() -> None:
     twin = ps.shipped_twin(frequencies=LINES, effects="plate.damping:factor=2")
     found = twin.predict(velocity="8 m/s", tip="delrin", draws=FEW).to_json()
     assert found == printed("--velocity", "8m/s", "--tip", "delrin", "--effect", "plate.damping:factor=2")
-
-
-def test_coupled_twin_at_given_places_is_that_of_the_command_line() -> None:
     twin = ps.shipped_twin(frequencies=LINES, contact="hertz", coupled=True, sensors=[(0.3, 0.3), (0.6, 0.3)], q=25)
     words = ("--contact", "hertz", "--coupled", "--sensor-at", "0.3,0.3", "--sensor-at", "0.6,0.3", "--q", "25")
     shot = twin.predict(velocity=2.0, draws=FEW)
@@ -72,7 +69,7 @@ def test_coupled_twin_at_given_places_is_that_of_the_command_line() -> None:
         shot.srs["roof"]
 
 
-def test_numbers_have_bands_and_units(shot: ShotPrediction) -> None:
+def test_numbers_and_series_have_bands_and_units(shot: ShotPrediction) -> None:
     units = {"velocity": "m/s", "peak_force": "N", "contact_time": "s", "compression_time": "s", "impulse": "N s"}
     for series in (shot.force, *shot.srs.values(), *shot.acceleration.values()):
         assert np.all(series.lower <= series.upper)
@@ -83,9 +80,6 @@ def test_numbers_have_bands_and_units(shot: ShotPrediction) -> None:
         assert unit in repr(number)
     frame = shot.to_frame()
     assert list(frame.loc["velocity", ["mean", "unit"]]) == [float(shot.velocity), "m/s"]
-
-
-def test_series_are_frames_with_units(shot: ShotPrediction) -> None:
     told = shot.to_json()
     frame = shot.srs["acceleration_1"].to_frame()
     assert frame["mean"].tolist() == told["srs"]["acceleration_1"]["mean"]
@@ -98,7 +92,7 @@ def test_series_are_frames_with_units(shot: ShotPrediction) -> None:
     np.testing.assert_array_equal(shot.srs.mean, frame["mean"])
 
 
-def test_plots_name_their_axes_with_units(shot: ShotPrediction) -> None:
+def test_plots_name_their_axes_and_draw_on_given_ones(shot: ShotPrediction) -> None:
     spectrum, force = shot.srs.plot(), shot.force.plot()
     assert (spectrum.get_xscale(), spectrum.get_yscale()) == ("log", "log")
     assert spectrum.get_xlabel() == "frequency (Hz)" and spectrum.get_ylabel() == "maximax SRS (m/s2)"
@@ -106,9 +100,6 @@ def test_plots_name_their_axes_with_units(shot: ShotPrediction) -> None:
     assert force.get_xlabel() == "time (s)" and force.get_ylabel() == "force (N)"
     panel = shot.plot()
     assert [axes.get_ylabel().rpartition(" ")[2] for axes in panel] == ["(kN)", "(m/s2)", "(m/s2)"]
-
-
-def test_axes_that_are_given_are_drawn_on(shot: ShotPrediction) -> None:
     import matplotlib.pyplot as plt
 
     axes = plt.figure().subplots()
@@ -117,17 +108,19 @@ def test_axes_that_are_given_are_drawn_on(shot: ShotPrediction) -> None:
     assert len(plt.get_fignums()) == count
 
 
-def test_notebook_shows_numbers_and_what_they_rest_on(twin: LaboratoryTwin, shot: ShotPrediction) -> None:
+def test_notebook_shows_what_numbers_rest_on_and_what_lies_beyond_and_effects_are_added(twin, shot):
     assert "peak force" in shot._repr_html_() and shot.rests_on in shot._repr_html_()
     assert "first-shots" in twin._repr_html_() and twin.models["contact"] in twin._repr_html_()
     assert twin.rests_on == shot.rests_on
-
-
-def test_shot_beyond_the_measured_ones_is_told(twin: LaboratoryTwin) -> None:
     found = twin.predict(tank_pressure="7 bar", bullet_mass="0.5 kg", draws=FEW)
     row = found.extrapolation.set_index("quantity").loc["tank_pressure_pa"]
     assert row["asked"] == 7e5 and row["high"] < 7e5
     assert any("Tank pressure 7 bar is beyond" in line for line in found.warnings)
+    nominal = twin.predict(velocity=8.0, draws=0)
+    damped = twin.with_effects("plate.damping:factor=10")
+    twice = damped.with_effects(["plate.damping:factor=2"])
+    assert damped.predict(velocity=8.0, draws=0).srs.mean.sum() < nominal.srs.mean.sum()
+    assert [effect.as_json()["factor"] for effect in twice.request.effects] == [2.0]
 
 
 ROWS = pd.DataFrame(
@@ -166,14 +159,6 @@ def test_table_of_runs_is_predicted_as_the_command_line_predicts_it(url: str, tw
     assert "no column tip_material: steel" in found.attrs["notes"]
     in_si = pd.DataFrame({"tank_pressure_pa": [5e4, 1e5], "bullet_mass_kg": [0.5, 1.0], "tip_radius_m": 0.045})
     assert (twin.predict_many(in_si, draws=FEW, progress=False)[columns] == found[columns]).all(axis=None)
-
-
-def test_effect_is_added_and_replaced(twin: LaboratoryTwin) -> None:
-    nominal = twin.predict(velocity=8.0, draws=0)
-    damped = twin.with_effects("plate.damping:factor=10")
-    twice = damped.with_effects(["plate.damping:factor=2"])
-    assert damped.predict(velocity=8.0, draws=0).srs.mean.sum() < nominal.srs.mean.sum()
-    assert [effect.as_json()["factor"] for effect in twice.request.effects] == [2.0]
 
 
 @pytest.mark.parametrize(
@@ -224,13 +209,9 @@ def test_error_of_a_table_names_row_and_column(
     assert message in str(caught.value)
 
 
-def test_commands_keep_their_options() -> None:
+def test_commands_keep_their_options_and_no_public_name_is_a_package() -> None:
     text = "give --tank-pressure, or --impact-at; else: pyroshock promote hybrid@3 --force"
     assert argument_names(text) == "give tank_pressure, or impact_points; else: pyroshock promote hybrid@3 --force"
-
-
-def test_no_public_name_is_a_package() -> None:
-    """`import pyroshock.twin` would put the package in the place of a function `twin`."""
     root = Path(ps.__file__).parent
     assert not [name for name in ps.__all__ if (root / name).is_dir() or (root / f"{name}.py").is_file()]
 

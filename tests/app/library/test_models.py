@@ -35,7 +35,7 @@ def _printed(store, *words):
     return json.loads(result.stdout)
 
 
-def test_trained_models_are_those_of_the_command_line(lab):
+def test_trained_models_are_those_of_the_command_line_and_are_trained_once(lab):
     store, _, runs = lab
     assert runs.labels == ["linear@1", "reed@1"] and runs.trained == 2
     frame = runs.to_frame().set_index("model")
@@ -46,33 +46,18 @@ def test_trained_models_are_those_of_the_command_line(lab):
     axes = runs.plot()
     assert [tick.get_text() for tick in axes.get_yticklabels()][-1].startswith(frame["force_nrmse"].idxmin())
     assert "linear@1" in runs._repr_html_()
+    store, data, _ = lab
+    again = store.train(data, models="linear", splits=["repetitions"], progress=False)
+    assert again.trained == 0 and again.labels == ["linear@1"]
 
 
-def test_a_dataset_has_what_physical_models_need_of_the_bench(lab):
+def test_a_model_predicts_the_pulses_of_a_frame_with_what_the_bench_says(lab):
     _, data, _ = lab
     frame = data.to_frame()
     table = data.snapshot.table
     for name in ("impactor_mass_kg", "plate_thickness_m"):
         np.testing.assert_array_equal(frame[name], getattr(table, name))
         assert frame.attrs["units"][name] == name.rpartition("_")[2]
-
-
-def test_a_second_training_finds_what_is_registered(lab):
-    store, data, _ = lab
-    again = store.train(data, models="linear", splits=["repetitions"], progress=False)
-    assert again.trained == 0 and again.labels == ["linear@1"]
-
-
-def test_a_comparison_says_what_the_command_says(lab):
-    store, _, runs = lab
-    comparison = store.compare(*runs.labels)
-    (verdict,) = (row["verdict"] for row in _printed(store, "compare", *runs.labels) if "verdict" in row)
-    assert comparison.sentences[0] == verdict
-    assert set(comparison.to_frame()["model"]) == set(runs.labels)
-    assert comparison.plot().get_xlabel().startswith("force_nrmse of")
-
-
-def test_a_model_predicts_the_pulses_of_a_frame(lab):
     store, data, _ = lab
     frame = data.to_frame().set_index("key")
     pulses = store.model("linear@1").predict(frame)
@@ -84,13 +69,19 @@ def test_a_model_predicts_the_pulses_of_a_frame(lab):
     np.testing.assert_array_equal(predicted["force_spread_20_n"], direct.force_spread_n[:, 19])
     assert [bool(sentence) for sentence in predicted["extrapolation"]] == [bool(each) for each in answer.outside]
     assert len(pulses.plot().get_lines()) == len(frame)
-
-
-def test_beyond_what_was_learned_a_sentence_says_so(lab):
     store, data, _ = lab
     frame = data.to_frame().head(1).assign(impact_velocity_m_s=50.0)
     (sentence,) = store.model("linear@1").predict(frame).extrapolation
     assert sentence.startswith("impact_velocity = 50 lies beyond")
+
+
+def test_a_comparison_says_what_the_command_says(lab):
+    store, _, runs = lab
+    comparison = store.compare(*runs.labels)
+    (verdict,) = (row["verdict"] for row in _printed(store, "compare", *runs.labels) if "verdict" in row)
+    assert comparison.sentences[0] == verdict
+    assert set(comparison.to_frame()["model"]) == set(runs.labels)
+    assert comparison.plot().get_xlabel().startswith("force_nrmse of")
 
 
 @pytest.mark.parametrize(

@@ -13,30 +13,24 @@ import pytest
 _HEAVY = {"numpy", "pandas", "scipy", "sqlalchemy", "torch", "mlflow", "matplotlib", "sklearn", "click"}
 
 
-def test_every_public_name_is_there_and_listed():
+def test_every_public_name_is_there_and_errors_are_what_python_users_expect():
     assert set(ps.__all__) == {*ps._PUBLIC, "__version__"}
     for name in ps.__all__:
         assert getattr(ps, name).__doc__
         assert name in dir(ps)
-
-
-def test_an_unknown_name_is_an_attribute_error():
     with pytest.raises(AttributeError, match="no attribute 'opne'"):
         ps.opne  # noqa: B018
+    assert issubclass(ps.InvalidValueError, ValueError)
+    assert issubclass(ps.NotFoundError, LookupError)
+    assert issubclass(ps.StorageError, OSError)
+    kinds = (ps.InvalidValueError, ps.NotFoundError, ps.StorageError)
+    assert all(issubclass(kind, ps.PyroshockError) for kind in kinds)
 
 
 def test_the_import_alone_loads_nothing_heavy():
     code = "import sys, pyroshock; print(*sorted(name for name in sys.modules if '.' not in name))"
     printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert not _HEAVY & set(printed)
-
-
-def test_errors_are_what_python_users_expect():
-    assert issubclass(ps.InvalidValueError, ValueError)
-    assert issubclass(ps.NotFoundError, LookupError)
-    assert issubclass(ps.StorageError, OSError)
-    kinds = (ps.InvalidValueError, ps.NotFoundError, ps.StorageError)
-    assert all(issubclass(kind, ps.PyroshockError) for kind in kinds)
 
 
 @pytest.mark.slow

@@ -29,25 +29,19 @@ def test_the_same_as_pyyeti(record):
     assert ours.index.name == "frequency_hz"
 
 
-def test_the_index_of_a_series_is_its_time(record):
+def test_a_series_has_its_time_and_unit_and_a_frame_a_column_for_each_record(record):
     pd.testing.assert_series_equal(
         ps.srs(record), ps.srs(record.to_numpy(), RATE), check_names=False, check_index=True, rtol=1e-9
     )
     assert ps.srs(record).name == "a1"
-
-
-def test_a_frame_gives_a_column_for_each_record(record):
     frame = pd.DataFrame({"x": record, "y": 2 * record})
     spectra = ps.srs(frame, frequencies="200:3200:3")
     assert list(spectra.columns) == ["x", "y"]
     np.testing.assert_allclose(spectra["y"], 2 * spectra["x"])
     np.testing.assert_allclose(spectra["x"], ps.srs(record, frequencies="200:3200:3"))
-
-
-def test_the_unit_goes_along(record):
-    record = record.copy()
-    record.attrs["unit"] = "m/s2"
-    assert ps.srs(record).attrs["unit"] == "m/s2"
+    with_unit = record.copy()
+    with_unit.attrs["unit"] = "m/s2"
+    assert ps.srs(with_unit).attrs["unit"] == "m/s2"
     assert ps.srs(record, damping_ratio=0.05).attrs["q"] == pytest.approx(10)
 
 

@@ -55,14 +55,11 @@ def _assert_same_rows(frame, printed):
         assert all(pd.isna(row[name]) for name in set(frame.columns) - set(wanted))
 
 
-def test_columns_units_sorting_and_limit(lab):
+def test_frames_have_chosen_columns_units_and_order(lab):
     frame = lab.impacts(columns=["id", "peak_force_n", "tip_radius_m"], sort="-peak_force_n", limit=3)
     assert list(frame.columns) == ["id", "peak_force_n", "tip_radius_m"]
     assert frame.attrs["units"] == {"peak_force_n": "N", "tip_radius_m": "m"}
     assert list(frame["peak_force_n"]) == sorted(lab.impacts()["peak_force_n"], reverse=True)[:3]
-
-
-def test_campaigns_and_the_store_itself(lab):
     frame = lab.campaigns()
     assert list(frame["name"]) == ["spring"] and list(frame["impacts"]) == [4 * HITS]
     assert "lab.db" in repr(lab) and "spring" in lab._repr_html_()
@@ -103,9 +100,6 @@ def test_a_pulse_has_the_figures_of_the_listing(lab):
     axes = pulse.plot()
     assert "(ms)" in axes.get_xlabel() and "(kN)" in axes.get_ylabel()
     assert "peak_force_n" in pulse._repr_html_()
-
-
-def test_an_impact_that_is_not_there(lab):
     with pytest.raises(ps.NotFoundError, match="no impact 999"):
         lab.pulse(999)
     with pytest.raises(ps.NotFoundError, match="no impact 999"):
@@ -128,7 +122,7 @@ def test_a_slice_reads_its_own_chunks_only(lab, monkeypatch):
     assert sum(decoded) <= 100 + series.SHORTEST_CHUNK < len(whole) or len(decoded) == 1
 
 
-def test_a_window_of_times(lab):
+def test_channels_by_name_and_windows_of_times(lab):
     channel = lab.recording(1)["force"]
     part = channel.between(channel.time_s[10], channel.time_s[20])
     assert len(part) == 11 and part.index.name == "time_s" and part.attrs["unit"] == "N"
@@ -137,15 +131,6 @@ def test_a_window_of_times(lab):
     assert channel.between(-2e6, -1e6).empty
     with pytest.raises(ps.InvalidValueError, match="rising order"):
         channel.between(1.0, 0.5)
-
-
-@pytest.mark.parametrize("samples", [5, slice(0, 10, 2), "force"])
-def test_only_slices_without_a_step(lab, samples):
-    with pytest.raises(ps.InvalidValueError, match="expected a slice"):
-        lab.recording(1)["force"][samples]
-
-
-def test_channels_by_name(lab):
     recording = lab.recording(1)
     assert list(recording) == ["force"] and recording.to_frame().iloc[0]["unit"] == "N"
     with pytest.raises(ps.NotFoundError, match=r"no channel 'strain'.*there are: force"):
@@ -153,6 +138,12 @@ def test_channels_by_name(lab):
     with pytest.raises(ps.InvalidValueError, match="channel of force; a spectrum needs an acceleration"):
         recording["force"].srs()
     assert recording.plot()[-1].get_xlabel() == "time (ms)"
+
+
+@pytest.mark.parametrize("samples", [5, slice(0, 10, 2), "force"])
+def test_only_slices_without_a_step(lab, samples):
+    with pytest.raises(ps.InvalidValueError, match="expected a slice"):
+        lab.recording(1)["force"][samples]
 
 
 @pytest.mark.parametrize(

@@ -56,7 +56,7 @@ def discard(url):
     done(url, "runs", "discard", HAMMER, FIRST, "--reason", REASON)
 
 
-def test_list_of_datasets_tells_what_was_withdrawn(care_store):
+def test_list_of_datasets_tells_what_was_withdrawn_and_more_than_that_is_damage(care_store):
     assert json.loads(done(care_store, "dataset", "--json").stdout)[0]["withdrawn"] == 0
     discard(care_store)
     output = done(care_store, "dataset")
@@ -64,10 +64,6 @@ def test_list_of_datasets_tells_what_was_withdrawn(care_store):
     assert json.loads(done(care_store, "dataset", "--json").stdout)[0]["withdrawn"] == HITS
     shown = done(care_store, "dataset", "show", "small", code=2).stderr
     assert f"pyroshock ingest FOLDER --again {FIRST}" in shown
-
-
-def test_dataset_that_lost_more_than_a_tombstone_explains_is_damage(care_store):
-    discard(care_store)
     sound(care_store)
     execute(care_store, "DELETE FROM snapshot_pulses WHERE pulse_id = (SELECT max(pulse_id) FROM snapshot_pulses)")
     assert done(care_store, "db", "check", code=1).stdout.startswith("datasets: dataset small: ")
@@ -131,19 +127,24 @@ def names(url):
     return {row["name"] for row in json.loads(run(url, "--json").stdout)}
 
 
-def test_deleted_campaign_is_gone_and_nothing_else(care_store):
-    before = counts(care_store)
-    stone = deleted(care_store)
-    after = counts(care_store)
-    assert names(care_store) == {GUN, OTHER}
-    assert {table: stone["counts"][table] for table in ROWS} == ROWS
-    gone = {table: before[table] - after[table] for table in before if before[table] != after[table]}
-    assert {table: number for table, number in gone.items() if number > 0} == stone["counts"]
-    assert {table: number for table, number in gone.items() if number < 0} == {"tombstones": -1, "provenance": -1}
-    assert all(before[table] == after[table] for table in (*SHARED, "dataset_snapshots", "shots"))
+@pytest.mark.slow
+def test_models_of_its_datasets_are_named_and_stay(care_copy):
+    assert pyroshock("train", "small", "--models", "hann", "--db", care_copy).exit_code == 0
+    registered = json.loads(pyroshock("models", "--json", "--db", care_copy).stdout)
+    labels = {f"{row['model']}@{row['version']}" for row in registered}
+    stone = deleted(care_copy)
+    assert {model["model"] for model in stone["stood_on"]["models"]} == labels
+    assert {model["dataset"] for model in stone["stood_on"]["models"]} == {"small"}
+    sound(care_copy)
+    assert len(json.loads(pyroshock("models", "--json", "--db", care_copy).stdout)) == len(registered) > 0
 
 
-def test_tombstone_names_what_stood_on_it_and_the_store_is_sound(care_store):
+def test_deleted_campaign_alone_is_gone_and_its_tombstone_names_what_stood_on_it(care_store):
+    whole, before = content(care_store), counts(care_store)
+    result = run(care_store, "delete", HAMMER, "--reason", REASON, "--dry-run")
+    assert "dry run, nothing is deleted; would delete" in result.stderr
+    assert "stood on it: dataset small (10 pulses" in result.stderr
+    assert (content(care_store), counts(care_store)) == (whole, before)
     with opened(care_store) as store:
         digest = read_snapshot(store, "small").hash
     stone = deleted(care_store)
@@ -157,35 +158,18 @@ def test_tombstone_names_what_stood_on_it_and_the_store_is_sound(care_store):
     assert f"dataset 'small' (hash {digest[:12]}) stood on campaign 'spring', which was deleted" in sound(care_store)
     shown = done(care_store, "dataset", "show", "small", code=2).stderr
     assert REASON in shown and stone["content_hash"][:12] in shown
-
-
-def test_report_of_a_diagnosis_is_kept_in_the_tombstone(care_store):
-    deleted(care_store)
+    after = counts(care_store)
+    assert names(care_store) == {GUN, OTHER}
+    assert {table: stone["counts"][table] for table in ROWS} == ROWS
+    gone = {table: before[table] - after[table] for table in before if before[table] != after[table]}
+    assert {table: number for table, number in gone.items() if number > 0} == stone["counts"]
+    assert {table: number for table, number in gone.items() if number < 0} == {"tombstones": -1, "provenance": -1}
+    assert all(before[table] == after[table] for table in (*SHARED, "dataset_snapshots", "shots"))
     with opened(care_store) as store, store.reading() as session:
         assert session.scalars(select(Diagnosis)).all() == []
         text = session.connection().exec_driver_sql("SELECT stood_on FROM tombstones WHERE id = 2").scalar_one()
     kept = json.loads(text) if isinstance(text, str) else text
     assert kept["diagnoses"][0]["report"]["causes"][0]["effects"] == ["none"]
-
-
-@pytest.mark.slow
-def test_models_of_its_datasets_are_named_and_stay(care_copy):
-    assert pyroshock("train", "small", "--models", "hann", "--db", care_copy).exit_code == 0
-    registered = json.loads(pyroshock("models", "--json", "--db", care_copy).stdout)
-    labels = {f"{row['model']}@{row['version']}" for row in registered}
-    stone = deleted(care_copy)
-    assert {model["model"] for model in stone["stood_on"]["models"]} == labels
-    assert {model["dataset"] for model in stone["stood_on"]["models"]} == {"small"}
-    sound(care_copy)
-    assert len(json.loads(pyroshock("models", "--json", "--db", care_copy).stdout)) == len(registered) > 0
-
-
-def test_dry_run_deletes_nothing(care_store):
-    before, rows = content(care_store), counts(care_store)
-    result = run(care_store, "delete", HAMMER, "--reason", REASON, "--dry-run")
-    assert "dry run, nothing is deleted; would delete" in result.stderr
-    assert "stood on it: dataset small (10 pulses" in result.stderr
-    assert (content(care_store), counts(care_store)) == (before, rows)
 
 
 def test_refused_without_a_reason_or_a_campaign(care_copy):
@@ -462,7 +446,12 @@ def hammer(request, ingested_hammer, tmp_path):
         yield url, folder
 
 
-def test_discarded_recording_goes_with_its_hits_and_all_else_stays(care_store):
+def test_discarded_recording_goes_with_its_hits_and_a_dry_run_changes_nothing(care_store):
+    before = content(care_store)
+    output = done(care_store, "runs", "discard", HAMMER, FIRST, "--reason", REASON, "--dry-run").stderr
+    assert "dry run, nothing is deleted; would delete" in output
+    assert f"stood on it: dataset small ({HITS} pulses" in output
+    assert content(care_store) == before
     before = counts(care_store)
     stone = discarded(care_store, HAMMER, FIRST)
     after = counts(care_store)
@@ -473,14 +462,6 @@ def test_discarded_recording_goes_with_its_hits_and_all_else_stays(care_store):
     assert stone["stood_on"]["reopened"] == [{"plan": HAMMER, "run": 1}]
     assert [dataset["pulses"] for dataset in stone["stood_on"]["datasets"]] == [HITS]
     assert "dataset 'small'" in sound(care_store)
-
-
-def test_dry_run_names_what_would_go_and_changes_nothing(care_store):
-    before = content(care_store)
-    output = done(care_store, "runs", "discard", HAMMER, FIRST, "--reason", REASON, "--dry-run").stderr
-    assert "dry run, nothing is deleted; would delete" in output
-    assert f"stood on it: dataset small ({HITS} pulses" in output
-    assert content(care_store) == before
 
 
 def test_ingest_of_the_same_folder_does_not_bring_it_back(hammer):

@@ -101,7 +101,7 @@ def told(found: Document) -> str:
     return " ".join(block.text for block in blocks if isinstance(block, Paragraph))
 
 
-def test_coverage_counts_runs_by_state(planned: str) -> None:
+def test_runs_and_levels_are_counted_by_state(planned: str) -> None:
     with opened(planned) as store:
         found = document(store, "spring")
         with store.reading() as session:
@@ -111,9 +111,6 @@ def test_coverage_counts_runs_by_state(planned: str) -> None:
     assert list(row) == ["spring", "lhs", RUNS, FIRED, 1, 1, FIRED * REPETITIONS, (RUNS - 1) * REPETITIONS]
     assert found.facts["Planned runs"] == "4 done, 1 to do, 1 discarded"
     assert tables(found)["Discarded from plan spring."].rows == [[RUNS, "the anvil <b>broke</b>"]]
-
-
-def test_every_level_of_the_plan_has_its_row(planned: str) -> None:
     with opened(planned) as store, store.reading() as session:
         plan = read_plan(session, "spring")
     counts = level_counts(plan)
@@ -173,7 +170,7 @@ def test_shots_are_told_beside_the_model(planned: str) -> None:
     assert sum(int(row[2]) for row in by_setting.rows) == len(shots)
 
 
-def test_pulses_are_grouped_by_configuration(hits: Store) -> None:
+def test_pulses_are_grouped_by_configuration_and_the_report_is_written_both_ways(hits: Store) -> None:
     with hits.reading() as session:
         pulses = pulses_of(session, "hits")
         rows = list(iter_impacts(session, "hits"))
@@ -194,6 +191,11 @@ def test_pulses_are_grouped_by_configuration(hits: Store) -> None:
     cells = dict(zip(found.columns, found.rows[0], strict=True))
     # 0.61 to 0.65 m/s in the first run, in steps of 0.01
     assert (cells["impact velocity (m/s)"], cells["tip radius (mm)"]) == ("0.630 ± 0.016", 30)
+    report = document(hits, "hits")
+    assert needs_nothing(Page(html_of(report)))
+    assert pdf_of(report) == pdf_of(document(hits, "hits"))
+    with pytest.raises(LookupError, match="known: hits"):
+        document(hits, "autumn")
 
 
 def test_rejected_pulses_and_recordings_set_aside_are_told(hits: Store) -> None:
@@ -243,11 +245,3 @@ def test_empty_campaign_has_a_report_too(tmp_path: Path) -> None:
         "Design coverage", "Achieved against planned settings", "Quality"
     ]  # fmt: skip
     assert pdf_of(found).startswith(b"%PDF")
-
-
-def test_whole_report_is_written_both_ways(hits: Store) -> None:
-    report = document(hits, "hits")
-    assert needs_nothing(Page(html_of(report)))
-    assert pdf_of(report) == pdf_of(document(hits, "hits"))
-    with pytest.raises(LookupError, match="known: hits"):
-        document(hits, "autumn")

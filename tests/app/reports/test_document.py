@@ -59,21 +59,15 @@ def document(word: str = "spring", rows: int = 3) -> Document:
     )
 
 
-def test_page_is_whole_in_itself_and_the_same_report_gives_the_same_bytes() -> None:
+def test_page_and_paper_hold_every_part_and_words_are_never_markup() -> None:
     assert needs_nothing(Page(html_of(document())))
     assert html_of(document()) == html_of(document())
     assert pdf_of(document()) == pdf_of(document())
-
-
-def test_both_hold_every_part() -> None:
     page, paper = Page(html_of(document())).text, pdf_text(pdf_of(document()))
     for part in ("spring", "lead of spring", "Operator", "said of spring", "first of spring", "nothing here",
                  "No rows.", "93 %", "pulse of spring", "time (ms)", "brass"):  # fmt: skip
         for text in (page, paper):
             assert part in text.replace("\xa0", " "), part
-
-
-def test_words_are_never_markup() -> None:
     page = html_of(document(HOSTILE))
     assert "<script" not in page and "<b>" not in page
     assert "\x00" not in page and "\x1b" not in page
@@ -81,13 +75,10 @@ def test_words_are_never_markup() -> None:
     assert "<script>alert" in pdf_text(pdf_of(document(HOSTILE))).replace(" ", "")
 
 
-def test_pdf_is_of_its_own_date_and_name() -> None:
+def test_pdf_has_its_date_its_letters_and_long_tables() -> None:
     found = pdf_of(document())
     assert b"/CreationDate (D:20260302000000Z)" in found
     assert b"/Title (Campaign: spring)" in found
-
-
-def test_pdf_brings_letters_beyond_latin() -> None:
     pdf = pdf_of(document("Δv = 5.6 ± 0.1 m/s, ε ≤ 3 σ"))
     assert pdf.count(b"/FontFile2") == 2  # regular and bold are inside
     from pyroshock.app.documents.pdf_sheet import fonts
@@ -95,9 +86,6 @@ def test_pdf_brings_letters_beyond_latin() -> None:
 
     letters = pdfmetrics.getFont(fonts()[0]).face.charToGlyph
     assert {ord(letter) for letter in "Δε≤σ±–■●○━╌•"} <= set(letters)
-
-
-def test_long_tables_go_on_over_pages_with_their_headings() -> None:
     pdf = pdf_of(document(rows=200))
     assert pages(pdf) > 3
     assert pdf_text(pdf).count("name") >= pages(pdf) - 2

@@ -15,23 +15,17 @@ from support.records import verdicts
 # --- settings and figures are told in the units of the bench --------------------------------------------------------
 
 
-def test_known_factors_are_told_in_the_units_of_their_columns() -> None:
+def test_factors_are_told_in_their_units_and_means_with_their_spread() -> None:
     assert setting("tip_radius_m").heading == "tip radius (mm)"
     assert setting("tip_radius_m").words(0.045) == "45 mm"
     assert setting("tank_pressure_pa").cell(38080.0) == 0.3808
     assert column_heading("tank_pressure_bar") == "tank pressure (bar)"
     assert (force_unit(999.0), force_unit(1000.0)) == (("N", 1.0), ("kN", 1e-3))
-
-
-def test_free_factors_keep_their_names_and_missing_layers_are_named() -> None:
     assert setting("paint_job").named("green") == "paint job green"
     assert column_heading("paint_job") == "paint job"
     assert settings_words({"insulator": "none", "tip_material": "steel"}) == "no insulator, steel"
     assert setting("insulator").named("none") == "no insulator"
     assert settings_words({}) == "all alike"
-
-
-def test_mean_and_spread() -> None:
     texts = {(5.5, 5.6, 5.7): "5.60 ± 0.10", (5.6,): "5.6", (5.6, 5.6): "5.6", (1000.0, 1200.0): "1100 ± 141"}
     texts |= {(np.nan, 2.0): "2", (np.nan,): None, (): None}
     assert [mean_and_spread(np.array(values, dtype=np.float64)) for values in texts] == list(texts.values())
@@ -50,7 +44,7 @@ def test_mean_is_told_to_a_tenth_of_the_spread(values: list[float]) -> None:
 # --- sentences of a diagnosis say what it found, and no more --------------------------------------------------------
 
 
-def test_shrinkage_and_places_are_told() -> None:
+def test_shrinkage_places_shares_and_ranges_are_told() -> None:
     sentence = shrinkage_line(verdicts.gun().shrinkage[0])
     assert sentence.endswith(
         "97 % (95 to 98 %) of the error above the noise disappears. With a learned correction of the "
@@ -61,15 +55,7 @@ def test_shrinkage_and_places_are_told() -> None:
     lines = list(where_lines(verdicts.verdict().where))
     assert len(lines) == 6
     assert lines[-1].startswith("peak force of the contact falls")
-
-
-@pytest.mark.parametrize("identity", list(catalogue()))
-def test_every_effect_has_a_title(identity: str) -> None:
-    assert effect_title(identity).startswith(f"{identity}: ")
-
-
-def test_shares_numbers_ranges_and_lists() -> None:
-    """Near certainty is not certainty, and what is no number is a dash."""
+    # Near certainty is not certainty, and what is no number is a dash.
     shares = {1.0: "100 %", 0.999: "> 99 %", 0.93: "93 %", 0.001: "< 1 %", 0.0: "0 %"}
     assert {share: percent(share) for share in shares} == shares
     numbers = {4000.0: "4000", 0.0123456: "0.0123", 2.9e7: "2.9e+07", 3.4e-8: "3.4e-08"}
@@ -80,3 +66,8 @@ def test_shares_numbers_ranges_and_lists() -> None:
     assert join_words(["a", "b"], "or") == "a or b"
     assert (number(float("nan")), percent(float("nan")), percent(float("inf"))) == ("–", "–", "–")
     assert percent_range(float("nan"), 0.3) == "interval not known"
+
+
+@pytest.mark.parametrize("identity", list(catalogue()))
+def test_every_effect_has_a_title(identity: str) -> None:
+    assert effect_title(identity).startswith(f"{identity}: ")

@@ -84,13 +84,11 @@ def test_every_configuration_is_left_out_once_few_ones_one_by_one() -> None:
     assert (number, made, len(draws)) == (0, [[4]], 2)
 
 
-def test_shots_have_random_numbers_of_their_own() -> None:
+def test_shots_have_random_numbers_of_their_own_or_a_reason() -> None:
     _, _, draws = folds_of(shots_of([1, 1, 2]))
     ratio = draws[0].peak_force_n / draws[1].peak_force_n
     assert np.ptp(ratio) > 0.1
 
-
-def test_shot_that_cannot_be_predicted_is_named() -> None:
     def twin_without(configurations: Sequence[int], plate: str) -> Any:
         if 1 in configurations:
             raise ValueError("the bullet does not leave the barrel")
@@ -170,7 +168,7 @@ def contact_of(store: Any, db: str) -> RegisteredContact:
     return contact
 
 
-def test_model_is_refitted_without_configurations(with_model: str) -> None:
+def test_model_is_refitted_without_configurations_and_the_output_says_so(with_model: str) -> None:
     with opened(with_model) as store:
         contact = contact_of(store, with_model)
         table = read_snapshot(store, "pulses").table
@@ -186,6 +184,9 @@ def test_model_is_refitted_without_configurations(with_model: str) -> None:
     found = refitted.registered.model.predict(table.inputs)
     np.testing.assert_allclose(found.force_n, expected.force_n)
     assert not np.allclose(found.force_n, contact.registered.model.predict(table.inputs).force_n)
+    with opened(with_model) as store:
+        validation = run_validation(store, with_model, ValidationRequest("spring", contact="linear@1"))
+    assert "models:/linear/1 was refitted without the configurations of each fold" in validation.seen
 
 
 def test_model_that_had_not_seen_them_stays_and_one_without_its_pulses_is_called_seen(
@@ -199,9 +200,3 @@ def test_model_that_had_not_seen_them_stays_and_one_without_its_pulses_is_called
         assert UnseenContact(store, with_model, contact).without([]) == (contact, NOTHING)
         monkeypatch.setattr("pyroshock.app.validate.validation.read_snapshot", gone)
         assert UnseenContact(store, with_model, contact).without([1]) == (contact, SEEN)
-
-
-def test_output_says_what_model_had_seen(with_model: str) -> None:
-    with opened(with_model) as store:
-        validation = run_validation(store, with_model, ValidationRequest("spring", contact="linear@1"))
-    assert "models:/linear/1 was refitted without the configurations of each fold" in validation.seen

@@ -60,7 +60,7 @@ def test_conditions_are_those_of_the_command_line(filled: Lab, where: str) -> No
     assert 0 < len(rows) < IMPACTS
 
 
-def test_a_prediction_is_that_of_the_command_line(filled: Lab) -> None:
+def test_a_prediction_is_that_of_the_command_line_by_query_and_body(filled: Lab) -> None:
     words = ("--tank-pressure", "5bar", "--bullet-mass", "0.2kg", "--tip", "aluminum", "--contact", "hertz")
     ours = filled.client.get(
         "/api/predict",
@@ -69,9 +69,6 @@ def test_a_prediction_is_that_of_the_command_line(filled: Lab) -> None:
     assert ours == told(filled, "predict", *words)
     low, high = ours["velocity_m_s"]["ci90"]
     assert 0 < low < ours["velocity_m_s"]["mean"] < high
-
-
-def test_a_body_asks_the_same_as_a_query(filled: Lab) -> None:
     question = {"impact_velocity_m_s": 8.0, "contact": "hertz", "draws": 16, "seed": 3}
     coupled = question | {"coupled": True, "contact": "hertz"}
     assert post_json(filled.client, "/api/predict", coupled).json()["models"]["contact"] == "hertz + modes of the plate"
@@ -80,26 +77,29 @@ def test_a_body_asks_the_same_as_a_query(filled: Lab) -> None:
     )
 
 
-def test_a_diagnosis_takes_the_effects_to_consider(filled: Lab) -> None:
+def test_a_diagnosis_takes_the_effects_to_consider_that_there_are(filled: Lab) -> None:
     question = {"campaign": GUN, "with": ["gun.valve_flow", "gun.blow_by"], "without": ["gun.blow_by"]}
     job = ended(filled.client, post_json(filled.client, "/api/diagnoses", question))
     assert job["label"] == f"Diagnosis of {GUN} with gun.valve_flow, gun.blow_by without gun.blow_by"
     assert (job["state"], job["error"]) == ("done", None)
     assert job["result"]["assumptions"][1] == "The diagnosis does not consider gun.blow_by (--without)."
-
-
-def test_an_effect_that_the_catalogue_does_not_have_is_no_job(filled: Lab) -> None:
     jobs = len(filled.client.get("/api/jobs").json())
     answer = post_json(filled.client, "/api/diagnoses", {"campaign": GUN, "with": ["gun.magic"]})
     assert (answer.status_code, "gun.magic" in answer.json()["detail"]) == (404, True)
     assert len(filled.client.get("/api/jobs").json()) == jobs
 
 
-def test_a_kept_diagnosis_and_a_plan_come_as_they_are_stored(filled: Lab) -> None:
+def test_diagnoses_plans_and_channels_come_as_they_are_stored(filled: Lab) -> None:
     with filled.store.reading() as session:
         assert filled.client.get("/api/diagnoses/1").json() == kept_report(session, 1)
     plan_data = filled.client.get(f"/api/plans/{quote(PLAN, safe='')}").json()
     assert (plan_data["name"], len(plan_data["runs"])) == (PLAN, 4)
+    channel = filled.client.get("/api/impacts/1").json()["signals"][0]
+    whole = filled.client.get(f"/api/channels/{channel['key']}?points=200000").json()
+    assert len(whole["values"]) == channel["samples"]
+    few = filled.client.get(f"/api/channels/{channel['key']}?points=100").json()
+    assert len(few["values"]) <= 200
+    assert max(few["values"]) == max(whole["values"])
 
 
 def test_a_spectrum_of_a_half_sine_is_the_closed_form(filled: Lab) -> None:
@@ -115,15 +115,6 @@ def test_a_spectrum_of_a_half_sine_is_the_closed_form(filled: Lab) -> None:
         assert found[side] == getattr(ours, side).tolist()
     assert found["primary"][0] == pytest.approx(100 * np.pi / 2, rel=0.01)
     assert found["positive"][1] == pytest.approx(100.0, rel=0.05)
-
-
-def test_a_channel_comes_whole_or_decimated(filled: Lab) -> None:
-    channel = filled.client.get("/api/impacts/1").json()["signals"][0]
-    whole = filled.client.get(f"/api/channels/{channel['key']}?points=200000").json()
-    assert len(whole["values"]) == channel["samples"]
-    few = filled.client.get(f"/api/channels/{channel['key']}?points=100").json()
-    assert len(few["values"]) <= 200
-    assert max(few["values"]) == max(whole["values"])
 
 
 def test_the_document_describes_every_route(filled: Lab) -> None:

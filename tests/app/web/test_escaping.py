@@ -225,16 +225,13 @@ def test_charts_take_no_markup_of_a_name(evil: tuple[Any, Any]) -> None:
                 assert "<b" not in each, address
                 assert "<s" not in each, address
     assert found > 0
-
-
-def test_a_json_element_ends_where_it_ends(evil: tuple[Any, Any]) -> None:
     text = evil[0].get(f"/compare?factor={quote(NAME)}").text
     for script in re.findall(r'<script type="application/json"[^>]*>(.*?)</script>', text, re.S):
         json.loads(script)
         assert not set("<>&") & set(script)
 
 
-def test_names_with_slashes_reach_their_routes(evil: tuple[Any, Any]) -> None:
+def test_names_with_slashes_reach_their_routes_and_notes_come_back(evil: tuple[Any, Any]) -> None:
     client, store = evil
     links = checked(client, "/campaigns").links
     assert CAMPAIGN in links and all(link.startswith(("/", "#")) for link in links)
@@ -249,9 +246,6 @@ def test_names_with_slashes_reach_their_routes(evil: tuple[Any, Any]) -> None:
     assert client.get(f"/reports{CAMPAIGN.replace('campaigns', 'campaign')}.pdf").content.startswith(b"%PDF")
     with store.reading() as session:
         assert read_plan(session, NAME).name == NAME
-
-
-def test_notes_and_links_come_back_as_they_were_written(evil: tuple[Any, Any]) -> None:
     client, store = evil
     answer = post(client, f"{PLANNED}/runs/1", {"status": "discarded", "note": NAME})
     assert answer.status_code == 303
@@ -269,7 +263,7 @@ def test_notes_and_links_come_back_as_they_were_written(evil: tuple[Any, Any]) -
 FACED = with_ranges(shipped_factors("gun"), {"tank_pressure_bar": (1, 6), "tip_radius_mm": (30, 60)})
 
 
-def test_a_plan_made_here_may_have_any_name(evil: tuple[Any, Any]) -> None:
+def test_a_plan_made_here_may_have_any_name_and_the_options_of_its_method(evil: tuple[Any, Any]) -> None:
     client, store = evil
     form = {"name": SHORT, "method": "factorial", "kind": "hammer", "factors": FACTORS, "description": NAME}
     answer = post(client, "/plans", form)
@@ -279,10 +273,7 @@ def test_a_plan_made_here_may_have_any_name(evil: tuple[Any, Any]) -> None:
     assert checked(client, job["address"]) and checked(client, "/jobs")
     with store.reading() as session:
         assert session.scalar(select(Plan.description).where(Plan.name == SHORT)) == NAME
-
-
-def test_a_plan_is_made_with_the_options_of_its_method(evil: tuple[Any, Any]) -> None:
-    """Fields of other methods, which the form sends too, are left alone."""
+    # Fields of other methods, which the form sends too, are left alone.
     client, store = evil
     form = {"name": "faced", "method": "central-composite", "central-composite.categorical": "cross", "kind": "gun"}
     form |= {"central-composite.centre": "1", "lhs.criterion": "maximin", "factors": FACED, "repetitions": "1"}

@@ -84,7 +84,7 @@ def test_every_route_that_writes_asks_for_the_token(client: TestClient) -> None:
             assert answer.status_code == 403, (method, address, answer.text)
 
 
-def test_without_the_token_of_the_server_nothing_is_told(guarded: TestClient) -> None:
+def test_without_the_token_of_the_server_nothing_is_told_and_a_browser_keeps_it(guarded: TestClient) -> None:
     for address in ("/jobs", "/api/jobs", "/static/style.css", "/api/openapi.json", "/api/csrf", "/nowhere"):
         answer = guarded.get(address, headers={"host": "lab-server:8000"})
         assert (answer.status_code, "campaign" in answer.text.lower()) == (401, False), address
@@ -92,30 +92,17 @@ def test_without_the_token_of_the_server_nothing_is_told(guarded: TestClient) ->
         assert guarded.get(f"/jobs?token={wrong}").status_code == 401
         assert guarded.get("/jobs", headers={"authorization": f"Bearer {wrong}"}).status_code == 401
     assert guarded.get("/api/jobs", headers={"authorization": f"Bearer {WORD}"}).json() == []
-
-
-def test_a_browser_brings_it_once_and_keeps_a_cookie(guarded: TestClient) -> None:
     answer = guarded.get(f"/ingest?a=1&token={WORD}")
     # the token leaves the address
     assert (answer.status_code, answer.headers["location"]) == (303, "/ingest?a=1")
     assert WORD not in answer.headers["set-cookie"]
     assert "HttpOnly" in answer.headers["set-cookie"]
     assert guarded.get("/ingest").status_code == 200
-
-
-def test_the_way_in_leads_nowhere_else(guarded: TestClient) -> None:
     answer = guarded.get(f"http://127.0.0.1:8000//evil.example/?token={WORD}")
     assert answer.headers["location"] == "/evil.example/"
 
 
-def test_too_much_is_refused_whether_its_length_is_declared_or_not(client: TestClient) -> None:
-    headers = {"X-CSRF-Token": token(client)}
-    assert client.post("/api/jobs/1/stop", content=b"x" * 1_000_001, headers=headers).status_code == 413
-    parts, headers = (b"a" * 100_000 for _ in range(30)), headers | {"content-type": "application/json"}
-    assert client.post("/api/diagnoses", content=parts, headers=headers).status_code == 413
-
-
-def test_pages_carry_the_token_and_may_load_nothing_from_elsewhere(client: TestClient) -> None:
+def test_pages_carry_the_token_and_errors_are_told_in_words(client: TestClient) -> None:
     page = client.get("/ingest")
     assert token_in(page.text) == token(client)
     headers, policy = page.headers, page.headers["content-security-policy"]
@@ -124,15 +111,16 @@ def test_pages_carry_the_token_and_may_load_nothing_from_elsewhere(client: TestC
     assert "script-src" not in policy or "unsafe" not in policy.split("script-src")[1].split(";")[0]
     assert headers["x-content-type-options"] == "nosniff"
     assert headers["cache-control"] == "no-store"
-
-
-def test_an_error_of_the_user_is_told_in_words(client: TestClient) -> None:
     assert client.get("/api/jobs/7").status_code == 404
     assert "no job 7" in client.get("/api/jobs/7").json()["detail"]
     page = client.get("/jobs/7")
     assert page.status_code == 404
     assert "no job 7" in page.text
     assert client.get("/jobs/x").status_code == 422
+    headers = {"X-CSRF-Token": token(client)}
+    assert client.post("/api/jobs/1/stop", content=b"x" * 1_000_001, headers=headers).status_code == 413
+    parts, headers = (b"a" * 100_000 for _ in range(30)), headers | {"content-type": "application/json"}
+    assert client.post("/api/diagnoses", content=parts, headers=headers).status_code == 413
 
 
 def test_a_refused_upload_leaves_the_store_as_it_was(client: TestClient, tmp_path: Path) -> None:

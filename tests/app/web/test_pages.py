@@ -113,12 +113,20 @@ def test_reports_are_saved_as_pdf(filled: Lab, address: str) -> None:
     assert answer.headers["content-disposition"].startswith("attachment")
 
 
-def test_a_sheet_is_saved_as_a_table(filled: Lab) -> None:
+def test_a_sheet_is_saved_as_a_table_and_a_damaged_model_is_marked(filled: Lab) -> None:
     from openpyxl import load_workbook
 
     content = filled.client.get(f"/plans/{AT}/sheet.xlsx").content
     rows = list(load_workbook(io.BytesIO(content)).active.iter_rows(values_only=True))
     assert sum("delrin" in row for row in rows) == 2
+    file = min(filled.folder.rglob("model.json"))
+    mark, kept = '<strong class="bad">damaged</strong>', file.read_bytes()
+    file.write_bytes(b"{}")
+    try:
+        marked = filled.client.get("/models").text.count(mark)
+    finally:
+        file.write_bytes(kept)
+    assert (marked, filled.client.get("/models").text.count(mark)) == (1, 0)
 
 
 @pytest.mark.parametrize(
@@ -233,7 +241,7 @@ def ready(filled: Lab) -> Path:
     return filled.folder / "campaigns"
 
 
-def test_a_folder_is_ingested_by_its_path(filled: Lab, ready: Path) -> None:
+def test_a_folder_is_ingested_by_its_path_and_a_damaged_one_stores_nothing(filled: Lab, ready: Path) -> None:
     folder, before = gun_campaign(ready / "by-path", 2, "by-path"), filled.rows()
     job = done(filled, post(filled.client, "/ingest/path", {"path": "by-path"}))
     added = filled.added(before)
@@ -241,6 +249,13 @@ def test_a_folder_is_ingested_by_its_path(filled: Lab, ready: Path) -> None:
     assert (job["address"], job["result"]["shots"]) == ("/campaigns/by-path", 2)
     before = filled.rows()  # and again: nothing
     done(filled, post(filled.client, "/ingest/path", {"path": str(folder)}))
+    assert filled.added(before) == {}
+    folder, before = gun_campaign(ready / "damaged", 2, "damaged"), filled.rows()
+    (folder / "runs.csv").write_text("run,repetition\n1,one\n", encoding="utf-8")
+    job = ended(filled.client, post(filled.client, "/ingest/path", {"path": "damaged"}))
+    assert job["state"] == "failed"
+    assert "runs.csv" in job["error"]
+    assert job["error"] in filled.client.get(f"/jobs/{job['id']}").text.replace("&#39;", "'").replace("&#34;", '"')
     assert filled.added(before) == {}
 
 
@@ -259,16 +274,6 @@ def test_a_campaign_is_uploaded(filled: Lab, tmp_path: Path, packed: bool) -> No
     added = filled.added(before)
     assert (added["campaigns"], added["shots"]) == (1, 3)
     assert job["address"] == f"/campaigns/{name}"
-
-
-def test_a_damaged_campaign_fails_in_words_and_stores_nothing(filled: Lab, ready: Path) -> None:
-    folder, before = gun_campaign(ready / "damaged", 2, "damaged"), filled.rows()
-    (folder / "runs.csv").write_text("run,repetition\n1,one\n", encoding="utf-8")
-    job = ended(filled.client, post(filled.client, "/ingest/path", {"path": "damaged"}))
-    assert job["state"] == "failed"
-    assert "runs.csv" in job["error"]
-    assert job["error"] in filled.client.get(f"/jobs/{job['id']}").text.replace("&#39;", "'").replace("&#34;", '"')
-    assert filled.added(before) == {}
 
 
 def pulses(filled: Lab, impact: int) -> list[tuple[int, bool]]:
@@ -291,7 +296,7 @@ def test_an_extraction_is_previewed_and_then_stored(filled: Lab) -> None:
     assert pulses(filled, 2)[-1][1]
 
 
-def test_a_plan_is_made(filled: Lab) -> None:
+def test_a_plan_is_made_and_runs_are_ticked_at_the_bench(filled: Lab) -> None:
     before = filled.rows()
     form = {"name": "winter/2", "method": "factorial", "kind": "hammer", "factors": FACTORS, "repetitions": "3"}
     job = done(filled, post(filled.client, "/plans", {**form, "seed": "5", "description": "cold hall"}))
@@ -304,15 +309,6 @@ def test_a_plan_is_made(filled: Lab) -> None:
     assert (plan.seed, plan.description, plan.runs[0].repetitions) == (5, "cold hall", 3)
     assert {"serve: POST /plans", f"job {job['id']}: Plan winter/2"} <= signed
     assert "cold hall" in filled.client.get(job["address"]).text
-
-
-def run(filled: Lab, number: int) -> tuple[str, str | None]:
-    with filled.store.reading() as session:
-        found = next(each for each in read_plan(session, PLAN).runs if each.run == number)
-        return found.status, found.reason
-
-
-def test_runs_are_ticked_at_the_bench(filled: Lab) -> None:
     before = filled.rows()
     ticks = [("done", ""), ("discarded", "tip cracked"), ("planned", "")]
     seen = []
@@ -322,6 +318,12 @@ def test_runs_are_ticked_at_the_bench(filled: Lab) -> None:
         seen.append(run(filled, 2))
     assert seen == [("done", None), ("discarded", "tip cracked"), ("planned", None)]
     assert filled.added(before) == {}
+
+
+def run(filled: Lab, number: int) -> tuple[str, str | None]:
+    with filled.store.reading() as session:
+        found = next(each for each in read_plan(session, PLAN).runs if each.run == number)
+        return found.status, found.reason
 
 
 def test_a_model_is_promoted_and_a_worse_one_refused(filled: Lab) -> None:
@@ -340,18 +342,7 @@ def test_a_model_is_promoted_and_a_worse_one_refused(filled: Lab) -> None:
     assert 0 < page.index("for a try") < page.index("the first one")
 
 
-def test_a_model_whose_files_are_damaged_is_marked(filled: Lab) -> None:
-    file = min(filled.folder.rglob("model.json"))
-    mark, kept = '<strong class="bad">damaged</strong>', file.read_bytes()
-    file.write_bytes(b"{}")
-    try:
-        marked = filled.client.get("/models").text.count(mark)
-    finally:
-        file.write_bytes(kept)
-    assert (marked, filled.client.get("/models").text.count(mark)) == (1, 0)
-
-
-def test_a_campaign_is_diagnosed(filled: Lab) -> None:
+def test_a_campaign_is_diagnosed_and_again_with_the_ticked_effects_and_the_same_options(filled: Lab) -> None:
     before = filled.rows()
     job = done(filled, post(filled.client, "/diagnoses", {"campaign": GUN, "gun": "2", "seed": "1"}))
     assert filled.added(before) == {"diagnoses": 1}
@@ -361,10 +352,7 @@ def test_a_campaign_is_diagnosed(filled: Lab) -> None:
     with filled.store.reading() as session:
         row = session.get_one(Diagnosis, job["result"]["id"])
         assert row.report["campaign"] == GUN
-
-
-def test_what_if_diagnoses_again_with_the_ticked_effects_and_the_same_options(filled: Lab) -> None:
-    first = done(filled, post(filled.client, "/diagnoses", {"campaign": GUN, "gun": "2", "seed": "1"}))["result"]["id"]
+    first = job["result"]["id"]
     boxes = {"with": ["gun.valve_flow", "gun.blow_by"], "without": ["gun.blow_by"]}
     second = done(filled, post(filled.client, f"/diagnoses/{first}/what-if", boxes))["result"]["id"]
     with filled.store.reading() as session:
@@ -395,7 +383,7 @@ def test_page_of_a_diagnosis_shows_sentence_path_and_a_box_for_each_effect(fille
         assert post(filled.client, f"/diagnoses/{key}/adopt", {"effect": name}).status_code == 303
 
 
-def test_the_next_experiment_is_planned(filled: Lab) -> None:
+def test_the_next_experiment_is_planned_and_an_effect_adopted_and_given_back(filled: Lab) -> None:
     before = filled.rows()
     answer = post(filled.client, "/diagnoses/1/plan", {"name": "tell apart/1"})
     assert (answer.status_code, answer.headers["location"]) == (303, "/plans/tell%20apart%2F1")
@@ -405,9 +393,6 @@ def test_the_next_experiment_is_planned(filled: Lab) -> None:
     again = post(filled.client, "/diagnoses/1/plan", {"name": "tell apart/1"})
     assert again.status_code == 422
     assert "in the store already" in again.text
-
-
-def test_an_effect_is_adopted_and_given_back(filled: Lab) -> None:
     for effect in ("gun.valve_flow", "none"):
         before = filled.rows()
         answer = post(filled.client, "/diagnoses/1/adopt", {"effect": effect})
@@ -485,16 +470,13 @@ def test_the_twin_is_validated_by_a_job(filled: Lab) -> None:
     assert [row["name"] for row in job["result"]["quantities"]] == ["velocity"]
 
 
-def test_pulses_are_cut_anew_by_a_job_and_put_back(filled: Lab) -> None:
+def test_jobs_cut_pulses_anew_and_train_models_once(filled: Lab) -> None:
     address, before = f"/api/campaigns/{HAMMER}/extract", filled.rows()
     job = ended(filled.client, post_json(filled.client, address, {"threshold": 0.02}))
     assert (job["state"], job["address"], job["result"]["added"]) == ("done", f"/campaigns/{HAMMER}", 20)
     assert filled.added(before)["pulses"] == 20
     job = ended(filled.client, post_json(filled.client, address, {}))
     assert (job["result"]["added"], job["result"]["reused"]) == (0, 20)
-
-
-def test_models_are_trained_by_a_job_and_not_twice(filled: Lab) -> None:
     asked = {"dataset": DATASET, "models": "linear,hann", "split": "repetitions"}
     for trained in (1, 0):  # the store's linear one is found
         job = ended(filled.client, post_json(filled.client, "/api/train", asked))
