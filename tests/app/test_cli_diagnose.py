@@ -1,4 +1,4 @@
-"""`diagnose` as a laboratory uses it: what it prints, keeps, refuses. The diagnosis itself is made up."""
+"""`diagnose` as a laboratory uses it: what it prints, keeps, refuses; and the disclosed campaigns."""
 
 from __future__ import annotations
 
@@ -293,3 +293,36 @@ def test_plate_s_own_modal_table_is_not_solved(tmp_path: Path, monkeypatch: pyte
     )
     assert record.plate is not None and record.plate.frequency_hz.size == 6
     assert record.plate_points_known
+
+
+# --- the diagnosis itself, on the three disclosed campaigns ---
+
+
+DISCLOSED = {
+    "gun-valve-flow": "gun.valve_flow",
+    "hammer-effective-mass": "contact.effective_mass",
+    "plate-damping": "plate.damping",
+}
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize("name", DISCLOSED)
+def test_disclosed_cause_is_in_the_first_group(
+    shared: Path, tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    page = tmp_path / "gap.html"
+    result = pyroshock("diagnose", shared / "examples" / name, "--json", "--html", page)
+    assert result.exit_code == 0, result.stderr
+    said = json.loads(result.stdout)
+    first = said["causes"][0]
+    assert not any("outside of the catalogue" in note for note in said["assumptions"])
+    assert DISCLOSED[name] in first["effects"] and len(first["effects"]) <= 4
+    # Of every set, with small second effects or without, in which one of the first entry's effects acts.
+    alike = set(first["effects"])
+    acts = [cause for cause in said["causes"] if all(alike & set(names.split("+")) for names in cause["effects"])]
+    assert sum(cause["probability"] for cause in acts) >= 0.9
+    assert first["probability"] == max(cause["probability"] for cause in said["causes"])
+    assert f"<title>Diagnosis: {name}</title>" in page.read_text(encoding="utf-8")
+    assert list(tmp_path.iterdir()) == [page]

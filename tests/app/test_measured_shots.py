@@ -1,25 +1,25 @@
-"""Shots read from the store: against the samples that were recorded, the truth that was sealed, and a twin built of
-them."""
+"""Shots read from the store, against what was recorded and sealed; a twin of them, and benches of files."""
 
 from __future__ import annotations
 
 import json
 import math
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from pyroshock.app.tune.session import _levels, _without_double_counting
 from pyroshock.app.twins import building as twins
-from pyroshock.app.twins.benches import PlateDrawing, bench_of_campaign
+from pyroshock.app.twins.benches import PlateDrawing, bench_of_campaign, bench_of_file, shipped_bench
 from pyroshock.app.twins.building import TwinRequest, twin_of
 from pyroshock.app.twins.measured_shots import CampaignPlate, read_measured_shots, struck_plate
 from pyroshock.app.twins.twin_cache import CacheKeyReader
 from pyroshock.dataset.rows import stored_materials
 from pyroshock.ingest.stored import list_channels, read_channel
 from pyroshock.schema.campaigns import Campaign
-from pyroshock.schema.impacts import Impact, Pulse, Shot
+from pyroshock.schema.impacts import INTEGRATED, TARGET_MOTION_ADDED, Impact, Pulse, Shot, velocity_kind
 from pyroshock.schema.recordings import QualityFinding
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.contact.prior import PriorContact
@@ -31,7 +31,7 @@ from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.simulate import simulate
 from sqlalchemy import select
 from support.records.twin_parts import unsolved
-from support.stores.stores import ingested, opened
+from support.stores.stores import ingested, opened, pyroshock
 
 LINES = np.array([200.0, 500.0, 1250.0])
 SENSORS = ("acceleration_1", "acceleration_2")
@@ -287,3 +287,75 @@ def test_struck_plate_is_the_drawings():
     drawing = PlateDrawing.of([(0, 0), (1, 0), (1, 1), (0, 1)], "square", 0.02)
     bench = SimpleNamespace(plate_material="steel", drawing=drawing)
     assert struck_plate(bench) == CampaignPlate("steel", 0.02, pytest.approx(1.0))
+
+
+# --- a bench as a TOML file: what is no bench is refused by its key ---
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("gun = 5", r"\[gun\] is 5; expected a table"),
+        ("plate = []", r"\[plate\] is \[\]; expected a table"),
+        ("[plate]\nsensors = [1, 2]", r"points are \[1, 2\]; expected a table of names and places"),
+        ("[plate]\noutline_m = []", "expected three corners or more"),
+        ("[plate]\noutline_m = [[0, 0], [1, 0]]", "expected three corners or more"),
+        ("[plate]\noutline_m = [[0, 0], [1, 0], [2, 0]]", "around an area"),
+        ("[plate]\noutline_m = [[0, 0], [1e308, 0], [1e308, 1e308]]", "within 1000 m"),
+        ("[plate]\noutline_m = [[0, 0], [nan, 0], [1, 1]]", "within 1000 m"),
+        ("a = " + "[" * 5000, "hundreds deep; expected at most 16"),
+    ],
+)
+def test_what_is_no_bench_is_refused(tmp_path: Path, text: str, said: str) -> None:
+    """Each ended in a traceback, or in a plate of NaN."""
+    path = tmp_path / "bench.toml"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=rf"(?s)bench\.toml: .*{said}"):
+        bench_of_file(path, shipped_bench())
+
+
+def test_outline_in_either_direction_is_a_plate() -> None:
+    outline = [(0.0, 0.0), (1.0, 0.0), (1.0, 0.6), (0.0, 0.6)]
+    for corners in (outline, outline[::-1]):
+        assert PlateDrawing.of(corners, "test").area_m2 == pytest.approx(0.6)
+
+
+# --- velocities with the motion of the plate's surface ---
+
+
+ROWS = [
+    {"run": str(run), "impact_position": "#1", "hammer_speed": "high", "tip_material": tip, "tip_radius_mm": radius,
+     "anvil_material": "none", "insulator": "none", "boundary_conditions": "free"}
+    for run, (tip, radius) in enumerate((("aluminum", "30"), ("delrin", "30")), 1)
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def bare_plate_campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("virtual") / "hammer"
+    simulate(ROWS, "hammer", folder, seed=3, effects=Effects.default(), repetitions=3, jobs=1, name="hammer")
+    return folder
+
+
+def velocities(bare_plate_campaign: Path, url: str, *words: str) -> tuple[set[str | None], np.ndarray, np.ndarray]:
+    """Kinds, velocities and standard uncertainties by run and repetition."""
+    result = pyroshock("ingest", bare_plate_campaign, "--db", url, *words)
+    assert result.exit_code == 0, result.stderr
+    with opened(url) as store, store.reading() as session:
+        impacts = session.scalars(select(Impact).order_by(Impact.run, Impact.repetition)).all()
+        figures = np.array([(impact.impact_velocity_m_s, impact.impact_velocity_u_m_s) for impact in impacts])
+        return {velocity_kind(impact.velocity_source) for impact in impacts}, *figures.T
+
+
+def test_velocity_is_nearer_to_the_true_one(bare_plate_campaign: Path, tmp_path: Path) -> None:
+    """Struck bare, the plate gives way: the thesis's integral is less than six tenths of the true velocity."""
+    seal = json.loads(bare_plate_campaign.with_name("hammer.sealed.json").read_text())
+    truth = np.array([hit["velocity_m_s"] for run in seal["runs"] for hit in run["hits"]])
+    kinds, integrated, _ = velocities(bare_plate_campaign, f"sqlite:///{tmp_path / 'thesis.db'}")
+    assert kinds == {INTEGRATED}
+    assert np.all(integrated < 0.6 * truth)
+    plate = ("--velocity-target-motion", "plate")
+    kinds, corrected, uncertainty = velocities(bare_plate_campaign, f"sqlite:///{tmp_path / 'plate.db'}", *plate)
+    assert kinds == {TARGET_MOTION_ADDED}
+    assert np.all(np.abs(corrected / truth - 1) < 0.2)
+    assert np.all(np.abs(corrected - truth) < 2 * uncertainty)

@@ -1,21 +1,26 @@
-"""What becomes of a job that is asked for: its order, its progress, its stop, its errors."""
+"""What becomes of a job that is asked for: its order, its progress, its stop, its errors; and the commands for it."""
 
 from __future__ import annotations
 
+import json
 import threading
 import time
+import zlib
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 from pyroshock.app.common.model_registry import MissingExtraError
+from pyroshock.app.ingest.job import EXTRACT, INGEST, ExtractArguments, IngestArguments
 from pyroshock.app.jobs.claims import stop
 from pyroshock.app.jobs.kind import NotHereError, Result, RunningJob
-from pyroshock.app.jobs.queue import JobView, UnknownJobError, get_job, list_jobs
+from pyroshock.app.jobs.queue import JobView, UnknownJobError, ask, get_job, list_jobs
 from pyroshock.schema.jobs import DONE, FAILED, RUNNING, STOPPED, WAITING
 from pyroshock.schema.session import Store
 from support.processes.odd_jobs import Odd, odd, work_off, working
-from support.stores.stores import opened
+from support.records.campaigns import gun_campaign
+from support.stores.stores import opened, pyroshock
 
 __all__ = ["odd"]
 
@@ -120,9 +125,9 @@ def test_errors_of_the_user_keep_their_words_and_ours_say_so(
 
 
 def test_an_unknown_job_is_named_and_odd_characters_of_a_label_are_stored(store: Store, odd: Odd) -> None:
-    for ask in (get_job, stop):
+    for command in (get_job, stop):
         with pytest.raises(UnknownJobError, match="no job 1234"):
-            ask(store, 1234)
+            command(store, 1234)
     key = odd.ask(store, "nul\x00 half\ud800 <b>").key
     assert "<b>" in get_job(store, key).label
     work_off(store)
@@ -185,3 +190,49 @@ def test_the_end_of_a_worker_gives_the_job_back(store: Store, odd: Odd) -> None:
     work_off(store)
     found = get_job(store, key)
     assert (found.state, found.attempt) == (DONE, 2)
+
+
+# --- `pyroshock work` and `pyroshock jobs` as a person types them ---
+
+
+@pytest.fixture
+def url(sqlite_url: str, tmp_path: Path) -> str:
+    """A store with two jobs: an ingest, and an extraction of what is not there."""
+    folder = gun_campaign(tmp_path / "spring", 2, "spring")
+    with opened(sqlite_url, create=True) as store:
+        ask(store, INGEST, "Ingest of spring", IngestArguments(str(folder), {}))
+        ask(store, EXTRACT, "Extraction of autumn", ExtractArguments("autumn"))
+    return sqlite_url
+
+
+def test_what_was_asked_for_is_done_listed_and_stopped(url: str, tmp_path: Path) -> None:
+    refused = pyroshock("work", "--once", "--lease", "0.1s", "--db", url)
+    assert (refused.exit_code, refused.stderr.count("\n")) == (2, 1)
+    assert "--lease is 0.1s; expected 1s or more" in refused.stderr
+    assert "30s" in pyroshock("work", "--help").stdout
+    assert "no job 7 in the store" in pyroshock("jobs", "stop", "7", "--db", url).stderr
+    result = pyroshock("work", "--once", "--db", url, "--data", tmp_path)
+    assert (result.exit_code, result.stdout) == (0, "")
+    assert "job 1: Ingest of spring\n" in result.stderr and "2 jobs\n" in result.stderr
+    table = pyroshock("jobs", "--db", url).stdout
+    assert "no campaign 'autumn'" in table and "2 shots" in table
+    found = json.loads(pyroshock("jobs", "--last", "1", "--json", "--db", url).stdout)
+    assert [(job["id"], job["state"], job["kind"]) for job in found] == [(2, "failed", "extract")]
+    with opened(url) as store:
+        waiting = ask(store, EXTRACT, "Extraction of spring", ExtractArguments("spring"))
+        result = pyroshock("jobs", "--db", url, "stop", waiting.key)
+        assert "Extraction of spring: stopped" in result.stderr
+        assert get_job(store, waiting.key).state == "stopped"
+
+
+def test_a_job_that_an_older_version_was_asked_for_is_done(tmp_path: Path) -> None:
+    stored = Path(__file__).parents[2] / "schema" / "stored" / "0004.sqlite.z"
+    (tmp_path / "old.db").write_bytes(zlib.decompress(stored.read_bytes()))
+    url = f"sqlite:///{tmp_path / 'old.db'}"
+    assert pyroshock("db", "upgrade", "--db", url).exit_code == 0
+    result = pyroshock("work", "--once", "--db", url)
+    assert "1 job\n" in result.stderr, result.stderr
+    with opened(url) as store:
+        found = list_jobs(store)
+    job_rows = [(job.state, job.attempt, job.worker == "bench:1:0") for job in found]
+    assert job_rows == [("done", 1, True), ("done", 1, False)]

@@ -1,4 +1,4 @@
-"""The twin from Python: what `pyroshock predict --json` says, with units, tables and plots."""
+"""The twin and its validation from Python: what the commands say, with units, tables and plots."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.laboratory_twin import LaboratoryTwin
 from pyroshock.app.predict.cli import predict
 from pyroshock.app.predict.service import ShotPrediction
+from pyroshock.app.validate.cli import validate
 from support.stores.stores import opened
 
 LINES = "200:4000:3"
@@ -226,3 +227,52 @@ def test_plan_is_predicted_as_the_command_line_predicts_it(url: str, store: ps.E
     found = twin.predict_many(plan, draws=4, progress=False)
     columns = [name for name in expected if str(name).startswith("predicted_")]
     np.testing.assert_allclose(found[columns], expected[columns], rtol=1e-9)
+
+
+# --- validation: the scores, sentence and plot of the command ---
+
+
+@pytest.fixture
+def validated_store(tmp_path: Path, notebook: None) -> Iterator[ps.ExperimentStore]:
+    with opened(f"sqlite:///{tmp_path / 'lab.db'}", create=True) as opened_store:
+        ingest_examples(opened_store)
+    with ps.open(tmp_path / "lab.db", create=False) as validated_store:
+        yield validated_store
+
+
+def test_validation_is_that_of_the_command_line(validated_store: ps.ExperimentStore) -> None:
+    found = validated_store.validate("first-shots", draws=20, progress=False)
+    result = CliRunner().invoke(validate, ["first-shots", "--draws", "20", "--db", validated_store.url, "--json"])
+    expected = json.loads(result.stdout)
+    data = found.to_json()
+    assert {**data, "seconds": 0} == {**expected, "seconds": 0}
+    assert (found.sentence, found.calibrated) == (expected["verdict"], expected["calibrated"])
+
+    (row,) = expected["quantities"]
+    scores = found.scores
+    assert scores.loc["velocity", "coverage90"] == row["coverage90"]
+    assert list(scores.loc["velocity", ["coverage90_low", "coverage90_high"]]) == row["coverage90_ci95"]
+    shots = found.shots
+    assert isinstance(shots, pd.DataFrame) and len(shots) == row["shots"]
+    assert shots["measured"].tolist() == [shot["quantities"]["velocity"]["measured"] for shot in expected["shots"]]
+    assert found.failures == tuple(failure["sentence"] for failure in expected["failures"])
+    assert found.sentence.partition(":")[0] in found._repr_html_()
+
+    axes = found.plot()
+    assert axes.get_xlabel() == "share of shots inside the 90 % band"
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["velocity"]
+
+
+@pytest.mark.parametrize(
+    ("campaign", "options", "kind", "message"),
+    [
+        ("autumn", {}, ps.NotFoundError, "autumn"),
+        ("first-shots", {"folds": 1}, ps.InvalidValueError, "folds = 1"),
+        ("first-shots", {"contact": "hybrid@3"}, ps.NotFoundError, "hybrid@3"),
+    ],
+)
+def test_validation_says_what_there_is_not(
+    validated_store: ps.ExperimentStore, campaign: str, options: dict[str, object], kind: type[Exception], message: str
+) -> None:
+    with pytest.raises(kind, match=message):
+        validated_store.validate(campaign, progress=False, **options)

@@ -1,4 +1,4 @@
-"""Datasets, trainings, comparisons, promotions and predictions of models, as a notebook makes them."""
+"""Datasets, trainings, comparisons, promotions, predictions and pictures of models, as a notebook makes them."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ import pyroshock as ps
 import pytest
 from click.testing import CliRunner
 from pyroshock.app.cli.main import main
+from pyroshock.app.train.contact_model import ContactPulses
+from scipy.stats import norm
 from support.stores.hammer_stores import full_campaign
 from support.stores.registries import fresh_registry, without_figures
 
@@ -131,3 +133,15 @@ def test_a_promotion_puts_a_model_in_use(lab):
     in_use = store.models().set_index("model")["in_use"]
     assert in_use["reed@1"] == "hammer" and in_use["linear@1"] == ""
     assert isinstance(store.models(split="repetitions"), pd.DataFrame)
+
+
+def test_drawn_band_holds_nine_of_ten_pulses() -> None:
+    from matplotlib.figure import Figure
+
+    force_n, spread_n = np.full((1, 20), 4e3), np.full((1, 20), 500.0)
+    pulses = ContactPulses("tree@1", force_n, np.array([1e-3]), spread_n, None, ("",), pd.RangeIndex(1))
+    axes = pulses.plot(Figure().add_subplot())
+    edges_kn = axes.collections[0].get_paths()[0].vertices[:, 1]
+    lower, upper = norm.interval(0.9, loc=4.0, scale=0.5)
+    assert (edges_kn.min(), edges_kn.max()) == pytest.approx((lower, upper), abs=1e-3)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("time since first contact (ms)", "force (kN)")
