@@ -72,8 +72,7 @@ def test_newest_version_counts_alone_and_none_is_the_way_back(store: Store) -> N
     adopt(store, of_gun("spring", VALVE), VALVE.id)
     with store.reading() as session:  # an effect by hand goes before
         assert effects_in_use(session, "spring", (VALVE,)) == ((), ())
-    assert adopt(store, of_gun("summer", GAIN), GAIN.id).version == 2
-    assert used(store, "spring") == [GAIN.id]
+    assert adopt(store, of_gun("summer", GAIN), GAIN.id).version == 2 and used(store, "spring") == [GAIN.id]
     adopt(store, of_gun("spring"), "none")
     assert used(store, "spring") == []
 
@@ -98,8 +97,7 @@ def test_numbers_come_back_as_they_were(store: Store) -> None:
     assert row.configuration["sources"] == {"sensor.velocity_gain.gain": source}
     with store.reading() as session:
         (found,) = adopted_for(session, "spring")
-    assert found.effects == (GAIN,)
-    assert found.note.startswith("with sensor.velocity_gain (adopted 2")
+    assert found.effects == (GAIN,) and found.note.startswith("with sensor.velocity_gain (adopted 2")
     assert found.note.endswith("version 1, diagnosis of spring)")
 
 
@@ -172,8 +170,7 @@ def test_number_that_was_taken_meanwhile_is_tried_anew(store: Store, monkeypatch
 def test_every_effect_acts_at_a_stage_and_a_sensor_s_at_what_it_reads() -> None:
     for identity in catalogue():
         stage = acts_at(identity)
-        assert stage in adopted_effects.STAGES
-        assert identity.startswith(("sensor.", f"{stage}."))
+        assert stage in adopted_effects.STAGES and identity.startswith(("sensor.", f"{stage}."))
     stages = {"pressure_gain": "gun", "velocity_gain": "gun", "force_bandwidth": "contact", "zero_shift": "plate"}
     assert {name: acts_at(f"sensor.{name}") for name in stages} == stages
 
@@ -201,8 +198,7 @@ def test_adopted_effect_changes_what_is_predicted(lab: str, monkeypatch: pytest.
     back = pyroshock("diagnose", "spring", "--db", lab, "--adopt", "none")
     assert back.exit_code == 0
     assert "nothing is adopted from version 2 on: predict and tune use the nominal gun" in back.stderr
-    assert "adopted as" not in back.stderr and "says first" not in back.stderr
-    assert velocity()[0] == nominal
+    assert "adopted as" not in back.stderr and "says first" not in back.stderr and velocity()[0] == nominal
 
 
 @pytest.mark.usefixtures("quick_twins")
@@ -218,8 +214,7 @@ def test_bench_of_a_file_is_another_one(lab: str, tmp_path: Path) -> None:
 def test_unknown_effect_is_one_line_and_one_that_is_not_first_is_told(lab: str, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: of_gun("spring", VALVE))
     result = pyroshock("diagnose", "spring", "--db", lab, "--adopt", "gun.magic")
-    assert result.exit_code == 2
-    assert "has no fit of 'gun.magic'" in result.stderr.strip().splitlines()[-1]
+    assert result.exit_code == 2 and "has no fit of 'gun.magic'" in result.stderr.strip().splitlines()[-1]
     result = pyroshock("diagnose", "spring", "--db", lab, "--adopt", VALVE.id)
     assert "gun.valve_flow is not what the diagnosis says first: contact.layer_compliance" in result.stderr
 
@@ -267,8 +262,7 @@ def test_other_plate_keeps_its_nominal_law(lab: str, monkeypatch: pytest.MonkeyP
         adopt(store, of_gun("spring", damping, simulator="plate:modal"), damping.id)
         own = twins.twin_of(store, lab, TwinRequest(campaign="spring", contact="hertz"))
         other = twins.twin_of(store, lab, TwinRequest(campaign="spring", contact="hertz", plate="steel"))
-    assert own.twin.plate.effects == (damping,)
-    assert other.twin.plate.effects == ()
+    assert own.twin.plate.effects == (damping,) and other.twin.plate.effects == ()
 
 
 def test_tune_leaves_it_out_where_asked(lab: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -155,8 +155,7 @@ def test_drop_has_no_hammer(tmp_path):
     write_recording(tmp_path / "1.npz", {"acceleration_1": record()})
     started(tmp_path, "--kind", "drop")
     text = (tmp_path / "campaign.toml").read_text(encoding="utf-8")
-    assert "\n[bench.hammer]" not in text
-    assert "accelerometers alone" in text
+    assert "\n[bench.hammer]" not in text and "accelerometers alone" in text
 
 
 def test_rows_of_a_plan(sqlite_url, tmp_path):
@@ -173,8 +172,7 @@ def test_rows_of_a_plan(sqlite_url, tmp_path):
     assert f"'{FILL_IN}'" in ingest(sqlite_url, folder).stderr
     write_rows(folder, [{**row, "recording": "", "measured_velocity_m_s": "9"} for row in rows])
     notes = ingested(sqlite_url, folder).stderr
-    assert "6 shots" in notes
-    assert "6 repetitions linked, 3 runs done" in notes
+    assert "6 shots" in notes and "6 repetitions linked, 3 runs done" in notes
 
 
 @pytest.mark.parametrize(("recordings", "named"), [(3, "112233"), (6, "123456")])
@@ -196,8 +194,7 @@ def test_plan_of_another_kind_or_number_of_recordings_is_refused(sqlite_url, tmp
         (("--kind", "drop"), "'shots' is one of a gun"),
     ):
         result = pyroshock("campaigns", "init", folder, *arguments, "--plan", "shots", "--db", sqlite_url)
-        assert (result.exit_code, len(result.stderr.splitlines())) == (2, 1)
-        assert message in result.stderr
+        assert (result.exit_code, len(result.stderr.splitlines())) == (2, 1) and message in result.stderr
         assert not (folder / "campaign.toml").exists()
 
 
@@ -207,8 +204,7 @@ def test_nothing_is_overwritten(tmp_path, name):
     write_recording(folder / "1.npz", {"force": record()})
     (folder / name).write_text("mine", encoding="utf-8")
     result = pyroshock("campaigns", "init", folder, "--kind", "hammer")
-    assert result.exit_code == 2
-    assert f"{name} there already" in result.stderr
+    assert result.exit_code == 2 and f"{name} there already" in result.stderr
     assert sorted(path.name for path in folder.iterdir()) == sorted(["1.npz", name])
     assert (folder / name).read_text(encoding="utf-8") == "mine"
 
@@ -225,8 +221,7 @@ def test_damaged_recording_is_left_out(tmp_path):
 def test_recordings_outside_of_the_folder_are_refused(tmp_path, pattern):
     (tmp_path / "c").mkdir()
     result = pyroshock("campaigns", "init", tmp_path / "c", "--kind", "hammer", "--recordings", pattern)
-    assert result.exit_code == 2
-    assert not (tmp_path / "c" / "campaign.toml").exists()
+    assert result.exit_code == 2 and not (tmp_path / "c" / "campaign.toml").exists()
 
 
 def test_channels_are_told_as_the_recordings_have_them(tmp_path):
@@ -238,7 +233,6 @@ def test_channels_are_told_as_the_recordings_have_them(tmp_path):
     write_recording(folder / "3.npz", {"pressure_tank": record()})
     started(folder, "--kind", "drop")
     text = (folder / "campaign.toml").read_text(encoding="utf-8")
-    assert "# in 2 of 3 recordings, at 1000 Hz, 2000 Hz" in text
-    assert "# the recordings say g, m/s2" in text
+    assert "# in 2 of 3 recordings, at 1000 Hz, 2000 Hz" in text and "# the recordings say g, m/s2" in text
     assert "zork, which is no unit that is known" in text
     assert f'quantity = "pressure"  # please check\nunit = "{FILL_IN}"' in text

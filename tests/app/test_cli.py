@@ -109,8 +109,7 @@ def test_condition_is_parsed(text, condition):
 @pytest.mark.parametrize("text", ["", "steel", "=steel", "tip_material=", "peak_force_n>many"])
 def test_condition_that_is_none_is_refused(filled, text):
     result = run("impacts", "--db", filled, "--where", text, code=2)
-    assert len(result.stderr.strip().splitlines()) == 1
-    assert repr(text) in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1 and repr(text) in result.stderr
 
 
 @pytest.mark.parametrize(
@@ -131,8 +130,7 @@ def test_condition_that_is_none_is_refused(filled, text):
 def test_error_is_one_line_and_exit_code_2(tmp_path, monkeypatch, words):
     monkeypatch.chdir(tmp_path)
     result = run(*words, code=2)
-    assert result.stdout == ""
-    assert len(result.stderr.strip().splitlines()) == 1
+    assert result.stdout == "" and len(result.stderr.strip().splitlines()) == 1
     assert result.stderr.startswith("pyroshock: ")
 
 
@@ -171,8 +169,7 @@ def test_exported_series_is_the_recording(filled, tmp_path):
 
 def test_show_tells_versions_and_draws_what_it_can(filled, tmp_path):
     page = json_of("show", 1, "--db", filled)
-    assert page["pulses"][0]["in_use"] == "yes"
-    assert page["pulses"][0]["written_by"].startswith(f"{__version__}: ")
+    assert page["pulses"][0]["in_use"] == "yes" and page["pulses"][0]["written_by"].startswith(f"{__version__}: ")
     assert page["channels"][0]["channel"] == "force"
     run("show", 1, "--db", filled, "--plot", tmp_path / "x.png")
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
@@ -221,8 +218,7 @@ def test_extract_keeps_the_old_version_and_returns_to_it(tmp_path):
     assert all(a["contact_time_s"] < b["contact_time_s"] for a, b in zip(after, before, strict=True))
     page = json_of("show", before[0]["id"], "--db", url)
     assert [(p["segmentation"], p["in_use"]) for p in page["pulses"]] == [("walk", "no"), ("mask", "yes")]
-    assert json_of("extract", "hammer", "--db", url)["reused"] == count
-    assert json_of("impacts", "--db", url) == before
+    assert json_of("extract", "hammer", "--db", url)["reused"] == count and json_of("impacts", "--db", url) == before
 
 
 def test_closed_pipe_is_no_error(filled):
@@ -232,7 +228,6 @@ def test_closed_pipe_is_no_error(filled):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
     ) as process:
-        assert process.stdout is not None
-        assert process.stderr is not None
+        assert process.stdout is not None and process.stderr is not None
         process.stdout.close()
         assert b"Traceback" not in process.stderr.read()

@@ -52,5 +52,4 @@ def test_json_has_the_line_and_its_uncertainty_and_text_a_table_for_campaign_tom
 )
 def test_what_cannot_be_is_one_line(points, words, message):
     result = CliRunner().invoke(main, ["calibrate", str(points), *words])
-    assert result.exit_code == 2
-    assert message in result.stderr
+    assert result.exit_code == 2 and message in result.stderr

@@ -119,8 +119,7 @@ def test_folder_leaves_nothing_behind(asked: list[DiagnosisRequest], lab: str, t
     before, files = counts(lab), sorted(tmp_path.rglob("*"))
     done(tmp_path / "folder", "--db", lab)
     done(tmp_path / "folder", "--db", f"sqlite:///{tmp_path / 'none.db'}")
-    assert counts(lab) == before
-    assert sorted(tmp_path.rglob("*")) == files
+    assert counts(lab) == before and sorted(tmp_path.rglob("*")) == files
 
 
 def test_options_reach_the_diagnosis(asked: list[DiagnosisRequest], lab: str) -> None:
@@ -154,8 +153,7 @@ def test_restricted_diagnosis_names_no_other_effect_and_says_so(
     """The diagnosis itself, on the five shots of "spring"."""
     report = json.loads(done("spring", "--db", lab, *words, "--json").stdout)
     named = {part for cause in report["causes"] for name in cause["effects"] for part in name.split("+")}
-    assert named - {"none", "unknown"} <= shown
-    assert {effect["effect"] for effect in report["effects"]} <= shown
+    assert named - {"none", "unknown"} <= shown and {effect["effect"] for effect in report["effects"]} <= shown
     assert report["assumptions"][0].startswith("The diagnosis considers only gun.valve_flow, gun.blow_by (--with)")
     assert ("gun.blow_by (--without)" in report["assumptions"][1]) == ("--without" in words)
 
@@ -176,8 +174,7 @@ def test_effect_that_cannot_be_considered_is_one_line_and_stores_nothing(
     result = pyroshock("diagnose", "spring", "--db", lab, *words)
     assert result.exit_code == 2
     (line,) = result.stderr.strip().splitlines()
-    assert message in line
-    assert counts(lab) == before
+    assert message in line and counts(lab) == before
 
 
 @pytest.mark.parametrize("answer", ["none", "unknown"])
@@ -209,8 +206,7 @@ def test_what_a_user_can_mend_is_one_line(lab: str, tmp_path: Path, words: tuple
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
     result = pyroshock("diagnose", *words, *(() if "--db" in words else ("--db", lab)))
-    assert result.exit_code == 2
-    assert message in result.stderr.strip().splitlines()[-1]
+    assert result.exit_code == 2 and message in result.stderr.strip().splitlines()[-1]
 
 
 def test_set_that_cannot_be_adopted_stores_nothing(asked: list[DiagnosisRequest], lab: str) -> None:
@@ -228,8 +224,7 @@ def test_set_that_cannot_be_adopted_stores_nothing(asked: list[DiagnosisRequest]
 def test_folder_cannot_adopt(asked: list[DiagnosisRequest], tmp_path: Path) -> None:
     folder = gun_campaign(tmp_path / "folder")
     result = pyroshock("diagnose", folder, "--adopt", "gun.valve_flow", "--db", f"sqlite:///{tmp_path / 'none.db'}")
-    assert result.exit_code == 2 and "ingest it first" in result.stderr
-    assert not asked
+    assert result.exit_code == 2 and "ingest it first" in result.stderr and not asked
 
 
 def test_damaged_folder_is_one_line(tmp_path: Path) -> None:
@@ -252,8 +247,7 @@ def test_drawing_of_a_plate_is_solved(tmp_path: Path, monkeypatch: pytest.Monkey
     bench = tmp_path / "bench.toml"
     bench.write_text("[plate]\nmaterial = 'steel'\nsensors = {left = [0.3, 0.3]}\n", encoding="utf-8")
     record = record_of(None, "sqlite:///none.db", DiagnosisRequest(str(gun_campaign(tmp_path / "folder")), bench=bench))
-    assert record.plate == ({"left": (0.3, 0.3)}, "steel")
-    assert not record.plate_points_known
+    assert record.plate == ({"left": (0.3, 0.3)}, "steel") and not record.plate_points_known
 
 
 def drawn_campaign(folder: Path, rows: Callable[[dict[str, object]], dict[str, object]] = dict) -> Path:
@@ -281,8 +275,7 @@ def test_plate_is_solved_from_the_campaign_s_own_outline(
         return row if struck is None else {**row, "plate_material": struck}
 
     record = record_of(None, "sqlite:///none.db", DiagnosisRequest(str(drawn_campaign(tmp_path / "folder", of))))
-    assert record.plate == ((0.5, 0.4), 0.012, solved)
-    assert not record.plate_points_known
+    assert record.plate == ((0.5, 0.4), 0.012, solved) and not record.plate_points_known
     assert record.plate_model_material == solved
 
 
@@ -291,8 +284,7 @@ def test_plate_s_own_modal_table_is_not_solved(tmp_path: Path, monkeypatch: pyte
     record = record_of(
         None, "sqlite:///none.db", DiagnosisRequest(str(plate_campaign(tmp_path / "folder", hits=1).folder))
     )
-    assert record.plate is not None and record.plate.frequency_hz.size == 6
-    assert record.plate_points_known
+    assert record.plate is not None and record.plate.frequency_hz.size == 6 and record.plate_points_known
 
 
 # --- the diagnosis itself, on the three disclosed campaigns ---

@@ -53,8 +53,7 @@ def test_json_of_the_shipped_bench_is_the_contract(quick):
     for name in ("velocity_m_s", "contact_time_s", "peak_force_n"):
         assert found[name].keys() == {"mean", "ci90"}
         assert found[name]["ci90"][0] <= found[name]["mean"] <= found[name]["ci90"][1]
-    assert found["force"].keys() == {"time_s", "mean", "lower", "upper"}
-    assert found["srs"]["frequency_hz"][0] == 200.0
+    assert found["force"].keys() == {"time_s", "mean", "lower", "upper"} and found["srs"]["frequency_hz"][0] == 200.0
     assert found["srs"]["acceleration_2"].keys() == {"mean", "lower", "upper"}
     assert found["models"]["contact"] == "prior of 4 effects"
     for one in found["outside_domain"]:
@@ -108,14 +107,12 @@ def test_bench_points_and_modal_table_of_files_are_taken(quick, tmp_path):
         encoding="utf-8",
     )
     found = told(quick("--velocity", "8m/s", "--bench", "bench.toml", "--json"))
-    assert {"left", "right"} < found["srs"].keys()
-    assert "bench.toml" in found["models"]["plate"]
+    assert {"left", "right"} < found["srs"].keys() and "bench.toml" in found["models"]["plate"]
     result = quick("--velocity", "8m/s", "--sensor-at", "0.2,0.2", "--sensor-at", "0.7,0.4", "--impact-at", "0.4,0.3")
     assert "#1 (0.4, 0.3), acceleration_1 (0.2, 0.2)" in result.stderr
     (tmp_path / "plate_modes.csv").write_text(MODES, encoding="utf-8")
     found = told(quick("--velocity", "8m/s", "--modes", "plate_modes.csv", "--impact-position", "#2", "--json"))
-    assert found["models"]["plate"] == "modal table plate_modes.csv"
-    assert "a" in found["srs"]
+    assert found["models"]["plate"] == "modal table plate_modes.csv" and "a" in found["srs"]
 
 
 def test_campaign_gives_its_gun_and_the_scatter_of_its_shots(quick, tmp_path):
@@ -172,8 +169,7 @@ def test_solved_plate_end_to_end(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(twins, "MAX_MODE_HZ", 600.0)
     first, again = (told(CliRunner().invoke(predict, ["--velocity", "8m/s", "--json", *_FEW])) for _ in range(2))
-    assert first == again
-    assert list(Path(tmp_path).rglob("*.npz"))
+    assert first == again and list(Path(tmp_path).rglob("*.npz"))
 
 
 @pytest.mark.parametrize(
@@ -202,8 +198,7 @@ def test_solved_plate_end_to_end(tmp_path, monkeypatch):
 )
 def test_what_a_user_can_mend_is_one_line(quick, words, message):
     result = quick(*words)
-    assert result.exit_code == 2
-    assert message in result.stderr.strip().splitlines()[-1]
+    assert result.exit_code == 2 and message in result.stderr.strip().splitlines()[-1]
 
 
 def test_sensors_of_the_shipped_bench_feel_different_things(tmp_path, monkeypatch):
@@ -227,8 +222,7 @@ def test_valve_profile_is_the_gun_s_and_may_stand_in_a_file(quick, tmp_path):
         told(quick(*words, *more))["velocity_m_s"]["mean"]
         for more in (("--valve-profile", text), ("--valve-profile", str(path)), ())
     )
-    assert of_file == closing
-    assert closing < usual - 1.0
+    assert of_file == closing and closing < usual - 1.0
     refused = quick("--tank-pressure", "4bar", "--valve-profile", "0:2")
     assert "valve profile: position 2.0 at 0 s; expected 0 (shut) to 1 (open)" in refused.output
 
@@ -312,15 +306,13 @@ def test_plan_is_predicted_with_the_plates_that_its_runs_name(lab, tmp_path):
     made = CliRunner().invoke(main, ["plan", "lhs", "spring", "--runs", "4", "--seed", "1"])
     assert made.exit_code == 0, made.output
     rows = json.loads(run_table("--plan", "spring", "--draws", "2", "--json"))
-    assert [row["run"] for row in rows] == [1, 2, 3, 4]
-    assert all(row["predicted_velocity_m_s"] > 0 for row in rows)
+    assert [row["run"] for row in rows] == [1, 2, 3, 4] and all(row["predicted_velocity_m_s"] > 0 for row in rows)
 
 
 def test_what_the_table_does_not_say_is_told(lab):
     (lab / "short.csv").write_text("run,tank_pressure_bar\n1,2\n")
     told = assumed(rows_of_file(lab / "short.csv"), 0.5)
-    assert "no column bullet_mass_kg: 0.5" in told
-    assert not any("tank_pressure" in line for line in told)
+    assert "no column bullet_mass_kg: 0.5" in told and not any("tank_pressure" in line for line in told)
 
 
 @pytest.mark.parametrize(

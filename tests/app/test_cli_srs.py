@@ -186,8 +186,7 @@ def test_table_shows_lines_moments_and_findings_and_leaves_the_store_alone(tmp_p
     result = call(table(tmp_path / "a.csv"), *words)
     assert not (tmp_path / "lab.db").exists()
     rows = result.stdout.splitlines()
-    assert result.exit_code == 0
-    assert any(row.startswith("rms_duration_s") for row in rows)
+    assert result.exit_code == 0 and any(row.startswith("rms_duration_s") for row in rows)
     assert [row.split()[0] for row in rows if row.split()[:1] in (["100"], ["500"], ["8000"])] == ["100", "500", "8000"]
     assert {"saturation", "sampling"} <= {row.split()[0] for row in rows if row}
 
@@ -196,8 +195,7 @@ def test_plots_are_drawn_and_unreadable_files_are_refused_in_one_line(tmp_path):
     file = table(tmp_path / "a.csv")
     call(file, "--plot", tmp_path / "a.png")
     call(file, "--plot", tmp_path / "b.svg", "--target", spec(tmp_path / "t.csv", 3.0))
-    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
-    assert "<svg" in (tmp_path / "b.svg").read_text()
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG") and "<svg" in (tmp_path / "b.svg").read_text()
     assert "cannot draw" in refusal(file, "--plot", tmp_path / "a.xyz")
     holes = pulse()
     holes[5:8] = np.nan

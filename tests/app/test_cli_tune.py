@@ -53,8 +53,7 @@ def test_ranked_settings_have_the_keys_of_the_contract(url, tmp_path):
     assert {"settings", "probability_within", "worst_margin_db", "worst_frequency_hz"} <= set(rows[0])
     assert [row["rank"] for row in rows] == list(range(1, len(rows) + 1))
     assert all(0 <= row["probability_within"] <= 1 for row in rows)
-    assert all(row["settings"]["tank_pressure_pa"] <= 8e5 for row in rows)
-    assert plot.is_file()
+    assert all(row["settings"]["tank_pressure_pa"] <= 8e5 for row in rows) and plot.is_file()
     assert all({"settings", "avoid"} <= set(row) for row in json.loads(avoid.read_text()))
     assert all({"tank_pressure_pa", "tip_material"} <= set(other) for row in rows for other in row["alternatives"])
     again = tune(url, tmp_path, *words)
@@ -84,8 +83,7 @@ def test_bench_that_allows_nothing_is_exit_code_1_and_no_plot(url, tmp_path):
     (tmp_path / "own.toml").write_text(shipped_factors("gun") + "\n[bench]\nmax_contact_force_n = 1.0\n")
     plot = tmp_path / "tuned.png"
     result = tune(url, tmp_path, "--factors", tmp_path / "own.toml", "--plot", plot, "--json")
-    assert result.exit_code == 1
-    assert json.loads(result.stdout) == []
+    assert result.exit_code == 1 and json.loads(result.stdout) == []
     assert "expected peak force" in result.stderr and "allowed 1 (max_contact_force_n)" in result.stderr
     assert not plot.exists()
 
@@ -104,8 +102,7 @@ def test_bench_that_allows_nothing_is_exit_code_1_and_no_plot(url, tmp_path):
 )
 def test_what_cannot_be_tuned_is_said_in_one_line(url, tmp_path, words, said):
     result = tune(url, tmp_path, *words)
-    assert result.exit_code == 2
-    assert said in result.stderr
+    assert result.exit_code == 2 and said in result.stderr
     assert result.stderr.count("\n") == 1, result.stderr
 
 

@@ -60,18 +60,14 @@ def test_five_shots_of_the_thesis_are_left_out_one_by_one(lab) -> None:
 
 def test_text_says_verdict_first_and_not_calibrated_is_exit_code_1(lab, monkeypatch: pytest.MonkeyPatch) -> None:
     result = lab("first-shots")
-    assert result.exit_code == 0
-    assert result.stdout.startswith("first-shots: Too little to judge")
+    assert result.exit_code == 0 and result.stdout.startswith("first-shots: Too little to judge")
     assert "inside 90 % band" in result.stdout
     overconfident = PredictionVerdict("Not calibrated: the 90 % bands hold only 40 %.", calibrated=False)
     monkeypatch.setattr("pyroshock.app.validate.validation.verdict", lambda _: overconfident)
     result = lab("first-shots")
-    assert result.exit_code == 1
-    assert "Not calibrated" in result.stdout
+    assert result.exit_code == 1 and "Not calibrated" in result.stdout
 
 
 def test_unknown_campaign_is_one_line(lab) -> None:
     result = lab("winter")
-    assert result.exit_code == 2
-    assert result.stderr.count("\n") == 1
-    assert "winter" in result.stderr
+    assert result.exit_code == 2 and result.stderr.count("\n") == 1 and "winter" in result.stderr

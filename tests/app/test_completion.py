@@ -87,14 +87,11 @@ def test_names_of_the_store_are_offered(store, words, expected, monkeypatch):
 
 def test_the_option_goes_before_the_environment_and_commands_and_effects_are_offered(store, monkeypatch):
     monkeypatch.setenv("PYROSHOCK_DB", "sqlite:///other.db")
-    assert completed("validate", "--db", store, "") == ["first-shots"]
-    assert completed("validate", "") == []
+    assert completed("validate", "--db", store, "") == ["first-shots"] and completed("validate", "") == []
     assert completed("dataset", "--db", store, "build", "x", "--from", "") == ["first-shots"]
     assert sorted(completed("diagnose", "x", "--with", "")) == sorted(catalogue())
     assert completed("diagnose", "x", "--without", "gun.leak,sensor.zero") == ["gun.leak,sensor.zero_shift"]
-    assert completed("") == list(COMMANDS)
-    assert completed("pl") == ["plan"]
-    assert "--sort" in completed("impacts", "--s")
+    assert completed("") == list(COMMANDS) and completed("pl") == ["plan"] and "--sort" in completed("impacts", "--s")
 
 
 @pytest.mark.parametrize(
@@ -107,8 +104,7 @@ def test_no_store_has_no_names_and_is_not_made(address, words, monkeypatch, tmp_
     (tmp_path / "damaged.db").write_bytes(b"no database at all" * 100)
     monkeypatch.setenv("PYROSHOCK_DB", address)
     before = sorted(path.name for path in tmp_path.iterdir())
-    assert completed(*words) == []
-    assert sorted(path.name for path in tmp_path.iterdir()) == before
+    assert completed(*words) == [] and sorted(path.name for path in tmp_path.iterdir()) == before
 
 
 def test_names_come_from_a_server_too(postgres_url, monkeypatch):

@@ -72,8 +72,7 @@ def test_show_tells_splits_ranges_and_correlations(url, tmp_path):
     done(url, "build", "d", "--from", "spring", "autumn")
     told = as_json(url, "show", "d", "--plot", tmp_path / "d.png")
     counts = {row["split"]: (row["train"], row["test"]) for row in told["splits"]}
-    assert counts["repetitions"] == (20, 5)
-    assert counts["campaign=autumn"] == (20, 5)
+    assert counts["repetitions"] == (20, 5) and counts["campaign=autumn"] == (20, 5)
     assert len(told["correlation"]) == len(told["ranges"]) == 13
     assert (tmp_path / "d.png").read_bytes().startswith(b"\x89PNG")
     text = done(url, "show", told["hash"][:10]).stdout
@@ -122,15 +121,12 @@ def test_export_is_exact(url, tmp_path, suffix):
 )
 def test_error_is_one_line(url, words, said):
     result = run(url, *words)
-    assert result.exit_code == 2
-    assert result.stderr.count("\n") == 1
-    assert said in result.stderr
+    assert result.exit_code == 2 and result.stderr.count("\n") == 1 and said in result.stderr
 
 
 def test_unknown_split_freezes_nothing_and_unknown_suffixes_are_refused(url, tmp_path):
     result = run(url, "build", "d", "--from", "spring", "--split", "halves")
-    assert result.exit_code == 2 and "expected one of repetitions" in result.stderr
-    assert as_json(url, "list") == []
+    assert result.exit_code == 2 and "expected one of repetitions" in result.stderr and as_json(url, "list") == []
     done(url, "build", "d", "--from", "spring")
     assert "ends in .csv or .parquet" in run(url, "export", "d", "--out", tmp_path / "d.xlsx").stderr
     assert "cannot draw 'd.txt'" in run(url, "show", "d", "--plot", tmp_path / "d.txt").stderr

@@ -63,11 +63,9 @@ def test_shots_and_hit_are_the_published_ones(demo):
 def test_pictures_store_and_last_line_are_what_it_says(told):
     out, said = told
     for number in (1, 2):
-        assert f"Chapter {number} of 5. {cli.TITLES[number]}" in said
-        assert str(out / cli.PICTURES[number]) in said
+        assert f"Chapter {number} of 5. {cli.TITLES[number]}" in said and str(out / cli.PICTURES[number]) in said
         assert (out / cli.PICTURES[number]).read_bytes().startswith(b"\x89PNG")
-    assert (out / "demo.db").is_file()
-    assert "mean absolute error 4.06 %" in said
+    assert (out / "demo.db").is_file() and "mean absolute error 4.06 %" in said
     assert "the travel of 0.90 m and the friction of 1.464 were identified from the printed predictions" in said
     assert "with the stated travel of 0.885 m and a friction of 0.2: 4.29 %" in said
     assert told[1].rstrip().splitlines()[-1].endswith("ingest my-campaign/ --db sqlite:///pyroshock.db")
@@ -76,8 +74,7 @@ def test_pictures_store_and_last_line_are_what_it_says(told):
 def test_rehearsal_works_its_plan_off_the_same_twice(demo):
     out, data = demo
     rehearsal = data["rehearsal"]
-    assert rehearsal["planned"] == rehearsal["done"]
-    assert rehearsal["shots"] == 2 * rehearsal["planned"]
+    assert rehearsal["planned"] == rehearsal["done"] and rehearsal["shots"] == 2 * rehearsal["planned"]
     assert 0.4 < rehearsal["median_ratio"] < 1.2  # the virtual bench is another gun than the nominal one
     assert "rehearsal" in (out / "rehearsal-sheet.html").read_text(encoding="utf-8")
     out, first = demo
@@ -107,11 +104,8 @@ def test_whole_story_twice(tmp_path, monkeypatch):
     result = CliRunner().invoke(main, ["demo", "--out", str(tmp_path)])
     assert result.exit_code == 0, result.stderr
     for number, picture in cli.PICTURES.items():
-        assert f"Chapter {number} of 5" in result.stdout
-        assert (tmp_path / picture).read_bytes().startswith(b"\x89PNG")
+        assert f"Chapter {number} of 5" in result.stdout and (tmp_path / picture).read_bytes().startswith(b"\x89PNG")
     data = json.loads(CliRunner().invoke(main, ["demo", "--out", str(tmp_path), "--json"]).stdout)
-    assert data["rehearsal"]["done"] == data["rehearsal"]["planned"] == 36
-    assert data["contact_model"]["promoted"]
-    assert data["validation"]["calibrated"]
-    assert data["diagnosis"]["effects"][0]["effect"] == chapters.EFFECT
+    assert data["rehearsal"]["done"] == data["rehearsal"]["planned"] == 36 and data["contact_model"]["promoted"]
+    assert data["validation"]["calibrated"] and data["diagnosis"]["effects"][0]["effect"] == chapters.EFFECT
     assert data["diagnosis"]["held_out_fraction"] > 0.5

@@ -56,8 +56,7 @@ def window(store, channel="force", *arguments, **named):
 
 def test_full_view_keeps_the_peaks_and_a_short_window_every_sample(store, recorded):
     found = window(store, points=500)
-    assert found.decimated and found.time_s.size <= 500
-    assert found.values.max() == 1e3 * float(recorded.max())
+    assert found.decimated and found.time_s.size <= 500 and found.values.max() == 1e3 * float(recorded.max())
     assert found.values.min() == 1e3 * float(recorded.min())
     assert found.time_s[found.values.argmax()] == pytest.approx(START_S + 123_456 / RATE)
     assert (found.time_s[0], found.samples_in_record) == (START_S, SAMPLES)
@@ -134,14 +133,11 @@ POINTS = st.integers(FEWEST_POINTS, 80)
 @settings(max_examples=200)
 def test_every_bucket_keeps_its_extremes_and_few_points_hold_both_ends(values, points):
     kept, length = envelope(values, points), bucket_length(values.size, points)
-    assert 0 < kept.size <= points
-    assert (np.diff(kept) > 0).all()
-    assert (kept[0], kept[-1]) == (0, values.size - 1)
+    assert 0 < kept.size <= points and (np.diff(kept) > 0).all() and (kept[0], kept[-1]) == (0, values.size - 1)
     for start in range(0, values.size, length):
         in_window = kept[(kept >= start) & (kept < start + length)]
         bucket = values[start : start + length]
-        assert values[in_window].min() == bucket.min()
-        assert values[in_window].max() == bucket.max()
+        assert values[in_window].min() == bucket.min() and values[in_window].max() == bucket.max()
 
 
 @given(NUMBERS, st.integers(0, 200))
@@ -166,9 +162,7 @@ def test_extremes_stand_in_order_of_time_around_gaps_and_too_few_points_are_refu
     values = np.zeros(1000)
     values[100:300], values[400], values[401] = np.nan, 3.0, -2.0
     kept = envelope(values, 50)
-    assert {400, 401} <= set(kept.tolist())
-    assert np.isnan(values[kept]).any()
-    assert envelope(np.zeros(0), 10).size == 0
+    assert {400, 401} <= set(kept.tolist()) and np.isnan(values[kept]).any() and envelope(np.zeros(0), 10).size == 0
     for points in (-1, 0, 3):
         with pytest.raises(ValueError, match=f"points is {points}; expected 4 or more"):
             envelope(np.zeros(3), points)
@@ -239,12 +233,10 @@ def test_contact_ends_where_the_record_passes_the_threshold(pulse_store):
         at = np.round((found.time_s - version.start_s) * FS_HZ).astype(int)
         last = round((version.stop_s - version.start_s) * FS_HZ)
         force = dict(zip(at.tolist(), found.force_n, strict=True))
-        assert force[0] <= version.threshold_n < force[1]
-        assert force[last] <= version.threshold_n < force[last - 1]
+        assert force[0] <= version.threshold_n < force[1] and force[last] <= version.threshold_n < force[last - 1]
     loose, tight = found.versions
     share = (tight.threshold_n - tight.rest_n) / tight.figures["peak_force_n"]
-    assert share == pytest.approx(0.2, rel=1e-6)
-    assert (loose.in_use, tight.in_use) == (False, True)
+    assert share == pytest.approx(0.2, rel=1e-6) and (loose.in_use, tight.in_use) == (False, True)
     assert loose.start_s < tight.start_s < tight.stop_s < loose.stop_s
 
 

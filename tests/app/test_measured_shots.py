@@ -100,8 +100,7 @@ def test_hits_of_one_recording_are_read_apart_with_the_velocity_before_contact(c
     (setting,) = {replace(s, impact_velocity_m_s=1.0) for s in shots.settings}
     assert setting.impactor_mass_kg == pytest.approx(0.32)
     assert (setting.impact_position, setting.boundary_conditions) == ("#2", "fixed")
-    assert setting.factors == {"hammer_speed": "high"}
-    assert len(set(shots.configuration)) == 1
+    assert setting.factors == {"hammer_speed": "high"} and len(set(shots.configuration)) == 1
 
 
 def test_guns_shots_have_pressure_velocity_and_force_and_what_is_unknown_is_told(campaigns, session):
@@ -120,8 +119,7 @@ def test_guns_shots_have_pressure_velocity_and_force_and_what_is_unknown_is_told
     assert left_out[0] == "run 1, repetition 1: no channel acceleration_9"
     nothing, plate = {"aluminum": THESIS["aluminum"]}, CampaignPlate("aluminum", 0.01, 0.345)
     shots, left_out = read(session, "gun", plate=plate, material=lambda name: nothing[name])
-    assert len(shots) == 4
-    assert left_out == ("run 3, repetition 1: 'steel'", "run 3, repetition 2: 'steel'")
+    assert len(shots) == 4 and left_out == ("run 3, repetition 1: 'steel'", "run 3, repetition 2: 'steel'")
     with pytest.raises(LookupError, match="no campaign 'autumn'"):
         read(session, "autumn")
 
@@ -136,8 +134,7 @@ def test_what_a_check_rejects_is_left_out(session):
     given["recording_id"] = shot.recording_id
     session.add(QualityFinding(channel_id=None, impact_id=shot.impact_id, check="saturation", **given))
     shots, left_out = read(session, "hammer")
-    assert len(shots) == 2
-    assert "run 1, repetition 1: the check saturation (reject) rejects it" in left_out
+    assert len(shots) == 2 and "run 1, repetition 1: the check saturation (reject) rejects it" in left_out
     assert "run 1, repetition 2: the check zero-shift rejects acceleration_2" in left_out
     assert np.isnan(shots.spectra_m_s2).all(axis=-1).tolist() == [[False, True], [False, True]]
     shots, left_out = read(session, "gun")
@@ -160,8 +157,7 @@ def test_hits_without_mass_have_their_measured_force(session):
     velocities = np.array([setting.impact_velocity_m_s for setting in shots.settings])
     law = LawContact("hertz").pulses(ImpactBatch(shots.settings, velocities))
     assert law.contact_time_s == pytest.approx(shots.contact_time_s, rel=1e-3)
-    assert law.impulse_n_s == pytest.approx(shots.impulse_n_s, rel=1e-3)
-    assert PriorContact().updated(shots).shots == 0
+    assert law.impulse_n_s == pytest.approx(shots.impulse_n_s, rel=1e-3) and PriorContact().updated(shots).shots == 0
     plates_there = SimpleNamespace(twin=SimpleNamespace(plate=SimpleNamespace(plates={"aluminum": None})))
     levels, others = _levels(shots, plates_there)  # the tuner knows no force
     assert (len(levels), others) == (0, ["no mass or no velocity of the impactor"] * 3)
@@ -173,8 +169,7 @@ def test_hits_without_mass_and_force_are_left_out(session):
         session.query(Pulse).filter(Pulse.impact_id == impact.id).update({"current": False})
     session.flush()
     shots, left_out = read(session, "hammer")
-    assert (len(shots), len(left_out)) == (0, 3)
-    assert left_out[0] == "run 1, repetition 1: no mass of the impactor"
+    assert (len(shots), len(left_out)) == (0, 3) and left_out[0] == "run 1, repetition 1: no mass of the impactor"
 
 
 # --- a twin of them ---
@@ -198,8 +193,7 @@ def built(campaigns, monkeypatch):
 def test_campaigns_shots_teach_every_stage_but_for_configurations_left_out(built, session):
     twin = built().twin
     assert (len(twin.gun.shots), twin.contact.shots, twin.calibration.shots) == (6, 6, 6)
-    assert set(twin.plate.plates) == {"aluminum", "steel"}
-    assert twin.rests_on.shots == 6
+    assert set(twin.plate.plates) == {"aluminum", "steel"} and twin.rests_on.shots == 6
     assert twin.rests_on.sentence == (
         "The bands rest on 6 measured shots of campaign gun; the contact is the law with yield, loss and layer updated "
         "by them."
@@ -209,8 +203,7 @@ def test_campaigns_shots_teach_every_stage_but_for_configurations_left_out(built
     assert (len(twin.gun.shots), twin.contact.shots, twin.calibration.shots) == (2, 2, 2)
     assert set(twin.plate.plates) == {"aluminum"}
     of_hammer = built("hammer")
-    assert of_hammer.twin.gun is None
-    assert of_hammer.bench.impactor_mass_kg == pytest.approx(0.32)
+    assert of_hammer.twin.gun is None and of_hammer.bench.impactor_mass_kg == pytest.approx(0.32)
     assert of_hammer.twin.contact.shots == 3
     with pytest.raises(ValueError, match="this twin has no gun: give the impact velocity"):
         of_hammer.twin.predict(
@@ -352,10 +345,8 @@ def test_velocity_is_nearer_to_the_true_one(bare_plate_campaign: Path, tmp_path:
     seal = json.loads(bare_plate_campaign.with_name("hammer.sealed.json").read_text())
     truth = np.array([hit["velocity_m_s"] for run in seal["runs"] for hit in run["hits"]])
     kinds, integrated, _ = velocities(bare_plate_campaign, f"sqlite:///{tmp_path / 'thesis.db'}")
-    assert kinds == {INTEGRATED}
-    assert np.all(integrated < 0.6 * truth)
+    assert kinds == {INTEGRATED} and np.all(integrated < 0.6 * truth)
     plate = ("--velocity-target-motion", "plate")
     kinds, corrected, uncertainty = velocities(bare_plate_campaign, f"sqlite:///{tmp_path / 'plate.db'}", *plate)
-    assert kinds == {TARGET_MOTION_ADDED}
-    assert np.all(np.abs(corrected / truth - 1) < 0.2)
+    assert kinds == {TARGET_MOTION_ADDED} and np.all(np.abs(corrected / truth - 1) < 0.2)
     assert np.all(np.abs(corrected - truth) < 2 * uncertainty)

@@ -68,15 +68,13 @@ def test_rows_tell_what_the_command_line_tells_and_are_filtered(trained):
 def test_versions_side_by_side_differ_as_their_means_do_and_one_alone_is_refused(trained, read):
     both = [version_of(trained, label) for label in ("linear@1", "tree@1")]
     found = side_by_side(trained[0], both, read)
-    assert [model["label"] for model in found["models"]] == ["tree@1", "linear@1"]
-    assert found["pulses"] == 60
+    assert [model["label"] for model in found["models"]] == ["tree@1", "linear@1"] and found["pulses"] == 60
     assert [row["metric"] for row in found["differences"]] == list(METRICS)
     means = {model["label"]: model["metrics"] for model in found["models"]}
     for row in found["differences"]:
         difference = means[row["a"]][row["metric"]] - means[row["b"]][row["metric"]]
         assert row["difference"] == pytest.approx(difference)
-        assert row["ci90"][0] <= row["difference"] <= row["ci90"][1]
-        assert 0 < row["p_value"] <= 1
+        assert row["ci90"][0] <= row["difference"] <= row["ci90"][1] and 0 < row["p_value"] <= 1
     json.dumps(found, allow_nan=False)
     tree_version = version_of(trained, "tree@1")
     with pytest.raises(ValueError, match="2 versions to compare; choose two or more"):
@@ -155,5 +153,4 @@ def test_version_whose_files_are_damaged_is_marked(trained):
         wrong = {row["label"]: row["damaged"] for row in listed_versions(registry)}
     finally:
         file.write_bytes(kept)
-    assert [label for label, what in wrong.items() if what] == ["hann@1"]
-    assert "model.json" in wrong["hann@1"]
+    assert [label for label, what in wrong.items() if what] == ["hann@1"] and "model.json" in wrong["hann@1"]

@@ -94,8 +94,7 @@ def test_store_tells_what_an_older_model_does_not(lab: str) -> None:
         built = build_snapshot(store, "spring", ["hammer"]).snapshot
         old = version("tree", dataset("theirs", digest=built.hash))
         with store.reading() as session:
-            assert bench_kind_of(session, old) == "hammer"
-            assert training_campaigns(session, old) == ("hammer",)
+            assert bench_kind_of(session, old) == "hammer" and training_campaigns(session, old) == ("hammer",)
             assert velocity_kind_of(session, old) == built.definition["velocity"]["kind"]
             gone = version("tree", dataset("theirs"))
             assert (velocity_kind_of(session, gone), training_campaigns(session, gone)) == (BEFORE_CONTACT, ())
@@ -110,8 +109,7 @@ def test_hammers_campaign_is_struck_with_its_hammer(
     monkeypatch.setattr(twins, "_registry", lambda _: registry(champion))
     result = asked(*STRIKE, "--contact", "registered", "--json")
     found = told(result)
-    assert found["models"]["gun"] == "none"
-    assert found["models"]["contact"] == "models:/tree@champion"
+    assert found["models"]["gun"] == "none" and found["models"]["contact"] == "models:/tree@champion"
     assert found["velocity_m_s"]["mean"] == 1.5
     assert "tree@1 takes velocities integrated to the peak of the force" in result.stderr
     heavy = told(asked(*STRIKE, "--bullet-mass", "0.64kg", "--json"))

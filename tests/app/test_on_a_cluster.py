@@ -65,8 +65,7 @@ def test_answers_of_a_blind_check(folder, cluster):
         done("blind-check", *words, "--folder", name, *where)
         rows = [json.loads(line) for line in (folder / name / "answers.jsonl").read_text().splitlines()]
         said.append(sorted(json.dumps(without_times(row), sort_keys=True) for row in rows))
-    assert len(said[0]) == 2
-    assert said[0] == said[1]
+    assert len(said[0]) == 2 and said[0] == said[1]
 
 
 def without_times(value):

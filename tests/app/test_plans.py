@@ -82,8 +82,7 @@ def test_page_counts_levels_changes_and_states(store):
         "tip_material": 1
     }
     levels = next(axis_levels for axis_levels in page["levels"] if axis_levels["axis"] == "tip_material")
-    assert [level["runs"] for level in levels["levels"]] == [2, 1, 0]
-    assert levels["share"] == 1.0
+    assert [level["runs"] for level in levels["levels"]] == [2, 1, 0] and levels["share"] == 1.0
     # of positions -1, 0, 1 the levels' means are -0.5 and 1: between groups 2 * 0.25 + 1 of 2
     assert next(
         share_row["share"] for share_row in page["time"] if share_row["axis"] == "tip_material"
@@ -171,8 +170,7 @@ def test_run_beyond_the_bench_is_refused_with_its_number(url, tmp_path):
 
     factors.write_text(shipped_factors("gun").replace("values = [7, 14, 22]", "values = [7, 14, 90]"))
     result = plan("import", "p", table(tmp_path / "in.csv"), "--db", url, "--factors", factors)
-    assert result.exit_code == 2
-    assert "run 3" in result.stderr and "m/s" in result.stderr
+    assert result.exit_code == 2 and "run 3" in result.stderr and "m/s" in result.stderr
     assert as_json("--db", url) == []
 
 
@@ -183,8 +181,7 @@ def test_lab_adds_its_own_factor(url, tmp_path):
     factors.write_text(shipped_factors("hammer") + '\n[[factors]]\nname = "operator"\nkind = "categorical"\n'
                        'levels = ["Ada", "Emil"]\n')  # fmt: skip
     runs = as_json("factorial", "p", "--db", url, "--factors", factors, "--seed", "1")["runs"]
-    assert len(runs) == 360
-    assert {run["operator"] for run in runs} == {"Ada", "Emil"}
+    assert len(runs) == 360 and {run["operator"] for run in runs} == {"Ada", "Emil"}
 
 
 def test_pressure_over_its_range_is_a_factor(url, tmp_path):
@@ -204,18 +201,15 @@ def test_pressure_over_its_range_is_a_factor(url, tmp_path):
 @pytest.mark.parametrize("text", ["tank_pressure_bar", "tank_pressure_bar=low:high", "tank_pressure_bar=1"])
 def test_range_that_is_none_is_refused(url, text):
     result = plan("lhs", "p", "--runs", "10", "--range", text, "--db", url)
-    assert result.exit_code == 2
-    assert "tank_pressure_bar" in result.stderr
+    assert result.exit_code == 2 and "tank_pressure_bar" in result.stderr
 
 
 def test_aliases_of_a_screening_plan_are_told(url):
     given = ("--generators", "a b c d abc abd", "--categorical", "first-last", "--db", url)
     result = done("fractional-factorial", "p", *given)
-    assert "aliased: plate_material*tip_radius = " in result.stderr
-    assert "generators=a b c d abc abd" in result.stderr
+    assert "aliased: plate_material*tip_radius = " in result.stderr and "generators=a b c d abc abd" in result.stderr
     refused = plan("fractional-factorial", "q", "--db", url)
-    assert refused.exit_code == 2
-    assert "(anvil_material+insulator)" in result.stderr
+    assert refused.exit_code == 2 and "(anvil_material+insulator)" in result.stderr
     assert "categorical=first-last" in refused.stderr
 
 
@@ -242,8 +236,7 @@ def test_recorded_campaign_works_the_plan_off(url, tmp_path):
 
 def test_unknown_plan_of_an_ingest_is_named(url, tmp_path):
     result = pyroshock("ingest", gun_campaign(tmp_path / "g", 1), "--db", url, "--plan", "spring")
-    assert result.exit_code == 2
-    assert "no plan 'spring'" in result.stderr
+    assert result.exit_code == 2 and "no plan 'spring'" in result.stderr
 
 
 def test_added_runs_are_repeated_as_the_plans(url, tmp_path):
@@ -325,10 +318,8 @@ def test_simulated_campaign_works_its_plan_off(planned_url, tmp_path):
 
 
 def test_options_say_when_the_recorder_begins():
-    assert trigger_of(None, None) is None
-    assert trigger_of("10%", None) == Trigger(0.1, 0.3)
-    assert trigger_of("none", "500ms") == Trigger(None, 0.5)
-    assert trigger_of(None, "0.2s") == Trigger(0.05, 0.2)
+    assert trigger_of(None, None) is None and trigger_of("10%", None) == Trigger(0.1, 0.3)
+    assert trigger_of("none", "500ms") == Trigger(None, 0.5) and trigger_of(None, "0.2s") == Trigger(0.05, 0.2)
     for share in ("10", "0%", "x%", "100%"):
         with pytest.raises(ValueError, match=r"--trigger is .* expected a share such as 5%, or none"):
             trigger_of(share, None)

@@ -57,8 +57,7 @@ def test_sliders_stay_within_the_bench_and_their_defaults_can_be_fired(bench):
         assert range_slider["low"] <= range_slider["default"] <= range_slider["high"], name
         assert range_slider["domain"] is None
     choices = controls["choices"]
-    assert choices["tip_material"]["default"] == "steel"
-    assert choices["anvil_material"]["options"][0]["name"] == "none"
+    assert choices["tip_material"]["default"] == "steel" and choices["anvil_material"]["options"][0]["name"] == "none"
     assert [option["name"] for option in choices["impact_position"]["options"]] == ["#1", "#2"]
     assert all(option["known"] for choice in choices.values() for option in choice["options"])
     names = [option["name"] for option in choices["tip_material"]["options"]]
@@ -143,8 +142,7 @@ def test_domain_is_told_in_words_and_each_quantity_once():
     )
     beyond = Extrapolation("impact_velocity_m_s", 22.0, 1.0, 9.0)
     shot = prediction(beyond, outside=[OutOfDomain("impact_velocity", 22.0, "1 to 9")])
-    assert warnings(shot) == (extrapolation_text(beyond),)
-    assert domain_warnings(shot) == ()
+    assert warnings(shot) == (extrapolation_text(beyond),) and domain_warnings(shot) == ()
 
 
 @pytest.mark.parametrize(

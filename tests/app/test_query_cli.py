@@ -49,16 +49,14 @@ def test_an_answer_is_a_table_or_the_same_rows_in_csv_and_json(store, tmp_path):
     sql = "select id, peak_force_n from pulses order by id"
     rows = json.loads(query(store, sql, "--json").stdout)
     (tmp_path / "x.csv").write_text(query(store, sql, "--csv").stdout, encoding="utf-8")
-    assert len(rows) > 1
-    assert pd.read_csv(tmp_path / "x.csv").to_dict("records") == rows
+    assert len(rows) > 1 and pd.read_csv(tmp_path / "x.csv").to_dict("records") == rows
 
     def row(*words):
         (row,) = json.loads(query(store, *words, "--json").stdout)
         return row
 
     frame = row("select frame from series_chunks limit 1")["frame"]
-    assert frame.startswith("<") and frame.endswith(" bytes>")
-    assert row("select 1 as a, 2 as a") == {"a": 1, "a_2": 2}
+    assert frame.startswith("<") and frame.endswith(" bytes>") and row("select 1 as a, 2 as a") == {"a": 1, "a_2": 2}
     sql = "select count(*) as n from shots where tank_pressure_pa > :low and run <= :last"
     assert row(sql, "-p", "low", "1.5e4", "-p", "last", "3")["n"] == 3
     assert query(store, "select id from shots", "--limit", "2", "--csv").stdout.count("\n") == 3
@@ -114,8 +112,7 @@ def test_nothing_is_changed(store, sql, tmp_path, monkeypatch):
 
     before = rows()
     refused(store, sql)
-    assert rows() == before
-    assert not list(tmp_path.iterdir())
+    assert rows() == before and not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
@@ -170,8 +167,7 @@ def test_colons_in_text_and_casts_are_no_parameters():
     statement = Statement("select ':a', b::text, \":c\" -- :d\n, :e /* :f */ where :e > :g", {"e": "1", "g": "007"})
     assert statement.names() == ["e", "g"]
     bound = "select ':a', b::text, \":c\" -- :d\n, $1 /* :f */ where $1 > $2"
-    assert statement.for_postgresql() == (bound, ["1", "007"])
-    assert statement.for_sqlite()[1] == {"e": 1, "g": "007"}
+    assert statement.for_postgresql() == (bound, ["1", "007"]) and statement.for_sqlite()[1] == {"e": 1, "g": "007"}
     with pytest.raises(QueryError, match="DELETE is refused"):  # a comment begins no statement
         Statement("-- select\ndelete from shots", {}).check()
 

@@ -92,8 +92,7 @@ def test_diagnosis_is_the_newest_and_its_file_is_replaced(lab: Path, monkeypatch
     assert not list(lab.rglob("*.part"))
     monkeypatch.setattr(any_module, "report_on", lambda *_: pytest.fail("worked before it looked at the ending"))
     result = report(lab, "spring", "page.docx")
-    assert result.exit_code == 2
-    assert "expected a name that ends in .html or .pdf" in result.stderr
+    assert result.exit_code == 2 and "expected a name that ends in .html or .pdf" in result.stderr
 
 
 @pytest.mark.parametrize(
@@ -111,8 +110,7 @@ def test_diagnosis_is_the_newest_and_its_file_is_replaced(lab: Path, monkeypatch
 )
 def test_what_there_is_not_is_one_line(lab: Path, subject: str, said: str) -> None:
     result = report(lab, subject, "page.html")
-    assert result.exit_code == 2
-    assert said in result.stderr and result.stderr.count("\n") == 1
+    assert result.exit_code == 2 and said in result.stderr and result.stderr.count("\n") == 1
     assert not (lab / "page.html").exists()
 
 

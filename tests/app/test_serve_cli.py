@@ -90,8 +90,7 @@ def test_it_answers_and_ends_when_it_is_told(
     out, err = server.communicate(timeout=PATIENCE_S)
     assert time.monotonic() - asked < 5
     assert server.returncode in ((0, 130) if ending == signal.SIGINT else (0, -ending)), err
-    assert "Traceback" not in out + err
-    assert counts(db) == before
+    assert "Traceback" not in out + err and counts(db) == before
     assert_whole(db, 1)
 
 

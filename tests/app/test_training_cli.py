@@ -103,8 +103,7 @@ def test_compare_tells_which_is_better_of_two_or_all(lab, tmp_path):
     assert [row["model"] for row in models] == ["kernel-ridge", "hann"]
     assert (pair["a"], pair["b"], pair["metric"]) == ("kernel-ridge@1", "hann@1", "force_nrmse")
     difference = models[0]["metrics"]["force_nrmse"] - models[1]["metrics"]["force_nrmse"]
-    assert pair["difference"] == pytest.approx(difference)
-    assert pair["ci90"][0] < difference < pair["ci90"][1] < 0
+    assert pair["difference"] == pytest.approx(difference) and pair["ci90"][0] < difference < pair["ci90"][1] < 0
     assert pair["p_value"] < 0.05
     done(lab("train", "spring", "--models", "kernel-ridge,hann,hertz", "--split", "repetitions"))
     result = done(lab("compare", "--metric", "cost", "--out", tmp_path / "d.png"))
@@ -152,8 +151,7 @@ def test_compare_needs_pulses_in_common(lab):
     for name in ("spring", "autumn"):
         done(lab("train", name, "--models", "hann", "--split", "repetitions"))
     result = lab("compare", "hann@1", "hann@2")
-    assert result.exit_code == 2
-    assert "no held-out pulse in common" in result.stderr
+    assert result.exit_code == 2 and "no held-out pulse in common" in result.stderr
 
 
 def test_promotion_and_refusal_judged_on_either_dataset(lab, monkeypatch):
@@ -162,8 +160,7 @@ def test_promotion_and_refusal_judged_on_either_dataset(lab, monkeypatch):
     first = done(lab("promote", "hann@1", "--force", "--reason", "a start")).stderr
     assert "hann@1 is now in use for the hammer (none before): a start" in first
     refused = lab("promote", "linear", "1", "--json")
-    assert refused.exit_code == 1
-    assert json.loads(refused.stdout)["promoted"] is False
+    assert refused.exit_code == 1 and json.loads(refused.stdout)["promoted"] is False
     stays = "linear@1 is refused, hann@1 stays in use for the hammer: hann@1 predicts unseen"
     assert stays in refused.stderr
     assert lab("promote", "linear").exit_code == lab("promote", "linear@1", "1").exit_code == 2
@@ -175,12 +172,10 @@ def test_promotion_and_refusal_judged_on_either_dataset(lab, monkeypatch):
     history = json.loads(done(lab("models", "--promotions", "--json")).stdout)
     assert [(each["candidate"], each["promoted"]) for each in history] == [("linear@1", False), ("hann@1", True)]
     refused = lab("promote", "linear", "1", "--on", "autumn")
-    assert refused.exit_code == 1
-    assert "judged on 120 pulses, unseen configurations of autumn" in refused.stderr
+    assert refused.exit_code == 1 and "judged on 120 pulses, unseen configurations of autumn" in refused.stderr
     forced = lab("promote", "linear", "1", "--on", "autumn", "--force", "--reason", "a trial")
     trial = "linear@1 is now in use for the hammer (hann@1 before): a trial; promoted by force although"
-    assert trial in done(forced).stderr
-    assert "a trial" in done(lab("models", "--promotions")).stdout
+    assert trial in done(forced).stderr and "a trial" in done(lab("models", "--promotions")).stdout
 
 
 def test_campaign_to_promoted_model(tmp_path, monkeypatch):
@@ -228,16 +223,13 @@ def test_campaign_to_promoted_model(tmp_path, monkeypatch):
 )
 def test_unusable_input_is_one_line(lab, words, said):
     result = lab(*words)
-    assert result.exit_code == 2
-    assert said in result.stderr
-    assert len(result.stderr.splitlines()) == 1
+    assert result.exit_code == 2 and said in result.stderr and len(result.stderr.splitlines()) == 1
 
 
 def test_model_that_cannot_learn_is_told_and_the_others_listed(lab, monkeypatch):
     monkeypatch.setattr("pyroshock.training.models.analytic.Analytic.fit", _refuses)
     result = lab("train", "spring", "--models", "hann,linear", "--split", "repetitions", "--json")
-    assert result.exit_code == 2
-    assert [row["model"] for row in json.loads(result.stdout)] == ["linear"]
+    assert result.exit_code == 2 and [row["model"] for row in json.loads(result.stdout)] == ["linear"]
     assert result.stderr.splitlines()[-1] == "pyroshock: not trained: hann (repetitions): no hammer here"
 
 
@@ -264,8 +256,7 @@ def test_missing_extra_says_how_to_get_it(lab, monkeypatch, words):
 def test_fresh_lab_has_no_models_and_train_json_has_the_rows_of_the_contract(lab):
     """The synthetic campaign stands in for a hammer's: the same set of predictors, in the same order."""
     assert "no models yet; train some" in done(lab("models")).stdout
-    assert json.loads(done(lab("models", "--json")).stdout) == []
-    assert shipped("hammer").predictors == PREDICTORS
+    assert json.loads(done(lab("models", "--json")).stdout) == [] and shipped("hammer").predictors == PREDICTORS
     result = done(lab("train", "spring", "--models", "hann,linear", "--json"))
     rows = json.loads(result.stdout)
     order = ((1, "repetitions"), (2, "configurations"))

@@ -69,8 +69,7 @@ def test_services_run_commands_that_exist(name, monkeypatch):
 @pytest.mark.parametrize("name", SERVICES)
 def test_services_say_what_compose_knows(name):
     service = SERVICES[name]
-    assert set(service) <= KEYS
-    assert set(service.get("depends_on", {})) <= set(SERVICES)
+    assert set(service) <= KEYS and set(service.get("depends_on", {})) <= set(SERVICES)
     assert set(service.get("secrets", [])) <= set(COMPOSE["secrets"])
     for volume in service.get("volumes", []):
         source = re.sub(r"\$\{[^}]*\}", "", volume).split(":")[0]
@@ -83,8 +82,7 @@ def test_secrets_are_files_that_the_script_makes(tmp_path):
     assert made[0] == made[1]
     assert {f"./secrets/{name}" for name in made[0]} == {each["file"] for each in COMPOSE["secrets"].values()}
     words = [text for name, text in made[0].items() if name != "pgpass"]
-    assert all(re.fullmatch("[0-9a-f]{64}", word) for word in words)
-    assert len(set(words)) == 4
+    assert all(re.fullmatch("[0-9a-f]{64}", word) for word in words) and len(set(words)) == 4
     assert (tmp_path / "secrets" / "pgpass").stat().st_mode & 0o777 == 0o600
     assert f":pyroshock_lab:{made[0]['lab_password']}" in made[0]["pgpass"]
 
@@ -107,8 +105,7 @@ def test_no_file_holds_a_secret_and_the_image_is_made_of_what_is_there():
     for source in re.findall(r"^COPY (?:--chmod=\d+ )?(\S+) ", text, re.MULTILINE):
         assert source.startswith("--from=") or (ROOT / source).exists(), source
     users = re.findall(r"^USER (\S+)", text, re.MULTILINE)
-    assert users == ["pyroshock"]
-    assert "--uid 10001" in text
+    assert users == ["pyroshock"] and "--uid 10001" in text
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda p: p.name)

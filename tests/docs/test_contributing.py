@@ -130,8 +130,7 @@ def test_drawing_and_arrows_are_those_of_the_imports() -> None:
     for path, targets in imports().items():
         room = path.split("/")[0]
         real[room] |= {target.split("/")[0] for target in targets if "/" in target and "/" in path} - {room}
-    assert drawn == {room: targets for room, targets in real.items() if targets}
-    assert len(WAYS) == 4
+    assert drawn == {room: targets for room, targets in real.items() if targets} and len(WAYS) == 4
 
 
 @pytest.mark.parametrize(("title", "text"), WAYS, ids=[title for title, _ in WAYS])

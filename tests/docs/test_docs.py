@@ -138,8 +138,7 @@ def test_name_of_a_term_leads_to_code(row: list[str]) -> None:
     names = re.findall(r"`([\w.]+)`", row[-1])
     assert names
     for name in names:
-        assert name.split(".")[0] == "pyroshock"
-        assert not any(part.startswith("_") for part in name.split("."))
+        assert name.split(".")[0] == "pyroshock" and not any(part.startswith("_") for part in name.split("."))
         resolve(name)
 
 
@@ -151,8 +150,7 @@ def test_wrong_name_is_noticed(name: str) -> None:
 
 def test_every_term_stands_once_with_all_columns() -> None:
     terms = [row[0].lower() for row in ROWS]
-    assert len(terms) >= 60
-    assert sorted(terms) == sorted(set(terms))
+    assert len(terms) >= 60 and sorted(terms) == sorted(set(terms))
     assert [cells for cells in table_lines() if cells[0] == "term"] == [COLUMNS] * 6
     assert [row[0] for row in ROWS if len(row) != len(COLUMNS) or not all(row)] == []
 
@@ -198,8 +196,7 @@ def test_row_leads_to_pages_that_have_it_and_code_that_names_some(
     equations: set[str], pages: list[str], files: list[str]
 ) -> None:
     shown = set().union(*(mentioned(DOCS / "explanation" / page) for page in pages))
-    assert sorted(equations - shown) == []
-    assert all((ROOT / file).is_file() for file in files)
+    assert sorted(equations - shown) == [] and all((ROOT / file).is_file() for file in files)
     assert any(equations & mentioned(ROOT / file) for file in files)
 
 

@@ -95,8 +95,7 @@ def test_every_drawable_figure_has_a_script_and_a_picture() -> None:
     assert [number for entry in FIGURES.values() for number in entry.thesis.split(", ")] == list(DRAWABLE)
     folder = ROOT / "examples" / "gallery"
     drawing = {path.stem for path in folder.glob("*.py") if "\ndef draw(" in path.read_text(encoding="utf-8")}
-    assert drawing == set(FIGURES)
-    assert {path.stem for path in PICTURES.iterdir()} == set(FIGURES)
+    assert drawing == set(FIGURES) and {path.stem for path in PICTURES.iterdir()} == set(FIGURES)
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -127,8 +126,7 @@ def test_command_writes_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 @pytest.mark.parametrize("words", [["mona_lisa"], ["force_models", "--models", "oracle"]])
 def test_command_refuses_what_it_does_not_know(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(words) == 2
-    assert words[-1] in capsys.readouterr().err
+    assert main(words) == 2 and words[-1] in capsys.readouterr().err
 
 
 # --- physics --------------------------------------------------------------------------------------------------------
@@ -147,8 +145,7 @@ def test_plates_are_as_thick_as_the_thesis_says_and_the_spectrum_passes_through_
     """Around 10 mm of aluminium, around 5 mm of steel."""
     marks = [line for axes in drawn("safety_plates").axes for line in axes.lines if line.get_marker() == "x"]
     thickness, limit = np.array([np.ravel(line.get_data()) for line in marks]).T
-    assert limit == pytest.approx([150, 150])
-    assert thickness == pytest.approx([10, 5], abs=0.5)
+    assert limit == pytest.approx([150, 150]) and thickness == pytest.approx([10, 5], abs=0.5)
     base = spectrum_construction.recorded()
     lines = np.array(spectrum_construction.OSCILLATORS_HZ)
     (axes,) = (axes for axes in drawn("spectrum_construction").axes if axes.get_xscale() == "log")
@@ -204,8 +201,7 @@ def test_cost_adds_up_to_eq_5_4_and_grows_from_nought_to_one() -> None:
 def test_tests_are_in_groups_of_six_by_tip() -> None:
     rows = virtual_campaign.tests_in_order()
     tips = [row["tip_material"] for row in rows]
-    assert len(rows) == 180
-    assert tips == 10 * (6 * ["aluminum"] + 6 * ["delrin"] + 6 * ["polyurethane"])
+    assert len(rows) == 180 and tips == 10 * (6 * ["aluminum"] + 6 * ["delrin"] + 6 * ["polyurethane"])
     assert {tips[i - 1] for i in (1, 40, 109)} == {"aluminum"}  # where the thesis's extractions differ most
 
 
@@ -285,8 +281,7 @@ def test_whole_gallery_is_drawn(tmp_path: Path) -> None:
     """180 tests of three hits, and the models that learn in seconds."""
     assert main(["--out", str(tmp_path), "--work", str(tmp_path / "work"), "--hits", "3"]) == 0
     sizes = {path.stem: path.stat().st_size for path in tmp_path.glob("*.png")}
-    assert set(sizes) == set(FIGURES)
-    assert max(sizes.values()) < 80_000
+    assert set(sizes) == set(FIGURES) and max(sizes.values()) < 80_000
 
 
 @pytest.mark.slow

@@ -56,8 +56,7 @@ def test_defaults_comments_and_limits_are_told() -> None:
     words = section("commands", "pyroshock plan lhs")
     assert re.search(r"^\| `--repetitions [^|]*\| `10` \|", words, re.MULTILINE)
     assert re.search(r"^\| `--runs [^|]*\| required \|", words, re.MULTILINE)
-    assert re.search(r"^\| `--seed [^|]*\| drawn, and told \|", words, re.MULTILINE)
-    assert "`PYROSHOCK_DB`" in words
+    assert re.search(r"^\| `--seed [^|]*\| drawn, and told \|", words, re.MULTILINE) and "`PYROSHOCK_DB`" in words
     assert "| `start_s` | DOUBLE / DOUBLE PRECISION | no |  | first instant of contact, on the" in page("tables")
     assert "`status = 'stored' OR reason IS NOT NULL`" in section("tables", "recordings")
     assert "| `written_by_id` | INTEGER | no | → `provenance.id` |" in section("tables", "shots")
@@ -77,9 +76,7 @@ def test_a_table_has_its_columns_and_rules(name: str) -> None:
 @pytest.mark.parametrize("kind", list(catalogue().values()), ids=list(catalogue()))
 def test_an_effect_has_law_source_and_parameters(kind) -> None:
     words = section("effects", kind.id)
-    assert code(kind.law) in words
-    assert escaped(kind.source) in words
-    assert kind.__doc__
+    assert code(kind.law) in words and escaped(kind.source) in words and kind.__doc__
     assert escaped(first_line(kind.__doc__)) in words
     assert re.findall(r"^\| `(\w+)` \|", words, re.MULTILINE) == [item.name for item in kind.parameters()]
 
@@ -95,9 +92,7 @@ def test_a_reader_has_suffixes_and_library(reader) -> None:
 
 def test_libraries_and_imported_names_are_in_the_reference_and_unknown_subjects_refused() -> None:
     found = {reader.format: readers.libraries(reader) for reader in READERS}
-    assert found["mat"] == ["scipy", "h5py"]
-    assert found["npz"] == ["numpy"]
-    assert found["tdms"] == ["nptdms"]
+    assert found["mat"] == ["scipy", "h5py"] and found["npz"] == ["numpy"] and found["tdms"] == ["nptdms"]
     assert "pyroshock.ingest.load.ingest_folder" in api.documented()
     assert "pyroshock.signals.srs.spectrum.shock_response_spectrum" in api.documented()
     assert "pyroshock.diagnosis.diagnose.diagnose" in api.documented()
@@ -174,8 +169,7 @@ def test_blocks_and_signs_of_markdown_show_as_they_are() -> None:
         Block("code", 'name = "hammer"'),
     ]
     assert escaped("a*b `c*d` e_f <g>") == r"a\*b `c*d` e\_f \<g\>"
-    assert paragraph("1. not a list") == r"1\. not a list"
-    assert paragraph("- neither") == r"\- neither"
+    assert paragraph("1. not a list") == r"1\. not a list" and paragraph("- neither") == r"\- neither"
     assert table(["a"], [["x|y `p|q`"]]).splitlines()[-1] == r"| x\|y `p\|q` |"
     assert prose("Text:\n\n    code |x|\n\nMore.") == "Text:\n\n```\ncode |x|\n```\n\nMore."
 

@@ -44,8 +44,7 @@ def test_first_shots_are_table_5_1_with_its_factor_and_uncertainties(first: GunO
 def test_leak_is_a_part_of_the_gap_and_all_of_it_with_the_atmosphere_at_low_pressure(first: GunObservables) -> None:
     """At most a quarter, less at higher pressure, and below the thesis's psi of 0.4 to 0.6 at every shot."""
     leak = clearance_leak(first, 0.6)
-    assert leak.share == pytest.approx([0.26, 0.24, 0.10, 0.13, 0.09], abs=0.006)
-    assert leak.psi.max() < 0.25
+    assert leak.share == pytest.approx([0.26, 0.24, 0.10, 0.13, 0.09], abs=0.006) and leak.psi.max() < 0.25
     assert clearance_leak(first, 1.0).share.max() < 0.5
     both = clearance_leak(first, 0.6, [effect("gun.back_pressure")])
     assert both.share == pytest.approx([1.13, 0.95, 0.30, 0.44, 0.27], abs=0.01)
@@ -63,11 +62,9 @@ def test_no_constant_drag_makes_a_constant_factor_and_what_does_is_on_no_bench(f
     misfit = (of.y - first.changes(drags)[:, :, 0]) / of.s
     assert np.nanmin((misfit**2).sum(axis=1)) == pytest.approx(269, abs=1)
     found = fit(first, gap(first, 0.05), ["gun.sliding_friction"], anywhere=True)
-    assert found.chi2 == pytest.approx(4.6, abs=0.1)
-    assert not found.likely
+    assert found.chi2 == pytest.approx(4.6, abs=0.1) and not found.likely
     found = fit(first, gap(first, 0.05), ["sensor.velocity_gain"], anywhere=True)
-    assert found.chi2 == pytest.approx(4.1, abs=0.1)
-    assert not found.likely
+    assert found.chi2 == pytest.approx(4.1, abs=0.1) and not found.likely
 
 
 def test_planted_effect_comes_back(first: GunObservables) -> None:
@@ -77,8 +74,7 @@ def test_planted_effect_comes_back(first: GunObservables) -> None:
     )
     stage = GunObservables(replace(first.record, runs=runs))
     found = fit(stage, gap(stage), ["gun.sliding_friction"])
-    assert found.chi2 < 0.01
-    assert found.change == pytest.approx(gap(stage).y, abs=1e-3)
+    assert found.chi2 < 0.01 and found.change == pytest.approx(gap(stage).y, abs=1e-3)
 
 
 def test_distances_are_in_standard_errors_and_predictions_are_the_fits(first: GunObservables) -> None:
@@ -92,8 +88,7 @@ def test_distances_are_in_standard_errors_and_predictions_are_the_fits(first: Gu
         np.exp(first.simulated()[:, 0] + found.change), rel=1e-9
     )
     needed = shots_needed(np.exp([[0.0, 0.0], [0.05, 0.4]]), scatter=0.05)
-    assert needed[0, 1] == pytest.approx([16, 1])
-    assert np.all(np.isinf(needed[0, 0]))
+    assert needed[0, 1] == pytest.approx([16, 1]) and np.all(np.isinf(needed[0, 0]))
 
 
 def test_folder_holds_the_record(tmp_path: Path) -> None:
@@ -108,8 +103,7 @@ def test_folder_holds_the_record(tmp_path: Path) -> None:
 
 
 def test_atmosphere_and_dead_volume_predict_an_unseen_pressure_better_than_a_factor(small: GunObservables) -> None:
-    assert len(small.record.runs) == 74
-    assert list(gap(small).shots) == [14, 15, 15, 15, 15]
+    assert len(small.record.runs) == 74 and list(gap(small).shots) == [14, 15, 15, 15, 15]
     assert constant_factor(gap(small)).rms(gap(small)) == pytest.approx(0.162, abs=0.002)
     of = gap(small)
     told = held_out(small, of, ("gun.back_pressure", "gun.dead_volume"))
@@ -119,15 +113,13 @@ def test_atmosphere_and_dead_volume_predict_an_unseen_pressure_better_than_a_fac
 def test_named_pair_lets_the_dart_leave_and_a_free_atmosphere_makes_volume_and_factor_one(small: GunObservables):
     """It predicts velocities, and is not the cause: the volume is many times the 9 to 18 ml that were measured."""
     found = fit(small, gap(small), ("gun.back_pressure", "gun.dead_volume"))
-    assert not stuck_stays(found)
-    assert found.effects[1].as_json()["volume_m3"] > 6 * 18e-6
+    assert not stuck_stays(found) and found.effects[1].as_json()["volume_m3"] > 6 * 18e-6
     of = gap(small)
     fits = [
         fit(small, of, ("gun.back_pressure", other), anywhere=True)
         for other in ("gun.dead_volume", "sensor.velocity_gain")
     ]
-    assert [each.chi2 for each in fits] == pytest.approx([37.2, 37.2], abs=0.2)
-    assert distances(fits, of.s)[0, 1] < 0.2
+    assert [each.chi2 for each in fits] == pytest.approx([37.2, 37.2], abs=0.2) and distances(fits, of.s)[0, 1] < 0.2
 
 
 def test_diagnosis_predicts_an_unseen_pressure_with_atmosphere_and_dead_volume(small: GunObservables) -> None:

@@ -103,8 +103,7 @@ def test_a_readers_worker_ends_where_a_job_waits(server: Server) -> None:
         job = ask(store, EXTRACT, "pulses of spring", ExtractArguments("spring"))
         result = pyroshock("work", "--db", server.address(READER))
         stop(store, job.key)
-    assert result.exit_code == 2
-    assert "needs the role pyroshock_operator" in result.stderr.splitlines()[-1]
+    assert result.exit_code == 2 and "needs the role pyroshock_operator" in result.stderr.splitlines()[-1]
 
 
 def test_who_has_no_role_is_told_of_the_least_but_not_for_another_reason(server: Server) -> None:
@@ -152,8 +151,7 @@ def test_an_operator_deletes_nothing_and_brings_back_what_an_admin_has_deleted(s
     assert "pyroshock_admin" in refused("runs", "discard", "kept", path, "--reason", "r", "--db", db)
     assert "pyroshock_admin" in refused("campaigns", "delete", "kept", "--reason", "r", "--db", db)
     archived = ("campaigns", "archive", "kept", "--out", out, "--reason", "r", "--db")
-    assert "pyroshock_admin" in pyroshock(*archived, db).stderr
-    assert counts(db) == before
+    assert "pyroshock_admin" in pyroshock(*archived, db).stderr and counts(db) == before
     done("runs", "discard", "kept", path, "--reason", "r", "--db", server.address(ADMIN))
     done("ingest", folder, "--again", path, "--db", db, "--jobs", "1")
     out.unlink()
@@ -269,8 +267,7 @@ def test_pages_for_a_reader(server: Server) -> None:
 
     with window(server.address(READER)) as (client, store):
         before = count_rows(store)
-        assert client.get("/campaigns").status_code == 200
-        assert "spring" in client.get("/campaigns").text
+        assert client.get("/campaigns").status_code == 200 and "spring" in client.get("/campaigns").text
         address = f"/plans/{PLAN}/runs/1"
         answers = [post_json(client, f"/api{address}", {"status": "done"}), post(client, address, {"status": "done"})]
         assert count_rows(store) == before

@@ -170,8 +170,7 @@ def test_processes_of_a_script_import_nothing_from_the_working_directory(tmp_pat
     trap = planted(tmp_path / "c")
     script = tmp_path / "script.py"
     script.write_text(SCRIPT.format(tests=str(TESTS)), encoding="utf-8")
-    assert done([sys.executable, str(script)], "", tmp_path / "c").split() == ["9", "None"]
-    assert ran(trap) == ""
+    assert done([sys.executable, str(script)], "", tmp_path / "c").split() == ["9", "None"] and ran(trap) == ""
 
 
 def test_blocks_within_blocks_leave_the_environment_as_it_was(monkeypatch) -> None:

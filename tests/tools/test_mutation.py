@@ -71,8 +71,7 @@ def the(operator: str, becomes: str) -> Mutant:
 def test_what_becomes_of_a_mutant(toy: Path, mutant: Mutant, what: str, by: str, limit_s: float) -> None:
     one = session.Trial(mutant, plan.Target("law.py", ("tests/test_law.py",), None), limit_s)
     (outcome,) = tried_alone(toy, [one])
-    assert (outcome.what, outcome.by) == (what, by)
-    assert (toy / "law.py").read_text(encoding="utf-8") == LAW
+    assert (outcome.what, outcome.by) == (what, by) and (toy / "law.py").read_text(encoding="utf-8") == LAW
 
 
 def test_code_that_fails_its_tests_unchanged_is_refused(toy: Path) -> None:
@@ -91,8 +90,7 @@ def test_annotations_and_chosen_numbers_are_no_mutants_and_samples_follow_seeds(
         "return mass * speed**2 / 1",
     }
     source = "x = parameter(default=1.0, likely=(2.0, -3.0))\n"
-    assert len(spots(source, ["NumberReplacer"])) == 6
-    assert len(spots(source, ["NumberReplacer"], ["likely"])) == 2
+    assert len(spots(source, ["NumberReplacer"])) == 6 and len(spots(source, ["NumberReplacer"], ["likely"])) == 2
     every = spots(LAW, ["NumberReplacer"])
     assert sample(every, 4, "1") == sample(every, 4, "1") != sample(every, 4, "2")
     assert sample(every, None, "1") == every

@@ -55,11 +55,8 @@ def tree(tmp_path: Path) -> Path:
 
 def test_tree_is_counted_and_its_faults_named(tree: Path) -> None:
     table = structure.figures(tree)
-    assert table["product files"] == "5"
-    assert table["lines"] == str(GUN.count("\n") + PLATE.count("\n"))
-    assert table["lines of code"] == str(7 + 5)
-    assert table["lines of tests"] == "1"
-    assert table["words of docs"] == "5"
+    assert table["product files"] == "5" and table["lines"] == str(GUN.count("\n") + PLATE.count("\n"))
+    assert table["lines of code"] == str(7 + 5) and table["lines of tests"] == "1" and table["words of docs"] == "5"
     assert table["words of README"] == "3"
     assert structure.figures(tree)["assigned locals that say nothing"] == "50.00 % (2 of 4)"
     first, second, *_ = structure.problems(tree)
@@ -81,5 +78,4 @@ def test_the_table_is_printed_and_the_lint_fails(
     monkeypatch.setattr(structure, "ROOT", tree)
     assert structure.main([]) == 0
     rows = capsys.readouterr().out.splitlines()
-    assert rows[0] == "| | now |" and rows[-1] == "| words of README | 3 |"
-    assert structure.main(["--lint"]) == 1
+    assert rows[0] == "| | now |" and rows[-1] == "| words of README | 3 |" and structure.main(["--lint"]) == 1

@@ -76,8 +76,7 @@ MADE = pytest.mark.parametrize("made", [*WHOLE.values(), odd()], ids=[*WHOLE, "o
 @MADE
 def test_kept_verdict_is_the_one_that_was_made(made):
     again = kept(made)
-    assert verdict_to_json(made)[0] == report_json(made)
-    assert repr(again.as_json()) == repr(made.as_json())
+    assert verdict_to_json(made)[0] == report_json(made) and repr(again.as_json()) == repr(made.as_json())
     assert again.fits == dict(made.fits)
     assert repr((again.effects, again.unexplained, again.path)) == repr((made.effects, made.unexplained, made.path))
     assert [(c.split, c.fitted) for c in again.causes] == [(c.split, c.fitted) for c in made.causes]
@@ -151,8 +150,7 @@ def test_kept_diagnosis_gives_its_page_or_says_what_is_missing(store):
     made = verdicts.verdict(campaign=CAMPAIGN)
     key = keep(store, made)
     with store.reading() as session:
-        assert page(kept_verdict(session, key)) == page(made)
-        assert kept_report(session, key) == report_json(made)
+        assert page(kept_verdict(session, key)) == page(made) and kept_report(session, key) == report_json(made)
     key = keep(store, verdicts.verdict(campaign=CAMPAIGN))
     with store.reading() as session:
         assert kept_options(session, key) == {}
@@ -167,8 +165,7 @@ def test_kept_diagnosis_gives_its_page_or_says_what_is_missing(store):
         row = session.get_one(Diagnosis, key)
         row.details = {**row.details, "options": {**row.details["options"], "calibrate": 20}}
     with store.reading() as session:
-        assert "calibrate" not in kept_options(session, key)
-        assert kept_options(session, key)["seed"] == 3
+        assert "calibrate" not in kept_options(session, key) and kept_options(session, key)["seed"] == 3
     with store.reading() as session:
         with pytest.raises(LookupError, match="no diagnosis 7 in the store"):
             kept_verdict(session, 7)

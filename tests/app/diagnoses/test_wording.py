@@ -65,8 +65,7 @@ def test_effects_and_observables_have_words_of_their_own() -> None:
 @pytest.mark.parametrize("name", ["ln_velocity", *(item.name for item in OBSERVABLES)])
 def test_features_have_physical_labels(name: str) -> None:
     label = observable_label(name)
-    assert "_" not in label.text and not label.text.startswith("ln ")
-    assert label.relative == name.startswith("ln_")
+    assert "_" not in label.text and not label.text.startswith("ln ") and label.relative == name.startswith("ln_")
 
 
 # --- `--with` and `--without`: which effects are left, what a report says of it, and what is refused ----------------
@@ -104,8 +103,7 @@ def test_effects_that_cannot_be_considered_are_named(only, without, kind, messag
 def test_each_restriction_has_its_sentence() -> None:
     assert restriction_sentences() == ()
     only, without = restriction_sentences(("gun.blow_by",), ("gun.valve_flow", "gun.back_pressure"))
-    assert "only gun.blow_by" in only
-    assert "not consider gun.valve_flow, gun.back_pressure" in without
+    assert "only gun.blow_by" in only and "not consider gun.valve_flow, gun.back_pressure" in without
 
 
 # --- names of uncertain numbers: each has one owner, and a slip of the pen is answered with the right name ----------
@@ -229,10 +227,8 @@ def test_unknown_noise_is_left_out_and_fractions_are_held_out() -> None:
     nothing = summary(verdicts.gun(gap=GapSize("rms", float("nan"), float("nan"), 0.01, True)))
     assert nothing.startswith("The model error is of unknown size; ")
     nearest = [effect.effect for effect in nearest_effects(verdicts.unknown())]
-    assert nearest == ["contact.viscous_loss", "contact.plastic_yield"]
-    assert held_out_fraction(verdicts.gun()) == 0.97
-    assert held_out_fraction(verdicts.verdict()) == 0.94
-    assert held_out_fraction(verdicts.verdict(shrinkage=())) is None
+    assert nearest == ["contact.viscous_loss", "contact.plastic_yield"] and held_out_fraction(verdicts.gun()) == 0.97
+    assert held_out_fraction(verdicts.verdict()) == 0.94 and held_out_fraction(verdicts.verdict(shrinkage=())) is None
     told = summary(verdicts.gun(effects=verdicts.gun().effects[:1], unexplained=Unexplained(0.39, (0.3, 0.5))))
     assert told.count("39 % (30 to 50 %) remains unexplained") == 1
 
@@ -256,8 +252,7 @@ MADE = {
 @pytest.mark.parametrize("made", MADE.values(), ids=MADE)
 def test_two_to_five_full_sentences(made: Verdict) -> None:
     steps = recommendations(made)
-    assert next_experiment(made)
-    assert 2 <= len(steps) <= 5
+    assert next_experiment(made) and 2 <= len(steps) <= 5
     for step in steps:
         assert step[0].isupper() and step.endswith(".")
 
@@ -265,8 +260,7 @@ def test_two_to_five_full_sentences(made: Verdict) -> None:
 @pytest.mark.parametrize("made", [verdicts.unknown(), UNKNOWN_ALONE], ids=["where", "nowhere"])
 def test_unknown_has_an_experiment_and_a_measurement(made: Verdict) -> None:
     runs, measurement = next_experiment(made)
-    assert runs.startswith("Fire three repetitions")
-    assert measurement.startswith("Measure ")
+    assert runs.startswith("Fire three repetitions") and measurement.startswith("Measure ")
     assert not any("needed" in line for line in (runs, measurement))
     assert set(next_experiment(made)) <= set(recommendations(made))
 

@@ -114,8 +114,7 @@ def test_a_late_worker_changes_nothing(store: Store) -> None:
     key = ask(store, PLAN, "Plan spring", PLANNED).key
     late = claimed(store, "late").lease
     second = take_over(store, hand("second"), running(store, hand())[0])
-    assert second is not None
-    assert (second.lease.attempt, get_job(store, key).worker) == (2, "second")
+    assert second is not None and (second.lease.attempt, get_job(store, key).worker) == (2, "second")
     _try_everything(store, late.job, late)
     assert attempt(WorkerContext(store, "", LEASE_S), second)
     _try_everything(store, late.job, late)
@@ -135,8 +134,7 @@ def _try_everything(store: Store, key: int, late: Lease) -> None:
     for late_end in (lambda: fail(store, late, "late"), lambda: stopped(store, late), lambda: give_back(store, late)):
         with pytest.raises(LeaseLostError):
             late_end()
-    assert not send_heartbeat(store, late, heartbeat.JobProgress(9, 9, "late")).held
-    assert not look(store, late).held
+    assert not send_heartbeat(store, late, heartbeat.JobProgress(9, 9, "late")).held and not look(store, late).held
     assert get_job(store, key) == before
 
 
@@ -151,8 +149,7 @@ def test_a_worker_that_writes_cannot_lose_its_job_meanwhile(store: Store, odd: O
         other.start()
         other.join(0.3)  # on a file it waits for its turn to write
     other.join(20)
-    assert outcome == [None]
-    assert look(store, lease).held
+    assert outcome == [None] and look(store, lease).held
     stopped(store, lease)
 
 
@@ -160,8 +157,7 @@ def test_a_job_without_its_worker_is_done_once_or_stopped(store: Store, odd: Odd
     key = odd.ask(store).key
     claimed(store)
     began = time.monotonic()
-    assert work_off(store) == 1
-    assert time.monotonic() - began >= LEASE_S
+    assert work_off(store) == 1 and time.monotonic() - began >= LEASE_S
     found = get_job(store, key)
     assert (found.state, found.attempt) == (DONE, 2)
     key = odd.ask(store).key
@@ -187,8 +183,7 @@ def test_twenty_workers_get_a_job_each(store: Store, odd: Odd) -> None:
     for thread in threads:
         thread.join(60)
     # With locked rows skipped, one may find nothing free while the last are being taken: none is taken twice.
-    assert len(got) == len(set(got))
-    assert set(got) == keys
+    assert len(got) == len(set(got)) and set(got) == keys
     for key in keys:
         stopped(store, Lease(key, 1))
 
@@ -257,8 +252,7 @@ def test_a_lease_is_measured_by_the_watchs_own_stopwatch() -> None:
     now[0] = 60.0
     assert watch.silent([moved]) == []
     now[0] = 90.0
-    assert watch.silent([moved]) == [moved]
-    assert watch.silent([]) == [] and not watch.undecided
+    assert watch.silent([moved]) == [moved] and watch.silent([]) == [] and not watch.undecided
 
 
 def test_a_job_that_kills_its_workers_fails_with_words(file_store: Store, odd: Odd) -> None:
@@ -269,11 +263,9 @@ def test_a_job_that_kills_its_workers_fails_with_words(file_store: Store, odd: O
         while not (silent := watch.silent(running(file_store, hand()))):
             time.sleep(0.02)
         assert take_over(file_store, hand("dead too"), silent[0]) is not None
-    assert get_job(file_store, key).attempt == 3
-    assert work_off(file_store) == 0
+    assert get_job(file_store, key).attempt == 3 and work_off(file_store) == 0
     found = get_job(file_store, key)
-    assert found.state == FAILED
-    assert "3 workers in turn were killed at it" in str(found.error)
+    assert found.state == FAILED and "3 workers in turn were killed at it" in str(found.error)
 
 
 def test_a_worker_that_wakes_too_late_ends_quietly(
@@ -338,8 +330,7 @@ def test_a_diagnosis_and_a_plan_are_kept_once(store: Store, tmp_path: Path, monk
                     attempt(WorkerContext(store, url, LEASE_S), taken)
             silent = next(each for each in running(store, hand()) if each.job == key)
             taken = take_over(store, hand("next"), silent) if moment == "before the end" else None
-    assert (rows(store, Diagnosis), rows(store, Plan)) == before
-    assert work_off(store) == 2
+    assert (rows(store, Diagnosis), rows(store, Plan)) == before and work_off(store) == 2
     found = [get_job(store, key) for key in asked]
     assert [(job.state, job.attempt) for job in found] == [(DONE, 3)] * 2
     assert (rows(store, Diagnosis), rows(store, Plan)) == (before[0] + 1, before[1] + 1)

@@ -45,8 +45,7 @@ def test_jobs_are_done_one_after_the_other_in_the_order_asked(store: Store, odd:
     odd.do = lambda _, word: order.append(word)
     for word in "abcde":
         odd.ask(store, word)
-    assert work_off(store) == 5
-    assert order == list("abcde")
+    assert work_off(store) == 5 and order == list("abcde")
     listed_jobs = [(job.label, job.state, job.attempt) for job in list_jobs(store, 2)]
     assert listed_jobs == [("odd e", DONE, 1), ("odd d", DONE, 1)]
     last = list_jobs(store, 1)[0].key
@@ -73,8 +72,7 @@ def test_progress_and_result_are_told(store: Store, odd: Odd) -> None:
         go_on.set()
         told = until_ended(store, key).as_json()
     assert (told["state"], told["address"], told["words"]) == (DONE, "/campaigns/a", "done")
-    assert told["result"] == {"impacts": 3, "error": None}
-    assert list_jobs(store)[0].result is None
+    assert told["result"] == {"impacts": 3, "error": None} and list_jobs(store)[0].result is None
 
 
 def test_a_stop_ends_a_job_at_its_next_step(store: Store, odd: Odd) -> None:
@@ -89,9 +87,7 @@ def test_a_stop_ends_a_job_at_its_next_step(store: Store, odd: Odd) -> None:
     odd.do = do
     with working(store):
         key = odd.ask(store).key
-        assert begun.wait(20)
-        assert stop(store, key).state == RUNNING
-        assert until_ended(store, key).state == STOPPED
+        assert begun.wait(20) and stop(store, key).state == RUNNING and until_ended(store, key).state == STOPPED
 
 
 def test_a_waiting_job_is_stopped_at_once(store: Store, odd: Odd) -> None:
@@ -100,8 +96,7 @@ def test_a_waiting_job_is_stopped_at_once(store: Store, odd: Odd) -> None:
     first, second = odd.ask(store, "a"), odd.ask(store, "b")
     assert stop(store, first.key).state == STOPPED
     work_off(store)
-    assert (done, get_job(store, second.key).state) == (["b"], DONE)
-    assert stop(store, second.key).state == DONE
+    assert (done, get_job(store, second.key).state) == (["b"], DONE) and stop(store, second.key).state == DONE
 
 
 def test_errors_of_the_user_keep_their_words_and_ours_say_so(
@@ -119,8 +114,7 @@ def test_errors_of_the_user_keep_their_words_and_ours_say_so(
     assert "hunter2" not in str(get_job(store, password.key).error)
     assert get_job(store, his.key).error == "tip radius is 0; expected above 0"
     found = get_job(store, ours.key)
-    assert found.state == FAILED
-    assert "an error of pyroshock itself, KeyError" in str(found.error)
+    assert found.state == FAILED and "an error of pyroshock itself, KeyError" in str(found.error)
     assert "Traceback" in caplog.text
 
 
@@ -136,9 +130,7 @@ def test_an_unknown_job_is_named_and_odd_characters_of_a_label_are_stored(store:
 
 def test_a_job_of_another_machine_waits_for_it(store: Store, odd: Odd) -> None:
     key = odd.ask(store, host="another").key
-    assert work_off(store) == 0
-    assert get_job(store, key).state == WAITING
-    assert work_off(store, host="another") == 1
+    assert work_off(store) == 0 and get_job(store, key).state == WAITING and work_off(store, host="another") == 1
     assert get_job(store, key).state == DONE
 
 
@@ -208,8 +200,7 @@ def url(sqlite_url: str, tmp_path: Path) -> str:
 def test_what_was_asked_for_is_done_listed_and_stopped(url: str, tmp_path: Path) -> None:
     refused = pyroshock("work", "--once", "--lease", "0.1s", "--db", url)
     assert (refused.exit_code, refused.stderr.count("\n")) == (2, 1)
-    assert "--lease is 0.1s; expected 1s or more" in refused.stderr
-    assert "30s" in pyroshock("work", "--help").stdout
+    assert "--lease is 0.1s; expected 1s or more" in refused.stderr and "30s" in pyroshock("work", "--help").stdout
     assert "no job 7 in the store" in pyroshock("jobs", "stop", "7", "--db", url).stderr
     result = pyroshock("work", "--once", "--db", url, "--data", tmp_path)
     assert (result.exit_code, result.stdout) == (0, "")
@@ -221,8 +212,7 @@ def test_what_was_asked_for_is_done_listed_and_stopped(url: str, tmp_path: Path)
     with opened(url) as store:
         waiting = ask(store, EXTRACT, "Extraction of spring", ExtractArguments("spring"))
         result = pyroshock("jobs", "--db", url, "stop", waiting.key)
-        assert "Extraction of spring: stopped" in result.stderr
-        assert get_job(store, waiting.key).state == "stopped"
+        assert "Extraction of spring: stopped" in result.stderr and get_job(store, waiting.key).state == "stopped"
 
 
 def test_a_job_that_an_older_version_was_asked_for_is_done(tmp_path: Path) -> None:

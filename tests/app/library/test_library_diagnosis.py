@@ -71,8 +71,7 @@ def report(store: ps.ExperimentStore) -> GapDiagnosis:
 
 def test_report_is_that_of_the_command_line_in_frames_and_is_kept(store: ps.ExperimentStore, report: GapDiagnosis):
     result = pyroshock("diagnose", "spring", "--db", store.url, "--json")
-    assert report.to_json() == json.loads(result.stdout)
-    assert report.gap == report.to_json()["gap"]
+    assert report.to_json() == json.loads(result.stdout) and report.gap == report.to_json()["gap"]
     effects = report.effects
     assert effects["effect"].tolist() == ["contact.layer_compliance", "gun.valve_flow"]
     assert list(effects.loc[0, ["probability", "share", "share_low", "share_high"]]) == [0.98, 0.9, 0.8, 0.95]
@@ -81,14 +80,12 @@ def test_report_is_that_of_the_command_line_in_frames_and_is_kept(store: ps.Expe
     assert report.shrinkage["after"].tolist() == [0.011, 0.02]
     assert report.causes["probability"].sum() == pytest.approx(1.0)
     assert report.sentence.startswith("The model error is 4.1 times the tolerance")
-    assert report.sentence in report._repr_html_()
-    assert report.fitted["contact.layer_compliance"] == (verdicts.LAYER,)
+    assert report.sentence in report._repr_html_() and report.fitted["contact.layer_compliance"] == (verdicts.LAYER,)
     axes = report.plot()
     assert {label.get_text() for label in axes.get_yticklabels()} == set(effects["effect"])
     assert axes.get_xlabel().startswith("share of the squared gap")
     table = store.diagnoses(campaign="spring")
-    assert table["id"].tolist() == [report.number] and not table["restricted"].any()
-    assert report.number is not None
+    assert table["id"].tolist() == [report.number] and not table["restricted"].any() and report.number is not None
     assert store.diagnosis(report.number).to_json() == report.to_json()
     with pytest.raises(ps.NotFoundError, match="no diagnosis 99"):
         store.diagnosis(99)

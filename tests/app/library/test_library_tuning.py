@@ -75,8 +75,7 @@ def test_settings_are_those_of_the_service(tuned: TunedSettings, store: ps.Exper
     table = tuned.to_frame()
     assert table["rank"].tolist() == list(range(1, len(table) + 1))
     assert table["probability_within"].tolist() == [row["probability_within"] for row in tuned.to_json()]
-    assert table.attrs["units"]["tank_pressure_pa"] == "Pa"
-    assert len(tuned.alternatives) == table["alternatives"].sum()
+    assert table.attrs["units"]["tank_pressure_pa"] == "Pa" and len(tuned.alternatives) == table["alternatives"].sum()
     assert tuned._repr_html_().startswith(f"<p><b>{tuned.sentence}")
 
     spectra = tuned.spectra

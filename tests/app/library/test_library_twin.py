@@ -77,8 +77,7 @@ def test_numbers_and_series_have_bands_and_units(shot: ShotPrediction) -> None:
     for name, unit in units.items():
         number = getattr(shot, name)
         assert number.unit == unit and number.ci90 == (number.lower, number.upper)
-        assert number.lower <= float(number) <= number.upper
-        assert unit in repr(number)
+        assert number.lower <= float(number) <= number.upper and unit in repr(number)
     frame = shot.to_frame()
     assert list(frame.loc["velocity", ["mean", "unit"]]) == [float(shot.velocity), "m/s"]
     told = shot.to_json()

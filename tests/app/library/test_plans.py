@@ -44,8 +44,7 @@ def test_plan_is_a_frame_in_si_with_units(store) -> None:
     assert (plan.name, plan.method, plan.seed, len(plan), len(frame)) == ("summer", "lhs", 1, 24, 24)
     assert frame.attrs["units"] == {"tip_radius_m": "m", "bullet_mass_kg": "kg", "tank_pressure_pa": "Pa"}
     assert sorted(frame["tip_radius_m"].unique()) == [0.03, 0.045, 0.06]
-    assert frame["tank_pressure_pa"].between(1e3, 8e5).all()
-    assert frame["repetitions"].unique().tolist() == [3]
+    assert frame["tank_pressure_pa"].between(1e3, 8e5).all() and frame["repetitions"].unique().tolist() == [3]
 
 
 def test_plan_comes_back_from_the_store(store) -> None:
@@ -62,16 +61,11 @@ def test_quality_is_a_frame_and_a_picture(store) -> None:
     plan = store.plan.lhs("summer", runs=24, seed=1)
     quality = plan.quality()
     frame = quality.to_frame()
-    assert frame.loc["runs", "value"] == 24
-    assert frame.loc["changeovers_plate_material", "value"] == 1
+    assert frame.loc["runs", "value"] == 24 and frame.loc["changeovers_plate_material", "value"] == 1
     assert frame.loc["d_efficiency", "better"] == "more"
     axes = Figure().subplots(2)
-    assert quality.plot(axes[0]) is axes[0]
-    assert plan.plot(axes[1]) is axes[1]
-    assert axes[0].images
-    assert axes[1].images
-    assert "<table" in quality._repr_html_()
-    assert "24 runs, lhs, seed 1" in plan._repr_html_()
+    assert quality.plot(axes[0]) is axes[0] and plan.plot(axes[1]) is axes[1] and axes[0].images
+    assert axes[1].images and "<table" in quality._repr_html_() and "24 runs, lhs, seed 1" in plan._repr_html_()
 
 
 def test_sheet_is_text_or_a_file(store, tmp_path: Path) -> None:
@@ -80,8 +74,7 @@ def test_sheet_is_text_or_a_file(store, tmp_path: Path) -> None:
     assert [row["order"] for row in rows] == [str(number) for number in range(1, 13)]
     for suffix in (".csv", ".xlsx", ".html"):
         path = tmp_path / f"sheet{suffix}"
-        assert plan.sheet(path) == path
-        assert path.stat().st_size > 500
+        assert plan.sheet(path) == path and path.stat().st_size > 500
     assert (tmp_path / "sheet.csv").read_text(encoding="utf-8-sig").split() == plan.sheet().split()
     with pytest.raises(ps.InvalidValueError, match=r"known: \.html, \.csv, \.xlsx"):
         plan.sheet(tmp_path / "sheet.pdf")
@@ -92,15 +85,13 @@ def test_sheet_is_text_or_a_file(store, tmp_path: Path) -> None:
 )
 def test_limits_are_numbers_in_si_texts_and_quantities(store, low, high) -> None:
     plan = store.plan.sobol("s", runs=8, seed=1, ranges={"tank_pressure": (low, high)})
-    assert plan.stored.space.factors[-1].limits == pytest.approx((1, 6))
-    assert "velocity_level" not in plan.to_frame()
+    assert plan.stored.space.factors[-1].limits == pytest.approx((1, 6)) and "velocity_level" not in plan.to_frame()
 
 
 def test_numbers_of_a_column_are_in_its_unit(store) -> None:
     ranges = {"tank_pressure_bar": (1, 6, 0.5), "tip_radius_mm": ("30 mm", "6 cm")}
     by_name = {f.name: f for f in store.plan.sobol("s", runs=8, seed=1, ranges=ranges).stored.space.factors}
-    assert by_name["tank_pressure"].levels[:3] == ("1", "1.5", "2")
-    assert by_name["tip_radius"].limits == (30, 60)
+    assert by_name["tank_pressure"].levels[:3] == ("1", "1.5", "2") and by_name["tip_radius"].limits == (30, 60)
 
 
 @pytest.mark.parametrize("value", ["5 apples", "5", "much", "nan Pa", registry().Quantity(1, "m")])
@@ -131,8 +122,7 @@ def test_every_method_has_its_function(store) -> None:
 )
 def test_method_gives_its_design(store, function, given, method, runs) -> None:
     plan = getattr(store.plan, function)("p", factors=FEW, seed=1, **given)
-    assert method in (None, plan.method)
-    assert len(plan.to_frame()) == runs
+    assert method in (None, plan.method) and len(plan.to_frame()) == runs
 
 
 def test_aliases_are_told(store) -> None:
@@ -152,8 +142,7 @@ def test_table_is_a_file_or_a_frame(store, tmp_path: Path) -> None:
     table.to_csv(tmp_path / "table.csv", index=False)
     first = store.plan.from_table("a", table=table, factors=FEW).to_frame()
     second = store.plan.from_table("b", table=tmp_path / "table.csv", factors=FEW).to_frame()
-    assert first.equals(second)
-    assert first["run"].tolist() == [5, 2]
+    assert first.equals(second) and first["run"].tolist() == [5, 2]
     assert first["tank_pressure_pa"].tolist() == [205_000, 400_000]
 
 
@@ -198,17 +187,14 @@ def test_plan_is_fired_with_the_options_of_the_command(store, tmp_path: Path, mo
     )
     result = pyroshock("simulate", "summer", "--out", tmp_path / "a", "--db", store.url, *words.split())
     assert result.exit_code == 0, result.output
-    assert folder == tmp_path / "a"
-    assert calls[0] == calls[1]
-    assert calls[0][3]["effects"]["gun.blow_by"] == 3
+    assert folder == tmp_path / "a" and calls[0] == calls[1] and calls[0][3]["effects"]["gun.blow_by"] == 3
 
 
 @pytest.mark.slow
 def test_fired_plan_is_ingested(store, tmp_path: Path) -> None:
     plan = store.plan.lhs("summer", kind="hammer", runs=2, repetitions=1, seed=1)
     folder = plan.simulate(tmp_path / "summer", seed=3, jobs=1, progress=False)
-    assert (tmp_path / "summer.sealed.json").is_file()
-    assert store.ingest(folder, progress=False).added["impacts"] == 2
+    assert (tmp_path / "summer.sealed.json").is_file() and store.ingest(folder, progress=False).added["impacts"] == 2
     assert store.plan.open("summer").to_frame()["status"].tolist() == ["done"] * 2
 
 
@@ -244,8 +230,7 @@ def test_continuous_plan_is_played_ingested_and_linked(store, tmp_path: Path) ->
     np.testing.assert_allclose(set_pressures, wanted, rtol=0.05)
     ingest_folder(store.store, folder)
     links = link_campaign(store.store, "summer", "summer")
-    assert links.mismatches == ()
-    assert store.plan.open("summer").to_frame()["status"].tolist() == ["done"] * 3
+    assert links.mismatches == () and store.plan.open("summer").to_frame()["status"].tolist() == ["done"] * 3
 
 
 def test_pressure_beyond_the_tolerance_is_not_linked(store, tmp_path: Path) -> None:
@@ -263,6 +248,5 @@ def test_pressure_beyond_the_tolerance_is_not_linked(store, tmp_path: Path) -> N
     write_runs(folder, rows)
     ingest_folder(store.store, folder)
     (mismatch,) = link_campaign(store.store, "gun", "gun").mismatches
-    assert mismatch["run"] == plan.stored.runs[3].run
-    assert "tank_pressure is" in str(mismatch["reason"])
+    assert mismatch["run"] == plan.stored.runs[3].run and "tank_pressure is" in str(mismatch["reason"])
     assert store.plan.open("gun").to_frame()["status"].tolist() == ["done"] * 3 + ["planned"]

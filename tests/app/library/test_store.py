@@ -66,8 +66,7 @@ def test_frames_have_chosen_columns_units_and_order(lab):
     assert list(frame["peak_force_n"]) == sorted(lab.impacts()["peak_force_n"], reverse=True)[:3]
     frame = lab.campaigns()
     assert list(frame["name"]) == ["spring"] and list(frame["impacts"]) == [4 * HITS]
-    assert "lab.db" in repr(lab) and "spring" in lab._repr_html_()
-    assert lab.impacts(where="peak_force_n>1e12").empty
+    assert "lab.db" in repr(lab) and "spring" in lab._repr_html_() and lab.impacts(where="peak_force_n>1e12").empty
 
 
 def test_a_dry_run_stores_nothing(lab, tmp_path):
@@ -102,8 +101,7 @@ def test_a_pulse_has_the_figures_of_the_listing(lab):
     frame = pulse.to_frame()
     assert frame.attrs["units"] == {"time_s": "s", "force_n": "N"}
     axes = pulse.plot()
-    assert "(ms)" in axes.get_xlabel() and "(kN)" in axes.get_ylabel()
-    assert "peak_force_n" in pulse._repr_html_()
+    assert "(ms)" in axes.get_xlabel() and "(kN)" in axes.get_ylabel() and "peak_force_n" in pulse._repr_html_()
     with pytest.raises(ps.NotFoundError, match="no impact 999"):
         lab.pulse(999)
     with pytest.raises(ps.NotFoundError, match="no impact 999"):
@@ -131,8 +129,7 @@ def test_channels_by_name_and_windows_of_times(lab):
     part = channel.between(channel.time_s[10], channel.time_s[20])
     assert len(part) == 11 and part.index.name == "time_s" and part.attrs["unit"] == "N"
     np.testing.assert_array_equal(part.to_numpy(), channel[10:21])
-    assert channel.between(1e6, 2e6).empty
-    assert channel.between(-2e6, -1e6).empty
+    assert channel.between(1e6, 2e6).empty and channel.between(-2e6, -1e6).empty
     with pytest.raises(ps.InvalidValueError, match="rising order"):
         channel.between(1.0, 0.5)
     recording = lab.recording(1)
@@ -163,8 +160,7 @@ def test_a_dataset_is_frozen_once(lab):
     data = lab.dataset("spring-1", campaigns=["spring"])
     again = lab.dataset("spring-1")
     assert data.hash == again.hash and len(data) == len(data.to_frame()) > 10
-    assert list(lab.datasets()["name"]) == ["spring-1"]
-    assert "contact_time_s" in data.to_frame().columns
+    assert list(lab.datasets()["name"]) == ["spring-1"] and "contact_time_s" in data.to_frame().columns
     assert "spring-1" in data._repr_html_()
     with pytest.raises(ps.PyroshockError, match="autumn"):
         lab.dataset("autumn")
@@ -185,12 +181,10 @@ _HEAVY = {"numpy", "pandas", "scipy", "sqlalchemy", "torch", "mlflow", "matplotl
 def test_every_public_name_is_there_and_errors_are_what_python_users_expect():
     assert set(ps.__all__) == {*ps._PUBLIC, "__version__"}
     for name in ps.__all__:
-        assert getattr(ps, name).__doc__
-        assert name in dir(ps)
+        assert getattr(ps, name).__doc__ and name in dir(ps)
     with pytest.raises(AttributeError, match="no attribute 'opne'"):
         ps.opne  # noqa: B018
-    assert issubclass(ps.InvalidValueError, ValueError)
-    assert issubclass(ps.NotFoundError, LookupError)
+    assert issubclass(ps.InvalidValueError, ValueError) and issubclass(ps.NotFoundError, LookupError)
     assert issubclass(ps.StorageError, OSError)
     kinds = (ps.InvalidValueError, ps.NotFoundError, ps.StorageError)
     assert all(issubclass(kind, ps.PyroshockError) for kind in kinds)

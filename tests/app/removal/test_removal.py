@@ -153,14 +153,12 @@ def test_deleted_campaign_alone_is_gone_and_its_tombstone_names_what_stood_on_it
     assert [(diagnosis["simulator"], diagnosis["id"]) for diagnosis in stood["diagnoses"]] == [("hertz", 1)]
     assert [adopted["version"] for adopted in stood["adopted"]] == [1]
     assert stood["reopened"] == [{"plan": HAMMER, "run": 1}, {"plan": HAMMER, "run": 2}]
-    assert len(stone["content_hash"]) == 64
-    assert json.loads(run(care_store, "deleted", "--json").stdout)[1:] == [stone]
+    assert len(stone["content_hash"]) == 64 and json.loads(run(care_store, "deleted", "--json").stdout)[1:] == [stone]
     assert f"dataset 'small' (hash {digest[:12]}) stood on campaign 'spring', which was deleted" in sound(care_store)
     shown = done(care_store, "dataset", "show", "small", code=2).stderr
     assert REASON in shown and stone["content_hash"][:12] in shown
     after = counts(care_store)
-    assert names(care_store) == {GUN, OTHER}
-    assert {table: stone["counts"][table] for table in ROWS} == ROWS
+    assert names(care_store) == {GUN, OTHER} and {table: stone["counts"][table] for table in ROWS} == ROWS
     gone = {table: before[table] - after[table] for table in before if before[table] != after[table]}
     assert {table: number for table, number in gone.items() if number > 0} == stone["counts"]
     assert {table: number for table, number in gone.items() if number < 0} == {"tombstones": -1, "provenance": -1}
@@ -328,8 +326,7 @@ def test_nothing_is_deleted_where_the_file_cannot_be_written_or_is_another(care_
     message = run(care_copy, "archive", HAMMER, "--out", other, "--reason", REASON, code=2).stderr
     assert "nothing was deleted" in message
     assert "the reason is empty" in run(care_copy, "archive", HAMMER, "--out", "f", "--reason", " ", code=2).stderr
-    assert counts(care_copy) == before
-    assert (tmp_path / "text").read_text() == "not a store"
+    assert counts(care_copy) == before and (tmp_path / "text").read_text() == "not a store"
 
 
 def test_nothing_is_deleted_where_the_written_file_is_not_what_the_store_holds(care_copy, tmp_path, monkeypatch):
@@ -341,8 +338,7 @@ def test_nothing_is_deleted_where_the_written_file_is_not_what_the_store_holds(c
     monkeypatch.setattr("pyroshock.schema.transfer.export.export_campaign", torn)
     before = counts(care_copy)
     message = run(care_copy, "archive", HAMMER, "--out", tmp_path / "file", "--reason", REASON, code=2).stderr
-    assert "is refused" in message
-    assert counts(care_copy) == before
+    assert "is refused" in message and counts(care_copy) == before
 
 
 def test_nothing_is_deleted_where_the_campaign_changes_meanwhile(care_copy, tmp_path, monkeypatch):
@@ -353,15 +349,13 @@ def test_nothing_is_deleted_where_the_campaign_changes_meanwhile(care_copy, tmp_
 
     monkeypatch.setattr("pyroshock.app.ingest.archiving.write_archive", and_then)
     message = run(care_copy, "archive", HAMMER, "--out", tmp_path / "file", "--reason", REASON, code=2).stderr
-    assert "changed while it was written" in message
-    assert counts(care_copy)["recordings"] == 3
+    assert "changed while it was written" in message and counts(care_copy)["recordings"] == 3
 
 
 def test_restore_refuses_what_was_not_deleted(care_copy, tmp_path, sqlite_url):
     out = exported(care_copy, tmp_path)
     before = counts(care_copy)
-    assert "is in the store" in run(care_copy, "restore", out, code=2).stderr
-    assert counts(care_copy) == before
+    assert "is in the store" in run(care_copy, "restore", out, code=2).stderr and counts(care_copy) == before
     ingested(sqlite_url, hammer_campaign(tmp_path / "elsewhere", name="elsewhere"))
     assert "no campaign of this name was deleted" in run(sqlite_url, "restore", out, code=2).stderr
     run(care_copy, "delete", HAMMER, "--reason", REASON)
@@ -450,8 +444,7 @@ def test_discarded_recording_goes_with_its_hits_and_a_dry_run_changes_nothing(ca
     before = content(care_store)
     output = done(care_store, "runs", "discard", HAMMER, FIRST, "--reason", REASON, "--dry-run").stderr
     assert "dry run, nothing is deleted; would delete" in output
-    assert f"stood on it: dataset small ({HITS} pulses" in output
-    assert content(care_store) == before
+    assert f"stood on it: dataset small ({HITS} pulses" in output and content(care_store) == before
     before = counts(care_store)
     stone = discarded(care_store, HAMMER, FIRST)
     after = counts(care_store)
@@ -469,17 +462,14 @@ def test_ingest_of_the_same_folder_does_not_bring_it_back(hammer):
     whole = but_tombstones(url)
     discarded(url, "hammer", FIRST)
     again = ingest(url, folder)
-    assert again.exit_code == 0
-    assert "nothing new" in again.stderr
+    assert again.exit_code == 0 and "nothing new" in again.stderr
     assert f"recording {FIRST} was discarded on 20" in again.stderr and f"because {REASON}" in again.stderr
-    assert f"--again {FIRST}" in again.stderr
-    assert paths(url) == [SECOND]
+    assert f"--again {FIRST}" in again.stderr and paths(url) == [SECOND]
     result = pyroshock("ingest", folder, "--again", FIRST, "--db", url)
     assert result.exit_code == 0, result.stderr
     assert but_tombstones(url) == whole
     (stone,) = json.loads(pyroshock("campaigns", "deleted", "--json", "--db", url).stdout)
-    assert stone["restored_at"] is not None
-    assert "discarded" not in ingest(url, folder).stderr
+    assert stone["restored_at"] is not None and "discarded" not in ingest(url, folder).stderr
     sound(url)
 
 
@@ -490,8 +480,7 @@ def test_another_file_in_the_place_of_a_discarded_one_must_be_asked_for(hammer):
     refused = ingest(url, folder)
     assert refused.exit_code == 2
     assert "another file is in its place" in refused.stderr and f"--again {FIRST}" in refused.stderr
-    assert paths(url) == [SECOND]
-    assert pyroshock("ingest", folder, "--again", FIRST, "--db", url).exit_code == 0
+    assert paths(url) == [SECOND] and pyroshock("ingest", folder, "--again", FIRST, "--db", url).exit_code == 0
     assert paths(url) == [FIRST, SECOND]
     (stone,) = json.loads(pyroshock("campaigns", "deleted", "--json", "--db", url).stdout)
     assert (stone["restored_at"], stone["replaced_by"] == stone["file_sha256"]) == (None, False)
@@ -506,8 +495,7 @@ def test_dry_run_of_an_ingest_keeps_the_tombstone_open(hammer):
     discarded(url, "hammer", FIRST)
     before = content(url)
     output = pyroshock("ingest", folder, "--again", FIRST, "--dry-run", "--db", url)
-    assert "would add 1 recordings" in output.stderr
-    assert content(url) == before
+    assert "would add 1 recordings" in output.stderr and content(url) == before
 
 
 def test_discarded_of_a_campaign_that_was_deleted_says_nothing_of_other_files_of_the_next(hammer):
@@ -533,8 +521,7 @@ def test_recordings_are_listed_with_their_runs_and_discarded_by_them(hammer):
         url, "runs", "discard", "hammer", "--run", "1", "--repetition", "2", "--reason", REASON, code=2
     ).stderr
     assert "run 1, repetition 1" in output and "name every run" in output
-    assert discarded(url, "hammer", "--run", "2")["recording"] == SECOND
-    assert paths(url) == [FIRST]
+    assert discarded(url, "hammer", "--run", "2")["recording"] == SECOND and paths(url) == [FIRST]
 
 
 def test_run_that_shares_its_recording_is_refused_unless_all_are_meant(tables_url, tmp_path):
@@ -597,12 +584,10 @@ def test_new_file_of_the_same_path_is_refused_by_ingest_with_the_way_out_and_rep
     url, folder = hammer
     write_recording(folder / FIRST, {"force": force_record(blows(1, 2), np.random.default_rng(9))})
     refused = ingest(url, folder)
-    assert refused.exit_code == 2
-    assert f"pyroshock runs replace hammer {FIRST} --from FOLDER" in refused.stderr
+    assert refused.exit_code == 2 and f"pyroshock runs replace hammer {FIRST} --from FOLDER" in refused.stderr
     before = content(url)
     dry = done(url, "runs", "replace", "hammer", FIRST, "--from", folder, "--reason", REASON, "--dry-run")
-    assert "would be stored in its place" in dry.stderr
-    assert content(url) == before
+    assert "would be stored in its place" in dry.stderr and content(url) == before
     stone = replaced(url, "hammer", FIRST, "--from", folder)
     assert len(stone["replaced_by"]) == 64 and stone["replaced_by"] != stone["file_sha256"]
     assert "nothing new" in ingest(url, folder).stderr
@@ -619,8 +604,7 @@ def test_file_under_another_path_takes_the_place_and_a_second_is_corrected_after
     assert refused.exit_code == 2
     assert f"pyroshock runs replace hammer {FIRST} FOLDER/{other} --reason TEXT" in refused.stderr
     stone = replaced(url, "hammer", FIRST, folder / other)
-    assert stone["recording"] == FIRST
-    assert set(paths(url)) == {other, SECOND}
+    assert stone["recording"] == FIRST and set(paths(url)) == {other, SECOND}
     assert "nothing new" in ingest(url, folder).stderr
     write_runs(folder, [{**row, "tip_radius_mm": 45} for row in rows])
     replaced(url, "hammer", other, "--from", folder)

@@ -192,8 +192,7 @@ def test_pulses_are_grouped_by_configuration_and_the_report_is_written_both_ways
     # 0.61 to 0.65 m/s in the first run, in steps of 0.01
     assert (cells["impact velocity (m/s)"], cells["tip radius (mm)"]) == ("0.630 ± 0.016", 30)
     report = document(hits, "hits")
-    assert needs_nothing(Page(html_of(report)))
-    assert pdf_of(report) == pdf_of(document(hits, "hits"))
+    assert needs_nothing(Page(html_of(report))) and pdf_of(report) == pdf_of(document(hits, "hits"))
     with pytest.raises(LookupError, match="known: hits"):
         document(hits, "autumn")
 
@@ -212,8 +211,7 @@ def test_rejected_pulses_and_recordings_set_aside_are_told(hits: Store) -> None:
         session.add(Recording(campaign_id=key, sha256="0" * 64, size_bytes=1, format="mat", **torn))
     found = document(hits, "hits")
     aside = tables(found)["Recordings that were set aside."]
-    assert list(aside.rows) == [["recordings/torn.mat", "it ends early"]]
-    assert "Left out: 1 rejected." in told(found)
+    assert list(aside.rows) == [["recordings/torn.mat", "it ends early"]] and "Left out: 1 rejected." in told(found)
     table = tables(found)["Mean ± standard deviation over the pulses of a configuration."]
     assert [row[list(table.columns).index("pulses")] for row in table.rows] == [HITS - 1, HITS, HITS, HITS]
     (doubt,) = [row for row in tables(found)["Rejects and warnings."].rows if row[0] == "reject"]

@@ -67,13 +67,11 @@ def test_residuals_are_per_cent_and_agreement_divides_by_nothing() -> None:
     """A force of twice the simulated one is 100 % above it."""
     picture = replace(verdicts.pictures().residuals[0], before=np.full(6, np.log(2.0)), after=None)
     chart = Page(page(verdicts.verdict(pictures=Pictures((), (picture,)))))
-    assert "measured over simulated (%)" in chart.text
-    assert "configuration 1: 100" in chart.text
+    assert "measured over simulated (%)" in chart.text and "configuration 1: 100" in chart.text
     missing = replace(picture, before=np.full(6, np.nan))
     assert "nan" not in page(verdicts.verdict(pictures=Pictures((), (missing,)))).replace("finance", "")
     text = Page(page(replace(verdicts.none(), gap=GapSize("rms", 0.0, 0.0, 0.01, False)))).text
-    assert "No pictures are kept with this diagnosis." in text
-    assert "rms: 0; measurement noise 0," in text
+    assert "No pictures are kept with this diagnosis." in text and "rms: 0; measurement noise 0," in text
 
 
 def test_words_of_a_campaign_are_escaped() -> None:
@@ -92,12 +90,10 @@ def test_words_of_a_campaign_are_escaped() -> None:
         pictures=Pictures((HOSTILE,) * 6, (residual,), (curve,)),
     )
     text = page(hostile)
-    assert "<script" not in text
-    assert HOSTILE in Page(text).text
+    assert "<script" not in text and HOSTILE in Page(text).text
     hostile = verdicts.verdict(campaign=HOSTILE, simulator=HOSTILE, assumptions=(HOSTILE,))
     report = document_of(hostile, HOSTILE, None)
-    assert "<script" not in html_of(report)
-    assert pdf_of(report).startswith(b"%PDF")
+    assert "<script" not in html_of(report) and pdf_of(report).startswith(b"%PDF")
 
 
 def test_page_suits_a_telephone_and_a_dark_room(tmp_path: Path) -> None:
@@ -149,8 +145,7 @@ def test_pictures_and_bars_are_drawn_of_what_is_kept() -> None:
     ]  # fmt: skip
     report = document_of(verdicts.verdict(), "3", None)
     (figures,) = (block for section in report.sections for block in section.blocks if isinstance(block, ChartRow))
-    assert len(figures.figures) == 3
-    assert ("measured", "measured") in figures.keys
+    assert len(figures.figures) == 3 and ("measured", "measured") in figures.keys
     without = document_of(verdicts.verdict(pictures=Pictures()), "3", None)
     paragraphs = [
         block.text for section in without.sections for block in section.blocks if isinstance(block, Paragraph)

@@ -71,8 +71,7 @@ def document(word: str = "spring", rows: int = 3) -> Document:
 
 
 def test_page_and_paper_hold_every_part_and_words_are_never_markup() -> None:
-    assert needs_nothing(Page(html_of(document())))
-    assert html_of(document()) == html_of(document())
+    assert needs_nothing(Page(html_of(document()))) and html_of(document()) == html_of(document())
     assert pdf_of(document()) == pdf_of(document())
     page, paper = Page(html_of(document())).text, pdf_text(pdf_of(document()))
     for part in ("spring", "lead of spring", "Operator", "said of spring", "first of spring", "nothing here",
@@ -80,16 +79,14 @@ def test_page_and_paper_hold_every_part_and_words_are_never_markup() -> None:
         for text in (page, paper):
             assert part in text.replace("\xa0", " "), part
     page = html_of(document(HOSTILE))
-    assert "<script" not in page and "<b>" not in page
-    assert "\x00" not in page and "\x1b" not in page
+    assert "<script" not in page and "<b>" not in page and "\x00" not in page and "\x1b" not in page
     assert "<script>alert('x')</script>&\"quoted\" <b>" in Page(page).text
     assert "<script>alert" in pdf_text(pdf_of(document(HOSTILE))).replace(" ", "")
 
 
 def test_pdf_has_its_date_its_letters_and_long_tables() -> None:
     found = pdf_of(document())
-    assert b"/CreationDate (D:20260302000000Z)" in found
-    assert b"/Title (Campaign: spring)" in found
+    assert b"/CreationDate (D:20260302000000Z)" in found and b"/Title (Campaign: spring)" in found
     pdf = pdf_of(document("Δv = 5.6 ± 0.1 m/s, ε ≤ 3 σ"))
     assert pdf.count(b"/FontFile2") == 2  # regular and bold are inside
     from pyroshock.app.documents.pdf_sheet import fonts
@@ -98,8 +95,7 @@ def test_pdf_has_its_date_its_letters_and_long_tables() -> None:
     letters = pdfmetrics.getFont(fonts()[0]).face.charToGlyph
     assert {ord(letter) for letter in "Δε≤σ±–■●○━╌•"} <= set(letters)
     pdf = pdf_of(document(rows=200))
-    assert pages(pdf) > 3
-    assert pdf_text(pdf).count("name") >= pages(pdf) - 2
+    assert pages(pdf) > 3 and pdf_text(pdf).count("name") >= pages(pdf) - 2
 
 
 def test_wide_tables_turn_the_page() -> None:
@@ -111,8 +107,7 @@ def test_wide_tables_turn_the_page() -> None:
         assert found is not None
         return bool(max(found.groups(), key=float) == found[1])
 
-    assert not box(3)
-    assert box(12)
+    assert not box(3) and box(12)
 
 
 @pytest.mark.parametrize("length", [5, 60, 3000])
@@ -139,8 +134,7 @@ def test_columns_of_numbers_are_known_and_cells_told_in_words() -> None:
     assert number(1.0, None, 2) and number("5.62 ± 0.11", "7") and number("0.1 to 0.2", "-3")
     assert not (number("steel", 3.0) or number("2026-11-22 08:09") or number(None))
     texts = {None: "–", 0.123456: "0.1235", 123456.0: "123500", 12: "12", 1.2e9: "1.2e+09"}
-    assert {cell: cell_text(cell) for cell in texts} == texts
-    assert cell_text(float("nan")) == "–"
+    assert {cell: cell_text(cell) for cell in texts} == texts and cell_text(float("nan")) == "–"
 
 
 def test_missing_library_is_told_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -160,16 +154,13 @@ def test_missing_library_is_told_with_what_to_install(monkeypatch: pytest.Monkey
 
 
 def test_factors_are_told_in_their_units_and_means_with_their_spread() -> None:
-    assert setting("tip_radius_m").heading == "tip radius (mm)"
-    assert setting("tip_radius_m").words(0.045) == "45 mm"
+    assert setting("tip_radius_m").heading == "tip radius (mm)" and setting("tip_radius_m").words(0.045) == "45 mm"
     assert setting("tank_pressure_pa").cell(38080.0) == 0.3808
     assert column_heading("tank_pressure_bar") == "tank pressure (bar)"
     assert (force_unit(999.0), force_unit(1000.0)) == (("N", 1.0), ("kN", 1e-3))
-    assert setting("paint_job").named("green") == "paint job green"
-    assert column_heading("paint_job") == "paint job"
+    assert setting("paint_job").named("green") == "paint job green" and column_heading("paint_job") == "paint job"
     assert settings_words({"insulator": "none", "tip_material": "steel"}) == "no insulator, steel"
-    assert setting("insulator").named("none") == "no insulator"
-    assert settings_words({}) == "all alike"
+    assert setting("insulator").named("none") == "no insulator" and settings_words({}) == "all alike"
     texts = {(5.5, 5.6, 5.7): "5.60 ± 0.10", (5.6,): "5.6", (5.6, 5.6): "5.6", (1000.0, 1200.0): "1100 ± 141"}
     texts |= {(np.nan, 2.0): "2", (np.nan,): None, (): None}
     assert [mean_and_spread(np.array(values, dtype=np.float64)) for values in texts] == list(texts.values())
@@ -197,14 +188,12 @@ def test_shrinkage_places_shares_and_ranges_are_told() -> None:
     assert "correction" not in shrinkage_line(verdicts.verdict().shrinkage[0])
     assert shrinkage_line(verdicts.verdict().shrinkage[1]).endswith("; there was no error to reduce.")
     lines = list(where_lines(verdicts.verdict().where))
-    assert len(lines) == 6
-    assert lines[-1].startswith("peak force of the contact falls")
+    assert len(lines) == 6 and lines[-1].startswith("peak force of the contact falls")
     # Near certainty is not certainty, and what is no number is a dash.
     shares = {1.0: "100 %", 0.999: "> 99 %", 0.93: "93 %", 0.001: "< 1 %", 0.0: "0 %"}
     assert {share: percent(share) for share in shares} == shares
     numbers = {4000.0: "4000", 0.0123456: "0.0123", 2.9e7: "2.9e+07", 3.4e-8: "3.4e-08"}
-    assert {value: number(value) for value in numbers} == numbers
-    assert percent_range(0.52, 0.68) == "52 to 68 %"
+    assert {value: number(value) for value in numbers} == numbers and percent_range(0.52, 0.68) == "52 to 68 %"
     assert [times(ratio) for ratio in (42.3, 9.96, 0.891)] == ["42", "10", "0.89"]
     assert [join_words("abc"[:count]) for count in range(4)] == ["", "a", "a and b", "a, b and c"]
     assert join_words(["a", "b"], "or") == "a or b"

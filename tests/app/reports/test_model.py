@@ -62,8 +62,7 @@ def test_figures_are_those_of_the_registry_and_a_law_has_none_of_coverage(lab: t
     assert list(row) == [row[0], estimate.mean, f"{estimate.low:.4g} to {estimate.high:.4g}", *allowed, 0.9932]
     assert "configurations" in other.caption and "repetitions" in own.caption
     table = blocks(report(lab, "hann@1"), "Figures by split")[0]
-    assert isinstance(table, Table)
-    assert not any("band" in str(row[0]) for row in table.rows)
+    assert isinstance(table, Table) and not any("band" in str(row[0]) for row in table.rows)
     held_out = blocks(report(lab, "hann@1"), "On the pulses held out")
     assert any("gives no spread" in block.text for block in held_out if isinstance(block, Paragraph))
 
@@ -84,15 +83,13 @@ def test_promotions_facts_and_splits_are_those_of_the_registry(lab: tuple[Regist
     (table,) = blocks(report(lab, "linear@1"), "Promotions")
     assert isinstance(table, Table)
     (row,) = table.rows
-    assert row[1:4] == ["linear@1", "hann@1", "forced"]
-    assert str(row[-2]).startswith("to <i>try</i> it")
+    assert row[1:4] == ["linear@1", "hann@1", "forced"] and str(row[-2]).startswith("to <i>try</i> it")
     assert len(blocks(report(lab, "hann@1"), "Promotions")[0].rows) == 2
     found = report(lab, "linear@1")
     version = chosen(lab[0].versions(), "linear@1")
     assert found.facts["Dataset hash"] == version.dataset.hash
     assert found.facts["Cost"].startswith(f"{version.cost.seconds:.1f} s")
-    assert "the model in use for a hammer" in found.lead
-    assert "not in use" in report(lab, "hann@1").lead
+    assert "the model in use for a hammer" in found.lead and "not in use" in report(lab, "hann@1").lead
     versions = lab[0].versions()
     found = of_all_splits(versions, chosen(versions, "hann@1"))
     assert [each.label for each in found] == ["hann@1", "hann@2"]
@@ -108,5 +105,4 @@ def test_report_is_written_both_ways_and_missing_pulses_are_said(lab: tuple[Regi
     assert isinstance(said, Paragraph) and "no dataset 5555" in said.text
     found = report(lab, "linear@1")
     page = html_of(found)
-    assert needs_nothing(Page(page)) and "<i>try</i>" not in page
-    assert pdf_of(found) == pdf_of(report(lab, "linear@1"))
+    assert needs_nothing(Page(page)) and "<i>try</i>" not in page and pdf_of(found) == pdf_of(report(lab, "linear@1"))

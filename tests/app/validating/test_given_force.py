@@ -128,8 +128,7 @@ def test_right_table_covers_and_what_was_given_is_not_compared(shots: MeasuredSh
     comparisons = folds_of(shots, twin_of_table(plate()))
     assert set(comparisons) == {f"{kind}_{name}" for kind in ("peak_acceleration", "srs") for name in SENSORS}
     for comparison in comparisons.values():
-        assert comparison.score.shots == len(shots)
-        assert np.mean(comparison.values.inside90) >= 0.85
+        assert comparison.score.shots == len(shots) and np.mean(comparison.values.inside90) >= 0.85
         assert np.median(np.abs(comparison.values.residual)) < (0.35 if comparison.is_spectrum else 0.04)
 
 
@@ -146,8 +145,7 @@ def test_shots_of_which_only_some_give_a_force_are_told_apart(shots: MeasuredSho
     force = shots.given_force_n.copy()
     force[0] = np.nan
     mixed = replace(shots, given_force_n=force)
-    assert mixed.force_is_given.tolist() == [False] + [True] * (len(shots) - 1)
-    assert mixed.given_force(0) is None
+    assert mixed.force_is_given.tolist() == [False] + [True] * (len(shots) - 1) and mixed.given_force(0) is None
     with pytest.raises(ValueError, match="1 of 2 shots are not predicted from their force"):
         mixed.given_pulses(np.array([0, 1]))
     pulses = shots.given_pulses(np.array([3, 5]))
@@ -168,5 +166,4 @@ def test_campaign_without_mass_is_validated(shared: Path, tmp_path: Path) -> Non
     scores = {row["name"]: row for row in data["quantities"]}
     sensors = ("acceleration_1", "acceleration_2")
     assert set(scores) == {f"{kind}_{name}" for kind in ("peak_acceleration", "srs") for name in sensors}
-    assert all(row["shots"] == 24 and row["coverage90"] >= 0.85 for row in scores.values())
-    assert data["left_out"] == []
+    assert all(row["shots"] == 24 and row["coverage90"] >= 0.85 for row in scores.values()) and data["left_out"] == []

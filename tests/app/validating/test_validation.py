@@ -75,8 +75,7 @@ def folds_of(shots: MeasuredShots, folds: int = 5) -> tuple[int, list[list[int]]
 
 def test_every_configuration_is_left_out_once_few_ones_one_by_one() -> None:
     number, made, draws = folds_of(shots_of(np.repeat(np.arange(7), 3).tolist()))
-    assert number == 5
-    assert sorted(key for group in made for key in group) == list(range(7))
+    assert number == 5 and sorted(key for group in made for key in group) == list(range(7))
     assert list(draws) == list(range(21))
     number, made, _ = folds_of(shots_of([3, 3, 5, 8]))
     assert (number, sorted(made)) == (3, [[3], [5], [8]])
@@ -95,8 +94,7 @@ def test_shots_have_random_numbers_of_their_own_or_a_reason() -> None:
         return SimpleNamespace(twin=Twin(HalfSine()))
 
     _, draws, missing = predicted_folds(shots_of([1, 2]), twin_without, ValidationRequest("x"))
-    assert list(draws) == [1]
-    assert missing == ["shot 1 is not predicted: the bullet does not leave the barrel"]
+    assert list(draws) == [1] and missing == ["shot 1 is not predicted: the bullet does not leave the barrel"]
 
 
 @pytest.mark.parametrize("wrong", [{"folds": 1}, {"draws": 5}])
@@ -130,10 +128,8 @@ def test_campaign_is_scored(db: str) -> None:
     scores = {row["name"]: row for row in data["quantities"]}
     assert {"contact_time", "peak_force", "impulse"} <= scores.keys()
     assert "velocity" not in scores  # a hammer's velocity is given to the twin
-    assert scores["peak_force"]["shots"] == 20
-    assert scores["peak_force"]["configurations"] == 4
-    assert data["calibrated"] != data["verdict"].startswith("Not calibrated")
-    assert len(data["shots"]) == 20
+    assert scores["peak_force"]["shots"] == 20 and scores["peak_force"]["configurations"] == 4
+    assert data["calibrated"] != data["verdict"].startswith("Not calibrated") and len(data["shots"]) == 20
 
 
 def test_campaign_without_a_shot_to_predict_says_why(db: str, monkeypatch: pytest.MonkeyPatch) -> None:

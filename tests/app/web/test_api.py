@@ -49,15 +49,13 @@ def test_campaigns_are_those_of_the_command_line_page_by_page(filled: Lab) -> No
 @pytest.mark.parametrize(("what", "limit"), [*(("impacts", n) for n in (1, 4, 7, 1000)), ("shots", 2)])
 def test_pages_of_impacts_and_shots_join_to_the_command_line_s(filled: Lab, what: str, limit: int) -> None:
     rows = list(walked(filled, f"/api/{what}", "id", limit))
-    assert rows == told(filled, what)
-    assert len(rows) == IMPACTS if what == "impacts" else len(rows) >= SHOTS
+    assert rows == told(filled, what) and (len(rows) == IMPACTS if what == "impacts" else len(rows) >= SHOTS)
 
 
 @pytest.mark.parametrize("where", ["tip_material=delrin", "peak_force_n>1200", "tip_radius_mm=15", "run!=1"])
 def test_conditions_are_those_of_the_command_line(filled: Lab, where: str) -> None:
     rows = filled.client.get("/api/impacts", params={"where": where}).json()
-    assert rows == told(filled, "impacts", "--where", where)
-    assert 0 < len(rows) < IMPACTS
+    assert rows == told(filled, "impacts", "--where", where) and 0 < len(rows) < IMPACTS
 
 
 def test_a_prediction_is_that_of_the_command_line_by_query_and_body(filled: Lab) -> None:
@@ -98,8 +96,7 @@ def test_diagnoses_plans_and_channels_come_as_they_are_stored(filled: Lab) -> No
     whole = filled.client.get(f"/api/channels/{channel['key']}?points=200000").json()
     assert len(whole["values"]) == channel["samples"]
     few = filled.client.get(f"/api/channels/{channel['key']}?points=100").json()
-    assert len(few["values"]) <= 200
-    assert max(few["values"]) == max(whole["values"])
+    assert len(few["values"]) <= 200 and max(few["values"]) == max(whole["values"])
 
 
 def test_a_spectrum_of_a_half_sine_is_the_closed_form(filled: Lab) -> None:
@@ -202,8 +199,7 @@ def test_a_bad_write_is_answered_in_words_and_changes_nothing(filled: Lab, addre
     headers = {"X-CSRF-Token": token(filled.client), "content-type": "application/json"}
     answer = filled.client.post(address, content=body.encode(), headers=headers)
     assert answer.status_code == 422, answer.text
-    assert words in answer.json()["detail"]
-    assert filled.rows() == before
+    assert words in answer.json()["detail"] and filled.rows() == before
     assert len(filled.client.get("/api/jobs").json()) == jobs
 
 
@@ -295,5 +291,4 @@ def errors_of_ours(filled: Lab) -> list[str]:
     "examples", [1, pytest.param(100, marks=[pytest.mark.slow, pytest.mark.timeout(3600)], id="many")]
 )
 def test_no_value_is_a_server_s_error(filled: Lab, examples: int) -> None:
-    assert asked_with_anything(filled, examples) == []
-    assert errors_of_ours(filled) == []
+    assert asked_with_anything(filled, examples) == [] and errors_of_ours(filled) == []

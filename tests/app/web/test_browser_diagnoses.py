@@ -29,8 +29,7 @@ def test_diagnosis_is_run_and_kept(browser, lab):
         page.select_option("#campaign", "first-shots")
         page.click("#diagnose button")
         job = ended(page, 300)
-        assert (job["state"], job["error"]) == ("done", None)
-        assert count(lab, Diagnosis) == before + 1
+        assert (job["state"], job["error"]) == ("done", None) and count(lab, Diagnosis) == before + 1
         page.click("#job-result")
         key = int(page.url.rsplit("/", 1)[1])
         with lab.reading() as session:
@@ -95,8 +94,7 @@ def test_adopted_effect_is_a_version_of_the_twin(browser, lab):
     assert count(lab, TwinVersion) == before + 1
     with lab.reading() as session:
         newest = session.scalars(select(TwinVersion).order_by(TwinVersion.version.desc())).first()
-        assert [each["id"] for each in newest.configuration["effects"]] == [effect]
-        assert newest.diagnosis_id == KEPT
+        assert [each["id"] for each in newest.configuration["effects"]] == [effect] and newest.diagnosis_id == KEPT
 
 
 @pytest.mark.parametrize("of", ["campaign/rehearsal", "campaign/first-shots", f"diagnosis/{KEPT}", "model/linear/1"])

@@ -62,9 +62,7 @@ def _tries(client: TestClient) -> list[int]:
 def test_a_write_needs_the_token_of_its_session(tmp_path: Path) -> None:
     with window(sqlite(tmp_path), folders=(tmp_path,)) as (client, store):
         before = count_rows(store)
-        assert _tries(client) == [403] * 6
-        assert client.get("/api/jobs").json() == []
-        assert count_rows(store) == before
+        assert _tries(client) == [403] * 6 and client.get("/api/jobs").json() == [] and count_rows(store) == before
         # with it, the same write reaches the folder's check
         assert post_json(client, "/api/ingest", {"path": "x"}).status_code == 422
 
@@ -95,8 +93,7 @@ def test_without_the_token_of_the_server_nothing_is_told_and_a_browser_keeps_it(
     answer = guarded.get(f"/ingest?a=1&token={WORD}")
     # the token leaves the address
     assert (answer.status_code, answer.headers["location"]) == (303, "/ingest?a=1")
-    assert WORD not in answer.headers["set-cookie"]
-    assert "HttpOnly" in answer.headers["set-cookie"]
+    assert WORD not in answer.headers["set-cookie"] and "HttpOnly" in answer.headers["set-cookie"]
     assert guarded.get("/ingest").status_code == 200
     answer = guarded.get(f"http://127.0.0.1:8000//evil.example/?token={WORD}")
     assert answer.headers["location"] == "/evil.example/"
@@ -106,17 +103,12 @@ def test_pages_carry_the_token_and_errors_are_told_in_words(client: TestClient) 
     page = client.get("/ingest")
     assert token_in(page.text) == token(client)
     headers, policy = page.headers, page.headers["content-security-policy"]
-    assert "default-src 'self'" in policy
-    assert "frame-ancestors 'none'" in policy
+    assert "default-src 'self'" in policy and "frame-ancestors 'none'" in policy
     assert "script-src" not in policy or "unsafe" not in policy.split("script-src")[1].split(";")[0]
-    assert headers["x-content-type-options"] == "nosniff"
-    assert headers["cache-control"] == "no-store"
-    assert client.get("/api/jobs/7").status_code == 404
-    assert "no job 7" in client.get("/api/jobs/7").json()["detail"]
+    assert headers["x-content-type-options"] == "nosniff" and headers["cache-control"] == "no-store"
+    assert client.get("/api/jobs/7").status_code == 404 and "no job 7" in client.get("/api/jobs/7").json()["detail"]
     page = client.get("/jobs/7")
-    assert page.status_code == 404
-    assert "no job 7" in page.text
-    assert client.get("/jobs/x").status_code == 422
+    assert page.status_code == 404 and "no job 7" in page.text and client.get("/jobs/x").status_code == 422
     headers = {"X-CSRF-Token": token(client)}
     assert client.post("/api/jobs/1/stop", content=b"x" * 1_000_001, headers=headers).status_code == 413
     parts, headers = (b"a" * 100_000 for _ in range(30)), headers | {"content-type": "application/json"}
@@ -128,6 +120,4 @@ def test_a_refused_upload_leaves_the_store_as_it_was(client: TestClient, tmp_pat
     before = count_rows(store)
     files = [("files", ("../../campaign.toml", b"x"))]
     answer = client.post("/ingest/upload", data={"csrf": token(client)}, files=files)
-    assert answer.status_code == 422
-    assert count_rows(store) == before
-    assert client.get("/api/jobs").json() == []
+    assert answer.status_code == 422 and count_rows(store) == before and client.get("/api/jobs").json() == []

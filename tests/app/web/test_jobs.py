@@ -60,8 +60,7 @@ def test_a_job_outlives_its_server(tmp_path: Path, odd: Odd) -> None:
     odd.do = do
     with window(sqlite(tmp_path)) as (client, store):
         first, second = odd.ask(store, "a"), odd.ask(store, "b")
-        assert begun.wait(20)
-        assert client.get(f"/api/jobs/{first.key}").json()["state"] == "running"
+        assert begun.wait(20) and client.get(f"/api/jobs/{first.key}").json()["state"] == "running"
     told.append(1)
     with window(sqlite(tmp_path)) as (client, store):
         page = client.get("/jobs").text
@@ -87,11 +86,9 @@ def test_a_job_is_stopped_from_its_page(tmp_path: Path, odd: Odd) -> None:
     odd.do = do
     with window(sqlite(tmp_path)) as (client, store):
         address = f"/jobs/{odd.ask(store).key}"
-        assert begun.wait(20)
-        assert 'id="job-stop"' in client.get(address).text
+        assert begun.wait(20) and 'id="job-stop"' in client.get(address).text
         answer = post(client, f"{address}/stop")
-        assert answer.headers["location"] == address
-        assert ended(client, answer)["state"] == "stopped"
+        assert answer.headers["location"] == address and ended(client, answer)["state"] == "stopped"
         assert 'id="job-stop"' not in client.get(address).text
 
 
@@ -114,10 +111,8 @@ def test_a_tunings_page_is_drawn_from_the_store(tmp_path: Path, monkeypatch: pyt
         assert job["result"]["attainability"]["obstacle"]["margin_db"] is None  # JSON knows no infinity
     with window(sqlite(tmp_path)) as (client, _):
         page = client.get(job["address"])
-        assert page.status_code == 200
-        assert "learned from none" in page.text
-        assert re.search(rf'role="alert"[^>]*>{re.escape(sentence)}', page.text)
-        assert 'id="proposals"' not in page.text
+        assert page.status_code == 200 and "learned from none" in page.text
+        assert re.search(rf'role="alert"[^>]*>{re.escape(sentence)}', page.text) and 'id="proposals"' not in page.text
         assert client.get(f"/api/jobs/{job['id']}").json() == job
 
 
@@ -126,9 +121,7 @@ def test_pages_alone_leave_jobs_to_workers(tmp_path: Path, scratches: Callable[[
         answer = post(client, "/ingest/upload", **sent(tmp_path))
         key = int(answer.headers["location"].rsplit("/", 1)[1])
         time.sleep(0.2)
-        assert get_job(store, key).state == WAITING
-        assert len(scratches()) == 1
-        assert work_off(store) == 1
+        assert get_job(store, key).state == WAITING and len(scratches()) == 1 and work_off(store) == 1
         job = ended(client, answer)
         assert (job["state"], job["result"]["shots"]) == (DONE, 2)
     assert scratches() == []
@@ -143,18 +136,15 @@ def test_an_upload_is_removed_however_its_job_ends(tmp_path: Path, scratches: Ca
             return int(answer.headers["location"].rsplit("/", 1)[1])
 
         stopped = asked()
-        assert post(client, f"/jobs/{stopped}/stop").status_code == 303
-        assert scratches() == []
+        assert post(client, f"/jobs/{stopped}/stop").status_code == 303 and scratches() == []
         damaged = asked()
         next(scratches()[0].rglob("runs.csv")).write_text("run,repetition\n1,one\n")
         work_off(store)
-        assert get_job(store, damaged).state == "failed"
-        assert scratches() == []
+        assert get_job(store, damaged).state == "failed" and scratches() == []
         orphaned = asked()
         claimed(store)  # by a worker that dies
         work_off(store)
-        assert get_job(store, orphaned).attempt == 2
-        assert scratches() == []
+        assert get_job(store, orphaned).attempt == 2 and scratches() == []
 
 
 def test_no_row_makes_a_worker_remove_what_is_no_upload(

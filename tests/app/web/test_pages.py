@@ -51,8 +51,7 @@ SPECIFICATION = "frequency_hz,level_g\n100,30\n1000,1000\n10000,1000\n"
 )
 def test_an_empty_store_says_what_to_do(empty: Lab, address: str, words: str) -> None:
     answer = empty.client.get(address)
-    assert answer.status_code == 200
-    assert words in answer.text
+    assert answer.status_code == 200 and words in answer.text
     assert empty.client.get("/").headers["location"] == "/campaigns"
 
 
@@ -108,8 +107,7 @@ def test_settings_of_a_training_are_shown(filled: Lab, address: str, monkeypatch
 @pytest.mark.parametrize("address", [f"campaign/{HAMMER}", f"campaign/{GUN}", "diagnosis/1", "model/tree/1"])
 def test_reports_are_saved_as_pdf(filled: Lab, address: str) -> None:
     answer = filled.client.get(f"/reports/{address}.pdf")
-    assert answer.content.startswith(b"%PDF-")
-    assert answer.headers["content-type"] == "application/pdf"
+    assert answer.content.startswith(b"%PDF-") and answer.headers["content-type"] == "application/pdf"
     assert answer.headers["content-disposition"].startswith("attachment")
 
 
@@ -164,8 +162,7 @@ def test_a_sheet_is_saved_as_a_table_and_a_damaged_model_is_marked(filled: Lab) 
 def test_a_bad_address_is_answered_in_words(filled: Lab, address: str, status: int, words: str) -> None:
     answer = filled.client.get(address)
     assert answer.status_code == status, answer.text
-    assert words in answer.text
-    assert 'id="error"' in answer.text
+    assert words in answer.text and 'id="error"' in answer.text
 
 
 @pytest.mark.parametrize(
@@ -221,9 +218,7 @@ def test_a_bad_form_is_answered_in_words_and_changes_nothing(
     before, jobs = filled.rows(), len(filled.client.get("/api/jobs").json())
     answer = post(filled.client, address, form)
     assert answer.status_code == status, answer.text
-    assert words in answer.text
-    assert filled.rows() == before
-    assert len(filled.client.get("/api/jobs").json()) == jobs
+    assert words in answer.text and filled.rows() == before and len(filled.client.get("/api/jobs").json()) == jobs
 
 
 def done(filled: Lab, answer: Any) -> dict[str, Any]:
@@ -253,8 +248,7 @@ def test_a_folder_is_ingested_by_its_path_and_a_damaged_one_stores_nothing(fille
     folder, before = gun_campaign(ready / "damaged", 2, "damaged"), filled.rows()
     (folder / "runs.csv").write_text("run,repetition\n1,one\n", encoding="utf-8")
     job = ended(filled.client, post(filled.client, "/ingest/path", {"path": "damaged"}))
-    assert job["state"] == "failed"
-    assert "runs.csv" in job["error"]
+    assert job["state"] == "failed" and "runs.csv" in job["error"]
     assert job["error"] in filled.client.get(f"/jobs/{job['id']}").text.replace("&#39;", "'").replace("&#34;", '"')
     assert filled.added(before) == {}
 
@@ -272,8 +266,7 @@ def test_a_campaign_is_uploaded(filled: Lab, tmp_path: Path, packed: bool) -> No
         sent = {"campaign.zip": out.getvalue()}
     job = done(filled, post(filled.client, "/ingest/upload", files=[("files", each) for each in sent.items()]))
     added = filled.added(before)
-    assert (added["campaigns"], added["shots"]) == (1, 3)
-    assert job["address"] == f"/campaigns/{name}"
+    assert (added["campaigns"], added["shots"]) == (1, 3) and job["address"] == f"/campaigns/{name}"
 
 
 def pulses(filled: Lab, impact: int) -> list[tuple[int, bool]]:
@@ -301,8 +294,7 @@ def test_a_plan_is_made_and_runs_are_ticked_at_the_bench(filled: Lab) -> None:
     form = {"name": "winter/2", "method": "factorial", "kind": "hammer", "factors": FACTORS, "repetitions": "3"}
     job = done(filled, post(filled.client, "/plans", {**form, "seed": "5", "description": "cold hall"}))
     added = filled.added(before)
-    assert (added["plans"], added["planned_runs"]) == (1, 4)
-    assert job["address"] == "/plans/winter%2F2"
+    assert (added["plans"], added["planned_runs"]) == (1, 4) and job["address"] == "/plans/winter%2F2"
     with filled.store.reading() as session:
         plan = read_plan(session, "winter/2")
         signed = set(session.scalars(select(Provenance.command)))
@@ -316,8 +308,7 @@ def test_a_plan_is_made_and_runs_are_ticked_at_the_bench(filled: Lab) -> None:
         answer = post(filled.client, f"/plans/{AT}/runs/2", {"status": status, "note": note})
         assert (answer.status_code, answer.headers["location"]) == (303, f"/plans/{AT}/sheet#run-2")
         seen.append(run(filled, 2))
-    assert seen == [("done", None), ("discarded", "tip cracked"), ("planned", None)]
-    assert filled.added(before) == {}
+    assert seen == [("done", None), ("discarded", "tip cracked"), ("planned", None)] and filled.added(before) == {}
 
 
 def run(filled: Lab, number: int) -> tuple[str, str | None]:
@@ -330,12 +321,10 @@ def test_a_model_is_promoted_and_a_worse_one_refused(filled: Lab) -> None:
     decisions = len(filled.client.get("/api/models/promotions").json())
     better, worse = "tree", "linear"
     answer = post(filled.client, f"/models/{better}/1/promote", {"reason": "the first one", "force": "true"})
-    assert answer.status_code == 200
-    assert 'id="in-use"' in answer.text
+    assert answer.status_code == 200 and 'id="in-use"' in answer.text
     answer = post(filled.client, f"/models/{worse}/1/promote", {"reason": "for a try"})
     assert answer.status_code == 409, "a tree that memorised 16 pulses was to be better than a line"
-    assert "Refused" in answer.text
-    assert 'id="in-use"' not in answer.text
+    assert "Refused" in answer.text and 'id="in-use"' not in answer.text
     told = filled.client.get("/api/models/promotions").json()
     assert [each["promoted"] for each in told[: len(told) - decisions]] == [False, True]  # the newest first
     page = filled.client.get("/models").text
@@ -347,8 +336,7 @@ def test_a_campaign_is_diagnosed_and_again_with_the_ticked_effects_and_the_same_
     job = done(filled, post(filled.client, "/diagnoses", {"campaign": GUN, "gun": "2", "seed": "1"}))
     assert filled.added(before) == {"diagnoses": 1}
     page = filled.client.get(job["address"])
-    assert page.status_code == 200
-    assert GUN in page.text
+    assert page.status_code == 200 and GUN in page.text
     with filled.store.reading() as session:
         row = session.get_one(Diagnosis, job["result"]["id"])
         assert row.report["campaign"] == GUN
@@ -377,8 +365,7 @@ def test_page_of_a_diagnosis_shows_sentence_path_and_a_box_for_each_effect(fille
     assert charts[:2] == ["Path of the model error", "Shares of the effects"]
     boxes = {box["value"] for box in page.of("input") if box.get("name") == "with"}
     assert {"gun.valve_flow", "gun.dead_volume", "gun.barrel_loss", "sensor.velocity_gain"} <= boxes
-    assert "plate.damping" not in boxes
-    assert page.of("option")[-1]["value"] == "none"
+    assert "plate.damping" not in boxes and page.of("option")[-1]["value"] == "none"
     for name in ("gun.valve_flow+gun.back_pressure+gun.blow_by", "gun.blow_by"):
         assert post(filled.client, f"/diagnoses/{key}/adopt", {"effect": name}).status_code == 303
 
@@ -391,8 +378,7 @@ def test_the_next_experiment_is_planned_and_an_effect_adopted_and_given_back(fil
     assert (added["plans"], added["planned_runs"]) == (1, 1)
     assert filled.client.get(answer.headers["location"]).status_code == 200
     again = post(filled.client, "/diagnoses/1/plan", {"name": "tell apart/1"})
-    assert again.status_code == 422
-    assert "in the store already" in again.text
+    assert again.status_code == 422 and "in the store already" in again.text
     for effect in ("gun.valve_flow", "none"):
         before = filled.rows()
         answer = post(filled.client, "/diagnoses/1/adopt", {"effect": effect})
@@ -400,8 +386,7 @@ def test_the_next_experiment_is_planned_and_an_effect_adopted_and_given_back(fil
         assert filled.added(before) == {"twin_configurations": 1}
         with filled.store.reading() as session:
             newest = session.scalars(select(TwinVersion).order_by(TwinVersion.version.desc())).first()
-        assert newest is not None
-        assert effect in newest.reason or effect == "none"
+        assert newest is not None and (effect in newest.reason or effect == "none")
     assert "adopted" in filled.client.get("/diagnoses").text
 
 
@@ -441,14 +426,12 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
     job = done(filled, post(filled.client, "/tune", fields, files=sent))
     assert (asked[0].request.contact, len(asked[0].target.lines())) == ("hertz", len(asked[0].request.frequency_hz))
     page = filled.client.get(job["address"])
-    assert page.status_code == 200
-    assert "/twin?contact=hertz&amp;tank_pressure_pa=400000.0" in page.text
+    assert page.status_code == 200 and "/twin?contact=hertz&amp;tank_pressure_pa=400000.0" in page.text
     likely = "has a probability of 90 % that every line lies within tolerance."
     sentence = f"One proposal meets the target: the setting {likely}"
     assert job["words"] == sentence and sentence in page.text
     assert "titanium, 45 mm, 0.5 kg, 4 bar, anvil none, #1" in page.text
-    assert (asked[0].at_least, asked[0].share) == (0.6, 0.95)
-    assert filled.added(before) == {}
+    assert (asked[0].at_least, asked[0].share) == (0.6, 0.95) and filled.added(before) == {}
 
 
 def test_the_twin_is_validated_by_a_job(filled: Lab) -> None:
@@ -461,10 +444,8 @@ def test_the_twin_is_validated_by_a_job(filled: Lab) -> None:
     for words in (job["result"]["verdict"], "peak force", 'id="coverage-data"', 'id="ranks-data"', "comparison-1-data"):
         assert words in page.text
     report = filled.client.get(f"{job['address']}/report.html")
-    assert report.status_code == 200
-    assert job["result"]["verdict"] in report.text
-    assert job["address"] in filled.client.get("/validations").text
-    assert filled.added(before) == {}
+    assert report.status_code == 200 and job["result"]["verdict"] in report.text
+    assert job["address"] in filled.client.get("/validations").text and filled.added(before) == {}
     job = ended(filled.client, post_json(filled.client, "/api/validate", {"campaign": GUN}))
     assert (job["state"], job["error"]) == ("done", None)
     assert [row["name"] for row in job["result"]["quantities"]] == ["velocity"]

@@ -33,8 +33,7 @@ def _nothing_written(target: Path) -> bool:
 def test_a_folder_is_written_as_the_browser_names_it(tmp_path: Path) -> None:
     files = [("spring/campaign.toml", io.BytesIO(TOML)), ("spring/recordings/1.mat", io.BytesIO(b"abc"))]
     folder = unpacked(files, tmp_path, 1000)
-    assert folder == tmp_path / "spring"
-    assert (folder / "recordings" / "1.mat").read_bytes() == b"abc"
+    assert folder == tmp_path / "spring" and (folder / "recordings" / "1.mat").read_bytes() == b"abc"
     for second in ("CAMPAIGN.toml", "campaign.toml", "campaign.toml/x"):
         with pytest.raises(UploadError, match="same name"):
             unpacked([("campaign.toml", io.BytesIO(TOML)), (second, io.BytesIO(b""))], tmp_path, 1000)
@@ -69,8 +68,7 @@ def test_no_name_leaves_the_folder(name: str) -> None:
         path = safe_path(name)
     except UploadError:
         return
-    assert (base / path).resolve().is_relative_to(base)
-    assert (base / path) != base
+    assert (base / path).resolve().is_relative_to(base) and (base / path) != base
 
 
 @pytest.mark.parametrize(
@@ -102,8 +100,7 @@ def test_paths_stay_below_their_folders(tmp_path: Path) -> None:
     data, outside = tmp_path / "data", _campaign(tmp_path / "outside")
     inside = _campaign(data / "spring")
     (data / "link").symlink_to(outside)
-    assert confined("spring", (data,)) == inside
-    assert confined(str(inside), (data,)) == inside
+    assert confined("spring", (data,)) == inside and confined(str(inside), (data,)) == inside
     said = set()
     elsewhere = ("../outside", str(outside), "link", "spring/../../outside")
     for path in (*elsewhere, "nowhere", "/etc", "\0", "spring/campaign.toml"):
@@ -117,8 +114,7 @@ def test_campaign_folders_are_suggested(tmp_path: Path) -> None:
     inside = _campaign(tmp_path / "data" / "2026" / "spring")
     _campaign(tmp_path / "data" / ".hidden")
     (tmp_path / "data" / "link").symlink_to(_campaign(tmp_path / "outside"))
-    assert campaigns_below((tmp_path / "data",)) == [str(inside)]
-    assert campaigns_below((tmp_path / "nowhere",)) == []
+    assert campaigns_below((tmp_path / "data",)) == [str(inside)] and campaigns_below((tmp_path / "nowhere",)) == []
 
 
 def _with_bytes(content: io.BytesIO, at: int, new: bytes) -> io.BytesIO:
