@@ -147,9 +147,7 @@ def test_effects_are_named_one_by_one_or_in_a_list(asked: list[DiagnosisRequest]
         (("--with", "gun.valve_flow,gun.blow_by", "--without", "gun.blow_by"), {"gun.valve_flow"}),
     ],
 )
-def test_restricted_diagnosis_names_no_other_effect_and_says_so(
-    lab: str, words: tuple[str, ...], shown: set[str]
-) -> None:
+def test_restricted_diagnosis_names_no_other_effect_and_says_so(lab: str, words: tuple[str, ...], shown: set[str]):
     """The diagnosis itself, on the five shots of "spring"."""
     report = json.loads(done("spring", "--db", lab, *words, "--json").stdout)
     named = {part for cause in report["causes"] for name in cause["effects"] for part in name.split("+")}
@@ -167,9 +165,7 @@ def test_restricted_diagnosis_names_no_other_effect_and_says_so(
         (("--with", "gun.blow_by", "--without", "gun.blow_by"), "leave no effect to consider for spring"),
     ],
 )
-def test_effect_that_cannot_be_considered_is_one_line_and_stores_nothing(
-    lab: str, words: tuple[str, ...], message: str
-) -> None:
+def test_effect_that_cannot_be_considered_is_one_line_and_stores_nothing(lab: str, words, message) -> None:
     before = counts(lab)
     result = pyroshock("diagnose", "spring", "--db", lab, *words)
     assert result.exit_code == 2
@@ -201,8 +197,7 @@ def test_every_answer_is_a_finished_diagnosis(monkeypatch: pytest.MonkeyPatch, l
         (("summer", "--list"), "'summer'"),
     ],
 )
-def test_what_a_user_can_mend_is_one_line(lab: str, tmp_path: Path, words: tuple[str, ...], message: str,
-                                          monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
+def test_what_a_user_can_mend_is_one_line(lab: str, tmp_path, words: tuple[str, ...], message: str, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
     result = pyroshock("diagnose", *words, *(() if "--db" in words else ("--db", lab)))
@@ -262,9 +257,7 @@ def drawn_campaign(folder: Path, rows: Callable[[dict[str, object]], dict[str, o
 
 
 @pytest.mark.parametrize(("struck", "solved"), [(None, "steel"), ("aluminum", "aluminum"), ("steel", "steel")])
-def test_plate_is_solved_from_the_campaign_s_own_outline(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, struck: str | None, solved: str
-) -> None:
+def test_plate_is_solved_from_the_campaign_s_own_outline(tmp_path, monkeypatch, struck: str | None, solved: str):
     """Of the plate that the runs strike, which are named in the table of runs or else in `[bench.plate]`."""
     monkeypatch.setattr(
         twins, "solved", lambda drawing, material, *_: (drawing.outline_m[2], drawing.thickness_m, material.name)
@@ -300,9 +293,7 @@ DISCLOSED = {
 @pytest.mark.slow
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("name", DISCLOSED)
-def test_disclosed_cause_is_in_the_first_group(
-    shared: Path, tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_disclosed_cause_is_in_the_first_group(shared: Path, tmp_path, name: str, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     page = tmp_path / "gap.html"
     result = pyroshock("diagnose", shared / "examples" / name, "--json", "--html", page)

@@ -78,9 +78,7 @@ def test_sheet_and_status_know_the_plan(lab: str, tmp_path: Path) -> None:
     ],
     ids=["needed", "same setting twice", "own names", "hammer"],
 )  # fmt: skip
-def test_run_has_the_shots_that_are_needed_and_the_rest_as_usual(
-    lab: str, campaign: str, runs: list[NextRun], expected: dict[str, object]
-) -> None:
+def test_run_has_the_shots_that_are_needed_and_the_rest_as_usual(lab: str, campaign, runs, expected) -> None:
     diagnosed(lab, *runs, campaign=campaign)
     (run,) = discriminated(lab, campaign)
     assert {name: run[name] for name in expected} == expected

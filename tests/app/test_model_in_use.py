@@ -102,9 +102,7 @@ def test_store_tells_what_an_older_model_does_not(lab: str) -> None:
             assert velocity_kind_of(session, stated) == TARGET_MOTION_ADDED
 
 
-def test_hammers_campaign_is_struck_with_its_hammer(
-    asked: Callable[..., Result], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_hammers_campaign_is_struck_with_its_hammer(asked: Callable[..., Result], monkeypatch: pytest.MonkeyPatch):
     champion = version("tree", dataset("hammer", "hammer", INTEGRATED), "hammer", "2026-01-02")
     monkeypatch.setattr(twins, "_registry", lambda _: registry(champion))
     result = asked(*STRIKE, "--contact", "registered", "--json")
@@ -144,9 +142,7 @@ def test_ignored_factor_is_an_error(asked: Callable[..., Result], monkeypatch: p
         assert message in asked(*words).stderr
 
 
-def test_table_gives_every_predictor(
-    asked: Callable[..., Result], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_table_gives_every_predictor(asked: Callable[..., Result], tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     champion = version("tree", dataset("hammer", "hammer", BEFORE_CONTACT), "hammer")
     monkeypatch.setattr(twins, "_registry", lambda _: registry(champion))
     table = tmp_path / "shots.csv"

@@ -75,9 +75,7 @@ def refused(*words: str) -> str:
 
 
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
-def test_it_answers_and_ends_when_it_is_told(
-    db: str, tmp_path: Path, started: list[subprocess.Popen[str]], ending: signal.Signals
-) -> None:
+def test_it_answers_and_ends_when_it_is_told(db: str, tmp_path, started: list[subprocess.Popen[str]], ending) -> None:
     before = counts(db)
     server = serve("--db", db, "--port", "0", cwd=tmp_path)
     started.append(server)

@@ -192,9 +192,7 @@ def test_each_equation_has_a_row() -> None:
 
 
 @pytest.mark.parametrize(("equations", "pages", "files"), equation_rows(), ids=lambda value: " ".join(sorted(value)))
-def test_row_leads_to_pages_that_have_it_and_code_that_names_some(
-    equations: set[str], pages: list[str], files: list[str]
-) -> None:
+def test_row_leads_to_pages_that_have_it_and_code_that_names_some(equations, pages, files) -> None:
     shown = set().union(*(mentioned(DOCS / "explanation" / page) for page in pages))
     assert sorted(equations - shown) == [] and all((ROOT / file).is_file() for file in files)
     assert any(equations & mentioned(ROOT / file) for file in files)

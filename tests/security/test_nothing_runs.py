@@ -7,7 +7,7 @@ import io
 import json
 import pickle
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -73,9 +73,7 @@ def test_a_payload_would_go_off(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("make", [pickle.dumps, arrays_with], ids=["pickle", "npz-of-objects"])
 @pytest.mark.parametrize("name", ["model.json", "arrays.npz", "held_out.npz"])
-def test_no_file_of_a_model_is_unpickled(
-    registered: tuple[Registry, Version], trap: Path, name: str, make: Callable[[Payload], bytes]
-) -> None:
+def test_no_file_of_a_model_is_unpickled(registered: tuple[Registry, Version], trap: Path, name, make) -> None:
     """Not even where whoever planted it could change the digests, too."""
     registry, version = registered
     file = next(registry.place.folder.rglob(name))

@@ -258,9 +258,7 @@ def test_a_registry_that_fails_is_told_without_it(run: Any, monkeypatch: pytest.
     assert run("models", "--db", "sqlite:///lab.db").exit_code == 2
 
 
-def test_the_token_of_a_server_is_not_kept_or_told_over_http(
-    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_the_token_of_a_server_is_not_kept_or_told_over_http(run: Any, tmp_path, monkeypatch, caplog) -> None:
     """The command that made the store is stored with its first rows."""
     monkeypatch.setattr(cli, "_listen", lambda *_: None)
     token = f"{SECRET}-and-more-of-it"

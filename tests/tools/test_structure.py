@@ -72,9 +72,7 @@ def test_functions_are_measured_without_their_decorators() -> None:
     assert structure.function_lengths(tree) == [2]
 
 
-def test_the_table_is_printed_and_the_lint_fails(
-    tree: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_table_is_printed_and_the_lint_fails(tree: Path, monkeypatch, capsys) -> None:
     monkeypatch.setattr(structure, "ROOT", tree)
     assert structure.main([]) == 0
     rows = capsys.readouterr().out.splitlines()

@@ -52,9 +52,7 @@ def fenced_registry(fenced_store: Store, lease: Lease) -> FencedRegistry:
     return FencedRegistry(RunningJob(lease.job, FencedStore(fenced_store, lease, "test"), url, lambda *_: None))
 
 
-def test_only_the_holder_registers_and_nobody_twice(
-    fenced_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_only_the_holder_registers_and_nobody_twice(fenced_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch):
     registered: list[Any] = []
 
     def record(self: Registry, trained: Any, session: str | None = None) -> Any:
@@ -220,9 +218,7 @@ class Backwards(datetime):
         return datetime(2026, 3, 29, 3, tzinfo=tz) - timedelta(hours=cls.looks)
 
 
-def test_a_clock_that_goes_backwards_changes_nothing(
-    file_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_clock_that_goes_backwards_changes_nothing(file_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch):
     for module in (claims, queue, heartbeat):
         monkeypatch.setattr(module, "datetime", Backwards)
     monkeypatch.setattr(time, "time", lambda: 1e9 - Backwards.looks)
@@ -268,9 +264,7 @@ def test_a_job_that_kills_its_workers_fails_with_words(file_store: Store, odd: O
     assert found.state == FAILED and "3 workers in turn were killed at it" in str(found.error)
 
 
-def test_a_worker_that_wakes_too_late_ends_quietly(
-    file_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_worker_that_wakes_too_late_ends_quietly(file_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch):
     """It sleeps in the midst of its work, and its beats with it; then it goes on as if nothing had been."""
     asleep, wake, steps_taken = threading.Event(), threading.Event(), []
 

@@ -99,9 +99,7 @@ def test_a_waiting_job_is_stopped_at_once(store: Store, odd: Odd) -> None:
     assert (done, get_job(store, second.key).state) == (["b"], DONE) and stop(store, second.key).state == DONE
 
 
-def test_errors_of_the_user_keep_their_words_and_ours_say_so(
-    store: Store, odd: Odd, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_errors_of_the_user_keep_their_words_and_ours_say_so(store: Store, odd: Odd, caplog: pytest.LogCaptureFixture):
     errors: dict[str, Exception] = {"his": ValueError("tip radius is 0; expected above 0"), "ours": KeyError("secret")}
     errors["password"] = ValueError("cannot reach postgresql://lab:hunter2@server/lab")
 

@@ -106,9 +106,7 @@ def test_masses_are_one_several_or_a_range() -> None:
         ({"measured": "autumn"}, "autumn"),
     ],
 )
-def test_error_names_the_argument(
-    store: ps.ExperimentStore, lab: Path, options: dict[str, object], message: str
-) -> None:
+def test_error_names_the_argument(store: ps.ExperimentStore, lab: Path, options: dict[str, object], message: str):
     with pytest.raises(ps.PyroshockError) as caught:
         store.twin(contact="hertz").tune(lab / "spec.csv", progress=False, **options)
     assert message in str(caught.value)

@@ -180,9 +180,7 @@ def test_table_of_runs_is_predicted_as_the_command_line_predicts_it(url: str, tw
         ("twin", {"chain_height": "10 mm"}, "chain height 10 mm"),
     ],
 )
-def test_error_names_the_argument(
-    store: ps.ExperimentStore, twin: LaboratoryTwin, function: str, arguments: dict[str, object], message: str
-) -> None:
+def test_error_names_the_argument(store: ps.ExperimentStore, twin: LaboratoryTwin, function, arguments, message):
     with pytest.raises(ps.PyroshockError) as caught:
         (twin.predict if function == "predict" else store.twin)(**arguments)
     assert message in str(caught.value) and "--" not in str(caught.value)
@@ -201,9 +199,7 @@ def test_error_names_the_argument(
         ({"tank_pressure": []}, "shots has no row to predict"),
     ],
 )
-def test_error_of_a_table_names_row_and_column(
-    twin: LaboratoryTwin, table: dict[str, list[object]], message: str
-) -> None:
+def test_error_of_a_table_names_row_and_column(twin: LaboratoryTwin, table: dict[str, list[object]], message: str):
     with pytest.raises(ps.InvalidValueError) as caught:
         twin.predict_many(pd.DataFrame(table), progress=False)
     assert message in str(caught.value)
@@ -270,8 +266,6 @@ def test_validation_is_that_of_the_command_line(validated_store: ps.ExperimentSt
         ("first-shots", {"contact": "hybrid@3"}, ps.NotFoundError, "hybrid@3"),
     ],
 )
-def test_validation_says_what_there_is_not(
-    validated_store: ps.ExperimentStore, campaign: str, options: dict[str, object], kind: type[Exception], message: str
-) -> None:
+def test_validation_says_what_there_is_not(validated_store: ps.ExperimentStore, campaign, options, kind, message):
     with pytest.raises(kind, match=message):
         validated_store.validate(campaign, progress=False, **options)

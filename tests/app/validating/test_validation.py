@@ -185,9 +185,7 @@ def test_model_is_refitted_without_configurations_and_the_output_says_so(with_mo
     assert "models:/linear/1 was refitted without the configurations of each fold" in validation.seen
 
 
-def test_model_that_had_not_seen_them_stays_and_one_without_its_pulses_is_called_seen(
-    with_model: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_model_that_had_not_seen_them_stays_and_one_without_its_pulses_is_called_seen(with_model: str, monkeypatch):
     def gone(*_: object) -> None:
         raise LookupError("no dataset")
 

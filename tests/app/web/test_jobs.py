@@ -147,9 +147,7 @@ def test_an_upload_is_removed_however_its_job_ends(tmp_path: Path, scratches: Ca
         assert get_job(store, orphaned).attempt == 2 and scratches() == []
 
 
-def test_no_row_makes_a_worker_remove_what_is_no_upload(
-    tmp_path: Path, scratches: Callable[[], list[Path]], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_row_makes_a_worker_remove_what_is_no_upload(tmp_path, scratches: Callable[[], list[Path]], monkeypatch):
     precious, upload = tmp_path / "pyroshock-upload-precious", make_scratch()
     precious.mkdir()
     (link := upload.parent / "pyroshock-upload-link").symlink_to(precious)

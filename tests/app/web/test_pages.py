@@ -212,9 +212,7 @@ def test_a_bad_address_is_answered_in_words(filled: Lab, address: str, status: i
         ("/jobs/999/stop", {}, 404, "999"),
     ],
 )
-def test_a_bad_form_is_answered_in_words_and_changes_nothing(
-    filled: Lab, address: str, form: dict[str, str], status: int, words: str
-) -> None:
+def test_a_bad_form_is_answered_in_words_and_changes_nothing(filled: Lab, address, form, status, words) -> None:
     before, jobs = filled.rows(), len(filled.client.get("/api/jobs").json())
     answer = post(filled.client, address, form)
     assert answer.status_code == status, answer.text

@@ -217,9 +217,7 @@ def peak_m_s2(answer: dict[str, Any]) -> float:
     return float(answer["acceleration"]["acceleration_1"]["peak_m_s2"]["mean"])
 
 
-def test_plate_that_hangs_higher_is_another_plate_to_command_and_api(
-    filled: Lab, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_plate_that_hangs_higher_is_another_plate_to_command_and_api(filled: Lab, monkeypatch: pytest.MonkeyPatch):
     """A plate whose answer is as high as the place of impact: 112 mm lower of some 280 mm."""
 
     def by_height(drawing: Any, *others: Any) -> Any:
