@@ -159,8 +159,7 @@ def test_drop_has_no_hammer(tmp_path):
 
 
 def test_rows_of_a_plan(sqlite_url, tmp_path):
-    planned = gun_plan(sqlite_url)
-    folder = tmp_path / "shots"
+    planned, folder = gun_plan(sqlite_url), tmp_path / "shots"
     started(folder, "--kind", "gun", "--plan", "shots", "--db", sqlite_url)
     rows = rows_of(folder)
     assert [(row["run"], row["repetition"]) for row in rows] == [

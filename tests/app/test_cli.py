@@ -23,8 +23,7 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 def filled(tmp_path_factory):
     """A store with the shipped shots and a hammer campaign of two recordings; tests only read it."""
     folder = tmp_path_factory.mktemp("cli")
-    url = f"sqlite:///{folder / 'x.db'}"
-    campaign = hammer_campaign(folder / "hammer")
+    url, campaign = f"sqlite:///{folder / 'x.db'}", hammer_campaign(folder / "hammer")
     result = CliRunner().invoke(
         main, ["ingest", str(campaign), str(EXAMPLES / "first-shots"), "--db", url, "--jobs", "1"]
     )
@@ -208,8 +207,7 @@ def test_material_is_added_once_and_then_known(tmp_path):
 
 
 def test_extract_keeps_the_old_version_and_returns_to_it(tmp_path):
-    url = f"sqlite:///{tmp_path}/x.db"
-    campaign = hammer_campaign(tmp_path / "hammer")
+    url, campaign = f"sqlite:///{tmp_path}/x.db", hammer_campaign(tmp_path / "hammer")
     count = json_of("ingest", campaign, "--db", url)["impacts"]
     before = json_of("impacts", "--db", url)
     changed = json_of("extract", "hammer", "--segmentation", "mask", "--db", url)

@@ -230,8 +230,7 @@ def test_damaged_folder_is_one_line(tmp_path: Path) -> None:
 
 def test_plate_that_a_user_brings_is_taken(tmp_path: Path) -> None:
     """A modal table as a file, or a drawing that is solved."""
-    folder = gun_campaign(tmp_path / "folder")
-    modes = tmp_path / "modes.csv"
+    folder, modes = gun_campaign(tmp_path / "folder"), tmp_path / "modes.csv"
     modes.write_text("mode,frequency_hz,damping_ratio,shape_impact,shape_a\n1,400,0.01,0.3,0.4\n", encoding="utf-8")
     record = record_of(None, "sqlite:///none.db", DiagnosisRequest(str(folder), modes=modes))
     assert record.plate is not None and record.plate.frequency_hz.tolist() == [400.0]

@@ -173,8 +173,7 @@ def test_tolerance_overrides_and_a_written_spectrum_is_a_target(tmp_path):
     assert call(*words, "--tolerance", "3dB").exit_code == 1
     assert "expected one such as 6dB" in refusal(*words, "--tolerance", "3")
     file, out = table(tmp_path / "a.csv"), tmp_path / "spectrum.csv"
-    told = as_json(file, "--out", out)
-    read = read_target(out)
+    told, read = as_json(file, "--out", out), read_target(out)
     np.testing.assert_allclose(read.level_m_s2, told["maximax"], rtol=1e-12)
     again = as_json(file, "--target", out, "--tolerance", "0.000001dB")
     assert again["target"]["within"] and again["frequency_hz"] == told["frequency_hz"]

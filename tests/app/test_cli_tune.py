@@ -107,8 +107,6 @@ def test_what_cannot_be_tuned_is_said_in_one_line(url, tmp_path, words, said):
 
 
 # --- a thread finds what the main thread finds, and can be stopped ---
-
-
 class StopError(Exception):
     """A person has enough."""
 
@@ -123,8 +121,7 @@ def session(tmp_path, monkeypatch) -> TuningSession:
     text = shipped_factors("gun").replace('levels = ["PLA", "aluminum", "steel"]', 'levels = ["PLA", "steel"]')
     text = text.replace("levels = [30, 45, 60]", "levels = [30, 60]")
     (tmp_path / "spec.csv").write_text("frequency_hz,level_g\n200,20\n800,300\n")
-    target = read_target(tmp_path / "spec.csv")
-    url = f"sqlite:///{tmp_path / 'lab.db'}"
+    target, url = read_target(tmp_path / "spec.csv"), f"sqlite:///{tmp_path / 'lab.db'}"
     with opened(url, create=True) as store:
         request = TwinRequest(contact="hertz", frequency_hz=(200.0, 400.0, 800.0))
         return session_of(store, url, Ask(target, request, space_from_text(text)))

@@ -47,8 +47,7 @@ def test_shots_and_hit_are_the_published_ones(demo):
     assert demo[1]["mean_error_percent"] == pytest.approx(4.07, abs=0.01)
     # Equation 2.16 written out anew with 0.885 m and a friction of 0.2, and not through the twin.
     tank_m3, area_m2, mass_kg = 0.0095, math.pi * 0.048**2 / 4, 0.1428
-    share = 1 - (1 + area_m2 * 0.885 / tank_m3) ** -0.4
-    errors = []
+    share, errors = 1 - (1 + area_m2 * 0.885 / tank_m3) ** -0.4, []
     for row in demo[1]["shots"]:
         work_j = row["pressure_bar"] * 1e5 * tank_m3 / 0.4 * share - 0.2 * mass_kg * 9.80665 * 0.885
         predicted_m_s = 0.5 * math.sqrt(2 * work_j / mass_kg)

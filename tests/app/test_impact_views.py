@@ -97,8 +97,7 @@ def test_window_is_cut_to_the_record(store, start_s, stop_s, samples):
 
 
 def test_zoom_reads_the_chunks_of_its_window_only(store, monkeypatch):
-    asked = []
-    read = read_slice
+    asked, read = [], read_slice
 
     def watched(connection, channel, layout, start, stop):
         asked.append((start, stop))
@@ -150,8 +149,7 @@ def test_what_fits_is_left_as_it_is(values, room):
 @given(st.integers(5, 5000), POINTS)
 @settings(max_examples=100)
 def test_a_single_spike_is_never_lost(samples, points):
-    values = np.zeros(samples)
-    spike = samples // 3
+    values, spike = np.zeros(samples), samples // 3
     values[spike] = 1.0
     assert spike in envelope(values, points)
 
@@ -178,8 +176,7 @@ REST_N = -40.0
 @pytest.fixture
 def pulse_store(sqlite_url, tmp_path):
     """Two hits; the record rests at -40 N and shows compression as negative."""
-    folder = hammer_campaign(tmp_path / "c", recordings=1)
-    made = blows(1, 2)
+    folder, made = hammer_campaign(tmp_path / "c", recordings=1), blows(1, 2)
     time_s = np.arange(round(0.3 * FS_HZ)) / FS_HZ
     force = REST_N + 0.1 * np.random.default_rng(0).standard_normal(time_s.size)
     for blow in made:
@@ -245,8 +242,7 @@ def test_preview_is_drawn_as_it_would_be_stored_and_an_impact_without_record_is_
     shown = view(pulse_store, 1, (cut.pulse_of(1), OTHER))
     assert len(shown.versions) == 1
     reextract_recording(pulse_store, 1, OTHER)
-    stored = view(pulse_store).versions[1]
-    preview = shown.preview
+    stored, preview = view(pulse_store).versions[1], shown.preview
     assert (preview.key, preview.in_use) == (None, False)
     assert (preview.settings, preview.figures) == (stored.settings, stored.figures)
     assert (preview.rest_n, preview.threshold_n) == (stored.rest_n, stored.threshold_n)

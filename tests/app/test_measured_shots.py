@@ -173,8 +173,6 @@ def test_hits_without_mass_and_force_are_left_out(session):
 
 
 # --- a twin of them ---
-
-
 @pytest.fixture
 def built(campaigns, monkeypatch):
     """Twins of the store by their requests, with plates that need no solution."""
@@ -283,8 +281,6 @@ def test_struck_plate_is_the_drawings():
 
 
 # --- a bench as a TOML file: what is no bench is refused by its key ---
-
-
 @pytest.mark.parametrize(
     ("text", "said"),
     [

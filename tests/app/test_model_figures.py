@@ -104,8 +104,7 @@ def test_points_are_the_held_out_pulses(trained, read):
 def test_intervals_are_told_where_the_model_has_them(trained, read):
     with_spread = set()
     for version in trained[0].versions():
-        found = held_out_figures(trained[0], version, read)
-        told = row_of(version)["coverage90"]
+        found, told = held_out_figures(trained[0], version, read), row_of(version)["coverage90"]
         with_spread.add(told is not None)
         peak, coverage = found["points"]["peak_force_n"], found["coverage"]
         assert (peak["low"] is None) == (coverage["force"] is None) == (told is None)

@@ -65,8 +65,7 @@ def test_pulses_are_grouped_by_level_with_mean_and_deviation(pulse_store):
     assert [group.impacts for group in found.groups] == [(4, 5), (1, 2, 3), (6,)]
     assert (found.factor, found.drawn, found.matching, found.thinned) == ("tip_radius_m", 6, 6, False)
     found = pulses_over(pulse_store, points=101)
-    group = found.groups[1]
-    shape = half_sine(found.axis / 1e-3)
+    group, shape = found.groups[1], half_sine(found.axis / 1e-3)
     np.testing.assert_allclose(group.mean_n, 200 * shape, atol=0.05)
     np.testing.assert_allclose(group.deviation_n, 100 * shape, atol=0.05)
     assert np.isnan(found.groups[2].deviation_n).all()

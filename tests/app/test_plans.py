@@ -17,9 +17,8 @@ from pyroshock.virtualbench.gun.fire import Trigger
 from support.records.campaigns import gun_campaign, write_runs
 from support.stores.stores import opened, pyroshock
 
+
 # --- plans made by one function for the command line and the web, and what a page shows of their quality ------------
-
-
 @pytest.fixture
 def store(tmp_path):
     with opened(f"sqlite:///{tmp_path / 'lab.db'}", create=True) as store:
@@ -215,8 +214,7 @@ def test_aliases_of_a_screening_plan_are_told(url):
 
 def test_recorded_campaign_works_the_plan_off(url, tmp_path):
     done("import", "gun", table(tmp_path / "in.csv"), "--db", url, "--repetitions", "1")
-    runs = as_json("status", "gun", "--db", url)["runs"]
-    folder = gun_campaign(tmp_path / "g", 1)
+    runs, folder = as_json("status", "gun", "--db", url)["runs"], gun_campaign(tmp_path / "g", 1)
     keys = ("run", "plate_material", "anvil_material", "insulator", "tip_material", "bullet_mass_kg")
     rows = [
         {key: run[key] for key in keys} | {"repetition": 1, "tip_radius_mm": 1e3 * run["tip_radius_m"]}
@@ -260,13 +258,10 @@ def test_plans_are_listed_and_a_discarded_run_leaves_the_table(url, tmp_path):
 
 
 # --- `simulate` refuses what it cannot play, before it plays anything ---
-
-
 @pytest.fixture
 def planned_url(tmp_path: Path) -> str:
     """A store with a plan of one hammer configuration left."""
-    planned_url = f"sqlite:///{tmp_path / 'lab.db'}"
-    table = tmp_path / "one.csv"
+    planned_url, table = f"sqlite:///{tmp_path / 'lab.db'}", tmp_path / "one.csv"
     table.write_text(
         "run,impact_position,hammer_speed,tip_material,tip_radius_mm,anvil_material,insulator,boundary_conditions\n"
         "4,#1,low,delrin,30,steel,none,free\n"

@@ -76,8 +76,7 @@ def refused(*words: str) -> str:
 
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
 def test_it_answers_and_ends_when_it_is_told(db: str, tmp_path, started: list[subprocess.Popen[str]], ending) -> None:
-    before = counts(db)
-    server = serve("--db", db, "--port", "0", cwd=tmp_path)
+    before, server = counts(db), serve("--db", db, "--port", "0", cwd=tmp_path)
     started.append(server)
     address = address_of(server)
     assert not address.endswith(":0/")

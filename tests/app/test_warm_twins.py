@@ -195,8 +195,7 @@ def test_warm_twin_answers_as_a_fresh_one(store, quick):
 
 
 def test_warm_twin_solves_no_plate_any_more(store, quick, monkeypatch):
-    made = []
-    of = PlateResponse.of
+    made, of = [], PlateResponse.of
     monkeypatch.setattr(PlateResponse, "of", lambda *given: made.append(given) or of(*given))
     twin = TwinCache(store, quick).get(TwinRequest(frequency_hz=FEW))
     assert made

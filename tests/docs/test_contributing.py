@@ -57,8 +57,6 @@ def test_names_stand_in_their_files(path: str, name: str) -> None:
 
 
 # --- lists that a recipe has one write into ---
-
-
 def test_every_reader_has_a_recipe_and_is_fuzzed() -> None:
     written = {suffix for suffix, _ in RECIPES.values()}
     fuzzed = {target.name.split()[0].replace("mat5", "mat").replace("mat73", "mat") for target in FUZZED}

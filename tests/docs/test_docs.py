@@ -156,8 +156,6 @@ def test_every_term_stands_once_with_all_columns() -> None:
 
 
 # --- every equation of the thesis has its page and its code ---
-
-
 #: How many numbered equations each chapter has.
 CHAPTERS = {1: 28, 2: 18, 3: 1, 4: 9, 5: 7}
 EQUATIONS = [f"{chapter}.{number}" for chapter, last in CHAPTERS.items() for number in range(1, last + 1)]

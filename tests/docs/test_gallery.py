@@ -89,8 +89,6 @@ def page() -> str:
 
 
 # --- the page -------------------------------------------------------------------------------------------------------
-
-
 def test_every_drawable_figure_has_a_script_and_a_picture() -> None:
     assert [number for entry in FIGURES.values() for number in entry.thesis.split(", ")] == list(DRAWABLE)
     folder = ROOT / "examples" / "gallery"
@@ -106,8 +104,6 @@ def test_page_has_the_picture_and_the_script(name: str) -> None:
 
 
 # --- every figure ---------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", FIGURES)
 def test_axes_tell_what_and_in_which_unit(drawn: Drawn, name: str) -> None:
     figure = drawn(name)
@@ -130,8 +126,6 @@ def test_command_refuses_what_it_does_not_know(words: list[str], capsys: pytest.
 
 
 # --- physics --------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("name", "peak_at"), [("Hunter", 0.5), ("Reed", 0.5), ("asymmetric von Hann", 0.6)])
 def test_profiles_end_at_zero_and_peak_where_they_must(drawn: Drawn, name: str, peak_at: float) -> None:
     """The von Hann pulse compresses for 1 / (1 + e) of its contact."""
@@ -146,8 +140,7 @@ def test_plates_are_as_thick_as_the_thesis_says_and_the_spectrum_passes_through_
     marks = [line for axes in drawn("safety_plates").axes for line in axes.lines if line.get_marker() == "x"]
     thickness, limit = np.array([np.ravel(line.get_data()) for line in marks]).T
     assert limit == pytest.approx([150, 150]) and thickness == pytest.approx([10, 5], abs=0.5)
-    base = spectrum_construction.recorded()
-    lines = np.array(spectrum_construction.OSCILLATORS_HZ)
+    base, lines = spectrum_construction.recorded(), np.array(spectrum_construction.OSCILLATORS_HZ)
     (axes,) = (axes for axes in drawn("spectrum_construction").axes if axes.get_xscale() == "log")
     dots = [float(np.ravel(line.get_ydata())[0]) for line in axes.lines if line.get_marker() == "o"]
     assert dots == pytest.approx(shock_response_spectrum(base.si, base.sampling_rate_hz, lines).primary, rel=1e-9)
@@ -196,8 +189,6 @@ def test_cost_adds_up_to_eq_5_4_and_grows_from_nought_to_one() -> None:
 
 
 # --- the virtual campaign -------------------------------------------------------------------------------------------
-
-
 def test_tests_are_in_groups_of_six_by_tip() -> None:
     rows = virtual_campaign.tests_in_order()
     tips = [row["tip_material"] for row in rows]
@@ -247,8 +238,6 @@ def test_resampled_pulses_go_through_their_samples(drawn: Drawn) -> None:
 
 
 # --- models ---------------------------------------------------------------------------------------------------------
-
-
 def test_one_hit_of_each_test_is_held_out_and_models_are_compared(judged, campaign):
     assert np.array_equal(np.unique(judged.pulses.run, return_counts=True)[1], np.ones(len(campaign.tests)))
     assert set(cost_by_test.five(judged)) == {"hann", "hunter", "reed"}

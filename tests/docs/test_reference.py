@@ -143,8 +143,6 @@ def test_names_of_a_room_have_docstrings_and_stand_in_it(room: str) -> None:
 
 
 # --- text ---
-
-
 def test_blocks_and_signs_of_markdown_show_as_they_are() -> None:
     doc = """A first line
     that goes on.

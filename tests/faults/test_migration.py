@@ -27,8 +27,7 @@ class _Stopped(Exception):
 
 def stopped_at(url: str, number: int) -> bool:
     """Whether an upgrade had a statement of this number; it is stopped before it."""
-    engine = make_engine(url)
-    seen = [0]
+    engine, seen = make_engine(url), [0]
 
     @event.listens_for(engine, "before_cursor_execute")
     def stop(*_):

@@ -105,8 +105,7 @@ def test_what_mlflow_would_run_is_not_asked(registered: tuple[Registry, Version]
     """`MLmodel` names the module that MLflow's own `load_model` imports, and a folder of code beside it."""
     registry, version = registered
     description = next(registry.place.folder.rglob("MLmodel"))
-    before = description.read_text()
-    code = description.parent / "code"
+    before, code = description.read_text(), description.parent / "code"
     code.mkdir()
     (code / "planted.py").write_text(f"from pathlib import Path\nPath({str(trap)!r}).touch()\n")
     description.write_text(

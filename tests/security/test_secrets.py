@@ -182,8 +182,7 @@ def test_no_command_tells_or_keeps_the_password_of_its_store(run: Any, secret_db
 def test_no_training_keeps_it(run: Any, secret_db: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither MLflow's database, which has a password too, nor the files of the models."""
     pytest.importorskip("mlflow", reason="no MLflow: it comes with pyroshock[models]")
-    name = f"mlflow_{uuid.uuid4().hex}"
-    server = make_url(secret_db)
+    name, server = f"mlflow_{uuid.uuid4().hex}", make_url(secret_db)
     _execute(server.set(database="postgres"), f'CREATE DATABASE "{name}"')
     tracking = server.set(database=name).render_as_string(hide_password=False)
     monkeypatch.setenv("MLFLOW_TRACKING_URI", tracking)
@@ -195,8 +194,7 @@ def test_no_training_keeps_it(run: Any, secret_db: str, tmp_path: Path, monkeypa
     files = [file for file in tmp_path.rglob("*") if file.is_file()]
     assert any(file.name == "model.json" for file in files)
     assert [file for file in files if SECRET.encode() in file.read_bytes()] == []
-    engine = create_engine(tracking)
-    tables = MetaData()
+    engine, tables = create_engine(tracking), MetaData()
     tables.reflect(engine)
     with engine.connect() as connection:
         kept = [str(row) for table in tables.sorted_tables for row in connection.execute(select(table))]

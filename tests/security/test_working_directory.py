@@ -167,8 +167,7 @@ def test_jobs_of_the_window_import_nothing_from_a_campaign_folder(tmp_path: Path
 def test_processes_of_a_script_import_nothing_from_the_working_directory(tmp_path: Path) -> None:
     """A library's user has closed nothing; what we add to the environment is gone afterwards."""
     (tmp_path / "c").mkdir()
-    trap = planted(tmp_path / "c")
-    script = tmp_path / "script.py"
+    trap, script = planted(tmp_path / "c"), tmp_path / "script.py"
     script.write_text(SCRIPT.format(tests=str(TESTS)), encoding="utf-8")
     assert done([sys.executable, str(script)], "", tmp_path / "c").split() == ["9", "None"] and ran(trap) == ""
 

@@ -202,8 +202,7 @@ def test_row_tells_the_first_cause_and_reads_nothing_that_is_drawn(store):
 
 
 def test_what_if_is_marked_and_is_not_the_last_word_on_a_campaign(store):
-    sentence = restriction_sentences(("gun.valve_flow",))
-    whole = verdicts.gun(campaign=CAMPAIGN)
+    sentence, whole = restriction_sentences(("gun.valve_flow",)), verdicts.gun(campaign=CAMPAIGN)
     keep(store, whole, DiagnosisRequest(CAMPAIGN, seed=3))
     key = keep(
         store, verdicts.gun(campaign=CAMPAIGN, assumptions=sentence), DiagnosisRequest(CAMPAIGN, with_effects=["a"])

@@ -33,9 +33,8 @@ from pyroshock.twin.effects import catalogue
 from support.records import verdicts
 from support.records.plate_records import played
 
+
 # --- every effect and every observable has words of the test bench --------------------------------------------------
-
-
 def test_effects_and_observables_have_words_of_their_own() -> None:
     assert set(EFFECT_SUBJECTS) == set(EFFECT_CHECKS) == set(catalogue())
     assert len(set(EFFECT_SUBJECTS.values())) == len(EFFECT_SUBJECTS)
@@ -130,8 +129,6 @@ def test_a_slip_is_answered_with_the_nearest_or_all(name: str, answer: str) -> N
 
 
 # --- the first sentences say what the verdict holds, in plain words and no more ---
-
-
 def in_stages(*shares: float) -> Verdict:
     names = ("gun", "contact", "plate")
     stages = tuple(StageShare(name, share, (0.0, 1.0), 1.0) for name, share in zip(names, shares, strict=False))

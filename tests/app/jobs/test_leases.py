@@ -108,8 +108,7 @@ def rows(store: Store, table: type[Plan] | type[Diagnosis]) -> int:
 def test_a_late_worker_changes_nothing(store: Store) -> None:
     """Two workers at one job: the first falls silent, and wakes when the second has its job, and again when it is
     done."""
-    before = rows(store, Plan)
-    key = ask(store, PLAN, "Plan spring", PLANNED).key
+    before, key = rows(store, Plan), ask(store, PLAN, "Plan spring", PLANNED).key
     late = claimed(store, "late").lease
     second = take_over(store, hand("second"), running(store, hand())[0])
     assert second is not None and (second.lease.attempt, get_job(store, key).worker) == (2, "second")
@@ -121,8 +120,7 @@ def test_a_late_worker_changes_nothing(store: Store) -> None:
 
 
 def _try_everything(store: Store, key: int, late: Lease) -> None:
-    before = get_job(store, key)
-    fenced = FencedStore(store, late, "late")
+    before, fenced = get_job(store, key), FencedStore(store, late, "late")
     with pytest.raises(LeaseLostError), fenced.writing() as session:
         session.add(Plan(name="late", kind="gun", factors="", method="lhs"))
     with pytest.raises(LeaseLostError):
@@ -139,8 +137,7 @@ def _try_everything(store: Store, key: int, late: Lease) -> None:
 def test_a_worker_that_writes_cannot_lose_its_job_meanwhile(store: Store, odd: Odd) -> None:
     """Its row is held: nobody waits for it, nobody takes the job, and a transaction that ends counts as a beat."""
     odd.ask(store)
-    lease = claimed(store).lease
-    seen = running(store, hand())[0]
+    lease, seen = claimed(store).lease, running(store, hand())[0]
     outcome: list[object] = []
     other = threading.Thread(target=lambda: outcome.append(take_over(store, hand("second"), seen)))
     with FencedStore(store, lease, "first").writing():
@@ -280,8 +277,7 @@ def test_a_worker_that_wakes_too_late_ends_quietly(file_store: Store, odd: Odd, 
         raise StoreError("asleep")
 
     odd.do = do
-    key = odd.ask(file_store).key
-    first = claimed(file_store, "first")
+    key, first = odd.ask(file_store).key, claimed(file_store, "first")
     with monkeypatch.context() as patch:
         patch.setattr(heartbeat, "send_heartbeat", away)
         patch.setattr(heartbeat, "look", away)
@@ -289,8 +285,7 @@ def test_a_worker_that_wakes_too_late_ends_quietly(file_store: Store, odd: Odd, 
         sleeper = threading.Thread(target=lambda: over.append(attempt(WorkerContext(file_store, "", LEASE_S), first)))
         sleeper.start()
         assert asleep.wait(20)
-        second = None
-        watch = Watch()
+        second, watch = None, Watch()
         while second is None:
             time.sleep(0.02)
             for silent in watch.silent(running(file_store, hand())):

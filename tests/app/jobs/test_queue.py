@@ -62,8 +62,7 @@ def test_progress_and_result_are_told(store: Store, odd: Odd) -> None:
 
     odd.do = do
     with working(store):
-        key = odd.ask(store).key
-        deadline = time.monotonic() + 20
+        key, deadline = odd.ask(store).key, time.monotonic() + 20
         while (job := get_job(store, key)).done == 0:
             assert time.monotonic() < deadline
             time.sleep(0.01)
@@ -183,8 +182,6 @@ def test_the_end_of_a_worker_gives_the_job_back(store: Store, odd: Odd) -> None:
 
 
 # --- `pyroshock work` and `pyroshock jobs` as a person types them ---
-
-
 @pytest.fixture
 def url(sqlite_url: str, tmp_path: Path) -> str:
     """A store with two jobs: an ingest, and an extraction of what is not there."""

@@ -80,8 +80,7 @@ def test_numbers_and_series_have_bands_and_units(shot: ShotPrediction) -> None:
         assert number.lower <= float(number) <= number.upper and unit in repr(number)
     frame = shot.to_frame()
     assert list(frame.loc["velocity", ["mean", "unit"]]) == [float(shot.velocity), "m/s"]
-    told = shot.to_json()
-    frame = shot.srs["acceleration_1"].to_frame()
+    told, frame = shot.to_json(), shot.srs["acceleration_1"].to_frame()
     assert frame["mean"].tolist() == told["srs"]["acceleration_1"]["mean"]
     assert frame.index.tolist() == told["srs"]["frequency_hz"]
     assert frame.attrs["units"] == {"frequency_hz": "Hz", "mean": "m/s2", "lower": "m/s2", "upper": "m/s2"}
@@ -102,8 +101,7 @@ def test_plots_name_their_axes_and_draw_on_given_ones(shot: ShotPrediction) -> N
     assert [axes.get_ylabel().rpartition(" ")[2] for axes in panel] == ["(kN)", "(m/s2)", "(m/s2)"]
     import matplotlib.pyplot as plt
 
-    axes = plt.figure().subplots()
-    count = len(plt.get_fignums())
+    axes, count = plt.figure().subplots(), len(plt.get_fignums())
     assert shot.srs["acceleration_2"].plot(axes) is axes and shot.velocity.plot(axes) is axes
     assert len(plt.get_fignums()) == count
 
@@ -225,8 +223,6 @@ def test_plan_is_predicted_as_the_command_line_predicts_it(url: str, store: ps.E
 
 
 # --- validation: the scores, sentence and plot of the command ---
-
-
 @pytest.fixture
 def validated_store(tmp_path: Path, notebook: None) -> Iterator[ps.ExperimentStore]:
     with opened(f"sqlite:///{tmp_path / 'lab.db'}", create=True) as opened_store:
@@ -238,8 +234,7 @@ def validated_store(tmp_path: Path, notebook: None) -> Iterator[ps.ExperimentSto
 def test_validation_is_that_of_the_command_line(validated_store: ps.ExperimentStore) -> None:
     found = validated_store.validate("first-shots", draws=20, progress=False)
     result = CliRunner().invoke(validate, ["first-shots", "--draws", "20", "--db", validated_store.url, "--json"])
-    expected = json.loads(result.stdout)
-    data = found.to_json()
+    expected, data = json.loads(result.stdout), found.to_json()
     assert {**data, "seconds": 0} == {**expected, "seconds": 0}
     assert (found.sentence, found.calibrated) == (expected["verdict"], expected["calibrated"])
 

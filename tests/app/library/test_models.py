@@ -55,8 +55,7 @@ def test_trained_models_are_those_of_the_command_line_and_are_trained_once(lab):
 
 def test_a_model_predicts_the_pulses_of_a_frame_with_what_the_bench_says(lab):
     _, data, _ = lab
-    frame = data.to_frame()
-    table = data.snapshot.table
+    frame, table = data.to_frame(), data.snapshot.table
     for name in ("impactor_mass_kg", "plate_thickness_m"):
         np.testing.assert_array_equal(frame[name], getattr(table, name))
         assert frame.attrs["units"][name] == name.rpartition("_")[2]

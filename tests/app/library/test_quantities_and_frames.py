@@ -104,8 +104,6 @@ def test_what_cannot_be_used_is_refused(given, rate, words):
 
 
 # --- frames at the size and of the types that an analysis counts on ---
-
-
 @pytest.fixture(scope="module")
 def large_store(tmp_path_factory):
     url = f"sqlite:///{tmp_path_factory.mktemp('large') / 'lab.db'}"

@@ -112,8 +112,7 @@ def test_a_slice_reads_its_own_chunks_only(lab, monkeypatch):
     channel = lab.recording(1)["force"]
     whole = channel.values
     assert len(whole) == len(channel) and channel.unit == "N"
-    decoded = []
-    plain = series._decode_into
+    decoded, plain = [], series._decode_into
 
     def counted(frame, target, skip, layout):
         decoded.append(target.size)
@@ -157,8 +156,7 @@ def test_options_of_an_ingest_are_checked(lab, tmp_path, arguments, words):
 
 
 def test_a_dataset_is_frozen_once(lab):
-    data = lab.dataset("spring-1", campaigns=["spring"])
-    again = lab.dataset("spring-1")
+    data, again = lab.dataset("spring-1", campaigns=["spring"]), lab.dataset("spring-1")
     assert data.hash == again.hash and len(data) == len(data.to_frame()) > 10
     assert list(lab.datasets()["name"]) == ["spring-1"] and "contact_time_s" in data.to_frame().columns
     assert "spring-1" in data._repr_html_()

@@ -106,7 +106,6 @@ def test_models_of_such_a_dataset_and_what_they_predict_say_so(care_copy):
 
 
 # --- `campaigns delete`: what was the campaign's own goes, all else stays, and a tombstone tells what stood on it
-
 #: Of the campaign HAMMER in the stores of `care_stores`: two recordings of five hits, cut twice.
 ROWS = {"recordings": 2, "impacts": 2 * HITS, "pulses": 4 * HITS, "snapshot_pulses": 2 * HITS, "diagnoses": 1}
 #: What all campaigns share, or is nobody's.
@@ -179,8 +178,7 @@ def test_refused_without_a_reason_or_a_campaign(care_copy):
 
 
 def test_same_content_again_has_the_same_hash_and_gives_its_dataset_back(sqlite_url, care_source, tables_url):
-    hashes = []
-    folder = care_source / HAMMER
+    hashes, folder = [], care_source / HAMMER
     for url in (sqlite_url, tables_url):
         ingested(url, folder)
         with opened(url) as store:
@@ -226,8 +224,6 @@ def test_deletion_that_would_change_other_predictions_is_refused(tables_url, tmp
 
 
 # --- `campaigns archive` and `campaigns restore`: out of the store into a file, and back as it was ------------------
-
-
 def archived(url, out, name=HAMMER):
     return json.loads(run(url, "archive", name, "--out", out, "--reason", REASON, "--json").stdout)
 
@@ -353,8 +349,7 @@ def test_nothing_is_deleted_where_the_campaign_changes_meanwhile(care_copy, tmp_
 
 
 def test_restore_refuses_what_was_not_deleted(care_copy, tmp_path, sqlite_url):
-    out = exported(care_copy, tmp_path)
-    before = counts(care_copy)
+    out, before = exported(care_copy, tmp_path), counts(care_copy)
     assert "is in the store" in run(care_copy, "restore", out, code=2).stderr and counts(care_copy) == before
     ingested(sqlite_url, hammer_campaign(tmp_path / "elsewhere", name="elsewhere"))
     assert "no campaign of this name was deleted" in run(sqlite_url, "restore", out, code=2).stderr
@@ -445,8 +440,7 @@ def test_discarded_recording_goes_with_its_hits_and_a_dry_run_changes_nothing(ca
     output = done(care_store, "runs", "discard", HAMMER, FIRST, "--reason", REASON, "--dry-run").stderr
     assert "dry run, nothing is deleted; would delete" in output
     assert f"stood on it: dataset small ({HITS} pulses" in output and content(care_store) == before
-    before = counts(care_store)
-    stone = discarded(care_store, HAMMER, FIRST)
+    before, stone = counts(care_store), discarded(care_store, HAMMER, FIRST)
     after = counts(care_store)
     gone = {table: before[table] - after[table] for table in before if before[table] > after[table]}
     assert gone == stone["counts"]

@@ -47,8 +47,7 @@ def rows_of_plan(store: Store) -> list[dict[str, object]]:
     """The first runs of the plan as a lab fires them."""
     with store.reading() as session:
         plan = read_plan(session, "spring")
-    speeds = {"low": 7.0, "medium": 14.0, "high": 22.0}
-    rows = []
+    speeds, rows = {"low": 7.0, "medium": 14.0, "high": 22.0}, []
     for run in plan.runs[:FIRED]:
         settings = {key: level for key, level in run.row.items() if key != "velocity_level"}
         settings["tank_pressure_bar"] = str(FILLED * run.settings["tank_pressure_bar"])
@@ -172,8 +171,7 @@ def test_shots_are_told_beside_the_model(planned: str) -> None:
 
 def test_pulses_are_grouped_by_configuration_and_the_report_is_written_both_ways(hits: Store) -> None:
     with hits.reading() as session:
-        pulses = pulses_of(session, "hits")
-        rows = list(iter_impacts(session, "hits"))
+        pulses, rows = pulses_of(session, "hits"), list(iter_impacts(session, "hits"))
         points = session.scalars(select(Pulse.force_points_n).where(Pulse.current).order_by(Pulse.impact_id)).all()
     assert [len(group) for group in pulses.groups] == [HITS] * len(CONFIGURATIONS)
     first = pulses.groups[0]

@@ -151,8 +151,6 @@ def test_missing_library_is_told_with_what_to_install(monkeypatch: pytest.Monkey
 
 
 # --- settings and figures are told in the units of the bench --------------------------------------------------------
-
-
 def test_factors_are_told_in_their_units_and_means_with_their_spread() -> None:
     assert setting("tip_radius_m").heading == "tip radius (mm)" and setting("tip_radius_m").words(0.045) == "45 mm"
     assert setting("tank_pressure_pa").cell(38080.0) == 0.3808
@@ -177,8 +175,6 @@ def test_mean_is_told_to_a_tenth_of_the_spread(values: list[float]) -> None:
 
 
 # --- sentences of a diagnosis say what it found, and no more --------------------------------------------------------
-
-
 def test_shrinkage_places_shares_and_ranges_are_told() -> None:
     sentence = shrinkage_line(verdicts.gun().shrinkage[0])
     assert sentence.endswith(

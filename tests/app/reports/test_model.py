@@ -85,8 +85,7 @@ def test_promotions_facts_and_splits_are_those_of_the_registry(lab: tuple[Regist
     (row,) = table.rows
     assert row[1:4] == ["linear@1", "hann@1", "forced"] and str(row[-2]).startswith("to <i>try</i> it")
     assert len(blocks(report(lab, "hann@1"), "Promotions")[0].rows) == 2
-    found = report(lab, "linear@1")
-    version = chosen(lab[0].versions(), "linear@1")
+    found, version = report(lab, "linear@1"), chosen(lab[0].versions(), "linear@1")
     assert found.facts["Dataset hash"] == version.dataset.hash
     assert found.facts["Cost"].startswith(f"{version.cost.seconds:.1f} s")
     assert "the model in use for a hammer" in found.lead and "not in use" in report(lab, "hann@1").lead

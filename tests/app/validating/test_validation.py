@@ -104,8 +104,6 @@ def test_too_few_folds_or_draws_are_refused(wrong: dict[str, int]) -> None:
 
 
 # --- on a store ---
-
-
 @pytest.fixture(scope="module")
 def hammer_store(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("hammer")
@@ -145,8 +143,6 @@ def test_campaign_without_a_shot_to_predict_says_why(db: str, monkeypatch: pytes
 
 
 # --- registered models ---
-
-
 @pytest.fixture
 def with_model(db: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     """The store's dataset and a linear model of it."""
@@ -166,8 +162,7 @@ def contact_of(store: Any, db: str) -> RegisteredContact:
 
 def test_model_is_refitted_without_configurations_and_the_output_says_so(with_model: str) -> None:
     with opened(with_model) as store:
-        contact = contact_of(store, with_model)
-        table = read_snapshot(store, "pulses").table
+        contact, table = contact_of(store, with_model), read_snapshot(store, "pulses").table
         left_out = np.unique(table.configuration)[:1]
         with store.reading() as session:
             keys = sorted(set(session.scalars(select(Impact.configuration_id))))

@@ -108,8 +108,7 @@ def test_keys_alone_reach_everything(browser, lab, address, name):
         page.keyboard.press("Tab")
         first = page.evaluate(_FOCUS)
         assert first["text"] == "To the content" and first["left"] >= 0
-        controls = page.evaluate(_CONTROLS)
-        seen = []
+        controls, seen = page.evaluate(_CONTROLS), []
         for _ in range(controls + 40):
             page.keyboard.press("Tab")
             here = page.evaluate(_FOCUS)

@@ -117,7 +117,6 @@ def test_pages_carry_the_token_and_errors_are_told_in_words(client: TestClient) 
 
 def test_a_refused_upload_leaves_the_store_as_it_was(client: TestClient, tmp_path: Path) -> None:
     store: Store = client.app.app.state.store  # type: ignore[attr-defined]
-    before = count_rows(store)
-    files = [("files", ("../../campaign.toml", b"x"))]
+    before, files = count_rows(store), [("files", ("../../campaign.toml", b"x"))]
     answer = client.post("/ingest/upload", data={"csrf": token(client)}, files=files)
     assert answer.status_code == 422 and count_rows(store) == before and client.get("/api/jobs").json() == []
