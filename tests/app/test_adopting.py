@@ -62,10 +62,14 @@ def used(store: Store, campaign: str) -> list[str]:
         return [acting_effect.id for acting_effect in effects_in_use(session, campaign)[0]]
 
 
-def test_campaigns_of_the_same_gun_use_it(store: Store) -> None:
+def test_campaigns_of_the_same_gun_use_it_and_two_are_adopted_together(store: Store) -> None:
     adopt(store, of_gun("spring", VALVE), VALVE.id)
     assert used(store, "spring") == used(store, "summer") == [VALVE.id]
     assert used(store, "other") == used(store, "hammer") == []
+    both = of_gun("spring")
+    adopt(store, replace(both, fits={"gun.valve_flow+sensor.velocity_gain": (VALVE, GAIN)}),
+          "gun.valve_flow+sensor.velocity_gain")  # fmt: skip
+    assert used(store, "spring") == [VALVE.id, GAIN.id]
 
 
 def test_newest_version_counts_alone_and_none_is_the_way_back(store: Store) -> None:
@@ -82,13 +86,6 @@ def test_stage_that_a_diagnosis_did_not_see_keeps_its_effect(store: Store) -> No
     adopt(store, of_gun("spring", layer, simulator="gun:adiabatic | contact:hertz"), layer.id)
     adopt(store, of_gun("summer", VALVE), VALVE.id)
     assert used(store, "spring") == [VALVE.id, layer.id]
-
-
-def test_two_that_act_together_are_adopted_together(store: Store) -> None:
-    both = of_gun("spring")
-    adopt(store, replace(both, fits={"gun.valve_flow+sensor.velocity_gain": (VALVE, GAIN)}),
-          "gun.valve_flow+sensor.velocity_gain")  # fmt: skip
-    assert used(store, "spring") == [VALVE.id, GAIN.id]
 
 
 def test_numbers_come_back_as_they_were(store: Store) -> None:

@@ -74,12 +74,17 @@ def test_given_velocity_needs_no_gun_and_words_and_plot_are_for_people(quick, tm
     assert (tmp_path / "shot.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_effects_change_the_answer_and_are_told(quick):
+def test_effects_change_the_answer_and_what_lies_outside_is_told(quick):
     nominal = told(quick("--tank-pressure", "5bar", "--json"))
     found = told(quick("--tank-pressure", "5bar", "--effect", "gun.back_pressure", "--effect",
                        "sensor.velocity_gain:gain=2", "--json"))  # fmt: skip
     assert found["velocity_m_s"]["mean"] != pytest.approx(2 * nominal["velocity_m_s"]["mean"], rel=1e-3)
     assert "gun.back_pressure" in found["models"]["gun"] and "sensor.velocity_gain" in found["models"]["sensors"]
+    result = quick("--tank-pressure", "20bar", "--tip", "steel", "--contact", "hertz")
+    assert result.exit_code == 0
+    (line,) = [each for each in result.stderr.splitlines() if "outside of the domain" in each]
+    where = r"lies outside of the domain of the contact \(hertz\)"
+    assert re.fullmatch(rf"Impact velocity \d{{2}}\.\d{{2}} m/s {where}: up to .*yield\.", line)
 
 
 @pytest.mark.parametrize(("law", "label"), [((), "prior of 4 effects"), (("--contact", "hertz"), "hertz")])
@@ -125,13 +130,17 @@ def test_campaign_gives_its_gun_and_the_scatter_of_its_shots(quick, tmp_path):
     assert "campaign first-shots" in found["models"]["gun"]
 
 
-def test_scatter_of_the_thesis_is_that_of_its_five_shots():
+def test_scatter_is_that_of_the_five_shots_and_effects_are_parsed():
     """Errors of Table 5.1, eq. 5.1: (measured - predicted) / measured."""
     with (Path(twins.__file__).parents[2] / "examples" / "first-shots" / "table_5_1.csv").open(
         encoding="utf-8"
     ) as file:
         errors = np.array([float(row["error_percent"]) for row in csv.DictReader(file)]) / 100
     assert np.sqrt(np.mean(np.log(1 - errors) ** 2)) == pytest.approx(twins.THESIS_VELOCITY_SPREAD, abs=6e-4)
+    found = parse_effect("sensor.zero_shift:share=0.02,decay_time_s=0.1", "--effect")
+    assert found.as_json() == {"id": "sensor.zero_shift", "share": 0.02, "decay_time_s": 0.1}
+    result = CliRunner().invoke(predict, ["--frequencies", "1:2:3:4"])
+    assert result.exit_code == 2 and "expected Hz as 100,200,500 or low:high:per_octave" in result.stderr
 
 
 def test_model_in_use_answers(quick, monkeypatch):
@@ -153,15 +162,6 @@ def test_model_in_use_answers(quick, monkeypatch):
         found = told(quick("--velocity", "9m/s", "--tip", "delrin", "--tip-radius", "30mm", *asked, "--json"))
         assert found["models"]["contact"] == "models:/hertz@champion"
     assert found["outside_domain"][0]["predictor"] == "impact_velocity"
-
-
-def test_what_lies_outside_is_told_in_few_digits(quick):
-    """A velocity was shown with sixteen."""
-    result = quick("--tank-pressure", "20bar", "--tip", "steel", "--contact", "hertz")
-    assert result.exit_code == 0
-    (line,) = [each for each in result.stderr.splitlines() if "outside of the domain" in each]
-    where = r"lies outside of the domain of the contact \(hertz\)"
-    assert re.fullmatch(rf"Impact velocity \d{{2}}\.\d{{2}} m/s {where}: up to .*yield\.", line)
 
 
 def test_solved_plate_end_to_end(tmp_path, monkeypatch):
@@ -205,13 +205,6 @@ def test_sensors_of_the_shipped_bench_feel_different_things(tmp_path, monkeypatc
     monkeypatch.chdir(tmp_path)
     found = told(CliRunner().invoke(predict, ["--velocity", "8m/s", "--json", "--frequencies", "100:200:3", *_FEW[:2]]))
     assert found["srs"]["acceleration_1"]["mean"] != pytest.approx(found["srs"]["acceleration_2"]["mean"], rel=0.01)
-
-
-def test_effects_are_parsed_and_lines_checked():
-    found = parse_effect("sensor.zero_shift:share=0.02,decay_time_s=0.1", "--effect")
-    assert found.as_json() == {"id": "sensor.zero_shift", "share": 0.02, "decay_time_s": 0.1}
-    result = CliRunner().invoke(predict, ["--frequencies", "1:2:3:4"])
-    assert result.exit_code == 2 and "expected Hz as 100,200,500 or low:high:per_octave" in result.stderr
 
 
 def test_valve_profile_is_the_gun_s_and_may_stand_in_a_file(quick, tmp_path):
@@ -286,7 +279,7 @@ def test_every_row_is_what_predict_says_of_it_alone(lab):
         assert means == alone["srs"][sensor]["mean"]
 
 
-def test_two_processes_write_the_same_files_as_one(lab):
+def test_two_processes_write_the_same_files_as_one_and_what_is_assumed_is_told(lab):
     for jobs in ("1", "2"):
         run_table(
             "--shots", "shots.csv", "--jobs", jobs, "--out", f"{jobs}.csv", "--spectra", f"{jobs}s.csv", "--draws", "8"
@@ -299,6 +292,9 @@ def test_two_processes_write_the_same_files_as_one(lab):
     table = pd.read_parquet("shots.parquet")
     assert table["run"].tolist() == [1, 1, 2]
     assert (table["predicted_peak_force_n_low"] < table["predicted_peak_force_n_high"]).all()
+    (lab / "short.csv").write_text("run,tank_pressure_bar\n1,2\n")
+    told = assumed(rows_of_file(lab / "short.csv"), 0.5)
+    assert "no column bullet_mass_kg: 0.5" in told and not any("tank_pressure" in line for line in told)
 
 
 def test_plan_is_predicted_with_the_plates_that_its_runs_name(lab, tmp_path):
@@ -307,12 +303,6 @@ def test_plan_is_predicted_with_the_plates_that_its_runs_name(lab, tmp_path):
     assert made.exit_code == 0, made.output
     rows = json.loads(run_table("--plan", "spring", "--draws", "2", "--json"))
     assert [row["run"] for row in rows] == [1, 2, 3, 4] and all(row["predicted_velocity_m_s"] > 0 for row in rows)
-
-
-def test_what_the_table_does_not_say_is_told(lab):
-    (lab / "short.csv").write_text("run,tank_pressure_bar\n1,2\n")
-    told = assumed(rows_of_file(lab / "short.csv"), 0.5)
-    assert "no column bullet_mass_kg: 0.5" in told and not any("tank_pressure" in line for line in told)
 
 
 @pytest.mark.parametrize(

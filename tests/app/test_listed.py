@@ -39,15 +39,6 @@ def order(*words: str) -> str:
     return "".join(row["name"] for row in csv.DictReader(shown(*words, "--csv").splitlines()))
 
 
-def test_rows_keep_their_order_and_columns_are_chosen():
-    assert [line[0] for line in shown().splitlines()] == ["n", *"BACDE"]
-    assert shown("--columns", "force_n, name").splitlines()[:2] == ["force_n  name", "10       B"]
-    assert json.loads(shown("--columns", "name", "--sort", "-force_n", "--json"))[0] == {"name": "b"}
-    assert shown("--columns", "name,force_n", "--csv").splitlines()[:3] == ["name,force_n", "b,10.0", "a,"]
-    header, first, *_ = csv.reader(shown("--csv").splitlines())
-    assert header == ["name", "force_n", "of", "extra"] and first == ["b", "10.0", "x, y", ""]
-
-
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
@@ -81,10 +72,16 @@ def test_options_that_do_not_go_together_are_refused(words, expected):
     assert result.exit_code == 2 and expected in result.stderr
 
 
-def test_a_column_of_numbers_and_words_has_numbers_first_and_names_are_split_at_commas():
+def test_rows_keep_their_order_or_are_sorted_and_columns_are_chosen():
     rows = [{"a": "9"}, {"a": 10}, {"a": "x"}, {"a": 9}]
     assert Listing(sort="a")._sorted(rows) == [{"a": 9}, {"a": 10}, {"a": "9"}, {"a": "x"}]
     assert column_names(" a, b,,c ") == ["a", "b", "c"] and column_names(None) == []
+    assert [line[0] for line in shown().splitlines()] == ["n", *"BACDE"]
+    assert shown("--columns", "force_n, name").splitlines()[:2] == ["force_n  name", "10       B"]
+    assert json.loads(shown("--columns", "name", "--sort", "-force_n", "--json"))[0] == {"name": "b"}
+    assert shown("--columns", "name,force_n", "--csv").splitlines()[:3] == ["name,force_n", "b,10.0", "a,"]
+    header, first, *_ = csv.reader(shown("--csv").splitlines())
+    assert header == ["name", "force_n", "of", "extra"] and first == ["b", "10.0", "x, y", ""]
 
 
 #: Commands that list.

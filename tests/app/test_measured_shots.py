@@ -221,7 +221,7 @@ def test_another_bench_keeps_what_still_applies(built, tmp_path):
     assert (twin.gun.shots, twin.contact.shots, twin.calibration.shots) == (None, 6, 6)
 
 
-def test_a_twin_that_does_not_learn_says_so_and_a_law_by_name_learns_spectra_alone(built):
+def test_twins_say_what_they_rest_on_and_what_lies_beyond_the_shots(built):
     twin = built(learn=False).twin
     assert (twin.gun.shots, twin.contact.shots, twin.calibration.shots) == (None, 0, 0)
     assert twin.rests_on.sentence == (
@@ -233,9 +233,6 @@ def test_a_twin_that_does_not_learn_says_so_and_a_law_by_name_learns_spectra_alo
     assert twin.rests_on.sentence == (
         "The bands rest on 6 measured shots of campaign gun; the contact is the law hertz with the error of its table."
     )
-
-
-def test_a_prediction_says_what_lies_beyond_the_shots(built):
     model = built()
     mount = {"impactor_mass_kg": 0.5, "tip": model.material("aluminum"), "tip_radius_m": 0.03}
     inside = model.twin.predict(model.setting(tank_pressure_pa=0.5e5, **mount), draws=8)
@@ -274,10 +271,13 @@ def test_tune_learns_from_a_campaign_once(built, session):
     assert (len(measured), others) == (4, ["no modes of its plate of steel"] * 2)
 
 
-def test_struck_plate_is_the_drawings():
+def test_struck_plate_is_the_drawings_in_either_direction() -> None:
     drawing = PlateDrawing.of([(0, 0), (1, 0), (1, 1), (0, 1)], "square", 0.02)
     bench = SimpleNamespace(plate_material="steel", drawing=drawing)
     assert struck_plate(bench) == CampaignPlate("steel", 0.02, pytest.approx(1.0))
+    outline = [(0.0, 0.0), (1.0, 0.0), (1.0, 0.6), (0.0, 0.6)]
+    for corners in (outline, outline[::-1]):
+        assert PlateDrawing.of(corners, "test").area_m2 == pytest.approx(0.6)
 
 
 # --- a bench as a TOML file: what is no bench is refused by its key ---
@@ -301,12 +301,6 @@ def test_what_is_no_bench_is_refused(tmp_path: Path, text: str, said: str) -> No
     path.write_text(text)
     with pytest.raises(ValueError, match=rf"(?s)bench\.toml: .*{said}"):
         bench_of_file(path, shipped_bench())
-
-
-def test_outline_in_either_direction_is_a_plate() -> None:
-    outline = [(0.0, 0.0), (1.0, 0.0), (1.0, 0.6), (0.0, 0.6)]
-    for corners in (outline, outline[::-1]):
-        assert PlateDrawing.of(corners, "test").area_m2 == pytest.approx(0.6)
 
 
 # --- velocities with the motion of the plate's surface ---

@@ -87,7 +87,7 @@ def test_versions_side_by_side_differ_as_their_means_do_and_one_alone_is_refused
     assert without_floor == {"configuration": None, "treatment": None}
 
 
-def test_points_are_the_held_out_pulses(trained, read):
+def test_points_are_the_held_out_pulses_with_intervals_where_the_model_has_them(trained, read):
     registry, table = trained
     version = version_of(trained, "linear@1")
     points = held_out_figures(registry, version, read)["points"]
@@ -99,9 +99,6 @@ def test_points_are_the_held_out_pulses(trained, read):
     assert error.mean() == pytest.approx(row_of(version)["metrics"]["contact_time_error"])
     error = np.abs(np.divide(points["peak_force_n"]["predicted"], points["peak_force_n"]["measured"]) - 1)
     assert error.mean() == pytest.approx(row_of(version)["metrics"]["peak_force_error"])
-
-
-def test_intervals_are_told_where_the_model_has_them(trained, read):
     with_spread = set()
     for version in trained[0].versions():
         found, told = held_out_figures(trained[0], version, read), row_of(version)["coverage90"]

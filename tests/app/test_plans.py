@@ -65,7 +65,7 @@ def test_what_cannot_be_planned_stores_nothing(store, method, own, said):
         read(store, "a")
 
 
-def test_page_counts_levels_changes_and_states(store):
+def test_page_counts_levels_changes_and_states_or_is_empty(store):
     """Two treatments that differ in the tip alone, fired a a b: one change of tip, no other."""
     space = gun_space()
     treatments = space.all_treatments()
@@ -89,9 +89,6 @@ def test_page_counts_levels_changes_and_states(store):
     runs = next(figure for figure in page["figures"] if figure["name"] == "runs")
     assert (runs["value"], runs["text"], runs["better"]) == (3, "3", "neither")
     json.dumps(page, allow_nan=False)
-
-
-def test_page_of_a_plan_without_runs_is_empty(store):
     make_plan(store, "lhs", "a", runs=1, seed=1)
     with pytest.raises(PlanExistsError, match="'a' is in the store already"):
         make_plan(store, "lhs", "a", runs=4, seed=1)

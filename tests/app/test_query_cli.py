@@ -154,22 +154,19 @@ def test_tables_and_columns_are_listed_with_the_units_of_their_names(store):
     assert {column: unit_of(column) for column in units} == units
 
 
-def test_a_read_only_file_is_asked_too(tmp_path):
-    """A file of another user, or on a disk that is mounted read-only, has no write-ahead log to be made."""
-    url = f"sqlite:///{tmp_path / 'lab.db'}"
-    assert CliRunner().invoke(main, ["init", "--db", url]).exit_code == 0
-    before = (tmp_path / "lab.db").read_bytes()
-    query(url, "select count(*) from materials")
-    assert (tmp_path / "lab.db").read_bytes() == before
-
-
-def test_colons_in_text_and_casts_are_no_parameters():
+def test_colons_in_text_are_no_parameters_and_a_read_only_file_is_asked_too(tmp_path):
     statement = Statement("select ':a', b::text, \":c\" -- :d\n, :e /* :f */ where :e > :g", {"e": "1", "g": "007"})
     assert statement.names() == ["e", "g"]
     bound = "select ':a', b::text, \":c\" -- :d\n, $1 /* :f */ where $1 > $2"
     assert statement.for_postgresql() == (bound, ["1", "007"]) and statement.for_sqlite()[1] == {"e": 1, "g": "007"}
     with pytest.raises(QueryError, match="DELETE is refused"):  # a comment begins no statement
         Statement("-- select\ndelete from shots", {}).check()
+    # A file of another user, or on a disk that is mounted read-only, has no write-ahead log to be made.
+    url = f"sqlite:///{tmp_path / 'lab.db'}"
+    assert CliRunner().invoke(main, ["init", "--db", url]).exit_code == 0
+    before = (tmp_path / "lab.db").read_bytes()
+    query(url, "select count(*) from materials")
+    assert (tmp_path / "lab.db").read_bytes() == before
 
 
 def test_a_large_answer_does_not_fill_memory(tmp_path):

@@ -187,11 +187,16 @@ def test_law_does_not_depend_on_the_registry(store, quick, counted, in_use):
     assert (counted.times, in_use.asked) == (2, 0)
 
 
-def test_warm_twin_answers_as_a_fresh_one(store, quick):
+def test_warm_twin_answers_as_a_fresh_one_in_every_thread(store, quick):
     request, shot = TwinRequest(frequency_hz=FEW), ShotRequest(tank_pressure_pa=3e5, impact_position="#2")
     warm = TwinCache(store, quick).get(request)
     for _ in range(2):
         assert predicted_json(warm, shot, draws=8) == predicted_json(twin_of(store, quick, request), shot, draws=8)
+    twin = TwinCache(store, quick).get(TwinRequest(frequency_hz=FEW))
+    shots = [ShotRequest(tank_pressure_pa=pressure) for pressure in np.linspace(1e5, 7e5, 6).tolist()]
+    alone: list[dict[str, Any]] = [predicted_json(twin, shot) for shot in shots]
+    with ThreadPoolExecutor(len(shots)) as pool:
+        assert list(pool.map(lambda shot: predicted_json(twin, shot), shots)) == alone
 
 
 def test_warm_twin_solves_no_plate_any_more(store, quick, monkeypatch):
@@ -203,14 +208,6 @@ def test_warm_twin_solves_no_plate_any_more(store, quick, monkeypatch):
     for position in ("#1", "#2"):
         predicted_json(twin, ShotRequest(impact_position=position))
     assert made == []
-
-
-def test_threads_predict_the_same(store, quick):
-    twin = TwinCache(store, quick).get(TwinRequest(frequency_hz=FEW))
-    shots = [ShotRequest(tank_pressure_pa=pressure) for pressure in np.linspace(1e5, 7e5, 6).tolist()]
-    alone: list[dict[str, Any]] = [predicted_json(twin, shot) for shot in shots]
-    with ThreadPoolExecutor(len(shots)) as pool:
-        assert list(pool.map(lambda shot: predicted_json(twin, shot), shots)) == alone
 
 
 def test_shipped_bench_needs_no_store(quick):

@@ -76,7 +76,7 @@ def test_services_say_what_compose_knows(name):
         assert not source or source in COMPOSE["volumes"] or (DEPLOY / source).is_file(), volume
 
 
-def test_secrets_are_files_that_the_script_makes(tmp_path):
+def test_secrets_are_files_that_the_script_makes_and_no_other_file_holds_any(tmp_path):
     (tmp_path / "make-secrets.sh").write_text((DEPLOY / "make-secrets.sh").read_text())
     made = [dict(_secrets(tmp_path)) for _ in range(2)]
     assert made[0] == made[1]
@@ -85,15 +85,6 @@ def test_secrets_are_files_that_the_script_makes(tmp_path):
     assert all(re.fullmatch("[0-9a-f]{64}", word) for word in words) and len(set(words)) == 4
     assert (tmp_path / "secrets" / "pgpass").stat().st_mode & 0o777 == 0o600
     assert f":pyroshock_lab:{made[0]['lab_password']}" in made[0]["pgpass"]
-
-
-def _secrets(folder: Path) -> list[tuple[str, str]]:
-    subprocess.run(["/bin/sh", str(folder / "make-secrets.sh")], check=True, capture_output=True)
-    return [(file.name, file.read_text()) for file in sorted((folder / "secrets").iterdir())]
-
-
-def test_no_file_holds_a_secret_and_the_image_is_made_of_what_is_there():
-    """An address has no password, and what is called one names a file."""
     for file in (*DEPLOY.glob("*.*"), DEPLOY / "Dockerfile"):
         text = file.read_text()
         assert not re.search(r"://[^\s/@]+:[^\s/@]+@", text), file
@@ -106,6 +97,11 @@ def test_no_file_holds_a_secret_and_the_image_is_made_of_what_is_there():
         assert source.startswith("--from=") or (ROOT / source).exists(), source
     users = re.findall(r"^USER (\S+)", text, re.MULTILINE)
     assert users == ["pyroshock"] and "--uid 10001" in text
+
+
+def _secrets(folder: Path) -> list[tuple[str, str]]:
+    subprocess.run(["/bin/sh", str(folder / "make-secrets.sh")], check=True, capture_output=True)
+    return [(file.name, file.read_text()) for file in sorted((folder / "secrets").iterdir())]
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda p: p.name)

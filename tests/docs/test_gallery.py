@@ -146,23 +146,10 @@ def test_plates_are_as_thick_as_the_thesis_says_and_the_spectrum_passes_through_
     assert dots == pytest.approx(shock_response_spectrum(base.si, base.sampling_rate_hz, lines).primary, rel=1e-9)
 
 
-def test_exit_velocities_are_those_of_the_equation_of_motion(drawn: Drawn) -> None:
-    """The curves are the closed form; eq. 2.17 integrated is another way to it."""
-    curves = drawn("exit_velocity").axes[0].lines[: len(exit_velocity.MASSES_KG)]
-    for mass, curve in zip(exit_velocity.MASSES_KG, curves, strict=True):
-        pressure_bar, velocity = np.asarray(curve.get_data())
-        for i in (20, 80, 160):
-            shot = trajectory(shipped_shots.gun(), pressure_bar[i] * 1e5, mass)
-            assert velocity[i] == pytest.approx(shot.muzzle_velocity_m_s, rel=1e-6)
-
-
-def test_measured_shots_err_as_table_5_1_says() -> None:
+def test_measured_shots_err_as_table_5_1_says_and_a_virtual_one_is_read_as_fired(drawn: Drawn) -> None:
     errors = measured_velocities.errors_percent(shipped_shots.shots())
     assert errors == pytest.approx([-2.1, 4.4, -2.4, -3.9, 7.6], abs=0.1)
     assert np.mean(np.abs(errors)) == pytest.approx(4.07, abs=0.02)
-
-
-def test_virtual_shot_is_read_as_it_was_fired(drawn: Drawn) -> None:
     (pressure, laser) = drawn("chamber_pressure").axes
     read_bar, read_m_s = map(float, re.findall(r"([\d.]+) (?:bar|±)", pressure.get_title()))
     assert read_bar == pytest.approx(chamber_pressure.TEST_2_PA / 1e5, abs=0.01)
@@ -173,7 +160,12 @@ def test_virtual_shot_is_read_as_it_was_fired(drawn: Drawn) -> None:
     assert np.median(volts) - np.median(volts[volts < -2]) == pytest.approx(4.8, rel=0.01)  # 48 mm at 0.1 V/mm
 
 
-def test_cost_adds_up_to_eq_5_4_and_grows_from_nought_to_one() -> None:
+# --- the virtual campaign -------------------------------------------------------------------------------------------
+def test_tests_are_grouped_by_tip_and_cost_adds_up_to_eq_5_4() -> None:
+    rows = virtual_campaign.tests_in_order()
+    tips = [row["tip_material"] for row in rows]
+    assert len(rows) == 180 and tips == 10 * (6 * ["aluminum"] + 6 * ["delrin"] + 6 * ["polyurethane"])
+    assert {tips[i - 1] for i in (1, 40, 109)} == {"aluminum"}  # where the thesis's extractions differ most
     late, force = 0.03, 1.07 * cost_function.PULSE
     elements = cost_function.element_cost(late * cost_function.PHASE, force - cost_function.PULSE)
     pulse, one = cost_function.PULSE[None, :] / cost_function.PULSE.max(), np.ones(1)
@@ -186,14 +178,6 @@ def test_cost_adds_up_to_eq_5_4_and_grows_from_nought_to_one() -> None:
     top = int(np.argmax(cost_function.PULSE))
     above = cost_function.cost_map(cost_function.PHASE[[top]], np.array([1.1]))[0, 0]
     assert above == pytest.approx(1 - np.exp(-0.5), abs=0.01)
-
-
-# --- the virtual campaign -------------------------------------------------------------------------------------------
-def test_tests_are_in_groups_of_six_by_tip() -> None:
-    rows = virtual_campaign.tests_in_order()
-    tips = [row["tip_material"] for row in rows]
-    assert len(rows) == 180 and tips == 10 * (6 * ["aluminum"] + 6 * ["delrin"] + 6 * ["polyurethane"])
-    assert {tips[i - 1] for i in (1, 40, 109)} == {"aluminum"}  # where the thesis's extractions differ most
 
 
 def test_force_comes_back_from_the_plate_without_ringing(campaign: virtual_campaign.HammerCampaign) -> None:
@@ -230,31 +214,33 @@ def test_resampling_errors_fall_with_samples_and_extractions_differ_most_for_alu
     assert by_tip[0].min() > by_tip[1].max() > by_tip[1].min() > by_tip[2].max()
 
 
-def test_resampled_pulses_go_through_their_samples(drawn: Drawn) -> None:
+def test_exit_velocities_are_those_of_the_equation_of_motion_and_pulses_go_through_their_samples(drawn: Drawn) -> None:
     for axes in drawn("resampled_pulses").axes:
         samples, spline = (np.asarray(line.get_data()) for line in axes.lines)
         off = np.interp(samples[0], *spline) - samples[1]
         assert np.sqrt(np.mean(off**2)) < 0.005 * np.ptp(samples[1])
+    curves = drawn("exit_velocity").axes[0].lines[: len(exit_velocity.MASSES_KG)]
+    for mass, curve in zip(exit_velocity.MASSES_KG, curves, strict=True):
+        pressure_bar, velocity = np.asarray(curve.get_data())
+        for i in (20, 80, 160):
+            shot = trajectory(shipped_shots.gun(), pressure_bar[i] * 1e5, mass)
+            assert velocity[i] == pytest.approx(shot.muzzle_velocity_m_s, rel=1e-6)
 
 
 # --- models ---------------------------------------------------------------------------------------------------------
-def test_one_hit_of_each_test_is_held_out_and_models_are_compared(judged, campaign):
-    assert np.array_equal(np.unique(judged.pulses.run, return_counts=True)[1], np.ones(len(campaign.tests)))
-    assert set(cost_by_test.five(judged)) == {"hann", "hunter", "reed"}
 
 
-def test_pulse_takes_its_points_from_one_model_and_its_time_from_the_other(judged: Evaluation) -> None:
+def test_held_out_hits_models_and_pulses_are_those_of_the_evaluation(judged: Evaluation, drawn: Drawn, campaign):
     axes = pulse_from_models.draw(judged, "tree").axes
     row, prediction = pulse_from_models.median_pulse(judged, "tree"), judged.predictions["tree"]
     time_ms, force = np.asarray(axes[2].lines[1].get_data())
     assert time_ms[[0, -1]] == pytest.approx([0, prediction.contact_time_s[row] * 1e3])
     at_points = np.linspace(0, time_ms[-1], 20)
     assert np.interp(at_points, time_ms, force) == pytest.approx(prediction.force_n[row], abs=1e-3 * force.max())
-
-
-def test_models_stand_in_the_order_of_their_errors(drawn: Drawn, judged: Evaluation) -> None:
     names = [text.get_text() for text in drawn("force_models").axes[0].get_yticklabels()]
     assert names == sorted(CHEAP, key=lambda name: float(judged.errors[name].force_nrmse.mean()))
+    assert np.array_equal(np.unique(judged.pulses.run, return_counts=True)[1], np.ones(len(campaign.tests)))
+    assert set(cost_by_test.five(judged)) == {"hann", "hunter", "reed"}
 
 
 @pytest.mark.parametrize(("name", "metric"), [("cost_by_test", "cost"), ("impulse_error_by_test", "impulse_error")])

@@ -38,7 +38,7 @@ def test_every_page_is_reached_and_every_subject_and_decision_has_one() -> None:
         assert f"- [{number}. {title}]({path.name})\n" in listed
 
 
-def test_links_become_the_tree_and_lead_to_files(monkeypatch, tmp_path) -> None:
+def test_links_become_the_tree_and_docstrings_say_what_they_say(monkeypatch, tmp_path) -> None:
     page = f"# A\n\n[b](b.md)\n\n## Two\n\n- [c](d/c.md), [c](d/c.md#e), [out](../out.md)\n\n{MARK}\n"
     assert list(sections(page)) == [("", ["b.md"]), ("Two", ["d/c.md"])]
     assert "```{toctree}\n:hidden:\n:caption: Two\n\nd/c\n```" in with_contents(page)
@@ -48,9 +48,6 @@ def test_links_become_the_tree_and_lead_to_files(monkeypatch, tmp_path) -> None:
         "# Title\n\n[a](docs/a.md#b) [c](LICENSE) [d](#e) [f](https://g.h) [i](docs/j/)\n"
     )
     assert of_root("FILE.md") == "\n[a](a.md#b) [c](../LICENSE) [d](#e) [f](https://g.h) [i](j/)\n"
-
-
-def test_docstrings_and_signatures_say_what_they_say() -> None:
     assert paragraph("`a`s of x_ and *y* |z|") == r"``a``\ s of x\_ and \*y\* \|z\|"
     assert paragraph("A. Smith says:: ") == r"\A. Smith says:: " and paragraph("See below::") == r"See below:\:"
     assert rst("One.\n\n- two\n\n    three") == ["One.", "", "- two", "", "::", "", "   three", ""]

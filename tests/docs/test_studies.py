@@ -67,7 +67,7 @@ def test_no_constant_drag_makes_a_constant_factor_and_what_does_is_on_no_bench(f
     assert found.chi2 == pytest.approx(4.1, abs=0.1) and not found.likely
 
 
-def test_planted_effect_comes_back(first: GunObservables) -> None:
+def test_planted_effect_comes_back_and_a_folder_holds_the_record(first: GunObservables, tmp_path: Path) -> None:
     planted = effect("gun.sliding_friction", added_coefficient=0.0, seal_force_n=8.0)
     runs = tuple(
         replace(run, velocity_m_s=v) for run, v in zip(first.record.runs, first.output([planted]), strict=True)
@@ -75,6 +75,14 @@ def test_planted_effect_comes_back(first: GunObservables) -> None:
     stage = GunObservables(replace(first.record, runs=runs))
     found = fit(stage, gap(stage), ["gun.sliding_friction"])
     assert found.chi2 < 0.01 and found.change == pytest.approx(gap(stage).y, abs=1e-3)
+    record = first_shots_record()
+    folder = write_folder(record, tmp_path / "shots", "1970-01-01")
+    with (folder / "campaign.toml").open("rb") as handle:
+        assert tomllib.load(handle)["bench"]["gun"] == vars(record.gun)
+    with (folder / "runs.csv").open(newline="") as handle:
+        rows = list(csv.DictReader(handle))
+    assert [float(row["measured_velocity_m_s"]) for row in rows] == [run.velocity_m_s for run in record.runs]
+    assert [float(row["tank_pressure_bar"]) for row in rows] == pytest.approx([0.2319, 0.2651, 0.6158, 0.4042, 0.5784])
 
 
 def test_distances_are_in_standard_errors_and_predictions_are_the_fits(first: GunObservables) -> None:
@@ -89,17 +97,6 @@ def test_distances_are_in_standard_errors_and_predictions_are_the_fits(first: Gu
     )
     needed = shots_needed(np.exp([[0.0, 0.0], [0.05, 0.4]]), scatter=0.05)
     assert needed[0, 1] == pytest.approx([16, 1]) and np.all(np.isinf(needed[0, 0]))
-
-
-def test_folder_holds_the_record(tmp_path: Path) -> None:
-    record = first_shots_record()
-    folder = write_folder(record, tmp_path / "shots", "1970-01-01")
-    with (folder / "campaign.toml").open("rb") as handle:
-        assert tomllib.load(handle)["bench"]["gun"] == vars(record.gun)
-    with (folder / "runs.csv").open(newline="") as handle:
-        rows = list(csv.DictReader(handle))
-    assert [float(row["measured_velocity_m_s"]) for row in rows] == [run.velocity_m_s for run in record.runs]
-    assert [float(row["tank_pressure_bar"]) for row in rows] == pytest.approx([0.2319, 0.2651, 0.6158, 0.4042, 0.5784])
 
 
 def test_atmosphere_and_dead_volume_predict_an_unseen_pressure_better_than_a_factor(small: GunObservables) -> None:

@@ -70,16 +70,6 @@ def test_every_table_has_its_rights_and_no_role_has_more(server: Server) -> None
     assert granted == {row for row in rights if row[0] != "pyroshock_admin"}
 
 
-def test_a_reader_looks_and_leaves_no_trace(server: Server, tmp_path: Path) -> None:
-    db, before = server.address(READER), counts(server.address("keeper"))
-    assert json.loads(done("impacts", "--campaign", "spring", "--db", db, "--json"))
-    assert len(json.loads(done("shots", "--db", db, "--json"))) == 5
-    done("export", "pulses", "--out", tmp_path / "pulses.parquet", "--db", db)
-    for words in (("show", "1"), ("init",), ("campaigns",)):
-        done(*words, "--db", db)
-    assert counts(server.address("keeper")) == before
-
-
 @pytest.mark.parametrize(
     "words",
     [
@@ -98,40 +88,32 @@ def test_a_reader_is_told_which_role_writes(server: Server, words: tuple[str, ..
     assert 'needs the role pyroshock_operator: an administrator runs GRANT pyroshock_operator TO "rita"' in said
 
 
-def test_a_readers_worker_ends_where_a_job_waits(server: Server) -> None:
+def test_a_reader_looks_and_is_told_the_role_that_is_needed(server: Server, tmp_path: Path) -> None:
     with opened(server.address("keeper")) as store:
         job = ask(store, EXTRACT, "pulses of spring", ExtractArguments("spring"))
         result = pyroshock("work", "--db", server.address(READER))
         stop(store, job.key)
     assert result.exit_code == 2 and "needs the role pyroshock_operator" in result.stderr.splitlines()[-1]
-
-
-def test_who_has_no_role_is_told_of_the_least_but_not_for_another_reason(server: Server) -> None:
     assert 'GRANT pyroshock_reader TO "nora"' in refused("campaigns", "--db", server.address(NOBODY))
     with opened(server.address(READER)) as store, pytest.raises(StoreError) as caught, store.reading() as session:
         session.execute(text("SELECT nothing FROM nowhere"))
     assert not isinstance(caught.value, StoreRoleError) and "pyroshock_" not in str(caught.value)
+    db, before = server.address(READER), counts(server.address("keeper"))
+    assert json.loads(done("impacts", "--campaign", "spring", "--db", db, "--json"))
+    assert len(json.loads(done("shots", "--db", db, "--json"))) == 5
+    done("export", "pulses", "--out", tmp_path / "pulses.parquet", "--db", db)
+    for words in (("show", "1"), ("init",), ("campaigns",)):
+        done(*words, "--db", db)
+    assert counts(server.address("keeper")) == before
 
 
-def test_an_operator_works(server: Server, tmp_path: Path) -> None:
+def test_an_operator_works_and_mends_a_recording(server: Server, tmp_path: Path) -> None:
     db = server.address(OPERATOR)
     hammer_campaign(tmp_path / "mine", recordings=1, hits=1, name="summer")
     done("ingest", tmp_path / "mine", "--db", db, "--jobs", "1")
     done("plan", "factorial", "summer-plan", "--db", db, "--factors", "factors.toml", "--repetitions", "1")
     done("extract", "summer", "--threshold", "0.02", "--db", db)
-
-
-@pytest.mark.slow
-def test_an_operator_diagnoses_and_predicts(server: Server, tmp_path: Path) -> None:
-    db = server.address(OPERATOR)
-    done("diagnose", "first-shots", "--db", db, "--json", tmp_path / "report.json")
-    assert json.loads((tmp_path / "report.json").read_text())["causes"]
-    for address in (db, server.address(READER)):
-        assert json.loads(done("predict", "--tank-pressure", "0.5bar", "--draws", "8", "--db", address, "--json"))
-
-
-def test_a_mended_recording_takes_its_place_for_an_operator(server: Server, tmp_path: Path) -> None:
-    """The one thing that is deleted: the row that says why a recording was set aside."""
+    # The one thing that is deleted: the row that says why a recording was set aside.
     db = server.address(OPERATOR)
     folder = hammer_campaign(tmp_path / "broken", recordings=2, hits=1, name="broken")
     recording = folder / recording_name(1)
@@ -141,6 +123,15 @@ def test_a_mended_recording_takes_its_place_for_an_operator(server: Server, tmp_
     recording.write_bytes(whole)
     done("ingest", folder, "--db", db, "--jobs", "1")
     assert len(json.loads(done("impacts", "--campaign", "broken", "--db", db, "--json"))) == 2
+
+
+@pytest.mark.slow
+def test_an_operator_diagnoses_and_predicts(server: Server, tmp_path: Path) -> None:
+    db = server.address(OPERATOR)
+    done("diagnose", "first-shots", "--db", db, "--json", tmp_path / "report.json")
+    assert json.loads((tmp_path / "report.json").read_text())["causes"]
+    for address in (db, server.address(READER)):
+        assert json.loads(done("predict", "--tank-pressure", "0.5bar", "--draws", "8", "--db", address, "--json"))
 
 
 def test_an_operator_deletes_nothing_and_brings_back_what_an_admin_has_deleted(server: Server, tmp_path: Path) -> None:
@@ -167,7 +158,7 @@ REFUSED = (
 )  # fmt: skip
 
 
-def test_an_operator_changes_no_tables_and_does_not_migrate(server: Server) -> None:
+def test_an_operator_changes_no_tables_and_what_an_admin_adds_is_everybodys(server: Server) -> None:
     engine = make_engine(server.address(OPERATOR))
     try:
         for statement in REFUSED:
@@ -180,10 +171,7 @@ def test_an_operator_changes_no_tables_and_does_not_migrate(server: Server) -> N
         assert migrate.current_revision(engine) == migrate.HEAD
     finally:
         engine.dispose()
-
-
-def test_what_an_admin_adds_later_is_everybodys(server: Server) -> None:
-    """As a migration to come would: its table is the admin role's, and readers and operators have their rights."""
+    # As a migration to come would: its table is the admin role's, and readers and operators have their rights.
     admin, reader, operator = (make_engine(server.address(login)) for login in (ADMIN, READER, OPERATOR))
     with admin.begin() as connection:
         act_as_owner(connection)

@@ -21,7 +21,7 @@ FILES = [
 ]
 
 
-def test_rooms_are_the_sums_of_their_files_and_held_to_floors() -> None:
+def test_rooms_are_summed_held_to_floors_and_written_to_the_page() -> None:
     ingest, twin, everything = by_room(FILES)
     assert (ingest.name, ingest.statements, ingest.statements_run, ingest.branches_run) == ("ingest", 150, 140, 48)
     assert ingest.percent == pytest.approx(100 * 188 / 200) and (twin.name, twin.percent) == ("twin", 25.0)
@@ -32,9 +32,6 @@ def test_rooms_are_the_sums_of_their_files_and_held_to_floors() -> None:
     assert low == "ingest: 94.00 % covered, under its floor of 94.1 %" and unknown.startswith("twin: no floor")
     floor = tomllib.loads(floor_text(by_room(FILES)))
     assert floor == {"ingest": 93.0, "twin": 24.0, "all": 86.8} and list(below(by_room(FILES), floor)) == []
-
-
-def test_page_keeps_its_words_and_renews_its_table() -> None:
     page = "# Coverage\n<!-- rooms: written by make coverage -->\nold\n<!-- end of rooms -->\nend\n"
     once = page_text(page, by_room(FILES), "2026-11-22")
     assert once.startswith("# Coverage\n") and once.endswith("-->\nend\n") and "old" not in once

@@ -74,9 +74,11 @@ def test_what_becomes_of_a_mutant(toy: Path, mutant: Mutant, what: str, by: str,
     assert (outcome.what, outcome.by) == (what, by) and (toy / "law.py").read_text(encoding="utf-8") == LAW
 
 
-def test_code_that_fails_its_tests_unchanged_is_refused(toy: Path) -> None:
+def test_code_that_fails_unchanged_is_refused_and_the_plan_is_of_this_tree(toy: Path) -> None:
     with pytest.raises(RuntimeError, match=r"law.py as it is: killed exit 4"):
         limits_alone(toy, [plan.Target("law.py", ("tests/test_absent.py",), None)])
+    assert plan.read(ROOT).chosen(("twin/gun/nominal.py",))[0].tests[0] == "tests/twin/gun/test_nominal.py"
+    assert {verdict.kind for verdict in verdicts.read(VERDICTS)} == {"equivalent", "left"}
 
 
 def test_annotations_and_chosen_numbers_are_no_mutants_and_samples_follow_seeds() -> None:
@@ -114,23 +116,11 @@ def row(after: str, at_first: str, now: str) -> Row:
     return Row("law.py", "f", "a > b", after, 0, 3, GT, at_first, now, "tests/t.py::test_f", "2026-11-22", 9)
 
 
-def test_counts_tell_what_became_of_each() -> None:
+def test_counts_tell_what_became_of_each_and_new_rows_replace_theirs(tmp_path: Path) -> None:
     kept = [row("a < b", "killed", "killed"), row("a", "survived", "killed"), row("b", "timed out", "timed out")]
     kept += [row(f"a >= {i}", "survived", "survived") for i in range(3)]
     said = [verdicts.Verdict("law.py", "a > b", ("a >= 0",), "equivalent", "one value"), _left("a >= 1")]
     assert "| `law.py` | 9 | 6 | 1 | 1 | 1 | 1 | 1 | 1 | 2026-11-22 |" in page.module_lines(kept, said)
-
-
-def _left(after: str) -> verdicts.Verdict:
-    return verdicts.Verdict("law.py", "a > b", (after,), "left", "costs an hour")
-
-
-def test_plan_and_verdicts_are_of_this_tree() -> None:
-    assert plan.read(ROOT).chosen(("twin/gun/nominal.py",))[0].tests[0] == "tests/twin/gun/test_nominal.py"
-    assert {verdict.kind for verdict in verdicts.read(VERDICTS)} == {"equivalent", "left"}
-
-
-def test_new_rows_replace_the_line_of_their_module_alone(tmp_path: Path) -> None:
     copy = tmp_path / "mutation.md"
     copy.write_text(PAGE.read_text(encoding="utf-8"), encoding="utf-8")
     page.write_table(copy, [], [])
@@ -139,3 +129,7 @@ def test_new_rows_replace_the_line_of_their_module_alone(tmp_path: Path) -> None
     page.write_table(copy, [row("a < b", "survived", "survived")], [])
     added = set(copy.read_text(encoding="utf-8").splitlines()) - set(PAGE.read_text(encoding="utf-8").splitlines())
     assert "| `law.py` | 9 | 1 | 0 | 0 | 0 | 0 | 0 | 1 | 2026-11-22 |" in added and len(added) == 2
+
+
+def _left(after: str) -> verdicts.Verdict:
+    return verdicts.Verdict("law.py", "a > b", (after,), "left", "costs an hour")

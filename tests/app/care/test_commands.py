@@ -98,7 +98,7 @@ def test_another_file_repairs_nothing(damaged, care_source, tmp_path):
     assert "test-01.npz: force: recordings/test-01.npz: the file has changed since it was ingested" in result.stderr
 
 
-def test_copy_says_what_it_made_and_where_models_stay(care_copy, tmp_path, monkeypatch):
+def test_copies_and_archives_say_what_they_made(care_copy, tmp_path, monkeypatch):
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
     (tmp_path / "lab-models.db").touch()
     target = url_of(tmp_path / "new.db")
@@ -107,9 +107,6 @@ def test_copy_says_what_it_made_and_where_models_stay(care_copy, tmp_path, monke
     assert (tables["impacts"], tables["series_chunks"]) == (11, 13)
     assert f"The models stay in sqlite:///{tmp_path}/lab-models.db. Set MLFLOW_TRACKING_URI" in result.stderr
     assert "holds a store already" in run("db", "copy", care_copy, target, code=2).stderr
-
-
-def test_a_campaign_goes_to_another_laboratory_and_back(care_copy, tmp_path):
     run("db", "export", HAMMER, "--out", tmp_path / "s.pyroshock", "--db", care_copy)
     there = url_of(tmp_path / "there.db")
     report = json.loads(run("db", "import", tmp_path / "s.pyroshock", "--db", there, "--json").stdout)

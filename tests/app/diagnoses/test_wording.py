@@ -99,10 +99,21 @@ def test_effects_that_cannot_be_considered_are_named(only, without, kind, messag
         considered_effects("spring", GUN, (only,) if only else (), (without,) if without else ())
 
 
-def test_each_restriction_has_its_sentence() -> None:
+def test_restrictions_size_shares_and_what_the_fit_has_not_seen_are_told() -> None:
     assert restriction_sentences() == ()
     only, without = restriction_sentences(("gun.blow_by",), ("gun.valve_flow", "gun.back_pressure"))
     assert "only gun.blow_by" in only and "not consider gun.valve_flow, gun.back_pressure" in without
+    sentences = summary(verdicts.gun())
+    assert sentences.startswith(
+        "The model error is 42 times the tolerance and 99 times the measurement noise; it arises in the gun."
+    )
+    assert (
+        "The flow resistance of the valve causes 61 % of it (52 to 68 %), the atmosphere ahead of the projectile 27 % "
+        "(20 to 33 %) and the leak past the projectile 9 % (5 to 12 %); 3 % (1 to 6 %) remains unexplained."
+    ) in sentences
+    assert sentences.endswith("has not seen, 97 % of the error above the noise disappears.")
+    path = (replace(verdicts.gun().path[0], fraction=-0.2),)
+    assert "has not seen, none of the error" in summary(verdicts.gun(path=path))
 
 
 # --- names of uncertain numbers: each has one owner, and a slip of the pen is answered with the right name ----------
@@ -133,20 +144,6 @@ def in_stages(*shares: float) -> Verdict:
     names = ("gun", "contact", "plate")
     stages = tuple(StageShare(name, share, (0.0, 1.0), 1.0) for name, share in zip(names, shares, strict=False))
     return verdicts.gun(where=Where(stage=stages))
-
-
-def test_size_shares_and_what_the_fit_has_not_seen_are_told() -> None:
-    sentences = summary(verdicts.gun())
-    assert sentences.startswith(
-        "The model error is 42 times the tolerance and 99 times the measurement noise; it arises in the gun."
-    )
-    assert (
-        "The flow resistance of the valve causes 61 % of it (52 to 68 %), the atmosphere ahead of the projectile 27 % "
-        "(20 to 33 %) and the leak past the projectile 9 % (5 to 12 %); 3 % (1 to 6 %) remains unexplained."
-    ) in sentences
-    assert sentences.endswith("has not seen, 97 % of the error above the noise disappears.")
-    path = (replace(verdicts.gun().path[0], fraction=-0.2),)
-    assert "has not seen, none of the error" in summary(verdicts.gun(path=path))
 
 
 @pytest.mark.parametrize(

@@ -40,7 +40,7 @@ def until_ended(store: Store, key: int) -> JobView:
     return found
 
 
-def test_jobs_are_done_one_after_the_other_in_the_order_asked(store: Store, odd: Odd) -> None:
+def test_jobs_are_done_in_the_order_asked_unless_stopped_or_of_another_machine(store: Store, odd: Odd) -> None:
     order: list[str] = []
     odd.do = lambda _, word: order.append(word)
     for word in "abcde":
@@ -50,6 +50,22 @@ def test_jobs_are_done_one_after_the_other_in_the_order_asked(store: Store, odd:
     assert listed_jobs == [("odd e", DONE, 1), ("odd d", DONE, 1)]
     last = list_jobs(store, 1)[0].key
     assert [job.label for job in list_jobs(store, 2, before=last)] == ["odd d", "odd c"]
+    done: list[str] = []
+    odd.do = lambda _, word: done.append(word)
+    first, second = odd.ask(store, "a"), odd.ask(store, "b")
+    assert stop(store, first.key).state == STOPPED
+    work_off(store)
+    assert (done, get_job(store, second.key).state) == (["b"], DONE) and stop(store, second.key).state == DONE
+    key = odd.ask(store, host="another").key
+    assert work_off(store) == 0 and get_job(store, key).state == WAITING and work_off(store, host="another") == 1
+    assert get_job(store, key).state == DONE
+    for command in (get_job, stop):
+        with pytest.raises(UnknownJobError, match="no job 1234"):
+            command(store, 1234)
+    key = odd.ask(store, "nul\x00 half\ud800 <b>").key
+    assert "<b>" in get_job(store, key).label
+    work_off(store)
+    assert get_job(store, key).ended
 
 
 def test_progress_and_result_are_told(store: Store, odd: Odd) -> None:
@@ -89,15 +105,6 @@ def test_a_stop_ends_a_job_at_its_next_step(store: Store, odd: Odd) -> None:
         assert begun.wait(20) and stop(store, key).state == RUNNING and until_ended(store, key).state == STOPPED
 
 
-def test_a_waiting_job_is_stopped_at_once(store: Store, odd: Odd) -> None:
-    done: list[str] = []
-    odd.do = lambda _, word: done.append(word)
-    first, second = odd.ask(store, "a"), odd.ask(store, "b")
-    assert stop(store, first.key).state == STOPPED
-    work_off(store)
-    assert (done, get_job(store, second.key).state) == (["b"], DONE) and stop(store, second.key).state == DONE
-
-
 def test_errors_of_the_user_keep_their_words_and_ours_say_so(store: Store, odd: Odd, caplog: pytest.LogCaptureFixture):
     errors: dict[str, Exception] = {"his": ValueError("tip radius is 0; expected above 0"), "ours": KeyError("secret")}
     errors["password"] = ValueError("cannot reach postgresql://lab:hunter2@server/lab")
@@ -113,22 +120,6 @@ def test_errors_of_the_user_keep_their_words_and_ours_say_so(store: Store, odd: 
     found = get_job(store, ours.key)
     assert found.state == FAILED and "an error of pyroshock itself, KeyError" in str(found.error)
     assert "Traceback" in caplog.text
-
-
-def test_an_unknown_job_is_named_and_odd_characters_of_a_label_are_stored(store: Store, odd: Odd) -> None:
-    for command in (get_job, stop):
-        with pytest.raises(UnknownJobError, match="no job 1234"):
-            command(store, 1234)
-    key = odd.ask(store, "nul\x00 half\ud800 <b>").key
-    assert "<b>" in get_job(store, key).label
-    work_off(store)
-    assert get_job(store, key).ended
-
-
-def test_a_job_of_another_machine_waits_for_it(store: Store, odd: Odd) -> None:
-    key = odd.ask(store, host="another").key
-    assert work_off(store) == 0 and get_job(store, key).state == WAITING and work_off(store, host="another") == 1
-    assert get_job(store, key).state == DONE
 
 
 @pytest.mark.parametrize("lacking", [NotHereError, MissingExtraError])

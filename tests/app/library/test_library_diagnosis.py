@@ -93,16 +93,13 @@ def test_report_is_that_of_the_command_line_in_frames_and_is_kept(store: ps.Expe
     assert GapDiagnosis(verdicts.verdict(shrinkage=())).fraction is None
 
 
-def test_diagnosed_effect_acts_in_the_twin(store: ps.ExperimentStore, report: GapDiagnosis) -> None:
+def test_diagnosed_effect_acts_in_the_twin_and_from_its_adoption_on(store: ps.ExperimentStore, report: GapDiagnosis):
     nominal = store.twin(campaign="spring", contact="hertz", frequencies="200:400:3")
     soft = nominal.with_effects(report)
     also = store.twin(campaign="spring", contact="hertz", frequencies="200:400:3", effects=report)
     peaks = [twin.predict(velocity=5.0, draws=0).peak_force.mean for twin in (nominal, soft, also)]
     assert peaks[1] == peaks[2] < peaks[0]  # a compliant layer below the tip
     assert soft.request.effects == report.fitted["contact.layer_compliance"]
-
-
-def test_adopted_effect_acts_from_now_on(store: ps.ExperimentStore, report: GapDiagnosis) -> None:
     before = store.twin(campaign="spring", contact="hertz", frequencies="200:400:3")
     adopted = store.adopt(report, effect="contact.layer_compliance")
     assert adopted.version is not None and adopted.version.version == 1
@@ -111,9 +108,6 @@ def test_adopted_effect_acts_from_now_on(store: ps.ExperimentStore, report: GapD
     peaks = [twin.predict(velocity=5.0, draws=0).peak_force.mean for twin in (before, after, without)]
     assert peaks[1] < peaks[0] == peaks[2]
     assert store.diagnoses()["adopted"].tolist() == ["version 1: contact.layer_compliance"]
-
-
-def test_what_cannot_be_adopted_or_added_is_refused(store: ps.ExperimentStore, report: GapDiagnosis) -> None:
     with pytest.raises(ps.NotFoundError, match=r"no fit of 'gun\.blow_by'; it has: contact"):
         store.adopt(report, effect="gun.blow_by")
     with pytest.raises(ps.InvalidValueError, match="ingest it"):

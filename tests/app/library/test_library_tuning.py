@@ -43,7 +43,7 @@ def store(lab: Path, notebook: None, monkeypatch: pytest.MonkeyPatch) -> Iterato
         yield store
 
 
-def test_a_target_in_five_forms(tmp_path: Path) -> None:
+def test_targets_and_masses_in_every_form(tmp_path: Path) -> None:
     frequency, level = np.array([100.0, 1000.0, 5000.0]), np.array([200.0, 2000.0, 2000.0])
     frame = pd.DataFrame({"frequency_hz": frequency, "level_m_s2": level})
     frame.to_csv(tmp_path / "spec.csv", index=False)
@@ -55,6 +55,12 @@ def test_a_target_in_five_forms(tmp_path: Path) -> None:
         np.testing.assert_allclose(target.upper_db, targets[0].upper_db)
     with pytest.raises(ValueError, match="level"):
         target_of(pd.Series([-1.0, 1.0], index=[100.0, 200.0]))
+    half = pint.UnitRegistry().Quantity(500, "g")
+    for one in (0.5, "0.5 kg", "0.5kg:0.5kg", half):
+        assert masses_of(one, "bullet_mass") == Levels((0.5,))
+    for several in ("0.2kg,0.5kg", [0.2, half]):
+        assert masses_of(several, "bullet_mass") == Levels((0.2, 0.5))
+    assert masses_of("1kg:0.2kg", "bullet_mass") == ContinuousRange(0.2, 1.0)
 
 
 @pytest.fixture
@@ -84,15 +90,6 @@ def test_settings_are_those_of_the_service(tuned: TunedSettings, store: ps.Exper
     assert spectra["expected_1"].tolist() == pytest.approx(tuned.to_json()[0]["expected_m_s2"])
     axes = tuned.plot()
     assert axes.get_xlabel() == "natural frequency (Hz)" and "m/s" in axes.get_ylabel()
-
-
-def test_masses_are_one_several_or_a_range() -> None:
-    half = pint.UnitRegistry().Quantity(500, "g")
-    for one in (0.5, "0.5 kg", "0.5kg:0.5kg", half):
-        assert masses_of(one, "bullet_mass") == Levels((0.5,))
-    for several in ("0.2kg,0.5kg", [0.2, half]):
-        assert masses_of(several, "bullet_mass") == Levels((0.2, 0.5))
-    assert masses_of("1kg:0.2kg", "bullet_mass") == ContinuousRange(0.2, 1.0)
 
 
 @pytest.mark.parametrize(

@@ -88,22 +88,19 @@ def test_limits_are_numbers_in_si_texts_and_quantities(store, low, high) -> None
     assert plan.stored.space.factors[-1].limits == pytest.approx((1, 6)) and "velocity_level" not in plan.to_frame()
 
 
-def test_numbers_of_a_column_are_in_its_unit(store) -> None:
+def test_numbers_are_in_the_unit_of_their_column_and_aliases_are_told(store) -> None:
     ranges = {"tank_pressure_bar": (1, 6, 0.5), "tip_radius_mm": ("30 mm", "6 cm")}
     by_name = {f.name: f for f in store.plan.sobol("s", runs=8, seed=1, ranges=ranges).stored.space.factors}
     assert by_name["tank_pressure"].levels[:3] == ("1", "1.5", "2") and by_name["tip_radius"].limits == (30, 60)
+    plan = store.plan.fractional_factorial("p", factors=FEW, generators="a b c ab ac")
+    assert "bullet_mass = plate_material*tip_material" in plan.aliases()
+    assert store.plan.lhs("l", runs=12, factors=FEW).aliases() == []
 
 
 @pytest.mark.parametrize("value", ["5 apples", "5", "much", "nan Pa", registry().Quantity(1, "m")])
 def test_limit_that_is_no_pressure_is_refused(store, value) -> None:
     with pytest.raises(ps.InvalidValueError, match=r"range of tank_pressure is .*; expected"):
         store.plan.sobol("s", runs=8, ranges={"tank_pressure": (value, "6 bar")})
-
-
-def test_every_method_has_its_function(store) -> None:
-    functions = {"import": "from_table"} | {name: name.replace("-", "_") for name in METHODS if name != "import"}
-    for name, function in functions.items():
-        assert callable(getattr(store.plan, function)), name
 
 
 @pytest.mark.parametrize(
@@ -125,12 +122,6 @@ def test_method_gives_its_design(store, function, given, method, runs) -> None:
     assert method in (None, plan.method) and len(plan.to_frame()) == runs
 
 
-def test_aliases_are_told(store) -> None:
-    plan = store.plan.fractional_factorial("p", factors=FEW, generators="a b c ab ac")
-    assert "bullet_mass = plate_material*tip_material" in plan.aliases()
-    assert store.plan.lhs("l", runs=12, factors=FEW).aliases() == []
-
-
 def test_table_is_a_file_or_a_frame(store, tmp_path: Path) -> None:
     import pandas as pd
 
@@ -146,18 +137,18 @@ def test_table_is_a_file_or_a_frame(store, tmp_path: Path) -> None:
     assert first["tank_pressure_pa"].tolist() == [205_000, 400_000]
 
 
-def test_runs_beyond_the_bench_are_refused_at_their_pressure(store) -> None:
+def test_contradictions_and_runs_beyond_the_bench_are_refused(store) -> None:
+    both = FEW + '[[factors]]\nname = "velocity_level"\nkind = "ordered"\nlevels = ["low", "high"]\n'
+    with pytest.raises(ps.InvalidValueError, match="and either tank_pressure_bar, or velocity_level"):
+        store.plan.lhs("p", runs=8, factors=both)
     with pytest.raises(ps.InvalidValueError, match="tank pressure 900,000 Pa, allowed 800,000"):
         store.plan.factorial("p", ranges={"tank_pressure_bar": (7, 9)}, levels=2)
     with pytest.raises(ps.InvalidValueError, match=r"tank_pressure_bar is 0\.001, which drives no .* out"):
         store.plan.factorial("p", ranges={"tank_pressure_bar": (0.001, 5.001)}, levels=2)
     assert store.plan.list().empty
-
-
-def test_velocity_levels_beside_a_pressure_contradict_it(store) -> None:
-    both = FEW + '[[factors]]\nname = "velocity_level"\nkind = "ordered"\nlevels = ["low", "high"]\n'
-    with pytest.raises(ps.InvalidValueError, match="and either tank_pressure_bar, or velocity_level"):
-        store.plan.lhs("p", runs=8, factors=both)
+    functions = {"import": "from_table"} | {name: name.replace("-", "_") for name in METHODS if name != "import"}
+    for name, function in functions.items():
+        assert callable(getattr(store.plan, function)), name
 
 
 def test_factors_are_a_text_or_a_file(store, tmp_path: Path) -> None:

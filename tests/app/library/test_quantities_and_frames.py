@@ -131,16 +131,13 @@ def test_what_is_not_there_has_its_columns(large_store):
         large_store.impacts(columns=["tip_colour"])
     frame = large_store.shots(columns=["tank_pressure_pa", "predicted_velocity_m_s"])
     assert frame.empty and frame.attrs["units"]["tank_pressure_pa"] == "Pa"
+    assert frame_figure(large_store, 1).value.median > 0
 
 
 @pytest.mark.parametrize("listing", ["impacts", "shots"])
 def test_a_limit_counts_at_least_one_row(large_store, listing):
     with pytest.raises(ps.InvalidValueError, match="limit is 0; expected 1 or more"):
         getattr(large_store, listing)(limit=0, sort="run")
-
-
-def test_the_measurement_beside_pandas_compares_the_same_rows(large_store):
-    assert frame_figure(large_store, 1).value.median > 0
 
 
 @pytest.mark.parametrize(

@@ -69,12 +69,18 @@ def test_frames_have_chosen_columns_units_and_order(lab):
     assert "lab.db" in repr(lab) and "spring" in lab._repr_html_() and lab.impacts(where="peak_force_n>1e12").empty
 
 
-def test_a_dry_run_stores_nothing(lab, tmp_path):
+def test_a_dry_run_stores_nothing_and_a_dataset_is_frozen_once(lab, tmp_path):
     report = lab.ingest(full_campaign(tmp_path / "autumn", "autumn"), dry_run=True, progress=False)
     assert report.added["impacts"] == 4 * HITS and "nothing is stored" in repr(report)
     assert list(lab.campaigns()["name"]) == ["spring"]
     with pytest.raises(ps.PyroshockError, match="no such folder"):
         lab.ingest(tmp_path / "winter", progress=False)
+    data, again = lab.dataset("spring-1", campaigns=["spring"]), lab.dataset("spring-1")
+    assert data.hash == again.hash and len(data) == len(data.to_frame()) > 10
+    assert list(lab.datasets()["name"]) == ["spring-1"] and "contact_time_s" in data.to_frame().columns
+    assert "spring-1" in data._repr_html_()
+    with pytest.raises(ps.PyroshockError, match="autumn"):
+        lab.dataset("autumn")
 
 
 @pytest.mark.parametrize(
@@ -153,15 +159,6 @@ def test_only_slices_without_a_step(lab, samples):
 def test_options_of_an_ingest_are_checked(lab, tmp_path, arguments, words):
     with pytest.raises(ps.InvalidValueError, match=words):
         lab.ingest(tmp_path, **arguments)
-
-
-def test_a_dataset_is_frozen_once(lab):
-    data, again = lab.dataset("spring-1", campaigns=["spring"]), lab.dataset("spring-1")
-    assert data.hash == again.hash and len(data) == len(data.to_frame()) > 10
-    assert list(lab.datasets()["name"]) == ["spring-1"] and "contact_time_s" in data.to_frame().columns
-    assert "spring-1" in data._repr_html_()
-    with pytest.raises(ps.PyroshockError, match="autumn"):
-        lab.dataset("autumn")
 
 
 def test_a_store_that_is_not_there(tmp_path):

@@ -126,7 +126,28 @@ def test_range_of_the_plan_has_a_row_for_each_part(tmp_path: Path) -> None:
     assert counts == dict.fromkeys(["1 to 2", "2.1 to 3", "3.1 to 4", "4.1 to 5", "5.1 to 6"], 2)
 
 
-def test_achieved_settings_are_off_as_they_were_made(planned: str) -> None:
+def test_pressure_of_a_shot_without_a_plan_is_beside_the_one_set(tmp_path: Path) -> None:
+    url = f"sqlite:///{tmp_path / 'lab.db'}"
+    ingested(url, gun_campaign(tmp_path / "gun"))
+    with opened(url) as store:
+        with store.writing() as session:
+            session.scalars(select(Shot)).first().recorded_pressure_pa = 33_000.0
+        with store.reading() as session:
+            (found,) = achieved_settings(session, session.scalars(select(Campaign)).one(), ())
+    assert (found.key, found.source, found.off.tolist()) == (PRESSURE, TRANSDUCER, [pytest.approx(33 / 25 - 1)])
+
+
+def test_shots_and_achieved_settings_are_told_beside_model_and_plan(planned: str) -> None:
+    with opened(planned) as store:
+        found = document(store, "spring")
+        with store.reading() as session:
+            shots = list(with_predictions(session, iter_shots(session, "spring")))
+    off = 100 * np.array([s["measured_velocity_m_s"] / s["predicted_velocity_m_s"] - 1 for s in shots])
+    assert f"{off.mean():+.1f} % in the mean, {np.sqrt(np.mean(off**2)):.1f} % rms" in told(found)
+    each = tables(found)["Each shot, with the standard uncertainty of its velocity."]
+    assert [row[-1] for row in each.rows] == pytest.approx(off.tolist(), abs=0.006)
+    by_setting = next(table for caption, table in tables(found).items() if caption.startswith("By setting"))
+    assert sum(int(row[2]) for row in by_setting.rows) == len(shots)
     with opened(planned) as store:
         with store.writing() as session:
             for shot in session.scalars(select(Shot)):
@@ -143,30 +164,6 @@ def test_achieved_settings_are_off_as_they_were_made(planned: str) -> None:
     assert isinstance(table, Table)
     pressure = next(row for row in table.rows if row[:2] == ["tank pressure", WRITTEN])
     assert pressure[2:6] == [FIRED * REPETITIONS, pytest.approx(2.0), pytest.approx(2.0), pytest.approx(2.0)]
-
-
-def test_pressure_of_a_shot_without_a_plan_is_beside_the_one_set(tmp_path: Path) -> None:
-    url = f"sqlite:///{tmp_path / 'lab.db'}"
-    ingested(url, gun_campaign(tmp_path / "gun"))
-    with opened(url) as store:
-        with store.writing() as session:
-            session.scalars(select(Shot)).first().recorded_pressure_pa = 33_000.0
-        with store.reading() as session:
-            (found,) = achieved_settings(session, session.scalars(select(Campaign)).one(), ())
-    assert (found.key, found.source, found.off.tolist()) == (PRESSURE, TRANSDUCER, [pytest.approx(33 / 25 - 1)])
-
-
-def test_shots_are_told_beside_the_model(planned: str) -> None:
-    with opened(planned) as store:
-        found = document(store, "spring")
-        with store.reading() as session:
-            shots = list(with_predictions(session, iter_shots(session, "spring")))
-    off = 100 * np.array([s["measured_velocity_m_s"] / s["predicted_velocity_m_s"] - 1 for s in shots])
-    assert f"{off.mean():+.1f} % in the mean, {np.sqrt(np.mean(off**2)):.1f} % rms" in told(found)
-    each = tables(found)["Each shot, with the standard uncertainty of its velocity."]
-    assert [row[-1] for row in each.rows] == pytest.approx(off.tolist(), abs=0.006)
-    by_setting = next(table for caption, table in tables(found).items() if caption.startswith("By setting"))
-    assert sum(int(row[2]) for row in by_setting.rows) == len(shots)
 
 
 def test_pulses_are_grouped_by_configuration_and_the_report_is_written_both_ways(hits: Store) -> None:

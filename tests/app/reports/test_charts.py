@@ -99,7 +99,7 @@ def test_what_paper_does_not_know_is_refused(bad: str) -> None:
 NAN = float("nan")
 
 
-def test_waterfall_goes_from_the_error_before_to_what_remains() -> None:
+def test_waterfall_goes_to_what_remains_and_bars_are_shares() -> None:
     rows = path_rows(verdicts.gun())
     assert [(row.name, round(row.start, 6), round(row.end, 6)) for row in rows] == [
         ("before: the nominal model", 0.0, 42.0),
@@ -115,9 +115,6 @@ def test_waterfall_goes_from_the_error_before_to_what_remains() -> None:
     assert (worse.start, worse.end, worse.kind) == (50.0, 42.0, "bar-error")
     assert path_chart(verdicts.verdict()) == share_chart(verdicts.verdict()) == ""
     assert path_chart(verdicts.gun(gap=GapSize("rms", NAN, NAN, 0.01, True))) == ""
-
-
-def test_bars_are_shares_with_their_intervals() -> None:
     rows = share_rows(verdicts.gun())
     assert [(row.end, row.interval) for row in rows] == [
         (61.0, pytest.approx((52.0, 68.0))),

@@ -96,11 +96,20 @@ def test_words_of_a_campaign_are_escaped() -> None:
     assert "<script" not in html_of(report) and pdf_of(report).startswith(b"%PDF")
 
 
-def test_page_suits_a_telephone_and_a_dark_room(tmp_path: Path) -> None:
+def test_page_suits_a_telephone_and_its_waterfall_goes_down_to_the_floor(tmp_path: Path) -> None:
     write_page(verdicts.verdict(), tmp_path / "new" / "page.html")
     text = (tmp_path / "new" / "page.html").read_text(encoding="utf-8")
     assert "width=device-width" in text and "prefers-color-scheme: dark" in text
     assert not re.search(r"(?<!-)width: ?[4-9]\d\dpx", text)
+    gap = GapSize("rms", 2.0, 1.0, 0.01, True)
+    stages = (StageShare("contact", 0.75, (0.7, 0.8), 3.0), StageShare("gun", 0.25, (0.2, 0.3), 1.0))
+    steps = waterfall(verdicts.verdict(gap=gap, where=Where(stage=stages)))
+    assert [(s.name, s.start, s.end) for s in steps] == [
+        ("model error", 0.0, 1.0),
+        ("contact", pytest.approx(1 - 0.75 * 0.75), 1.0),
+        ("gun", pytest.approx(0.25), pytest.approx(1 - 0.75 * 0.75)),
+        ("measurement noise", 0.0, pytest.approx(0.25)),
+    ]
 
 
 @given(
@@ -113,18 +122,6 @@ def test_waterfall_stays_on_its_track(before: float, floor: float, shares: list[
     gap = GapSize("rms", before, floor, 0.01, before > floor)
     steps = waterfall(verdicts.verdict(gap=gap, where=Where(stage=stages)))
     assert all(-1e-9 <= step.start <= step.end <= 1 + 1e-9 for step in steps)
-
-
-def test_waterfall_goes_down_to_the_floor() -> None:
-    gap = GapSize("rms", 2.0, 1.0, 0.01, True)
-    stages = (StageShare("contact", 0.75, (0.7, 0.8), 3.0), StageShare("gun", 0.25, (0.2, 0.3), 1.0))
-    steps = waterfall(verdicts.verdict(gap=gap, where=Where(stage=stages)))
-    assert [(s.name, s.start, s.end) for s in steps] == [
-        ("model error", 0.0, 1.0),
-        ("contact", pytest.approx(1 - 0.75 * 0.75), 1.0),
-        ("gun", pytest.approx(0.25), pytest.approx(1 - 0.75 * 0.75)),
-        ("measurement noise", 0.0, pytest.approx(0.25)),
-    ]
 
 
 # --- A kept diagnosis is told as it was made; of an older store, from its report alone ------------------------------

@@ -98,7 +98,7 @@ def test_pdf_has_its_date_its_letters_and_long_tables() -> None:
     assert pages(pdf) > 3 and pdf_text(pdf).count("name") >= pages(pdf) - 2
 
 
-def test_wide_tables_turn_the_page() -> None:
+def test_wide_tables_turn_the_page_and_columns_are_as_wide_as_their_words() -> None:
     def box(columns: int) -> bool:
         table = Table("wide", [f"column-{i}" for i in range(columns)], [["incompressible"] * columns])
         found = re.search(
@@ -109,14 +109,6 @@ def test_wide_tables_turn_the_page() -> None:
 
     assert not box(3) and box(12)
 
-
-@pytest.mark.parametrize("length", [5, 60, 3000])
-def test_words_that_do_not_end_stay_on_the_page(length: int) -> None:
-    table = Table("t", ("a", "b"), [["x" * length, 1.0], ["y", 2.0]])
-    assert pages(pdf_of(Document("K", "t" * length, "", {}, [Section("s", [table])]))) >= 1
-
-
-def test_columns_fill_no_more_than_the_page() -> None:
     def wide(text: str) -> float:
         return 5.0 * len(text)
 
@@ -126,8 +118,6 @@ def test_columns_fill_no_more_than_the_page() -> None:
     number, words = (Table("t", ("a",), [[cell]]) for cell in ("5.62 ± 0.11", "five or less"))
     assert needed_width(number, "Helvetica-Bold") > needed_width(words, "Helvetica-Bold")  # is not broken
 
-
-def test_columns_of_numbers_are_known_and_cells_told_in_words() -> None:
     def number(*cells: float | str | None) -> bool:
         return Table("t", ("a",), [[cell] for cell in cells]).is_number(0)
 
@@ -135,6 +125,12 @@ def test_columns_of_numbers_are_known_and_cells_told_in_words() -> None:
     assert not (number("steel", 3.0) or number("2026-11-22 08:09") or number(None))
     texts = {None: "–", 0.123456: "0.1235", 123456.0: "123500", 12: "12", 1.2e9: "1.2e+09"}
     assert {cell: cell_text(cell) for cell in texts} == texts and cell_text(float("nan")) == "–"
+
+
+@pytest.mark.parametrize("length", [5, 60, 3000])
+def test_words_that_do_not_end_stay_on_the_page(length: int) -> None:
+    table = Table("t", ("a", "b"), [["x" * length, 1.0], ["y", 2.0]])
+    assert pages(pdf_of(Document("K", "t" * length, "", {}, [Section("s", [table])]))) >= 1
 
 
 def test_missing_library_is_told_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -151,7 +147,7 @@ def test_missing_library_is_told_with_what_to_install(monkeypatch: pytest.Monkey
 
 
 # --- settings and figures are told in the units of the bench --------------------------------------------------------
-def test_factors_are_told_in_their_units_and_means_with_their_spread() -> None:
+def test_factors_means_shares_and_ranges_are_told_in_the_units_of_the_bench() -> None:
     assert setting("tip_radius_m").heading == "tip radius (mm)" and setting("tip_radius_m").words(0.045) == "45 mm"
     assert setting("tank_pressure_pa").cell(38080.0) == 0.3808
     assert column_heading("tank_pressure_bar") == "tank pressure (bar)"
@@ -162,20 +158,6 @@ def test_factors_are_told_in_their_units_and_means_with_their_spread() -> None:
     texts = {(5.5, 5.6, 5.7): "5.60 ± 0.10", (5.6,): "5.6", (5.6, 5.6): "5.6", (1000.0, 1200.0): "1100 ± 141"}
     texts |= {(np.nan, 2.0): "2", (np.nan,): None, (): None}
     assert [mean_and_spread(np.array(values, dtype=np.float64)) for values in texts] == list(texts.values())
-
-
-@given(st.lists(st.floats(1e-6, 1e6), min_size=2, max_size=20))
-def test_mean_is_told_to_a_tenth_of_the_spread(values: list[float]) -> None:
-    array = np.array(values)
-    text = mean_and_spread(array)
-    assert text is not None
-    mean, _, spread = text.partition(" ± ")
-    if spread:
-        assert abs(float(mean) - array.mean()) <= 0.06 * array.std(ddof=1) + 0.5 * (array.std(ddof=1) > 10)
-
-
-# --- sentences of a diagnosis say what it found, and no more --------------------------------------------------------
-def test_shrinkage_places_shares_and_ranges_are_told() -> None:
     sentence = shrinkage_line(verdicts.gun().shrinkage[0])
     assert sentence.endswith(
         "97 % (95 to 98 %) of the error above the noise disappears. With a learned correction of the "
@@ -195,6 +177,19 @@ def test_shrinkage_places_shares_and_ranges_are_told() -> None:
     assert join_words(["a", "b"], "or") == "a or b"
     assert (number(float("nan")), percent(float("nan")), percent(float("inf"))) == ("–", "–", "–")
     assert percent_range(float("nan"), 0.3) == "interval not known"
+
+
+@given(st.lists(st.floats(1e-6, 1e6), min_size=2, max_size=20))
+def test_mean_is_told_to_a_tenth_of_the_spread(values: list[float]) -> None:
+    array = np.array(values)
+    text = mean_and_spread(array)
+    assert text is not None
+    mean, _, spread = text.partition(" ± ")
+    if spread:
+        assert abs(float(mean) - array.mean()) <= 0.06 * array.std(ddof=1) + 0.5 * (array.std(ddof=1) > 10)
+
+
+# --- sentences of a diagnosis say what it found, and no more --------------------------------------------------------
 
 
 @pytest.mark.parametrize("identity", list(catalogue()))

@@ -73,7 +73,7 @@ def folds_of(shots: MeasuredShots, folds: int = 5) -> tuple[int, list[list[int]]
     return number, made, draws
 
 
-def test_every_configuration_is_left_out_once_few_ones_one_by_one() -> None:
+def test_every_configuration_is_left_out_once_and_shots_have_random_numbers_of_their_own() -> None:
     number, made, draws = folds_of(shots_of(np.repeat(np.arange(7), 3).tolist()))
     assert number == 5 and sorted(key for group in made for key in group) == list(range(7))
     assert list(draws) == list(range(21))
@@ -81,9 +81,6 @@ def test_every_configuration_is_left_out_once_few_ones_one_by_one() -> None:
     assert (number, sorted(made)) == (3, [[3], [5], [8]])
     number, made, draws = folds_of(shots_of([4, 4]))
     assert (number, made, len(draws)) == (0, [[4]], 2)
-
-
-def test_shots_have_random_numbers_of_their_own_or_a_reason() -> None:
     _, _, draws = folds_of(shots_of([1, 1, 2]))
     ratio = draws[0].peak_force_n / draws[1].peak_force_n
     assert np.ptp(ratio) > 0.1
