@@ -1,7 +1,8 @@
-"""Shots are predicted by a twin that had not seen their configuration."""
+"""Shots are predicted by a twin that had not seen their configuration; and `validate` on the command line."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,8 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner, Result
 from pyroshock.app.common.model_registry import context_of, registry_of
+from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.twins.building import TwinRequest, twin_of
+from pyroshock.app.validate.cli import validate
 from pyroshock.app.validate.validation import (
     NOTHING,
     REFITTED,
@@ -28,6 +32,7 @@ from pyroshock.training.registry.contact_stage import RegisteredContact
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.measured_shots import MeasuredShots
 from pyroshock.twin.setting import THESIS, Setting
+from pyroshock.validation.prediction_scores.shot_comparison import PredictionVerdict
 from sqlalchemy import select
 from support.records.twin_parts import HalfSine
 from support.stores.hammer_stores import copied, filled_store, full_campaign
@@ -186,3 +191,67 @@ def test_model_that_had_not_seen_them_stays_and_one_without_its_pulses_is_called
         assert UnseenContact(store, with_model, contact).without([]) == (contact, NOTHING)
         monkeypatch.setattr("pyroshock.app.validate.validation.read_snapshot", gone)
         assert UnseenContact(store, with_model, contact).without([1]) == (contact, SEEN)
+
+
+# --- the command: the JSON that scripts rely on, the verdict in words, the exit code ---
+
+
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("lab")
+    store = filled_store(folder, full_campaign(folder / "spring"))
+    with opened(f"sqlite:///{store}") as opened_store:
+        ingest_examples(opened_store)
+    return store
+
+
+@pytest.fixture
+def validate_lab(filled: Path, quick_twins: Path):
+    """Gives the command line over a copy of a store with a hammer's campaign and the thesis's five shots."""
+    url = copied(filled, quick_twins)
+    return lambda *words: CliRunner().invoke(validate, [*words, "--db", url])
+
+
+def data_of(result: Result) -> dict:  # JSON
+    assert result.exit_code in (0, 1), result.stderr
+    return json.loads(result.stdout)
+
+
+def test_json_is_the_contract_and_a_page_is_written(validate_lab, tmp_path: Path) -> None:
+    page = tmp_path / "validation.html"
+    data = data_of(validate_lab("spring", "--contact", "hertz", "--json", "--html", str(page)))
+    text = page.read_text(encoding="utf-8")
+    for words in ("Validation", "peak force", "Ranks of the measured values", "<svg"):
+        assert words in text
+    assert {"quantities", "failures", "verdict", "seen"} <= data.keys()
+    keys = {"name", "unit", "shots", "coverage50", "coverage90", "coverage90_ci95", "crps", "median_abs_error"}
+    for row in data["quantities"]:
+        assert keys <= row.keys()
+        assert 0 <= row["coverage90_ci95"][0] <= row["coverage90"] <= row["coverage90_ci95"][1] <= 1
+    for failure in data["failures"]:
+        assert {"rule", "quantity", "bias"} <= failure.keys()
+
+
+def test_five_shots_of_the_thesis_are_left_out_one_by_one(validate_lab) -> None:
+    data = data_of(validate_lab("first-shots", "--json"))
+    (velocity,) = data["quantities"]
+    assert (velocity["name"], velocity["shots"], velocity["configurations"]) == ("velocity", 5, 5)
+    assert data["folds"] == 5
+    assert data["verdict"].startswith("Too little to judge the 90 % bands, 5 shots of 5 configurations")
+
+
+def test_text_says_verdict_first_and_not_calibrated_is_exit_code_1(
+    validate_lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    result = validate_lab("first-shots")
+    assert result.exit_code == 0 and result.stdout.startswith("first-shots: Too little to judge")
+    assert "inside 90 % band" in result.stdout
+    overconfident = PredictionVerdict("Not calibrated: the 90 % bands hold only 40 %.", calibrated=False)
+    monkeypatch.setattr("pyroshock.app.validate.validation.verdict", lambda _: overconfident)
+    result = validate_lab("first-shots")
+    assert result.exit_code == 1 and "Not calibrated" in result.stdout
+
+
+def test_unknown_campaign_is_one_line(validate_lab) -> None:
+    result = validate_lab("winter")
+    assert result.exit_code == 2 and result.stderr.count("\n") == 1 and "winter" in result.stderr
