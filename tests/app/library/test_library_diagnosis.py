@@ -70,6 +70,8 @@ def report(store: ps.ExperimentStore) -> GapDiagnosis:
 
 
 def test_report_is_that_of_the_command_line_in_frames_and_is_kept(store: ps.ExperimentStore, report: GapDiagnosis):
+    table = store.diagnoses(campaign="spring")
+    assert table["id"].tolist() == [report.number] and not table["restricted"].any() and report.number is not None
     result = pyroshock("diagnose", "spring", "--db", store.url, "--json")
     assert report.to_json() == json.loads(result.stdout) and report.gap == report.to_json()["gap"]
     effects = report.effects
@@ -84,8 +86,6 @@ def test_report_is_that_of_the_command_line_in_frames_and_is_kept(store: ps.Expe
     axes = report.plot()
     assert {label.get_text() for label in axes.get_yticklabels()} == set(effects["effect"])
     assert axes.get_xlabel().startswith("share of the squared gap")
-    table = store.diagnoses(campaign="spring")
-    assert table["id"].tolist() == [report.number] and not table["restricted"].any() and report.number is not None
     assert store.diagnosis(report.number).to_json() == report.to_json()
     with pytest.raises(ps.NotFoundError, match="no diagnosis 99"):
         store.diagnosis(99)
