@@ -115,16 +115,13 @@ def test_likeliest_of_a_group_was_fitted_and_its_own_fit_goes_before_a_larger_se
 JOINT = (verdicts.VALVE, verdicts.ATMOSPHERE, verdicts.LEAK)
 
 
-@pytest.mark.parametrize(
-    ("wanted", "effects", "probability"),
-    [
-        ("gun.valve_flow+gun.back_pressure+gun.blow_by", JOINT, 0.93),
-        ("gun.blow_by + gun.valve_flow+gun.back_pressure", JOINT, 0.93),
-        ("gun.valve_flow+gun.back_pressure", JOINT[:2], 0.05),
-        ("gun.valve_flow", JOINT[:1], 0.99),
-        ("gun.blow_by", JOINT[2:], 0.95),
-    ],
-)
+@pytest.mark.parametrize(("wanted", "effects", "probability"), [
+    ("gun.valve_flow+gun.back_pressure+gun.blow_by", JOINT, 0.93),
+    ("gun.blow_by + gun.valve_flow+gun.back_pressure", JOINT, 0.93),
+    ("gun.valve_flow+gun.back_pressure", JOINT[:2], 0.05),
+    ("gun.valve_flow", JOINT[:1], 0.99),
+    ("gun.blow_by", JOINT[2:], 0.95),
+])  # fmt: skip
 def test_sets_and_single_effects_of_a_fit_can_be_adopted(wanted, effects, probability) -> None:
     assert fitted(verdicts.gun(), wanted) == (effects, pytest.approx(probability))
 

@@ -71,14 +71,11 @@ def test_json_goes_to_a_file_and_listings_have_the_contracts_keys(filled, tmp_pa
     assert [row["tank_pressure_pa"] for row in rows] == pytest.approx([23190, 26510, 61580, 40420, 57840])
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("plann",), "No such command 'plann'; did you mean plan?"),
-        (("qqq",), "No such command 'qqq'; pyroshock --help lists them"),
-        (("plan", "show"), "No such command 'show'; augment, box-behnken, central-composite, discard, discriminate,"),
-    ],
-)
+@pytest.mark.parametrize(("words", "said"), [
+    (("plann",), "No such command 'plann'; did you mean plan?"),
+    (("qqq",), "No such command 'qqq'; pyroshock --help lists them"),
+    (("plan", "show"), "No such command 'show'; augment, box-behnken, central-composite, discard, discriminate,"),
+])  # fmt: skip
 def test_unknown_command_is_told_which_there_are(words, said):
     assert run(*words, code=2).stderr.startswith(f"pyroshock: {said}")
 
@@ -92,16 +89,13 @@ def test_where_filters_in_the_labs_units_and_in_si(filled, where, runs):
     assert [row["run"] for row in rows] == runs
 
 
-@pytest.mark.parametrize(
-    ("text", "condition"),
-    [
-        ("tip_material=steel", Condition("tip_material", "=", "steel")),
-        ("tip_radius_mm = 45", Condition("tip_radius", "=", 0.045)),
-        ("peak_force_n>=1e3", Condition("peak_force_n", ">=", 1000.0)),
-        ("note!=a=b", Condition("note", "!=", "a=b")),
-        ("campaign=2024", Condition("campaign", "=", "2024")),
-    ],
-)
+@pytest.mark.parametrize(("text", "condition"), [
+    ("tip_material=steel", Condition("tip_material", "=", "steel")),
+    ("tip_radius_mm = 45", Condition("tip_radius", "=", 0.045)),
+    ("peak_force_n>=1e3", Condition("peak_force_n", ">=", 1000.0)),
+    ("note!=a=b", Condition("note", "!=", "a=b")),
+    ("campaign=2024", Condition("campaign", "=", "2024")),
+])  # fmt: skip
 def test_condition_is_parsed(text, condition):
     assert parse_where((text,)) == (condition,)
 
@@ -112,21 +106,17 @@ def test_condition_that_is_none_is_refused(filled, text):
     assert len(result.stderr.strip().splitlines()) == 1 and repr(text) in result.stderr
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ["impacts", "--db", "sqlite:///nowhere.db"],
-        ["impacts", "--db", "nonsense"],
-        ["impacts", "--limit", "0"],
-        ["ingest"],
-        ["ingest", "/no/such/folder"],
-        ["nothing"],
-        ["--nothing"],
-        ["show"],
-        ["export", "impacts"],
-    ],
-    ids=" ".join,
-)
+@pytest.mark.parametrize("words", [
+    ["impacts", "--db", "sqlite:///nowhere.db"],
+    ["impacts", "--db", "nonsense"],
+    ["impacts", "--limit", "0"],
+    ["ingest"],
+    ["ingest", "/no/such/folder"],
+    ["nothing"],
+    ["--nothing"],
+    ["show"],
+    ["export", "impacts"],
+], ids=" ".join)  # fmt: skip
 def test_error_is_one_line_and_exit_code_2(tmp_path, monkeypatch, words):
     monkeypatch.chdir(tmp_path)
     result = run(*words, code=2)
@@ -267,14 +257,11 @@ def test_json_has_the_line_and_its_uncertainty_and_text_a_table_for_campaign_tom
     assert str(calibration["date"]) == "2026-03-02"
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--unit", "kg"], "kg"),
-        (["--common-u", "5"], "--common-u is '5'; expected a number with a unit"),
-        (["--date", "March"], "--date is 'March'; expected a day such as 2026-03-02"),
-    ],
-)
+@pytest.mark.parametrize(("words", "message"), [
+    (["--unit", "kg"], "kg"),
+    (["--common-u", "5"], "--common-u is '5'; expected a number with a unit"),
+    (["--date", "March"], "--date is 'March'; expected a day such as 2026-03-02"),
+])  # fmt: skip
 def test_what_cannot_be_is_one_line(points, words, message):
     result = CliRunner().invoke(main, ["calibrate", str(points), *words])
     assert result.exit_code == 2 and message in result.stderr

@@ -140,13 +140,10 @@ def test_effects_are_named_one_by_one_or_in_a_list(asked: list[DiagnosisRequest]
     assert one.uncertain == {"contact.impactor_mass_kg": 0.002}  # a number needs no stage
 
 
-@pytest.mark.parametrize(
-    ("words", "shown"),
-    [
-        (("--with", "gun.valve_flow", "--with", "gun.blow_by"), {"gun.valve_flow", "gun.blow_by"}),
-        (("--with", "gun.valve_flow,gun.blow_by", "--without", "gun.blow_by"), {"gun.valve_flow"}),
-    ],
-)
+@pytest.mark.parametrize(("words", "shown"), [
+    (("--with", "gun.valve_flow", "--with", "gun.blow_by"), {"gun.valve_flow", "gun.blow_by"}),
+    (("--with", "gun.valve_flow,gun.blow_by", "--without", "gun.blow_by"), {"gun.valve_flow"}),
+])  # fmt: skip
 def test_restricted_diagnosis_names_no_other_effect_and_says_so(lab: str, words: tuple[str, ...], shown: set[str]):
     """The diagnosis itself, on the five shots of "spring"."""
     report = json.loads(done("spring", "--db", lab, *words, "--json").stdout)
@@ -156,15 +153,12 @@ def test_restricted_diagnosis_names_no_other_effect_and_says_so(lab: str, words:
     assert ("gun.blow_by (--without)" in report["assumptions"][1]) == ("--without" in words)
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("--with", "gun.magic"), "--with 'gun.magic': the catalogue has no such effect; it has gun.back_pressure"),
-        (("--without", "gun.magic"), "--without 'gun.magic': the catalogue has no such effect"),
-        (("--with", "plate.damping"), "the channels of spring cannot show this effect; they can show gun.back_p"),
-        (("--with", "gun.blow_by", "--without", "gun.blow_by"), "leave no effect to consider for spring"),
-    ],
-)
+@pytest.mark.parametrize(("words", "message"), [
+    (("--with", "gun.magic"), "--with 'gun.magic': the catalogue has no such effect; it has gun.back_pressure"),
+    (("--without", "gun.magic"), "--without 'gun.magic': the catalogue has no such effect"),
+    (("--with", "plate.damping"), "the channels of spring cannot show this effect; they can show gun.back_p"),
+    (("--with", "gun.blow_by", "--without", "gun.blow_by"), "leave no effect to consider for spring"),
+])  # fmt: skip
 def test_effect_that_cannot_be_considered_is_one_line_and_stores_nothing(lab: str, words, message) -> None:
     before = counts(lab)
     result = pyroshock("diagnose", "spring", "--db", lab, *words)
@@ -180,23 +174,20 @@ def test_every_answer_is_a_finished_diagnosis(monkeypatch: pytest.MonkeyPatch, l
     assert pyroshock("diagnose", "spring", "--db", lab).exit_code == 0
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("summer",), "no campaign and no folder 'summer'; campaigns: spring"),
-        (("spring", "--simulator", "magic"), "--simulator is 'magic'; expected nominal, or models:/NAME@VERSION"),
-        (("spring", "--simulator", "models:/hybrid@1"), "no registered model 'hybrid@1'"),
-        (("spring", "--tolerance", "gun=1"), "--tolerance is 'gun=1'; expected gun=1%"),
-        (("spring", "--tolerance", "laser=1%"), "--tolerance is 'laser=1%'"),
-        (("spring", "--uncertain", "friction_coefficient"), "'friction_coefficient'; expected NUMBER=SD, such as gun."),
-        (("spring", "--uncertain", "bullet_mass=0.1"), "no number 'bullet_mass'; the nearest is gun.bullet_mass_kg"),
-        (("spring", "--uncertain", "contact.friction_coeff=1"), "the nearest is gun.friction_coefficient"),
-        (("spring", "--uncertain", "weather=0.1"), "no number 'weather'; there are gun.tank_volume_m3, "),
-        (("spring", "--uncertain", "travel_m=-1"), "'travel_m=-1'; expected NUMBER=SD"),
-        (("spring", "--list", "--db", "sqlite:///none.db"), "no store at"),
-        (("summer", "--list"), "'summer'"),
-    ],
-)
+@pytest.mark.parametrize(("words", "message"), [
+    (("summer",), "no campaign and no folder 'summer'; campaigns: spring"),
+    (("spring", "--simulator", "magic"), "--simulator is 'magic'; expected nominal, or models:/NAME@VERSION"),
+    (("spring", "--simulator", "models:/hybrid@1"), "no registered model 'hybrid@1'"),
+    (("spring", "--tolerance", "gun=1"), "--tolerance is 'gun=1'; expected gun=1%"),
+    (("spring", "--tolerance", "laser=1%"), "--tolerance is 'laser=1%'"),
+    (("spring", "--uncertain", "friction_coefficient"), "'friction_coefficient'; expected NUMBER=SD, such as gun."),
+    (("spring", "--uncertain", "bullet_mass=0.1"), "no number 'bullet_mass'; the nearest is gun.bullet_mass_kg"),
+    (("spring", "--uncertain", "contact.friction_coeff=1"), "the nearest is gun.friction_coefficient"),
+    (("spring", "--uncertain", "weather=0.1"), "no number 'weather'; there are gun.tank_volume_m3, "),
+    (("spring", "--uncertain", "travel_m=-1"), "'travel_m=-1'; expected NUMBER=SD"),
+    (("spring", "--list", "--db", "sqlite:///none.db"), "no store at"),
+    (("summer", "--list"), "'summer'"),
+])  # fmt: skip
 def test_what_a_user_can_mend_is_one_line(lab: str, tmp_path, words: tuple[str, ...], message: str, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)

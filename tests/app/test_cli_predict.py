@@ -172,30 +172,27 @@ def test_solved_plate_end_to_end(tmp_path, monkeypatch):
     assert first == again and list(Path(tmp_path).rglob("*.npz"))
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (
-            ("--coupled", "--contact", "hunter"),
-            "--coupled with the contact 'hunter', which is not solved in time: expected --contact",
-        ),
-        (("--tank-pressure", "5"), "--tank-pressure is '5'; expected a number with a unit"),
-        (("--tank-pressure", "5bar", "--velocity", "3m/s"), "--velocity and --tank-pressure: expected one of them"),
-        (("--tip", "cheese"), "no material 'cheese'; there are: aluminum"),
-        (("--insulator", "polymeric"), "without an anvil"),
-        (("--contact", "magic"), "no law of contact 'magic'"),
-        (("--contact", "registered"), "no model is in use for the gun; make one so: pyroshock promote"),
-        (("--effect", "gun.magic"), "no effect 'gun.magic'"),
-        (("--effect", "sensor.force_gain:gain=loud"), "expected NAME=VALUE in SI"),
-        (("--effect", "sensor.force_gain:gain=99"), "sensor.force_gain: gain = 99.0; expected 0.2 to 5"),
-        (("--sensor-at", "here"), "--sensor-at is 'here'; expected X,Y in m"),
-        (("--impact-position", "#7"), "no impact position '#7' on this plate"),
-        (("--campaign", "spring"), "no campaign 'spring'"),
-        (("--modes", "none.csv"), "none.csv"),
-        (("--tank-pressure", "1Pa"), "does not leave the barrel"),
-        (("--plot", "shot.xyz"), "cannot draw 'shot.xyz'"),
-    ],
-)
+@pytest.mark.parametrize(("words", "message"), [
+    (
+        ("--coupled", "--contact", "hunter"),
+        "--coupled with the contact 'hunter', which is not solved in time: expected --contact",
+    ),
+    (("--tank-pressure", "5"), "--tank-pressure is '5'; expected a number with a unit"),
+    (("--tank-pressure", "5bar", "--velocity", "3m/s"), "--velocity and --tank-pressure: expected one of them"),
+    (("--tip", "cheese"), "no material 'cheese'; there are: aluminum"),
+    (("--insulator", "polymeric"), "without an anvil"),
+    (("--contact", "magic"), "no law of contact 'magic'"),
+    (("--contact", "registered"), "no model is in use for the gun; make one so: pyroshock promote"),
+    (("--effect", "gun.magic"), "no effect 'gun.magic'"),
+    (("--effect", "sensor.force_gain:gain=loud"), "expected NAME=VALUE in SI"),
+    (("--effect", "sensor.force_gain:gain=99"), "sensor.force_gain: gain = 99.0; expected 0.2 to 5"),
+    (("--sensor-at", "here"), "--sensor-at is 'here'; expected X,Y in m"),
+    (("--impact-position", "#7"), "no impact position '#7' on this plate"),
+    (("--campaign", "spring"), "no campaign 'spring'"),
+    (("--modes", "none.csv"), "none.csv"),
+    (("--tank-pressure", "1Pa"), "does not leave the barrel"),
+    (("--plot", "shot.xyz"), "cannot draw 'shot.xyz'"),
+])  # fmt: skip
 def test_what_a_user_can_mend_is_one_line(quick, words, message):
     result = quick(*words)
     assert result.exit_code == 2 and message in result.stderr.strip().splitlines()[-1]
@@ -305,30 +302,24 @@ def test_plan_is_predicted_with_the_plates_that_its_runs_name(lab, tmp_path):
     assert [row["run"] for row in rows] == [1, 2, 3, 4] and all(row["predicted_velocity_m_s"] > 0 for row in rows)
 
 
-@pytest.mark.parametrize(
-    ("table", "message"),
-    [
-        ("run,tip_material\n1,steel\n", "run 1: expected tank_pressure_bar or impact_velocity_m_s"),
-        ("run,tank_pressure_bar,impact_velocity_m_s\n7,2,3\n", "run 7: expected tank_pressure_bar or"),
-        ("run,tank_pressure_bar\n3,much\n", "run 3: tank_pressure_bar is 'much'; expected a number"),
-        ("run,tank_pressure_bar,tip_material\n1,2,steel\n2,2,butter\n", "run 2: no material 'butter'"),
-        ("run,tank_pressure_bar\n", "has no row to predict"),
-    ],
-)
+@pytest.mark.parametrize(("table", "message"), [
+    ("run,tip_material\n1,steel\n", "run 1: expected tank_pressure_bar or impact_velocity_m_s"),
+    ("run,tank_pressure_bar,impact_velocity_m_s\n7,2,3\n", "run 7: expected tank_pressure_bar or"),
+    ("run,tank_pressure_bar\n3,much\n", "run 3: tank_pressure_bar is 'much'; expected a number"),
+    ("run,tank_pressure_bar,tip_material\n1,2,steel\n2,2,butter\n", "run 2: no material 'butter'"),
+    ("run,tank_pressure_bar\n", "has no row to predict"),
+])  # fmt: skip
 def test_slip_in_a_table_is_one_line_with_its_run(lab, table, message):
     (lab / "wrong.csv").write_text(table, encoding="utf-8")
     assert message in run_table("--shots", "wrong.csv", "--draws", "2", refused=True)
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("--shots", "shots.csv", "--plan", "spring"), "--plan and --shots: expected one of them"),
-        (("--plan", "spring"), "no plan 'spring': there is no store"),
-        (("--shots", "shots.csv", "--tip", "steel"), "--tip: of one shot"),
-        (("--out", "x.csv"), "--out and --spectra go with --plan or --shots"),
-        (("--shots", "shots.csv", "--out", "x.txt", "--draws", "2"), "a name that ends in .csv or .parquet or .json"),
-    ],
-)
+@pytest.mark.parametrize(("words", "message"), [
+    (("--shots", "shots.csv", "--plan", "spring"), "--plan and --shots: expected one of them"),
+    (("--plan", "spring"), "no plan 'spring': there is no store"),
+    (("--shots", "shots.csv", "--tip", "steel"), "--tip: of one shot"),
+    (("--out", "x.csv"), "--out and --spectra go with --plan or --shots"),
+    (("--shots", "shots.csv", "--out", "x.txt", "--draws", "2"), "a name that ends in .csv or .parquet or .json"),
+])  # fmt: skip
 def test_options_that_do_not_go_together_are_refused(lab, words, message):
     assert message in run_table(*words, refused=True)

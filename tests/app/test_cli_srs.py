@@ -124,24 +124,21 @@ def test_unit_and_channel_are_the_files_or_asked_for(tmp_path):
     np.testing.assert_allclose(in_g, G * np.array(in_si), rtol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("header", "words", "said"),
-    [
-        ("time_s,acc [m/s2]", "--unit g", "is in 'm/s2' by the file, in 'g' by --unit"),
-        ("time_s,acc_m_s2", "--unit g", "is in 'm/s2' by the file, in 'g' by --unit"),
-        ("time_s,acc [N]", "", "no channel is known to be an acceleration"),
-        ("time_s,acc [N]", "--channel acc", "is in 'N', which is no acceleration"),
-        ("time_s,acc", "--unit splat", "unknown unit 'splat'"),
-        ("time_s,acc [g]", "--tolerance 3dB", "goes with --target"),
-        ("time_s,acc [g]", "--frequencies 100,10000", "half the sampling rate"),
-        ("time_s,acc [g]", "--rate 48000", "sampling rate of 20000.0 Hz, and 48000.0 Hz is given"),
-        ("time_s,acc [g]", "--rate fast", "--rate is 'fast'; expected a number with a unit"),
-        ("time_s,acc [g]", "--rate=-1", "--rate is '-1'; expected a number above zero"),
-        ("time_s,acc [g]", "--rate nan", "--rate is 'nan'; expected a number above zero"),
-        ("time_s,acc [g]", "--rate '5 m'", "--rate is '5 m'; expected a unit such as 'Hz'"),
-        ("time_s,acc [g]", "--q 25 --damping 0.02", "expected one of them"),
-    ],
-)
+@pytest.mark.parametrize(("header", "words", "said"), [
+    ("time_s,acc [m/s2]", "--unit g", "is in 'm/s2' by the file, in 'g' by --unit"),
+    ("time_s,acc_m_s2", "--unit g", "is in 'm/s2' by the file, in 'g' by --unit"),
+    ("time_s,acc [N]", "", "no channel is known to be an acceleration"),
+    ("time_s,acc [N]", "--channel acc", "is in 'N', which is no acceleration"),
+    ("time_s,acc", "--unit splat", "unknown unit 'splat'"),
+    ("time_s,acc [g]", "--tolerance 3dB", "goes with --target"),
+    ("time_s,acc [g]", "--frequencies 100,10000", "half the sampling rate"),
+    ("time_s,acc [g]", "--rate 48000", "sampling rate of 20000.0 Hz, and 48000.0 Hz is given"),
+    ("time_s,acc [g]", "--rate fast", "--rate is 'fast'; expected a number with a unit"),
+    ("time_s,acc [g]", "--rate=-1", "--rate is '-1'; expected a number above zero"),
+    ("time_s,acc [g]", "--rate nan", "--rate is 'nan'; expected a number above zero"),
+    ("time_s,acc [g]", "--rate '5 m'", "--rate is '5 m'; expected a unit such as 'Hz'"),
+    ("time_s,acc [g]", "--q 25 --damping 0.02", "expected one of them"),
+])  # fmt: skip
 def test_what_contradicts_the_file_or_itself_is_refused(tmp_path, header, words, said):
     assert said in refusal(table(tmp_path / "a.csv", header), *shlex.split(words))
 

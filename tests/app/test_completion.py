@@ -62,24 +62,21 @@ def _clean(monkeypatch, tmp_path):
         monkeypatch.delenv(name, raising=False)
 
 
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [
-        (("validate", ""), ["first-shots"]),
-        (("impacts", "--campaign", "first"), ["first-shots"]),
-        (("impacts", "--campaign", "other"), []),
-        (("runs", "list", ""), ["first-shots"]),
-        (("dataset", "build", "x", "--from", ""), ["first-shots"]),
-        (("plan", "sheet", ""), ["spring"]),
-        (("ingest", "--plan", "s"), ["spring"]),
-        (("train", ""), ["both"]),
-        (("dataset", "show", "b"), ["both"]),
-        (("predict", "--tip", "st"), ["steel"]),
-        (("promote", ""), ["tree@champion", "linear@1", "tree@2", "tree@1"]),
-        (("compare", "linear@1", "tree@1"), ["tree@1"]),
-        (("report", "f"), ["first-shots"]),
-    ],
-)
+@pytest.mark.parametrize(("words", "expected"), [
+    (("validate", ""), ["first-shots"]),
+    (("impacts", "--campaign", "first"), ["first-shots"]),
+    (("impacts", "--campaign", "other"), []),
+    (("runs", "list", ""), ["first-shots"]),
+    (("dataset", "build", "x", "--from", ""), ["first-shots"]),
+    (("plan", "sheet", ""), ["spring"]),
+    (("ingest", "--plan", "s"), ["spring"]),
+    (("train", ""), ["both"]),
+    (("dataset", "show", "b"), ["both"]),
+    (("predict", "--tip", "st"), ["steel"]),
+    (("promote", ""), ["tree@champion", "linear@1", "tree@2", "tree@1"]),
+    (("compare", "linear@1", "tree@1"), ["tree@1"]),
+    (("report", "f"), ["first-shots"]),
+])  # fmt: skip
 def test_names_of_the_store_are_offered(store, words, expected, monkeypatch):
     monkeypatch.setenv("PYROSHOCK_DB", store)
     assert completed(*words) == expected

@@ -105,20 +105,17 @@ def test_export_is_exact(url, tmp_path, suffix):
     assert [path.name for path in tmp_path.glob("d.*")] == [out.name]
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("build", "d", "--from", "winter"), "no campaign 'winter'"),
-        (("build", "d", "--from", "spring", "--predictors", "sled"), "no predictors 'sled'"),
-        (("build", "d", "--from", "spring", "--predictors", "gun"), "kind 'gun', not spring: hammer"),
-        (("build", "d", "--from", "spring", "--predictors", "absent.toml"), "absent.toml"),
-        (("build", "d", "--from", "spring", "--extraction", "beef"), "no extractions 'beef'"),
-        (("build", " ", "--from", "spring"), "expected one line"),
-        (("show", "x"), "no dataset 'x' in the store; there: none yet"),
-        (("trace", "x", "abcd"), "no dataset 'x'"),
-        (("export", "x", "--out", "x.csv"), "no dataset 'x'"),
-    ],
-)
+@pytest.mark.parametrize(("words", "said"), [
+    (("build", "d", "--from", "winter"), "no campaign 'winter'"),
+    (("build", "d", "--from", "spring", "--predictors", "sled"), "no predictors 'sled'"),
+    (("build", "d", "--from", "spring", "--predictors", "gun"), "kind 'gun', not spring: hammer"),
+    (("build", "d", "--from", "spring", "--predictors", "absent.toml"), "absent.toml"),
+    (("build", "d", "--from", "spring", "--extraction", "beef"), "no extractions 'beef'"),
+    (("build", " ", "--from", "spring"), "expected one line"),
+    (("show", "x"), "no dataset 'x' in the store; there: none yet"),
+    (("trace", "x", "abcd"), "no dataset 'x'"),
+    (("export", "x", "--out", "x.csv"), "no dataset 'x'"),
+])  # fmt: skip
 def test_error_is_one_line(url, words, said):
     result = run(url, *words)
     assert result.exit_code == 2 and result.stderr.count("\n") == 1 and said in result.stderr

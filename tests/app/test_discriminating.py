@@ -65,19 +65,15 @@ def test_sheet_and_status_know_the_plan(lab: str, tmp_path: Path) -> None:
     assert plan("discriminate", "spring", "--db", lab, "--name", "again").exit_code == 0
 
 
-@pytest.mark.parametrize(
-    ("campaign", "runs", "expected"),
-    [
-        ("spring", [NEXT], {"repetitions": 4, "tank_pressure_pa": 45_000.0, "bullet_mass_kg": 0.1428,
-                            "tip_material": "PLA"}),
-        ("spring", [NEXT, NextRun("separates A from C", dict(NEXT.settings), 7)], {"repetitions": 7}),
-        ("spring", [NextRun("by their own names, in SI", {"tank_pressure": 45_000.0, "bullet_mass": 0.1428}, 3)],
-         {"tank_pressure_pa": 45_000.0}),
-        ("hammer", [NextRun("why", {"tip_material": "steel", "tip_radius_mm": 30.0}, 3)],
-         {"tip_radius_m": 0.03, "hammer_speed": "low"}),
-    ],
-    ids=["needed", "same setting twice", "own names", "hammer"],
-)  # fmt: skip
+@pytest.mark.parametrize(("campaign", "runs", "expected"), [
+    ("spring", [NEXT], {"repetitions": 4, "tank_pressure_pa": 45_000.0, "bullet_mass_kg": 0.1428,
+                        "tip_material": "PLA"}),
+    ("spring", [NEXT, NextRun("separates A from C", dict(NEXT.settings), 7)], {"repetitions": 7}),
+    ("spring", [NextRun("by their own names, in SI", {"tank_pressure": 45_000.0, "bullet_mass": 0.1428}, 3)],
+     {"tank_pressure_pa": 45_000.0}),
+    ("hammer", [NextRun("why", {"tip_material": "steel", "tip_radius_mm": 30.0}, 3)],
+     {"tip_radius_m": 0.03, "hammer_speed": "low"}),
+], ids=["needed", "same setting twice", "own names", "hammer"])  # fmt: skip
 def test_run_has_the_shots_that_are_needed_and_the_rest_as_usual(lab: str, campaign, runs, expected) -> None:
     diagnosed(lab, *runs, campaign=campaign)
     (run,) = discriminated(lab, campaign)

@@ -39,17 +39,14 @@ def order(*words: str) -> str:
     return "".join(row["name"] for row in csv.DictReader(shown(*words, "--csv").splitlines()))
 
 
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [
-        (("--sort", "force_n"), "ecbad"),
-        (("--sort", "-force_n"), "bcead"),
-        (("--sort", "force_n", "--descending"), "bcead"),
-        (("--sort", "-force_n", "--descending"), "ecbad"),
-        (("--sort", "name", "--descending"), "edcba"),
-        (("--sort", "extra"), "cbade"),
-    ],
-)
+@pytest.mark.parametrize(("words", "expected"), [
+    (("--sort", "force_n"), "ecbad"),
+    (("--sort", "-force_n"), "bcead"),
+    (("--sort", "force_n", "--descending"), "bcead"),
+    (("--sort", "-force_n", "--descending"), "ecbad"),
+    (("--sort", "name", "--descending"), "edcba"),
+    (("--sort", "extra"), "cbade"),
+])  # fmt: skip
 def test_numbers_sort_by_size_and_what_is_empty_is_last(words, expected):
     assert order(*words) == expected
 

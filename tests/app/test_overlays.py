@@ -191,17 +191,14 @@ def test_hits_of_one_recording_do_not_hear_each_other_and_silent_channels_are_to
     assert found.left_out == ("impact 5: no acceleration was recorded", "impact 2: head is silent")
 
 
-@pytest.mark.parametrize(
-    ("impacts", "named", "kind", "said"),
-    [
-        ((5,), {}, ValueError, "no acceleration of these impacts has a spectrum: impact 5: no acceleration"),
-        ((1,), {"channel": "roof"}, ValueError, "impact 1: no acceleration 'roof' was recorded"),
-        ((), {}, ValueError, "0 impacts"),
-        (range(MOST_SPECTRA + 1), {}, ValueError, f"expected 1 to {MOST_SPECTRA}"),
-        ((99,), {}, LookupError, "no impact 99"),
-        ((1,), {"frequency_hz": np.array([30_000.0])}, ValueError, "half the sampling rate"),
-    ],
-)
+@pytest.mark.parametrize(("impacts", "named", "kind", "said"), [
+    ((5,), {}, ValueError, "no acceleration of these impacts has a spectrum: impact 5: no acceleration"),
+    ((1,), {"channel": "roof"}, ValueError, "impact 1: no acceleration 'roof' was recorded"),
+    ((), {}, ValueError, "0 impacts"),
+    (range(MOST_SPECTRA + 1), {}, ValueError, f"expected 1 to {MOST_SPECTRA}"),
+    ((99,), {}, LookupError, "no impact 99"),
+    ((1,), {"frequency_hz": np.array([30_000.0])}, ValueError, "half the sampling rate"),
+])  # fmt: skip
 def test_nothing_to_show_says_why(spectrum_store, impacts, named, kind, said):
     with pytest.raises(kind, match=said):
         spectra_over(spectrum_store, *impacts, **named)
@@ -224,21 +221,17 @@ def test_upload_is_what_the_file_is(tmp_path):
         target_from_upload(SPEC, "spec.csv", "six")
 
 
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        (SPEC.replace("50,6", "loud,6"), r"spec.csv, line 3: level_g is 'loud'; expected a positive number"),
-        (SPEC.replace("1000,", "-1000,"), r"spec.csv, line 3: frequency_hz is '-1000'"),
-        (SPEC.replace("10000,", "1e9,"), r"spec.csv: frequency_hz is 1e\+09; expected 0.01 to 1e\+06 Hz"),
-        (SPEC.replace(",tolerance_db", ""), r"spec.csv, line 2: 3 fields; expected 2"),
-        ("", "spec.csv: is empty"),
-        (b"\xff\xfe\x00", "spec.csv: byte 0 is no UTF-8"),
-        ("frequency_hz,level_g\n" + "x" * 200_000 + ",1\n2,1\n", "spec.csv: no CSV table"),
-        ("frequency_hz,level_g,slope_db_per_octave\n1,1,\n100000,,99999\n", r"line 3: slope_db_per_octave is '99999'"),
-        ("#" * (MOST_BYTES + 1), f"{MOST_BYTES + 1} bytes; expected a specification of at most {MOST_BYTES}"),
-    ],
-    ids=["level", "frequency", "range", "fields", "empty", "encoding", "field", "slope", "size"],
-)
+@pytest.mark.parametrize(("content", "said"), [
+    (SPEC.replace("50,6", "loud,6"), r"spec.csv, line 3: level_g is 'loud'; expected a positive number"),
+    (SPEC.replace("1000,", "-1000,"), r"spec.csv, line 3: frequency_hz is '-1000'"),
+    (SPEC.replace("10000,", "1e9,"), r"spec.csv: frequency_hz is 1e\+09; expected 0.01 to 1e\+06 Hz"),
+    (SPEC.replace(",tolerance_db", ""), r"spec.csv, line 2: 3 fields; expected 2"),
+    ("", "spec.csv: is empty"),
+    (b"\xff\xfe\x00", "spec.csv: byte 0 is no UTF-8"),
+    ("frequency_hz,level_g\n" + "x" * 200_000 + ",1\n2,1\n", "spec.csv: no CSV table"),
+    ("frequency_hz,level_g,slope_db_per_octave\n1,1,\n100000,,99999\n", r"line 3: slope_db_per_octave is '99999'"),
+    ("#" * (MOST_BYTES + 1), f"{MOST_BYTES + 1} bytes; expected a specification of at most {MOST_BYTES}"),
+], ids=["level", "frequency", "range", "fields", "empty", "encoding", "field", "slope", "size"])  # fmt: skip
 def test_what_is_wrong_is_named_with_line_and_value(content, said):
     with pytest.raises(ValueError, match=said):
         target_from_upload(content, "spec.csv")

@@ -42,20 +42,17 @@ def test_same_seed_makes_the_same_plan_and_a_factorial_has_every_treatment(store
     assert len({json.dumps(dict(run.row)) for run in made.runs}) == len(made.runs) == made.space.size == 180
 
 
-@pytest.mark.parametrize(
-    ("method", "own", "said"),
-    [
-        ("magic", {}, f"method is 'magic'; expected one of {', '.join(METHODS)}"),
-        ("lhs", {}, "runs is None; expected 1 or more"),
-        ("lhs", {"runs": 3, "seed": -1}, "seed is -1; expected 0 or more"),
-        ("lhs", {"runs": 3, "repetitions": 0}, "repetitions is 0; expected 1 or more"),
-        ("lhs", {"runs": 3, "kind": "sling"}, "kind is 'sling'; expected one of hammer, gun"),
-        ("import", {}, "no table to import"),
-        ("lhs", {"runs": 3, "options": {"face": "ccf"}}, "unknown option 'face'; the method has: criterion"),
-        ("lhs", {"runs": 3, "ranges": {"humidity": (1, 2)}}, "no factor 'humidity'"),
-        ("plackett-burman", {}, "anvil_material\\+insulator has 5 levels without order"),
-    ],
-)
+@pytest.mark.parametrize(("method", "own", "said"), [
+    ("magic", {}, f"method is 'magic'; expected one of {', '.join(METHODS)}"),
+    ("lhs", {}, "runs is None; expected 1 or more"),
+    ("lhs", {"runs": 3, "seed": -1}, "seed is -1; expected 0 or more"),
+    ("lhs", {"runs": 3, "repetitions": 0}, "repetitions is 0; expected 1 or more"),
+    ("lhs", {"runs": 3, "kind": "sling"}, "kind is 'sling'; expected one of hammer, gun"),
+    ("import", {}, "no table to import"),
+    ("lhs", {"runs": 3, "options": {"face": "ccf"}}, "unknown option 'face'; the method has: criterion"),
+    ("lhs", {"runs": 3, "ranges": {"humidity": (1, 2)}}, "no factor 'humidity'"),
+    ("plackett-burman", {}, "anvil_material\\+insulator has 5 levels without order"),
+])  # fmt: skip
 def test_what_cannot_be_planned_stores_nothing(store, method, own, said):
     with pytest.raises(ValueError, match=said):
         make_plan(store, method, "a", **own)
@@ -275,16 +272,13 @@ def refused_simulation(*words: str | Path) -> str:
     return result.stderr
 
 
-@pytest.mark.parametrize(
-    ("plan", "effect", "said"),
-    [
-        ("q", "gun.blow_by=1", "no plan 'q' in the store; there: p"),
-        ("p", "gun.ghosts=1", "unknown effect 'gun.ghosts'"),
-        ("p", "gun.blow_by=much", "expected NAME=STRENGTH"),
-        ("p", "gun.blow_by=-1", "no sign"),
-        ("p", "gun.blow_by=nan", "finite"),
-    ],
-)
+@pytest.mark.parametrize(("plan", "effect", "said"), [
+    ("q", "gun.blow_by=1", "no plan 'q' in the store; there: p"),
+    ("p", "gun.ghosts=1", "unknown effect 'gun.ghosts'"),
+    ("p", "gun.blow_by=much", "expected NAME=STRENGTH"),
+    ("p", "gun.blow_by=-1", "no sign"),
+    ("p", "gun.blow_by=nan", "finite"),
+])  # fmt: skip
 def test_plan_or_effect_that_there_is_none_of(planned_url, tmp_path, plan, effect, said):
     assert said in refused_simulation(plan, "--out", tmp_path / "c", "--db", planned_url, "--effect", effect)
     assert not (tmp_path / "c").exists()

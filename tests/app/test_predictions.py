@@ -110,24 +110,21 @@ def prediction(*extrapolation, outside=(), **own):
     )
 
 
-@pytest.mark.parametrize(
-    ("item", "text"),
-    [
-        (PRESSURE, "Tank pressure 10 bar is beyond the 0.5 to 6.7 bar of the shots that were learned from."),
-        (Extrapolation("impactor_mass", 1.0, 0.32, 0.32),
-         "Impactor mass 1 kg is beyond the 0.32 kg of the shots that were learned from."),
-        (Extrapolation("impact_velocity_m_s", 31.4159, 2.0, 20.0),
-         "Impact velocity 31.42 m/s is beyond the 2 to 20 m/s of the shots that were learned from."),
-        (Extrapolation("tip_radius_m", 0.06, 0.015, 0.03),
-         "Tip radius 60 mm is beyond the 15 to 30 mm of the shots that were learned from."),
-        (Extrapolation("plate_youngs_modulus", 69.9e9, 2e11, 2.1e11),
-         "Plate youngs modulus 69.9 GPa is beyond the 200 to 210 GPa of the shots that were learned from."),
-        (Extrapolation("tip_density", 1240.0, 2700.0, 7800.0),
-         "Tip density 1240 kg/m3 is beyond the 2700 to 7800 kg/m3 of the shots that were learned from."),
-        (Extrapolation("humidity", 0.9, 0.2, 0.5),
-         "Humidity 0.9 is beyond the 0.2 to 0.5 of the shots that were learned from."),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("item", "text"), [
+    (PRESSURE, "Tank pressure 10 bar is beyond the 0.5 to 6.7 bar of the shots that were learned from."),
+    (Extrapolation("impactor_mass", 1.0, 0.32, 0.32),
+     "Impactor mass 1 kg is beyond the 0.32 kg of the shots that were learned from."),
+    (Extrapolation("impact_velocity_m_s", 31.4159, 2.0, 20.0),
+     "Impact velocity 31.42 m/s is beyond the 2 to 20 m/s of the shots that were learned from."),
+    (Extrapolation("tip_radius_m", 0.06, 0.015, 0.03),
+     "Tip radius 60 mm is beyond the 15 to 30 mm of the shots that were learned from."),
+    (Extrapolation("plate_youngs_modulus", 69.9e9, 2e11, 2.1e11),
+     "Plate youngs modulus 69.9 GPa is beyond the 200 to 210 GPa of the shots that were learned from."),
+    (Extrapolation("tip_density", 1240.0, 2700.0, 7800.0),
+     "Tip density 1240 kg/m3 is beyond the 2700 to 7800 kg/m3 of the shots that were learned from."),
+    (Extrapolation("humidity", 0.9, 0.2, 0.5),
+     "Humidity 0.9 is beyond the 0.2 to 0.5 of the shots that were learned from."),
+])  # fmt: skip
 def test_range_is_told_in_units_of_the_lab(item, text):
     assert extrapolation_text(item) == text
 
@@ -145,15 +142,12 @@ def test_domain_is_told_in_words_and_each_quantity_once():
     assert warnings(shot) == (extrapolation_text(beyond),) and domain_warnings(shot) == ()
 
 
-@pytest.mark.parametrize(
-    ("own", "item", "number"),
-    [
-        ({"tank_pressure_pa": 10e5}, PRESSURE, "impact velocity"),
-        ({"tank_pressure_pa": 3e5}, Extrapolation("bullet_mass_kg", 0.5, 0.6, 0.9), "impact velocity"),
-        ({}, Extrapolation("bullet_mass_kg", 0.5, 0.6, 0.9), "peak force"),  # a velocity is given: no gun
-        ({"tank_pressure_pa": 3e5}, Extrapolation("tip_radius", 0.045, 0.05, 0.06), "peak force"),
-    ],
-)
+@pytest.mark.parametrize(("own", "item", "number"), [
+    ({"tank_pressure_pa": 10e5}, PRESSURE, "impact velocity"),
+    ({"tank_pressure_pa": 3e5}, Extrapolation("bullet_mass_kg", 0.5, 0.6, 0.9), "impact velocity"),
+    ({}, Extrapolation("bullet_mass_kg", 0.5, 0.6, 0.9), "peak force"),  # a velocity is given: no gun
+    ({"tank_pressure_pa": 3e5}, Extrapolation("tip_radius", 0.045, 0.05, 0.06), "peak force"),
+])  # fmt: skip
 def test_warning_stands_beside_the_number_that_it_makes_unsure(own, item, number):
     rows = list(quantity_rows(prediction(item, **own)))
     assert {row["quantity"]: row.get("warning") for row in rows if "warning" in row} == {

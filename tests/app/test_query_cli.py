@@ -82,27 +82,24 @@ def test_parameters_are_bound(store, name):
     assert row["n"] == (name == "first-shots")
 
 
-@pytest.mark.parametrize(
-    "sql",
-    [
-        "delete from shots",
-        "insert into factors (name) values ('x')",
-        "update shots set run = 9",
-        "drop table shots",
-        "create table x (a int)",
-        "attach 'other.db' as other",
-        "pragma query_only = off",
-        "vacuum into 'copy.db'",
-        "begin; delete from shots",
-        "with gone as (select 1) delete from shots",
-        "with gone as (delete from shots returning id) select * from gone",
-        "select 1; delete from shots",
-        "select 1; commit; delete from shots",
-        "select set_config('transaction_read_only', 'off', true); delete from shots",
-        "/* select */ delete from shots",
-        "select load_extension('x')",
-    ],
-)
+@pytest.mark.parametrize("sql", [
+    "delete from shots",
+    "insert into factors (name) values ('x')",
+    "update shots set run = 9",
+    "drop table shots",
+    "create table x (a int)",
+    "attach 'other.db' as other",
+    "pragma query_only = off",
+    "vacuum into 'copy.db'",
+    "begin; delete from shots",
+    "with gone as (select 1) delete from shots",
+    "with gone as (delete from shots returning id) select * from gone",
+    "select 1; delete from shots",
+    "select 1; commit; delete from shots",
+    "select set_config('transaction_read_only', 'off', true); delete from shots",
+    "/* select */ delete from shots",
+    "select load_extension('x')",
+])  # fmt: skip
 def test_nothing_is_changed(store, sql, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
@@ -115,28 +112,25 @@ def test_nothing_is_changed(store, sql, tmp_path, monkeypatch):
     assert rows() == before and not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [
-        (("delete from impacts",), "pyroshock runs discard"),
-        (("with a as (select 1) insert into factors (name) select 'x'",), "pyroshock ingest"),
-        (("select set_config('transaction_read_only', 'off', true)",), ""),
-        (("select * from impact",), "no table 'impact' in the store; tables: campaigns,"),
-        (("select p.peak_force from pulses p",), "no column 'peak_force' in pulses; did you mean peak_force_n"),
-        (("with recursive n(i) as (select 1 union all select i + 1 from n where i > 0) select max(i / 1000000) from n",
-          "--timeout", "200ms"), "longer than 0.2 s"),
-        (("select :a",), "no value for :a"),
-        (("select 1", "-p", "a", "1"), "the statement has no :a"),
-        (("",), "the statement is empty"),
-        (("select 1", "--out", "x.txt"), "expected a name that ends in .csv or .parquet or .json"),
-        (("select 1", "--out", "x.csv", "--json"), "--out x.csv does not end in .json"),
-        (("select 1", "--timeout", "0s"), "more than 0s"),
-        (("select from where",), "the statement cannot be run"),
-        (("--schema", "shot"), "did you mean shots"),
-        ((), 'give one statement ("select ...")'),
-        (("select 1", "--tables"), "give one statement"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("words", "expected"), [
+    (("delete from impacts",), "pyroshock runs discard"),
+    (("with a as (select 1) insert into factors (name) select 'x'",), "pyroshock ingest"),
+    (("select set_config('transaction_read_only', 'off', true)",), ""),
+    (("select * from impact",), "no table 'impact' in the store; tables: campaigns,"),
+    (("select p.peak_force from pulses p",), "no column 'peak_force' in pulses; did you mean peak_force_n"),
+    (("with recursive n(i) as (select 1 union all select i + 1 from n where i > 0) select max(i / 1000000) from n",
+      "--timeout", "200ms"), "longer than 0.2 s"),
+    (("select :a",), "no value for :a"),
+    (("select 1", "-p", "a", "1"), "the statement has no :a"),
+    (("",), "the statement is empty"),
+    (("select 1", "--out", "x.txt"), "expected a name that ends in .csv or .parquet or .json"),
+    (("select 1", "--out", "x.csv", "--json"), "--out x.csv does not end in .json"),
+    (("select 1", "--timeout", "0s"), "more than 0s"),
+    (("select from where",), "the statement cannot be run"),
+    (("--schema", "shot"), "did you mean shots"),
+    ((), 'give one statement ("select ...")'),
+    (("select 1", "--tables"), "give one statement"),
+])  # fmt: skip
 def test_what_cannot_be_asked_is_one_line(store, words, expected, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert expected in refused(store, *words)

@@ -58,17 +58,14 @@ def heading(lab: Path, subject: str) -> tuple[str, str]:
     return title.partition(": ")[0], title.partition(": ")[2]
 
 
-@pytest.mark.parametrize(
-    ("subject", "meant"),
-    [
-        ("spring", ("Campaign", "spring")),
-        ("campaign:hann", ("Campaign", "hann")),
-        ("diagnosis:1", ("Diagnosis", "spring")),
-        ("diagnosis:spring", ("Diagnosis", "spring")),
-        ("linear@1", ("Model", "linear@1")),
-        ("models:/hann@1", ("Model", "hann@1")),
-    ],
-)
+@pytest.mark.parametrize(("subject", "meant"), [
+    ("spring", ("Campaign", "spring")),
+    ("campaign:hann", ("Campaign", "hann")),
+    ("diagnosis:1", ("Diagnosis", "spring")),
+    ("diagnosis:spring", ("Diagnosis", "spring")),
+    ("linear@1", ("Model", "linear@1")),
+    ("models:/hann@1", ("Model", "hann@1")),
+])  # fmt: skip
 def test_words_mean_what_they_say(lab: Path, subject: str, meant: tuple[str, str]) -> None:
     assert heading(lab, subject) == meant
 
@@ -95,19 +92,16 @@ def test_diagnosis_is_the_newest_and_its_file_is_replaced(lab: Path, monkeypatch
     assert result.exit_code == 2 and "expected a name that ends in .html or .pdf" in result.stderr
 
 
-@pytest.mark.parametrize(
-    ("subject", "said"),
-    [
-        ("hann", "say campaign:hann or models:/hann@VERSION"),
-        ("linear", "say which version: models:/linear@1"),
-        ("models:/linear", "models:/linear@VERSION"),
-        ("autumn", "diagnosis:CAMPAIGN"),
-        ("campaign:autumn", "known: "),
-        ("diagnosis:99", "no diagnosis 99"),
-        ("diagnosis:hann", "pyroshock diagnose hann"),
-        ("linear@7", "versions: 1"),
-    ],
-)
+@pytest.mark.parametrize(("subject", "said"), [
+    ("hann", "say campaign:hann or models:/hann@VERSION"),
+    ("linear", "say which version: models:/linear@1"),
+    ("models:/linear", "models:/linear@VERSION"),
+    ("autumn", "diagnosis:CAMPAIGN"),
+    ("campaign:autumn", "known: "),
+    ("diagnosis:99", "no diagnosis 99"),
+    ("diagnosis:hann", "pyroshock diagnose hann"),
+    ("linear@7", "versions: 1"),
+])  # fmt: skip
 def test_what_there_is_not_is_one_line(lab: Path, subject: str, said: str) -> None:
     result = report(lab, subject, "page.html")
     assert result.exit_code == 2 and said in result.stderr and result.stderr.count("\n") == 1

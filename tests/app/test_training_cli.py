@@ -209,18 +209,15 @@ def test_campaign_to_promoted_model(tmp_path, monkeypatch):
     assert (lost.exit_code, "'winter' is no dataset" in lost.stderr) == (2, True)
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("train", "winter"), "no dataset 'winter'"),
-        (("train", "spring", "--models", "magic"), "no model 'magic'; there are: "),
-        (("train", "spring", "--models", "hann", "--split", "halves"), "split is 'halves'; expected one of"),
-        (("compare", "hann", "hertz"), "no models yet"),
-        (("compare", "--metric", "beauty"), "no metric 'beauty'"),
-        (("promote", "hann", "1"), "no registered model 'hann'"),
-        (("models", "--dataset", "winter"), "no model of a dataset 'winter'"),
-    ],
-)
+@pytest.mark.parametrize(("words", "said"), [
+    (("train", "winter"), "no dataset 'winter'"),
+    (("train", "spring", "--models", "magic"), "no model 'magic'; there are: "),
+    (("train", "spring", "--models", "hann", "--split", "halves"), "split is 'halves'; expected one of"),
+    (("compare", "hann", "hertz"), "no models yet"),
+    (("compare", "--metric", "beauty"), "no metric 'beauty'"),
+    (("promote", "hann", "1"), "no registered model 'hann'"),
+    (("models", "--dataset", "winter"), "no model of a dataset 'winter'"),
+])  # fmt: skip
 def test_unusable_input_is_one_line(lab, words, said):
     result = lab(*words)
     assert result.exit_code == 2 and said in result.stderr and len(result.stderr.splitlines()) == 1

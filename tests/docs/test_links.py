@@ -29,16 +29,13 @@ def test_first_pages_are_looked_at_and_generated_headings_can_be_led_to() -> Non
     assert "pyroshock-plan-lhs" in links.anchors(links.ROOT / "docs" / "reference" / "commands.md")
 
 
-@pytest.mark.parametrize(
-    ("text", "told"),
-    [
-        ("[a](missing.md)", "missing.md: no such file"),
-        ("text\n\n![a](missing.png)", "missing.png: no such file"),
-        ("[a](#nowhere)", "#nowhere: no heading of this name; there are: a-title"),
-        ("<a href='other.md#b'>b</a>", "other.md#b: no heading of this name; there are: one, one-1, the-store"),
-        ("[a][b]\n\n[b]: gone/", "gone/: no such file"),
-    ],
-)
+@pytest.mark.parametrize(("text", "told"), [
+    ("[a](missing.md)", "missing.md: no such file"),
+    ("text\n\n![a](missing.png)", "missing.png: no such file"),
+    ("[a](#nowhere)", "#nowhere: no heading of this name; there are: a-title"),
+    ("<a href='other.md#b'>b</a>", "other.md#b: no heading of this name; there are: one, one-1, the-store"),
+    ("[a][b]\n\n[b]: gone/", "gone/: no such file"),
+])  # fmt: skip
 def test_a_link_to_nowhere_is_told(tmp_path: Path, text: str, told: str) -> None:
     (tmp_path / "other.md").write_text("# The `store`\n\n## One\n\n## One\n")
     page = tmp_path / "page.md"
@@ -46,14 +43,11 @@ def test_a_link_to_nowhere_is_told(tmp_path: Path, text: str, told: str) -> None
     assert [line.split(": ", 1)[1] for line in links.wrong(page)] == [told]
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "[a](other.md#one-1) [b](other.md) [c](.) [d](https://example.org/gone) [e](#a-title)",
-        "`[a](missing.md)`",
-        "```\n[a](missing.md)\n```",
-    ],
-)
+@pytest.mark.parametrize("text", [
+    "[a](other.md#one-1) [b](other.md) [c](.) [d](https://example.org/gone) [e](#a-title)",
+    "`[a](missing.md)`",
+    "```\n[a](missing.md)\n```",
+])  # fmt: skip
 def test_nothing_is_said_of_links_that_lead_somewhere(tmp_path: Path, text: str) -> None:
     (tmp_path / "other.md").write_text("# One\n\n# One\n")
     page = tmp_path / "page.md"

@@ -119,20 +119,17 @@ def run(folder: Path, request: pytest.FixtureRequest, text: str) -> None:
         run_block(block, place)
 
 
-@pytest.mark.parametrize(
-    ("text", "complaint"),
-    [
-        ("```sh\npyroshock campaigns\n```\n", "page.md:2"),  # there is no store
-        ("```sh\npyroshock materials --db sqlite:///a.db --colour\n```\n", "page.md:2|no such option"),
-        ("```sh\npyroshok init\n```\n", "no program"),
-        ("```sh\nmake tea\n```\n", "tea"),
-        ("```sh\npip install 'pyroshock[tea]'\n```\n", "tea"),
-        ("```sh\npython -m benchmarks.tea\n```\n", "no such module"),
-        ("<!-- exit code: 2 -->\n```sh\npyroshock init\n```\n", "ended with 0, not 2"),
-        ("```sh\npyroshock init\n```\n\nsays\n\n```text\nstore ready: nowhere\n```\n", "does not print"),
-        ("```python\nassert 1 == 2, 'sums'\n```\n", "sums"),
-    ],
-)
+@pytest.mark.parametrize(("text", "complaint"), [
+    ("```sh\npyroshock campaigns\n```\n", "page.md:2"),  # there is no store
+    ("```sh\npyroshock materials --db sqlite:///a.db --colour\n```\n", "page.md:2|no such option"),
+    ("```sh\npyroshok init\n```\n", "no program"),
+    ("```sh\nmake tea\n```\n", "tea"),
+    ("```sh\npip install 'pyroshock[tea]'\n```\n", "tea"),
+    ("```sh\npython -m benchmarks.tea\n```\n", "no such module"),
+    ("<!-- exit code: 2 -->\n```sh\npyroshock init\n```\n", "ended with 0, not 2"),
+    ("```sh\npyroshock init\n```\n\nsays\n\n```text\nstore ready: nowhere\n```\n", "does not print"),
+    ("```python\nassert 1 == 2, 'sums'\n```\n", "sums"),
+])  # fmt: skip
 def test_wrong_pages_fail(text: str, complaint: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     with pytest.raises((AssertionError, click.ClickException), match=f"(?i){complaint}"):
         run(tmp_path, request, text)
@@ -153,20 +150,17 @@ def test_page_that_does_not_end_is_refused(text: str, tmp_path: Path) -> None:
         blocks_of(page_of(tmp_path, text))
 
 
-@pytest.mark.parametrize(
-    ("wanted", "told", "are"),
-    [
-        ("peak 195.35 N", "peak 195.36 N", True),
-        ("peak 195.35 N", "peak 205.35 N", False),
-        ("5 shots", "6 shots", False),
-        ("share 0.01", "share 0.02", True),  # the last digit
-        ("share 0.01", "share 0.05", False),
-        ("93 % of it", "92 % of it", True),
-        ("93 % of it", "83 % of it", False),
-        ("written: a …", "written: a, 3 lines", False),
-        ("written: …", "written: b, 3 lines", True),
-        ("force", "velocity", False),
-    ],
-)
+@pytest.mark.parametrize(("wanted", "told", "are"), [
+    ("peak 195.35 N", "peak 195.36 N", True),
+    ("peak 195.35 N", "peak 205.35 N", False),
+    ("5 shots", "6 shots", False),
+    ("share 0.01", "share 0.02", True),  # the last digit
+    ("share 0.01", "share 0.05", False),
+    ("93 % of it", "92 % of it", True),
+    ("93 % of it", "83 % of it", False),
+    ("written: a …", "written: a, 3 lines", False),
+    ("written: …", "written: b, 3 lines", True),
+    ("force", "velocity", False),
+])  # fmt: skip
 def test_figures_may_differ_in_their_last_digits(wanted: str, told: str, are: bool) -> None:
     assert alike(wanted, told) is are

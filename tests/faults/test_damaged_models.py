@@ -78,14 +78,11 @@ def damage_held_out(registry: Registry, label: str) -> None:
     (folder / "artifacts" / "held_out.npz").write_bytes(b"PK torn")
 
 
-@pytest.mark.parametrize(
-    ("damage", "said"),
-    [
-        (gone, "linear@1.*model.json"),
-        (changed, "linear@1.*model.json is not"),
-        (cut_short, "linear@1.*arrays.npz is not"),
-    ],
-)
+@pytest.mark.parametrize(("damage", "said"), [
+    (gone, "linear@1.*model.json"),
+    (changed, "linear@1.*model.json is not"),
+    (cut_short, "linear@1.*arrays.npz is not"),
+])  # fmt: skip
 def test_damaged_model_is_named_with_its_file_and_what_next(registry, damage, said):
     damage_files(registry, "linear@1", damage)
     (label,) = damages(registry, registry.versions())

@@ -31,24 +31,21 @@ from support.stores.stores import opened
 from support.stores.web_stores import FACTORS
 
 
-@pytest.mark.parametrize(
-    ("typed", "seen"),
-    [
-        ("postgresql://me:PW@host/db", "postgresql://me:***@host/db"),
-        ("postgresql+psycopg://me:P%40W@host:5432/db", "postgresql+psycopg://me:***@host:5432/db"),
-        ("postgresql://me:P@W@host/db", "postgresql://me:***@host/db"),
-        ("postgresql://me:P@W:x@host:5432/db", "postgresql://me:***@host:5432/db"),
-        ("postgresql://me:P/W@host/db", "postgresql://me:***@host/db"),
-        ("postgresql://me:P W@host/db", "postgresql://me:***@host/db"),
-        ("postgresql://me@host/db?password=PW&sslmode=require", "postgresql://me@host/db?password=***&sslmode=require"),
-        ("postgresql://me@host/db?sslpassword=PW", "postgresql://me@host/db?sslpassword=***"),
-        ("host=x user=me password=PW dbname=lab", "host=x user=me password=*** dbname=lab"),
-        ("host=x password = 'P W' dbname=lab", "host=x password = *** dbname=lab"),
-        ("me:PW@host/db", "***@host/db"),
-        ("http://me:PW@tracking:5000/mlflow", "http://me:***@tracking:5000/mlflow"),
-        ("https://TOKEN@tracking/mlflow", "https://***@tracking/mlflow"),
-    ],
-)
+@pytest.mark.parametrize(("typed", "seen"), [
+    ("postgresql://me:PW@host/db", "postgresql://me:***@host/db"),
+    ("postgresql+psycopg://me:P%40W@host:5432/db", "postgresql+psycopg://me:***@host:5432/db"),
+    ("postgresql://me:P@W@host/db", "postgresql://me:***@host/db"),
+    ("postgresql://me:P@W:x@host:5432/db", "postgresql://me:***@host:5432/db"),
+    ("postgresql://me:P/W@host/db", "postgresql://me:***@host/db"),
+    ("postgresql://me:P W@host/db", "postgresql://me:***@host/db"),
+    ("postgresql://me@host/db?password=PW&sslmode=require", "postgresql://me@host/db?password=***&sslmode=require"),
+    ("postgresql://me@host/db?sslpassword=PW", "postgresql://me@host/db?sslpassword=***"),
+    ("host=x user=me password=PW dbname=lab", "host=x user=me password=*** dbname=lab"),
+    ("host=x password = 'P W' dbname=lab", "host=x password = *** dbname=lab"),
+    ("me:PW@host/db", "***@host/db"),
+    ("http://me:PW@tracking:5000/mlflow", "http://me:***@tracking:5000/mlflow"),
+    ("https://TOKEN@tracking/mlflow", "https://***@tracking/mlflow"),
+])  # fmt: skip
 def test_secrets_of_addresses_are_hidden(typed: str, seen: str) -> None:
     assert address_for_display(typed) == seen
 
@@ -209,21 +206,18 @@ def test_an_older_and_a_newer_store_are_told_without_it(run: Any, secret_db: str
     engine.dispose()
 
 
-@pytest.mark.parametrize(
-    "address",
-    [
-        f"postgresql+psycopg://me:{SECRET}@127.0.0.1:1/none",
-        f"postgresql+psycopg://me:p@{SECRET}@127.0.0.1:1/none",
-        f"postgresql+psycopg://me:p@{SECRET}:x@127.0.0.1:1/none",
-        f"postgresql+psycopg://me@127.0.0.1:1/none?password={SECRET}",
-        f"postgresql+psycopg://me@127.0.0.1:1/none?sslpassword={SECRET}&passwd={SECRET}",
-        f"host=127.0.0.1 port=1 password={SECRET}",
-        f"host=127.0.0.1 password='a {SECRET}'",
-        f"me:{SECRET}@host/db",
-        f"mysql://me:{SECRET}@host/db",
-        f"nothing://me:{SECRET}@host/db",
-    ],
-)
+@pytest.mark.parametrize("address", [
+    f"postgresql+psycopg://me:{SECRET}@127.0.0.1:1/none",
+    f"postgresql+psycopg://me:p@{SECRET}@127.0.0.1:1/none",
+    f"postgresql+psycopg://me:p@{SECRET}:x@127.0.0.1:1/none",
+    f"postgresql+psycopg://me@127.0.0.1:1/none?password={SECRET}",
+    f"postgresql+psycopg://me@127.0.0.1:1/none?sslpassword={SECRET}&passwd={SECRET}",
+    f"host=127.0.0.1 port=1 password={SECRET}",
+    f"host=127.0.0.1 password='a {SECRET}'",
+    f"me:{SECRET}@host/db",
+    f"mysql://me:{SECRET}@host/db",
+    f"nothing://me:{SECRET}@host/db",
+])  # fmt: skip
 def test_an_address_that_fails_is_told_without_it(run: Any, monkeypatch: pytest.MonkeyPatch, address: str) -> None:
     assert run("campaigns", "--db", address).exit_code == 2
     assert run("predict", "--tank-pressure", "nonsense", "--db", address).exit_code == 2
@@ -233,16 +227,13 @@ def test_an_address_that_fails_is_told_without_it(run: Any, monkeypatch: pytest.
     assert run("init", "--help").exit_code == 0 and run("db", "upgrade").exit_code == 2
 
 
-@pytest.mark.parametrize(
-    "uri",
-    [
-        f"http://me:{SECRET}@127.0.0.1:1",
-        f"https://{SECRET}@127.0.0.1:1/mlflow",
-        f"postgresql+psycopg://me:p@{SECRET}@127.0.0.1:1/none",
-        f"file://me:{SECRET}@host/folder",
-        f"me:{SECRET}@host/folder",
-    ],
-)
+@pytest.mark.parametrize("uri", [
+    f"http://me:{SECRET}@127.0.0.1:1",
+    f"https://{SECRET}@127.0.0.1:1/mlflow",
+    f"postgresql+psycopg://me:p@{SECRET}@127.0.0.1:1/none",
+    f"file://me:{SECRET}@host/folder",
+    f"me:{SECRET}@host/folder",
+])  # fmt: skip
 def test_a_registry_that_fails_is_told_without_it(run: Any, monkeypatch: pytest.MonkeyPatch, uri: str) -> None:
     pytest.importorskip("mlflow", reason="no MLflow: it comes with pyroshock[models]")
     run("init", "--db", "sqlite:///lab.db")

@@ -80,32 +80,26 @@ def test_unknown_packages_are_named_and_accepted_ones_have_a_reason_and_an_end()
         assert each.keys() == {"id", "package", "reason", "until"} and isinstance(each["until"], date)
 
 
-@pytest.mark.parametrize(
-    ("accepted", "said"),
-    [
-        ([], "six 1.17.0: PYSEC-1, mended in 9.9: raise its pin"),
-        ([{"id": "PYSEC-1", "package": "six", "until": date(2026, 11, 30)}], "was accepted until 2026-11-30"),
-        ([{"id": "PYSEC-1", "package": "other", "until": date(2027, 1, 1)}], "raise its pin"),
-        ([{"id": "PYSEC-1", "package": "six", "until": date(2027, 1, 1)}], None),
-    ],
-)
+@pytest.mark.parametrize(("accepted", "said"), [
+    ([], "six 1.17.0: PYSEC-1, mended in 9.9: raise its pin"),
+    ([{"id": "PYSEC-1", "package": "six", "until": date(2026, 11, 30)}], "was accepted until 2026-11-30"),
+    ([{"id": "PYSEC-1", "package": "other", "until": date(2027, 1, 1)}], "raise its pin"),
+    ([{"id": "PYSEC-1", "package": "six", "until": date(2027, 1, 1)}], None),
+])  # fmt: skip
 def test_a_vulnerability_fails_unless_accepted_for_now(accepted: list[dict[str, object]], said: str | None) -> None:
     lines = list(audit.not_accepted(HOLE, accepted, DAY))
     assert lines == [] if said is None else said in lines[0]
 
 
-@pytest.mark.parametrize(
-    ("licence", "said"),
-    [
-        ("MIT", None),
-        ("Apache-2.0 AND (MIT OR BSD-3-Clause)", None),
-        ("GPL-3.0-or-later", "GPL-3.0-or-later is not allowed"),
-        ("MIT OR AGPL-3.0-only", "AGPL-3.0-only is not allowed"),
-        ("LGPL-2.1-only", "LGPL-2.1-only is not allowed"),
-        ("", "its metadata name no licence"),
-        ("Our own terms", "Our own terms is not allowed"),
-    ],
-)
+@pytest.mark.parametrize(("licence", "said"), [
+    ("MIT", None),
+    ("Apache-2.0 AND (MIT OR BSD-3-Clause)", None),
+    ("GPL-3.0-or-later", "GPL-3.0-or-later is not allowed"),
+    ("MIT OR AGPL-3.0-only", "AGPL-3.0-only is not allowed"),
+    ("LGPL-2.1-only", "LGPL-2.1-only is not allowed"),
+    ("", "its metadata name no licence"),
+    ("Our own terms", "Our own terms is not allowed"),
+])  # fmt: skip
 def test_licences_are_allowed_by_name(licence: str, said: str | None) -> None:
     lines = list(licences.objections({"newcomer": licence}, RULES))
     assert lines == [] if said is None else said in lines[0]

@@ -60,14 +60,11 @@ def the(operator: str, becomes: str) -> Mutant:
     return next(each for each in mutants(operator) if each.after == becomes)
 
 
-@pytest.mark.parametrize(
-    ("mutant", "what", "by", "limit_s"),
-    [
-        (the(MUL, "return mass / speed**2 / 2"), "killed", "tests/test_law.py::test_law", 60.0),
-        (the(GT, "return a if a >= b else b"), "survived", "", 60.0),
-        (the(SUB, "n = n + 1"), "timed out", "", 2.0),
-    ],
-)
+@pytest.mark.parametrize(("mutant", "what", "by", "limit_s"), [
+    (the(MUL, "return mass / speed**2 / 2"), "killed", "tests/test_law.py::test_law", 60.0),
+    (the(GT, "return a if a >= b else b"), "survived", "", 60.0),
+    (the(SUB, "n = n + 1"), "timed out", "", 2.0),
+])  # fmt: skip
 def test_what_becomes_of_a_mutant(toy: Path, mutant: Mutant, what: str, by: str, limit_s: float) -> None:
     one = session.Trial(mutant, plan.Target("law.py", ("tests/test_law.py",), None), limit_s)
     (outcome,) = tried_alone(toy, [one])

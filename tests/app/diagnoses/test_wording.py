@@ -72,28 +72,22 @@ def test_features_have_physical_labels(name: str) -> None:
 GUN = ("gun.back_pressure", "gun.blow_by", "gun.valve_flow", "sensor.velocity_gain")
 
 
-@pytest.mark.parametrize(
-    ("only", "without", "effects"),
-    [
-        ((), (), GUN),
-        (("gun.valve_flow", "gun.blow_by"), (), ("gun.blow_by", "gun.valve_flow")),
-        ((), ("gun.blow_by",), ("gun.back_pressure", "gun.valve_flow", "sensor.velocity_gain")),
-        (("gun.valve_flow", "gun.blow_by"), ("gun.blow_by",), ("gun.valve_flow",)),
-    ],
-)
+@pytest.mark.parametrize(("only", "without", "effects"), [
+    ((), (), GUN),
+    (("gun.valve_flow", "gun.blow_by"), (), ("gun.blow_by", "gun.valve_flow")),
+    ((), ("gun.blow_by",), ("gun.back_pressure", "gun.valve_flow", "sensor.velocity_gain")),
+    (("gun.valve_flow", "gun.blow_by"), ("gun.blow_by",), ("gun.valve_flow",)),
+])  # fmt: skip
 def test_effects_that_are_left(only, without, effects) -> None:
     assert considered_effects("spring", GUN, only, without) == effects
 
 
-@pytest.mark.parametrize(
-    ("only", "without", "kind", "message"),
-    [
-        ("gun.magic", (), LookupError, "--with 'gun.magic': the catalogue has no such effect; it has gun.back_p"),
-        ((), "plate.damping", ValueError, "--without plate.damping: the channels of spring cannot show this effect; "
-         "they can show gun.back_pressure"),
-        ("gun.blow_by", "gun.blow_by", ValueError, "leave no effect to consider for spring"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("only", "without", "kind", "message"), [
+    ("gun.magic", (), LookupError, "--with 'gun.magic': the catalogue has no such effect; it has gun.back_p"),
+    ((), "plate.damping", ValueError, "--without plate.damping: the channels of spring cannot show this effect; "
+     "they can show gun.back_pressure"),
+    ("gun.blow_by", "gun.blow_by", ValueError, "leave no effect to consider for spring"),
+])  # fmt: skip
 def test_effects_that_cannot_be_considered_are_named(only, without, kind, message) -> None:
     with pytest.raises(kind, match=message):
         considered_effects("spring", GUN, (only,) if only else (), (without,) if without else ())
@@ -126,14 +120,11 @@ def test_every_number_is_known_with_and_without_its_stage(stage: str, number: st
     assert full_name(number) == full_name(f"{stage}.{number}") == f"{stage}.{number}"
 
 
-@pytest.mark.parametrize(
-    ("name", "answer"),
-    [
-        ("mass_bullet_kg", "the nearest is gun.bullet_mass_kg"),
-        ("contact.travel", "the nearest is gun.travel_m"),
-        ("q", r"there are gun\.tank_volume_m3, .*contact\.impactor_mass_kg"),
-    ],
-)
+@pytest.mark.parametrize(("name", "answer"), [
+    ("mass_bullet_kg", "the nearest is gun.bullet_mass_kg"),
+    ("contact.travel", "the nearest is gun.travel_m"),
+    ("q", r"there are gun\.tank_volume_m3, .*contact\.impactor_mass_kg"),
+])  # fmt: skip
 def test_a_slip_is_answered_with_the_nearest_or_all(name: str, answer: str) -> None:
     with pytest.raises(ValueError, match=f"no number '{name}'; {answer}"):
         full_name(name)
@@ -146,15 +137,12 @@ def in_stages(*shares: float) -> Verdict:
     return verdicts.gun(where=Where(stage=stages))
 
 
-@pytest.mark.parametrize(
-    ("shares", "words"),
-    [
-        ((0.92, 0.08), "; most of it arises in the gun (92 %)."),
-        ((0.45, 0.35, 0.2), "; it arises in the gun (45 %), the contact (35 %) and the plate (20 %)."),
-        ((0.4, 0.6), "; most of it arises in the contact (60 %)."),
-        ((), "times the measurement noise."),
-    ],
-)
+@pytest.mark.parametrize(("shares", "words"), [
+    ((0.92, 0.08), "; most of it arises in the gun (92 %)."),
+    ((0.45, 0.35, 0.2), "; it arises in the gun (45 %), the contact (35 %) and the plate (20 %)."),
+    ((0.4, 0.6), "; most of it arises in the contact (60 %)."),
+    ((), "times the measurement noise."),
+])  # fmt: skip
 def test_stage_is_named_as_clearly_as_the_shares_allow(shares: tuple[float, ...], words: str) -> None:
     assert words in summary(in_stages(*shares))
 
@@ -194,22 +182,19 @@ def test_agreement_needs_no_effect_and_unknown_says_what_remains() -> None:
     assert "explain only a part of it (unknown: 70 %). The flow resistance of the valve causes 61 %" in told
 
 
-@pytest.mark.parametrize(
-    ("cause", "words"),
-    [
-        (Cause(("gun.blow_by",), 0.9), "Most probably the leak past the projectile causes it (90 %)."),
-        (
-            Cause(("gun.blow_by+sensor.force_gain",), 0.9),
-            "the leak past the projectile and the sensitivity of the force channel cause it together (90 %).",
-        ),
-        (
-            Cause(("gun.valve_flow", "gun.barrel_loss"), 0.9),
-            "it is the flow resistance of the valve or the flow resistance of the barrel; these runs cannot tell which "
-            "(together 90 %).",
-        ),
-        (Cause(("gun.blow_by",), 0.3), "No cause stands out; the likeliest is the leak past the projectile (30 %)."),
-    ],
-)
+@pytest.mark.parametrize(("cause", "words"), [
+    (Cause(("gun.blow_by",), 0.9), "Most probably the leak past the projectile causes it (90 %)."),
+    (
+        Cause(("gun.blow_by+sensor.force_gain",), 0.9),
+        "the leak past the projectile and the sensitivity of the force channel cause it together (90 %).",
+    ),
+    (
+        Cause(("gun.valve_flow", "gun.barrel_loss"), 0.9),
+        "it is the flow resistance of the valve or the flow resistance of the barrel; these runs cannot tell which "
+        "(together 90 %).",
+    ),
+    (Cause(("gun.blow_by",), 0.3), "No cause stands out; the likeliest is the leak past the projectile (30 %)."),
+])  # fmt: skip
 def test_verdict_without_shares_is_told_by_its_causes(cause: Cause, words: str) -> None:
     whole = verdicts.verdict()
     assert words in summary(replace(whole, causes=(cause, *whole.causes[1:])))
@@ -276,27 +261,24 @@ def test_predicting_set_is_adopted_and_others_are_told_apart() -> None:
     assert effect_check("contact.layer_compliance") in line
 
 
-@pytest.mark.parametrize(
-    ("why", "runs", "line"),
-    [
-        (
-            "separates gun.valve_flow from gun.barrel_loss only to 0.2 of the 4 standard deviations that it takes", 30,
-            "Even 30 runs at tank_pressure_bar = 0.9 would not separate the flow resistance of the valve from the flow "
-            f"resistance of the barrel; measure {effect_check('gun.valve_flow')} or {effect_check('gun.barrel_loss')} "
-            "instead.",
-        ),
-        (
-            "separates gun.valve_flow from gun.blow_by+gun.valve_flow only to 0.2 of the 4 standard deviations", 30,
-            "Even 30 runs at tank_pressure_bar = 0.9 would not separate the flow resistance of the valve from the leak "
-            "past the projectile with the flow resistance of the valve; measure the clearance between projectile and "
-            "barrel with a bore gauge instead.",
-        ),
-        (
-            "shows whether gun.blow_by acts", 1,
-            "Fire 1 run at tank_pressure_bar = 0.9: this shows whether the leak past the projectile acts.",
-        ),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("why", "runs", "line"), [
+    (
+        "separates gun.valve_flow from gun.barrel_loss only to 0.2 of the 4 standard deviations that it takes", 30,
+        "Even 30 runs at tank_pressure_bar = 0.9 would not separate the flow resistance of the valve from the flow "
+        f"resistance of the barrel; measure {effect_check('gun.valve_flow')} or {effect_check('gun.barrel_loss')} "
+        "instead.",
+    ),
+    (
+        "separates gun.valve_flow from gun.blow_by+gun.valve_flow only to 0.2 of the 4 standard deviations", 30,
+        "Even 30 runs at tank_pressure_bar = 0.9 would not separate the flow resistance of the valve from the leak "
+        "past the projectile with the flow resistance of the valve; measure the clearance between projectile and "
+        "barrel with a bore gauge instead.",
+    ),
+    (
+        "shows whether gun.blow_by acts", 1,
+        "Fire 1 run at tank_pressure_bar = 0.9: this shows whether the leak past the projectile acts.",
+    ),
+])  # fmt: skip
 def test_run_that_cannot_decide_says_what_to_measure_instead(why: str, runs: int, line: str) -> None:
     run = NextRun(why, {"tank_pressure_bar": 0.9}, runs)
     assert next_experiment(verdicts.verdict(next_runs=(run,))) == (line,)
@@ -331,17 +313,14 @@ def test_ends_of_ranges_repetitions_and_nearest_effects_are_said() -> None:
     assert recommendations(bare)[0] == sentence
 
 
-@pytest.mark.parametrize(
-    ("identity", "name", "value", "end"),
-    [
-        ("gun.valve_flow", "loss_coefficient", 10000.0, 10000.0),
-        ("gun.valve_flow", "gun.valve_flow.loss_coefficient", 9990.0, 10000.0),
-        ("gun.valve_flow", "loss_coefficient [PLA]", 10000.0, 10000.0),
-        ("gun.valve_flow", "loss_coefficient", 31.0, None),
-        ("gun.valve_flow", "loss_coefficient", 0.0, None),  # off: it does nothing
-        ("gun.valve_flow", "colour", 1.0, None),
-        ("gun.magic", "loss_coefficient", 1.0, None),
-    ],
-)
+@pytest.mark.parametrize(("identity", "name", "value", "end"), [
+    ("gun.valve_flow", "loss_coefficient", 10000.0, 10000.0),
+    ("gun.valve_flow", "gun.valve_flow.loss_coefficient", 9990.0, 10000.0),
+    ("gun.valve_flow", "loss_coefficient [PLA]", 10000.0, 10000.0),
+    ("gun.valve_flow", "loss_coefficient", 31.0, None),
+    ("gun.valve_flow", "loss_coefficient", 0.0, None),  # off: it does nothing
+    ("gun.valve_flow", "colour", 1.0, None),
+    ("gun.magic", "loss_coefficient", 1.0, None),
+])  # fmt: skip
 def test_limits_are_those_of_the_catalogue(identity: str, name: str, value: float, end: float | None) -> None:
     assert limit_of(identity, Fitted(name, value, "", (value, value))) == end

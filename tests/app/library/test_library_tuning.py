@@ -92,17 +92,14 @@ def test_settings_are_those_of_the_service(tuned: TunedSettings, store: ps.Exper
     assert axes.get_xlabel() == "natural frequency (Hz)" and "m/s" in axes.get_ylabel()
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"share": 0.0}, "share is 0.0; expected"),
-        ({"at_least": 1.5}, "at_least is 1.5; expected"),
-        ({"bullet_mass": "5 bar"}, "bullet_mass is '5 bar'"),
-        ({"tolerance": "6"}, "tolerance is '6'"),
-        ({"sensor": "nose"}, "no sensor 'nose'"),
-        ({"measured": "autumn"}, "autumn"),
-    ],
-)
+@pytest.mark.parametrize(("options", "message"), [
+    ({"share": 0.0}, "share is 0.0; expected"),
+    ({"at_least": 1.5}, "at_least is 1.5; expected"),
+    ({"bullet_mass": "5 bar"}, "bullet_mass is '5 bar'"),
+    ({"tolerance": "6"}, "tolerance is '6'"),
+    ({"sensor": "nose"}, "no sensor 'nose'"),
+    ({"measured": "autumn"}, "autumn"),
+])  # fmt: skip
 def test_error_names_the_argument(store: ps.ExperimentStore, lab: Path, options: dict[str, object], message: str):
     with pytest.raises(ps.PyroshockError) as caught:
         store.twin(contact="hertz").tune(lab / "spec.csv", progress=False, **options)

@@ -159,44 +159,38 @@ def test_table_of_runs_is_predicted_as_the_command_line_predicts_it(url: str, tw
     assert (twin.predict_many(in_si, draws=FEW, progress=False)[columns] == found[columns]).all(axis=None)
 
 
-@pytest.mark.parametrize(
-    ("function", "arguments", "message"),
-    [
-        ("predict", {"tank_pressure": "5 kg"}, "tank_pressure is '5 kg'; expected a unit such as 'Pa'"),
-        ("predict", {"tank_pressure": "5"}, "tank_pressure is '5'; expected a number with a unit"),
-        ("predict", {"bullet_mass": "1 bar"}, "bullet_mass is '1 bar'"),
-        ("predict", {"tank_pressure": 1e5, "velocity": 2.0}, "velocity and tank_pressure: expected one of them"),
-        ("predict", {"tip": "cheese"}, "no material 'cheese'; there are: "),
-        ("predict", {"draws": -1}, "draws is -1; expected 0"),
-        ("predict", {"factors": {"colour": "red"}}, "colour = red: no stage of this twin uses it; the contact is the"),
-        ("twin", {"q": 0.5}, "q is 0.5; expected"),
-        ("twin", {"frequencies": [100.0, -1.0]}, "frequencies is [100.0, -1.0]; expected positive numbers"),
-        ("twin", {"effects": "plate.damping:factor=much"}, "effects 'plate.damping:factor=much'"),
-        ("twin", {"effects": ["gun.gremlins"]}, "gun.gremlins"),
-        ("twin", {"coupled": True, "contact": "hann"}, "coupled with the contact 'hann'"),
-        ("twin", {"campaign": "autumn"}, "autumn"),
-        ("twin", {"chain_height": "10 mm"}, "chain height 10 mm"),
-    ],
-)
+@pytest.mark.parametrize(("function", "arguments", "message"), [
+    ("predict", {"tank_pressure": "5 kg"}, "tank_pressure is '5 kg'; expected a unit such as 'Pa'"),
+    ("predict", {"tank_pressure": "5"}, "tank_pressure is '5'; expected a number with a unit"),
+    ("predict", {"bullet_mass": "1 bar"}, "bullet_mass is '1 bar'"),
+    ("predict", {"tank_pressure": 1e5, "velocity": 2.0}, "velocity and tank_pressure: expected one of them"),
+    ("predict", {"tip": "cheese"}, "no material 'cheese'; there are: "),
+    ("predict", {"draws": -1}, "draws is -1; expected 0"),
+    ("predict", {"factors": {"colour": "red"}}, "colour = red: no stage of this twin uses it; the contact is the"),
+    ("twin", {"q": 0.5}, "q is 0.5; expected"),
+    ("twin", {"frequencies": [100.0, -1.0]}, "frequencies is [100.0, -1.0]; expected positive numbers"),
+    ("twin", {"effects": "plate.damping:factor=much"}, "effects 'plate.damping:factor=much'"),
+    ("twin", {"effects": ["gun.gremlins"]}, "gun.gremlins"),
+    ("twin", {"coupled": True, "contact": "hann"}, "coupled with the contact 'hann'"),
+    ("twin", {"campaign": "autumn"}, "autumn"),
+    ("twin", {"chain_height": "10 mm"}, "chain height 10 mm"),
+])  # fmt: skip
 def test_error_names_the_argument(store: ps.ExperimentStore, twin: LaboratoryTwin, function, arguments, message):
     with pytest.raises(ps.PyroshockError) as caught:
         (twin.predict if function == "predict" else store.twin)(**arguments)
     assert message in str(caught.value) and "--" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("table", "message"),
-    [
-        ({"tank_pressure": [1e5], "colour": ["red"]}, "column 'colour' of shots is no argument of predict"),
-        (
-            {"tank_pressure_pa": [1e5], "tip": ["steel"]},
-            "predict; a table of runs has it, with 'tip_material' for 'tip': use the names of one form",
-        ),
-        ({"tank_pressure": [1e5, "5 kg"]}, "shots, row 2: tank_pressure is '5 kg'"),
-        ({"run": [7], "bullet_mass_kg": [1.0]}, "shots, run 7: expected tank_pressure_bar or impact_velocity_m_s"),
-        ({"tank_pressure": []}, "shots has no row to predict"),
-    ],
-)
+@pytest.mark.parametrize(("table", "message"), [
+    ({"tank_pressure": [1e5], "colour": ["red"]}, "column 'colour' of shots is no argument of predict"),
+    (
+        {"tank_pressure_pa": [1e5], "tip": ["steel"]},
+        "predict; a table of runs has it, with 'tip_material' for 'tip': use the names of one form",
+    ),
+    ({"tank_pressure": [1e5, "5 kg"]}, "shots, row 2: tank_pressure is '5 kg'"),
+    ({"run": [7], "bullet_mass_kg": [1.0]}, "shots, run 7: expected tank_pressure_bar or impact_velocity_m_s"),
+    ({"tank_pressure": []}, "shots has no row to predict"),
+])  # fmt: skip
 def test_error_of_a_table_names_row_and_column(twin: LaboratoryTwin, table: dict[str, list[object]], message: str):
     with pytest.raises(ps.InvalidValueError) as caught:
         twin.predict_many(pd.DataFrame(table), progress=False)
@@ -253,14 +247,11 @@ def test_validation_is_that_of_the_command_line(validated_store: ps.ExperimentSt
     assert [label.get_text() for label in axes.get_yticklabels()] == ["velocity"]
 
 
-@pytest.mark.parametrize(
-    ("campaign", "options", "kind", "message"),
-    [
-        ("autumn", {}, ps.NotFoundError, "autumn"),
-        ("first-shots", {"folds": 1}, ps.InvalidValueError, "folds = 1"),
-        ("first-shots", {"contact": "hybrid@3"}, ps.NotFoundError, "hybrid@3"),
-    ],
-)
+@pytest.mark.parametrize(("campaign", "options", "kind", "message"), [
+    ("autumn", {}, ps.NotFoundError, "autumn"),
+    ("first-shots", {"folds": 1}, ps.InvalidValueError, "folds = 1"),
+    ("first-shots", {"contact": "hybrid@3"}, ps.NotFoundError, "hybrid@3"),
+])  # fmt: skip
 def test_validation_says_what_there_is_not(validated_store: ps.ExperimentStore, campaign, options, kind, message):
     with pytest.raises(kind, match=message):
         validated_store.validate(campaign, progress=False, **options)

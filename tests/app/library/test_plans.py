@@ -103,20 +103,17 @@ def test_limit_that_is_no_pressure_is_refused(store, value) -> None:
         store.plan.sobol("s", runs=8, ranges={"tank_pressure": (value, "6 bar")})
 
 
-@pytest.mark.parametrize(
-    ("function", "given", "method", "runs"),
-    [
-        ("lhs", {"runs": 12, "criterion": "maximin"}, "lhs criterion=maximin", 12),
-        ("halton", {"runs": 10}, "halton", 10),
-        ("factorial", {"levels": 2}, "factorial levels=2", 32),
-        ("subset", {"reduction": 2, "levels": 2}, "subset levels=2", 16),
-        ("fractional_factorial", {"resolution": 3}, "fractional-factorial resolution=3", 8),
-        ("plackett_burman", {}, "plackett-burman", 8),
-        ("central_composite", {"categorical": "cross", "centre": 1, "ranges": RADII}, None, 4 * 16),
-        ("box_behnken", {"categorical": "cross", "ranges": RADII}, "box-behnken categorical=cross", 4 * 15),
-        ("optimal", {"runs": 8}, "optimal", 8),
-    ],
-)
+@pytest.mark.parametrize(("function", "given", "method", "runs"), [
+    ("lhs", {"runs": 12, "criterion": "maximin"}, "lhs criterion=maximin", 12),
+    ("halton", {"runs": 10}, "halton", 10),
+    ("factorial", {"levels": 2}, "factorial levels=2", 32),
+    ("subset", {"reduction": 2, "levels": 2}, "subset levels=2", 16),
+    ("fractional_factorial", {"resolution": 3}, "fractional-factorial resolution=3", 8),
+    ("plackett_burman", {}, "plackett-burman", 8),
+    ("central_composite", {"categorical": "cross", "centre": 1, "ranges": RADII}, None, 4 * 16),
+    ("box_behnken", {"categorical": "cross", "ranges": RADII}, "box-behnken categorical=cross", 4 * 15),
+    ("optimal", {"runs": 8}, "optimal", 8),
+])  # fmt: skip
 def test_method_gives_its_design(store, function, given, method, runs) -> None:
     plan = getattr(store.plan, function)("p", factors=FEW, seed=1, **given)
     assert method in (None, plan.method) and len(plan.to_frame()) == runs
@@ -189,15 +186,12 @@ def test_fired_plan_is_ingested(store, tmp_path: Path) -> None:
     assert store.plan.open("summer").to_frame()["status"].tolist() == ["done"] * 2
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"effects": {"gun.tea": 1.0}}, "unknown effect 'gun.tea'"),
-        ({"trigger": "much"}, r"^trigger is 'much'; expected a share such as 5%"),
-        ({"pre_trigger": "5 kg"}, "^pre_trigger is '5 kg'; expected a unit such as 's'"),
-        ({"repetitions": 0}, "repetitions = 0"),
-    ],
-)
+@pytest.mark.parametrize(("options", "message"), [
+    ({"effects": {"gun.tea": 1.0}}, "unknown effect 'gun.tea'"),
+    ({"trigger": "much"}, r"^trigger is 'much'; expected a share such as 5%"),
+    ({"pre_trigger": "5 kg"}, "^pre_trigger is '5 kg'; expected a unit such as 's'"),
+    ({"repetitions": 0}, "repetitions = 0"),
+])  # fmt: skip
 def test_what_cannot_be_fired_is_refused(store, tmp_path: Path, options, message) -> None:
     plan = store.plan.lhs("summer", runs=2, seed=1, factors=FEW)
     with pytest.raises(ps.InvalidValueError, match=message):

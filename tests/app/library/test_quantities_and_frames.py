@@ -87,17 +87,14 @@ def test_a_series_has_its_time_and_unit_and_a_frame_a_column_for_each_record(dec
     assert ps.srs(decaying_wave, damping_ratio=0.05).attrs["q"] == pytest.approx(10)
 
 
-@pytest.mark.parametrize(
-    ("given", "rate", "words"),
-    [
-        (np.ones((2, 2, 2)), RATE, "has the shape"),
-        (np.arange(10.0), None, "rate is missing"),
-        (pd.Series(np.arange(10.0)), None, "only counts the samples"),
-        (pd.Series(np.arange(3.0), index=[0.0, 1.0, 5.0]), None, "not even"),
-        (pd.Series(np.arange(3.0), index=list("abc")), None, "no time in s"),
-        (np.array([1.0, np.nan, 2.0]), RATE, "nan|finite|number"),
-    ],
-)
+@pytest.mark.parametrize(("given", "rate", "words"), [
+    (np.ones((2, 2, 2)), RATE, "has the shape"),
+    (np.arange(10.0), None, "rate is missing"),
+    (pd.Series(np.arange(10.0)), None, "only counts the samples"),
+    (pd.Series(np.arange(3.0), index=[0.0, 1.0, 5.0]), None, "not even"),
+    (pd.Series(np.arange(3.0), index=list("abc")), None, "no time in s"),
+    (np.array([1.0, np.nan, 2.0]), RATE, "nan|finite|number"),
+])  # fmt: skip
 def test_what_cannot_be_used_is_refused(given, rate, words):
     with pytest.raises(ps.InvalidValueError, match=words):
         ps.srs(given, rate)
@@ -140,19 +137,16 @@ def test_a_limit_counts_at_least_one_row(large_store, listing):
         getattr(large_store, listing)(limit=0, sort="run")
 
 
-@pytest.mark.parametrize(
-    ("column", "unit"),
-    [
-        ("peak_force_n", "N"),
-        ("impulse_n_s", "N s"),
-        ("velocity_change_m_s", "m/s"),
-        ("peak_acceleration_m_s2", "m/s2"),
-        ("contact_time_s", "s"),
-        ("force_n_lower", "N"),
-        ("run", ""),
-        ("n", ""),
-        ("quality", ""),
-    ],
-)
+@pytest.mark.parametrize(("column", "unit"), [
+    ("peak_force_n", "N"),
+    ("impulse_n_s", "N s"),
+    ("velocity_change_m_s", "m/s"),
+    ("peak_acceleration_m_s2", "m/s2"),
+    ("contact_time_s", "s"),
+    ("force_n_lower", "N"),
+    ("run", ""),
+    ("n", ""),
+    ("quality", ""),
+])  # fmt: skip
 def test_a_column_says_its_unit(column, unit):
     assert unit_of(column) == unit

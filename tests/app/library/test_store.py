@@ -83,16 +83,13 @@ def test_a_dry_run_stores_nothing_and_a_dataset_is_frozen_once(lab, tmp_path):
         lab.dataset("autumn")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "kind", "words"),
-    [
-        ({"campaign": "autumn"}, ps.NotFoundError, "no campaign 'autumn'"),
-        ({"where": "tip_colour = red"}, ps.InvalidValueError, "no column or factor 'tip_colour'"),
-        ({"columns": ["mass"]}, ps.NotFoundError, "no column 'mass'; there are: id, campaign"),
-        ({"sort": "mass"}, ps.NotFoundError, "no column 'mass'"),
-        ({"limit": 0}, ps.InvalidValueError, "limit is 0"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "kind", "words"), [
+    ({"campaign": "autumn"}, ps.NotFoundError, "no campaign 'autumn'"),
+    ({"where": "tip_colour = red"}, ps.InvalidValueError, "no column or factor 'tip_colour'"),
+    ({"columns": ["mass"]}, ps.NotFoundError, "no column 'mass'; there are: id, campaign"),
+    ({"sort": "mass"}, ps.NotFoundError, "no column 'mass'"),
+    ({"limit": 0}, ps.InvalidValueError, "limit is 0"),
+])  # fmt: skip
 def test_what_is_wrong_is_named(lab, arguments, kind, words):
     with pytest.raises(kind, match=words):
         lab.impacts(**arguments)

@@ -69,19 +69,16 @@ def test_list_of_datasets_tells_what_was_withdrawn_and_more_than_that_is_damage(
     assert done(care_store, "db", "check", code=1).stdout.startswith("datasets: dataset small: ")
 
 
-@pytest.mark.parametrize(
-    ("statement", "message"),
-    [
-        ("UPDATE tombstones SET restored_at = deleted_at WHERE kind = 'recording'", "was stored again by what"),
-        (f"UPDATE tombstones SET replaced_by = '{'1' * 64}' WHERE kind = 'recording'", "a file that is not in the"),
-        ("UPDATE tombstones SET restored_at = deleted_at WHERE kind = 'campaign'", "the campaign was restored by"),
-        (
-            "UPDATE tombstones SET recording = (SELECT path FROM recordings WHERE campaign_id = 1), "
-            "file_sha256 = (SELECT sha256 FROM recordings WHERE campaign_id = 1) WHERE kind = 'recording'",
-            "was discarded, and is in the store all the same",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("statement", "message"), [
+    ("UPDATE tombstones SET restored_at = deleted_at WHERE kind = 'recording'", "was stored again by what"),
+    (f"UPDATE tombstones SET replaced_by = '{'1' * 64}' WHERE kind = 'recording'", "a file that is not in the"),
+    ("UPDATE tombstones SET restored_at = deleted_at WHERE kind = 'campaign'", "the campaign was restored by"),
+    (
+        "UPDATE tombstones SET recording = (SELECT path FROM recordings WHERE campaign_id = 1), "
+        "file_sha256 = (SELECT sha256 FROM recordings WHERE campaign_id = 1) WHERE kind = 'recording'",
+        "was discarded, and is in the store all the same",
+    ),
+])  # fmt: skip
 def test_tombstone_that_says_what_is_not_so_is_a_fault(care_store, statement, message):
     discard(care_store)
     sound(care_store)
@@ -538,16 +535,13 @@ def test_run_that_shares_its_recording_is_refused_unless_all_are_meant(tables_ur
     assert "a row without a recording" in output
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["hammer"], "name one recording"),
-        (["hammer", FIRST, "--run", "1"], "name one recording"),
-        (["hammer", "--run", "1", "--run", "2", "--repetition", "1"], "exactly one --run"),
-        (["hammer", "recordings/none.npz"], f"there: {FIRST}, {SECOND}"),
-        (["winter", FIRST], "known: hammer"),
-    ],
-)
+@pytest.mark.parametrize(("words", "said"), [
+    (["hammer"], "name one recording"),
+    (["hammer", FIRST, "--run", "1"], "name one recording"),
+    (["hammer", "--run", "1", "--run", "2", "--repetition", "1"], "exactly one --run"),
+    (["hammer", "recordings/none.npz"], f"there: {FIRST}, {SECOND}"),
+    (["winter", FIRST], "known: hammer"),
+])  # fmt: skip
 def test_what_cannot_be_discarded_is_named(hammer, words, said):
     url, _ = hammer
     before = counts(url)
@@ -622,14 +616,11 @@ def _run_of_another(folder):
     write_runs(folder, with_cell([row for row in rows if row["recording"] == FIRST], "run", 2, row=1))
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (_nothing, "nothing to replace"),
-        (_unreadable, f"recording '{FIRST}' stays in the store"),
-        (_run_of_another, "give this one a number of its own"),
-    ],
-)
+@pytest.mark.parametrize(("change", "words"), [
+    (_nothing, "nothing to replace"),
+    (_unreadable, f"recording '{FIRST}' stays in the store"),
+    (_run_of_another, "give this one a number of its own"),
+])  # fmt: skip
 def test_what_cannot_take_the_place_replaces_nothing(hammer, change, words):
     url, folder = hammer
     change(folder)

@@ -147,49 +147,43 @@ def _spoil(store: Any) -> None:
 CAMPAIGN, PLANNED = f"/campaigns/{quote(NAME, safe='')}", f"/plans/{quote(NAME, safe='')}"
 
 
-@pytest.mark.parametrize(
-    "address",
-    [
-        "/campaigns",
-        CAMPAIGN,
-        "/campaigns/damaged",
-        "/impacts",
-        "/impacts/1",
-        "/compare",
-        f"/compare?factor={quote(NAME)}",
-        "/plans",
-        PLANNED,
-        f"{PLANNED}/sheet",
-        f"{PLANNED}/sheet.html",
-        "/diagnoses",
-        "/diagnoses/1",
-        f"/reports{CAMPAIGN.replace('campaigns', 'campaign')}.html",
-        "/reports/diagnosis/1.html",
-    ],
-)
+@pytest.mark.parametrize("address", [
+    "/campaigns",
+    CAMPAIGN,
+    "/campaigns/damaged",
+    "/impacts",
+    "/impacts/1",
+    "/compare",
+    f"/compare?factor={quote(NAME)}",
+    "/plans",
+    PLANNED,
+    f"{PLANNED}/sheet",
+    f"{PLANNED}/sheet.html",
+    "/diagnoses",
+    "/diagnoses/1",
+    f"/reports{CAMPAIGN.replace('campaigns', 'campaign')}.html",
+    "/reports/diagnosis/1.html",
+])  # fmt: skip
 def test_evil_words_are_shown_and_are_no_html(evil: tuple[Any, Any], address: str) -> None:
     """Among them a template, which computes nothing."""
     page = checked(evil[0], address)
     assert shown(page), page.text
 
 
-@pytest.mark.parametrize(
-    "address",
-    [
-        f"/impacts?campaign={quote(NAME)}",
-        f"/impacts?where={quote('tip_material=' + EVIL[0])}",
-        f"/shots?campaign={quote(NAME)}",
-        f"/compare?campaign={quote(NAME)}",
-        f"/compare?where={quote('tip_material=' + EVIL[1])}",
-        f"/campaigns?name={quote(EVIL[1])}",
-        f"/compare/spectra?impacts=1&channel={quote(EVIL[1])}",
-        f"/compare/spectra?impacts={quote(EVIL[5])}&specification={quote(EVIL[4])}&tolerance={quote(EVIL[1])}",
-        f"/diagnoses?campaign={quote(NAME)}",
-        f"/models?dataset={quote(EVIL[1])}",
-        f"/twin?tip_material={quote(EVIL[1])}",
-        f"/twin?insulator={quote(EVIL[0])}&impact_position={quote(EVIL[2])}",
-    ],
-)
+@pytest.mark.parametrize("address", [
+    f"/impacts?campaign={quote(NAME)}",
+    f"/impacts?where={quote('tip_material=' + EVIL[0])}",
+    f"/shots?campaign={quote(NAME)}",
+    f"/compare?campaign={quote(NAME)}",
+    f"/compare?where={quote('tip_material=' + EVIL[1])}",
+    f"/campaigns?name={quote(EVIL[1])}",
+    f"/compare/spectra?impacts=1&channel={quote(EVIL[1])}",
+    f"/compare/spectra?impacts={quote(EVIL[5])}&specification={quote(EVIL[4])}&tolerance={quote(EVIL[1])}",
+    f"/diagnoses?campaign={quote(NAME)}",
+    f"/models?dataset={quote(EVIL[1])}",
+    f"/twin?tip_material={quote(EVIL[1])}",
+    f"/twin?insulator={quote(EVIL[0])}&impact_position={quote(EVIL[2])}",
+])  # fmt: skip
 def test_what_an_address_says_is_no_html(evil: tuple[Any, Any], address: str) -> None:
     checked(evil[0], address)
 

@@ -71,18 +71,14 @@ def test_no_name_leaves_the_folder(name: str) -> None:
     assert (base / path).resolve().is_relative_to(base) and (base / path) != base
 
 
-@pytest.mark.parametrize(
-    ("files", "allowed", "reason"),
-    [
-        ([("a.zip", _zip({"campaign.toml": b"/etc/passwd"}, mode=stat.S_IFLNK | 0o777))], 1000, "link or a device"),
-        ([("a.zip", _zip({"campaign.toml": TOML, "recordings/1.mat": bytes(30_000_000)}))], 10**9, "unpacks to"),
-        ([("campaign.toml", io.BytesIO(TOML)), ("a.mat", io.BytesIO(b"x" * 5000))], 1000, "larger than"),
-        *(([("a.zip", io.BytesIO(it))], 1000, "cannot be read") for it in (b"", b"PK\3\4 no zip", b"x" * 100)),
-        ([("runs.csv", io.BytesIO(b""))], 1000, r"no campaign\.toml"),
-        ([], 1000, "no file was sent"),
-    ],
-    ids=["link", "bomb", "too much", "empty", "no zip", "text", "no campaign", "nothing"],
-)
+@pytest.mark.parametrize(("files", "allowed", "reason"), [
+    ([("a.zip", _zip({"campaign.toml": b"/etc/passwd"}, mode=stat.S_IFLNK | 0o777))], 1000, "link or a device"),
+    ([("a.zip", _zip({"campaign.toml": TOML, "recordings/1.mat": bytes(30_000_000)}))], 10**9, "unpacks to"),
+    ([("campaign.toml", io.BytesIO(TOML)), ("a.mat", io.BytesIO(b"x" * 5000))], 1000, "larger than"),
+    *(([("a.zip", io.BytesIO(it))], 1000, "cannot be read") for it in (b"", b"PK\3\4 no zip", b"x" * 100)),
+    ([("runs.csv", io.BytesIO(b""))], 1000, r"no campaign\.toml"),
+    ([], 1000, "no file was sent"),
+], ids=["link", "bomb", "too much", "empty", "no zip", "text", "no campaign", "nothing"])  # fmt: skip
 def test_what_is_no_campaign_of_the_allowed_size_is_refused(tmp_path: Path, files: list, allowed: int, reason: str):
     with pytest.raises(UploadError, match=reason):
         unpacked(files, tmp_path, allowed)
