@@ -6,7 +6,17 @@ from pathlib import Path
 
 import pytest
 from pyroshock.app.twins import building
+from support.records.campaigns import gun_campaign
 from support.records.twin_parts import unsolved
+from support.stores.stores import ingested
+
+
+@pytest.fixture(scope="session")
+def spring_lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a store `lab.db` with the gun campaign "spring", and of the campaign's folder; tests copy it."""
+    place = tmp_path_factory.mktemp("spring")
+    ingested(f"sqlite:///{place / 'lab.db'}", gun_campaign(place / "folder", name="spring"))
+    return place
 
 
 @pytest.fixture

@@ -25,7 +25,7 @@ from pyroshock.twin.effects import Effect, catalogue, effect
 from sqlalchemy import func
 from support.records import verdicts
 from support.records.campaigns import GUN_TOML, gun_campaign, hammer_campaign
-from support.stores.stores import ingested, opened, pyroshock
+from support.stores.stores import ingested, opened, pyroshock, run_pyroshock
 
 VALVE = effect("gun.valve_flow")
 GAIN = effect("sensor.velocity_gain", gain=1.05)
@@ -176,8 +176,7 @@ def test_adopted_effect_changes_what_is_predicted(lab: str, monkeypatch: pytest.
             "--frequencies", "200:800:3", "--db", lab, "--json")  # fmt: skip
 
     def velocity(*more: str) -> tuple[float, str]:
-        result = pyroshock(*shot, *more)
-        assert result.exit_code == 0, result.stderr
+        result = run_pyroshock(*shot, *more)
         return json.loads(result.stdout)["velocity_m_s"]["mean"], result.stderr
 
     nominal, _ = velocity()

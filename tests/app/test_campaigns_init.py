@@ -13,7 +13,7 @@ from pyroshock.schema.recordings import RecordedChannel
 from sqlalchemy import select
 from support.records.campaigns import FS_HZ, blows, force_record, write_recording
 from support.records.recipes import RECIPES, Truth
-from support.stores.stores import ingest, ingested, opened, pyroshock
+from support.stores.stores import ingest, ingested, opened, pyroshock, refusal, run_pyroshock
 
 #: What a person writes, by the key that it stands for.
 FILLED = {
@@ -30,9 +30,7 @@ BARE = {
 
 
 def started(folder, *arguments):
-    result = pyroshock("campaigns", "init", folder, *arguments)
-    assert result.exit_code == 0, result.stderr
-    return result
+    return run_pyroshock("campaigns", "init", folder, *arguments)
 
 
 def fill_in(folder, **more):
@@ -49,7 +47,6 @@ def fill_in(folder, **more):
 
 
 def replace_where(folder, old, new):
-    """Replace a text where it is there."""
     text = (folder / "campaign.toml").read_text(encoding="utf-8")
     (folder / "campaign.toml").write_text(text.replace(old, new), encoding="utf-8")
 
@@ -124,9 +121,8 @@ def test_recordings_that_say_less(sqlite_url, tmp_path, recipe, names):
 def gun_plan(url):
     pyroshock("init", "--db", url)
     numbers = ("--runs", "3", "--repetitions", "2", "--seed", "1")
-    result = pyroshock("plan", "lhs", "shots", "--kind", "gun", *numbers, "--db", url, "--json")
-    assert result.exit_code == 0, result.stderr
-    return json.loads(result.stdout)["runs"]
+    command = ("plan", "lhs", "shots", "--kind", "gun", *numbers, "--db", url, "--json")
+    return json.loads(run_pyroshock(*command).stdout)["runs"]
 
 
 @pytest.mark.parametrize("kind", ["gun", "hammer", "drop"])
@@ -202,8 +198,7 @@ def test_nothing_is_overwritten(tmp_path, name):
     folder = tmp_path / "c"
     write_recording(folder / "1.npz", {"force": record()})
     (folder / name).write_text("mine", encoding="utf-8")
-    result = pyroshock("campaigns", "init", folder, "--kind", "hammer")
-    assert result.exit_code == 2 and f"{name} there already" in result.stderr
+    assert f"{name} there already" in refusal("campaigns", "init", folder, "--kind", "hammer")
     assert sorted(path.name for path in folder.iterdir()) == sorted(["1.npz", name])
     assert (folder / name).read_text(encoding="utf-8") == "mine"
 

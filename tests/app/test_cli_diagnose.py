@@ -19,7 +19,7 @@ from pyroshock.diagnosis.verdict import Cause, Verdict
 from support.records import verdicts
 from support.records.campaigns import gun_campaign, replace_in, write_runs
 from support.records.plate_folders import plate_campaign
-from support.stores.stores import counts, ingested, pyroshock
+from support.stores.stores import counts, pyroshock, run_pyroshock
 
 Diagnose = Callable[..., Result]
 
@@ -37,25 +37,14 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[DiagnosisRequest]:
     return found
 
 
-@pytest.fixture(scope="module")
-def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A store with the gun campaign "spring", and its folder."""
-    place = tmp_path_factory.mktemp("filled")
-    ingested(f"sqlite:///{place / 'lab.db'}", gun_campaign(place / "folder", name="spring"))
-    return place
-
-
 @pytest.fixture
-def lab(filled: Path, tmp_path: Path) -> str:
-    """The store, with the folder beside it."""
-    shutil.copytree(filled / "folder", tmp_path / "folder")
-    return f"sqlite:///{shutil.copy(filled / 'lab.db', tmp_path)}"
+def lab(spring_lab: Path, tmp_path: Path) -> str:
+    shutil.copytree(spring_lab / "folder", tmp_path / "folder")
+    return f"sqlite:///{shutil.copy(spring_lab / 'lab.db', tmp_path)}"
 
 
 def done(*words: str | Path) -> Result:
-    result = pyroshock("diagnose", *words)
-    assert result.exit_code == 0, result.stderr
-    return result
+    return run_pyroshock("diagnose", *words)
 
 
 def test_report_is_json_a_page_or_words(asked: list[DiagnosisRequest], lab: str, tmp_path: Path) -> None:
@@ -220,7 +209,6 @@ def test_damaged_folder_is_one_line(tmp_path: Path) -> None:
 
 
 def test_plate_that_a_user_brings_is_taken(tmp_path: Path) -> None:
-    """A modal table as a file, or a drawing that is solved."""
     folder, modes = gun_campaign(tmp_path / "folder"), tmp_path / "modes.csv"
     modes.write_text("mode,frequency_hz,damping_ratio,shape_impact,shape_a\n1,400,0.01,0.3,0.4\n", encoding="utf-8")
     record = record_of(None, "sqlite:///none.db", DiagnosisRequest(str(folder), modes=modes))
@@ -286,8 +274,7 @@ DISCLOSED = {
 def test_disclosed_cause_is_in_the_first_group(shared: Path, tmp_path, name: str, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     page = tmp_path / "gap.html"
-    result = pyroshock("diagnose", shared / "examples" / name, "--json", "--html", page)
-    assert result.exit_code == 0, result.stderr
+    result = run_pyroshock("diagnose", shared / "examples" / name, "--json", "--html", page)
     said = json.loads(result.stdout)
     first = said["causes"][0]
     assert not any("outside of the catalogue" in note for note in said["assumptions"])

@@ -34,7 +34,6 @@ MODES = """mode,frequency_hz,damping_ratio,shape_impact,shape_impact_2,shape_a
 
 @pytest.fixture
 def quick(quick_twins):
-    """Gives the command line."""
     return lambda *words: CliRunner().invoke(predict, [*words, *_FEW])
 
 
@@ -131,7 +130,6 @@ def test_campaign_gives_its_gun_and_the_scatter_of_its_shots(quick, tmp_path):
 
 
 def test_scatter_is_that_of_the_five_shots_and_effects_are_parsed():
-    """Errors of Table 5.1, eq. 5.1: (measured - predicted) / measured."""
     with (Path(twins.__file__).parents[2] / "examples" / "first-shots" / "table_5_1.csv").open(
         encoding="utf-8"
     ) as file:
@@ -253,7 +251,6 @@ ALONE = (
 
 @pytest.fixture
 def lab(quick_twins):
-    """A folder with the table."""
     (quick_twins / "shots.csv").write_text(TABLE, encoding="utf-8")
     return quick_twins
 

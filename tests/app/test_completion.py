@@ -21,7 +21,6 @@ NAMED = {"campaigns": "first-shots", "plans": "spring", "dataset_snapshots": "bo
 
 
 def completed(*words: str) -> list[str]:
-    """What is offered in place of the last word."""
     return [
         item.value for item in ShellComplete(main, {}, "pyroshock", "_X").get_completions(list(words[:-1]), words[-1])
     ]

@@ -16,7 +16,7 @@ from pyroshock.diagnosis.verdict import NextRun
 from pyroshock.doe.space import space_from_text
 from support.records import verdicts
 from support.records.campaigns import gun_campaign, gun_rows, hammer_campaign, write_runs
-from support.stores.stores import ingested, opened, pyroshock
+from support.stores.stores import ingested, opened, pyroshock, run_pyroshock
 
 NEXT = NextRun("separates A from B", {"tank_pressure_bar": 0.45, "bullet_mass_kg": 0.1428}, 4)
 
@@ -93,8 +93,7 @@ def test_recorded_shots_are_linked_to_it(lab: str, tmp_path: Path) -> None:
     folder = gun_campaign(tmp_path / "next", name="next")
     shots = [{**gun_rows(1)[0], "repetition": i, "tank_pressure_bar": 0.45} for i in (1, 2, 3, 4)]
     write_runs(folder, shots)
-    result = pyroshock("ingest", folder, "--plan", "spring-discriminate", "--db", lab, "--jobs", "1")
-    assert result.exit_code == 0, result.stderr
+    run_pyroshock("ingest", folder, "--plan", "spring-discriminate", "--db", lab, "--jobs", "1")
     assert "1 done" in plan("status", "spring-discriminate", "--db", lab).stdout
 
 

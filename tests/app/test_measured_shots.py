@@ -31,7 +31,7 @@ from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.simulate import simulate
 from sqlalchemy import select
 from support.records.twin_parts import unsolved
-from support.stores.stores import ingested, opened, pyroshock
+from support.stores.stores import ingested, opened, run_pyroshock
 
 LINES = np.array([200.0, 500.0, 1250.0])
 SENSORS = ("acceleration_1", "acceleration_2")
@@ -76,7 +76,6 @@ def sealed(campaigns, kind):
 
 
 def test_hits_of_one_recording_are_read_apart_with_the_velocity_before_contact(campaigns, session):
-    """Peak and spectrum are those of the samples from a contact on, for 0.1 s."""
     shots, left_out = read(session, "hammer")
     assert (len(shots), left_out) == (3, ())
     starts = [hit["start_s"] for hit in sealed(campaigns, "hammer")]
@@ -319,8 +318,7 @@ def bare_plate_campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def velocities(bare_plate_campaign: Path, url: str, *words: str) -> tuple[set[str | None], np.ndarray, np.ndarray]:
     """Kinds, velocities and standard uncertainties by run and repetition."""
-    result = pyroshock("ingest", bare_plate_campaign, "--db", url, *words)
-    assert result.exit_code == 0, result.stderr
+    run_pyroshock("ingest", bare_plate_campaign, "--db", url, *words)
     with opened(url) as store, store.reading() as session:
         impacts = session.scalars(select(Impact).order_by(Impact.run, Impact.repetition)).all()
         figures = np.array([(impact.impact_velocity_m_s, impact.impact_velocity_u_m_s) for impact in impacts])

@@ -15,7 +15,7 @@ from pyroshock.doe.plans import PlanExistsError, add_plan, discard_run, read_pla
 from pyroshock.doe.space import gun_space, shipped_factors
 from pyroshock.virtualbench.gun.fire import Trigger
 from support.records.campaigns import gun_campaign, write_runs
-from support.stores.stores import opened, pyroshock
+from support.stores.stores import opened, pyroshock, refusal, run_pyroshock
 
 
 # --- plans made by one function for the command line and the web, and what a page shows of their quality ------------
@@ -132,9 +132,7 @@ def plan(*words: str | Path):
 
 
 def done(*words: str | Path):
-    result = plan(*words)
-    assert result.exit_code == 0, result.stderr
-    return result
+    return run_pyroshock("plan", *words)
 
 
 def as_json(*words: str | Path):
@@ -227,8 +225,7 @@ def test_recorded_campaign_works_the_plan_off(url, tmp_path):
 
 
 def test_unknown_plan_of_an_ingest_is_named(url, tmp_path):
-    result = pyroshock("ingest", gun_campaign(tmp_path / "g", 1), "--db", url, "--plan", "spring")
-    assert result.exit_code == 2 and "no plan 'spring'" in result.stderr
+    assert "no plan 'spring'" in refusal("ingest", gun_campaign(tmp_path / "g", 1), "--db", url, "--plan", "spring")
 
 
 def test_added_runs_are_repeated_as_the_plans(url, tmp_path):
@@ -260,8 +257,7 @@ def planned_url(tmp_path: Path) -> str:
         "run,impact_position,hammer_speed,tip_material,tip_radius_mm,anvil_material,insulator,boundary_conditions\n"
         "4,#1,low,delrin,30,steel,none,free\n"
     )
-    made = pyroshock("plan", "import", "p", table, "--kind", "hammer", "--repetitions", "2", "--db", planned_url)
-    assert made.exit_code == 0, made.stderr
+    run_pyroshock("plan", "import", "p", table, "--kind", "hammer", "--repetitions", "2", "--db", planned_url)
     return planned_url
 
 
@@ -296,8 +292,7 @@ def test_folder_that_holds_something_is_left_alone_and_discarded_runs_are_not_pl
 @pytest.mark.slow
 def test_simulated_campaign_works_its_plan_off(planned_url, tmp_path):
     out = tmp_path / "c"
-    made = pyroshock("simulate", "p", "--out", out, "--db", planned_url, "--jobs", "1")
-    assert made.exit_code == 0, made.stderr
+    run_pyroshock("simulate", "p", "--out", out, "--db", planned_url, "--jobs", "1")
     assert (tmp_path / "c.sealed.json").is_file()
     done = pyroshock("ingest", out, "--db", planned_url)
     assert "2 repetitions linked, 1 runs done" in done.stderr

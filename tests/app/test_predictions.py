@@ -43,7 +43,6 @@ LINES = tuple(octave_grid(200.0, 4000.0, 3).tolist())
 
 @pytest.fixture
 def bench(quick_twins):
-    """The shipped bench."""
     return twin_of(None, "sqlite:///none.db", TwinRequest(frequency_hz=LINES))
 
 

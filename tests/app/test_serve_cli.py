@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -16,23 +17,19 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from support.records.campaigns import gun_campaign
-from support.stores.stores import CLI, assert_whole, counts, ingested, pyroshock
+from support.stores.stores import CLI, assert_whole, counts, pyroshock
 
 #: Starting imports much, on a machine that may be busy.
 PATIENCE_S = 60.0
 
 
 @pytest.fixture
-def db(tmp_path: Path) -> str:
-    url = f"sqlite:///{tmp_path / 'lab.db'}"
-    ingested(url, gun_campaign(tmp_path / "spring", name="spring"))
-    return url
+def db(spring_lab: Path, tmp_path: Path) -> str:
+    return f"sqlite:///{shutil.copy(spring_lab / 'lab.db', tmp_path)}"
 
 
 @pytest.fixture
 def started(tmp_path: Path) -> Iterator[list[subprocess.Popen[str]]]:
-    """Servers of a test, which end with it."""
     servers: list[subprocess.Popen[str]] = []
     yield servers
     for server in servers:
@@ -48,7 +45,6 @@ def serve(*words: str, cwd: Path) -> subprocess.Popen[str]:
 
 
 def address_of(server: subprocess.Popen[str]) -> str:
-    """What it prints first."""
     assert server.stderr is not None
     lines: list[str] = []
     reader = threading.Thread(target=lambda: lines.append(server.stderr.readline()), daemon=True)

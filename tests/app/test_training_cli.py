@@ -251,7 +251,6 @@ def test_missing_extra_says_how_to_get_it(lab, monkeypatch, words):
 
 
 def test_fresh_lab_has_no_models_and_train_json_has_the_rows_of_the_contract(lab):
-    """The synthetic campaign stands in for a hammer's: the same set of predictors, in the same order."""
     assert "no models yet; train some" in done(lab("models")).stdout
     assert json.loads(done(lab("models", "--json")).stdout) == [] and shipped("hammer").predictors == PREDICTORS
     result = done(lab("train", "spring", "--models", "hann,linear", "--json"))

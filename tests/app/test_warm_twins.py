@@ -31,7 +31,6 @@ FEW = (200.0, 400.0, 800.0)
 
 @pytest.fixture
 def quick(quick_twins):
-    """The address of a store."""
     return f"sqlite:///{quick_twins / 'lab.db'}"
 
 

@@ -1,10 +1,9 @@
-"""deploy/ and docs/how-to/deploy-a-server.md name commands, options and files that exist, and hold no secret."""
+"""deploy/ names commands, options and files that exist, and holds no secret; tests/docs/test_pages.py has its page."""
 
 from __future__ import annotations
 
 import os
 import re
-import shlex
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -12,50 +11,17 @@ from typing import Any
 import click
 import pytest
 import yaml
-from pyroshock.app.cli.main import main
+from doc_pages.parsing import ROOT, parsed
 
-ROOT = Path(__file__).resolve().parents[2]
 DEPLOY = ROOT / "deploy"
 COMPOSE: dict[str, Any] = yaml.safe_load((DEPLOY / "compose.yaml").read_text())
 SERVICES: dict[str, dict[str, Any]] = COMPOSE["services"]
-PAGE = (ROOT / "docs" / "how-to" / "deploy-a-server.md").read_text()
 SCRIPTS = sorted(DEPLOY.glob("*.sh"))
 #: Of the Compose specification, what a service of ours may say; a misspelled key is refused by no parser.
 KEYS = {
     *("build", "cap_drop", "command", "depends_on", "deploy", "environment", "healthcheck", "image", "init", "ports"),
     *("restart", "secrets", "security_opt", "shm_size", "stop_grace_period", "volumes"),
 }
-
-
-def lines_of(language: str) -> list[str]:
-    """Lines of the page's blocks in this language."""
-    blocks = re.findall(rf"^```{language}\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
-    return [line for block in blocks for line in block.splitlines()]
-
-
-def parsed(words: list[str]) -> click.Context:
-    """As the command line takes these words, down to the command itself, without running it."""
-    command: click.Command = main
-    context = main.make_context("pyroshock", list(words), resilient_parsing=False)
-    while isinstance(command, click.Group) and context._protected_args:
-        name, *rest = [*context._protected_args, *context.args]
-        found = command.get_command(context, name)
-        assert found is not None, name
-        command, context = found, found.make_context(name, rest, parent=context)
-    return context
-
-
-COMMANDS_SHOWN = [
-    *(shlex.split(line)[1:] for line in lines_of("sh") if line.startswith("pyroshock ")),
-    *(shlex.split(text)[1:] for text in re.findall(r"`(pyroshock [^`…]+)`", PAGE)),
-]
-
-
-@pytest.mark.parametrize("words", COMMANDS_SHOWN, ids=" ".join)
-def test_commands_of_the_page_are_commands(words, monkeypatch):
-    # folders of a server are not here; that they must exist is not the question
-    monkeypatch.setattr(click.Path, "convert", lambda self, value, *_: value)
-    assert parsed(words).command.name
 
 
 @pytest.mark.parametrize("name", [n for n, s in SERVICES.items() if s["command"][0] == "pyroshock"])

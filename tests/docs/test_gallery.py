@@ -136,7 +136,6 @@ def test_profiles_end_at_zero_and_peak_where_they_must(drawn: Drawn, name: str, 
 
 
 def test_plates_are_as_thick_as_the_thesis_says_and_the_spectrum_passes_through_its_peaks(drawn: Drawn) -> None:
-    """Around 10 mm of aluminium, around 5 mm of steel."""
     marks = [line for axes in drawn("safety_plates").axes for line in axes.lines if line.get_marker() == "x"]
     thickness, limit = np.array([np.ravel(line.get_data()) for line in marks]).T
     assert limit == pytest.approx([150, 150]) and thickness == pytest.approx([10, 5], abs=0.5)
@@ -191,7 +190,6 @@ def test_force_comes_back_from_the_plate_without_ringing(campaign: virtual_campa
 
 
 def test_both_methods_find_every_hit_at_its_sealed_truth(campaign: virtual_campaign.HammerCampaign) -> None:
-    """The logical array, as `diff` marks it, is one sample shorter."""
     _, walk = extraction_methods.extracted(campaign, campaign.tests[0], "walk")
     _, mask = extraction_methods.extracted(campaign, campaign.tests[0], "mask")
     assert len(walk) == len(mask) == campaign.hits

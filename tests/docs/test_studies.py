@@ -42,7 +42,6 @@ def test_first_shots_are_table_5_1_with_its_factor_and_uncertainties(first: GunO
 
 
 def test_leak_is_a_part_of_the_gap_and_all_of_it_with_the_atmosphere_at_low_pressure(first: GunObservables) -> None:
-    """At most a quarter, less at higher pressure, and below the thesis's psi of 0.4 to 0.6 at every shot."""
     leak = clearance_leak(first, 0.6)
     assert leak.share == pytest.approx([0.26, 0.24, 0.10, 0.13, 0.09], abs=0.006) and leak.psi.max() < 0.25
     assert clearance_leak(first, 1.0).share.max() < 0.5

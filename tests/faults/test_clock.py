@@ -20,7 +20,7 @@ from support.records import verdicts
 from support.records.campaigns import hammer_campaign
 from support.stores.hammer_stores import full_campaign
 from support.stores.registries import context_in, fresh_registry, without_figures
-from support.stores.stores import content, ingested, opened, pyroshock
+from support.stores.stores import content, ingested, opened, pyroshock, run_pyroshock
 
 time_machine = pytest.importorskip("time_machine")
 
@@ -41,12 +41,6 @@ def back(clock):
     return lambda *_: clock.shift(timedelta(days=-1))
 
 
-def done(*words: str):
-    result = pyroshock(*words)
-    assert result.exit_code == 0, result.stderr
-    return result
-
-
 def test_ingest_is_the_same_while_the_clock_goes_back(tmp_path, back, sqlite_url):
     folder = hammer_campaign(tmp_path / "c", recordings=3)
     usual = f"sqlite:///{tmp_path / 'usual.db'}"
@@ -63,17 +57,17 @@ def test_pulses_cut_last_are_in_use(tmp_path, back, sqlite_url):
     first = pyroshock("impacts", "--json", "--db", sqlite_url).stdout
     for words, differs in ((("--threshold", "0.2"), True), ((), False)):
         back()
-        done("extract", "hammer", *words, "--db", sqlite_url)
+        run_pyroshock("extract", "hammer", *words, "--db", sqlite_url)
         assert (pyroshock("impacts", "--json", "--db", sqlite_url).stdout != first) == differs
 
 
 def test_datasets_are_listed_as_they_were_made(tmp_path, back, sqlite_url):
     ingested(sqlite_url, full_campaign(tmp_path / "c"))
-    done("dataset", "build", "b", "--from", "spring", "--db", sqlite_url)
+    run_pyroshock("dataset", "build", "b", "--from", "spring", "--db", sqlite_url)
     back()
     ingested(sqlite_url, full_campaign(tmp_path / "d", name="autumn", seed=2))
-    done("dataset", "build", "a", "--from", "autumn", "--db", sqlite_url)
-    rows = json.loads(done("dataset", "list", "--json", "--db", sqlite_url).stdout)
+    run_pyroshock("dataset", "build", "a", "--from", "autumn", "--db", sqlite_url)
+    rows = json.loads(run_pyroshock("dataset", "list", "--json", "--db", sqlite_url).stdout)
     assert [row["name"] for row in rows] == ["b", "a"]
 
 

@@ -44,7 +44,6 @@ def trained(tmp_path_factory) -> Path:
 
 @pytest.fixture
 def registry(trained, tmp_path, monkeypatch) -> Registry:
-    """A copy of it, which a test may damage."""
     without_figures(monkeypatch)
     shutil.copytree(trained, tmp_path, dirs_exist_ok=True)
     return at_its_place(Registry(storage_for(f"sqlite:///{tmp_path / 'lab.db'}", {})))

@@ -27,7 +27,6 @@ MAKINGS: dict[str, Making] = {"ingest": ingest_places, "train": train_places, "p
 
 
 def killed_upgrade(forge: Forge, databases: Databases, folder: Path, revision: str, kills: int) -> None:
-    """`killed`, from a store of this revision."""
     killed(forge, "db upgrade", databases, folder, kills, partial(migrate_places, revision=revision))
 
 
@@ -68,7 +67,6 @@ QUICK = {"campaigns delete", "runs discard", "runs replace"}
 
 
 def killed_undoing(forge: Forge, operation: str, databases: Databases, folder: Path, kills: int) -> None:
-    """Kill and look; the tally is told whatever comes of it."""
     make = undone_places(operation, databases, folder)
     rng = np.random.default_rng([SEED, *operation.encode(), *databases.engine.encode()])
     tally = strike(forge, operation, databases.engine, make, kills, rng, UndonePlace.is_done)

@@ -24,7 +24,7 @@ from pyroshock.training.registry.registry import Registry
 from scipy.io import savemat
 from support.records.campaigns import hammer_campaign, hammer_rows, with_cell, write_runs
 from support.stores.registries import context_in, fresh_registry, without_figures
-from support.stores.stores import ingested, opened, pyroshock
+from support.stores.stores import ingested, opened, pyroshock, run_pyroshock
 from support.stores.web_stores import FACTORS
 
 FS_HZ = 51200.0
@@ -50,7 +50,6 @@ def trap(tmp_path: Path) -> Iterator[Path]:
 
 @pytest.fixture(scope="module")
 def registered(tmp_path_factory: pytest.TempPathFactory) -> tuple[Registry, Version]:
-    """A registry with one model of numbers."""
     with pytest.MonkeyPatch.context() as patch:
         without_figures(patch)
         registry = fresh_registry(tmp_path_factory.mktemp("registry"))
@@ -198,8 +197,7 @@ def filled(db: str, folder: Path) -> None:
 
 
 def asked(*words: str) -> list[dict[str, object]]:
-    result = pyroshock(*words, "--json")
-    assert result.exit_code == 0, result.stderr
+    result = run_pyroshock(*words, "--json")
     found: list[dict[str, object]] = json.loads(result.stdout)
     return found
 
@@ -230,7 +228,6 @@ def test_plans_are_called_as_they_are_called(database_url: str, tmp_path: Path) 
     with opened(database_url, create=True):
         pass
     for text in HOSTILE:
-        made = pyroshock("plan", "factorial", text, "--factors", factors, "--repetitions", "1", "--db", database_url)
-        assert made.exit_code == 0, made.stderr
+        run_pyroshock("plan", "factorial", text, "--factors", factors, "--repetitions", "1", "--db", database_url)
     with opened(database_url) as store, store.reading() as session:
         assert {plan["name"] for plan in list_plans(session)} == set(HOSTILE)

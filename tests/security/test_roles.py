@@ -22,7 +22,7 @@ from sqlalchemy import text
 from sqlalchemy.exc import ProgrammingError
 from support.records.campaigns import hammer_campaign, recording_name
 from support.stores.roled_servers import ADMIN, NOBODY, OPERATOR, PLAN, READER, Server, roled_server
-from support.stores.stores import counts, opened, pyroshock
+from support.stores.stores import counts, opened, pyroshock, refusal, run_pyroshock
 from support.stores.web_stores import FACTORS
 
 
@@ -40,17 +40,7 @@ def in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def done(*words: str | Path) -> str:
-    result = pyroshock(*words)
-    assert result.exit_code == 0, result.stderr
-    return result.stdout
-
-
-def refused(*words: str | Path) -> str:
-    """The one line of a refusal."""
-    result = pyroshock(*words)
-    assert result.exit_code == 2, result.output
-    assert len(result.stderr.strip().splitlines()) == 1, result.stderr
-    return result.stderr
+    return run_pyroshock(*words).stdout
 
 
 def test_every_table_has_its_rights_and_no_role_has_more(server: Server) -> None:
@@ -79,7 +69,7 @@ def test_every_table_has_its_rights_and_no_role_has_more(server: Server) -> None
 ], ids=lambda words: words[0])  # fmt: skip
 def test_a_reader_is_told_which_role_writes(server: Server, words: tuple[str, ...]) -> None:
     hammer_campaign(Path("folder"), recordings=1, hits=1, name="mine")
-    said = refused(*words, "--db", server.address(READER))
+    said = refusal(*words, "--db", server.address(READER))
     assert "permission denied" in said
     assert 'needs the role pyroshock_operator: an administrator runs GRANT pyroshock_operator TO "rita"' in said
 
@@ -90,7 +80,7 @@ def test_a_reader_looks_and_is_told_the_role_that_is_needed(server: Server, tmp_
         result = pyroshock("work", "--db", server.address(READER))
         stop(store, job.key)
     assert result.exit_code == 2 and "needs the role pyroshock_operator" in result.stderr.splitlines()[-1]
-    assert 'GRANT pyroshock_reader TO "nora"' in refused("campaigns", "--db", server.address(NOBODY))
+    assert 'GRANT pyroshock_reader TO "nora"' in refusal("campaigns", "--db", server.address(NOBODY))
     with opened(server.address(READER)) as store, pytest.raises(StoreError) as caught, store.reading() as session:
         session.execute(text("SELECT nothing FROM nowhere"))
     assert not isinstance(caught.value, StoreRoleError) and "pyroshock_" not in str(caught.value)
@@ -135,8 +125,8 @@ def test_an_operator_deletes_nothing_and_brings_back_what_an_admin_has_deleted(s
     db, path, out = server.address(OPERATOR), recording_name(1), tmp_path / "kept.pyroshock"
     done("ingest", folder, "--db", db, "--jobs", "1")
     before = counts(db)
-    assert "pyroshock_admin" in refused("runs", "discard", "kept", path, "--reason", "r", "--db", db)
-    assert "pyroshock_admin" in refused("campaigns", "delete", "kept", "--reason", "r", "--db", db)
+    assert "pyroshock_admin" in refusal("runs", "discard", "kept", path, "--reason", "r", "--db", db)
+    assert "pyroshock_admin" in refusal("campaigns", "delete", "kept", "--reason", "r", "--db", db)
     archived = ("campaigns", "archive", "kept", "--out", out, "--reason", "r", "--db")
     assert "pyroshock_admin" in pyroshock(*archived, db).stderr and counts(db) == before
     done("runs", "discard", "kept", path, "--reason", "r", "--db", server.address(ADMIN))
@@ -163,7 +153,7 @@ def test_an_operator_changes_no_tables_and_what_an_admin_adds_is_everybodys(serv
                 connection.exec_driver_sql(statement)
         with pytest.raises(StoreRoleError, match="needs the role pyroshock_admin"):
             migrate.downgrade(engine, "0004")
-        assert "needs the role pyroshock_admin" in refused("db", "roles", "--db", server.address(OPERATOR))
+        assert "needs the role pyroshock_admin" in refusal("db", "roles", "--db", server.address(OPERATOR))
         assert migrate.current_revision(engine) == migrate.HEAD
     finally:
         engine.dispose()
@@ -202,7 +192,7 @@ def test_roles_are_granted_afterwards(server: Server) -> None:
 
 def test_a_file_has_no_roles(sqlite_url: str) -> None:
     done("init", "--db", sqlite_url)
-    assert "has no roles" in refused("db", "roles", "--db", sqlite_url)
+    assert "has no roles" in refusal("db", "roles", "--db", sqlite_url)
 
 
 def test_the_way_back_takes_every_right(server: Server) -> None:

@@ -51,7 +51,6 @@ def test_secrets_of_addresses_are_hidden(typed: str, seen: str) -> None:
 
 
 def test_texts_commands_and_records_keep_all_but_their_secrets() -> None:
-    """And an address without secrets all."""
     for address in ("sqlite:///a@b.db", "sqlite:////home/m e/lab é.db", "postgresql+psycopg://me@host/db",
                     "http://127.0.0.1:5000/models/hybrid@3"):  # fmt: skip
         assert address_for_display(address) == without_secrets(address) == address
@@ -139,7 +138,6 @@ def secret_db(postgres_url: str) -> Iterator[str]:
 
 
 def texts_of(db: str) -> str:
-    """Every cell of a store."""
     with opened(db) as store, store.reading() as session:
         return "\n".join(str(row) for table in metadata.sorted_tables for row in session.execute(select(table)))
 

@@ -54,7 +54,6 @@ def environment(db: str) -> dict[str, str]:
 
 @pytest.fixture
 def program(tmp_path: Path) -> list[str]:
-    """The command line as it is installed."""
     file = tmp_path / "bin" / "pyroshock"
     file.parent.mkdir()
     file.write_text(PROGRAM, encoding="utf-8")

@@ -109,7 +109,6 @@ def test_page_is_the_same_whatever_is_drawn(data):
 
 
 def test_infinities_come_back_and_details_are_of_a_known_format():
-    """Levels of a channel that shows nothing are -inf dB."""
     values = np.array([NAN, INF, -INF, 1 / 3])
     made = verdicts.verdict(pictures=Pictures((), (ResidualPicture("a", "plate", "dB", 0.5, values, None, values),)))
     np.testing.assert_array_equal(kept(made).pictures.residuals[0].before, values)

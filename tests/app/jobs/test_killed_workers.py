@@ -22,7 +22,7 @@ from pyroshock.schema.recordings import Recording
 from pyroshock.schema.session import Store
 from sqlalchemy import func, select
 from support.records.campaigns import gun_campaign, hammer_campaign
-from support.stores.stores import content, ingested, opened, pyroshock, start_cli
+from support.stores.stores import content, ingested, opened, pyroshock, run_pyroshock, start_cli
 from support.stores.web_stores import FACTORS
 
 #: A process imports for seconds, on a machine that may be busy.
@@ -65,8 +65,7 @@ def test_a_killed_workers_ingest_is_finished_by_the_next(tmp_path: Path, sqlite_
         worker.communicate()
         assert count(store) < RECORDINGS
         assert get_job(store, key).state == RUNNING  # nobody was left to say otherwise
-        result = pyroshock("work", "--db", sqlite_url, "--once", "--lease", "1s", "--data", folder.parent)
-        assert result.exit_code == 0, result.stderr
+        run_pyroshock("work", "--db", sqlite_url, "--once", "--lease", "1s", "--data", folder.parent)
         found = get_job(store, key)
     assert (found.state, found.attempt) == (DONE, 2) and found.result["impacts"] == RECORDINGS
     assert content(sqlite_url) == content(undisturbed)
@@ -95,8 +94,7 @@ def test_a_worker_that_slept_through_its_lease_changes_nothing(tmp_path: Path, s
         worker = begun(store, key, sqlite_url, folder)
         try:
             worker.send_signal(signal.SIGSTOP)
-            result = pyroshock("work", "--db", sqlite_url, "--once", "--lease", "1s", "--data", folder.parent)
-            assert result.exit_code == 0, result.stderr
+            run_pyroshock("work", "--db", sqlite_url, "--once", "--lease", "1s", "--data", folder.parent)
             before = get_job(store, key)
             assert (before.state, before.attempt) == (DONE, 2)
             following = ask(store, PLAN, "Plan", PLANNED).key

@@ -14,25 +14,16 @@ from pyroshock.app.diagnose import diagnosing
 from pyroshock.app.diagnose.service import GapDiagnosis
 from pyroshock.diagnosis.verdict import Cause, EffectShare, PathStep, Unexplained, Verdict
 from support.records import verdicts
-from support.records.campaigns import gun_campaign
-from support.stores.stores import ingested, pyroshock
+from support.stores.stores import pyroshock
 
 FIRST_SHOTS = str(files("pyroshock") / "examples" / "first-shots")
 
 
-@pytest.fixture(scope="module")
-def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A store with the gun campaign "spring"."""
-    place = tmp_path_factory.mktemp("filled")
-    ingested(f"sqlite:///{place / 'lab.db'}", gun_campaign(place / "folder", name="spring"))
-    return place
-
-
 @pytest.fixture
-def store(filled: Path, notebook: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def store(spring_lab: Path, notebook: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """A copy of the store; every diagnosis is a made-up one."""
     monkeypatch.setattr(diagnosing, "run_diagnosis", lambda store, db, asked, progress=None: made_up())
-    shutil.copy(filled / "lab.db", tmp_path)
+    shutil.copy(spring_lab / "lab.db", tmp_path)
     with ps.open(tmp_path / "lab.db", create=False) as store:
         yield store
 

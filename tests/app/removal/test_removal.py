@@ -33,7 +33,7 @@ from support.records.campaigns import (
 )
 from support.stores.care_stores import GUN, HAMMER, OTHER, WHEN, copied, execute
 from support.stores.hammer_stores import HITS, full_campaign, rows_of
-from support.stores.stores import content, counts, ingest, ingested, opened, pyroshock
+from support.stores.stores import content, counts, ingest, ingested, opened, pyroshock, refusal, run_pyroshock
 
 # --- datasets, models and predictions whose data were taken out of the store say so; damage is no withdrawal --------
 
@@ -247,8 +247,7 @@ def test_archived_and_restored_campaign_is_as_before(care_store, tmp_path):
     stone = archived(care_store, out)
     assert stone["archive_path"] == str(out.resolve())
     assert stone["archive_sha256"] == hashlib.sha256(out.read_bytes()).hexdigest()
-    shown = pyroshock("dataset", "show", "small", "--db", care_store)
-    assert shown.exit_code == 2 and f"pyroshock campaigns restore {out.resolve()}" in shown.stderr
+    assert f"pyroshock campaigns restore {out.resolve()}" in refusal("dataset", "show", "small", "--db", care_store)
     sound(care_store)
     back = restored(care_store, out)
     assert (back["returned"], back["notes"]) == ({"small": 10}, [])
@@ -456,8 +455,7 @@ def test_ingest_of_the_same_folder_does_not_bring_it_back(hammer):
     assert again.exit_code == 0 and "nothing new" in again.stderr
     assert f"recording {FIRST} was discarded on 20" in again.stderr and f"because {REASON}" in again.stderr
     assert f"--again {FIRST}" in again.stderr and paths(url) == [SECOND]
-    result = pyroshock("ingest", folder, "--again", FIRST, "--db", url)
-    assert result.exit_code == 0, result.stderr
+    run_pyroshock("ingest", folder, "--again", FIRST, "--db", url)
     assert but_tombstones(url) == whole
     (stone,) = json.loads(pyroshock("campaigns", "deleted", "--json", "--db", url).stdout)
     assert stone["restored_at"] is not None and "discarded" not in ingest(url, folder).stderr
@@ -481,8 +479,7 @@ def test_another_file_in_the_place_of_a_discarded_one_must_be_asked_for(hammer):
 
 def test_dry_run_of_an_ingest_keeps_the_tombstone_open(hammer):
     url, folder = hammer
-    result = pyroshock("ingest", folder, "--again", "recordings/test-99.npz", "--db", url)
-    assert result.exit_code == 2 and "no row names this recording" in result.stderr
+    assert "no row names this recording" in refusal("ingest", folder, "--again", "recordings/test-99.npz", "--db", url)
     discarded(url, "hammer", FIRST)
     before = content(url)
     output = pyroshock("ingest", folder, "--again", FIRST, "--dry-run", "--db", url)
@@ -675,8 +672,7 @@ def test_dataset_reads_again_only_when_the_very_same_content_is_back(tables_url,
     discarded(tables_url, "spring", SECOND)
     sound(tables_url)
     replace_in(folder / "runs.csv", "polymeric", "none")
-    result = pyroshock("ingest", folder, "--again", SECOND, "--db", tables_url)
-    assert result.exit_code == 0, result.stderr
+    run_pyroshock("ingest", folder, "--again", SECOND, "--db", tables_url)
     with opened(tables_url) as store, pytest.raises(SnapshotError, match=REASON):
         read_snapshot(store, "small")
     sound(tables_url)

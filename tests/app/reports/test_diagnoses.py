@@ -64,7 +64,6 @@ def test_page_is_whole_and_begins_with_what_to_do_next() -> None:
 
 
 def test_residuals_are_per_cent_and_agreement_divides_by_nothing() -> None:
-    """A force of twice the simulated one is 100 % above it."""
     picture = replace(verdicts.pictures().residuals[0], before=np.full(6, np.log(2.0)), after=None)
     chart = Page(page(verdicts.verdict(pictures=Pictures((), (picture,)))))
     assert "measured over simulated (%)" in chart.text and "configuration 1: 100" in chart.text

@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from pyroshock.app.diagnose.stored import kept_report
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from support.processes.web_client import ADDRESS, ended, post_json, token
-from support.stores.stores import pyroshock
+from support.stores.stores import run_pyroshock
 from support.stores.web_stores import GUN, HAMMER, IMPACTS, PLAN, SHOTS, Lab
 
 #: Filling a store imports much; on a busy machine that is slow.
@@ -22,9 +22,7 @@ pytestmark = pytest.mark.timeout(600)
 
 def told(filled: Lab, *words: str) -> Any:
     """What the command line prints of the same store."""
-    result = pyroshock(*words, "--db", filled.db, "--json")
-    assert result.exit_code == 0, result.stderr
-    return json.loads(result.stdout)
+    return json.loads(run_pyroshock(*words, "--db", filled.db, "--json").stdout)
 
 
 def walked(filled: Lab, address: str, key: str, limit: int) -> Iterator[dict[str, Any]]:

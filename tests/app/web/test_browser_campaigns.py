@@ -18,7 +18,6 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
 
 def stored(lab: Lab, campaign: str) -> tuple[int, ...]:
-    """Recordings and impacts of a campaign."""
     with lab.reading() as session:
         key = select(Campaign.id).where(Campaign.name == campaign).scalar_subquery()
         return tuple(

@@ -165,7 +165,6 @@ CAMPAIGN, PLANNED = f"/campaigns/{quote(NAME, safe='')}", f"/plans/{quote(NAME, 
     "/reports/diagnosis/1.html",
 ])  # fmt: skip
 def test_evil_words_are_shown_and_are_no_html(evil: tuple[Any, Any], address: str) -> None:
-    """Among them a template, which computes nothing."""
     page = checked(evil[0], address)
     assert shown(page), page.text
 

@@ -34,7 +34,6 @@ def until(true: Callable[[], bool]) -> None:
 
 
 def sent(tmp_path: Path) -> dict[str, Any]:
-    """A campaign as a browser uploads it."""
     folder = gun_campaign(tmp_path / "sent", 2, "sent")
     return {"files": [("files", (f"sent/{path.name}", path.read_bytes())) for path in folder.iterdir()]}
 

@@ -22,7 +22,7 @@ from pyroshock.twin.prediction import Prediction, RestsOn
 from support.checks.well_formed import Page
 from support.processes.web_client import post_json
 from support.records.twin_parts import unsolved
-from support.stores.stores import pyroshock
+from support.stores.stores import pyroshock, run_pyroshock
 from support.stores.web_stores import GUN, HAMMER, Lab
 
 #: Filling a store imports much; on a busy machine that is slow.
@@ -97,8 +97,7 @@ _answers: dict[tuple[str, ...], Any] = {}
 def of_command(filled: Lab, name: str, *more: str) -> Any:
     """What the command prints of a shot; asked once, for it builds its twin anew each time."""
     if (name, *more) not in _answers:
-        result = pyroshock("predict", *shlex.split(SHOTS[name][0]), *more, "--seed", "3", "--db", filled.db)
-        assert result.exit_code == 0, result.stderr
+        result = run_pyroshock("predict", *shlex.split(SHOTS[name][0]), *more, "--seed", "3", "--db", filled.db)
         _answers[name, *more] = json.loads(result.stdout) if more else result
     return _answers[name, *more]
 
@@ -176,8 +175,7 @@ def test_table_of_shots_has_what_the_bands_rest_on(filled: Lab, tmp_path: Any) -
     table = tmp_path / "shots.csv"
     table.write_text("run,tank_pressure_bar,bullet_mass_kg\n1,3,0.5\n2,10,0.5\n")
     words = ("--shots", str(table), "--contact", "hertz", "--draws", "4", "--db", filled.db)
-    result = pyroshock("predict", *words, "--json")
-    assert result.exit_code == 0, result.stderr
+    result = run_pyroshock("predict", *words, "--json")
     rows = json.loads(result.stdout)
     assert [row["rests_on_shots"] for row in rows] == [5, 5]
     beyond = "Tank pressure 10 bar is beyond the 0.5 to 6.7 bar of the shots that were learned from."
