@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -12,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.predict.predicting import ShotRequest, predicted_json
 from pyroshock.app.twins import twin_cache as twin_stamps
 from pyroshock.app.twins import twin_cache as warm_twins
@@ -35,9 +35,9 @@ def quick(quick_twins):
 
 
 @pytest.fixture
-def store(quick):
-    with opened(quick, create=True) as store:
-        ingest_examples(store)
+def store(quick, examples_db, tmp_path):
+    shutil.copy(examples_db, tmp_path)
+    with opened(quick) as store:
         yield store
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from dataclasses import fields, replace
 
 import numpy as np
@@ -10,7 +11,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.diagnose.diagnosing import keep, last_report, past_diagnoses, report_json
 from pyroshock.app.diagnose.report import page
 from pyroshock.app.diagnose.request import DiagnosisRequest, restriction_sentences
@@ -134,9 +134,8 @@ CAMPAIGN = "first-shots"
 
 
 @pytest.fixture
-def store(tmp_path):
-    with opened(f"sqlite:///{tmp_path / 'lab.db'}", create=True) as store:
-        ingest_examples(store)
+def store(examples_db, tmp_path):
+    with opened(f"sqlite:///{shutil.copy(examples_db, tmp_path)}") as store:
         yield store
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,12 +13,10 @@ import pyroshock as ps
 import pytest
 from click.testing import CliRunner
 from pyroshock.app.common.errors import argument_names
-from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.laboratory_twin import LaboratoryTwin
 from pyroshock.app.predict.cli import predict
 from pyroshock.app.predict.service import ShotPrediction
 from pyroshock.app.validate.cli import validate
-from support.stores.stores import opened
 
 LINES = "200:4000:3"
 SHOT = {"tank_pressure": "0.5 bar", "bullet_mass": "0.5 kg", "tip": "steel"}
@@ -25,12 +24,8 @@ FEW = 8
 
 
 @pytest.fixture(scope="module")
-def url(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A store with the five shots that ship with the software."""
-    url = f"sqlite:///{tmp_path_factory.mktemp('lab') / 'lab.db'}"
-    with opened(url, create=True) as store:
-        ingest_examples(store)
-    return url
+def url(examples_db: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
+    return f"sqlite:///{shutil.copy(examples_db, tmp_path_factory.mktemp('lab'))}"
 
 
 pytestmark = pytest.mark.usefixtures("notebook")
@@ -217,17 +212,9 @@ def test_plan_is_predicted_as_the_command_line_predicts_it(url: str, store: ps.E
 
 
 # --- validation: the scores, sentence and plot of the command ---
-@pytest.fixture
-def validated_store(tmp_path: Path, notebook: None) -> Iterator[ps.ExperimentStore]:
-    with opened(f"sqlite:///{tmp_path / 'lab.db'}", create=True) as opened_store:
-        ingest_examples(opened_store)
-    with ps.open(tmp_path / "lab.db", create=False) as validated_store:
-        yield validated_store
-
-
-def test_validation_is_that_of_the_command_line(validated_store: ps.ExperimentStore) -> None:
-    found = validated_store.validate("first-shots", draws=20, progress=False)
-    result = CliRunner().invoke(validate, ["first-shots", "--draws", "20", "--db", validated_store.url, "--json"])
+def test_validation_is_that_of_the_command_line(store: ps.ExperimentStore) -> None:
+    found = store.validate("first-shots", draws=20, progress=False)
+    result = CliRunner().invoke(validate, ["first-shots", "--draws", "20", "--db", store.url, "--json"])
     expected, data = json.loads(result.stdout), found.to_json()
     assert {**data, "seconds": 0} == {**expected, "seconds": 0}
     assert (found.sentence, found.calibrated) == (expected["verdict"], expected["calibrated"])
@@ -252,6 +239,6 @@ def test_validation_is_that_of_the_command_line(validated_store: ps.ExperimentSt
     ("first-shots", {"folds": 1}, ps.InvalidValueError, "folds = 1"),
     ("first-shots", {"contact": "hybrid@3"}, ps.NotFoundError, "hybrid@3"),
 ])  # fmt: skip
-def test_validation_says_what_there_is_not(validated_store: ps.ExperimentStore, campaign, options, kind, message):
+def test_validation_says_what_there_is_not(store: ps.ExperimentStore, campaign, options, kind, message):
     with pytest.raises(kind, match=message):
-        validated_store.validate(campaign, progress=False, **options)
+        store.validate(campaign, progress=False, **options)
