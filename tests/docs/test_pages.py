@@ -8,12 +8,10 @@ from pathlib import Path
 
 import click
 import pytest
-from doc_pages.blocks import COMMANDS, PYTHON, Block, blocks_of
+from doc_pages.blocks import COMMANDS, PYTHON, Block, blocks_of, inline_statements, statements_of
 from doc_pages.givens import GIVENS, prepare
 from doc_pages.parsing import ROOT, check
-from doc_pages.printed import alike, missing
-from doc_pages.running import place_in, run_block
-from doc_pages.shell import inline_statements, statements_of
+from doc_pages.running import alike, missing, place_in, run_block
 
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(p for p in DOCS.rglob("*.md") if "_build" not in p.parts)]
