@@ -81,14 +81,7 @@ def test_newest_version_counts_alone_and_none_is_the_way_back(store: Store) -> N
     assert used(store, "spring") == []
 
 
-def test_stage_that_a_diagnosis_did_not_see_keeps_its_effect(store: Store) -> None:
-    layer = verdicts.LAYER
-    adopt(store, of_gun("spring", layer, simulator="gun:adiabatic | contact:hertz"), layer.id)
-    adopt(store, of_gun("summer", VALVE), VALVE.id)
-    assert used(store, "spring") == [VALVE.id, layer.id]
-
-
-def test_numbers_come_back_as_they_were(store: Store) -> None:
+def test_numbers_come_back_as_they_were_and_unseen_stages_keep_their_effect(store: Store) -> None:
     row = adopt(store, of_gun("spring", GAIN), GAIN.id)
     source = {"kind": "fitted", "where": "diagnosis of spring"}
     assert row.configuration["sources"] == {"sensor.velocity_gain.gain": source}
@@ -96,6 +89,10 @@ def test_numbers_come_back_as_they_were(store: Store) -> None:
         (found,) = adopted_for(session, "spring")
     assert found.effects == (GAIN,) and found.note.startswith("with sensor.velocity_gain (adopted 2")
     assert found.note.endswith("version 1, diagnosis of spring)")
+    layer = verdicts.LAYER
+    adopt(store, of_gun("spring", layer, simulator="gun:adiabatic | contact:hertz"), layer.id)
+    adopt(store, of_gun("summer", VALVE), VALVE.id)
+    assert used(store, "spring") == [VALVE.id, layer.id]
 
 
 def test_likeliest_of_a_group_was_fitted_and_its_own_fit_goes_before_a_larger_sets() -> None:
@@ -213,7 +210,7 @@ def test_unknown_effect_is_one_line_and_one_that_is_not_first_is_told(lab: str, 
 
 
 @pytest.mark.usefixtures("quick_twins")
-def test_registered_model_holds_what_the_bench_does(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_registered_model_and_another_plate_keep_their_law(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
     layer = verdicts.LAYER
     with opened(lab) as store:
         adopt(store, of_gun("spring", layer, simulator="gun:adiabatic | contact:hertz"), layer.id)
@@ -230,6 +227,12 @@ def test_registered_model_holds_what_the_bench_does(lab: str, monkeypatch: pytes
     assert by_model.twin.contact.label == "hunter"
     assert any("does not act on hybrid@1, which has learned it from measured" in note for note in by_model.notes)
     assert by_law.twin.contact.label == f"hertz + {layer.id}"
+    damping = effect("plate.damping", factor=2.0)
+    with opened(lab) as store:
+        adopt(store, of_gun("spring", damping, simulator="plate:modal"), damping.id)
+        own = twins.twin_of(store, lab, TwinRequest(campaign="spring", contact="hertz"))
+        other = twins.twin_of(store, lab, TwinRequest(campaign="spring", contact="hertz", plate="steel"))
+    assert own.twin.plate.effects == (damping,) and other.twin.plate.effects == ()
 
 
 @pytest.mark.usefixtures("quick_twins")
@@ -246,16 +249,6 @@ def test_model_of_another_bench_has_not_learned_it(lab: str, monkeypatch: pytest
             monkeypatch.setattr(learning, "training_campaigns", lambda *_, name=taught: (name,))
             built = twins.twin_of(store, lab, TwinRequest(campaign="spring", effects=(given,)))
             assert getattr(built.twin.contact, "effects") == expected  # noqa: B009
-
-
-@pytest.mark.usefixtures("quick_twins")
-def test_other_plate_keeps_its_nominal_law(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    damping = effect("plate.damping", factor=2.0)
-    with opened(lab) as store:
-        adopt(store, of_gun("spring", damping, simulator="plate:modal"), damping.id)
-        own = twins.twin_of(store, lab, TwinRequest(campaign="spring", contact="hertz"))
-        other = twins.twin_of(store, lab, TwinRequest(campaign="spring", contact="hertz", plate="steel"))
-    assert own.twin.plate.effects == (damping,) and other.twin.plate.effects == ()
 
 
 def test_tune_leaves_it_out_where_asked(lab: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

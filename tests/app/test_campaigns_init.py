@@ -147,11 +147,16 @@ def test_each_kind_from_recordings(sqlite_url, tmp_path, kind):
     assert (campaign["name"], campaign["kind"]) == (kind, "gun" if kind == "gun" else "hammer")
 
 
-def test_drop_has_no_hammer(tmp_path):
+def test_drop_has_no_hammer_and_a_damaged_recording_is_left_out(tmp_path):
     write_recording(tmp_path / "1.npz", {"acceleration_1": record()})
     started(tmp_path, "--kind", "drop")
     text = (tmp_path / "campaign.toml").read_text(encoding="utf-8")
     assert "\n[bench.hammer]" not in text and "accelerometers alone" in text
+    folder = tmp_path / "c"
+    write_recording(folder / "1.npz", {"force": record()})
+    (folder / "2.npz").write_bytes(b"nothing")
+    assert "2.npz is left out" in started(folder, "--kind", "hammer").stderr
+    assert [row["recording"] for row in rows_of(folder)] == ["1.npz"]
 
 
 def test_rows_of_a_plan(sqlite_url, tmp_path):
@@ -201,14 +206,6 @@ def test_nothing_is_overwritten(tmp_path, name):
     assert f"{name} there already" in refusal("campaigns", "init", folder, "--kind", "hammer")
     assert sorted(path.name for path in folder.iterdir()) == sorted(["1.npz", name])
     assert (folder / name).read_text(encoding="utf-8") == "mine"
-
-
-def test_damaged_recording_is_left_out(tmp_path):
-    folder = tmp_path / "c"
-    write_recording(folder / "1.npz", {"force": record()})
-    (folder / "2.npz").write_bytes(b"nothing")
-    assert "2.npz is left out" in started(folder, "--kind", "hammer").stderr
-    assert [row["recording"] for row in rows_of(folder)] == ["1.npz"]
 
 
 @pytest.mark.parametrize("pattern", ["../other", "/etc", "C:\\data"])

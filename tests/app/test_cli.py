@@ -42,14 +42,11 @@ def json_of(*words: object):
     return json.loads(run(*words, "--json").stdout)
 
 
-def test_every_command_has_help_with_an_example():
+def test_every_command_has_help_and_ingest_prints_the_contract(tmp_path):
     for name in COMMANDS:
         text = run(name, "--help").output
         assert "Example:" in text or name == "db", name
     assert "Example:" in run("db", "upgrade", "--help").output
-
-
-def test_ingest_prints_the_contract(tmp_path):
     words = (EXAMPLES / "first-shots", "--db", f"sqlite:///{tmp_path}/x.db")
     none = {"recordings": 0, "impacts": 0, "set_aside": [], "findings": []}
     assert json_of("ingest", *words) == {"campaign": "first-shots", "shots": 5, **none}
@@ -184,7 +181,7 @@ def test_a_finding_says_of_which_channel_it_is(sqlite_url, tmp_path):
     assert line.split()[:3] == ["reject", "dropouts", "a2"]
 
 
-def test_material_is_added_once_and_then_known(tmp_path):
+def test_material_is_added_once_and_extract_keeps_the_old_version(tmp_path):
     url = f"sqlite:///{tmp_path}/x.db"
     run("init", "--db", url)
     words = ["materials", "add", "titanium", "--youngs-modulus", "114GPa", "--poisson-ratio", "0.34"]
@@ -195,9 +192,6 @@ def test_material_is_added_once_and_then_known(tmp_path):
     found = next(m for m in json_of("materials", "--db", url) if m["name"] == "titanium")
     assert (found["youngs_modulus_pa"], found["density_kg_m3"]) == (114e9, 4430.0)
     assert "known already" in run(*words, code=2).stderr
-
-
-def test_extract_keeps_the_old_version_and_returns_to_it(tmp_path):
     url, campaign = f"sqlite:///{tmp_path}/x.db", hammer_campaign(tmp_path / "hammer")
     count = json_of("ingest", campaign, "--db", url)["impacts"]
     before = json_of("impacts", "--db", url)

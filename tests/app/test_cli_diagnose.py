@@ -94,7 +94,7 @@ def test_words_follow_the_verdict_and_not_finite_numbers_are_null(monkeypatch: p
     assert json.loads(done("spring", "--db", lab, "--json").stdout)["gap"]["noise_floor"] is None
 
 
-def test_list_tells_each_diagnosis_and_what_was_adopted(asked: list[DiagnosisRequest], lab: str) -> None:
+def test_list_tells_each_diagnosis_and_a_folder_leaves_nothing_behind(asked, lab, tmp_path):
     done("spring", "--db", lab, "--adopt", "gun.valve_flow")
     done("spring", "--db", lab, "--adopt", "none")
     done("spring", "--db", lab, "--seed", "1")
@@ -102,9 +102,6 @@ def test_list_tells_each_diagnosis_and_what_was_adopted(asked: list[DiagnosisReq
     assert [row["adopted"] for row in rows] == [None, "version 2: none", "version 1: gun.valve_flow"]
     assert [row["first"] for row in rows] == ["contact.layer_compliance or contact.plate_compliance"] * 3
     assert rows[0]["id"] > rows[1]["id"]
-
-
-def test_folder_leaves_nothing_behind(asked: list[DiagnosisRequest], lab: str, tmp_path: Path) -> None:
     before, files = counts(lab), sorted(tmp_path.rglob("*"))
     done(tmp_path / "folder", "--db", lab)
     done(tmp_path / "folder", "--db", f"sqlite:///{tmp_path / 'none.db'}")

@@ -261,7 +261,7 @@ def run_table(*words, refused=False):
     return result.stderr if refused else result.stdout
 
 
-def test_every_row_is_what_predict_says_of_it_alone(lab):
+def test_every_row_is_what_predict_says_of_it_alone_and_a_plan_has_its_plates(lab, tmp_path):
     many = json.loads(run_table("--shots", "shots.csv", "--json"))
     for row, words in zip(many, ALONE, strict=True):
         alone = json.loads(CliRunner().invoke(predict, [*words.split(), "--json"]).stdout)
@@ -271,6 +271,11 @@ def test_every_row_is_what_predict_says_of_it_alone(lab):
         sensor = row["srs"][0]["sensor"]
         means = [line["mean_m_s2"] for line in row["srs"] if line["sensor"] == sensor]
         assert means == alone["srs"][sensor]["mean"]
+    CliRunner().invoke(main, ["init"])
+    made = CliRunner().invoke(main, ["plan", "lhs", "spring", "--runs", "4", "--seed", "1"])
+    assert made.exit_code == 0, made.output
+    rows = json.loads(run_table("--plan", "spring", "--draws", "2", "--json"))
+    assert [row["run"] for row in rows] == [1, 2, 3, 4] and all(row["predicted_velocity_m_s"] > 0 for row in rows)
 
 
 def test_two_processes_write_the_same_files_as_one_and_what_is_assumed_is_told(lab):
@@ -289,14 +294,6 @@ def test_two_processes_write_the_same_files_as_one_and_what_is_assumed_is_told(l
     (lab / "short.csv").write_text("run,tank_pressure_bar\n1,2\n")
     told = assumed(rows_of_file(lab / "short.csv"), 0.5)
     assert "no column bullet_mass_kg: 0.5" in told and not any("tank_pressure" in line for line in told)
-
-
-def test_plan_is_predicted_with_the_plates_that_its_runs_name(lab, tmp_path):
-    CliRunner().invoke(main, ["init"])
-    made = CliRunner().invoke(main, ["plan", "lhs", "spring", "--runs", "4", "--seed", "1"])
-    assert made.exit_code == 0, made.output
-    rows = json.loads(run_table("--plan", "spring", "--draws", "2", "--json"))
-    assert [row["run"] for row in rows] == [1, 2, 3, 4] and all(row["predicted_velocity_m_s"] > 0 for row in rows)
 
 
 @pytest.mark.parametrize(("table", "message"), [

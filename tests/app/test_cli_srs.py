@@ -108,10 +108,17 @@ def test_a_file_without_a_clock_takes_the_given_rate(tmp_path, rate):
         np.testing.assert_allclose(told["maximax"], exact.maximax, rtol=1e-9)
 
 
-def test_a_given_rate_is_the_files_and_damping_and_q_are_one_setting(tmp_path):
+def test_rate_and_channel_are_the_files_and_damping_and_q_one_setting(tmp_path):
     file = table(tmp_path / "a.csv")
     assert as_json(file, "--rate", RATE, "--frequencies", "100")["sampling_rate_hz"] == RATE
     assert as_json(file, "--q", 25)["maximax"] == as_json(file, "--damping", 0.02)["maximax"]
+    others = {"force [N]": np.arange(10_000), "top [mm]": np.arange(10_000)}
+    assert as_json(table(tmp_path / "one.csv", **others))["channel"] == "acc"
+    file = table(tmp_path / "a.csv", **{"bcc [g]": 2 * pulse()})
+    assert "acc [g], bcc [g]" in refusal(file)
+    twice, once = (as_json(file, "--channel", name)["maximax"] for name in ("bcc", "acc"))
+    np.testing.assert_allclose(twice, 2 * np.array(once), rtol=1e-9)
+    assert "no channel 'dcc'; the file has: acc, bcc" in refusal(file, "--channel", "dcc")
 
 
 def test_unit_and_channel_are_the_files_or_asked_for(tmp_path):
@@ -141,16 +148,6 @@ def test_unit_and_channel_are_the_files_or_asked_for(tmp_path):
 ])  # fmt: skip
 def test_what_contradicts_the_file_or_itself_is_refused(tmp_path, header, words, said):
     assert said in refusal(table(tmp_path / "a.csv", header), *shlex.split(words))
-
-
-def test_of_several_accelerations_one_is_asked_for(tmp_path):
-    others = {"force [N]": np.arange(10_000), "top [mm]": np.arange(10_000)}
-    assert as_json(table(tmp_path / "one.csv", **others))["channel"] == "acc"
-    file = table(tmp_path / "a.csv", **{"bcc [g]": 2 * pulse()})
-    assert "acc [g], bcc [g]" in refusal(file)
-    twice, once = (as_json(file, "--channel", name)["maximax"] for name in ("bcc", "acc"))
-    np.testing.assert_allclose(twice, 2 * np.array(once), rtol=1e-9)
-    assert "no channel 'dcc'; the file has: acc, bcc" in refusal(file, "--channel", "dcc")
 
 
 @pytest.mark.parametrize(("factor", "code"), [(1.0, 0), (1.9, 0), (0.51, 0), (2.1, 1), (0.49, 1)])

@@ -80,11 +80,16 @@ def test_run_has_the_shots_that_are_needed_and_the_rest_as_usual(lab: str, campa
     assert {name: run[name] for name in expected} == expected
 
 
-def test_each_setting_is_a_run(lab: str) -> None:
+def test_each_setting_is_a_run_and_factors_are_the_rows(lab: str) -> None:
     other = NextRun("separates A from C", {"tank_pressure_bar": 0.3, "bullet_mass_kg": 0.2, "tip_material": "steel"}, 2)
     diagnosed(lab, NEXT, other)
     runs = discriminated(lab, "spring", "--name", "two")
     assert [(run["repetitions"], run["tip_material"]) for run in runs] == [(4, "PLA"), (2, "steel")]
+    columns = ("tank_pressure_bar", "tip_material", "pad")
+    rows = [dict(zip(columns, cells, strict=True)) for cells in (("0.5", 'st"eel', "3"), ("0.25", "PLA", "10"))]
+    space = space_from_text(factors_toml("gun", rows))
+    assert space.rows(space.treatments(rows)) == rows
+    assert [factor.levels for factor in space.factors] == [("0.25", "0.5"), ('st"eel', "PLA"), ("3", "10")]
 
 
 def test_recorded_shots_are_linked_to_it(lab: str, tmp_path: Path) -> None:
@@ -116,11 +121,3 @@ def test_campaign_that_nobody_diagnosed_is(lab: str, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: verdicts.verdict(next_runs=(NEXT,)))
     assert plan("discriminate", "spring", "--db", lab).exit_code == 0
     assert len(json.loads(pyroshock("diagnose", "spring", "--list", "--db", lab, "--json").stdout)) == 1
-
-
-def test_factors_are_exactly_the_rows() -> None:
-    columns = ("tank_pressure_bar", "tip_material", "pad")
-    rows = [dict(zip(columns, cells, strict=True)) for cells in (("0.5", 'st"eel', "3"), ("0.25", "PLA", "10"))]
-    space = space_from_text(factors_toml("gun", rows))
-    assert space.rows(space.treatments(rows)) == rows
-    assert [factor.levels for factor in space.factors] == [("0.25", "0.5"), ('st"eel', "PLA"), ("3", "10")]

@@ -117,13 +117,21 @@ def test_every_listing_prints_csv(store, command):
     assert len(rows) == len(listed) and all(set(row) == {name for each in listed for name in each} for row in rows)
 
 
-def test_impacts_are_sorted_by_their_peak_and_an_unknown_column_is_one_line(store):
+def test_impacts_are_sorted_and_exported_with_chosen_columns(store, tmp_path):
     rows = json.loads(run("impacts", "--sort", "-peak_force_n", "--json", "--db", store))
     forces = [row["peak_force_n"] for row in rows]
     assert len(set(forces)) > 1 and forces == sorted(forces, reverse=True)
     result = CliRunner().invoke(main, ["impacts", "--sort", "speed", "--db", store])
     assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
     assert result.stderr.startswith("pyroshock: no column 'speed'; columns: id, campaign, run")
+    words = ["export", "impacts", "--db", store, "--out", str(tmp_path / "x.csv"), "--columns", "id,speed"]
+    result = CliRunner().invoke(main, words)
+    assert result.exit_code == 2 and "no column 'speed'; columns: id, campaign" in result.stderr
+    assert list(tmp_path.iterdir()) == []
+    run("export", "impacts", "--db", store, "--out", tmp_path / "x.json", "--columns", "peak_force_n,id")
+    rows = json.loads((tmp_path / "x.json").read_text(encoding="utf-8"))
+    assert list(rows[0]) == ["peak_force_n", "id"]
+    assert rows == json.loads(run("impacts", "--columns", "peak_force_n,id", "--json", "--db", store))
 
 
 @pytest.mark.parametrize("what", ["impacts", "pulses"])
@@ -135,14 +143,3 @@ def test_export_has_no_factor_of_other_campaigns(store, tmp_path, what):
     assert "room" in columns() and "room" in columns("--campaign", "two")
     assert "room" not in columns("--campaign", "one") and "room" not in columns("--where", "campaign=one")
     assert "peak_acceleration_m_s2" not in columns("--campaign", "one")
-
-
-def test_exported_columns_are_chosen_and_an_unknown_one_makes_no_file(store, tmp_path):
-    words = ["export", "impacts", "--db", store, "--out", str(tmp_path / "x.csv"), "--columns", "id,speed"]
-    result = CliRunner().invoke(main, words)
-    assert result.exit_code == 2 and "no column 'speed'; columns: id, campaign" in result.stderr
-    assert list(tmp_path.iterdir()) == []
-    run("export", "impacts", "--db", store, "--out", tmp_path / "x.json", "--columns", "peak_force_n,id")
-    rows = json.loads((tmp_path / "x.json").read_text(encoding="utf-8"))
-    assert list(rows[0]) == ["peak_force_n", "id"]
-    assert rows == json.loads(run("impacts", "--columns", "peak_force_n,id", "--json", "--db", store))

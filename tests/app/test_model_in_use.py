@@ -102,7 +102,15 @@ def test_store_tells_what_an_older_model_does_not(lab: str) -> None:
             assert velocity_kind_of(session, stated) == TARGET_MOTION_ADDED
 
 
-def test_hammers_campaign_is_struck_with_its_hammer(asked: Callable[..., Result], monkeypatch: pytest.MonkeyPatch):
+def test_hammers_campaign_needs_a_velocity_and_is_struck_with_its_hammer(asked, lab, tmp_path, monkeypatch):
+    refused = asked("--campaign", "hammer")
+    assert refused.exit_code != 0 and "give the impact velocity, such as --velocity 1.5m/s" in refused.stderr
+    refused = asked(*STRIKE, "--effect", "gun.back_pressure")
+    assert "has no gun" in refused.stderr
+    spec = tmp_path / "spec.csv"
+    spec.write_text("frequency_hz,level_g\n100,10\n1000,100\n", encoding="utf-8")
+    refused = CliRunner().invoke(tune, ["--target", str(spec), "--campaign", "hammer", "--db", lab])
+    assert "has no gun, whose settings are searched" in refused.stderr
     champion = version("tree", dataset("hammer", "hammer", INTEGRATED), "hammer", "2026-01-02")
     monkeypatch.setattr(twins, "_registry", lambda _: registry(champion))
     result = asked(*STRIKE, "--contact", "registered", "--json")
@@ -115,18 +123,7 @@ def test_hammers_campaign_is_struck_with_its_hammer(asked: Callable[..., Result]
     assert "no model is in use for the gun" in asked("--campaign", "gun", "--contact", "registered").stderr
 
 
-def test_hammer_needs_a_velocity(asked: Callable[..., Result], lab: str, tmp_path: Path) -> None:
-    refused = asked("--campaign", "hammer")
-    assert refused.exit_code != 0 and "give the impact velocity, such as --velocity 1.5m/s" in refused.stderr
-    refused = asked(*STRIKE, "--effect", "gun.back_pressure")
-    assert "has no gun" in refused.stderr
-    spec = tmp_path / "spec.csv"
-    spec.write_text("frequency_hz,level_g\n100,10\n1000,100\n", encoding="utf-8")
-    refused = CliRunner().invoke(tune, ["--target", str(spec), "--campaign", "hammer", "--db", lab])
-    assert "has no gun, whose settings are searched" in refused.stderr
-
-
-def test_ignored_factor_is_an_error(asked: Callable[..., Result], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ignored_factor_is_an_error_and_a_table_gives_every_predictor(asked, monkeypatch, tmp_path):
     champion = version("tree", dataset("hammer", "hammer", BEFORE_CONTACT), "hammer")
     monkeypatch.setattr(twins, "_registry", lambda _: registry(champion))
     told(asked(*STRIKE, "--boundary-conditions", "fixed", "--json"))
@@ -140,9 +137,6 @@ def test_ignored_factor_is_an_error(asked: Callable[..., Result], monkeypatch: p
         ((*STRIKE, "--factor", "humidity"), "expected NAME=VALUE"),
     ):
         assert message in asked(*words).stderr
-
-
-def test_table_gives_every_predictor(asked: Callable[..., Result], tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     champion = version("tree", dataset("hammer", "hammer", BEFORE_CONTACT), "hammer")
     monkeypatch.setattr(twins, "_registry", lambda _: registry(champion))
     table = tmp_path / "shots.csv"

@@ -85,7 +85,7 @@ def test_axis_is_time_or_the_share_of_the_contact(pulse_store):
     np.testing.assert_allclose(found.groups[0].deviation_n, 0, atol=1e-9)
 
 
-def test_pulses_are_thinned_filtered_and_counted(pulse_store):
+def test_pulses_are_thinned_filtered_and_counted_by_a_known_factor(pulse_store):
     found = pulses_over(pulse_store, most=3)
     assert (found.drawn, found.matching, found.thinned) == (3, 6, True)
     assert sum(group.count for group in found.groups) == 3
@@ -93,9 +93,6 @@ def test_pulses_are_thinned_filtered_and_counted(pulse_store):
     assert pulses_over(pulse_store, where=where, campaign=None).matching == 4
     none = pulses_over(pulse_store, where=(Condition("peak_force_n", ">", 1e9),))
     assert (none.groups, none.drawn, none.matching) == ((), 0, 0)
-
-
-def test_unknown_factor_lists_the_known_and_one_point_is_no_curve(pulse_store):
     with pytest.raises(UnknownFieldError, match=r"'colour'.*tip_material, tip_radius"):
         pulses_over(pulse_store, "colour")
     with pytest.raises(ValueError, match="points is 1"):

@@ -155,7 +155,7 @@ def test_imported_table_goes_out_as_it_came_with_pressures_for_velocity_levels(u
     assert fired == pytest.approx({0.2: 7.0, 0.5: 22.0, 1.0: 14.0}, rel=1e-3)
 
 
-def test_run_beyond_the_bench_is_refused_with_its_number(url, tmp_path):
+def test_run_beyond_the_bench_is_refused_and_a_lab_adds_its_own_factor(url, tmp_path):
     factors = tmp_path / "factors.toml"
     from pyroshock.doe.space import shipped_factors
 
@@ -163,9 +163,6 @@ def test_run_beyond_the_bench_is_refused_with_its_number(url, tmp_path):
     result = plan("import", "p", table(tmp_path / "in.csv"), "--db", url, "--factors", factors)
     assert result.exit_code == 2 and "run 3" in result.stderr and "m/s" in result.stderr
     assert as_json("--db", url) == []
-
-
-def test_lab_adds_its_own_factor(url, tmp_path):
     from pyroshock.doe.space import shipped_factors
 
     factors = tmp_path / "factors.toml"
@@ -173,6 +170,7 @@ def test_lab_adds_its_own_factor(url, tmp_path):
                        'levels = ["Ada", "Emil"]\n')  # fmt: skip
     runs = as_json("factorial", "p", "--db", url, "--factors", factors, "--seed", "1")["runs"]
     assert len(runs) == 360 and {run["operator"] for run in runs} == {"Ada", "Emil"}
+    assert "no plan 'spring'" in refusal("ingest", gun_campaign(tmp_path / "g", 1), "--db", url, "--plan", "spring")
 
 
 def test_pressure_over_its_range_is_a_factor(url, tmp_path):
@@ -222,10 +220,6 @@ def test_recorded_campaign_works_the_plan_off(url, tmp_path):
     state = {run["run"]: run["status"] for run in as_json("status", "gun", "--db", url)["runs"]}
     assert state == {7: "done", 3: "planned", 9: "done"}
     assert "2 done, 1 to do (0 begun), 0 discarded" in done("status", "gun", "--db", url).stdout
-
-
-def test_unknown_plan_of_an_ingest_is_named(url, tmp_path):
-    assert "no plan 'spring'" in refusal("ingest", gun_campaign(tmp_path / "g", 1), "--db", url, "--plan", "spring")
 
 
 def test_added_runs_are_repeated_as_the_plans(url, tmp_path):
@@ -280,13 +274,18 @@ def test_plan_or_effect_that_there_is_none_of(planned_url, tmp_path, plan, effec
     assert not (tmp_path / "c").exists()
 
 
-def test_folder_that_holds_something_is_left_alone_and_discarded_runs_are_not_played(planned_url, tmp_path):
+def test_folder_that_holds_something_is_left_alone_and_options_say_when_the_recorder_begins(planned_url, tmp_path):
     (tmp_path / "c").mkdir()
     (tmp_path / "c" / "theirs.txt").write_text("mine")
     assert "expected a new or empty folder" in refused_simulation("p", "--out", tmp_path / "c", "--db", planned_url)
     assert [path.name for path in (tmp_path / "c").iterdir()] == ["theirs.txt"]
     assert pyroshock("plan", "discard", "p", "4", "--reason", "broke", "--db", planned_url).exit_code == 0
     assert "no run that is not discarded" in refused_simulation("p", "--out", tmp_path / "d", "--db", planned_url)
+    assert trigger_of(None, None) is None and trigger_of("10%", None) == Trigger(0.1, 0.3)
+    assert trigger_of("none", "500ms") == Trigger(None, 0.5) and trigger_of(None, "0.2s") == Trigger(0.05, 0.2)
+    for share in ("10", "0%", "x%", "100%"):
+        with pytest.raises(ValueError, match=r"--trigger is .* expected a share such as 5%, or none"):
+            trigger_of(share, None)
 
 
 @pytest.mark.slow
@@ -296,11 +295,3 @@ def test_simulated_campaign_works_its_plan_off(planned_url, tmp_path):
     assert (tmp_path / "c.sealed.json").is_file()
     done = pyroshock("ingest", out, "--db", planned_url)
     assert "2 repetitions linked, 1 runs done" in done.stderr
-
-
-def test_options_say_when_the_recorder_begins():
-    assert trigger_of(None, None) is None and trigger_of("10%", None) == Trigger(0.1, 0.3)
-    assert trigger_of("none", "500ms") == Trigger(None, 0.5) and trigger_of(None, "0.2s") == Trigger(0.05, 0.2)
-    for share in ("10", "0%", "x%", "100%"):
-        with pytest.raises(ValueError, match=r"--trigger is .* expected a share such as 5%, or none"):
-            trigger_of(share, None)

@@ -128,7 +128,7 @@ def test_range_is_told_in_units_of_the_lab(item, text):
     assert extrapolation_text(item) == text
 
 
-def test_domain_is_told_in_words_and_each_quantity_once():
+def test_warnings_are_told_in_words_once_by_the_field_that_sets_the_quantity(tmp_path):
     shot = prediction(
         outside=[OutOfDomain("impact_velocity_m_s", 22.1284, "up to 5.2"), OutOfDomain("insulator", "foam", "none")]
     )
@@ -139,6 +139,21 @@ def test_domain_is_told_in_words_and_each_quantity_once():
     beyond = Extrapolation("impact_velocity_m_s", 22.0, 1.0, 9.0)
     shot = prediction(beyond, outside=[OutOfDomain("impact_velocity", 22.0, "1 to 9")])
     assert warnings(shot) == (extrapolation_text(beyond),) and domain_warnings(shot) == ()
+    heavy = Extrapolation("impactor_mass", 1.0, 0.3, 0.5)
+    shot = prediction(PRESSURE, heavy, Extrapolation("plate_density", 1.0, 2.0, 3.0), tank_pressure_pa=10e5)
+    assert field_warnings(shot) == {
+        "tank_pressure_pa": extrapolation_text(PRESSURE),
+        "bullet_mass_kg": extrapolation_text(heavy),
+    }
+    gun, contact = (Extrapolation(name, 1.2, 0.2, 0.8) for name in ("bullet_mass_kg", "impactor_mass"))
+    other = Extrapolation("impactor_mass", 1.2, 0.3, 0.5)
+    shot = prediction(gun, contact, other, tank_pressure_pa=3e5)
+    assert warnings(shot) == (extrapolation_text(gun), extrapolation_text(other))
+    assert field_warnings(shot)["bullet_mass_kg"] == f"{extrapolation_text(gun)} {extrapolation_text(other)}"
+    plot_prediction(prediction(PRESSURE, tank_pressure_pa=10e5), tmp_path / "shot.svg")
+    plain = prediction(tank_pressure_pa=3e5)
+    plot_prediction(replace(plain, rests_on=RestsOn(0, "half-sine", "")), tmp_path / "plain.svg")
+    assert (tmp_path / "shot.svg").stat().st_size > (tmp_path / "plain.svg").stat().st_size
 
 
 @pytest.mark.parametrize(("own", "item", "number"), [
@@ -152,24 +167,3 @@ def test_warning_stands_beside_the_number_that_it_makes_unsure(own, item, number
     assert {row["quantity"]: row.get("warning") for row in rows if "warning" in row} == {
         number: extrapolation_text(item)
     }
-
-
-def test_picture_says_what_the_bands_rest_on(tmp_path):
-    plot_prediction(prediction(PRESSURE, tank_pressure_pa=10e5), tmp_path / "shot.svg")
-    plain = prediction(tank_pressure_pa=3e5)
-    plot_prediction(replace(plain, rests_on=RestsOn(0, "half-sine", "")), tmp_path / "plain.svg")
-    assert (tmp_path / "shot.svg").stat().st_size > (tmp_path / "plain.svg").stat().st_size
-
-
-def test_warnings_go_by_the_field_that_sets_the_quantity_and_name_a_mass_once():
-    heavy = Extrapolation("impactor_mass", 1.0, 0.3, 0.5)
-    shot = prediction(PRESSURE, heavy, Extrapolation("plate_density", 1.0, 2.0, 3.0), tank_pressure_pa=10e5)
-    assert field_warnings(shot) == {
-        "tank_pressure_pa": extrapolation_text(PRESSURE),
-        "bullet_mass_kg": extrapolation_text(heavy),
-    }
-    gun, contact = (Extrapolation(name, 1.2, 0.2, 0.8) for name in ("bullet_mass_kg", "impactor_mass"))
-    other = Extrapolation("impactor_mass", 1.2, 0.3, 0.5)
-    shot = prediction(gun, contact, other, tank_pressure_pa=3e5)
-    assert warnings(shot) == (extrapolation_text(gun), extrapolation_text(other))
-    assert field_warnings(shot)["bullet_mass_kg"] == f"{extrapolation_text(gun)} {extrapolation_text(other)}"

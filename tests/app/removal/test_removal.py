@@ -307,7 +307,7 @@ def test_restored_on_the_other_engine(care_copy, tmp_path, postgres_database):
     assert but_tombstones(postgres_database) == before
 
 
-def test_nothing_is_deleted_where_the_file_cannot_be_written_or_is_another(care_copy, tmp_path):
+def test_nothing_is_deleted_where_the_file_cannot_be_written_or_holds_something_else(care_copy, tmp_path, monkeypatch):
     before = counts(care_copy)
     message = run(care_copy, "archive", HAMMER, "--out", tmp_path / "no" / "file", "--reason", REASON, code=2).stderr
     assert "no" in message
@@ -320,8 +320,6 @@ def test_nothing_is_deleted_where_the_file_cannot_be_written_or_is_another(care_
     assert "the reason is empty" in run(care_copy, "archive", HAMMER, "--out", "f", "--reason", " ", code=2).stderr
     assert counts(care_copy) == before and (tmp_path / "text").read_text() == "not a store"
 
-
-def test_nothing_is_deleted_where_the_written_file_is_not_what_the_store_holds(care_copy, tmp_path, monkeypatch):
     def torn(store, campaign, out, progress=None):
         rows = export_campaign(store, campaign, out, progress)
         execute(f"sqlite:///{out}", "UPDATE series_chunks SET frame = substr(frame, 1, 20)")

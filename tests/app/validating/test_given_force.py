@@ -129,15 +129,12 @@ def test_plate_under_measured_forces_is_that_of_its_equation_and_covers(shots: M
         assert np.median(np.abs(comparison.values.residual)) < (0.35 if comparison.is_spectrum else 0.04)
 
 
-def test_table_with_other_modes_is_seen(shots: MeasuredShots) -> None:
+def test_table_with_other_modes_is_seen_and_shots_without_a_force_told_apart(shots: MeasuredShots) -> None:
     """Modes a third too high, nothing learned: the spectra are not those of the bench."""
     wrong = twin_of_table(replace(plate(), frequency_hz=1.33 * plate().frequency_hz))
     draws = {row: wrong.predict(s, measured_force=shots.given_force(row)).draws for row, s in enumerate(shots.settings)}
     comparisons = compared_shots(shots, draws, np.random.default_rng(1))
     assert all(np.mean(item.values.inside90) < 0.7 for item in comparisons if item.is_spectrum)
-
-
-def test_shots_of_which_only_some_give_a_force_are_told_apart(shots: MeasuredShots) -> None:
     assert shots.given_force_n is not None
     force = shots.given_force_n.copy()
     force[0] = np.nan

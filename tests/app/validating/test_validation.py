@@ -217,7 +217,7 @@ def data_of(result: Result) -> dict:  # JSON
     return json.loads(result.stdout)
 
 
-def test_json_is_the_contract_and_a_page_is_written(validate_lab, tmp_path: Path) -> None:
+def test_json_is_the_contract_of_a_hammers_campaign_and_of_the_thesis(validate_lab, tmp_path: Path) -> None:
     page = tmp_path / "validation.html"
     data = data_of(validate_lab("spring", "--contact", "hertz", "--json", "--html", str(page)))
     text = page.read_text(encoding="utf-8")
@@ -230,14 +230,13 @@ def test_json_is_the_contract_and_a_page_is_written(validate_lab, tmp_path: Path
         assert 0 <= row["coverage90_ci95"][0] <= row["coverage90"] <= row["coverage90_ci95"][1] <= 1
     for failure in data["failures"]:
         assert {"rule", "quantity", "bias"} <= failure.keys()
-
-
-def test_five_shots_of_the_thesis_are_left_out_one_by_one(validate_lab) -> None:
     data = data_of(validate_lab("first-shots", "--json"))
     (velocity,) = data["quantities"]
     assert (velocity["name"], velocity["shots"], velocity["configurations"]) == ("velocity", 5, 5)
     assert data["folds"] == 5
     assert data["verdict"].startswith("Too little to judge the 90 % bands, 5 shots of 5 configurations")
+    result = validate_lab("winter")
+    assert result.exit_code == 2 and result.stderr.count("\n") == 1 and "winter" in result.stderr
 
 
 def test_text_says_verdict_first_and_not_calibrated_is_exit_code_1(
@@ -250,8 +249,3 @@ def test_text_says_verdict_first_and_not_calibrated_is_exit_code_1(
     monkeypatch.setattr("pyroshock.app.validate.validation.verdict", lambda _: overconfident)
     result = validate_lab("first-shots")
     assert result.exit_code == 1 and "Not calibrated" in result.stdout
-
-
-def test_unknown_campaign_is_one_line(validate_lab) -> None:
-    result = validate_lab("winter")
-    assert result.exit_code == 2 and result.stderr.count("\n") == 1 and "winter" in result.stderr

@@ -94,7 +94,7 @@ def test_a_diagnosis_takes_the_effects_to_consider_that_there_are(filled: Lab) -
     assert len(filled.client.get("/api/jobs").json()) == jobs
 
 
-def test_diagnoses_plans_and_channels_come_as_they_are_stored(filled: Lab) -> None:
+def test_stored_data_come_as_they_are_and_a_spectrum_is_the_closed_form(filled: Lab) -> None:
     with filled.store.reading() as session:
         assert filled.client.get("/api/diagnoses/1").json() == kept_report(session, 1)
     plan_data = filled.client.get(f"/api/plans/{quote(PLAN, safe='')}").json()
@@ -104,10 +104,7 @@ def test_diagnoses_plans_and_channels_come_as_they_are_stored(filled: Lab) -> No
     assert len(whole["values"]) == channel["samples"]
     few = filled.client.get(f"/api/channels/{channel['key']}?points=100").json()
     assert len(few["values"]) <= 200 and max(few["values"]) == max(whole["values"])
-
-
-def test_a_spectrum_of_a_half_sine_is_the_closed_form(filled: Lab) -> None:
-    """An undamped oscillator far stiffer than the pulse is short follows it; at fT = 1/2 it responds with pi/2."""
+    # An undamped oscillator far stiffer than the pulse is short follows it; at fT = 1/2 it responds with pi/2.
     rate, length = 100_000.0, 0.01
     time = np.arange(4000) / rate
     pulse = np.where(time < length, 100.0 * np.sin(np.pi * time / length), 0.0)

@@ -158,7 +158,7 @@ def test_no_row_makes_a_worker_remove_what_is_no_upload(tmp_path, scratches: Cal
     assert not upload.exists()
 
 
-def test_a_folder_beyond_those_of_a_worker_is_not_read(tmp_path: Path) -> None:
+def test_a_folder_beyond_those_of_a_worker_is_not_read_and_scripts_name_what_there_is(tmp_path: Path) -> None:
     from pyroshock.app.ingest.job import INGEST, IngestArguments
 
     folder = gun_campaign(tmp_path / "data" / "spring", 2, "spring")
@@ -170,9 +170,6 @@ def test_a_folder_beyond_those_of_a_worker_is_not_read(tmp_path: Path) -> None:
         assert (found.state, f"may not read {folder}" in found.what) == (WAITING, True)
         work_off(store, folders=(tmp_path / "data",))
         assert get_job(store, key).state == DONE
-
-
-def test_the_jobs_of_scripts(tmp_path: Path) -> None:
     with window(sqlite(tmp_path)) as (client, _):
         assert post_json(client, "/api/campaigns/unknown/extract", {}).status_code == 404
         assert post_json(client, "/api/train", {"dataset": "unknown"}).status_code == 404

@@ -343,7 +343,7 @@ def test_a_campaign_is_diagnosed_and_again_with_the_ticked_effects_and_the_same_
     assert "The diagnosis considers only gun.valve_flow, gun.blow_by (--with), and no other effect." in page.text
 
 
-def test_page_of_a_diagnosis_shows_sentence_path_and_a_box_for_each_effect(filled: Lab) -> None:
+def test_page_of_a_diagnosis_shows_its_parts_plans_the_next_experiment_and_adopts(filled: Lab) -> None:
     key = keep(filled.store, verdicts.gun(campaign=GUN))
     page = Page(filled.client.get(f"/diagnoses/{key}").text)
     assert summary(verdicts.gun()) in page.text
@@ -354,9 +354,6 @@ def test_page_of_a_diagnosis_shows_sentence_path_and_a_box_for_each_effect(fille
     assert "plate.damping" not in boxes and page.of("option")[-1]["value"] == "none"
     for name in ("gun.valve_flow+gun.back_pressure+gun.blow_by", "gun.blow_by"):
         assert post(filled.client, f"/diagnoses/{key}/adopt", {"effect": name}).status_code == 303
-
-
-def test_the_next_experiment_is_planned_and_an_effect_adopted_and_given_back(filled: Lab) -> None:
     before = filled.rows()
     answer = post(filled.client, "/diagnoses/1/plan", {"name": "tell apart/1"})
     assert (answer.status_code, answer.headers["location"]) == (303, "/plans/tell%20apart%2F1")

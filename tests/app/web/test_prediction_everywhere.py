@@ -171,7 +171,19 @@ def test_warning_stands_beside_the_number_and_beside_the_slider(filled: Lab) -> 
     ]
 
 
-def test_table_of_shots_has_what_the_bands_rest_on(filled: Lab, tmp_path: Any) -> None:
+def campaigns_of(html: str) -> Iterator[str]:
+    select = html[html.index('<select id="campaign"') :]
+    yield from select[: select.index("</select>")].split("<option")[1:]
+
+
+def test_twin_is_chosen_by_campaign_and_a_table_has_what_the_bands_rest_on(filled: Lab, tmp_path: Any) -> None:
+    html = filled.client.get("/twin", params={"contact": "hertz"}).text
+    options = list(campaigns_of(html))
+    assert any(f'value="{HAMMER}"' in option and "(hammer)" in option for option in options)
+    assert any(f'value="{GUN}"' in option and "(gun)" in option for option in options)
+    chosen = filled.client.get("/twin", params={"campaign": HAMMER, "contact": "hertz"})
+    assert chosen.status_code == 200
+    assert any("selected" in option and HAMMER in option for option in campaigns_of(chosen.text))
     table = tmp_path / "shots.csv"
     table.write_text("run,tank_pressure_bar,bullet_mass_kg\n1,3,0.5\n2,10,0.5\n")
     words = ("--shots", str(table), "--contact", "hertz", "--draws", "4", "--db", filled.db)
@@ -180,21 +192,6 @@ def test_table_of_shots_has_what_the_bands_rest_on(filled: Lab, tmp_path: Any) -
     assert [row["rests_on_shots"] for row in rows] == [5, 5]
     beyond = "Tank pressure 10 bar is beyond the 0.5 to 6.7 bar of the shots that were learned from."
     assert [row["extrapolation"] for row in rows] == ["", beyond] and beyond in pyroshock("predict", *words).stdout
-
-
-def campaigns_of(html: str) -> Iterator[str]:
-    select = html[html.index('<select id="campaign"') :]
-    yield from select[: select.index("</select>")].split("<option")[1:]
-
-
-def test_twin_is_chosen_by_campaign_hammers_among_them(filled: Lab) -> None:
-    html = filled.client.get("/twin", params={"contact": "hertz"}).text
-    options = list(campaigns_of(html))
-    assert any(f'value="{HAMMER}"' in option and "(hammer)" in option for option in options)
-    assert any(f'value="{GUN}"' in option and "(gun)" in option for option in options)
-    chosen = filled.client.get("/twin", params={"campaign": HAMMER, "contact": "hertz"})
-    assert chosen.status_code == 200
-    assert any("selected" in option and HAMMER in option for option in campaigns_of(chosen.text))
 
 
 def test_bench_without_a_gun_is_asked_by_its_velocity(filled: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -236,7 +233,7 @@ def test_plate_that_hangs_higher_is_another_plate_to_command_and_api(filled: Lab
     assert command["srs"] == higher["srs"]
 
 
-def test_valve_and_held_plate_change_the_prediction(filled: Lab) -> None:
+def test_valve_and_held_plate_change_the_prediction_and_fields_stand_where_they_apply(filled: Lab) -> None:
     def told(name: str, without: str) -> tuple[dict[str, Any], dict[str, Any]]:
         other = {key: value for key, value in question(name).items() if key != without}
         return tuple(filled.client.get("/api/predict", params=params).json() for params in (question(name), other))
@@ -248,8 +245,6 @@ def test_valve_and_held_plate_change_the_prediction(filled: Lab) -> None:
     coupled, rigid = told("coupled", "coupled")
     assert coupled["impulse_n_s"]["mean"] != pytest.approx(rigid["impulse_n_s"]["mean"], rel=1e-6)
 
-
-def test_fields_stand_where_they_apply_and_hold_what_is_asked(filled: Lab) -> None:
     def fields(**params: Any) -> set[str]:
         html = filled.client.get("/twin", params=params).text
         names = {"chain_height_m", "valve_profile", "boundary_conditions"}
