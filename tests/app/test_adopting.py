@@ -96,8 +96,7 @@ def test_numbers_come_back_as_they_were_and_unseen_stages_keep_their_effect(stor
 
 
 def test_likeliest_of_a_group_was_fitted_and_its_own_fit_goes_before_a_larger_sets() -> None:
-    whole = replace(verdicts.verdict(), fits={})
-    effects, probability = fitted(whole, "contact.layer_compliance")
+    effects, probability = fitted(replace(verdicts.verdict(), fits={}), "contact.layer_compliance")
     assert effects == (verdicts.LAYER,) and probability == pytest.approx(0.8 * 0.93)
     joint = "gun.valve_flow+gun.back_pressure+gun.blow_by"
     only = replace(verdicts.gun(), fits={joint: JOINT}, causes=(verdicts.gun().causes[0],))

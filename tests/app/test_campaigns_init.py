@@ -130,8 +130,7 @@ def test_each_kind_from_recordings(sqlite_url, tmp_path, kind):
     folder = tmp_path / kind
     for number in (1, 2):
         write_recording(folder / "recordings" / f"{number}.npz", {"force": record(number), "acc": record(number)})
-    result = started(folder, "--kind", kind, "--recordings", "recordings")
-    assert "--dry-run" in result.stderr
+    assert "--dry-run" in started(folder, "--kind", kind, "--recordings", "recordings").stderr
     rows = rows_of(folder)
     rows_read = [(row["run"], row["repetition"], row["recording"]) for row in rows]
     assert rows_read == [(number, "1", f"recordings/{number}.npz") for number in "12"]

@@ -54,8 +54,7 @@ def test_every_command_has_help_and_ingest_prints_the_contract(tmp_path):
 
 
 def test_json_goes_to_a_file_and_listings_have_the_contracts_keys(filled, tmp_path):
-    result = run("campaigns", "--db", filled, "--json", tmp_path / "c.json")
-    assert result.stdout == ""
+    assert run("campaigns", "--db", filled, "--json", tmp_path / "c.json").stdout == ""
     assert {c["name"] for c in json.loads((tmp_path / "c.json").read_text())} == {"hammer", "first-shots"}
     campaign = json_of("campaigns", "--db", filled)[0]
     assert list(campaign) == ["name", "kind", "date", "impacts", "shots", "planned", "done"]
@@ -173,8 +172,7 @@ def test_a_finding_says_of_which_channel_it_is(sqlite_url, tmp_path):
     write_recording(folder / recording_name(1), {"force": force, "a1": force / 10, "a2": np.full(force.size, 2.5)})
     told = run("ingest", folder, "--db", sqlite_url, "--jobs", "1", "--json")
     assert "reject: dropouts (1) of a2" in told.stderr
-    found = json.loads(told.stdout)["findings"]
-    assert [f["channel"] for f in found if f["check"] == "dropouts"] == ["a2"]
+    assert [f["channel"] for f in json.loads(told.stdout)["findings"] if f["check"] == "dropouts"] == ["a2"]
     page = json_of("show", 1, "--db", sqlite_url)
     assert [f["channel"] for f in page["findings"] if f["check"] == "dropouts"] == ["a2"]
     line = next(x for x in run("show", 1, "--db", sqlite_url).stdout.splitlines() if "never moves" in x)

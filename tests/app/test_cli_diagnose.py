@@ -271,8 +271,7 @@ DISCLOSED = {
 def test_disclosed_cause_is_in_the_first_group(shared: Path, tmp_path, name: str, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     page = tmp_path / "gap.html"
-    result = run_pyroshock("diagnose", shared / "examples" / name, "--json", "--html", page)
-    said = json.loads(result.stdout)
+    said = json.loads(run_pyroshock("diagnose", shared / "examples" / name, "--json", "--html", page).stdout)
     first = said["causes"][0]
     assert not any("outside of the catalogue" in note for note in said["assumptions"])
     assert DISCLOSED[name] in first["effects"] and len(first["effects"]) <= 4

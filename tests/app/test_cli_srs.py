@@ -231,8 +231,7 @@ def test_page_has_every_check_a_specification_and_an_example_that_come_out(tmp_p
     rows = re.findall(r"^\| `([a-z-]+)` \|", PAGE[PAGE.index("## Checks") :], re.MULTILINE)
     names = [getattr(check, "__name__", "").removeprefix("check_").replace("_", "-") for check in SPECTRUM_CHECKS]
     assert rows == names
-    text = re.findall(r"```\n(frequency_hz,.*?)```", PAGE, re.DOTALL)[0]
-    (tmp_path / "spec.csv").write_text(text)
+    (tmp_path / "spec.csv").write_text(re.findall(r"```\n(frequency_hz,.*?)```", PAGE, re.DOTALL)[0])
     read = read_target(tmp_path / "spec.csv")
     np.testing.assert_allclose(
         read.at(np.array([100.0, 1000, 10000])).level_m_s2 / G, [50, 1562.57, 1562.57], rtol=1e-5

@@ -96,8 +96,7 @@ def test_recorded_shots_are_linked_to_it(lab: str, tmp_path: Path) -> None:
     diagnosed(lab, NEXT)
     plan("discriminate", "spring", "--db", lab)
     folder = gun_campaign(tmp_path / "next", name="next")
-    shots = [{**gun_rows(1)[0], "repetition": i, "tank_pressure_bar": 0.45} for i in (1, 2, 3, 4)]
-    write_runs(folder, shots)
+    write_runs(folder, [{**gun_rows(1)[0], "repetition": i, "tank_pressure_bar": 0.45} for i in (1, 2, 3, 4)])
     run_pyroshock("ingest", folder, "--plan", "spring-discriminate", "--db", lab, "--jobs", "1")
     assert "1 done" in plan("status", "spring-discriminate", "--db", lab).stdout
 

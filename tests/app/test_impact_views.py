@@ -238,8 +238,7 @@ def test_contact_ends_where_the_record_passes_the_threshold(pulse_store):
 
 
 def test_preview_is_drawn_as_it_would_be_stored_and_an_impact_without_record_is_named(pulse_store):
-    cut = preview_impacts(pulse_store, 1, OTHER)
-    shown = view(pulse_store, 1, (cut.pulse_of(1), OTHER))
+    shown = view(pulse_store, 1, (preview_impacts(pulse_store, 1, OTHER).pulse_of(1), OTHER))
     assert len(shown.versions) == 1
     reextract_recording(pulse_store, 1, OTHER)
     stored, preview = view(pulse_store).versions[1], shown.preview

@@ -109,8 +109,7 @@ def test_guns_shots_have_pressure_velocity_and_force_and_what_is_unknown_is_told
     assert [s.tank_pressure_pa for s in shots.settings] == pytest.approx([0.4e5, 0.4e5, 0.6e5, 0.6e5, 0.4e5, 0.4e5])
     assert shots.impact_velocity_m_s == pytest.approx([hit["muzzle_velocity_m_s"] for hit in truth], rel=0.05)
     assert shots.peak_force_n == pytest.approx([hit["peak_plate_force_n"] for hit in truth], rel=0.05)
-    steel = shots.settings[-1]
-    assert steel.plate_mass_kg == pytest.approx(0.345 * 0.01 * 7800, rel=0.01)
+    assert shots.settings[-1].plate_mass_kg == pytest.approx(0.345 * 0.01 * 7800, rel=0.01)
     shots, _ = read(session, "gun", most=3)
     assert [s.tank_pressure_pa for s in shots.settings] == pytest.approx([0.4e5, 0.6e5, 0.4e5])
     shots, left_out = read(session, "hammer", ("acceleration_1", "acceleration_9"))
@@ -244,8 +243,7 @@ def test_twins_say_what_they_rest_on_and_what_lies_beyond_the_shots(built):
 
 def test_stamps_change_with_pulses(campaigns, built):
     with opened(campaigns.url) as store:
-        stamps = CacheKeyReader(store, campaigns.url)
-        before = stamps.stamp(TwinRequest(contact="hertz"))
+        before = CacheKeyReader(store, campaigns.url).stamp(TwinRequest(contact="hertz"))
         with store.reading() as session:
             newest = session.scalars(select(Pulse).order_by(Pulse.id.desc())).first().id
     assert newest in before[0]

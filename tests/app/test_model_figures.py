@@ -66,8 +66,7 @@ def test_rows_tell_what_the_command_line_tells_and_are_filtered(trained):
 
 
 def test_versions_side_by_side_differ_as_their_means_do_and_one_alone_is_refused(trained, read):
-    both = [version_of(trained, label) for label in ("linear@1", "tree@1")]
-    found = side_by_side(trained[0], both, read)
+    found = side_by_side(trained[0], [version_of(trained, label) for label in ("linear@1", "tree@1")], read)
     assert [model["label"] for model in found["models"]] == ["tree@1", "linear@1"] and found["pulses"] == 60
     assert [row["metric"] for row in found["differences"]] == list(METRICS)
     means = {model["label"]: model["metrics"] for model in found["models"]}

@@ -62,8 +62,7 @@ def test_kind_of_the_bench_and_the_last_promotion_decide() -> None:
     own = version("svr", dataset("our-hammer", "hammer"), "our-hammer", "2026-01-03")
     assert model_in_use(None, registry(shipped, own), "hammer") is own
     assert model_in_use(None, registry(replace(shipped, promoted_at="2026-01-04"), own), "hammer").name == "tree"
-    unstated = version("gp", dataset("theirs"), "theirs")
-    assert bench_kind_of(None, unstated) is None
+    assert bench_kind_of(None, version("gp", dataset("theirs"), "theirs")) is None
 
 
 @pytest.fixture(scope="module")

@@ -47,8 +47,7 @@ def pulse_store(tmp_path_factory):
                 configuration = configuration_id(session, levels)
                 session.add(Impact(id=key, campaign_id=1, run=key, repetition=1, configuration_id=configuration))
                 session.flush()
-                fine = np.linspace(0, 1, 401)
-                curve = encode(peak * half_sine(fine))
+                curve = encode(peak * half_sine(np.linspace(0, 1, 401)))
                 session.add(pulse_row(key, contact_time_s=contact, fine_period_s=contact / 400, peak_force_n=peak,
                                       fine_force_n=curve))  # fmt: skip
         yield pulse_store

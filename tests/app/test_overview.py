@@ -117,8 +117,7 @@ def test_achieved_settings_stand_beside_the_planned_ones(gun, tmp_path):
     assert worst["tank_pressure_pa"]["worst_run"] == 2
     assert worst["velocity_m_s"]["mean_deviation"] == pytest.approx((0.15 + 0.2) / 2)
     assert (worst["velocity_m_s"]["runs"], worst["bullet_mass_kg"]["mean_magnitude"]) == (2, pytest.approx(0.0))
-    folder = gun_campaign(tmp_path / "other", 1, "other")
-    ingest_folder(gun, folder, jobs=1)
+    ingest_folder(gun, gun_campaign(tmp_path / "other", 1, "other"), jobs=1)
     page = overview(gun, "other")
     assert (page["counts"]["shots"], page["plans"], page["achieved"], page["achieved_summary"]) == (1, [], [], [])
     assert overview(gun, "gun")["counts"]["shots"] == 4

@@ -293,5 +293,4 @@ def test_simulated_campaign_works_its_plan_off(planned_url, tmp_path):
     out = tmp_path / "c"
     run_pyroshock("simulate", "p", "--out", out, "--db", planned_url, "--jobs", "1")
     assert (tmp_path / "c.sealed.json").is_file()
-    done = pyroshock("ingest", out, "--db", planned_url)
-    assert "2 repetitions linked, 1 runs done" in done.stderr
+    assert "2 repetitions linked, 1 runs done" in pyroshock("ingest", out, "--db", planned_url).stderr

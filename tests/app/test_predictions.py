@@ -92,8 +92,7 @@ def test_sliders_show_what_a_model_has_learned():
     assert seen_tips["aluminum"] and seen_tips["delrin"] and not seen_tips["steel"]
     anvils = {option["name"]: option["known"] for option in controls["choices"]["anvil_material"]["options"]}
     assert anvils["none"] and anvils["steel"] and not anvils["delrin"]
-    law = replace(built, twin=Twin(LawContact("hertz")))
-    assert sliders(law)["numbers"]["tip_radius_m"]["domain"] is None
+    assert sliders(replace(built, twin=Twin(LawContact("hertz"))))["numbers"]["tip_radius_m"]["domain"] is None
 
 
 # --- warnings beside a prediction: in the units of the lab, each quantity once, in the same words everywhere --------

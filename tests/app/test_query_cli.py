@@ -141,8 +141,7 @@ def test_tables_and_columns_are_listed_with_the_units_of_their_names(store):
     assert tables["shots"] == "One firing"
     columns = {row["column"]: row["unit"] for row in json.loads(query(store, "--schema", "shots", "--json").stdout)}
     assert columns["tank_pressure_pa"] == "Pa" and columns["run"] is None
-    rows = {row["column"]: row for row in list_columns("pulses")}
-    assert rows["impact_id"]["refers to"] == "impacts.id"
+    assert {row["column"]: row for row in list_columns("pulses")}["impact_id"]["refers to"] == "impacts.id"
     units = {"peak_acceleration_m_s2": "m/s²", "impulse_n_s": "N s", "velocity_m_s": "m/s", "contact_time_s": "s"}
     units |= {"density_kg_m3": "kg/m³", "status": None, "samples": None}
     assert {column: unit_of(column) for column in units} == units

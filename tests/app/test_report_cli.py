@@ -53,8 +53,7 @@ def heading(lab: Path, subject: str) -> tuple[str, str]:
     assert result.exit_code == 0, result.stderr
     page = Page((lab / "page.html").read_text(encoding="utf-8"))
     assert needs_nothing(page)
-    words = [word for word in page.words if word.strip()]
-    title = words[0]
+    title = next(word for word in page.words if word.strip())
     return title.partition(": ")[0], title.partition(": ")[2]
 
 

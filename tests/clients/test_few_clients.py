@@ -112,8 +112,7 @@ def test_plan_is_changed_by_all(at_once, tables_url) -> None:
         tick_run(store, "spring", number + 1, status="discarded", note="no good")
         return extend_plan(store, "spring", rows, repetitions=1)
 
-    numbers = [number for each in at_once(change) for number in each]
-    assert sorted(numbers) == list(range(13, 13 + 3 * CLIENTS))
+    assert sorted([number for each in at_once(change) for number in each]) == list(range(13, 13 + 3 * CLIENTS))
     with opened(tables_url) as store, store.reading() as session:
         states = [run.status for run in read_plan(session, "spring").runs]
     assert states.count("discarded") == CLIENTS

@@ -61,8 +61,7 @@ def test_secrets_are_files_that_the_script_makes_and_no_other_file_holds_any(tmp
     text = (DEPLOY / "Dockerfile").read_text()
     for source in re.findall(r"^COPY (?:--chmod=\d+ )?(\S+) ", text, re.MULTILINE):
         assert source.startswith("--from=") or (ROOT / source).exists(), source
-    users = re.findall(r"^USER (\S+)", text, re.MULTILINE)
-    assert users == ["pyroshock"] and "--uid 10001" in text
+    assert re.findall(r"^USER (\S+)", text, re.MULTILINE) == ["pyroshock"] and "--uid 10001" in text
 
 
 def _secrets(folder: Path) -> list[tuple[str, str]]:

@@ -204,8 +204,7 @@ def test_both_methods_find_every_hit_at_its_sealed_truth(campaign: virtual_campa
 
 def test_resampling_errors_fall_with_samples_and_extractions_differ_most_for_aluminium(campaign):
     errors = np.ravel(resampling_error.by_hit(campaign, "spline_nrmse"))
-    samples = np.ravel(resampling_error.by_hit(campaign, "samples_in_contact"))
-    assert spearmanr(samples, errors).statistic < -0.8
+    assert spearmanr(np.ravel(resampling_error.by_hit(campaign, "samples_in_contact")), errors).statistic < -0.8
     assert errors.max() < 0.005  # the thesis: consistently below 0.5 %
     # By one sample of the contact.
     by_tip = contact_differences.difference_percent(campaign).reshape(3, 6)

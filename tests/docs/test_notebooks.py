@@ -40,8 +40,7 @@ def test_notebook_runs_and_draws(file):
 @pytest.mark.parametrize("file", NOTEBOOKS, ids=lambda file: file.stem)
 def test_notebook_is_short_has_its_page_and_uses_the_public_names_alone(file):
     assert len(notebooks.read_notebook(file).cells) <= notebooks.MOST_CELLS
-    page = file.with_suffix(".md").read_text(encoding="utf-8")
-    assert notebooks.MARK.findall(page) == [file.name]
+    assert notebooks.MARK.findall(file.with_suffix(".md").read_text(encoding="utf-8")) == [file.name]
     imports = [
         line for line in file.read_text(encoding="utf-8").splitlines() if "import" in line and "pyroshock" in line
     ]

@@ -51,8 +51,7 @@ def test_leak_is_a_part_of_the_gap_and_all_of_it_with_the_atmosphere_at_low_pres
 
 @pytest.mark.parametrize("identity", ["gun.back_pressure", "sensor.pressure_offset"])
 def test_no_constant_force_makes_a_constant_factor(first: GunObservables, identity: str) -> None:
-    of = gap(first, 0.05)
-    assert fit(first, of, [identity], anywhere=True).chi2 > 100
+    assert fit(first, gap(first, 0.05), [identity], anywhere=True).chi2 > 100
 
 
 def test_no_constant_drag_makes_a_constant_factor_and_what_does_is_on_no_bench(first: GunObservables) -> None:

@@ -134,8 +134,7 @@ def test_an_operator_deletes_nothing_and_brings_back_what_an_admin_has_deleted(s
     out.unlink()
     done(*archived, server.address(ADMIN))
     done("campaigns", "restore", out, "--db", db)
-    after = {**counts(db), **{table: before[table] for table in ("tombstones", "provenance")}}
-    assert after == before
+    assert {**counts(db), **{table: before[table] for table in ("tombstones", "provenance")}} == before
 
 
 REFUSED = (

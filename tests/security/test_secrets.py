@@ -175,8 +175,7 @@ def test_no_training_keeps_it(run: Any, secret_db: str, tmp_path: Path, monkeypa
     _execute(server.set(database="postgres"), f'CREATE DATABASE "{name}"')
     tracking = server.set(database=name).render_as_string(hide_password=False)
     monkeypatch.setenv("MLFLOW_TRACKING_URI", tracking)
-    folder = full_campaign(tmp_path / "spring")
-    assert run("ingest", folder, "--db", secret_db, "--jobs", "1").exit_code == 0
+    assert run("ingest", full_campaign(tmp_path / "spring"), "--db", secret_db, "--jobs", "1").exit_code == 0
     assert run("dataset", "build", "pulses", "--from", "spring", "--db", secret_db).exit_code == 0
     trained = run("train", "pulses", "--models", "linear", "--split", "repetitions", "--db", secret_db)
     assert trained.exit_code == 0, trained.stderr

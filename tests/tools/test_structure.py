@@ -72,8 +72,7 @@ def test_tree_is_counted_and_its_faults_named(tree: Path) -> None:
 
 
 def test_functions_are_measured_without_their_decorators() -> None:
-    tree = ast.parse("@decorator\ndef f():\n    return 1\n")
-    assert structure.function_lengths(tree) == [2]
+    assert structure.function_lengths(ast.parse("@decorator\ndef f():\n    return 1\n")) == [2]
 
 
 def test_the_table_is_printed_and_the_lint_fails(tree: Path, monkeypatch, capsys) -> None:

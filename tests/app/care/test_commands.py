@@ -36,8 +36,7 @@ def test_check_tells_scripts_and_people(care_copy):
     sound = run("db", "check", "--db", care_copy, "--json")
     assert json.loads(sound.stdout) == {"sound": True, "findings": []} and "is sound" in sound.stderr
     flip(care_copy, "series_chunks", "frame", CHUNK, 40)
-    told = json.loads(run("db", "check", "--db", care_copy, "--json", code=1).stdout)
-    (finding,) = told["findings"]
+    (finding,) = json.loads(run("db", "check", "--db", care_copy, "--json", code=1).stdout)["findings"]
     place = {key: finding[key] for key in ("check", "campaign", "recording", "channel", "chunk")}
     assert place == {
         "check": "series", "campaign": HAMMER, "recording": "recordings/test-01.npz", "channel": "force", "chunk": 1,

@@ -96,8 +96,7 @@ def test_page_of_a_kept_diagnosis_is_the_same(made):
 
 @given(st.data())
 def test_page_is_the_same_whatever_is_drawn(data):
-    count = data.draw(st.integers(1, 6))
-    numbers = arrays(np.float64, count, elements=st.floats(-1e6, 1e6) | st.just(NAN))
+    numbers = arrays(np.float64, data.draw(st.integers(1, 6)), elements=st.floats(-1e6, 1e6) | st.just(NAN))
     before, floor, x, measured = (data.draw(numbers) for _ in range(4))
     after = data.draw(st.none() | numbers)
     residual = ResidualPicture(
@@ -175,14 +174,12 @@ def test_listing_goes_back_page_by_page(store):
     keys = [keep(store, verdicts.verdict(campaign=CAMPAIGN, seconds=float(i))) for i in range(5)]
     first = listed(store, limit=2)
     second = listed(store, limit=2, after=first[-1]["id"])
-    last = listed(store, limit=2, after=second[-1]["id"])
-    assert [row["id"] for row in first + second + last] == keys[::-1]
+    assert [row["id"] for row in first + second + listed(store, limit=2, after=second[-1]["id"])] == keys[::-1]
 
 
 def test_row_tells_the_first_cause_and_reads_nothing_that_is_drawn(store):
     made = verdicts.verdict(campaign=CAMPAIGN)
-    key = keep(store, made)
-    adopt(store, made, "gun.valve_flow", key)
+    adopt(store, made, "gun.valve_flow", keep(store, made))
     (row,) = listed(store, campaign=CAMPAIGN)
     assert (row["campaign"], row["probability"]) == (CAMPAIGN, 0.93)
     assert row["first"] == "contact.layer_compliance or contact.plate_compliance"

@@ -247,8 +247,7 @@ def test_unknown_has_an_experiment_and_a_measurement(made: Verdict) -> None:
 def test_predicting_set_is_adopted_and_others_are_told_apart() -> None:
     command = "pyroshock diagnose spring --adopt gun.valve_flow+gun.back_pressure+gun.blow_by."
     assert recommendations(verdicts.gun())[0].endswith(command)
-    spaced = recommendations(verdicts.gun(campaign="spring 2"))[0]
-    assert "pyroshock diagnose 'spring 2' --adopt" in spaced
+    assert "pyroshock diagnose 'spring 2' --adopt" in recommendations(verdicts.gun(campaign="spring 2"))[0]
     path = (replace(verdicts.gun().path[0], fraction=0.2),)  # does not predict
     assert recommendations(verdicts.gun(path=path))[0].startswith("Do not adopt the flow resistance of the valve, ")
     (line,) = next_experiment(verdicts.verdict())

@@ -48,8 +48,7 @@ def test_jobs_are_done_in_the_order_asked_unless_stopped_or_of_another_machine(s
     assert work_off(store) == 5 and order == list("abcde")
     listed_jobs = [(job.label, job.state, job.attempt) for job in list_jobs(store, 2)]
     assert listed_jobs == [("odd e", DONE, 1), ("odd d", DONE, 1)]
-    last = list_jobs(store, 1)[0].key
-    assert [job.label for job in list_jobs(store, 2, before=last)] == ["odd d", "odd c"]
+    assert [job.label for job in list_jobs(store, 2, before=list_jobs(store, 1)[0].key)] == ["odd d", "odd c"]
     done: list[str] = []
     odd.do = lambda _, word: done.append(word)
     first, second = odd.ask(store, "a"), odd.ask(store, "b")

@@ -27,8 +27,7 @@ def lab(tmp_path_factory):
         without_figures(patch)
         store.ingest(full_campaign(folder / "spring"), progress=False)
         data = store.dataset("spring-1", campaigns=["spring"])
-        runs = store.train(data, models=["linear", "reed"], splits="repetitions", progress=False)
-        yield store, data, runs
+        yield store, data, store.train(data, models=["linear", "reed"], splits="repetitions", progress=False)
 
 
 def _printed(store, *words):

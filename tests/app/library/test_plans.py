@@ -150,8 +150,7 @@ def test_contradictions_and_runs_beyond_the_bench_are_refused(store) -> None:
 
 def test_factors_are_a_text_or_a_file(store, tmp_path: Path) -> None:
     (tmp_path / "few.toml").write_text(FEW, encoding="utf-8")
-    plan = store.plan.lhs("p", runs=8, factors=tmp_path / "few.toml", seed=2)
-    assert plan.stored.factors == FEW
+    assert store.plan.lhs("p", runs=8, factors=tmp_path / "few.toml", seed=2).stored.factors == FEW
 
 
 def test_plan_is_fired_with_the_options_of_the_command(store, tmp_path: Path, monkeypatch) -> None:

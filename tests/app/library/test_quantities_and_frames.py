@@ -76,8 +76,7 @@ def test_a_series_has_its_time_and_unit_and_a_frame_a_column_for_each_record(dec
         ps.srs(decaying_wave), ps.srs(decaying_wave.to_numpy(), RATE), check_names=False, check_index=True, rtol=1e-9
     )
     assert ps.srs(decaying_wave).name == "a1"
-    frame = pd.DataFrame({"x": decaying_wave, "y": 2 * decaying_wave})
-    spectra = ps.srs(frame, frequencies="200:3200:3")
+    spectra = ps.srs(pd.DataFrame({"x": decaying_wave, "y": 2 * decaying_wave}), frequencies="200:3200:3")
     assert list(spectra.columns) == ["x", "y"]
     np.testing.assert_allclose(spectra["y"], 2 * spectra["x"])
     np.testing.assert_allclose(spectra["x"], ps.srs(decaying_wave, frequencies="200:3200:3"))

@@ -26,8 +26,7 @@ def lab(tmp_path_factory):
     folder = tmp_path_factory.mktemp("lab")
     campaign = full_campaign(folder / "spring")
     with ps.open(folder / "lab.db") as store:
-        report = store.ingest(campaign, progress=False)
-        assert report.added["impacts"] == 4 * HITS
+        assert store.ingest(campaign, progress=False).added["impacts"] == 4 * HITS
         yield store
 
 
@@ -101,8 +100,7 @@ def test_a_pulse_has_the_figures_of_the_listing(lab):
     assert pulse.figures["peak_force_n"] == row["peak_force_n"]
     assert pulse.force_n.max() == pytest.approx(pulse.figures["spline_peak_force_n"], rel=1e-3)
     assert np.trapezoid(pulse.force_n, pulse.time_s) == pytest.approx(row["impulse_n_s"], rel=0.02)
-    frame = pulse.to_frame()
-    assert frame.attrs["units"] == {"time_s": "s", "force_n": "N"}
+    assert pulse.to_frame().attrs["units"] == {"time_s": "s", "force_n": "N"}
     axes = pulse.plot()
     assert "(ms)" in axes.get_xlabel() and "(kN)" in axes.get_ylabel() and "peak_force_n" in pulse._repr_html_()
     with pytest.raises(ps.NotFoundError, match="no impact 999"):

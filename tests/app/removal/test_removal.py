@@ -95,8 +95,7 @@ def test_models_of_such_a_dataset_and_what_they_predict_say_so(care_copy):
     discard(care_copy)
     output = done(care_copy, "models")
     assert "trained on data that is no longer whole" in output.stderr and REASON in output.stderr
-    rows = json.loads(done(care_copy, "models", "--json").stdout)
-    assert {row["withdrawn_pulses"] for row in rows} == {HITS}
+    assert {row["withdrawn_pulses"] for row in json.loads(done(care_copy, "models", "--json").stdout)} == {HITS}
     predicted = done(care_copy, "predict", "--velocity", "1m/s", "--contact", "hann@1")
     assert "hann@1 was trained on data that is no longer whole" in predicted.stderr
     assert REASON in pyroshock("compare", "hann", "hertz", "--db", care_copy).stderr
@@ -645,11 +644,9 @@ def test_planned_run_is_done_again_by_what_replaces_it(care_store, care_source, 
     write_recording(
         folder / FIRST, {"force": force, "acceleration_1": rng.standard_normal(force.size).astype(np.float32)}
     )
-    stone = replaced(care_store, HAMMER, FIRST, "--from", folder)
-    assert stone["stood_on"]["reopened"] == []
+    assert replaced(care_store, HAMMER, FIRST, "--from", folder)["stood_on"]["reopened"] == []
     with opened(care_store) as store, store.reading() as session:
-        states = session.scalars(select(PlannedRun.status).order_by(PlannedRun.run)).all()
-        assert states[:2] == ["done", "done"]
+        assert session.scalars(select(PlannedRun.status).order_by(PlannedRun.run)).all()[:2] == ["done", "done"]
     sound(care_store)
 
 

@@ -217,8 +217,7 @@ def test_rejected_pulses_and_recordings_set_aside_are_told(hits: Store) -> None:
 def test_more_configurations_than_colours_are_told_by_a_factor(tmp_path: Path) -> None:
     url = f"sqlite:///{tmp_path / 'lab.db'}"
     rows = [{**row, "batch": f"b{row['run']}"} for row in rows_of(10)]
-    campaign = full_campaign(tmp_path / "many", "many", recordings=10, rows=rows)
-    ingested(url, campaign)
+    ingested(url, full_campaign(tmp_path / "many", "many", recordings=10, rows=rows))
     with opened(url) as store:
         text = html_of(document(store, "many"))
         with store.reading() as session:

@@ -125,8 +125,7 @@ def test_waterfall_goes_to_what_remains_and_bars_are_shares() -> None:
     ]
     assert [row.kind for row in rows] == ["bar-named", "bar-named", "bar-named", "bar-other", "bar-error"]
     assert rows[-1].name == "unexplained"
-    odd = replace(verdicts.gun().effects[0], effect="gun.<magic>")
-    chart = share_chart(verdicts.gun(effects=(odd,)))
+    chart = share_chart(verdicts.gun(effects=(replace(verdicts.gun().effects[0], effect="gun.<magic>"),)))
     assert "gun.&lt;magic&gt;" in chart and "gun.<magic>" not in chart
 
 

@@ -40,8 +40,7 @@ PARTS = (
 
 def test_page_is_whole_and_begins_with_what_to_do_next() -> None:
     parsed_page = Page(page(verdicts.verdict()))
-    tags = {tag for tag, _ in parsed_page.elements}
-    assert not tags & {"script", "link", "img", "iframe"}
+    assert not {tag for tag, _ in parsed_page.elements} & {"script", "link", "img", "iframe"}
     assert not any(key in ("src", "href") for _, attributes in parsed_page.elements for key in attributes)
     assert [part for part in PARTS if part not in parsed_page.text] == []
     kinds = [attributes.get("class") for tag, attributes in parsed_page.elements if tag in ("polygon", "circle")]

@@ -72,8 +72,7 @@ def test_predictions_stand_beside_measurements(lab: tuple[Registry, Read]) -> No
     charts = [b for b in blocks(report(lab, "linear@1"), "On the pulses held out") if isinstance(b, ChartRow)]
     agreement, coverage = charts
     count = len(registry.held_out(chosen(registry.versions(), "linear@1")).keys)
-    times = Page(agreement.figures[1].drawing).of("circle")
-    assert len(times) == count < MOST_POINTS
+    assert len(Page(agreement.figures[1].drawing).of("circle")) == count < MOST_POINTS
     tips = set(lab[1]("").tip_material.tolist())
     assert {words for _, words in agreement.keys} == {f"{tip} tip" for tip in tips} and len(tips) > 1
     assert len(Page(coverage.figures[0].drawing).of("polyline")) == 3  # the diagonal, force, contact time

@@ -36,8 +36,7 @@ def test_diagnosis_is_run_and_kept(browser, lab):
             report = kept_report(session, key)
         assert report["campaign"] == "first-shots" and report["causes"]
         assert asked(page, f"/api/diagnoses/{key}")["causes"] == report["causes"]
-        text = page.inner_text("#report")
-        assert report["causes"][0]["effects"][0] in text
+        assert report["causes"][0]["effects"][0] in page.inner_text("#report")
         screenshot(page, "diagnosis", 1250)
         at(page, "/diagnoses?campaign=first-shots")
         assert page.locator("#diagnoses tbody tr").count() == before + 1

@@ -87,8 +87,7 @@ def test_page_is_read_by_everyone_at_any_width(browser, lab, address, name):
     from axe_playwright_python.sync_playwright import Axe
 
     with page_of(browser, lab) as page:
-        status = at(page, address(name)).status
-        assert status == (404 if name == "not-there" else 200)
+        assert at(page, address(name)).status == (404 if name == "not-there" else 200)
         for scheme in ("light", "dark"):
             page.set_viewport_size({"width": 1280, "height": 900})
             _in(page, scheme)

@@ -89,7 +89,6 @@ def test_import_of_a_bad_table_makes_no_plan(browser, lab):
         page.click("text=A table to import (CSV)")
         page.fill("#table", "tip_material,unheard_of\nsteel,1\n")
         page.click("#make button")
-        job = ended(page)
-        assert job["state"] == "failed" and "unheard_of" in page.inner_text("#job-error")
+        assert ended(page)["state"] == "failed" and "unheard_of" in page.inner_text("#job-error")
     with pytest.raises(UnknownPlanError):
         plan(lab, "broken")

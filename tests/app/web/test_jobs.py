@@ -131,8 +131,7 @@ def test_an_upload_is_removed_however_its_job_ends(tmp_path: Path, scratches: Ca
     with window(sqlite(tmp_path), works=False) as (client, store):
 
         def asked() -> int:
-            answer = post(client, "/ingest/upload", **upload)
-            return int(answer.headers["location"].rsplit("/", 1)[1])
+            return int(post(client, "/ingest/upload", **upload).headers["location"].rsplit("/", 1)[1])
 
         stopped = asked()
         assert post(client, f"/jobs/{stopped}/stop").status_code == 303 and scratches() == []

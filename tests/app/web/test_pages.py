@@ -324,8 +324,7 @@ def test_a_campaign_is_diagnosed_and_again_with_the_ticked_effects_and_the_same_
     page = filled.client.get(job["address"])
     assert page.status_code == 200 and GUN in page.text
     with filled.store.reading() as session:
-        row = session.get_one(Diagnosis, job["result"]["id"])
-        assert row.report["campaign"] == GUN
+        assert session.get_one(Diagnosis, job["result"]["id"]).report["campaign"] == GUN
     first = job["result"]["id"]
     boxes = {"with": ["gun.valve_flow", "gun.blow_by"], "without": ["gun.blow_by"]}
     second = done(filled, post(filled.client, f"/diagnoses/{first}/what-if", boxes))["result"]["id"]

@@ -177,8 +177,7 @@ def campaigns_of(html: str) -> Iterator[str]:
 
 
 def test_twin_is_chosen_by_campaign_and_a_table_has_what_the_bands_rest_on(filled: Lab, tmp_path: Any) -> None:
-    html = filled.client.get("/twin", params={"contact": "hertz"}).text
-    options = list(campaigns_of(html))
+    options = list(campaigns_of(filled.client.get("/twin", params={"contact": "hertz"}).text))
     assert any(f'value="{HAMMER}"' in option and "(hammer)" in option for option in options)
     assert any(f'value="{GUN}"' in option and "(gun)" in option for option in options)
     chosen = filled.client.get("/twin", params={"campaign": HAMMER, "contact": "hertz"})
@@ -187,8 +186,7 @@ def test_twin_is_chosen_by_campaign_and_a_table_has_what_the_bands_rest_on(fille
     table = tmp_path / "shots.csv"
     table.write_text("run,tank_pressure_bar,bullet_mass_kg\n1,3,0.5\n2,10,0.5\n")
     words = ("--shots", str(table), "--contact", "hertz", "--draws", "4", "--db", filled.db)
-    result = run_pyroshock("predict", *words, "--json")
-    rows = json.loads(result.stdout)
+    rows = json.loads(run_pyroshock("predict", *words, "--json").stdout)
     assert [row["rests_on_shots"] for row in rows] == [5, 5]
     beyond = "Tank pressure 10 bar is beyond the 0.5 to 6.7 bar of the shots that were learned from."
     assert [row["extrapolation"] for row in rows] == ["", beyond] and beyond in pyroshock("predict", *words).stdout

@@ -42,8 +42,7 @@ def test_a_folder_is_written_as_the_browser_names_it(tmp_path: Path) -> None:
 @pytest.mark.parametrize("top", ["", "spring/"])
 def test_a_zip_is_unpacked(tmp_path: Path, top: str) -> None:
     content = _zip({f"{top}campaign.toml": TOML, f"{top}recordings/1.mat": b"abc"})
-    folder = unpacked([("spring.ZIP", content)], tmp_path, 1000)
-    assert (folder / "recordings" / "1.mat").read_bytes() == b"abc"
+    assert (unpacked([("spring.ZIP", content)], tmp_path, 1000) / "recordings" / "1.mat").read_bytes() == b"abc"
 
 
 _BAD_NAMES = (
