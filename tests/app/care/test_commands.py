@@ -13,7 +13,8 @@ from pyroshock.schema.engine import make_engine
 from support.processes.web_client import window
 from support.stores.care_stores import GUN, HAMMER, execute, flip
 from support.stores.hammer_stores import url_of
-from support.stores.stores import opened, pyroshock
+from support.stores.stores import opened
+from support.stores.stores import run_pyroshock as run
 
 CHUNK = "channel_id = 1 AND number = 1"
 SAID = "test-01.npz, force: channel 1: chunk 1 is damaged"
@@ -24,12 +25,6 @@ def damaged(care_copy: str) -> str:
     """A store with one byte of one chunk changed, in the first recording's force."""
     flip(care_copy, "series_chunks", "frame", CHUNK, 40)
     return care_copy
-
-
-def run(*words: object, code: int = 0):
-    result = pyroshock(*words)
-    assert result.exit_code == code, (result.stdout, result.stderr)
-    return result
 
 
 def test_check_tells_scripts_and_people(care_copy):

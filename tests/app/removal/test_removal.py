@@ -42,9 +42,7 @@ REASON = "the plate had come loose"
 
 
 def done(url, *arguments, code=0):
-    result = pyroshock(*arguments, "--db", url)
-    assert result.exit_code == code, result.output
-    return result
+    return run_pyroshock(*arguments, "--db", url, code=code)
 
 
 def sound(url):
@@ -109,13 +107,15 @@ SHARED = ("configurations", "factor_levels", "guns", "hammers", "plates", "modal
 
 
 def run(url, *arguments, code=0):
-    result = pyroshock("campaigns", *arguments, "--db", url)
-    assert result.exit_code == code, result.output
-    return result
+    return run_pyroshock("campaigns", *arguments, "--db", url, code=code)
 
 
 def deleted(url, name=HAMMER, *more):
     return json.loads(run(url, "delete", name, "--reason", REASON, "--json", *more).stdout)
+
+
+def tombstones(url):
+    return json.loads(run(url, "deleted", "--json").stdout)
 
 
 def names(url):
@@ -257,24 +257,17 @@ def test_archived_and_restored_campaign_is_as_before(care_store, tmp_path):
     sound(care_store)
 
 
-def test_archived_again_after_it_was_restored(care_copy, tmp_path):
+def test_any_file_of_the_content_restores_it_again_and_a_tombstone_what_the_file_lacks(care_copy, tmp_path):
     first = archived(care_copy, tmp_path / "1")
     restored(care_copy, tmp_path / "1")
     second = archived(care_copy, tmp_path / "2")
     assert first["content_hash"] == second["content_hash"]
     assert restored(care_copy, tmp_path / "1")["id"] == second["id"], "any file of the content will do"
     sound(care_copy)
-
-
-def test_file_of_db_export_restores_what_was_deleted(care_copy, tmp_path):
     before, out = but_tombstones(care_copy), exported(care_copy, tmp_path)
     run(care_copy, "delete", HAMMER, "--reason", REASON)
     restored(care_copy, out)
     assert but_tombstones(care_copy) == before
-
-
-def test_diagnosis_that_the_file_lacks_comes_from_the_tombstone(care_copy, tmp_path):
-    out = exported(care_copy, tmp_path)
     with opened(care_copy) as store, store.writing() as session:
         key = session.scalar(select(Diagnosis.campaign_id))
         session.add(Diagnosis(campaign_id=key, simulator="hunt", diagnosed_at=WHEN, report={"causes": []}))
@@ -454,7 +447,7 @@ def test_ingest_of_the_same_folder_does_not_bring_it_back(hammer):
     assert f"--again {FIRST}" in again.stderr and paths(url) == [SECOND]
     run_pyroshock("ingest", folder, "--again", FIRST, "--db", url)
     assert but_tombstones(url) == whole
-    (stone,) = json.loads(pyroshock("campaigns", "deleted", "--json", "--db", url).stdout)
+    (stone,) = tombstones(url)
     assert stone["restored_at"] is not None and "discarded" not in ingest(url, folder).stderr
     sound(url)
 
@@ -468,19 +461,10 @@ def test_another_file_in_the_place_of_a_discarded_one_must_be_asked_for(hammer):
     assert "another file is in its place" in refused.stderr and f"--again {FIRST}" in refused.stderr
     assert paths(url) == [SECOND] and pyroshock("ingest", folder, "--again", FIRST, "--db", url).exit_code == 0
     assert paths(url) == [FIRST, SECOND]
-    (stone,) = json.loads(pyroshock("campaigns", "deleted", "--json", "--db", url).stdout)
+    (stone,) = tombstones(url)
     assert (stone["restored_at"], stone["replaced_by"] == stone["file_sha256"]) == (None, False)
     assert len(stone["replaced_by"]) == 64
     sound(url)
-
-
-def test_dry_run_of_an_ingest_keeps_the_tombstone_open(hammer):
-    url, folder = hammer
-    assert "no row names this recording" in refusal("ingest", folder, "--again", "recordings/test-99.npz", "--db", url)
-    discarded(url, "hammer", FIRST)
-    before = content(url)
-    output = pyroshock("ingest", folder, "--again", FIRST, "--dry-run", "--db", url)
-    assert "would add 1 recordings" in output.stderr and content(url) == before
 
 
 def test_discarded_of_a_campaign_that_was_deleted_says_nothing_of_other_files_of_the_next(hammer):
@@ -496,7 +480,7 @@ def test_discarded_of_a_campaign_that_was_deleted_says_nothing_of_other_files_of
     sound(url)
 
 
-def test_recordings_are_listed_with_their_runs_and_discarded_by_them(hammer):
+def test_recordings_are_listed_and_discarded_by_their_runs_and_a_dry_run_keeps_the_tombstone_open(hammer):
     url, _ = hammer
     rows = json.loads(done(url, "runs", "list", "hammer", "--json").stdout)
     assert [(row["recording"], row["status"], row["runs"]) for row in rows] == [
@@ -507,6 +491,12 @@ def test_recordings_are_listed_with_their_runs_and_discarded_by_them(hammer):
     ).stderr
     assert "run 1, repetition 1" in output and "name every run" in output
     assert discarded(url, "hammer", "--run", "2")["recording"] == SECOND and paths(url) == [FIRST]
+    url, folder = hammer
+    assert "no row names this recording" in refusal("ingest", folder, "--again", "recordings/test-99.npz", "--db", url)
+    discarded(url, "hammer", FIRST)
+    before = content(url)
+    output = pyroshock("ingest", folder, "--again", FIRST, "--dry-run", "--db", url)
+    assert "would add 1 recordings" in output.stderr and content(url) == before
 
 
 def test_run_that_shares_its_recording_is_refused_unless_all_are_meant(tables_url, tmp_path):
@@ -544,7 +534,7 @@ def test_what_cannot_be_discarded_is_named(hammer, words, said):
     assert counts(url) == before
 
 
-def test_corrected_row_is_refused_by_ingest_with_the_way_out_and_replaced(hammer, tmp_path):
+def test_corrected_row_and_new_file_are_refused_by_ingest_with_the_way_out_and_replaced(hammer, tmp_path):
     url, folder = hammer
     row = hammer_rows()[0]
     write_runs(folder, [{**run, "tip_radius_mm": 45} if run["run"] == row["run"] else run for run in hammer_rows()])
@@ -560,9 +550,6 @@ def test_corrected_row_is_refused_by_ingest_with_the_way_out_and_replaced(hammer
     for table in ("recordings", "channels", "impacts", "pulses", "quality_findings"):
         assert corrected[table] == expected[table]
     sound(url)
-
-
-def test_new_file_of_the_same_path_is_refused_by_ingest_with_the_way_out_and_replaced(hammer):
     url, folder = hammer
     write_recording(folder / FIRST, {"force": force_record(blows(1, 2), np.random.default_rng(9))})
     refused = ingest(url, folder)
@@ -693,5 +680,5 @@ def test_two_who_discard_the_same_recording_at_once_leave_one_tombstone(tables_u
     for thread in threads:
         thread.join()
     assert len(ends) == 2 and ends.count(FIRST) == 1, ends
-    assert len(json.loads(pyroshock("campaigns", "deleted", "--json", "--db", tables_url).stdout)) == 1
+    assert len(tombstones(tables_url)) == 1
     sound(tables_url)

@@ -35,10 +35,10 @@ def pyroshock(*arguments: str | Path) -> Result:
     return result
 
 
-def run_pyroshock(*arguments: str | Path) -> Result:
-    """The command line that must succeed."""
+def run_pyroshock(*arguments: str | Path, code: int = 0) -> Result:
+    """The command line that must end with this code."""
     result = pyroshock(*arguments)
-    assert result.exit_code == 0, result.stderr
+    assert result.exit_code == code, result.output
     return result
 
 
