@@ -41,18 +41,12 @@ from support.stores.web_stores import FACTORS
 __all__ = ["odd"]
 
 
-@pytest.fixture
-def fenced_store(sqlite_url: str) -> Iterator[Store]:
-    with opened(sqlite_url, create=True) as opened_store:
-        yield opened_store
+def fenced_registry(file_store: Store, lease: Lease) -> FencedRegistry:
+    url = file_store.engine.url.render_as_string(False)
+    return FencedRegistry(RunningJob(lease.job, FencedStore(file_store, lease, "test"), url, lambda *_: None))
 
 
-def fenced_registry(fenced_store: Store, lease: Lease) -> FencedRegistry:
-    url = fenced_store.engine.url.render_as_string(False)
-    return FencedRegistry(RunningJob(lease.job, FencedStore(fenced_store, lease, "test"), url, lambda *_: None))
-
-
-def test_only_the_holder_registers_and_nobody_twice(fenced_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch):
+def test_only_the_holder_registers_and_nobody_twice(file_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch):
     registered: list[Any] = []
 
     def record(self: Registry, trained: Any, session: str | None = None) -> Any:
@@ -62,17 +56,18 @@ def test_only_the_holder_registers_and_nobody_twice(fenced_store: Store, odd: Od
     monkeypatch.setattr(Registry, "record", record)
     monkeypatch.setattr(Registry, "versions", lambda self: registered)
     first_model, two = (SimpleNamespace(task=SimpleNamespace(key=key)) for key in ("one", "two"))
-    odd.ask(fenced_store)
-    late = fenced_registry(fenced_store, claimed(fenced_store).lease)
+    odd.ask(file_store)
+    late = fenced_registry(file_store, claimed(file_store).lease)
     late.record(first_model)  # of a trained model, its task's key
-    taken = take_over(fenced_store, hand("next"), running(fenced_store, hand())[0])
+    taken = take_over(file_store, hand("next"), running(file_store, hand())[0])
     assert taken is not None
-    own_registry = fenced_registry(fenced_store, taken.lease)
+    own_registry = fenced_registry(file_store, taken.lease)
     assert own_registry.record(first_model) is registered[0]
     with pytest.raises(LeaseLostError):
         late.record(two)
     own_registry.record(two)
     assert [version.task_key for version in registered] == ["one", "two"]
+    stopped(file_store, taken.lease)
 
 
 # --- A dead worker's job is the next one's, and what a late one still writes is not stored --------------------------

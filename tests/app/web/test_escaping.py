@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -22,6 +21,7 @@ from pyroshock.schema.campaigns import Campaign, Factor, FactorLevel, Plan
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.recordings import QualityFinding, RecordedChannel, Recording
 from sqlalchemy import select, update
+from support.checks.well_formed import Page
 from support.processes.web_client import ended, post, post_json, sqlite, window
 from support.records import verdicts
 from support.records.campaigns import hammer_campaign, replace_in
@@ -49,41 +49,21 @@ SHORT = " ".join(EVIL[:4])
 _STRANGE = {"iframe", "object", "embed", "base", "img"}
 
 
-class Page(HTMLParser):
+class ShownPage(Page):
     """What a browser would make of a page: its text, its scripts, and what has no place in it."""
 
     def __init__(self, text: str) -> None:
-        super().__init__(convert_charrefs=True)
-        self.words: list[str] = []
         self.scripts: list[str] = []
-        self.values: list[str] = []
-        self.links: list[str] = []
-        self.wrong: list[str] = []
-        self._script: dict[str, str | None] | None = None
-        self.feed(text)
-        self.close()
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        given = dict(attrs)
-        self.values += [value for value in given.values() if value]
-        self.links += [str(given[name]) for name in ("href", "action", "src") if name in given]
-        handlers = [name for name in given if name.startswith("on") or name in ("srcdoc", "formaction")]
-        if tag in _STRANGE or handlers or (tag == "svg" and "onload" in given):
-            self.wrong.append(self.get_starttag_text() or tag)
-        if tag == "script":
-            self._script = given
-            ours = str(given.get("src", "")).startswith("/static/") or given.get("type") == "application/json"
-            if not ours:
-                self.wrong.append(self.get_starttag_text() or tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        if tag == "script":
-            self._script = None
+        super().__init__(text)
+        self.links = [
+            str(given[name]) for _, given in self.elements for name in ("href", "action", "src") if name in given
+        ]
+        self.wrong = [(tag, given) for tag, given in self.elements if not _is_ours(tag, given)]
 
     def handle_data(self, data: str) -> None:
-        if self._script is None:
+        if self.open[-1:] != ["script"]:
             self.words.append(data)
-        elif self._script.get("type") == "application/json":
+        elif self.elements[-1][1].get("type") == "application/json":
             self.scripts.append(data)
 
     @property
@@ -91,11 +71,19 @@ class Page(HTMLParser):
         return re.sub(r"\s+", " ", "".join(self.words))
 
 
-def checked(client: Any, address: str) -> Page:
+def _is_ours(tag: str, given: dict[str, str | None]) -> bool:
+    if tag in _STRANGE or any(name.startswith("on") or name in ("srcdoc", "formaction") for name in given):
+        return False
+    return (
+        tag != "script" or str(given.get("src", "")).startswith("/static/") or given.get("type") == "application/json"
+    )
+
+
+def checked(client: Any, address: str) -> ShownPage:
     """A page that is nothing but ours."""
     answer = client.get(address)
     assert answer.status_code == 200, (address, answer.text[:2000])
-    page = Page(answer.text)
+    page = ShownPage(answer.text)
     assert page.wrong == [], address
     assert not [each for each in page.links if re.match(r"\s*(javascript|data|vbscript):", each, re.I)], address
     for script in page.scripts:
@@ -103,7 +91,7 @@ def checked(client: Any, address: str) -> Page:
     return page
 
 
-def shown(page: Page) -> bool:
+def shown(page: ShownPage) -> bool:
     return all(re.sub(r"\s+", " ", each) in page.text for each in EVIL)
 
 
@@ -194,7 +182,7 @@ def test_what_an_address_says_is_no_html(evil: tuple[Any, Any], address: str) ->
 @pytest.mark.parametrize("words", EVIL[:4])
 def test_errors_are_words_too(evil: tuple[Any, Any], address: str, words: str) -> None:
     answer = evil[0].get(address.format(quote(words, safe="")))
-    assert answer.status_code in (404, 422) and Page(answer.text).wrong == []
+    assert answer.status_code in (404, 422) and ShownPage(answer.text).wrong == []
 
 
 def test_charts_take_no_markup_of_a_name(evil: tuple[Any, Any]) -> None:
@@ -279,7 +267,7 @@ def test_a_plan_made_here_may_have_any_name_and_the_options_of_its_method(evil: 
 
 def test_file_names_of_an_upload_are_words(evil: tuple[Any, Any], tmp_path: Path) -> None:
     answer = post(evil[0], "/ingest/upload", files=[("files", ('"><img src=x onerror=alert(1)>', b"x"))])
-    assert answer.status_code == 422 and Page(answer.text).wrong == []
+    assert answer.status_code == 422 and ShownPage(answer.text).wrong == []
 
 
 def test_reasons_of_promotions_and_names_of_effects_are_words(filled: Lab) -> None:
@@ -288,7 +276,7 @@ def test_reasons_of_promotions_and_names_of_effects_are_words(filled: Lab) -> No
     checked(filled.client, "/reports/model/linear/1.html")
     checked(filled.client, f"/plans/{quote(PLAN, safe='')}")
     answer = post(filled.client, "/diagnoses/1/adopt", {"effect": EVIL[0]})
-    assert answer.status_code == 404 and Page(answer.text).wrong == []
+    assert answer.status_code == 404 and ShownPage(answer.text).wrong == []
     answer = post(filled.client, "/diagnoses", {"campaign": GUN, "simulator": EVIL[1]})
     ended(filled.client, answer)
-    assert Page(filled.client.get(answer.headers["location"]).text).wrong == []
+    assert ShownPage(filled.client.get(answer.headers["location"]).text).wrong == []
