@@ -215,8 +215,6 @@ def test_closed_pipe_is_no_error(filled):
 
 
 # --- `calibrate`: a table of points to what campaign.toml takes ---
-
-
 BAR = [0.0, 1.0, 2.0, 3.0, 4.0]
 VOLT = [0.3626, 0.9248, 1.4862, 2.0491, 2.6105]
 

@@ -256,8 +256,6 @@ def test_plate_s_own_modal_table_is_not_solved(tmp_path: Path, monkeypatch: pyte
 
 
 # --- the diagnosis itself, on the three disclosed campaigns ---
-
-
 DISCLOSED = {
     "gun-valve-flow": "gun.valve_flow",
     "hammer-effective-mass": "contact.effective_mass",

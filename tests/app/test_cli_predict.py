@@ -234,8 +234,6 @@ def test_a_plate_that_hangs_higher_is_struck_lower(quick, monkeypatch):
 
 
 # --- many shots: each as it would be alone, and every slip in a table named with its row ---
-
-
 TABLE = """run,repetition,tip_material,tip_radius_mm,bullet_mass_kg,tank_pressure_bar,anvil_material
 1,1,steel,45,0.5,2,none
 1,2,aluminum,30,0.5,1.5,steel

@@ -23,7 +23,6 @@ from support.records.campaigns import FS_HZ, blows, hammer_campaign, write_recor
 from support.stores.recorded import add_recording
 
 # --- windows of a stored channel: exact where they are short, with every peak where they are long -------------------
-
 RATE, START_S, SAMPLES = 100_000.0, -0.25, 300_000
 G = 9.80665
 
@@ -119,7 +118,6 @@ def test_unknown_channel_window_that_is_none_and_too_few_points_are_refused(stor
 
 
 # --- what a screen shows of a series: every peak, in order, in at most so many points -------------------------------
-
 NUMBERS = st.one_of(
     arrays(np.float64, st.integers(1, 400), elements=st.floats(-1e6, 1e6)),
     arrays(np.int16, st.integers(1, 400)),
@@ -167,8 +165,6 @@ def test_extremes_stand_in_order_of_time_around_gaps_and_too_few_points_are_refu
 
 
 # --- segmentations: the record, the contact, the threshold, every version of the pulse ---
-
-
 OTHER = ExtractionSettings(threshold=0.2)
 REST_N = -40.0
 

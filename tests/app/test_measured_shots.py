@@ -295,8 +295,6 @@ def test_what_is_no_bench_is_refused(tmp_path: Path, text: str, said: str) -> No
 
 
 # --- velocities with the motion of the plate's surface ---
-
-
 ROWS = [
     {"run": str(run), "impact_position": "#1", "hammer_speed": "high", "tip_material": tip, "tip_radius_mm": radius,
      "anvil_material": "none", "insulator": "none", "boundary_conditions": "free"}

@@ -99,7 +99,6 @@ def test_pulses_are_thinned_filtered_and_counted_by_a_known_factor(pulse_store):
 
 
 # --- spectra of impacts over each other: each the one that its record has alone, and the bands about them -----------
-
 RATE, SAMPLES = 50_000.0, 5000
 PLATE = Sensor("plate", "acceleration", "m/s2", position="plate")
 HEAD = Sensor("head", "acceleration", "m/s2", position="hammer head")
@@ -201,7 +200,6 @@ def test_nothing_to_show_says_why(spectrum_store, impacts, named, kind, said):
 
 
 # --- uploaded specifications: read as a file is, and refused with file, line and value ------------------------------
-
 SPEC = "frequency_hz,level_g,tolerance_db\n100,5,6\n1000,50,6\n10000,50,9\n"
 
 

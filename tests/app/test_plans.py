@@ -99,7 +99,6 @@ def test_page_counts_levels_changes_and_states_or_is_empty(store):
 
 
 # --- the commands of `plan`, as a laboratory uses them --------------------------------------------------------------
-
 COLUMNS = (
     "run", "plate_material", "anvil_material", "insulator", "tip_material", "tip_radius_mm", "bullet_mass_kg",
     "velocity_level",

@@ -37,7 +37,6 @@ from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.records.twin_parts import BENCH, HalfSine, setting
 
 # --- A shot asked in SI is the one that the command line asks in units, and its sliders stay within the bench -------
-
 LINES = tuple(octave_grid(200.0, 4000.0, 3).tolist())
 
 
@@ -96,7 +95,6 @@ def test_sliders_show_what_a_model_has_learned():
 
 
 # --- warnings beside a prediction: in the units of the lab, each quantity once, in the same words everywhere --------
-
 PRESSURE = Extrapolation("tank_pressure_pa", 10e5, 0.5e5, 6.7e5)
 
 

@@ -155,8 +155,6 @@ def _python(block: Block, place: Place) -> str:
 
 
 # --- what a page says that its commands print, held against what they did print ---
-
-
 #: A figure of another machine may differ in its last digits.
 TOLERANCE = 0.02
 #: ... but a count is a count.

@@ -82,8 +82,6 @@ def test_every_estimator_is_held_to_the_promises_of_all_and_every_design_has_a_c
 
 
 # --- docs/explanation/architecture.md: its drawing, its arrows and its four ways ---
-
-
 ARCHITECTURE = (ROOT / "docs" / "explanation" / "architecture.md").read_text(encoding="utf-8")
 WAYS = [tuple(part.split("\n", 1)) for part in ARCHITECTURE.split("\n## ") if part.startswith("From ")]
 _STEP = re.compile(r"`([\w/]+\.py)`\s+\(`(\w+)`\)")

@@ -52,8 +52,6 @@ def test_examples_of_the_commands_run(tmp_path, request):
 
 
 # --- docs/measurements/scale.md: every question that `make bench-scale` asks ---
-
-
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "measurements" / "scale.md"
 
 
@@ -85,8 +83,6 @@ def test_tables_and_effects_are_those_of_the_exchange_folder(thesis_tables: Path
 
 
 # --- the glossary: each term once, and every name in it leads to code ---
-
-
 GLOSSARY = Path(__file__).resolve().parents[2] / "docs" / "reference" / "glossary.md"
 COLUMNS = ["term", "meaning", "symbol", "unit", "in the code"]
 

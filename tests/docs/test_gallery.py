@@ -225,8 +225,6 @@ def test_exit_velocities_are_those_of_the_equation_of_motion_and_pulses_go_throu
 
 
 # --- models ---------------------------------------------------------------------------------------------------------
-
-
 def test_held_out_hits_models_and_pulses_are_those_of_the_evaluation(judged: Evaluation, drawn: Drawn, campaign):
     axes = pulse_from_models.draw(judged, "tree").axes
     row, prediction = pulse_from_models.median_pulse(judged, "tree"), judged.predictions["tree"]

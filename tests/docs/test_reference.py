@@ -38,8 +38,6 @@ def section(subject: str, title: str) -> str:
 
 
 # --- every subject ---
-
-
 ALL = [(context.command_path, command) for context, command in commands.commands()]
 
 

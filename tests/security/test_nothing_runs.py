@@ -176,8 +176,6 @@ def test_no_recording_runs_what_lies_in_it(name: str, tmp_path: Path, trap: Path
 
 
 # --- text that would be a statement, a placeholder or a format elsewhere ---
-
-
 HOSTILE = [
     "'; DROP TABLE impacts; --",
     "x\"); DELETE FROM campaigns; -- ' OR '1'='1",

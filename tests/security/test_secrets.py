@@ -92,8 +92,6 @@ def _commands() -> list[click.Command]:
 
 
 # --- a password and a token are planted in every place that takes one ---
-
-
 SECRET = "Zq7sEcReT"
 
 

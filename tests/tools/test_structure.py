@@ -83,8 +83,6 @@ def test_the_table_is_printed_and_the_lint_fails(tree: Path, monkeypatch, capsys
 
 
 # --- what the commit hooks refuse, and that they call what there is ---
-
-
 ROOT = Path(__file__).resolve().parents[2]
 HOOKS = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8"))
 
@@ -122,8 +120,6 @@ def test_hooks_are_local_and_call_what_is_there() -> None:
 
 
 # --- counts of importing files; the page has the counts of today ---
-
-
 SETUP = '[tool.setuptools]\npackages = ["pyroshock", "pyroshock.training"]\n'
 
 

@@ -43,7 +43,6 @@ from support.records import verdicts
 from support.stores.stores import opened
 
 # --- A diagnosis that was kept is the one that was made: every number, every picture, every fit ---------------------
-
 NAN, INF = float("nan"), float("inf")
 
 
@@ -128,7 +127,6 @@ def test_infinities_come_back_and_details_are_of_a_known_format():
 
 
 # --- diagnoses that the store keeps: what a listing says, and that they come back whole -----------------------------
-
 CAMPAIGN = "first-shots"
 
 

@@ -68,7 +68,6 @@ def test_features_have_physical_labels(name: str) -> None:
 
 
 # --- `--with` and `--without`: which effects are left, what a report says of it, and what is refused ----------------
-
 GUN = ("gun.back_pressure", "gun.blow_by", "gun.valve_flow", "sensor.velocity_gain")
 
 
@@ -111,7 +110,6 @@ def test_restrictions_size_shares_and_what_the_fit_has_not_seen_are_told() -> No
 
 
 # --- names of uncertain numbers: each has one owner, and a slip of the pen is answered with the right name ----------
-
 EVERY = [(stage, number) for stage, numbers in uncertain_numbers().items() for number in numbers]
 
 
@@ -213,8 +211,6 @@ def test_unknown_noise_is_left_out_and_fractions_are_held_out() -> None:
 
 
 # --- what to do next: two to five full sentences, and under unknown always an experiment ---
-
-
 BARE = Where()
 UNKNOWN_ALONE = replace(
     verdicts.unknown(), effects=(), unexplained=None, path=(), where=BARE, causes=(Cause(("unknown",), 1.0),)

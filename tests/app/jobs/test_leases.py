@@ -37,7 +37,6 @@ from support.stores.stores import ingested, opened
 from support.stores.web_stores import FACTORS
 
 # --- Models of a training that was taken over: registered by the one that holds the lease, and not again by the other
-
 __all__ = ["odd"]
 
 
@@ -71,7 +70,6 @@ def test_only_the_holder_registers_and_nobody_twice(file_store: Store, odd: Odd,
 
 
 # --- A dead worker's job is the next one's, and what a late one still writes is not stored --------------------------
-
 PLANNED = PlanArguments("spring", "factorial", "hammer", repetitions=1, seed=1, factors=FACTORS)
 
 

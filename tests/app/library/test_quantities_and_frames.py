@@ -47,8 +47,6 @@ def test_numbers_pass_unchanged(number):
 
 
 # --- spectra: arrays, Series and frames in, the same numbers as pyYeti out ---
-
-
 with np.printoptions():  # parts of pyyeti set the print options of all
     from pyyeti import srs as peer
 

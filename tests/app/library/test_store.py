@@ -163,8 +163,6 @@ def test_a_store_that_is_not_there(tmp_path):
 
 
 # --- the import, and the public names ---
-
-
 _HEAVY = {"numpy", "pandas", "scipy", "sqlalchemy", "torch", "mlflow", "matplotlib", "sklearn", "click"}
 
 

@@ -36,7 +36,6 @@ from support.stores.hammer_stores import HITS, full_campaign, rows_of
 from support.stores.stores import content, counts, ingest, ingested, opened, pyroshock, refusal, run_pyroshock
 
 # --- datasets, models and predictions whose data were taken out of the store say so; damage is no withdrawal --------
-
 FIRST = "recordings/test-01.npz"
 REASON = "the plate had come loose"
 
@@ -384,7 +383,6 @@ def test_discarded_recording_stays_out_of_a_restored_campaign(discarded_store, t
 
 
 # --- `runs discard` and `runs replace`: one recording goes or is replaced, and an ingest brings nothing back unasked
-
 FIRST, SECOND = recording_name(1), recording_name(2)
 
 

@@ -18,7 +18,6 @@ from support.checks.well_formed import Page
 from support.records import verdicts
 
 # --- charts are true to their numbers, and every mark has its ink on paper ------------------------------------------
-
 X = np.linspace(0.0, 1.0, 11)
 
 
@@ -95,7 +94,6 @@ def test_what_paper_does_not_know_is_refused(bad: str) -> None:
 
 
 # --- The picture of a diagnosis: the waterfall is true to the path, the bars to the shares, and paper can draw both
-
 NAN = float("nan")
 
 

@@ -27,7 +27,6 @@ from support.records.campaigns import gun_campaign
 from support.stores.stores import ingested, opened
 
 # --- the page of a diagnosis: whole, well formed, everything escaped, and its bars true to the numbers --------------
-
 HOSTILE = "<script>alert('x')</script>&\"quoted\""
 
 
@@ -123,7 +122,6 @@ def test_waterfall_stays_on_its_track(before: float, floor: float, shares: list[
 
 
 # --- A kept diagnosis is told as it was made; of an older store, from its report alone ------------------------------
-
 EVERY = pytest.mark.parametrize("made", [verdicts.verdict(), verdicts.gun(), verdicts.unknown(), verdicts.none()])
 
 

@@ -190,8 +190,6 @@ def test_mean_is_told_to_a_tenth_of_the_spread(values: list[float]) -> None:
 
 
 # --- sentences of a diagnosis say what it found, and no more --------------------------------------------------------
-
-
 @pytest.mark.parametrize("identity", list(catalogue()))
 def test_every_effect_has_a_title(identity: str) -> None:
     assert effect_title(identity).startswith(f"{identity}: ")

@@ -194,8 +194,6 @@ def test_model_that_had_not_seen_them_stays_and_one_without_its_pulses_is_called
 
 
 # --- the command: the JSON that scripts rely on, the verdict in words, the exit code ---
-
-
 @pytest.fixture(scope="module")
 def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("lab")

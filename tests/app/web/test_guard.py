@@ -123,8 +123,6 @@ def test_pages_carry_the_token_and_every_route_that_writes_asks_for_it(client: T
 
 
 # --- uploaded files and paths of the server: what is taken, and what never reaches the disk ---
-
-
 TOML = b'[campaign]\nname = "spring"\nkind = "gun"\ndate = 2026-01-01\n'
 
 
