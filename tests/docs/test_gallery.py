@@ -97,21 +97,19 @@ def test_every_drawable_figure_has_a_script_and_a_picture() -> None:
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_page_has_the_picture_and_the_script(name: str) -> None:
+def test_page_has_the_picture_whose_axes_tell_what_and_in_which_unit(name: str, drawn: Drawn) -> None:
     assert f"](../images/gallery/{name}.png)" in page()
     assert f"[`{name}.py`](../../examples/gallery/{name}.py)" in page()
     assert (PICTURES / f"{name}.png").stat().st_size < 80_000
-
-
-# --- every figure ---------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("name", FIGURES)
-def test_axes_tell_what_and_in_which_unit(drawn: Drawn, name: str) -> None:
     figure = drawn(name)
     labels = [axis.get_label_text() for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)]
     labels += [each.get_supylabel() for each in (figure, *figure.subfigs)]
     assert [label for label in labels if label and not LABEL.match(label)] == []
     if name != "predictor_correlation":  # a matrix of names
         assert len([label for label in labels if label]) >= 2
+
+
+# --- every figure ---------------------------------------------------------------------------------------------------
 
 
 def test_command_writes_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

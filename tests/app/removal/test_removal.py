@@ -420,10 +420,10 @@ def hammer(request, ingested_hammer, tmp_path):
 
 
 def test_discarded_recording_goes_with_its_hits_and_a_dry_run_changes_nothing(care_store):
-    before = content(care_store)
+    whole = content(care_store)
     output = done(care_store, "runs", "discard", HAMMER, FIRST, "--reason", REASON, "--dry-run").stderr
     assert "dry run, nothing is deleted; would delete" in output
-    assert f"stood on it: dataset small ({HITS} pulses" in output and content(care_store) == before
+    assert f"stood on it: dataset small ({HITS} pulses" in output and content(care_store) == whole
     before, stone = counts(care_store), discarded(care_store, HAMMER, FIRST)
     after = counts(care_store)
     gone = {table: before[table] - after[table] for table in before if before[table] > after[table]}

@@ -155,12 +155,12 @@ def test_shots_and_achieved_settings_are_told_beside_model_and_plan(planned: str
                 shot.recorded_pressure_u_pa = 100.0
         with store.reading() as session:
             campaign = session.scalars(select(Campaign)).one()
-            found = {(a.key, a.source): a for a in achieved_settings(session, campaign, plans_of(session, campaign))}
-    assert found[PRESSURE, WRITTEN].off == pytest.approx(np.full(FIRED * REPETITIONS, FILLED - 1))
-    assert found[PRESSURE, TRANSDUCER].off == pytest.approx(np.full(FIRED * REPETITIONS, 0.99 * FILLED - 1))
-    assert found[VELOCITY, MEASURED].off == pytest.approx(np.full(FIRED * REPETITIONS, FAST - 1))
-    assert np.all(found["bullet_mass_kg", WRITTEN].off == 0)
-    (table, _) = settings_section(list(found.values())).blocks
+            achieved = {(a.key, a.source): a for a in achieved_settings(session, campaign, plans_of(session, campaign))}
+    assert achieved[PRESSURE, WRITTEN].off == pytest.approx(np.full(FIRED * REPETITIONS, FILLED - 1))
+    assert achieved[PRESSURE, TRANSDUCER].off == pytest.approx(np.full(FIRED * REPETITIONS, 0.99 * FILLED - 1))
+    assert achieved[VELOCITY, MEASURED].off == pytest.approx(np.full(FIRED * REPETITIONS, FAST - 1))
+    assert np.all(achieved["bullet_mass_kg", WRITTEN].off == 0)
+    (table, _) = settings_section(list(achieved.values())).blocks
     assert isinstance(table, Table)
     pressure = next(row for row in table.rows if row[:2] == ["tank pressure", WRITTEN])
     assert pressure[2:6] == [FIRED * REPETITIONS, pytest.approx(2.0), pytest.approx(2.0), pytest.approx(2.0)]

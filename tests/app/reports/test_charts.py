@@ -38,11 +38,12 @@ def test_equal_quantities_lie_on_the_diagonal_and_points_are_thinned() -> None:
     for dot in Page(svg).of("circle"):
         x, y = float(dot["cx"] or 0), float(dot["cy"] or 0)
         assert y == pytest.approx(ay + (by - ay) * (x - ax) / (bx - ax), abs=0.2)
-    x = np.array([1.0, 2.0, -3.0, np.nan, 5.0])
-    svg = agreement_chart("v", [cloud(x, np.array([1.0, 0.0, 1.0, 1.0, 4.0]))], "a", "b", logarithmic=True)
+    numbers = np.array([1.0, 2.0, -3.0, np.nan, 5.0])
+    svg = agreement_chart("v", [cloud(numbers, np.array([1.0, 0.0, 1.0, 1.0, 4.0]))], "a", "b", logarithmic=True)
     assert len(Page(svg).of("circle")) == 2
-    x = np.linspace(0, 1, 50_000)
-    assert len(Page(agreement_chart("v", [cloud(x, x), cloud(x, x)], "a", "b")).of("circle")) == MOST_POINTS
+    many = np.linspace(0, 1, 50_000)
+    svg = agreement_chart("v", [cloud(many, many), cloud(many, many)], "a", "b")
+    assert len(Page(svg).of("circle")) == MOST_POINTS
     assert Page(line_chart("p", [], "t", "f")).of("polyline") == []
     assert Page(agreement_chart("p", [], "t", "f")).of("circle") == []
 

@@ -126,9 +126,15 @@ EVERY = pytest.mark.parametrize("made", [verdicts.verdict(), verdicts.gun(), ver
 
 
 @EVERY
-def test_report_alone_gives_back_what_it_says(made: Verdict) -> None:
+def test_report_alone_gives_back_what_it_says_and_both_forms_hold_every_part(made: Verdict) -> None:
     report = json.loads(json.dumps(report_json(made)))
     assert report_json(verdict_of(report)) == report
+    report = document_of(made, "3", None)
+    page, paper = Page(html_of(report)), pdf_text(pdf_of(report))
+    assert needs_nothing(page)
+    for section in report.sections:
+        assert section.title in page.text and section.title in paper
+    assert report.lead == summary(made)
 
 
 def test_pictures_and_bars_are_drawn_of_what_is_kept() -> None:
@@ -151,16 +157,6 @@ def test_pictures_and_bars_are_drawn_of_what_is_kept() -> None:
     assert [(bar.start, bar.end, bar.kind) for bar in bars.bars] == [
         (0.0, 0.93, "named"), (0.0, 0.06, "other"), (0.0, 0.01, "other")
     ]  # fmt: skip
-
-
-@EVERY
-def test_both_hold_every_part(made: Verdict) -> None:
-    report = document_of(made, "3", None)
-    page, paper = Page(html_of(report)), pdf_text(pdf_of(report))
-    assert needs_nothing(page)
-    for section in report.sections:
-        assert section.title in page.text and section.title in paper
-    assert report.lead == summary(made)
 
 
 def test_missing_numbers_are_no_obstacle_and_a_missing_part_is_refused() -> None:

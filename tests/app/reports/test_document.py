@@ -118,11 +118,11 @@ def test_wide_tables_turn_the_page_and_columns_are_as_wide_as_their_words() -> N
     number, words = (Table("t", ("a",), [[cell]]) for cell in ("5.62 ± 0.11", "five or less"))
     assert needed_width(number, "Helvetica-Bold") > needed_width(words, "Helvetica-Bold")  # is not broken
 
-    def number(*cells: float | str | None) -> bool:
+    def of_numbers(*cells: float | str | None) -> bool:
         return Table("t", ("a",), [[cell] for cell in cells]).is_number(0)
 
-    assert number(1.0, None, 2) and number("5.62 ± 0.11", "7") and number("0.1 to 0.2", "-3")
-    assert not (number("steel", 3.0) or number("2026-11-22 08:09") or number(None))
+    assert of_numbers(1.0, None, 2) and of_numbers("5.62 ± 0.11", "7") and of_numbers("0.1 to 0.2", "-3")
+    assert not (of_numbers("steel", 3.0) or of_numbers("2026-11-22 08:09") or of_numbers(None))
     texts = {None: "–", 0.123456: "0.1235", 123456.0: "123500", 12: "12", 1.2e9: "1.2e+09"}
     assert {cell: cell_text(cell) for cell in texts} == texts and cell_text(float("nan")) == "–"
 

@@ -89,9 +89,8 @@ def test_promotions_facts_and_splits_are_those_of_the_registry(lab: tuple[Regist
     assert found.facts["Cost"].startswith(f"{version.cost.seconds:.1f} s")
     assert "the model in use for a hammer" in found.lead and "not in use" in report(lab, "hann@1").lead
     versions = lab[0].versions()
-    found = of_all_splits(versions, chosen(versions, "hann@1"))
-    assert [each.label for each in found] == ["hann@1", "hann@2"]
-    assert [each.label for each in of_all_splits(versions, chosen(versions, "hann@2"))] == ["hann@2", "hann@1"]
+    for label, splits in (("hann@1", ["hann@1", "hann@2"]), ("hann@2", ["hann@2", "hann@1"])):
+        assert [each.label for each in of_all_splits(versions, chosen(versions, label))] == splits
 
 
 def test_report_is_written_both_ways_and_missing_pulses_are_said(lab: tuple[Registry, Read]) -> None:

@@ -100,10 +100,10 @@ def test_pages_carry_the_token_and_every_route_that_writes_asks_for_it(client: T
     assert client.get("/api/jobs/7").status_code == 404 and "no job 7" in client.get("/api/jobs/7").json()["detail"]
     page = client.get("/jobs/7")
     assert page.status_code == 404 and "no job 7" in page.text and client.get("/jobs/x").status_code == 422
-    headers = {"X-CSRF-Token": token(client)}
-    assert client.post("/api/jobs/1/stop", content=b"x" * 1_000_001, headers=headers).status_code == 413
-    parts, headers = (b"a" * 100_000 for _ in range(30)), headers | {"content-type": "application/json"}
-    assert client.post("/api/diagnoses", content=parts, headers=headers).status_code == 413
+    sent = {"X-CSRF-Token": token(client)}
+    assert client.post("/api/jobs/1/stop", content=b"x" * 1_000_001, headers=sent).status_code == 413
+    parts, sent = (b"a" * 100_000 for _ in range(30)), sent | {"content-type": "application/json"}
+    assert client.post("/api/diagnoses", content=parts, headers=sent).status_code == 413
     store: Store = client.app.app.state.store  # type: ignore[attr-defined]
     before, files = count_rows(store), [("files", ("../../campaign.toml", b"x"))]
     answer = client.post("/ingest/upload", data={"csrf": token(client)}, files=files)
