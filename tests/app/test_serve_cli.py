@@ -70,14 +70,19 @@ def refused(*words: str) -> str:
     return result.stderr
 
 
-@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
-def test_it_answers_and_ends_when_it_is_told(db: str, tmp_path, started: list[subprocess.Popen[str]], ending) -> None:
-    before, server = counts(db), serve("--db", db, "--port", "0", cwd=tmp_path)
+@pytest.mark.parametrize(("ending", "word"), [(signal.SIGINT, ""), (signal.SIGTERM, "a-token-of-enough-characters")])
+def test_it_answers_who_may_ask_and_ends_when_it_is_told(db: str, tmp_path: Path, started, ending, word) -> None:
+    """Without a token it answers all of this machine, with one those who bring it."""
+    guarded, headers = ("--host", "0.0.0.0", "--token", word) if word else (), {"Authorization": f"Bearer {word}"}
+    before, server = counts(db), serve("--db", db, "--port", "0", *guarded, cwd=tmp_path)
     started.append(server)
-    address = address_of(server)
+    address = address_of(server).replace("0.0.0.0", "127.0.0.1")
     assert not address.endswith(":0/")
-    assert [row["name"] for row in json.loads(got(address + "api/campaigns"))] == ["spring"]
-    assert "<h1>Campaigns</h1>" in got(address)
+    if word:
+        with pytest.raises(urllib.error.HTTPError, match="401"):
+            got(address)
+    assert [row["name"] for row in json.loads(got(address + "api/campaigns", headers if word else None))] == ["spring"]
+    assert "<h1>Campaigns</h1>" in got(address, headers if word else None)
     asked = time.monotonic()
     server.send_signal(ending)
     out, err = server.communicate(timeout=PATIENCE_S)
@@ -99,13 +104,3 @@ def test_what_keeps_it_from_starting_is_named(db: str, tmp_path: Path) -> None:
         taken.listen()
         port = str(taken.getsockname()[1])
         assert port in refused("--db", db, "--port", port)
-
-
-def test_with_a_token_it_serves_who_brings_it(db: str, tmp_path: Path, started: list[subprocess.Popen[str]]) -> None:
-    word = "a-token-of-enough-characters"
-    server = serve("--db", db, "--host", "0.0.0.0", "--token", word, "--port", "0", cwd=tmp_path)
-    started.append(server)
-    address = address_of(server).replace("0.0.0.0", "127.0.0.1")
-    with pytest.raises(urllib.error.HTTPError, match="401"):
-        got(address)
-    assert "spring" in got(address + "api/campaigns", {"Authorization": f"Bearer {word}"})
