@@ -5,8 +5,28 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.twins import building
+from support.records.campaigns import gun_campaign
 from support.records.twin_parts import unsolved
+from support.stores.stores import ingested, opened
+
+
+@pytest.fixture(scope="session")
+def spring_lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a store `lab.db` with the gun campaign "spring", and of the campaign's folder; tests copy it."""
+    place = tmp_path_factory.mktemp("spring")
+    ingested(f"sqlite:///{place / 'lab.db'}", gun_campaign(place / "folder", name="spring"))
+    return place
+
+
+@pytest.fixture(scope="session")
+def examples_db(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A store of the examples that ship with the software; tests copy it."""
+    file = tmp_path_factory.mktemp("examples") / "lab.db"
+    with opened(f"sqlite:///{file}", create=True) as store:
+        ingest_examples(store)
+    return file
 
 
 @pytest.fixture

@@ -89,5 +89,4 @@ def test_finished_checks_make_one_table(asked: list[dict[str, Any]], tmp_path: P
     assert text.startswith("2 checks: seeds 3, 4\n") and "| strong | 4 " in text
     found = json.loads(pyroshock("blind-check", *folders, "--json").stdout)
     assert [each["seed"] for each in found["pooled"]] == [3, 4]
-    assert (found["tiers"][0]["tier"], found["tiers"][0]["first"]["value"]) == ("strong", 1.0)
-    assert not asked
+    assert (found["tiers"][0]["tier"], found["tiers"][0]["first"]["value"]) == ("strong", 1.0) and not asked

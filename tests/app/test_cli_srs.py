@@ -70,19 +70,31 @@ def spec(path: Path, factor: float = 1.0) -> Path:
     return path
 
 
-def test_json_says_how_long_the_record_is_and_what_the_oscillators_are(tmp_path):
+def test_json_is_the_spectrum_in_si_of_the_record_and_the_oscillators_it_names(tmp_path):
     told = as_json(table(tmp_path / "a.csv"), "--frequencies", "100", "--damping", "0.02")
     facts = {"sampling_rate_hz": RATE, "samples": 10_000, "start_s": 0.0, "duration_s": 0.5, "q": 25.0}
     assert {key: told[key] for key in facts} == facts and told["damping_ratio"] == 0.02
+    told = as_json(table(tmp_path / "a.csv"), "--frequencies", "100,500,1000")
+    exact = shock_response_spectrum(G * pulse(), RATE, LINES)
+    assert set(told) >= KEYS and told["unit"] == "m/s2" and told["checks"] == []
+    np.testing.assert_array_equal(told["frequency_hz"], LINES)
+    for name in ("maximax", "positive", "negative", "primary", "residual", "pseudo_velocity_m_s"):
+        np.testing.assert_allclose(told[name], getattr(exact, name), rtol=1e-9)
 
 
-def test_each_check_has_its_evidence_with_units_in_the_keys(tmp_path):
+def test_checks_have_evidence_and_resampling_settles_what_sampling_hides(tmp_path):
     path = tmp_path / "a.csv"
     np.savetxt(path, np.clip(pulse(), None, 50), header="fs = 20000\nacc [g]")
     checks = as_json(path, "--frequencies", "100", "--range", "50g")["checks"]
     assert all(set(check) == {"check", "severity", "message", "evidence"} for check in checks)
     (saturation,) = (check for check in checks if check["check"] == "saturation")
     assert saturation["severity"] == "reject" and saturation["evidence"]["level"] == pytest.approx(50 * G)
+    file = table(tmp_path / "a.csv")
+    names = [
+        {finding["check"] for finding in as_json(file, "--frequencies", "100,5000", *more)["checks"]}
+        for more in ((), ("--resample",))
+    ]
+    assert names == [{"sampling"}, set()]
 
 
 @pytest.mark.parametrize("rate", ["20000", "20000Hz", "20 kHz"])
@@ -96,57 +108,10 @@ def test_a_file_without_a_clock_takes_the_given_rate(tmp_path, rate):
         np.testing.assert_allclose(told["maximax"], exact.maximax, rtol=1e-9)
 
 
-def test_a_given_rate_is_the_files_and_damping_and_q_are_one_setting(tmp_path):
+def test_rate_and_channel_are_the_files_and_damping_and_q_one_setting(tmp_path):
     file = table(tmp_path / "a.csv")
     assert as_json(file, "--rate", RATE, "--frequencies", "100")["sampling_rate_hz"] == RATE
     assert as_json(file, "--q", 25)["maximax"] == as_json(file, "--damping", 0.02)["maximax"]
-
-
-def test_json_is_the_spectrum_in_si(tmp_path):
-    told = as_json(table(tmp_path / "a.csv"), "--frequencies", "100,500,1000")
-    exact = shock_response_spectrum(G * pulse(), RATE, LINES)
-    assert set(told) >= KEYS and told["unit"] == "m/s2" and told["checks"] == []
-    np.testing.assert_array_equal(told["frequency_hz"], LINES)
-    for name in ("maximax", "positive", "negative", "primary", "residual", "pseudo_velocity_m_s"):
-        np.testing.assert_allclose(told[name], getattr(exact, name), rtol=1e-9)
-
-
-def test_measured_hit_of_the_examples_reads_its_unit_and_channel_from_the_file():
-    told = as_json(EXAMPLE, "--frequencies", "100:5000")
-    assert told["channel"] == "Acceleration (Trigger)" and told["sampling_rate_hz"] == 50_000
-    assert max(told["maximax"]) > 35.5 * G  # the recorded peak
-
-
-def test_unit_of_a_silent_file_is_asked_for(tmp_path):
-    file = table(tmp_path / "a.csv", "time_s,acc")
-    assert "give it, such as --unit g" in refusal(file)
-    in_g, in_si = (as_json(file, "--unit", unit)["maximax"] for unit in ("g", "m/s2"))
-    np.testing.assert_allclose(in_g, G * np.array(in_si), rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("header", "words", "said"),
-    [
-        ("time_s,acc [m/s2]", "--unit g", "is in 'm/s2' by the file, in 'g' by --unit"),
-        ("time_s,acc_m_s2", "--unit g", "is in 'm/s2' by the file, in 'g' by --unit"),
-        ("time_s,acc [N]", "", "no channel is known to be an acceleration"),
-        ("time_s,acc [N]", "--channel acc", "is in 'N', which is no acceleration"),
-        ("time_s,acc", "--unit splat", "unknown unit 'splat'"),
-        ("time_s,acc [g]", "--tolerance 3dB", "goes with --target"),
-        ("time_s,acc [g]", "--frequencies 100,10000", "half the sampling rate"),
-        ("time_s,acc [g]", "--rate 48000", "sampling rate of 20000.0 Hz, and 48000.0 Hz is given"),
-        ("time_s,acc [g]", "--rate fast", "--rate is 'fast'; expected a number with a unit"),
-        ("time_s,acc [g]", "--rate=-1", "--rate is '-1'; expected a number above zero"),
-        ("time_s,acc [g]", "--rate nan", "--rate is 'nan'; expected a number above zero"),
-        ("time_s,acc [g]", "--rate '5 m'", "--rate is '5 m'; expected a unit such as 'Hz'"),
-        ("time_s,acc [g]", "--q 25 --damping 0.02", "expected one of them"),
-    ],
-)
-def test_what_contradicts_the_file_or_itself_is_refused(tmp_path, header, words, said):
-    assert said in refusal(table(tmp_path / "a.csv", header), *shlex.split(words))
-
-
-def test_of_several_accelerations_one_is_asked_for(tmp_path):
     others = {"force [N]": np.arange(10_000), "top [mm]": np.arange(10_000)}
     assert as_json(table(tmp_path / "one.csv", **others))["channel"] == "acc"
     file = table(tmp_path / "a.csv", **{"bcc [g]": 2 * pulse()})
@@ -154,6 +119,35 @@ def test_of_several_accelerations_one_is_asked_for(tmp_path):
     twice, once = (as_json(file, "--channel", name)["maximax"] for name in ("bcc", "acc"))
     np.testing.assert_allclose(twice, 2 * np.array(once), rtol=1e-9)
     assert "no channel 'dcc'; the file has: acc, bcc" in refusal(file, "--channel", "dcc")
+
+
+def test_unit_and_channel_are_the_files_or_asked_for(tmp_path):
+    told = as_json(EXAMPLE, "--frequencies", "100:5000")
+    assert told["channel"] == "Acceleration (Trigger)" and told["sampling_rate_hz"] == 50_000
+    assert max(told["maximax"]) > 35.5 * G  # the recorded peak
+    file = table(tmp_path / "a.csv", "time_s,acc")
+    assert "give it, such as --unit g" in refusal(file)
+    in_g, in_si = (as_json(file, "--unit", unit)["maximax"] for unit in ("g", "m/s2"))
+    np.testing.assert_allclose(in_g, G * np.array(in_si), rtol=1e-12)
+
+
+@pytest.mark.parametrize(("header", "words", "said"), [
+    ("time_s,acc [m/s2]", "--unit g", "is in 'm/s2' by the file, in 'g' by --unit"),
+    ("time_s,acc_m_s2", "--unit g", "is in 'm/s2' by the file, in 'g' by --unit"),
+    ("time_s,acc [N]", "", "no channel is known to be an acceleration"),
+    ("time_s,acc [N]", "--channel acc", "is in 'N', which is no acceleration"),
+    ("time_s,acc", "--unit splat", "unknown unit 'splat'"),
+    ("time_s,acc [g]", "--tolerance 3dB", "goes with --target"),
+    ("time_s,acc [g]", "--frequencies 100,10000", "half the sampling rate"),
+    ("time_s,acc [g]", "--rate 48000", "sampling rate of 20000.0 Hz, and 48000.0 Hz is given"),
+    ("time_s,acc [g]", "--rate fast", "--rate is 'fast'; expected a number with a unit"),
+    ("time_s,acc [g]", "--rate=-1", "--rate is '-1'; expected a number above zero"),
+    ("time_s,acc [g]", "--rate nan", "--rate is 'nan'; expected a number above zero"),
+    ("time_s,acc [g]", "--rate '5 m'", "--rate is '5 m'; expected a unit such as 'Hz'"),
+    ("time_s,acc [g]", "--q 25 --damping 0.02", "expected one of them"),
+])  # fmt: skip
+def test_what_contradicts_the_file_or_itself_is_refused(tmp_path, header, words, said):
+    assert said in refusal(table(tmp_path / "a.csv", header), *shlex.split(words))
 
 
 @pytest.mark.parametrize(("factor", "code"), [(1.0, 0), (1.9, 0), (0.51, 0), (2.1, 1), (0.49, 1)])
@@ -166,18 +160,14 @@ def test_exit_code_tells_whether_the_target_is_met(tmp_path, factor, code):
     np.testing.assert_allclose(told["error_db"], -20 * np.log10(factor), atol=1e-5)
 
 
-def test_tolerance_on_the_command_line_overrides(tmp_path):
+def test_tolerance_overrides_and_a_written_spectrum_is_a_target(tmp_path):
     words = (table(tmp_path / "a.csv"), "--target", spec(tmp_path / "t.csv", 1.5))
     assert call(*words).exit_code == 0
     assert "compared from 100 to 500 Hz only" in call(*words, "--frequencies", "100,500").stderr
     assert call(*words, "--tolerance", "3dB").exit_code == 1
     assert "expected one such as 6dB" in refusal(*words, "--tolerance", "3")
-
-
-def test_spectrum_written_is_a_target_that_the_record_meets(tmp_path):
     file, out = table(tmp_path / "a.csv"), tmp_path / "spectrum.csv"
-    told = as_json(file, "--out", out)
-    read = read_target(out)
+    told, read = as_json(file, "--out", out), read_target(out)
     np.testing.assert_allclose(read.level_m_s2, told["maximax"], rtol=1e-12)
     again = as_json(file, "--target", out, "--tolerance", "0.000001dB")
     assert again["target"]["within"] and again["frequency_hz"] == told["frequency_hz"]
@@ -189,28 +179,24 @@ def test_table_shows_lines_moments_and_findings_and_leaves_the_store_alone(tmp_p
     result = call(table(tmp_path / "a.csv"), *words)
     assert not (tmp_path / "lab.db").exists()
     rows = result.stdout.splitlines()
-    assert result.exit_code == 0
-    assert any(row.startswith("rms_duration_s") for row in rows)
+    assert result.exit_code == 0 and any(row.startswith("rms_duration_s") for row in rows)
     assert [row.split()[0] for row in rows if row.split()[:1] in (["100"], ["500"], ["8000"])] == ["100", "500", "8000"]
     assert {"saturation", "sampling"} <= {row.split()[0] for row in rows if row}
 
 
-def test_resampling_settles_what_sampling_hides(tmp_path):
-    file = table(tmp_path / "a.csv")
-    names = [
-        {finding["check"] for finding in as_json(file, "--frequencies", "100,5000", *more)["checks"]}
-        for more in ((), ("--resample",))
-    ]
-    assert names == [{"sampling"}, set()]
-
-
-def test_plot_is_drawn_with_and_without_target(tmp_path):
+def test_plots_are_drawn_and_unreadable_files_are_refused_in_one_line(tmp_path):
     file = table(tmp_path / "a.csv")
     call(file, "--plot", tmp_path / "a.png")
     call(file, "--plot", tmp_path / "b.svg", "--target", spec(tmp_path / "t.csv", 3.0))
-    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
-    assert "<svg" in (tmp_path / "b.svg").read_text()
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG") and "<svg" in (tmp_path / "b.svg").read_text()
     assert "cannot draw" in refusal(file, "--plot", tmp_path / "a.xyz")
+    holes = pulse()
+    holes[5:8] = np.nan
+    np.savez(tmp_path / "a.npz", fs=RATE, acc_g=holes)
+    assert "3 samples that are no numbers, the first at 5" in refusal(tmp_path / "a.npz")
+    assert "nowhere.csv" in refusal(tmp_path / "nowhere.csv")
+    (tmp_path / "a.docx").write_text("x")
+    assert "no reader for .docx" in refusal(tmp_path / "a.docx")
 
 
 def test_other_formats_give_the_same_spectrum(tmp_path):
@@ -227,16 +213,6 @@ def test_other_formats_give_the_same_spectrum(tmp_path):
         np.testing.assert_allclose(told["maximax"], reference, rtol=1e-6)
 
 
-def test_holes_a_missing_file_and_an_unknown_format_are_refused_in_one_line(tmp_path):
-    holes = pulse()
-    holes[5:8] = np.nan
-    np.savez(tmp_path / "a.npz", fs=RATE, acc_g=holes)
-    assert "3 samples that are no numbers, the first at 5" in refusal(tmp_path / "a.npz")
-    assert "nowhere.csv" in refusal(tmp_path / "nowhere.csv")
-    (tmp_path / "a.docx").write_text("x")
-    assert "no reader for .docx" in refusal(tmp_path / "a.docx")
-
-
 def test_lines_are_listed_or_spread():
     np.testing.assert_array_equal(parse_lines("500,100", "--frequencies"), [100, 500])
     np.testing.assert_allclose(parse_lines("100:800:2", "--frequencies"), 100 * 2 ** (np.arange(7) / 2))
@@ -251,22 +227,15 @@ def test_other_lines_are_refused(text):
         parse_lines(text, "--frequencies")
 
 
-def test_every_check_has_a_row():
+def test_page_has_every_check_a_specification_and_an_example_that_come_out(tmp_path, monkeypatch):
     rows = re.findall(r"^\| `([a-z-]+)` \|", PAGE[PAGE.index("## Checks") :], re.MULTILINE)
     names = [getattr(check, "__name__", "").removeprefix("check_").replace("_", "-") for check in SPECTRUM_CHECKS]
     assert rows == names
-
-
-def test_specification_of_the_page_reads(tmp_path):
-    text = re.findall(r"```\n(frequency_hz,.*?)```", PAGE, re.DOTALL)[0]
-    (tmp_path / "spec.csv").write_text(text)
+    (tmp_path / "spec.csv").write_text(re.findall(r"```\n(frequency_hz,.*?)```", PAGE, re.DOTALL)[0])
     read = read_target(tmp_path / "spec.csv")
     np.testing.assert_allclose(
         read.at(np.array([100.0, 1000, 10000])).level_m_s2 / G, [50, 1562.57, 1562.57], rtol=1e-5
     )
-
-
-def test_worked_example_of_the_page_is_what_comes_out(monkeypatch):
     command, shown = re.findall(r"```\w*\n(.*?)```", PAGE[PAGE.index("## A worked example") :], re.DOTALL)
     monkeypatch.chdir(ROOT)
     printed = call(*shlex.split(command)[2:]).stdout.split()

@@ -21,7 +21,6 @@ NAMED = {"campaigns": "first-shots", "plans": "spring", "dataset_snapshots": "bo
 
 
 def completed(*words: str) -> list[str]:
-    """What is offered in place of the last word."""
     return [
         item.value for item in ShellComplete(main, {}, "pyroshock", "_X").get_completions(list(words[:-1]), words[-1])
     ]
@@ -62,42 +61,33 @@ def _clean(monkeypatch, tmp_path):
         monkeypatch.delenv(name, raising=False)
 
 
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [
-        (("validate", ""), ["first-shots"]),
-        (("impacts", "--campaign", "first"), ["first-shots"]),
-        (("impacts", "--campaign", "other"), []),
-        (("runs", "list", ""), ["first-shots"]),
-        (("dataset", "build", "x", "--from", ""), ["first-shots"]),
-        (("plan", "sheet", ""), ["spring"]),
-        (("ingest", "--plan", "s"), ["spring"]),
-        (("train", ""), ["both"]),
-        (("dataset", "show", "b"), ["both"]),
-        (("predict", "--tip", "st"), ["steel"]),
-        (("promote", ""), ["tree@champion", "linear@1", "tree@2", "tree@1"]),
-        (("compare", "linear@1", "tree@1"), ["tree@1"]),
-        (("report", "f"), ["first-shots"]),
-    ],
-)
+@pytest.mark.parametrize(("words", "expected"), [
+    (("validate", ""), ["first-shots"]),
+    (("impacts", "--campaign", "first"), ["first-shots"]),
+    (("impacts", "--campaign", "other"), []),
+    (("runs", "list", ""), ["first-shots"]),
+    (("dataset", "build", "x", "--from", ""), ["first-shots"]),
+    (("plan", "sheet", ""), ["spring"]),
+    (("ingest", "--plan", "s"), ["spring"]),
+    (("train", ""), ["both"]),
+    (("dataset", "show", "b"), ["both"]),
+    (("predict", "--tip", "st"), ["steel"]),
+    (("promote", ""), ["tree@champion", "linear@1", "tree@2", "tree@1"]),
+    (("compare", "linear@1", "tree@1"), ["tree@1"]),
+    (("report", "f"), ["first-shots"]),
+])  # fmt: skip
 def test_names_of_the_store_are_offered(store, words, expected, monkeypatch):
     monkeypatch.setenv("PYROSHOCK_DB", store)
     assert completed(*words) == expected
 
 
-def test_the_option_goes_before_the_environment(store, monkeypatch):
+def test_the_option_goes_before_the_environment_and_commands_and_effects_are_offered(store, monkeypatch):
     monkeypatch.setenv("PYROSHOCK_DB", "sqlite:///other.db")
-    assert completed("validate", "--db", store, "") == ["first-shots"]
-    assert completed("validate", "") == []
+    assert completed("validate", "--db", store, "") == ["first-shots"] and completed("validate", "") == []
     assert completed("dataset", "--db", store, "build", "x", "--from", "") == ["first-shots"]
-
-
-def test_commands_and_effects_of_the_catalogue_are_offered():
     assert sorted(completed("diagnose", "x", "--with", "")) == sorted(catalogue())
     assert completed("diagnose", "x", "--without", "gun.leak,sensor.zero") == ["gun.leak,sensor.zero_shift"]
-    assert completed("") == list(COMMANDS)
-    assert completed("pl") == ["plan"]
-    assert "--sort" in completed("impacts", "--s")
+    assert completed("") == list(COMMANDS) and completed("pl") == ["plan"] and "--sort" in completed("impacts", "--s")
 
 
 @pytest.mark.parametrize(
@@ -110,8 +100,7 @@ def test_no_store_has_no_names_and_is_not_made(address, words, monkeypatch, tmp_
     (tmp_path / "damaged.db").write_bytes(b"no database at all" * 100)
     monkeypatch.setenv("PYROSHOCK_DB", address)
     before = sorted(path.name for path in tmp_path.iterdir())
-    assert completed(*words) == []
-    assert sorted(path.name for path in tmp_path.iterdir()) == before
+    assert completed(*words) == [] and sorted(path.name for path in tmp_path.iterdir()) == before
 
 
 def test_names_come_from_a_server_too(postgres_url, monkeypatch):

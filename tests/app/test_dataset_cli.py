@@ -72,8 +72,7 @@ def test_show_tells_splits_ranges_and_correlations(url, tmp_path):
     done(url, "build", "d", "--from", "spring", "autumn")
     told = as_json(url, "show", "d", "--plot", tmp_path / "d.png")
     counts = {row["split"]: (row["train"], row["test"]) for row in told["splits"]}
-    assert counts["repetitions"] == (20, 5)
-    assert counts["campaign=autumn"] == (20, 5)
+    assert counts["repetitions"] == (20, 5) and counts["campaign=autumn"] == (20, 5)
     assert len(told["correlation"]) == len(told["ranges"]) == 13
     assert (tmp_path / "d.png").read_bytes().startswith(b"\x89PNG")
     text = done(url, "show", told["hash"][:10]).stdout
@@ -106,31 +105,25 @@ def test_export_is_exact(url, tmp_path, suffix):
     assert [path.name for path in tmp_path.glob("d.*")] == [out.name]
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("build", "d", "--from", "winter"), "no campaign 'winter'"),
-        (("build", "d", "--from", "spring", "--predictors", "sled"), "no predictors 'sled'"),
-        (("build", "d", "--from", "spring", "--predictors", "gun"), "kind 'gun', not spring: hammer"),
-        (("build", "d", "--from", "spring", "--predictors", "absent.toml"), "absent.toml"),
-        (("build", "d", "--from", "spring", "--extraction", "beef"), "no extractions 'beef'"),
-        (("build", " ", "--from", "spring"), "expected one line"),
-        (("show", "x"), "no dataset 'x' in the store; there: none yet"),
-        (("trace", "x", "abcd"), "no dataset 'x'"),
-        (("export", "x", "--out", "x.csv"), "no dataset 'x'"),
-    ],
-)
+@pytest.mark.parametrize(("words", "said"), [
+    (("build", "d", "--from", "winter"), "no campaign 'winter'"),
+    (("build", "d", "--from", "spring", "--predictors", "sled"), "no predictors 'sled'"),
+    (("build", "d", "--from", "spring", "--predictors", "gun"), "kind 'gun', not spring: hammer"),
+    (("build", "d", "--from", "spring", "--predictors", "absent.toml"), "absent.toml"),
+    (("build", "d", "--from", "spring", "--extraction", "beef"), "no extractions 'beef'"),
+    (("build", " ", "--from", "spring"), "expected one line"),
+    (("show", "x"), "no dataset 'x' in the store; there: none yet"),
+    (("trace", "x", "abcd"), "no dataset 'x'"),
+    (("export", "x", "--out", "x.csv"), "no dataset 'x'"),
+])  # fmt: skip
 def test_error_is_one_line(url, words, said):
     result = run(url, *words)
-    assert result.exit_code == 2
-    assert result.stderr.count("\n") == 1
-    assert said in result.stderr
+    assert result.exit_code == 2 and result.stderr.count("\n") == 1 and said in result.stderr
 
 
 def test_unknown_split_freezes_nothing_and_unknown_suffixes_are_refused(url, tmp_path):
     result = run(url, "build", "d", "--from", "spring", "--split", "halves")
-    assert result.exit_code == 2 and "expected one of repetitions" in result.stderr
-    assert as_json(url, "list") == []
+    assert result.exit_code == 2 and "expected one of repetitions" in result.stderr and as_json(url, "list") == []
     done(url, "build", "d", "--from", "spring")
     assert "ends in .csv or .parquet" in run(url, "export", "d", "--out", tmp_path / "d.xlsx").stderr
     assert "cannot draw 'd.txt'" in run(url, "show", "d", "--plot", tmp_path / "d.txt").stderr

@@ -38,63 +38,47 @@ def demo(told):
     return told[0], json.loads(result.stdout)
 
 
-def test_predictions_uncertainties_and_errors_are_those_of_the_thesis(demo):
+def test_shots_and_hit_are_the_published_ones(demo):
     """To the last printed digit; for test 4 eq. 5.2 gives 0.1854, of which the thesis prints 0.18."""
     for row in demo[1]["shots"]:
         assert row["predicted_m_s"] == pytest.approx(row["thesis_m_s"], abs=0.01), row
         assert row["u_m_s"] == pytest.approx(row["thesis_u_m_s"], abs=0.006 if row["test"] == 4 else 0.005), row
         assert row["error_%"] == pytest.approx(row["thesis_error_%"], abs=0.1), row
     assert demo[1]["mean_error_percent"] == pytest.approx(4.07, abs=0.01)
-
-
-def test_error_with_the_stated_travel_is_that_of_the_closed_law(demo):
-    """Equation 2.16 written out anew with 0.885 m and a friction of 0.2, and not through the twin."""
+    # Equation 2.16 written out anew with 0.885 m and a friction of 0.2, and not through the twin.
     tank_m3, area_m2, mass_kg = 0.0095, math.pi * 0.048**2 / 4, 0.1428
-    share = 1 - (1 + area_m2 * 0.885 / tank_m3) ** -0.4
-    errors = []
+    share, errors = 1 - (1 + area_m2 * 0.885 / tank_m3) ** -0.4, []
     for row in demo[1]["shots"]:
         work_j = row["pressure_bar"] * 1e5 * tank_m3 / 0.4 * share - 0.2 * mass_kg * 9.80665 * 0.885
         predicted_m_s = 0.5 * math.sqrt(2 * work_j / mass_kg)
         errors.append(abs(row["measured_m_s"] - predicted_m_s) / row["measured_m_s"] * 100)
     assert demo[1]["stated_mean_error_percent"] == pytest.approx(sum(errors) / 5, rel=1e-9)
     assert demo[1]["stated_mean_error_percent"] == pytest.approx(4.29, abs=0.005)
-
-
-def test_hit_is_the_published_one(demo):
     hit = demo[1]["hit"]
     assert hit["peak_force_n"] == pytest.approx(195.6, abs=0.5)
     assert hit["impulse_n_s"] == pytest.approx(0.0247, rel=0.01)
 
 
-def test_picture_and_store_are_where_it_says(told):
+def test_pictures_store_and_last_line_are_what_it_says(told):
     out, said = told
     for number in (1, 2):
-        assert f"Chapter {number} of 5. {cli.TITLES[number]}" in said
-        assert str(out / cli.PICTURES[number]) in said
+        assert f"Chapter {number} of 5. {cli.TITLES[number]}" in said and str(out / cli.PICTURES[number]) in said
         assert (out / cli.PICTURES[number]).read_bytes().startswith(b"\x89PNG")
-    assert (out / "demo.db").is_file()
-    assert "mean absolute error 4.06 %" in said
+    assert (out / "demo.db").is_file() and "mean absolute error 4.06 %" in said
     assert "the travel of 0.90 m and the friction of 1.464 were identified from the printed predictions" in said
     assert "with the stated travel of 0.885 m and a friction of 0.2: 4.29 %" in said
+    assert told[1].rstrip().splitlines()[-1].endswith("ingest my-campaign/ --db sqlite:///pyroshock.db")
 
 
-def test_rehearsal_works_its_plan_off(demo):
+def test_rehearsal_works_its_plan_off_the_same_twice(demo):
     out, data = demo
     rehearsal = data["rehearsal"]
-    assert rehearsal["planned"] == rehearsal["done"]
-    assert rehearsal["shots"] == 2 * rehearsal["planned"]
+    assert rehearsal["planned"] == rehearsal["done"] and rehearsal["shots"] == 2 * rehearsal["planned"]
     assert 0.4 < rehearsal["median_ratio"] < 1.2  # the virtual bench is another gun than the nominal one
     assert "rehearsal" in (out / "rehearsal-sheet.html").read_text(encoding="utf-8")
-
-
-def test_demo_twice_is_the_same(demo):
     out, first = demo
     again = CliRunner().invoke(main, ["demo", "--out", str(out), "--chapters", "2", "--json"])
     assert json.loads(again.stdout) == first
-
-
-def test_last_line_is_for_the_own_data(told):
-    assert told[1].rstrip().splitlines()[-1].endswith("ingest my-campaign/ --db sqlite:///pyroshock.db")
 
 
 def test_missing_extra_skips_model_and_validation(told, monkeypatch):
@@ -119,11 +103,8 @@ def test_whole_story_twice(tmp_path, monkeypatch):
     result = CliRunner().invoke(main, ["demo", "--out", str(tmp_path)])
     assert result.exit_code == 0, result.stderr
     for number, picture in cli.PICTURES.items():
-        assert f"Chapter {number} of 5" in result.stdout
-        assert (tmp_path / picture).read_bytes().startswith(b"\x89PNG")
+        assert f"Chapter {number} of 5" in result.stdout and (tmp_path / picture).read_bytes().startswith(b"\x89PNG")
     data = json.loads(CliRunner().invoke(main, ["demo", "--out", str(tmp_path), "--json"]).stdout)
-    assert data["rehearsal"]["done"] == data["rehearsal"]["planned"] == 36
-    assert data["contact_model"]["promoted"]
-    assert data["validation"]["calibrated"]
-    assert data["diagnosis"]["effects"][0]["effect"] == chapters.EFFECT
+    assert data["rehearsal"]["done"] == data["rehearsal"]["planned"] == 36 and data["contact_model"]["promoted"]
+    assert data["validation"]["calibrated"] and data["diagnosis"]["effects"][0]["effect"] == chapters.EFFECT
     assert data["diagnosis"]["held_out_fraction"] > 0.5

@@ -39,34 +39,16 @@ def order(*words: str) -> str:
     return "".join(row["name"] for row in csv.DictReader(shown(*words, "--csv").splitlines()))
 
 
-def test_without_options_rows_keep_their_order():
-    assert [line[0] for line in shown().splitlines()] == ["n", *"BACDE"]
-
-
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [
-        (("--sort", "force_n"), "ecbad"),
-        (("--sort", "-force_n"), "bcead"),
-        (("--sort", "force_n", "--descending"), "bcead"),
-        (("--sort", "-force_n", "--descending"), "ecbad"),
-        (("--sort", "name", "--descending"), "edcba"),
-        (("--sort", "extra"), "cbade"),
-    ],
-)
+@pytest.mark.parametrize(("words", "expected"), [
+    (("--sort", "force_n"), "ecbad"),
+    (("--sort", "-force_n"), "bcead"),
+    (("--sort", "force_n", "--descending"), "bcead"),
+    (("--sort", "-force_n", "--descending"), "ecbad"),
+    (("--sort", "name", "--descending"), "edcba"),
+    (("--sort", "extra"), "cbade"),
+])  # fmt: skip
 def test_numbers_sort_by_size_and_what_is_empty_is_last(words, expected):
     assert order(*words) == expected
-
-
-def test_columns_are_chosen_in_their_order():
-    assert shown("--columns", "force_n, name").splitlines()[:2] == ["force_n  name", "10       B"]
-    assert json.loads(shown("--columns", "name", "--sort", "-force_n", "--json"))[0] == {"name": "b"}
-    assert shown("--columns", "name,force_n", "--csv").splitlines()[:3] == ["name,force_n", "b,10.0", "a,"]
-
-
-def test_csv_has_every_column_and_lists_in_words():
-    header, first, *_ = csv.reader(shown("--csv").splitlines())
-    assert header == ["name", "force_n", "of", "extra"] and first == ["b", "10.0", "x, y", ""]
 
 
 @pytest.mark.parametrize(
@@ -87,10 +69,16 @@ def test_options_that_do_not_go_together_are_refused(words, expected):
     assert result.exit_code == 2 and expected in result.stderr
 
 
-def test_a_column_of_numbers_and_words_has_numbers_first_and_names_are_split_at_commas():
+def test_rows_keep_their_order_or_are_sorted_and_columns_are_chosen():
     rows = [{"a": "9"}, {"a": 10}, {"a": "x"}, {"a": 9}]
     assert Listing(sort="a")._sorted(rows) == [{"a": 9}, {"a": 10}, {"a": "9"}, {"a": "x"}]
     assert column_names(" a, b,,c ") == ["a", "b", "c"] and column_names(None) == []
+    assert [line[0] for line in shown().splitlines()] == ["n", *"BACDE"]
+    assert shown("--columns", "force_n, name").splitlines()[:2] == ["force_n  name", "10       B"]
+    assert json.loads(shown("--columns", "name", "--sort", "-force_n", "--json"))[0] == {"name": "b"}
+    assert shown("--columns", "name,force_n", "--csv").splitlines()[:3] == ["name,force_n", "b,10.0", "a,"]
+    header, first, *_ = csv.reader(shown("--csv").splitlines())
+    assert header == ["name", "force_n", "of", "extra"] and first == ["b", "10.0", "x, y", ""]
 
 
 #: Commands that list.
@@ -126,33 +114,16 @@ def test_every_listing_prints_csv(store, command):
     printed = run(*command.split(), "--csv", "--db", store)
     listed = json.loads(run(*command.split(), "--json", "--db", store))
     rows = list(csv.DictReader(printed.splitlines()))
-    assert len(rows) == len(listed)
-    assert all(set(row) == {name for each in listed for name in each} for row in rows)
+    assert len(rows) == len(listed) and all(set(row) == {name for each in listed for name in each} for row in rows)
 
 
-def test_impacts_are_sorted_by_their_peak_and_an_unknown_column_is_one_line(store):
+def test_impacts_are_sorted_and_exported_with_chosen_columns(store, tmp_path):
     rows = json.loads(run("impacts", "--sort", "-peak_force_n", "--json", "--db", store))
     forces = [row["peak_force_n"] for row in rows]
     assert len(set(forces)) > 1 and forces == sorted(forces, reverse=True)
     result = CliRunner().invoke(main, ["impacts", "--sort", "speed", "--db", store])
     assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
     assert result.stderr.startswith("pyroshock: no column 'speed'; columns: id, campaign, run")
-
-
-@pytest.mark.parametrize("what", ["impacts", "pulses"])
-def test_export_has_no_factor_of_other_campaigns(store, tmp_path, what):
-    def columns(*words: str) -> list[str]:
-        run("export", what, "--db", store, "--out", tmp_path / "x.csv", *words)
-        return list(pd.read_csv(tmp_path / "x.csv").columns)
-
-    assert "room" in columns()
-    assert "room" in columns("--campaign", "two")
-    assert "room" not in columns("--campaign", "one")
-    assert "room" not in columns("--where", "campaign=one")
-    assert "peak_acceleration_m_s2" not in columns("--campaign", "one")
-
-
-def test_exported_columns_are_chosen_and_an_unknown_one_makes_no_file(store, tmp_path):
     words = ["export", "impacts", "--db", store, "--out", str(tmp_path / "x.csv"), "--columns", "id,speed"]
     result = CliRunner().invoke(main, words)
     assert result.exit_code == 2 and "no column 'speed'; columns: id, campaign" in result.stderr
@@ -161,3 +132,14 @@ def test_exported_columns_are_chosen_and_an_unknown_one_makes_no_file(store, tmp
     rows = json.loads((tmp_path / "x.json").read_text(encoding="utf-8"))
     assert list(rows[0]) == ["peak_force_n", "id"]
     assert rows == json.loads(run("impacts", "--columns", "peak_force_n,id", "--json", "--db", store))
+
+
+@pytest.mark.parametrize("what", ["impacts", "pulses"])
+def test_export_has_no_factor_of_other_campaigns(store, tmp_path, what):
+    def columns(*words: str) -> list[str]:
+        run("export", what, "--db", store, "--out", tmp_path / "x.csv", *words)
+        return list(pd.read_csv(tmp_path / "x.csv").columns)
+
+    assert "room" in columns() and "room" in columns("--campaign", "two")
+    assert "room" not in columns("--campaign", "one") and "room" not in columns("--where", "campaign=one")
+    assert "peak_acceleration_m_s2" not in columns("--campaign", "one")

@@ -42,7 +42,7 @@ def version_of(trained, label: str):
     return next(version for version in trained[0].versions() if version.label == label)
 
 
-def test_rows_tell_what_the_command_line_tells(trained):
+def test_rows_tell_what_the_command_line_tells_and_are_filtered(trained):
     registry, _ = trained
     rows = {row["label"]: row for row in listed_versions(registry)}
     assert rows.keys() == {"tree@1", "linear@1", "hann@1", "linear@2"}
@@ -58,9 +58,6 @@ def test_rows_tell_what_the_command_line_tells(trained):
     assert [label for label, row in rows.items() if row["champion"]] == ["tree@1"]
     assert rows["tree@1"]["champion_of"] == "hammer"
     json.dumps(list(rows.values()), allow_nan=False)
-
-
-def test_rows_are_filtered_by_split_and_dataset(trained):
     registry, _ = trained
     assert {row["label"] for row in listed_versions(registry, split="configurations")} == {"linear@2"}
     assert len(listed_versions(registry, dataset="spring", every=True)) == 4
@@ -68,7 +65,16 @@ def test_rows_are_filtered_by_split_and_dataset(trained):
         listed_versions(registry, dataset="winter")
 
 
-def test_version_alone_and_pulses_that_are_gone_are_said(trained, read):
+def test_versions_side_by_side_differ_as_their_means_do_and_one_alone_is_refused(trained, read):
+    found = side_by_side(trained[0], [version_of(trained, label) for label in ("linear@1", "tree@1")], read)
+    assert [model["label"] for model in found["models"]] == ["tree@1", "linear@1"] and found["pulses"] == 60
+    assert [row["metric"] for row in found["differences"]] == list(METRICS)
+    means = {model["label"]: model["metrics"] for model in found["models"]}
+    for row in found["differences"]:
+        difference = means[row["a"]][row["metric"]] - means[row["b"]][row["metric"]]
+        assert row["difference"] == pytest.approx(difference)
+        assert row["ci90"][0] <= row["difference"] <= row["ci90"][1] and 0 < row["p_value"] <= 1
+    json.dumps(found, allow_nan=False)
     tree_version = version_of(trained, "tree@1")
     with pytest.raises(ValueError, match="2 versions to compare; choose two or more"):
         side_by_side(trained[0], [tree_version, tree_version], read)
@@ -80,22 +86,7 @@ def test_version_alone_and_pulses_that_are_gone_are_said(trained, read):
     assert without_floor == {"configuration": None, "treatment": None}
 
 
-def test_versions_side_by_side_differ_as_their_means_do(trained, read):
-    both = [version_of(trained, label) for label in ("linear@1", "tree@1")]
-    found = side_by_side(trained[0], both, read)
-    assert [model["label"] for model in found["models"]] == ["tree@1", "linear@1"]
-    assert found["pulses"] == 60
-    assert [row["metric"] for row in found["differences"]] == list(METRICS)
-    means = {model["label"]: model["metrics"] for model in found["models"]}
-    for row in found["differences"]:
-        difference = means[row["a"]][row["metric"]] - means[row["b"]][row["metric"]]
-        assert row["difference"] == pytest.approx(difference)
-        assert row["ci90"][0] <= row["difference"] <= row["ci90"][1]
-        assert 0 < row["p_value"] <= 1
-    json.dumps(found, allow_nan=False)
-
-
-def test_points_are_the_held_out_pulses(trained, read):
+def test_points_are_the_held_out_pulses_with_intervals_where_the_model_has_them(trained, read):
     registry, table = trained
     version = version_of(trained, "linear@1")
     points = held_out_figures(registry, version, read)["points"]
@@ -107,13 +98,9 @@ def test_points_are_the_held_out_pulses(trained, read):
     assert error.mean() == pytest.approx(row_of(version)["metrics"]["contact_time_error"])
     error = np.abs(np.divide(points["peak_force_n"]["predicted"], points["peak_force_n"]["measured"]) - 1)
     assert error.mean() == pytest.approx(row_of(version)["metrics"]["peak_force_error"])
-
-
-def test_intervals_are_told_where_the_model_has_them(trained, read):
     with_spread = set()
     for version in trained[0].versions():
-        found = held_out_figures(trained[0], version, read)
-        told = row_of(version)["coverage90"]
+        found, told = held_out_figures(trained[0], version, read), row_of(version)["coverage90"]
         with_spread.add(told is not None)
         peak, coverage = found["points"]["peak_force_n"], found["coverage"]
         assert (peak["low"] is None) == (coverage["force"] is None) == (told is None)
@@ -161,5 +148,4 @@ def test_version_whose_files_are_damaged_is_marked(trained):
         wrong = {row["label"]: row["damaged"] for row in listed_versions(registry)}
     finally:
         file.write_bytes(kept)
-    assert [label for label, what in wrong.items() if what] == ["hann@1"]
-    assert "model.json" in wrong["hann@1"]
+    assert [label for label, what in wrong.items() if what] == ["hann@1"] and "model.json" in wrong["hann@1"]

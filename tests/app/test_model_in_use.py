@@ -54,19 +54,15 @@ def registry(*versions: Version) -> Any:
     )
 
 
-def test_kind_of_the_bench_decides() -> None:
+def test_kind_of_the_bench_and_the_last_promotion_decide() -> None:
     hammer, gun = version("tree", dataset("hammer"), "hammer", "2026-01-02"), version("gp", dataset("gun"), "gun")
     for kind, expected in (("hammer", hammer), ("gun", gun), ("drop", None)):
         assert model_in_use(None, registry(hammer, gun, version("svr", dataset("hammer"))), kind) is expected
-
-
-def test_set_of_a_lab_counts_by_its_kind_and_the_last_promotion() -> None:
     shipped = version("tree", dataset("hammer"), "hammer", "2026-01-02")
     own = version("svr", dataset("our-hammer", "hammer"), "our-hammer", "2026-01-03")
     assert model_in_use(None, registry(shipped, own), "hammer") is own
     assert model_in_use(None, registry(replace(shipped, promoted_at="2026-01-04"), own), "hammer").name == "tree"
-    unstated = version("gp", dataset("theirs"), "theirs")
-    assert bench_kind_of(None, unstated) is None
+    assert bench_kind_of(None, version("gp", dataset("theirs"), "theirs")) is None
 
 
 @pytest.fixture(scope="module")
@@ -97,8 +93,7 @@ def test_store_tells_what_an_older_model_does_not(lab: str) -> None:
         built = build_snapshot(store, "spring", ["hammer"]).snapshot
         old = version("tree", dataset("theirs", digest=built.hash))
         with store.reading() as session:
-            assert bench_kind_of(session, old) == "hammer"
-            assert training_campaigns(session, old) == ("hammer",)
+            assert bench_kind_of(session, old) == "hammer" and training_campaigns(session, old) == ("hammer",)
             assert velocity_kind_of(session, old) == built.definition["velocity"]["kind"]
             gone = version("tree", dataset("theirs"))
             assert (velocity_kind_of(session, gone), training_campaigns(session, gone)) == (BEFORE_CONTACT, ())
@@ -106,23 +101,7 @@ def test_store_tells_what_an_older_model_does_not(lab: str) -> None:
             assert velocity_kind_of(session, stated) == TARGET_MOTION_ADDED
 
 
-def test_hammers_campaign_is_struck_with_its_hammer(
-    asked: Callable[..., Result], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    champion = version("tree", dataset("hammer", "hammer", INTEGRATED), "hammer", "2026-01-02")
-    monkeypatch.setattr(twins, "_registry", lambda _: registry(champion))
-    result = asked(*STRIKE, "--contact", "registered", "--json")
-    found = told(result)
-    assert found["models"]["gun"] == "none"
-    assert found["models"]["contact"] == "models:/tree@champion"
-    assert found["velocity_m_s"]["mean"] == 1.5
-    assert "tree@1 takes velocities integrated to the peak of the force" in result.stderr
-    heavy = told(asked(*STRIKE, "--bullet-mass", "0.64kg", "--json"))
-    assert found["impulse_n_s"]["mean"] < 0.6 * heavy["impulse_n_s"]["mean"]  # the hammer has 0.32 kg
-    assert "no model is in use for the gun" in asked("--campaign", "gun", "--contact", "registered").stderr
-
-
-def test_hammer_needs_a_velocity(asked: Callable[..., Result], lab: str, tmp_path: Path) -> None:
+def test_hammers_campaign_needs_a_velocity_and_is_struck_with_its_hammer(asked, lab, tmp_path, monkeypatch):
     refused = asked("--campaign", "hammer")
     assert refused.exit_code != 0 and "give the impact velocity, such as --velocity 1.5m/s" in refused.stderr
     refused = asked(*STRIKE, "--effect", "gun.back_pressure")
@@ -131,9 +110,19 @@ def test_hammer_needs_a_velocity(asked: Callable[..., Result], lab: str, tmp_pat
     spec.write_text("frequency_hz,level_g\n100,10\n1000,100\n", encoding="utf-8")
     refused = CliRunner().invoke(tune, ["--target", str(spec), "--campaign", "hammer", "--db", lab])
     assert "has no gun, whose settings are searched" in refused.stderr
+    champion = version("tree", dataset("hammer", "hammer", INTEGRATED), "hammer", "2026-01-02")
+    monkeypatch.setattr(twins, "_registry", lambda _: registry(champion))
+    result = asked(*STRIKE, "--contact", "registered", "--json")
+    found = told(result)
+    assert found["models"]["gun"] == "none" and found["models"]["contact"] == "models:/tree@champion"
+    assert found["velocity_m_s"]["mean"] == 1.5
+    assert "tree@1 takes velocities integrated to the peak of the force" in result.stderr
+    heavy = told(asked(*STRIKE, "--bullet-mass", "0.64kg", "--json"))
+    assert found["impulse_n_s"]["mean"] < 0.6 * heavy["impulse_n_s"]["mean"]  # the hammer has 0.32 kg
+    assert "no model is in use for the gun" in asked("--campaign", "gun", "--contact", "registered").stderr
 
 
-def test_ignored_factor_is_an_error(asked: Callable[..., Result], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ignored_factor_is_an_error_and_a_table_gives_every_predictor(asked, monkeypatch, tmp_path):
     champion = version("tree", dataset("hammer", "hammer", BEFORE_CONTACT), "hammer")
     monkeypatch.setattr(twins, "_registry", lambda _: registry(champion))
     told(asked(*STRIKE, "--boundary-conditions", "fixed", "--json"))
@@ -147,11 +136,6 @@ def test_ignored_factor_is_an_error(asked: Callable[..., Result], monkeypatch: p
         ((*STRIKE, "--factor", "humidity"), "expected NAME=VALUE"),
     ):
         assert message in asked(*words).stderr
-
-
-def test_table_gives_every_predictor(
-    asked: Callable[..., Result], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
     champion = version("tree", dataset("hammer", "hammer", BEFORE_CONTACT), "hammer")
     monkeypatch.setattr(twins, "_registry", lambda _: registry(champion))
     table = tmp_path / "shots.csv"

@@ -7,7 +7,7 @@ import json
 import pytest
 from support.processes.dask_clusters import dask_cluster
 from support.records.campaigns import hammer_campaign
-from support.stores.stores import content, ingested, pyroshock
+from support.stores.stores import content, ingested, run_pyroshock
 
 pytest.importorskip("distributed", reason="no Dask: it comes with pyroshock[cluster]")
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
@@ -33,17 +33,11 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def done(*words):
-    result = pyroshock(*words)
-    assert result.exit_code == 0, result.stderr
-    return result.stdout
-
-
 def test_predictions_of_a_table(folder, cluster):
     (folder / "shots.csv").write_text(SHOTS)
     for name, where in (("here", ()), ("there", cluster)):
         files = ("--out", f"{name}.csv", "--spectra", f"{name}-s.csv")
-        done("predict", "--shots", "shots.csv", "--draws", "8", *files, *where)
+        run_pyroshock("predict", "--shots", "shots.csv", "--draws", "8", *files, *where)
     assert (folder / "here.csv").read_bytes() == (folder / "there.csv").read_bytes()
     assert (folder / "here-s.csv").read_bytes() == (folder / "there-s.csv").read_bytes()
 
@@ -53,7 +47,7 @@ def test_pulses_cut_anew(folder, cluster):
     for name, where in (("here", ()), ("there", cluster)):
         url = f"sqlite:///{folder / name}.db"
         ingested(url, campaign)
-        done("extract", "hammer", "--threshold", "0.03", "--db", url, *where)
+        run_pyroshock("extract", "hammer", "--threshold", "0.03", "--db", url, *where)
     assert content(f"sqlite:///{folder / 'here'}.db") == content(f"sqlite:///{folder / 'there'}.db")
 
 
@@ -62,11 +56,10 @@ def test_answers_of_a_blind_check(folder, cluster):
     said = []
     for name, where in (("here", ("--jobs", "1")), ("there", cluster)):
         words = ("--cases", "2", "--seed", "5", "--tier", "strong", "--no-baselines", "--no-shrinkage")
-        done("blind-check", *words, "--folder", name, *where)
+        run_pyroshock("blind-check", *words, "--folder", name, *where)
         rows = [json.loads(line) for line in (folder / name / "answers.jsonl").read_text().splitlines()]
         said.append(sorted(json.dumps(without_times(row), sort_keys=True) for row in rows))
-    assert len(said[0]) == 2
-    assert said[0] == said[1]
+    assert len(said[0]) == 2 and said[0] == said[1]
 
 
 def without_times(value):

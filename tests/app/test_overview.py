@@ -81,15 +81,12 @@ def overview(store, name):
         return campaign_overview(session, name)
 
 
-def test_plan_tells_its_runs_by_state(gun):
+def test_page_has_bench_shots_and_runs_and_levels_by_state(gun):
     (plan,) = overview(gun, "gun")["plans"]
     assert plan == {
         "plan": "plan", "method": "lhs", "runs": 4, "planned": 2, "done": 1, "discarded": 1, "repetitions": 6,
         "recorded": 3,
     }  # fmt: skip
-
-
-def test_levels_tell_what_was_planned_and_recorded_of_them(gun):
     rows = {(row["factor"], row["level"]): row for row in overview(gun, "gun")["levels"]}
     states = ("planned", "done", "discarded", "shots")
     told = {level: tuple(rows["velocity_level", level][state] for state in states) for level in ("low", "high")}
@@ -99,9 +96,14 @@ def test_levels_tell_what_was_planned_and_recorded_of_them(gun):
     assert [row["level"] for row in rows.values() if row["factor"] == "tank_pressure_pa"] == [
         pytest.approx(p) for p in (25e3, 30e3, 31e3, 35e3, 50e3)
     ]
+    page = overview(gun, "gun")
+    assert page["campaign"]["bench"]["gun"]["tank_volume_m3"] == 0.0095
+    assert (page["campaign"]["kind"], page["campaign"]["date"]) == ("gun", "2026-03-03")
+    assert [row["measured_velocity_m_s"] for row in page["first_shots"]] == [11, 12, 12, 13]
+    assert all(row["predicted_velocity_m_s"] > 0 for row in page["first_shots"])
 
 
-def test_achieved_settings_stand_beside_the_planned_ones(gun):
+def test_achieved_settings_stand_beside_the_planned_ones(gun, tmp_path):
     page = overview(gun, "gun")
     rows = {(row["run"], row["quantity"]): row for row in page["achieved"]}
     assert set(rows) == {(run, q) for run in (1, 2) for q in ("tank_pressure_pa", "bullet_mass_kg", "velocity_m_s")}
@@ -115,9 +117,10 @@ def test_achieved_settings_stand_beside_the_planned_ones(gun):
     assert worst["tank_pressure_pa"]["worst_run"] == 2
     assert worst["velocity_m_s"]["mean_deviation"] == pytest.approx((0.15 + 0.2) / 2)
     assert (worst["velocity_m_s"]["runs"], worst["bullet_mass_kg"]["mean_magnitude"]) == (2, pytest.approx(0.0))
-
-
-def test_transducer_s_pressure_is_held_against_the_plan_too(gun):
+    ingest_folder(gun, gun_campaign(tmp_path / "other", 1, "other"), jobs=1)
+    page = overview(gun, "other")
+    assert (page["counts"]["shots"], page["plans"], page["achieved"], page["achieved_summary"]) == (1, [], [], [])
+    assert overview(gun, "gun")["counts"]["shots"] == 4
     from pyroshock.schema.impacts import Shot
 
     with gun.writing() as session:
@@ -127,28 +130,12 @@ def test_transducer_s_pressure_is_held_against_the_plan_too(gun):
     assert (row["run"], row["planned"], row["mean"], row["recorded"]) == (1, pytest.approx(25e3), 25.5e3, 2)
 
 
-def test_another_campaign_s_shots_are_not_this_one_s(gun, tmp_path):
-    folder = gun_campaign(tmp_path / "other", 1, "other")
-    ingest_folder(gun, folder, jobs=1)
-    page = overview(gun, "other")
-    assert (page["counts"]["shots"], page["plans"], page["achieved"], page["achieved_summary"]) == (1, [], [], [])
-    assert overview(gun, "gun")["counts"]["shots"] == 4
-
-
 def test_plan_without_its_factors_has_no_planned_velocity(store, tmp_path):
     add_plan(store, factors="")
     ingest_folder(store, gun_campaign(tmp_path / "g"), jobs=1)
     link_campaign(store, "gun", "plan")
     quantities = {row["quantity"] for row in overview(store, "gun")["achieved"]}
     assert quantities == {"tank_pressure_pa", "bullet_mass_kg"}
-
-
-def test_gun_s_page_has_its_bench_and_first_shots(gun):
-    page = overview(gun, "gun")
-    assert page["campaign"]["bench"]["gun"]["tank_volume_m3"] == 0.0095
-    assert (page["campaign"]["kind"], page["campaign"]["date"]) == ("gun", "2026-03-03")
-    assert [row["measured_velocity_m_s"] for row in page["first_shots"]] == [11, 12, 12, 13]
-    assert all(row["predicted_velocity_m_s"] > 0 for row in page["first_shots"])
 
 
 def test_hammer_s_page_has_its_impacts_and_what_was_set_aside(store, tmp_path):

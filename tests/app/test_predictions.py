@@ -37,21 +37,12 @@ from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.records.twin_parts import BENCH, HalfSine, setting
 
 # --- A shot asked in SI is the one that the command line asks in units, and its sliders stay within the bench -------
-
 LINES = tuple(octave_grid(200.0, 4000.0, 3).tolist())
 
 
 @pytest.fixture
 def bench(quick_twins):
-    """The shipped bench."""
     return twin_of(None, "sqlite:///none.db", TwinRequest(frequency_hz=LINES))
-
-
-def test_both_pressure_and_velocity_and_factors_without_bullets_are_refused(bench):
-    with pytest.raises(ValueError, match="expected exactly one of them"):
-        predicted_json(bench, ShotRequest(tank_pressure_pa=1e5, impact_velocity_m_s=3.0))
-    with pytest.raises(ValueError, match="no numbers of bullet_mass"):
-        sliders(bench, hammer_space())
 
 
 def test_sliders_stay_within_the_bench_and_their_defaults_can_be_fired(bench):
@@ -64,8 +55,7 @@ def test_sliders_stay_within_the_bench_and_their_defaults_can_be_fired(bench):
         assert range_slider["low"] <= range_slider["default"] <= range_slider["high"], name
         assert range_slider["domain"] is None
     choices = controls["choices"]
-    assert choices["tip_material"]["default"] == "steel"
-    assert choices["anvil_material"]["options"][0]["name"] == "none"
+    assert choices["tip_material"]["default"] == "steel" and choices["anvil_material"]["options"][0]["name"] == "none"
     assert [option["name"] for option in choices["impact_position"]["options"]] == ["#1", "#2"]
     assert all(option["known"] for choice in choices.values() for option in choice["options"])
     names = [option["name"] for option in choices["tip_material"]["options"]]
@@ -74,12 +64,13 @@ def test_sliders_stay_within_the_bench_and_their_defaults_can_be_fired(bench):
     own |= {name: slider["default"] for name, slider in numbers.items() if name != "impact_velocity_m_s"}
     assert predicted_json(bench, ShotRequest(**own), draws=8) == predicted_json(bench, ShotRequest(), draws=8)
     json.dumps(controls, allow_nan=False)
-
-
-def test_lab_of_its_own_limits_the_sliders(bench):
     text = shipped_factors("gun") + "\n[bench]\nmax_regulated_pressure_pa = 0.6e6\nmax_bullet_mass_kg = 0.8\n"
     numbers = sliders(bench, space_from_text(text))["numbers"]
     assert (numbers["tank_pressure_pa"]["high"], numbers["bullet_mass_kg"]["high"]) == (6e5, 0.8)
+    with pytest.raises(ValueError, match="expected exactly one of them"):
+        predicted_json(bench, ShotRequest(tank_pressure_pa=1e5, impact_velocity_m_s=3.0))
+    with pytest.raises(ValueError, match="no numbers of bullet_mass"):
+        sliders(bench, hammer_space())
 
 
 def test_sliders_show_what_a_model_has_learned():
@@ -100,12 +91,10 @@ def test_sliders_show_what_a_model_has_learned():
     assert seen_tips["aluminum"] and seen_tips["delrin"] and not seen_tips["steel"]
     anvils = {option["name"]: option["known"] for option in controls["choices"]["anvil_material"]["options"]}
     assert anvils["none"] and anvils["steel"] and not anvils["delrin"]
-    law = replace(built, twin=Twin(LawContact("hertz")))
-    assert sliders(law)["numbers"]["tip_radius_m"]["domain"] is None
+    assert sliders(replace(built, twin=Twin(LawContact("hertz"))))["numbers"]["tip_radius_m"]["domain"] is None
 
 
 # --- warnings beside a prediction: in the units of the lab, each quantity once, in the same words everywhere --------
-
 PRESSURE = Extrapolation("tank_pressure_pa", 10e5, 0.5e5, 6.7e5)
 
 
@@ -117,29 +106,26 @@ def prediction(*extrapolation, outside=(), **own):
     )
 
 
-@pytest.mark.parametrize(
-    ("item", "text"),
-    [
-        (PRESSURE, "Tank pressure 10 bar is beyond the 0.5 to 6.7 bar of the shots that were learned from."),
-        (Extrapolation("impactor_mass", 1.0, 0.32, 0.32),
-         "Impactor mass 1 kg is beyond the 0.32 kg of the shots that were learned from."),
-        (Extrapolation("impact_velocity_m_s", 31.4159, 2.0, 20.0),
-         "Impact velocity 31.42 m/s is beyond the 2 to 20 m/s of the shots that were learned from."),
-        (Extrapolation("tip_radius_m", 0.06, 0.015, 0.03),
-         "Tip radius 60 mm is beyond the 15 to 30 mm of the shots that were learned from."),
-        (Extrapolation("plate_youngs_modulus", 69.9e9, 2e11, 2.1e11),
-         "Plate youngs modulus 69.9 GPa is beyond the 200 to 210 GPa of the shots that were learned from."),
-        (Extrapolation("tip_density", 1240.0, 2700.0, 7800.0),
-         "Tip density 1240 kg/m3 is beyond the 2700 to 7800 kg/m3 of the shots that were learned from."),
-        (Extrapolation("humidity", 0.9, 0.2, 0.5),
-         "Humidity 0.9 is beyond the 0.2 to 0.5 of the shots that were learned from."),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("item", "text"), [
+    (PRESSURE, "Tank pressure 10 bar is beyond the 0.5 to 6.7 bar of the shots that were learned from."),
+    (Extrapolation("impactor_mass", 1.0, 0.32, 0.32),
+     "Impactor mass 1 kg is beyond the 0.32 kg of the shots that were learned from."),
+    (Extrapolation("impact_velocity_m_s", 31.4159, 2.0, 20.0),
+     "Impact velocity 31.42 m/s is beyond the 2 to 20 m/s of the shots that were learned from."),
+    (Extrapolation("tip_radius_m", 0.06, 0.015, 0.03),
+     "Tip radius 60 mm is beyond the 15 to 30 mm of the shots that were learned from."),
+    (Extrapolation("plate_youngs_modulus", 69.9e9, 2e11, 2.1e11),
+     "Plate youngs modulus 69.9 GPa is beyond the 200 to 210 GPa of the shots that were learned from."),
+    (Extrapolation("tip_density", 1240.0, 2700.0, 7800.0),
+     "Tip density 1240 kg/m3 is beyond the 2700 to 7800 kg/m3 of the shots that were learned from."),
+    (Extrapolation("humidity", 0.9, 0.2, 0.5),
+     "Humidity 0.9 is beyond the 0.2 to 0.5 of the shots that were learned from."),
+])  # fmt: skip
 def test_range_is_told_in_units_of_the_lab(item, text):
     assert extrapolation_text(item) == text
 
 
-def test_domain_is_told_in_words_with_the_unit_of_the_value():
+def test_warnings_are_told_in_words_once_by_the_field_that_sets_the_quantity(tmp_path):
     shot = prediction(
         outside=[OutOfDomain("impact_velocity_m_s", 22.1284, "up to 5.2"), OutOfDomain("insulator", "foam", "none")]
     )
@@ -147,39 +133,9 @@ def test_domain_is_told_in_words_with_the_unit_of_the_value():
         "Impact velocity 22.13 m/s lies outside of the domain of the contact (half-sine): up to 5.2.",
         "Insulator foam lies outside of the domain of the contact (half-sine): none.",
     )
-
-
-def test_quantity_beyond_and_outside_is_named_once():
     beyond = Extrapolation("impact_velocity_m_s", 22.0, 1.0, 9.0)
     shot = prediction(beyond, outside=[OutOfDomain("impact_velocity", 22.0, "1 to 9")])
-    assert warnings(shot) == (extrapolation_text(beyond),)
-    assert domain_warnings(shot) == ()
-
-
-@pytest.mark.parametrize(
-    ("own", "item", "number"),
-    [
-        ({"tank_pressure_pa": 10e5}, PRESSURE, "impact velocity"),
-        ({"tank_pressure_pa": 3e5}, Extrapolation("bullet_mass_kg", 0.5, 0.6, 0.9), "impact velocity"),
-        ({}, Extrapolation("bullet_mass_kg", 0.5, 0.6, 0.9), "peak force"),  # a velocity is given: no gun
-        ({"tank_pressure_pa": 3e5}, Extrapolation("tip_radius", 0.045, 0.05, 0.06), "peak force"),
-    ],
-)
-def test_warning_stands_beside_the_number_that_it_makes_unsure(own, item, number):
-    rows = list(quantity_rows(prediction(item, **own)))
-    assert {row["quantity"]: row.get("warning") for row in rows if "warning" in row} == {
-        number: extrapolation_text(item)
-    }
-
-
-def test_picture_says_what_the_bands_rest_on(tmp_path):
-    plot_prediction(prediction(PRESSURE, tank_pressure_pa=10e5), tmp_path / "shot.svg")
-    plain = prediction(tank_pressure_pa=3e5)
-    plot_prediction(replace(plain, rests_on=RestsOn(0, "half-sine", "")), tmp_path / "plain.svg")
-    assert (tmp_path / "shot.svg").stat().st_size > (tmp_path / "plain.svg").stat().st_size
-
-
-def test_warnings_go_by_the_field_that_sets_the_quantity_and_name_a_mass_once():
+    assert warnings(shot) == (extrapolation_text(beyond),) and domain_warnings(shot) == ()
     heavy = Extrapolation("impactor_mass", 1.0, 0.3, 0.5)
     shot = prediction(PRESSURE, heavy, Extrapolation("plate_density", 1.0, 2.0, 3.0), tank_pressure_pa=10e5)
     assert field_warnings(shot) == {
@@ -191,3 +147,20 @@ def test_warnings_go_by_the_field_that_sets_the_quantity_and_name_a_mass_once():
     shot = prediction(gun, contact, other, tank_pressure_pa=3e5)
     assert warnings(shot) == (extrapolation_text(gun), extrapolation_text(other))
     assert field_warnings(shot)["bullet_mass_kg"] == f"{extrapolation_text(gun)} {extrapolation_text(other)}"
+    plot_prediction(prediction(PRESSURE, tank_pressure_pa=10e5), tmp_path / "shot.svg")
+    plain = prediction(tank_pressure_pa=3e5)
+    plot_prediction(replace(plain, rests_on=RestsOn(0, "half-sine", "")), tmp_path / "plain.svg")
+    assert (tmp_path / "shot.svg").stat().st_size > (tmp_path / "plain.svg").stat().st_size
+
+
+@pytest.mark.parametrize(("own", "item", "number"), [
+    ({"tank_pressure_pa": 10e5}, PRESSURE, "impact velocity"),
+    ({"tank_pressure_pa": 3e5}, Extrapolation("bullet_mass_kg", 0.5, 0.6, 0.9), "impact velocity"),
+    ({}, Extrapolation("bullet_mass_kg", 0.5, 0.6, 0.9), "peak force"),  # a velocity is given: no gun
+    ({"tank_pressure_pa": 3e5}, Extrapolation("tip_radius", 0.045, 0.05, 0.06), "peak force"),
+])  # fmt: skip
+def test_warning_stands_beside_the_number_that_it_makes_unsure(own, item, number):
+    rows = list(quantity_rows(prediction(item, **own)))
+    assert {row["quantity"]: row.get("warning") for row in rows if "warning" in row} == {
+        number: extrapolation_text(item)
+    }

@@ -77,25 +77,6 @@ def done(result: Result) -> Result:
     return result
 
 
-def test_train_json_has_the_rows_of_the_contract(lab):
-    result = done(lab("train", "spring", "--models", "hann,linear", "--json"))
-    rows = json.loads(result.stdout)
-    order = ((1, "repetitions"), (2, "configurations"))
-    expected = [(model, version, split) for version, split in order for model in ("hann", "linear")]
-    assert [(row["model"], row["version"], row["split"]) for row in rows] == expected
-    assert all(tuple(row["metrics"]) == METRICS and row["seconds"] >= 0 for row in rows)
-    low, high = rows[1]["ci90"]["force_nrmse"]
-    assert low < rows[1]["metrics"]["force_nrmse"] < high
-    assert 0 < rows[1]["floor"]["treatment"]["force_nrmse"] < rows[1]["metrics"]["force_nrmse"]
-    assert rows[1]["thesis"]["force_nrmse"] == 0.9932  # Table 4.5
-    assert "linear, configurations: force NRMSE" in result.stderr
-    listed = json.loads(done(lab("models", "--dataset", "spring", "--json")).stdout)
-    assert sorted(map(json.dumps, listed)) == sorted(map(json.dumps, rows))
-    assert json.loads(done(lab("models", "--split", "materials", "--json")).stdout) == []
-    again = done(lab("train", "spring", "--models", "hann")).stderr
-    assert "0 trained, 2 found as they were trained before" in again
-
-
 def test_gun_models_have_no_figures_of_the_thesis(lab, monkeypatch):
     monkeypatch.setattr(_Snapshot, "predictors", shipped("gun"))
     rows = json.loads(done(lab("train", "spring", "--models", "linear", "--json")).stdout)
@@ -114,7 +95,7 @@ def test_table_shows_both_splits_the_floor_and_the_thesis(lab):
     assert tree[column].strip() == "0.0581"  # Table 4.4
 
 
-def test_compare_json_tells_which_is_better(lab):
+def test_compare_tells_which_is_better_of_two_or_all(lab, tmp_path):
     done(lab("train", "spring", "--models", "kernel-ridge,hann", "--split", "repetitions"))
     rows = json.loads(done(lab("compare", "kernel-ridge", "hann@1", "--json")).stdout)
     models = [row for row in rows if "model" in row]
@@ -122,9 +103,15 @@ def test_compare_json_tells_which_is_better(lab):
     assert [row["model"] for row in models] == ["kernel-ridge", "hann"]
     assert (pair["a"], pair["b"], pair["metric"]) == ("kernel-ridge@1", "hann@1", "force_nrmse")
     difference = models[0]["metrics"]["force_nrmse"] - models[1]["metrics"]["force_nrmse"]
-    assert pair["difference"] == pytest.approx(difference)
-    assert pair["ci90"][0] < difference < pair["ci90"][1] < 0
+    assert pair["difference"] == pytest.approx(difference) and pair["ci90"][0] < difference < pair["ci90"][1] < 0
     assert pair["p_value"] < 0.05
+    done(lab("train", "spring", "--models", "kernel-ridge,hann,hertz", "--split", "repetitions"))
+    result = done(lab("compare", "--metric", "cost", "--out", tmp_path / "d.png"))
+    assert result.stdout.count("kernel-ridge@1 is better than") == 2
+    assert "60 held-out pulses that none of them was trained on" in result.stdout
+    assert (tmp_path / "d.png").read_bytes().startswith(b"\x89PNG")
+    every = json.loads(done(lab("compare", "--metric", "all", "--json")).stdout)
+    assert len([row for row in every if "a" in row]) == 2 * len(METRICS)
 
 
 @pytest.fixture
@@ -159,33 +146,21 @@ def test_compare_and_models_show_settings_and_histories(lab, reporting_laws):
     assert "no 'hann@7'" in lab("models", "hann@7").stderr
 
 
-def test_compare_without_names_takes_the_best_and_all_others(lab, tmp_path):
-    done(lab("train", "spring", "--models", "kernel-ridge,hann,hertz", "--split", "repetitions"))
-    result = done(lab("compare", "--metric", "cost", "--out", tmp_path / "d.png"))
-    assert result.stdout.count("kernel-ridge@1 is better than") == 2
-    assert "60 held-out pulses that none of them was trained on" in result.stdout
-    assert (tmp_path / "d.png").read_bytes().startswith(b"\x89PNG")
-    every = json.loads(done(lab("compare", "--metric", "all", "--json")).stdout)
-    assert len([row for row in every if "a" in row]) == 2 * len(METRICS)
-
-
 def test_compare_needs_pulses_in_common(lab):
     """Held out by configuration and of another campaign: no pulse is both."""
     for name in ("spring", "autumn"):
         done(lab("train", name, "--models", "hann", "--split", "repetitions"))
     result = lab("compare", "hann@1", "hann@2")
-    assert result.exit_code == 2
-    assert "no held-out pulse in common" in result.stderr
+    assert result.exit_code == 2 and "no held-out pulse in common" in result.stderr
 
 
-def test_promotion_and_refusal(lab, monkeypatch):
+def test_promotion_and_refusal_judged_on_either_dataset(lab, monkeypatch):
     without_judging_the_first(monkeypatch)
     done(lab("train", "spring", "--models", "hann,linear", "--split", "repetitions"))
     first = done(lab("promote", "hann@1", "--force", "--reason", "a start")).stderr
     assert "hann@1 is now in use for the hammer (none before): a start" in first
     refused = lab("promote", "linear", "1", "--json")
-    assert refused.exit_code == 1
-    assert json.loads(refused.stdout)["promoted"] is False
+    assert refused.exit_code == 1 and json.loads(refused.stdout)["promoted"] is False
     stays = "linear@1 is refused, hann@1 stays in use for the hammer: hann@1 predicts unseen"
     assert stays in refused.stderr
     assert lab("promote", "linear").exit_code == lab("promote", "linear@1", "1").exit_code == 2
@@ -196,19 +171,11 @@ def test_promotion_and_refusal(lab, monkeypatch):
     assert "versions: 1 (repetitions)" in lab("compare", "linear@2", "hann").stderr
     history = json.loads(done(lab("models", "--promotions", "--json")).stdout)
     assert [(each["candidate"], each["promoted"]) for each in history] == [("linear@1", False), ("hann@1", True)]
-
-
-def test_promotion_judged_on_another_dataset(lab, monkeypatch):
-    without_judging_the_first(monkeypatch)
-    done(lab("train", "spring", "--models", "hann,linear", "--split", "repetitions"))
-    done(lab("promote", "hann", "1", "--force", "--reason", "a start"))
     refused = lab("promote", "linear", "1", "--on", "autumn")
-    assert refused.exit_code == 1
-    assert "judged on 120 pulses, unseen configurations of autumn" in refused.stderr
+    assert refused.exit_code == 1 and "judged on 120 pulses, unseen configurations of autumn" in refused.stderr
     forced = lab("promote", "linear", "1", "--on", "autumn", "--force", "--reason", "a trial")
     trial = "linear@1 is now in use for the hammer (hann@1 before): a trial; promoted by force although"
-    assert trial in done(forced).stderr
-    assert "a trial" in done(lab("models", "--promotions")).stdout
+    assert trial in done(forced).stderr and "a trial" in done(lab("models", "--promotions")).stdout
 
 
 def test_campaign_to_promoted_model(tmp_path, monkeypatch):
@@ -242,30 +209,24 @@ def test_campaign_to_promoted_model(tmp_path, monkeypatch):
     assert (lost.exit_code, "'winter' is no dataset" in lost.stderr) == (2, True)
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("train", "winter"), "no dataset 'winter'"),
-        (("train", "spring", "--models", "magic"), "no model 'magic'; there are: "),
-        (("train", "spring", "--models", "hann", "--split", "halves"), "split is 'halves'; expected one of"),
-        (("compare", "hann", "hertz"), "no models yet"),
-        (("compare", "--metric", "beauty"), "no metric 'beauty'"),
-        (("promote", "hann", "1"), "no registered model 'hann'"),
-        (("models", "--dataset", "winter"), "no model of a dataset 'winter'"),
-    ],
-)
+@pytest.mark.parametrize(("words", "said"), [
+    (("train", "winter"), "no dataset 'winter'"),
+    (("train", "spring", "--models", "magic"), "no model 'magic'; there are: "),
+    (("train", "spring", "--models", "hann", "--split", "halves"), "split is 'halves'; expected one of"),
+    (("compare", "hann", "hertz"), "no models yet"),
+    (("compare", "--metric", "beauty"), "no metric 'beauty'"),
+    (("promote", "hann", "1"), "no registered model 'hann'"),
+    (("models", "--dataset", "winter"), "no model of a dataset 'winter'"),
+])  # fmt: skip
 def test_unusable_input_is_one_line(lab, words, said):
     result = lab(*words)
-    assert result.exit_code == 2
-    assert said in result.stderr
-    assert len(result.stderr.splitlines()) == 1
+    assert result.exit_code == 2 and said in result.stderr and len(result.stderr.splitlines()) == 1
 
 
 def test_model_that_cannot_learn_is_told_and_the_others_listed(lab, monkeypatch):
     monkeypatch.setattr("pyroshock.training.models.analytic.Analytic.fit", _refuses)
     result = lab("train", "spring", "--models", "hann,linear", "--split", "repetitions", "--json")
-    assert result.exit_code == 2
-    assert [row["model"] for row in json.loads(result.stdout)] == ["linear"]
+    assert result.exit_code == 2 and [row["model"] for row in json.loads(result.stdout)] == ["linear"]
     assert result.stderr.splitlines()[-1] == "pyroshock: not trained: hann (repetitions): no hammer here"
 
 
@@ -289,8 +250,22 @@ def test_missing_extra_says_how_to_get_it(lab, monkeypatch, words):
     assert result.stderr.strip().endswith("mlflow is not installed; models need it: pip install 'pyroshock[models]'")
 
 
-def test_models_of_a_fresh_lab(lab):
-    """The synthetic campaign stands in for a hammer's: the same set of predictors, in the same order."""
+def test_fresh_lab_has_no_models_and_train_json_has_the_rows_of_the_contract(lab):
     assert "no models yet; train some" in done(lab("models")).stdout
-    assert json.loads(done(lab("models", "--json")).stdout) == []
-    assert shipped("hammer").predictors == PREDICTORS
+    assert json.loads(done(lab("models", "--json")).stdout) == [] and shipped("hammer").predictors == PREDICTORS
+    result = done(lab("train", "spring", "--models", "hann,linear", "--json"))
+    rows = json.loads(result.stdout)
+    order = ((1, "repetitions"), (2, "configurations"))
+    expected = [(model, version, split) for version, split in order for model in ("hann", "linear")]
+    assert [(row["model"], row["version"], row["split"]) for row in rows] == expected
+    assert all(tuple(row["metrics"]) == METRICS and row["seconds"] >= 0 for row in rows)
+    low, high = rows[1]["ci90"]["force_nrmse"]
+    assert low < rows[1]["metrics"]["force_nrmse"] < high
+    assert 0 < rows[1]["floor"]["treatment"]["force_nrmse"] < rows[1]["metrics"]["force_nrmse"]
+    assert rows[1]["thesis"]["force_nrmse"] == 0.9932  # Table 4.5
+    assert "linear, configurations: force NRMSE" in result.stderr
+    listed = json.loads(done(lab("models", "--dataset", "spring", "--json")).stdout)
+    assert sorted(map(json.dumps, listed)) == sorted(map(json.dumps, rows))
+    assert json.loads(done(lab("models", "--split", "materials", "--json")).stdout) == []
+    again = done(lab("train", "spring", "--models", "hann")).stderr
+    assert "0 trained, 2 found as they were trained before" in again

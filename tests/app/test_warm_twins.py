@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -12,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.predict.predicting import ShotRequest, predicted_json
 from pyroshock.app.twins import twin_cache as twin_stamps
 from pyroshock.app.twins import twin_cache as warm_twins
@@ -31,14 +31,13 @@ FEW = (200.0, 400.0, 800.0)
 
 @pytest.fixture
 def quick(quick_twins):
-    """The address of a store."""
     return f"sqlite:///{quick_twins / 'lab.db'}"
 
 
 @pytest.fixture
-def store(quick):
-    with opened(quick, create=True) as store:
-        ingest_examples(store)
+def store(quick, examples_db, tmp_path):
+    shutil.copy(examples_db, tmp_path)
+    with opened(quick) as store:
         yield store
 
 
@@ -67,8 +66,7 @@ def shelf_of(store, db, counted, **own) -> TwinCache:
 def test_twin_is_built_once(store, quick, counted):
     shelf = shelf_of(store, quick, counted)
     first, again = shelf.get(TwinRequest()), shelf.get(TwinRequest())
-    assert first is again and counted.times == 1
-    assert shelf.get(TwinRequest(q=25.0)) is not first
+    assert first is again and counted.times == 1 and shelf.get(TwinRequest(q=25.0)) is not first
 
 
 def test_threads_that_ask_for_the_same_wait_for_one(store, quick, counted):
@@ -188,16 +186,20 @@ def test_law_does_not_depend_on_the_registry(store, quick, counted, in_use):
     assert (counted.times, in_use.asked) == (2, 0)
 
 
-def test_warm_twin_answers_as_a_fresh_one(store, quick):
+def test_warm_twin_answers_as_a_fresh_one_in_every_thread(store, quick):
     request, shot = TwinRequest(frequency_hz=FEW), ShotRequest(tank_pressure_pa=3e5, impact_position="#2")
     warm = TwinCache(store, quick).get(request)
     for _ in range(2):
         assert predicted_json(warm, shot, draws=8) == predicted_json(twin_of(store, quick, request), shot, draws=8)
+    twin = TwinCache(store, quick).get(TwinRequest(frequency_hz=FEW))
+    shots = [ShotRequest(tank_pressure_pa=pressure) for pressure in np.linspace(1e5, 7e5, 6).tolist()]
+    alone: list[dict[str, Any]] = [predicted_json(twin, shot) for shot in shots]
+    with ThreadPoolExecutor(len(shots)) as pool:
+        assert list(pool.map(lambda shot: predicted_json(twin, shot), shots)) == alone
 
 
 def test_warm_twin_solves_no_plate_any_more(store, quick, monkeypatch):
-    made = []
-    of = PlateResponse.of
+    made, of = [], PlateResponse.of
     monkeypatch.setattr(PlateResponse, "of", lambda *given: made.append(given) or of(*given))
     twin = TwinCache(store, quick).get(TwinRequest(frequency_hz=FEW))
     assert made
@@ -205,14 +207,6 @@ def test_warm_twin_solves_no_plate_any_more(store, quick, monkeypatch):
     for position in ("#1", "#2"):
         predicted_json(twin, ShotRequest(impact_position=position))
     assert made == []
-
-
-def test_threads_predict_the_same(store, quick):
-    twin = TwinCache(store, quick).get(TwinRequest(frequency_hz=FEW))
-    shots = [ShotRequest(tank_pressure_pa=pressure) for pressure in np.linspace(1e5, 7e5, 6).tolist()]
-    alone: list[dict[str, Any]] = [predicted_json(twin, shot) for shot in shots]
-    with ThreadPoolExecutor(len(shots)) as pool:
-        assert list(pool.map(lambda shot: predicted_json(twin, shot), shots)) == alone
 
 
 def test_shipped_bench_needs_no_store(quick):

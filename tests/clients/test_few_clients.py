@@ -87,8 +87,7 @@ def test_one_campaign_cut_by_all(at_once, tables_url, tmp_path) -> None:
     ingested(tables_url, hammer_campaign(tmp_path / "c", 2, name="c"))
     reports = at_once(lambda store, _: reextract(store, "c", ExtractionSettings(threshold=0.02)))
     assert sum(report.added for report in reports) == 4
-    assert sum(report.reused for report in reports) == 4 * (CLIENTS - 1)
-    assert counts(tables_url)["pulses"] == 8
+    assert sum(report.reused for report in reports) == 4 * (CLIENTS - 1) and counts(tables_url)["pulses"] == 8
 
 
 def planned(store: Store, runs: int = 12, name: str = "spring") -> None:
@@ -100,8 +99,7 @@ def planned(store: Store, runs: int = 12, name: str = "spring") -> None:
 
 def test_one_of_many_gets_a_plans_name(at_once, tables_url) -> None:
     found = at_once(lambda store, _: planned(store))
-    assert found.count(None) == 1
-    assert sum(isinstance(each, PlanExistsError) for each in found) == CLIENTS - 1
+    assert found.count(None) == 1 and sum(isinstance(each, PlanExistsError) for each in found) == CLIENTS - 1
     assert counts(tables_url)["planned_runs"] == 12
 
 
@@ -114,8 +112,7 @@ def test_plan_is_changed_by_all(at_once, tables_url) -> None:
         tick_run(store, "spring", number + 1, status="discarded", note="no good")
         return extend_plan(store, "spring", rows, repetitions=1)
 
-    numbers = [number for each in at_once(change) for number in each]
-    assert sorted(numbers) == list(range(13, 13 + 3 * CLIENTS))
+    assert sorted([number for each in at_once(change) for number in each]) == list(range(13, 13 + 3 * CLIENTS))
     with opened(tables_url) as store, store.reading() as session:
         states = [run.status for run in read_plan(session, "spring").runs]
     assert states.count("discarded") == CLIENTS
@@ -131,8 +128,7 @@ def test_campaign_linked_by_all(at_once, tables_url, tmp_path) -> None:
         common = {"plan_id": plan.id, "repetitions": 1, "treatment": {}, "settings": {}}
         session.add_all(PlannedRun(run=run, position=run, configuration_id=key, **common) for run, key in shots)
     links = at_once(lambda store, _: link_campaign(store, "gun", "gun"))
-    assert sum(link.linked for link in links) == 10
-    assert sum(link.done for link in links) == 10
+    assert sum(link.linked for link in links) == 10 and sum(link.done for link in links) == 10
 
 
 def test_versions_adopted_by_all_are_numbered(at_once, tables_url, tmp_path) -> None:

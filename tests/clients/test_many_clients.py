@@ -56,7 +56,6 @@ class Lab:
 
 @pytest.fixture(scope="module", params=["sqlite", "postgresql"])
 def lab(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
-    """What every round starts from."""
     folder = tmp_path_factory.mktemp("lab")
     for name in ("spring", "autumn"):
         full_campaign(folder / name, name, seed=len(name))
@@ -94,7 +93,6 @@ def _drop(url: str) -> None:
 
 @pytest.fixture
 def fresh(lab: Lab, tmp_path: Path) -> Iterator[Lab]:
-    """A copy of the laboratory."""
     if lab.store.startswith("sqlite"):
         for name in ("lab.db", "mlflow.db"):
             shutil.copy(lab.folder / name, tmp_path / name)

@@ -1,10 +1,9 @@
-"""deploy/ and docs/how-to/deploy-a-server.md name commands, options and files that exist, and hold no secret."""
+"""deploy/ names commands, options and files that exist, and holds no secret; tests/docs/test_pages.py has its page."""
 
 from __future__ import annotations
 
 import os
 import re
-import shlex
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -12,50 +11,17 @@ from typing import Any
 import click
 import pytest
 import yaml
-from pyroshock.app.cli.main import main
+from doc_pages.parsing import ROOT, parsed
 
-ROOT = Path(__file__).resolve().parents[2]
 DEPLOY = ROOT / "deploy"
 COMPOSE: dict[str, Any] = yaml.safe_load((DEPLOY / "compose.yaml").read_text())
 SERVICES: dict[str, dict[str, Any]] = COMPOSE["services"]
-PAGE = (ROOT / "docs" / "how-to" / "deploy-a-server.md").read_text()
 SCRIPTS = sorted(DEPLOY.glob("*.sh"))
 #: Of the Compose specification, what a service of ours may say; a misspelled key is refused by no parser.
 KEYS = {
     *("build", "cap_drop", "command", "depends_on", "deploy", "environment", "healthcheck", "image", "init", "ports"),
     *("restart", "secrets", "security_opt", "shm_size", "stop_grace_period", "volumes"),
 }
-
-
-def lines_of(language: str) -> list[str]:
-    """Lines of the page's blocks in this language."""
-    blocks = re.findall(rf"^```{language}\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
-    return [line for block in blocks for line in block.splitlines()]
-
-
-def parsed(words: list[str]) -> click.Context:
-    """As the command line takes these words, down to the command itself, without running it."""
-    command: click.Command = main
-    context = main.make_context("pyroshock", list(words), resilient_parsing=False)
-    while isinstance(command, click.Group) and context._protected_args:
-        name, *rest = [*context._protected_args, *context.args]
-        found = command.get_command(context, name)
-        assert found is not None, name
-        command, context = found, found.make_context(name, rest, parent=context)
-    return context
-
-
-COMMANDS_SHOWN = [
-    *(shlex.split(line)[1:] for line in lines_of("sh") if line.startswith("pyroshock ")),
-    *(shlex.split(text)[1:] for text in re.findall(r"`(pyroshock [^`…]+)`", PAGE)),
-]
-
-
-@pytest.mark.parametrize("words", COMMANDS_SHOWN, ids=" ".join)
-def test_commands_of_the_page_are_commands(words, monkeypatch):
-    # folders of a server are not here; that they must exist is not the question
-    monkeypatch.setattr(click.Path, "convert", lambda self, value, *_: value)
-    assert parsed(words).command.name
 
 
 @pytest.mark.parametrize("name", [n for n, s in SERVICES.items() if s["command"][0] == "pyroshock"])
@@ -69,33 +35,22 @@ def test_services_run_commands_that_exist(name, monkeypatch):
 @pytest.mark.parametrize("name", SERVICES)
 def test_services_say_what_compose_knows(name):
     service = SERVICES[name]
-    assert set(service) <= KEYS
-    assert set(service.get("depends_on", {})) <= set(SERVICES)
+    assert set(service) <= KEYS and set(service.get("depends_on", {})) <= set(SERVICES)
     assert set(service.get("secrets", [])) <= set(COMPOSE["secrets"])
     for volume in service.get("volumes", []):
         source = re.sub(r"\$\{[^}]*\}", "", volume).split(":")[0]
         assert not source or source in COMPOSE["volumes"] or (DEPLOY / source).is_file(), volume
 
 
-def test_secrets_are_files_that_the_script_makes(tmp_path):
+def test_secrets_are_files_that_the_script_makes_and_no_other_file_holds_any(tmp_path):
     (tmp_path / "make-secrets.sh").write_text((DEPLOY / "make-secrets.sh").read_text())
     made = [dict(_secrets(tmp_path)) for _ in range(2)]
     assert made[0] == made[1]
     assert {f"./secrets/{name}" for name in made[0]} == {each["file"] for each in COMPOSE["secrets"].values()}
     words = [text for name, text in made[0].items() if name != "pgpass"]
-    assert all(re.fullmatch("[0-9a-f]{64}", word) for word in words)
-    assert len(set(words)) == 4
+    assert all(re.fullmatch("[0-9a-f]{64}", word) for word in words) and len(set(words)) == 4
     assert (tmp_path / "secrets" / "pgpass").stat().st_mode & 0o777 == 0o600
     assert f":pyroshock_lab:{made[0]['lab_password']}" in made[0]["pgpass"]
-
-
-def _secrets(folder: Path) -> list[tuple[str, str]]:
-    subprocess.run(["/bin/sh", str(folder / "make-secrets.sh")], check=True, capture_output=True)
-    return [(file.name, file.read_text()) for file in sorted((folder / "secrets").iterdir())]
-
-
-def test_no_file_holds_a_secret():
-    """An address has no password, and what is called one names a file."""
     for file in (*DEPLOY.glob("*.*"), DEPLOY / "Dockerfile"):
         text = file.read_text()
         assert not re.search(r"://[^\s/@]+:[^\s/@]+@", text), file
@@ -103,18 +58,18 @@ def test_no_file_holds_a_secret():
             assert value.startswith(("$(cat", "/run/secrets/", "${")), (file, name)
     assert "/deploy/secrets/" in (ROOT / ".gitignore").read_text().splitlines()
     assert "deploy/secrets" in (DEPLOY / "Dockerfile.dockerignore").read_text().splitlines()
+    text = (DEPLOY / "Dockerfile").read_text()
+    for source in re.findall(r"^COPY (?:--chmod=\d+ )?(\S+) ", text, re.MULTILINE):
+        assert source.startswith("--from=") or (ROOT / source).exists(), source
+    assert re.findall(r"^USER (\S+)", text, re.MULTILINE) == ["pyroshock"] and "--uid 10001" in text
+
+
+def _secrets(folder: Path) -> list[tuple[str, str]]:
+    subprocess.run(["/bin/sh", str(folder / "make-secrets.sh")], check=True, capture_output=True)
+    return [(file.name, file.read_text()) for file in sorted((folder / "secrets").iterdir())]
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda p: p.name)
 def test_scripts_are_shell(script):
     assert os.access(script, os.X_OK)
     subprocess.run(["/bin/sh", "-n", str(script)], check=True)
-
-
-def test_image_is_made_of_what_is_there():
-    text = (DEPLOY / "Dockerfile").read_text()
-    for source in re.findall(r"^COPY (?:--chmod=\d+ )?(\S+) ", text, re.MULTILINE):
-        assert source.startswith("--from=") or (ROOT / source).exists(), source
-    users = re.findall(r"^USER (\S+)", text, re.MULTILINE)
-    assert users == ["pyroshock"]
-    assert "--uid 10001" in text

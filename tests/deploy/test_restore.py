@@ -19,7 +19,7 @@ from pyroshock.schema.engine import make_engine
 from sqlalchemy import make_url
 from support.records.campaigns import hammer_campaign
 from support.stores.postgres_server import NoServerError, installations, running_server
-from support.stores.stores import content, counts, ingested, pyroshock
+from support.stores.stores import content, counts, ingested, pyroshock, refusal
 
 ROOT = Path(__file__).resolve().parents[2]
 DEPLOY = ROOT / "deploy"
@@ -131,9 +131,7 @@ def test_night_backup_comes_back(server, login, tmp_path):
     shutil.rmtree(model.parent)
     server.run("dropdb pyroshock; dropdb pyroshock_models", backup)
     server.run(block(*RESTORE), backup)
-    assert content(lab) == before
-    assert server.run(RIGHTS, tmp_path) == rights
-    assert model.read_text() == "{}"
+    assert content(lab) == before and server.run(RIGHTS, tmp_path) == rights and model.read_text() == "{}"
     _assert_in_use(lab, campaign, tmp_path)
 
 
@@ -165,11 +163,8 @@ def test_dump_of_an_older_version_comes_up(server, login, tmp_path):
     restore = block(*RESTORE).splitlines()[0]
     assert restore.endswith(" pyroshock.dump")
     server.run(restore, tmp_path)
-    refused = pyroshock("campaigns", "--db", owner)
-    assert refused.exit_code == 2
-    assert "pyroshock db upgrade" in refused.stderr
-    assert pyroshock("db", "upgrade", "--db", owner).exit_code == 0
-    assert content(owner) == before
+    assert "pyroshock db upgrade" in refusal("campaigns", "--db", owner)
+    assert pyroshock("db", "upgrade", "--db", owner).exit_code == 0 and content(owner) == before
     _assert_in_use(owner, campaign, tmp_path)
 
 

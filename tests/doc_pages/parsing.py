@@ -11,7 +11,7 @@ from pathlib import Path
 import click
 from pyroshock.app.cli.main import main
 
-from .shell import Statement
+from .blocks import Statement
 
 ROOT = Path(__file__).resolve().parents[2]
 #: Programs that are not ours; a name that is neither is a slip of the pen.

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import io
+import math
+import re
 import runpy
 import shlex
 import subprocess
@@ -22,10 +24,8 @@ from pyroshock.app.twins import building as twins
 from pyroshock.virtualbench.campaigns import ringing
 from support.stores.registries import without_figures
 
-from .blocks import PYTHON, Block
+from .blocks import PYTHON, Block, Statement, statements_of
 from .parsing import ROOT, check
-from .printed import missing
-from .shell import Statement, statements_of
 
 #: Of other programs, those that a page's steps are made of; the rest is not ours to run.
 _FILE_PROGRAMS = frozenset({"cat", "cp", "ls", "mkdir", "mv", "printf", "rm", "sed"})
@@ -152,3 +152,51 @@ def _python(block: Block, place: Place) -> str:
     with contextlib.redirect_stdout(told):
         exec(compile(lines, str(block.page), "exec"), place.python)  # noqa: S102  # the page's own code
     return told.getvalue()
+
+
+# --- what a page says that its commands print, held against what they did print ---
+#: A figure of another machine may differ in its last digits.
+TOLERANCE = 0.02
+#: ... but a count is a count.
+_COUNTS_BELOW = 1000.0
+#: ... and a share is told to some percent.
+_PERCENT = 3.0
+_NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?: %)?")
+
+
+def missing(shown: str, printed: str) -> str | None:
+    """The first line of `shown` that `printed` has not after those before it; None where all are there.
+
+    White space counts as one blank; a line that is `…` is passed over, one that ends with ` …` is the beginning of a
+    line.
+    """
+    rest = iter(printed.splitlines())
+    for line in shown.splitlines():
+        wanted = " ".join(line.split())
+        if wanted in ("", "…"):
+            continue
+        if not any(alike(wanted, " ".join(each.split())) for each in rest):
+            return line
+    return None
+
+
+def alike(wanted: str, told: str) -> bool:
+    if wanted.endswith("…"):
+        wanted = wanted.removesuffix("…").rstrip()
+        told = " ".join(told.split(" ")[: len(wanted.split(" "))])
+    if _NUMBER.split(wanted) != _NUMBER.split(told):
+        return False
+    pairs = list(zip(_NUMBER.findall(wanted), _NUMBER.findall(told), strict=True))
+    return all(a.endswith("%") == b.endswith("%") and _near(a, b) for a, b in pairs)
+
+
+def _near(wanted: str, told: str) -> bool:
+    if wanted.endswith("%"):
+        return math.isclose(float(wanted[:-1]), float(told[:-1]), abs_tol=_PERCENT)
+    a, b = float(wanted), float(told)
+    mantissa, _, power = wanted.partition("e")
+    _, point, decimals = mantissa.partition(".")
+    if not point and abs(a) < _COUNTS_BELOW:
+        return a == b
+    last_digit = 10.0 ** (int(power or 0) - len(decimals))
+    return math.isclose(a, b, rel_tol=TOLERANCE, abs_tol=2 * last_digit)

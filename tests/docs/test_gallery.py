@@ -89,40 +89,27 @@ def page() -> str:
 
 
 # --- the page -------------------------------------------------------------------------------------------------------
-
-
-def test_every_drawable_figure_has_a_script() -> None:
+def test_every_drawable_figure_has_a_script_and_a_picture() -> None:
     assert [number for entry in FIGURES.values() for number in entry.thesis.split(", ")] == list(DRAWABLE)
-
-
-def test_every_script_that_draws_is_in_the_table() -> None:
     folder = ROOT / "examples" / "gallery"
     drawing = {path.stem for path in folder.glob("*.py") if "\ndef draw(" in path.read_text(encoding="utf-8")}
-    assert drawing == set(FIGURES)
+    assert drawing == set(FIGURES) and {path.stem for path in PICTURES.iterdir()} == set(FIGURES)
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_page_has_the_picture_and_the_script(name: str) -> None:
+def test_page_has_the_picture_whose_axes_tell_what_and_in_which_unit(name: str, drawn: Drawn) -> None:
     assert f"](../images/gallery/{name}.png)" in page()
     assert f"[`{name}.py`](../../examples/gallery/{name}.py)" in page()
     assert (PICTURES / f"{name}.png").stat().st_size < 80_000
-
-
-def test_no_picture_is_left_over() -> None:
-    assert {path.stem for path in PICTURES.iterdir()} == set(FIGURES)
-
-
-# --- every figure ---------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", FIGURES)
-def test_axes_tell_what_and_in_which_unit(drawn: Drawn, name: str) -> None:
     figure = drawn(name)
     labels = [axis.get_label_text() for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)]
     labels += [each.get_supylabel() for each in (figure, *figure.subfigs)]
     assert [label for label in labels if label and not LABEL.match(label)] == []
     if name != "predictor_correlation":  # a matrix of names
         assert len([label for label in labels if label]) >= 2
+
+
+# --- every figure ---------------------------------------------------------------------------------------------------
 
 
 def test_command_writes_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -133,21 +120,10 @@ def test_command_writes_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 @pytest.mark.parametrize("words", [["mona_lisa"], ["force_models", "--models", "oracle"]])
 def test_command_refuses_what_it_does_not_know(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(words) == 2
-    assert words[-1] in capsys.readouterr().err
+    assert main(words) == 2 and words[-1] in capsys.readouterr().err
 
 
 # --- physics --------------------------------------------------------------------------------------------------------
-
-
-def test_spectrum_passes_through_the_oscillators_peaks(drawn: Drawn) -> None:
-    base = spectrum_construction.recorded()
-    lines = np.array(spectrum_construction.OSCILLATORS_HZ)
-    (axes,) = (axes for axes in drawn("spectrum_construction").axes if axes.get_xscale() == "log")
-    dots = [float(np.ravel(line.get_ydata())[0]) for line in axes.lines if line.get_marker() == "o"]
-    assert dots == pytest.approx(shock_response_spectrum(base.si, base.sampling_rate_hz, lines).primary, rel=1e-9)
-
-
 @pytest.mark.parametrize(("name", "peak_at"), [("Hunter", 0.5), ("Reed", 0.5), ("asymmetric von Hann", 0.6)])
 def test_profiles_end_at_zero_and_peak_where_they_must(drawn: Drawn, name: str, peak_at: float) -> None:
     """The von Hann pulse compresses for 1 / (1 + e) of its contact."""
@@ -157,31 +133,20 @@ def test_profiles_end_at_zero_and_peak_where_they_must(drawn: Drawn, name: str, 
     assert (force.max(), phase[np.argmax(force)]) == pytest.approx((1.0, peak_at), abs=2e-3)
 
 
-def test_safety_plates_are_as_thick_as_the_thesis_says(drawn: Drawn) -> None:
-    """Around 10 mm of aluminium, around 5 mm of steel."""
+def test_plates_are_as_thick_as_the_thesis_says_and_the_spectrum_passes_through_its_peaks(drawn: Drawn) -> None:
     marks = [line for axes in drawn("safety_plates").axes for line in axes.lines if line.get_marker() == "x"]
     thickness, limit = np.array([np.ravel(line.get_data()) for line in marks]).T
-    assert limit == pytest.approx([150, 150])
-    assert thickness == pytest.approx([10, 5], abs=0.5)
+    assert limit == pytest.approx([150, 150]) and thickness == pytest.approx([10, 5], abs=0.5)
+    base, lines = spectrum_construction.recorded(), np.array(spectrum_construction.OSCILLATORS_HZ)
+    (axes,) = (axes for axes in drawn("spectrum_construction").axes if axes.get_xscale() == "log")
+    dots = [float(np.ravel(line.get_ydata())[0]) for line in axes.lines if line.get_marker() == "o"]
+    assert dots == pytest.approx(shock_response_spectrum(base.si, base.sampling_rate_hz, lines).primary, rel=1e-9)
 
 
-def test_exit_velocities_are_those_of_the_equation_of_motion(drawn: Drawn) -> None:
-    """The curves are the closed form; eq. 2.17 integrated is another way to it."""
-    curves = drawn("exit_velocity").axes[0].lines[: len(exit_velocity.MASSES_KG)]
-    for mass, curve in zip(exit_velocity.MASSES_KG, curves, strict=True):
-        pressure_bar, velocity = np.asarray(curve.get_data())
-        for i in (20, 80, 160):
-            shot = trajectory(shipped_shots.gun(), pressure_bar[i] * 1e5, mass)
-            assert velocity[i] == pytest.approx(shot.muzzle_velocity_m_s, rel=1e-6)
-
-
-def test_measured_shots_err_as_table_5_1_says() -> None:
+def test_measured_shots_err_as_table_5_1_says_and_a_virtual_one_is_read_as_fired(drawn: Drawn) -> None:
     errors = measured_velocities.errors_percent(shipped_shots.shots())
     assert errors == pytest.approx([-2.1, 4.4, -2.4, -3.9, 7.6], abs=0.1)
     assert np.mean(np.abs(errors)) == pytest.approx(4.07, abs=0.02)
-
-
-def test_virtual_shot_is_read_as_it_was_fired(drawn: Drawn) -> None:
     (pressure, laser) = drawn("chamber_pressure").axes
     read_bar, read_m_s = map(float, re.findall(r"([\d.]+) (?:bar|±)", pressure.get_title()))
     assert read_bar == pytest.approx(chamber_pressure.TEST_2_PA / 1e5, abs=0.01)
@@ -192,81 +157,42 @@ def test_virtual_shot_is_read_as_it_was_fired(drawn: Drawn) -> None:
     assert np.median(volts) - np.median(volts[volts < -2]) == pytest.approx(4.8, rel=0.01)  # 48 mm at 0.1 V/mm
 
 
-def test_cost_of_elements_adds_up_to_eq_5_4() -> None:
+# --- the virtual campaign -------------------------------------------------------------------------------------------
+def test_tests_are_grouped_by_tip_and_cost_adds_up_to_eq_5_4() -> None:
+    rows = virtual_campaign.tests_in_order()
+    tips = [row["tip_material"] for row in rows]
+    assert len(rows) == 180 and tips == 10 * (6 * ["aluminum"] + 6 * ["delrin"] + 6 * ["polyurethane"])
+    assert {tips[i - 1] for i in (1, 40, 109)} == {"aluminum"}  # where the thesis's extractions differ most
     late, force = 0.03, 1.07 * cost_function.PULSE
     elements = cost_function.element_cost(late * cost_function.PHASE, force - cost_function.PULSE)
     pulse, one = cost_function.PULSE[None, :] / cost_function.PULSE.max(), np.ones(1)
     assert pulse_cost(pulse, one, 1.07 * pulse, (1 + late) * one)[0] == pytest.approx(elements.sum(), rel=1e-3)
-
-
-def test_cost_is_nought_on_the_pulse_and_one_far_away() -> None:
     i = len(cost_function.PHASE) // 3
     costs = cost_function.cost_map(cost_function.PHASE[[i]], np.array([cost_function.PULSE[i], 3.0]))
     assert costs[:, 0] == pytest.approx([0, 1])
     whole = cost_function.cost_map(np.linspace(-1, 2, 31), np.linspace(-1, 2, 31))
     assert whole.min() >= 0 and whole.max() <= 1
-
-
-def test_a_tolerance_above_the_peak_costs_two_fifths() -> None:
     top = int(np.argmax(cost_function.PULSE))
     above = cost_function.cost_map(cost_function.PHASE[[top]], np.array([1.1]))[0, 0]
     assert above == pytest.approx(1 - np.exp(-0.5), abs=0.01)
 
 
-# --- the virtual campaign -------------------------------------------------------------------------------------------
-
-
-def test_tests_are_in_groups_of_six_by_tip() -> None:
-    rows = virtual_campaign.tests_in_order()
-    tips = [row["tip_material"] for row in rows]
-    assert len(rows) == 180
-    assert tips == 10 * (6 * ["aluminum"] + 6 * ["delrin"] + 6 * ["polyurethane"])
-    assert {tips[i - 1] for i in (1, 40, 109)} == {"aluminum"}  # where the thesis's extractions differ most
-
-
-def test_force_comes_back_from_the_plate(campaign: virtual_campaign.HammerCampaign) -> None:
+def test_force_comes_back_from_the_plate_without_ringing(campaign: virtual_campaign.HammerCampaign) -> None:
     _, measured, computed = force_from_plate.forces(campaign, campaign.tests[6])
     assert np.sqrt(np.mean((computed - measured)[:256] ** 2)) < 0.05 * measured.max()
-
-
-def test_deconvolution_takes_the_ringing_out(campaign: virtual_campaign.HammerCampaign) -> None:
-    """After the contact the hammer flies freely: what is left there is the hammer's own."""
+    # After the contact the hammer flies freely: what is left there is the hammer's own.
     time, raw, clean = deconvolution.cleaned(campaign, campaign.tests[0])
     after = (time > 0.6e-3) & (time < 2e-3)
     for each_raw, each_clean in zip(raw, clean, strict=True):
         assert np.std(each_clean[after]) < 0.5 * np.std(each_raw[after])
 
 
-def test_both_methods_find_every_hit(campaign: virtual_campaign.HammerCampaign) -> None:
-    """The logical array, as `diff` marks it, is one sample shorter."""
+def test_both_methods_find_every_hit_at_its_sealed_truth(campaign: virtual_campaign.HammerCampaign) -> None:
     _, walk = extraction_methods.extracted(campaign, campaign.tests[0], "walk")
     _, mask = extraction_methods.extracted(campaign, campaign.tests[0], "mask")
     assert len(walk) == len(mask) == campaign.hits
     lengths = [[pulse.contact.last - pulse.contact.first for pulse in pulses] for pulses in (walk, mask)]
     assert np.array_equal(np.array(lengths[0]) - lengths[1], np.ones(campaign.hits))
-
-
-def test_resampling_error_falls_as_samples_are_added(campaign: virtual_campaign.HammerCampaign) -> None:
-    errors = np.ravel(resampling_error.by_hit(campaign, "spline_nrmse"))
-    samples = np.ravel(resampling_error.by_hit(campaign, "samples_in_contact"))
-    assert spearmanr(samples, errors).statistic < -0.8
-    assert errors.max() < 0.005  # the thesis: consistently below 0.5 %
-
-
-def test_resampled_pulses_go_through_their_samples(drawn: Drawn) -> None:
-    for axes in drawn("resampled_pulses").axes:
-        samples, spline = (np.asarray(line.get_data()) for line in axes.lines)
-        off = np.interp(samples[0], *spline) - samples[1]
-        assert np.sqrt(np.mean(off**2)) < 0.005 * np.ptp(samples[1])
-
-
-def test_extractions_differ_most_for_aluminium(campaign: virtual_campaign.HammerCampaign) -> None:
-    """By one sample of the contact."""
-    by_tip = contact_differences.difference_percent(campaign).reshape(3, 6)
-    assert by_tip[0].min() > by_tip[1].max() > by_tip[1].min() > by_tip[2].max()
-
-
-def test_truth_is_the_sealed_one(campaign: virtual_campaign.HammerCampaign) -> None:
     hit = extraction_against_truth.worst(campaign)
     period_s = hit.force.period_s
     assert hit.walk.contact_time_s == pytest.approx(hit.truth["contact_time_s"], abs=3 * period_s)
@@ -274,25 +200,40 @@ def test_truth_is_the_sealed_one(campaign: virtual_campaign.HammerCampaign) -> N
     assert hit.walk.contact_time_s - hit.mask.contact_time_s == pytest.approx(period_s)
 
 
+def test_resampling_errors_fall_with_samples_and_extractions_differ_most_for_aluminium(campaign):
+    errors = np.ravel(resampling_error.by_hit(campaign, "spline_nrmse"))
+    assert spearmanr(np.ravel(resampling_error.by_hit(campaign, "samples_in_contact")), errors).statistic < -0.8
+    assert errors.max() < 0.005  # the thesis: consistently below 0.5 %
+    # By one sample of the contact.
+    by_tip = contact_differences.difference_percent(campaign).reshape(3, 6)
+    assert by_tip[0].min() > by_tip[1].max() > by_tip[1].min() > by_tip[2].max()
+
+
+def test_exit_velocities_are_those_of_the_equation_of_motion_and_pulses_go_through_their_samples(drawn: Drawn) -> None:
+    for axes in drawn("resampled_pulses").axes:
+        samples, spline = (np.asarray(line.get_data()) for line in axes.lines)
+        off = np.interp(samples[0], *spline) - samples[1]
+        assert np.sqrt(np.mean(off**2)) < 0.005 * np.ptp(samples[1])
+    curves = drawn("exit_velocity").axes[0].lines[: len(exit_velocity.MASSES_KG)]
+    for mass, curve in zip(exit_velocity.MASSES_KG, curves, strict=True):
+        pressure_bar, velocity = np.asarray(curve.get_data())
+        for i in (20, 80, 160):
+            shot = trajectory(shipped_shots.gun(), pressure_bar[i] * 1e5, mass)
+            assert velocity[i] == pytest.approx(shot.muzzle_velocity_m_s, rel=1e-6)
+
+
 # --- models ---------------------------------------------------------------------------------------------------------
-
-
-def test_one_hit_of_each_test_is_held_out(judged: Evaluation, campaign: virtual_campaign.HammerCampaign) -> None:
-    assert np.array_equal(np.unique(judged.pulses.run, return_counts=True)[1], np.ones(len(campaign.tests)))
-
-
-def test_pulse_takes_its_points_from_one_model_and_its_time_from_the_other(judged: Evaluation) -> None:
+def test_held_out_hits_models_and_pulses_are_those_of_the_evaluation(judged: Evaluation, drawn: Drawn, campaign):
     axes = pulse_from_models.draw(judged, "tree").axes
     row, prediction = pulse_from_models.median_pulse(judged, "tree"), judged.predictions["tree"]
     time_ms, force = np.asarray(axes[2].lines[1].get_data())
     assert time_ms[[0, -1]] == pytest.approx([0, prediction.contact_time_s[row] * 1e3])
     at_points = np.linspace(0, time_ms[-1], 20)
     assert np.interp(at_points, time_ms, force) == pytest.approx(prediction.force_n[row], abs=1e-3 * force.max())
-
-
-def test_models_stand_in_the_order_of_their_errors(drawn: Drawn, judged: Evaluation) -> None:
     names = [text.get_text() for text in drawn("force_models").axes[0].get_yticklabels()]
     assert names == sorted(CHEAP, key=lambda name: float(judged.errors[name].force_nrmse.mean()))
+    assert np.array_equal(np.unique(judged.pulses.run, return_counts=True)[1], np.ones(len(campaign.tests)))
+    assert set(cost_by_test.five(judged)) == {"hann", "hunter", "reed"}
 
 
 @pytest.mark.parametrize(("name", "metric"), [("cost_by_test", "cost"), ("impulse_error_by_test", "impulse_error")])
@@ -302,18 +243,13 @@ def test_points_are_means_over_a_tests_hits(drawn: Drawn, judged: Evaluation, na
     assert points == pytest.approx(sorted(getattr(judged.errors["hunter"], metric)))
 
 
-def test_five_models_are_compared(judged: Evaluation) -> None:
-    assert set(cost_by_test.five(judged)) == {"hann", "hunter", "reed"}
-
-
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
 def test_whole_gallery_is_drawn(tmp_path: Path) -> None:
     """180 tests of three hits, and the models that learn in seconds."""
     assert main(["--out", str(tmp_path), "--work", str(tmp_path / "work"), "--hits", "3"]) == 0
     sizes = {path.stem: path.stat().st_size for path in tmp_path.glob("*.png")}
-    assert set(sizes) == set(FIGURES)
-    assert max(sizes.values()) < 80_000
+    assert set(sizes) == set(FIGURES) and max(sizes.values()) < 80_000
 
 
 @pytest.mark.slow

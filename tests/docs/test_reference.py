@@ -38,8 +38,6 @@ def section(subject: str, title: str) -> str:
 
 
 # --- every subject ---
-
-
 ALL = [(context.command_path, command) for context, command in commands.commands()]
 
 
@@ -52,12 +50,16 @@ def test_a_command_has_its_words_and_options(path: str, command: click.Command) 
         assert f"{option.opts[-1]}" in words
 
 
-def test_defaults_of_options_are_told() -> None:
+def test_defaults_comments_and_limits_are_told() -> None:
     words = section("commands", "pyroshock plan lhs")
     assert re.search(r"^\| `--repetitions [^|]*\| `10` \|", words, re.MULTILINE)
     assert re.search(r"^\| `--runs [^|]*\| required \|", words, re.MULTILINE)
-    assert re.search(r"^\| `--seed [^|]*\| drawn and reported \|", words, re.MULTILINE)
-    assert "`PYROSHOCK_DB`" in words
+    assert re.search(r"^\| `--seed [^|]*\| drawn and reported \|", words, re.MULTILINE) and "`PYROSHOCK_DB`" in words
+    assert "| `start_s` | DOUBLE / DOUBLE PRECISION | no |  | first instant of contact, on the" in page("tables")
+    assert "`status = 'stored' OR reason IS NOT NULL`" in section("tables", "recordings")
+    assert "| `written_by_id` | INTEGER | no | → `provenance.id` |" in section("tables", "shots")
+    words = section("checks", "double-hit")
+    assert re.search(r"^\| `MIN_SHARE` \| `0\.05` \| A second peak counts from this share", words, re.MULTILINE)
 
 
 @pytest.mark.parametrize("name", sorted(metadata.tables))
@@ -69,18 +71,10 @@ def test_a_table_has_its_columns_and_rules(name: str) -> None:
     assert words.count(" no |") >= sum(not column.nullable for column in stored.columns)
 
 
-def test_comments_of_columns_are_told() -> None:
-    assert "| `start_s` | DOUBLE / DOUBLE PRECISION | no |  | first instant of contact, on the" in page("tables")
-    assert "`status = 'stored' OR reason IS NOT NULL`" in section("tables", "recordings")
-    assert "| `written_by_id` | INTEGER | no | → `provenance.id` |" in section("tables", "shots")
-
-
 @pytest.mark.parametrize("kind", list(catalogue().values()), ids=list(catalogue()))
 def test_an_effect_has_law_source_and_parameters(kind) -> None:
     words = section("effects", kind.id)
-    assert code(kind.law) in words
-    assert escaped(kind.source) in words
-    assert kind.__doc__
+    assert code(kind.law) in words and escaped(kind.source) in words and kind.__doc__
     assert escaped(first_line(kind.__doc__)) in words
     assert re.findall(r"^\| `(\w+)` \|", words, re.MULTILINE) == [item.name for item in kind.parameters()]
 
@@ -94,11 +88,14 @@ def test_a_reader_has_suffixes_and_library(reader) -> None:
     assert readers.libraries(reader)
 
 
-def test_libraries_are_those_that_a_reader_imports() -> None:
+def test_libraries_and_imported_names_are_in_the_reference_and_unknown_subjects_refused() -> None:
     found = {reader.format: readers.libraries(reader) for reader in READERS}
-    assert found["mat"] == ["scipy", "h5py"]
-    assert found["npz"] == ["numpy"]
-    assert found["tdms"] == ["nptdms"]
+    assert found["mat"] == ["scipy", "h5py"] and found["npz"] == ["numpy"] and found["tdms"] == ["nptdms"]
+    assert "pyroshock.ingest.load.ingest_folder" in api.documented()
+    assert "pyroshock.signals.srs.spectrum.shock_response_spectrum" in api.documented()
+    assert "pyroshock.diagnosis.diagnose.diagnose" in api.documented()
+    with pytest.raises(LookupError, match="no subject 'weather' of the reference; there are: commands, tables"):
+        filled("# A page\n\n<!-- generated: weather -->\n")
 
 
 @pytest.mark.parametrize("check", [*CHECKS, *SPECTRUM_CHECKS], ids=lambda check: check.__module__.split(".", 1)[1])
@@ -106,20 +103,12 @@ def test_a_check_has_its_words(check) -> None:
     assert escaped(first_line(check.__doc__)) in section("checks", checks.name_of(check))
 
 
-def test_a_check_has_its_limits_with_reasons() -> None:
-    words = section("checks", "double-hit")
-    assert re.search(r"^\| `MIN_SHARE` \| `0\.05` \| A second peak counts from this share", words, re.MULTILINE)
-
-
-def test_methods_of_design_have_their_options() -> None:
+def test_methods_of_design_have_their_options_and_are_those_of_the_folder() -> None:
     for name, method in METHODS.items():
         words = section("designs", name)
         assert escaped(method.help) in words
         for option in method.options:
             assert f"| `{option.name}` |" in words
-
-
-def test_designs_are_those_of_the_folder() -> None:
     found = {function.__name__ for function in designs.functions()}
     assert {"augment", "balance_levels", "read_table", "factorial", "subset", "plackett_burman", "optimal"} < found
     for function in designs.functions():
@@ -127,15 +116,12 @@ def test_designs_are_those_of_the_folder() -> None:
         assert escaped(first_line(function.__doc__)) in words
 
 
-def test_models_and_kinds_are_all_told() -> None:
+def test_models_kinds_and_observables_are_all_told() -> None:
     names = re.findall(r"^\| `([\w-]+)` \| \[", section("models", "Models by name"), re.MULTILINE)
     assert names == list(MODEL_SPECS)
     for kind in KINDS:
         assert escaped(first_line(models.class_of(kind).__doc__)) in section("models", kind)
     assert "[coregional](#coregional)" in page("models")
-
-
-def test_observables_are_those_of_the_stages() -> None:
     for observable in OBSERVABLES:
         assert f"| `{observable.name}` | force | {observable.unit} | {observable.tolerance:g} |" in page("observables")
     assert "| `ln_velocity` | velocity |" in page("observables")
@@ -150,25 +136,11 @@ def test_names_of_a_room_have_docstrings_and_stand_in_it(room: str) -> None:
         named = re.findall(rf"^\.\. auto(?:class|function):: {re.escape(module.__name__)}\.(\w+)$", words, re.MULTILINE)
         own = api.members(module)
         assert named == [thing.__name__ for thing in own]
-        silent = [thing.__qualname__ for thing in own if not thing.__doc__]
-        assert silent == []
-
-
-def test_names_that_the_pages_import_are_in_the_reference() -> None:
-    assert "pyroshock.ingest.load.ingest_folder" in api.documented()
-    assert "pyroshock.signals.srs.spectrum.shock_response_spectrum" in api.documented()
-    assert "pyroshock.diagnosis.diagnose.diagnose" in api.documented()
-
-
-def test_a_subject_that_there_is_not_is_refused() -> None:
-    with pytest.raises(LookupError, match="no subject 'weather' of the reference; there are: commands, tables"):
-        filled("# A page\n\n<!-- generated: weather -->\n")
+        assert [thing.__qualname__ for thing in own if not thing.__doc__] == []
 
 
 # --- text ---
-
-
-def test_blocks_of_a_docstring() -> None:
+def test_blocks_and_signs_of_markdown_show_as_they_are() -> None:
     doc = """A first line
     that goes on.
 
@@ -191,12 +163,8 @@ def test_blocks_of_a_docstring() -> None:
         Block("item", "two"),
         Block("code", 'name = "hammer"'),
     ]
-
-
-def test_signs_of_markdown_show_as_they_are() -> None:
     assert escaped("a*b `c*d` e_f <g>") == r"a\*b `c*d` e\_f \<g\>"
-    assert paragraph("1. not a list") == r"1\. not a list"
-    assert paragraph("- neither") == r"\- neither"
+    assert paragraph("1. not a list") == r"1\. not a list" and paragraph("- neither") == r"\- neither"
     assert table(["a"], [["x|y `p|q`"]]).splitlines()[-1] == r"| x\|y `p\|q` |"
     assert prose("Text:\n\n    code |x|\n\nMore.") == "Text:\n\n```\ncode |x|\n```\n\nMore."
 
@@ -212,9 +180,6 @@ class Told:
     both: int = 0  #: m, of the plate
 
 
-def test_comments_are_found_beside_and_above() -> None:
+def test_comments_of_fields_and_constants_are_found() -> None:
     assert field_comments(Told) == {"beside": "in words", "above": "Above, in two lines.", "both": "m, of the plate"}
-
-
-def test_constants_of_a_module_come_with_their_comments() -> None:
     assert ("SHIPPED", ("hammer", "gun"), "") in list(constants(predictors))

@@ -20,7 +20,7 @@ from support.records import verdicts
 from support.records.campaigns import hammer_campaign
 from support.stores.hammer_stores import full_campaign
 from support.stores.registries import context_in, fresh_registry, without_figures
-from support.stores.stores import content, ingested, opened, pyroshock
+from support.stores.stores import content, ingested, opened, pyroshock, run_pyroshock
 
 time_machine = pytest.importorskip("time_machine")
 
@@ -41,12 +41,6 @@ def back(clock):
     return lambda *_: clock.shift(timedelta(days=-1))
 
 
-def done(*words: str):
-    result = pyroshock(*words)
-    assert result.exit_code == 0, result.stderr
-    return result
-
-
 def test_ingest_is_the_same_while_the_clock_goes_back(tmp_path, back, sqlite_url):
     folder = hammer_campaign(tmp_path / "c", recordings=3)
     usual = f"sqlite:///{tmp_path / 'usual.db'}"
@@ -63,17 +57,17 @@ def test_pulses_cut_last_are_in_use(tmp_path, back, sqlite_url):
     first = pyroshock("impacts", "--json", "--db", sqlite_url).stdout
     for words, differs in ((("--threshold", "0.2"), True), ((), False)):
         back()
-        done("extract", "hammer", *words, "--db", sqlite_url)
+        run_pyroshock("extract", "hammer", *words, "--db", sqlite_url)
         assert (pyroshock("impacts", "--json", "--db", sqlite_url).stdout != first) == differs
 
 
 def test_datasets_are_listed_as_they_were_made(tmp_path, back, sqlite_url):
     ingested(sqlite_url, full_campaign(tmp_path / "c"))
-    done("dataset", "build", "b", "--from", "spring", "--db", sqlite_url)
+    run_pyroshock("dataset", "build", "b", "--from", "spring", "--db", sqlite_url)
     back()
     ingested(sqlite_url, full_campaign(tmp_path / "d", name="autumn", seed=2))
-    done("dataset", "build", "a", "--from", "autumn", "--db", sqlite_url)
-    rows = json.loads(done("dataset", "list", "--json", "--db", sqlite_url).stdout)
+    run_pyroshock("dataset", "build", "a", "--from", "autumn", "--db", sqlite_url)
+    rows = json.loads(run_pyroshock("dataset", "list", "--json", "--db", sqlite_url).stdout)
     assert [row["name"] for row in rows] == ["b", "a"]
 
 
@@ -90,8 +84,7 @@ def test_model_registered_last_is_the_newest(registry, back):
     train(registry, context, ["hertz"], SPLITS, retrain=True)
     versions = registry.versions()
     assert [version.label for version in versions] == ["hertz@2", "hann@1", "hertz@1"]
-    assert versions[0].registered_at < versions[2].registered_at
-    assert in_order(reversed(versions)) == versions
+    assert versions[0].registered_at < versions[2].registered_at and in_order(reversed(versions)) == versions
     assert chosen(versions, "hertz").label == "hertz@2"
     assert [version.label for version in newest(versions)] == ["hertz@2", "hann@1"]
     assert [v.label for v in train(registry, context, ["hertz"], SPLITS).versions] == ["hertz@2"]
@@ -139,5 +132,4 @@ def test_diagnosis_made_last_is_the_newest(back, sqlite_url):
             back()
         with store.reading() as session:
             rows = list_diagnoses(session)
-            assert [row["id"] for row in rows] == keys[::-1]
-            assert rows[0]["diagnosed_at"] < rows[1]["diagnosed_at"]
+            assert [row["id"] for row in rows] == keys[::-1] and rows[0]["diagnosed_at"] < rows[1]["diagnosed_at"]

@@ -44,7 +44,6 @@ def trained(tmp_path_factory) -> Path:
 
 @pytest.fixture
 def registry(trained, tmp_path, monkeypatch) -> Registry:
-    """A copy of it, which a test may damage."""
     without_figures(monkeypatch)
     shutil.copytree(trained, tmp_path, dirs_exist_ok=True)
     return at_its_place(Registry(storage_for(f"sqlite:///{tmp_path / 'lab.db'}", {})))
@@ -78,14 +77,11 @@ def damage_held_out(registry: Registry, label: str) -> None:
     (folder / "artifacts" / "held_out.npz").write_bytes(b"PK torn")
 
 
-@pytest.mark.parametrize(
-    ("damage", "said"),
-    [
-        (gone, "linear@1.*model.json"),
-        (changed, "linear@1.*model.json is not"),
-        (cut_short, "linear@1.*arrays.npz is not"),
-    ],
-)
+@pytest.mark.parametrize(("damage", "said"), [
+    (gone, "linear@1.*model.json"),
+    (changed, "linear@1.*model.json is not"),
+    (cut_short, "linear@1.*arrays.npz is not"),
+])  # fmt: skip
 def test_damaged_model_is_named_with_its_file_and_what_next(registry, damage, said):
     damage_files(registry, "linear@1", damage)
     (label,) = damages(registry, registry.versions())
@@ -95,11 +91,17 @@ def test_damaged_model_is_named_with_its_file_and_what_next(registry, damage, sa
     assert registry.load(labelled(registry, "hann@1")) and registry.load(labelled(registry, "hertz@1"))
 
 
-def test_damaged_predictions_are_named_too(registry):
+def test_damaged_predictions_are_named_and_a_damaged_model_is_not_promoted(registry):
     damage_held_out(registry, "hertz@1")
     assert set(damages(registry, registry.versions())) == {"hertz@1"}
     with pytest.raises(ValueError, match=r"hertz@1: .*held_out\.npz .*pyroshock train spring --models hertz"):
         registry.held_out(labelled(registry, "hertz@1"))
+    # Its held-out predictions, by which it is judged, are whole: nothing else would notice.
+    damage_files(registry, "linear@1", gone)
+    training_context = context_in(registry)
+    with pytest.raises(ValueError, match=r"linear@1 cannot be promoted.*model\.json cannot be read"):
+        promote(registry, "linear", 1, lambda _: training_context.table, forced=True, reason="all the same")
+    assert registry.champion("hammer").label == "hann@1"
 
 
 @pytest.mark.slow
@@ -118,15 +120,6 @@ def test_damaged_model_of_another_split_stops_no_training(registry):
     damage_held_out(registry, "hann@1")
     session = train(registry, context_in(registry), ["hertz"], ["configurations"])
     assert [version.label for version in session.versions] == ["hertz@2"]
-
-
-def test_damaged_model_is_not_promoted(registry):
-    """Its held-out predictions, by which it is judged, are whole: nothing else would notice."""
-    damage_files(registry, "linear@1", gone)
-    training_context = context_in(registry)
-    with pytest.raises(ValueError, match=r"linear@1 cannot be promoted.*model\.json cannot be read"):
-        promote(registry, "linear", 1, lambda _: training_context.table, forced=True, reason="all the same")
-    assert registry.champion("hammer").label == "hann@1"
 
 
 @pytest.mark.slow

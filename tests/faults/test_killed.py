@@ -1,7 +1,4 @@
-"""Killed at random moments of their work, ingest, train, promote and upgrade lose nothing, and a repeat completes.
-
-`make test-faults` kills 200 times; PYROSHOCK_FAULTS_SEED moves the moments, PYROSHOCK_FAULTS_KILLS their number.
-"""
+"""Killed at random moments, commands lose nothing, a repeat completes; what takes data back is done or is not."""
 
 from __future__ import annotations
 
@@ -16,6 +13,7 @@ import pytest
 from pyroshock.schema import migrate
 from support.processes.striking import Forge, Place, strike
 from support.processes.struck_places import ingest_places, migrate_places, promote_places, train_places
+from support.processes.undone_places import COMMANDS, UndonePlace, undone_places
 from support.stores.many_databases import Databases, Files
 
 SEED = int(os.environ.get("PYROSHOCK_FAULTS_SEED", "8"))
@@ -29,7 +27,6 @@ MAKINGS: dict[str, Making] = {"ingest": ingest_places, "train": train_places, "p
 
 
 def killed_upgrade(forge: Forge, databases: Databases, folder: Path, revision: str, kills: int) -> None:
-    """`killed`, from a store of this revision."""
     killed(forge, "db upgrade", databases, folder, kills, partial(migrate_places, revision=revision))
 
 
@@ -40,8 +37,7 @@ def killed(
     make = (making or MAKINGS[operation])(databases, folder)
     rng = np.random.default_rng([SEED, *operation.encode(), *databases.engine.encode()])
     tally = strike(forge, operation, databases.engine, make, kills, rng)
-    assert tally.lost == []
-    assert tally.struck >= kills
+    assert tally.lost == [] and tally.struck >= kills
 
 
 OLD = migrate.known_revisions()[:-1]
@@ -63,3 +59,29 @@ def test_nothing_is_lost_in_many_upgrades(forge, revision, databases, tmp_path):
 
 def test_killed_upgrade_is_before_or_after(forge_without_models, tmp_path):
     killed_upgrade(forge_without_models, Files(tmp_path), tmp_path, OLD[0], 3)
+
+
+#: Those that take seconds; the slow tests kill all. Of an archive, `tests/app/removal/test_removal.py` looks at the
+#: moment between file and deletion in the default tests; a restoration is one transaction, as a deletion is.
+QUICK = {"campaigns delete", "runs discard", "runs replace"}
+
+
+def killed_undoing(forge: Forge, operation: str, databases: Databases, folder: Path, kills: int) -> None:
+    make = undone_places(operation, databases, folder)
+    rng = np.random.default_rng([SEED, *operation.encode(), *databases.engine.encode()])
+    tally = strike(forge, operation, databases.engine, make, kills, rng, UndonePlace.is_done)
+    assert tally.lost == [] and tally.struck >= kills
+
+
+@pytest.mark.parametrize("operation", COMMANDS)
+@pytest.mark.slow
+@pytest.mark.timeout(7200)
+def test_nothing_is_between_before_and_after_in_many_kills(forge, operation, databases, tmp_path):
+    killed_undoing(forge, operation, databases, tmp_path, round(KILLS / 2 / len(COMMANDS)))
+
+
+@pytest.mark.parametrize(
+    "operation", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in COMMANDS]
+)
+def test_killed_undoing_is_before_or_after(forge_without_models, operation, tmp_path):
+    killed_undoing(forge_without_models, operation, Files(tmp_path), tmp_path / "places", 2)

@@ -70,14 +70,11 @@ def crash_at_insert(server: _Server, store, table: str, number: int):
     return seen
 
 
-@pytest.mark.parametrize(
-    ("table", "number"),
-    [
-        pytest.param("recordings", 1, marks=pytest.mark.slow),
-        ("pulses", 2),
-        pytest.param("impacts", 3, marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.parametrize(("table", "number"), [
+    pytest.param("recordings", 1, marks=pytest.mark.slow),
+    ("pulses", 2),
+    pytest.param("impacts", 3, marks=pytest.mark.slow),
+])  # fmt: skip
 def test_ingest_goes_on_over_a_crash_in_mid_transaction(server, url, campaign, expected, table, number):
     with opened(url, create=True) as store:
         seen = crash_at_insert(server, store, table, number)

@@ -1,6 +1,6 @@
 """Inputs that the long run has found, each mended since. Those that are easily described stand beside what they are
 about: tests/ingest/readers/test_bombs.py, tests/ingest/test_setting_aside.py, tests/ingest/test_parallel.py,
-tests/app/web/test_uploads.py, tests/app/test_benches.py."""
+tests/app/web/test_guard.py, tests/app/test_measured_shots.py."""
 
 from __future__ import annotations
 

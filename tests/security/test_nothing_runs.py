@@ -1,4 +1,4 @@
-"""Code that lies in a model's files or in a recording is never run: each trap would leave a file behind."""
+"""Code and text that would run elsewhere is data here: never run, but stored, found and shown."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import io
 import json
 import pickle
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,12 +15,17 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+from pyroshock.doe.plans import list_plans
 from pyroshock.ingest.readers import RecordingError, open_recording
+from pyroshock.schema.session import count_rows
 from pyroshock.training.fitting.fitting import fit_task, task_of
 from pyroshock.training.registry.records import Version
 from pyroshock.training.registry.registry import Registry
 from scipy.io import savemat
+from support.records.campaigns import hammer_campaign, hammer_rows, with_cell, write_runs
 from support.stores.registries import context_in, fresh_registry, without_figures
+from support.stores.stores import ingested, opened, pyroshock, run_pyroshock
+from support.stores.web_stores import FACTORS
 
 FS_HZ = 51200.0
 WAVE = np.sin(np.arange(4096) / 50)
@@ -45,7 +50,6 @@ def trap(tmp_path: Path) -> Iterator[Path]:
 
 @pytest.fixture(scope="module")
 def registered(tmp_path_factory: pytest.TempPathFactory) -> tuple[Registry, Version]:
-    """A registry with one model of numbers."""
     with pytest.MonkeyPatch.context() as patch:
         without_figures(patch)
         registry = fresh_registry(tmp_path_factory.mktemp("registry"))
@@ -68,9 +72,7 @@ def test_a_payload_would_go_off(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("make", [pickle.dumps, arrays_with], ids=["pickle", "npz-of-objects"])
 @pytest.mark.parametrize("name", ["model.json", "arrays.npz", "held_out.npz"])
-def test_no_file_of_a_model_is_unpickled(
-    registered: tuple[Registry, Version], trap: Path, name: str, make: Callable[[Payload], bytes]
-) -> None:
+def test_no_file_of_a_model_is_unpickled(registered: tuple[Registry, Version], trap: Path, name, make) -> None:
     """Not even where whoever planted it could change the digests, too."""
     registry, version = registered
     file = next(registry.place.folder.rglob(name))
@@ -102,8 +104,7 @@ def test_what_mlflow_would_run_is_not_asked(registered: tuple[Registry, Version]
     """`MLmodel` names the module that MLflow's own `load_model` imports, and a folder of code beside it."""
     registry, version = registered
     description = next(registry.place.folder.rglob("MLmodel"))
-    before = description.read_text()
-    code = description.parent / "code"
+    before, code = description.read_text(), description.parent / "code"
     code.mkdir()
     (code / "planted.py").write_text(f"from pathlib import Path\nPath({str(trap)!r}).touch()\n")
     description.write_text(
@@ -172,3 +173,59 @@ def test_no_recording_runs_what_lies_in_it(name: str, tmp_path: Path, trap: Path
     except RecordingError:
         return
     assert samples.dtype.kind in "fiu"
+
+
+# --- text that would be a statement, a placeholder or a format elsewhere ---
+HOSTILE = [
+    "'; DROP TABLE impacts; --",
+    "x\"); DELETE FROM campaigns; -- ' OR '1'='1",
+    "%s %(name)s %% {0} {name} $1 ? \\'; SELECT pg_sleep(60); -- ї—🔨",
+]
+
+
+def filled(db: str, folder: Path) -> None:
+    """A campaign for each text, called so, with one hit whose mood of the operator is called so, too."""
+    for number, text in enumerate(HOSTILE):
+        made = hammer_campaign(folder / str(number), recordings=1, hits=1, name="NAME")
+        campaign = made / "campaign.toml"
+        named = campaign.read_text("utf-8").replace('"NAME"', json.dumps(text, ensure_ascii=False))
+        campaign.write_text(named, "utf-8")
+        write_runs(made, with_cell(hammer_rows(1, 1), "operator_mood", text))
+        ingested(db, made)
+
+
+def asked(*words: str) -> list[dict[str, object]]:
+    result = run_pyroshock(*words, "--json")
+    found: list[dict[str, object]] = json.loads(result.stdout)
+    return found
+
+
+def rows(db: str) -> dict[str, int]:
+    with opened(db) as store:
+        return count_rows(store)
+
+
+def test_names_and_levels_are_data(database_url: str, tmp_path: Path) -> None:
+    """Each is found by itself alone, nothing is lost, and what is asked for is not what is done."""
+    filled(database_url, tmp_path)
+    before = rows(database_url)
+    assert before["impacts"] == len(HOSTILE)
+    assert {row["name"] for row in asked("campaigns", "--db", database_url)} == set(HOSTILE)
+    for text in HOSTILE:
+        for words in (("--campaign", text), ("--where", f"operator_mood={text}")):
+            assert [row["campaign"] for row in asked("impacts", *words, "--db", database_url)] == [text]
+    for begun in (("impacts", "--campaign"), ("impacts", "--where"), ("shots", "--campaign"), ("diagnose",)):
+        answer = pyroshock(*begun, "operator_mood=a\0b", "--db", database_url)
+        assert answer.exit_code in (0, 2) and answer.output.count("\n") == 1, (begun, answer.output)
+    assert rows(database_url) == before
+
+
+def test_plans_are_called_as_they_are_called(database_url: str, tmp_path: Path) -> None:
+    factors = tmp_path / "factors.toml"
+    factors.write_text(FACTORS)
+    with opened(database_url, create=True):
+        pass
+    for text in HOSTILE:
+        run_pyroshock("plan", "factorial", text, "--factors", factors, "--repetitions", "1", "--db", database_url)
+    with opened(database_url) as store, store.reading() as session:
+        assert {plan["name"] for plan in list_plans(session)} == set(HOSTILE)

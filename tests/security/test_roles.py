@@ -22,7 +22,7 @@ from sqlalchemy import text
 from sqlalchemy.exc import ProgrammingError
 from support.records.campaigns import hammer_campaign, recording_name
 from support.stores.roled_servers import ADMIN, NOBODY, OPERATOR, PLAN, READER, Server, roled_server
-from support.stores.stores import counts, opened, pyroshock
+from support.stores.stores import counts, opened, pyroshock, refusal, run_pyroshock
 from support.stores.web_stores import FACTORS
 
 
@@ -40,27 +40,14 @@ def in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def done(*words: str | Path) -> str:
-    result = pyroshock(*words)
-    assert result.exit_code == 0, result.stderr
-    return result.stdout
+    return run_pyroshock(*words).stdout
 
 
-def refused(*words: str | Path) -> str:
-    """The one line of a refusal."""
-    result = pyroshock(*words)
-    assert result.exit_code == 2, result.output
-    assert len(result.stderr.strip().splitlines()) == 1, result.stderr
-    return result.stderr
-
-
-def test_every_table_of_the_models_has_its_rights(server: Server) -> None:
+def test_every_table_has_its_rights_and_no_role_has_more(server: Server) -> None:
     """A migration that makes a table without them fails here."""
     with opened(server.address("keeper")) as store, store.engine.connect() as connection:
         assert set(metadata.tables) < set(tables_of(connection))
         assert missing_roles(connection) == [] and missing_rights(connection) == []
-
-
-def test_no_role_may_more_than_it_should(server: Server) -> None:
     with opened(server.address("keeper")) as store, store.engine.connect() as connection:
         query = (
             "SELECT role, tablename, has_right FROM pg_tables,"
@@ -73,7 +60,30 @@ def test_no_role_may_more_than_it_should(server: Server) -> None:
     assert granted == {row for row in rights if row[0] != "pyroshock_admin"}
 
 
-def test_a_reader_looks_and_leaves_no_trace(server: Server, tmp_path: Path) -> None:
+@pytest.mark.parametrize("words", [
+    ("ingest", "folder"),
+    ("plan", "factorial", "mine", "--factors", "factors.toml", "--repetitions", "1"),
+    ("extract", "spring", "--threshold", "0.02"),
+    ("materials", "add", "lead", "--youngs-modulus", "16GPa", "--poisson-ratio", "0.44", "--density",
+     "11340kg/m3", "--yield-strength", "12MPa", "--source", "a table"),
+], ids=lambda words: words[0])  # fmt: skip
+def test_a_reader_is_told_which_role_writes(server: Server, words: tuple[str, ...]) -> None:
+    hammer_campaign(Path("folder"), recordings=1, hits=1, name="mine")
+    said = refusal(*words, "--db", server.address(READER))
+    assert "permission denied" in said
+    assert 'needs the role pyroshock_operator: an administrator runs GRANT pyroshock_operator TO "rita"' in said
+
+
+def test_a_reader_looks_and_is_told_the_role_that_is_needed(server: Server, tmp_path: Path) -> None:
+    with opened(server.address("keeper")) as store:
+        job = ask(store, EXTRACT, "pulses of spring", ExtractArguments("spring"))
+        result = pyroshock("work", "--db", server.address(READER))
+        stop(store, job.key)
+    assert result.exit_code == 2 and "needs the role pyroshock_operator" in result.stderr.splitlines()[-1]
+    assert 'GRANT pyroshock_reader TO "nora"' in refusal("campaigns", "--db", server.address(NOBODY))
+    with opened(server.address(READER)) as store, pytest.raises(StoreError) as caught, store.reading() as session:
+        session.execute(text("SELECT nothing FROM nowhere"))
+    assert not isinstance(caught.value, StoreRoleError) and "pyroshock_" not in str(caught.value)
     db, before = server.address(READER), counts(server.address("keeper"))
     assert json.loads(done("impacts", "--campaign", "spring", "--db", db, "--json"))
     assert len(json.loads(done("shots", "--db", db, "--json"))) == 5
@@ -83,59 +93,13 @@ def test_a_reader_looks_and_leaves_no_trace(server: Server, tmp_path: Path) -> N
     assert counts(server.address("keeper")) == before
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("ingest", "folder"),
-        ("plan", "factorial", "mine", "--factors", "factors.toml", "--repetitions", "1"),
-        ("extract", "spring", "--threshold", "0.02"),
-        ("materials", "add", "lead", "--youngs-modulus", "16GPa", "--poisson-ratio", "0.44", "--density",
-         "11340kg/m3", "--yield-strength", "12MPa", "--source", "a table"),
-    ],
-    ids=lambda words: words[0],
-)  # fmt: skip
-def test_a_reader_is_told_which_role_writes(server: Server, words: tuple[str, ...]) -> None:
-    hammer_campaign(Path("folder"), recordings=1, hits=1, name="mine")
-    said = refused(*words, "--db", server.address(READER))
-    assert "permission denied" in said
-    assert 'needs the role pyroshock_operator: an administrator runs GRANT pyroshock_operator TO "rita"' in said
-
-
-def test_a_readers_worker_ends_where_a_job_waits(server: Server) -> None:
-    with opened(server.address("keeper")) as store:
-        job = ask(store, EXTRACT, "pulses of spring", ExtractArguments("spring"))
-        result = pyroshock("work", "--db", server.address(READER))
-        stop(store, job.key)
-    assert result.exit_code == 2
-    assert "needs the role pyroshock_operator" in result.stderr.splitlines()[-1]
-
-
-def test_who_has_no_role_is_told_of_the_least_but_not_for_another_reason(server: Server) -> None:
-    assert 'GRANT pyroshock_reader TO "nora"' in refused("campaigns", "--db", server.address(NOBODY))
-    with opened(server.address(READER)) as store, pytest.raises(StoreError) as caught, store.reading() as session:
-        session.execute(text("SELECT nothing FROM nowhere"))
-    assert not isinstance(caught.value, StoreRoleError) and "pyroshock_" not in str(caught.value)
-
-
-def test_an_operator_works(server: Server, tmp_path: Path) -> None:
+def test_an_operator_works_and_mends_a_recording(server: Server, tmp_path: Path) -> None:
     db = server.address(OPERATOR)
     hammer_campaign(tmp_path / "mine", recordings=1, hits=1, name="summer")
     done("ingest", tmp_path / "mine", "--db", db, "--jobs", "1")
     done("plan", "factorial", "summer-plan", "--db", db, "--factors", "factors.toml", "--repetitions", "1")
     done("extract", "summer", "--threshold", "0.02", "--db", db)
-
-
-@pytest.mark.slow
-def test_an_operator_diagnoses_and_predicts(server: Server, tmp_path: Path) -> None:
-    db = server.address(OPERATOR)
-    done("diagnose", "first-shots", "--db", db, "--json", tmp_path / "report.json")
-    assert json.loads((tmp_path / "report.json").read_text())["causes"]
-    for address in (db, server.address(READER)):
-        assert json.loads(done("predict", "--tank-pressure", "0.5bar", "--draws", "8", "--db", address, "--json"))
-
-
-def test_a_mended_recording_takes_its_place_for_an_operator(server: Server, tmp_path: Path) -> None:
-    """The one thing that is deleted: the row that says why a recording was set aside."""
+    # The one thing that is deleted: the row that says why a recording was set aside.
     db = server.address(OPERATOR)
     folder = hammer_campaign(tmp_path / "broken", recordings=2, hits=1, name="broken")
     recording = folder / recording_name(1)
@@ -147,23 +111,30 @@ def test_a_mended_recording_takes_its_place_for_an_operator(server: Server, tmp_
     assert len(json.loads(done("impacts", "--campaign", "broken", "--db", db, "--json"))) == 2
 
 
+@pytest.mark.slow
+def test_an_operator_diagnoses_and_predicts(server: Server, tmp_path: Path) -> None:
+    db = server.address(OPERATOR)
+    done("diagnose", "first-shots", "--db", db, "--json", tmp_path / "report.json")
+    assert json.loads((tmp_path / "report.json").read_text())["causes"]
+    for address in (db, server.address(READER)):
+        assert json.loads(done("predict", "--tank-pressure", "0.5bar", "--draws", "8", "--db", address, "--json"))
+
+
 def test_an_operator_deletes_nothing_and_brings_back_what_an_admin_has_deleted(server: Server, tmp_path: Path) -> None:
     folder = hammer_campaign(tmp_path / "kept", recordings=2, hits=1, name="kept")
     db, path, out = server.address(OPERATOR), recording_name(1), tmp_path / "kept.pyroshock"
     done("ingest", folder, "--db", db, "--jobs", "1")
     before = counts(db)
-    assert "pyroshock_admin" in refused("runs", "discard", "kept", path, "--reason", "r", "--db", db)
-    assert "pyroshock_admin" in refused("campaigns", "delete", "kept", "--reason", "r", "--db", db)
+    assert "pyroshock_admin" in refusal("runs", "discard", "kept", path, "--reason", "r", "--db", db)
+    assert "pyroshock_admin" in refusal("campaigns", "delete", "kept", "--reason", "r", "--db", db)
     archived = ("campaigns", "archive", "kept", "--out", out, "--reason", "r", "--db")
-    assert "pyroshock_admin" in pyroshock(*archived, db).stderr
-    assert counts(db) == before
+    assert "pyroshock_admin" in pyroshock(*archived, db).stderr and counts(db) == before
     done("runs", "discard", "kept", path, "--reason", "r", "--db", server.address(ADMIN))
     done("ingest", folder, "--again", path, "--db", db, "--jobs", "1")
     out.unlink()
     done(*archived, server.address(ADMIN))
     done("campaigns", "restore", out, "--db", db)
-    after = {**counts(db), **{table: before[table] for table in ("tombstones", "provenance")}}
-    assert after == before
+    assert {**counts(db), **{table: before[table] for table in ("tombstones", "provenance")}} == before
 
 
 REFUSED = (
@@ -172,7 +143,7 @@ REFUSED = (
 )  # fmt: skip
 
 
-def test_an_operator_changes_no_tables_and_does_not_migrate(server: Server) -> None:
+def test_an_operator_changes_no_tables_and_what_an_admin_adds_is_everybodys(server: Server) -> None:
     engine = make_engine(server.address(OPERATOR))
     try:
         for statement in REFUSED:
@@ -181,14 +152,11 @@ def test_an_operator_changes_no_tables_and_does_not_migrate(server: Server) -> N
                 connection.exec_driver_sql(statement)
         with pytest.raises(StoreRoleError, match="needs the role pyroshock_admin"):
             migrate.downgrade(engine, "0004")
-        assert "needs the role pyroshock_admin" in refused("db", "roles", "--db", server.address(OPERATOR))
+        assert "needs the role pyroshock_admin" in refusal("db", "roles", "--db", server.address(OPERATOR))
         assert migrate.current_revision(engine) == migrate.HEAD
     finally:
         engine.dispose()
-
-
-def test_what_an_admin_adds_later_is_everybodys(server: Server) -> None:
-    """As a migration to come would: its table is the admin role's, and readers and operators have their rights."""
+    # As a migration to come would: its table is the admin role's, and readers and operators have their rights.
     admin, reader, operator = (make_engine(server.address(login)) for login in (ADMIN, READER, OPERATOR))
     with admin.begin() as connection:
         act_as_owner(connection)
@@ -223,7 +191,7 @@ def test_roles_are_granted_afterwards(server: Server) -> None:
 
 def test_a_file_has_no_roles(sqlite_url: str) -> None:
     done("init", "--db", sqlite_url)
-    assert "has no roles" in refused("db", "roles", "--db", sqlite_url)
+    assert "has no roles" in refusal("db", "roles", "--db", sqlite_url)
 
 
 def test_the_way_back_takes_every_right(server: Server) -> None:
@@ -272,8 +240,7 @@ def test_pages_for_a_reader(server: Server) -> None:
 
     with window(server.address(READER)) as (client, store):
         before = count_rows(store)
-        assert client.get("/campaigns").status_code == 200
-        assert "spring" in client.get("/campaigns").text
+        assert client.get("/campaigns").status_code == 200 and "spring" in client.get("/campaigns").text
         address = f"/plans/{PLAN}/runs/1"
         answers = [post_json(client, f"/api{address}", {"status": "done"}), post(client, address, {"status": "done"})]
         assert count_rows(store) == before

@@ -56,8 +56,7 @@ def test_a_published_vulnerability_is_found(tmp_path: Path) -> None:
     pins.write_text("six==1.17.0\n")
     with _service() as address:
         found = audit.outcome_by("osv", "--osv-url", address, "-r", str(pins), "--no-deps", "--disable-pip")
-    assert found.asked == 1
-    assert found.vulnerable == (("six 1.17.0", "PYSEC-2026-1", "99.0"),)
+    assert found.asked == 1 and found.vulnerable == (("six 1.17.0", "PYSEC-2026-1", "99.0"),)
 
 
 @pytest.mark.slow
@@ -67,52 +66,40 @@ def test_nobody_to_ask_is_not_a_clean_bill(tmp_path: Path) -> None:
     pins.write_text("six==1.17.0\n")
     closed = ("--osv-url", "http://127.0.0.1:9/v1/query", "-r", str(pins), "--no-deps", "--disable-pip")
     found = audit.outcome_by("osv", *closed)
-    assert found.asked == 0
-    assert "NOT DONE" in audit.told(found)
+    assert found.asked == 0 and "NOT DONE" in audit.told(found)
 
 
-def test_packages_that_the_service_does_not_know_are_named() -> None:
-    """Of a mirror of the index, which tells of no vulnerabilities."""
+def test_unknown_packages_are_named_and_accepted_ones_have_a_reason_and_an_end() -> None:
     skipped = {"name": "six", "skip_reason": "Dependency not found on PyPI and could not be audited: six (1.17.0)"}
     known = {"name": "tqdm", "version": "4.70.1", "vulns": []}
     assert "NOT DONE" in audit.told(audit.outcome_of({"dependencies": [skipped]}))
     assert "1 packages asked, 0 vulnerabilities; not known there: six" in audit.told(
         audit.outcome_of({"dependencies": [skipped, known]})
     )
+    for each in tomllib.loads(audit.ACCEPTED.read_text(encoding="utf-8")).get("accepted", []):
+        assert each.keys() == {"id", "package", "reason", "until"} and isinstance(each["until"], date)
 
 
-@pytest.mark.parametrize(
-    ("accepted", "said"),
-    [
-        ([], "six 1.17.0: PYSEC-1, mended in 9.9: raise its pin"),
-        ([{"id": "PYSEC-1", "package": "six", "until": date(2026, 11, 30)}], "was accepted until 2026-11-30"),
-        ([{"id": "PYSEC-1", "package": "other", "until": date(2027, 1, 1)}], "raise its pin"),
-        ([{"id": "PYSEC-1", "package": "six", "until": date(2027, 1, 1)}], None),
-    ],
-)
+@pytest.mark.parametrize(("accepted", "said"), [
+    ([], "six 1.17.0: PYSEC-1, mended in 9.9: raise its pin"),
+    ([{"id": "PYSEC-1", "package": "six", "until": date(2026, 11, 30)}], "was accepted until 2026-11-30"),
+    ([{"id": "PYSEC-1", "package": "other", "until": date(2027, 1, 1)}], "raise its pin"),
+    ([{"id": "PYSEC-1", "package": "six", "until": date(2027, 1, 1)}], None),
+])  # fmt: skip
 def test_a_vulnerability_fails_unless_accepted_for_now(accepted: list[dict[str, object]], said: str | None) -> None:
     lines = list(audit.not_accepted(HOLE, accepted, DAY))
     assert lines == [] if said is None else said in lines[0]
 
 
-def test_accepted_ones_have_a_reason_and_an_end() -> None:
-    for each in tomllib.loads(audit.ACCEPTED.read_text(encoding="utf-8")).get("accepted", []):
-        assert each.keys() == {"id", "package", "reason", "until"}
-        assert isinstance(each["until"], date)
-
-
-@pytest.mark.parametrize(
-    ("licence", "said"),
-    [
-        ("MIT", None),
-        ("Apache-2.0 AND (MIT OR BSD-3-Clause)", None),
-        ("GPL-3.0-or-later", "GPL-3.0-or-later is not allowed"),
-        ("MIT OR AGPL-3.0-only", "AGPL-3.0-only is not allowed"),
-        ("LGPL-2.1-only", "LGPL-2.1-only is not allowed"),
-        ("", "its metadata name no licence"),
-        ("Our own terms", "Our own terms is not allowed"),
-    ],
-)
+@pytest.mark.parametrize(("licence", "said"), [
+    ("MIT", None),
+    ("Apache-2.0 AND (MIT OR BSD-3-Clause)", None),
+    ("GPL-3.0-or-later", "GPL-3.0-or-later is not allowed"),
+    ("MIT OR AGPL-3.0-only", "AGPL-3.0-only is not allowed"),
+    ("LGPL-2.1-only", "LGPL-2.1-only is not allowed"),
+    ("", "its metadata name no licence"),
+    ("Our own terms", "Our own terms is not allowed"),
+])  # fmt: skip
 def test_licences_are_allowed_by_name(licence: str, said: str | None) -> None:
     lines = list(licences.objections({"newcomer": licence}, RULES))
     assert lines == [] if said is None else said in lines[0]

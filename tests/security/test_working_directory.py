@@ -54,7 +54,6 @@ def environment(db: str) -> dict[str, str]:
 
 @pytest.fixture
 def program(tmp_path: Path) -> list[str]:
-    """The command line as it is installed."""
     file = tmp_path / "bin" / "pyroshock"
     file.parent.mkdir()
     file.write_text(PROGRAM, encoding="utf-8")
@@ -121,20 +120,13 @@ def test_train_imports_nothing_from_the_working_directory(tmp_path: Path, progra
     assert ran(trap) == ""
 
 
-def test_diagnose_imports_nothing_from_the_working_directory(tmp_path: Path, program: list[str], db: str) -> None:
+def test_diagnose_takes_no_module_or_compiled_code_from_there(tmp_path: Path, program: list[str], db: str) -> None:
+    """numba would take the folder of its cache from a file there, and unpickle what lies in it."""
     folder = gun_campaign(tmp_path / "c", name="spring")
     trap = planted(folder)
     (folder / ".numba_config.yaml").write_text("cache_dir: planted-cache\n", encoding="utf-8")
     done([*program, "diagnose", ".", "--with", "gun.blow_by", "--json"], db, folder)
     assert (ran(trap), (folder / "planted-cache").exists()) == ("", False)
-
-
-def test_no_compiled_code_is_taken_from_the_working_directory(tmp_path: Path, program: list[str], db: str) -> None:
-    """numba would take the folder of its cache from a file there, and unpickle what lies in it."""
-    (tmp_path / "c").mkdir()
-    (tmp_path / "c" / ".numba_config.yaml").write_text("cache_dir: planted-cache\n", encoding="utf-8")
-    done([*program, "predict", "--velocity", "8m/s", "--tip", "delrin"], db, tmp_path / "c")
-    assert not (tmp_path / "c" / "planted-cache").exists()
 
 
 def test_jobs_of_the_window_import_nothing_from_a_campaign_folder(tmp_path: Path, program: list[str], db: str) -> None:
@@ -167,11 +159,9 @@ def test_jobs_of_the_window_import_nothing_from_a_campaign_folder(tmp_path: Path
 def test_processes_of_a_script_import_nothing_from_the_working_directory(tmp_path: Path) -> None:
     """A library's user has closed nothing; what we add to the environment is gone afterwards."""
     (tmp_path / "c").mkdir()
-    trap = planted(tmp_path / "c")
-    script = tmp_path / "script.py"
+    trap, script = planted(tmp_path / "c"), tmp_path / "script.py"
     script.write_text(SCRIPT.format(tests=str(TESTS)), encoding="utf-8")
-    assert done([sys.executable, str(script)], "", tmp_path / "c").split() == ["9", "None"]
-    assert ran(trap) == ""
+    assert done([sys.executable, str(script)], "", tmp_path / "c").split() == ["9", "None"] and ran(trap) == ""
 
 
 def test_blocks_within_blocks_leave_the_environment_as_it_was(monkeypatch) -> None:

@@ -21,29 +21,17 @@ FILES = [
 ]
 
 
-def test_rooms_are_the_sums_of_their_files() -> None:
+def test_rooms_are_summed_held_to_floors_and_written_to_the_page() -> None:
     ingest, twin, everything = by_room(FILES)
     assert (ingest.name, ingest.statements, ingest.statements_run, ingest.branches_run) == ("ingest", 150, 140, 48)
-    assert ingest.percent == pytest.approx(100 * 188 / 200)
-    assert (twin.name, twin.percent) == ("twin", 25.0)
+    assert ingest.percent == pytest.approx(100 * 188 / 200) and (twin.name, twin.percent) == ("twin", 25.0)
     assert (everything.name, everything.statements) == ("all", 171)
-
-
-def test_room_below_its_floor_or_without_one_is_named() -> None:
     rooms = by_room(FILES)
     assert list(below(rooms, {"ingest": 94.0, "twin": 25.0, "all": 80.0})) == []
     low, unknown = below(rooms, {"ingest": 94.1, "all": 80.0})
-    assert low == "ingest: 94.00 % covered, under its floor of 94.1 %"
-    assert unknown.startswith("twin: no floor")
-
-
-def test_floor_is_a_point_below_what_was_counted() -> None:
+    assert low == "ingest: 94.00 % covered, under its floor of 94.1 %" and unknown.startswith("twin: no floor")
     floor = tomllib.loads(floor_text(by_room(FILES)))
-    assert floor == {"ingest": 93.0, "twin": 24.0, "all": 86.8}
-    assert list(below(by_room(FILES), floor)) == []
-
-
-def test_page_keeps_its_words_and_renews_its_table() -> None:
+    assert floor == {"ingest": 93.0, "twin": 24.0, "all": 86.8} and list(below(by_room(FILES), floor)) == []
     page = "# Coverage\n<!-- rooms: written by make coverage -->\nold\n<!-- end of rooms -->\nend\n"
     once = page_text(page, by_room(FILES), "2026-11-22")
     assert once.startswith("# Coverage\n") and once.endswith("-->\nend\n") and "old" not in once
@@ -92,8 +80,7 @@ def test_what_was_run_in_a_folder_that_is_gone_is_not_counted(tmp_path: Path) ->
         check=True,
     )
     files = done.stdout.split()
-    assert "twin/ode.py" in files
-    assert not any("gone" in name for name in files)
+    assert "twin/ode.py" in files and not any("gone" in name for name in files)
 
 
 def _outside() -> dict[str, str]:

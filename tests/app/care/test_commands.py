@@ -13,7 +13,8 @@ from pyroshock.schema.engine import make_engine
 from support.processes.web_client import window
 from support.stores.care_stores import GUN, HAMMER, execute, flip
 from support.stores.hammer_stores import url_of
-from support.stores.stores import opened, pyroshock
+from support.stores.stores import opened
+from support.stores.stores import run_pyroshock as run
 
 CHUNK = "channel_id = 1 AND number = 1"
 SAID = "test-01.npz, force: channel 1: chunk 1 is damaged"
@@ -26,19 +27,11 @@ def damaged(care_copy: str) -> str:
     return care_copy
 
 
-def run(*words: object, code: int = 0):
-    result = pyroshock(*words)
-    assert result.exit_code == code, (result.stdout, result.stderr)
-    return result
-
-
 def test_check_tells_scripts_and_people(care_copy):
     sound = run("db", "check", "--db", care_copy, "--json")
-    assert json.loads(sound.stdout) == {"sound": True, "findings": []}
-    assert "is sound" in sound.stderr
+    assert json.loads(sound.stdout) == {"sound": True, "findings": []} and "is sound" in sound.stderr
     flip(care_copy, "series_chunks", "frame", CHUNK, 40)
-    told = json.loads(run("db", "check", "--db", care_copy, "--json", code=1).stdout)
-    (finding,) = told["findings"]
+    (finding,) = json.loads(run("db", "check", "--db", care_copy, "--json", code=1).stdout)["findings"]
     place = {key: finding[key] for key in ("check", "campaign", "recording", "channel", "chunk")}
     assert place == {
         "check": "series", "campaign": HAMMER, "recording": "recordings/test-01.npz", "channel": "force", "chunk": 1,
@@ -58,8 +51,7 @@ def test_check_of_nothing_and_copy_of_an_older_store_are_refused(care_copy, tmp_
     migrate.downgrade(engine, "0003")
     engine.dispose()
     refused = run("db", "copy", care_copy, url_of(tmp_path / "new.db"), code=2)
-    assert "pyroshock db upgrade" in refused.stderr
-    assert not (tmp_path / "new.db").exists()
+    assert "pyroshock db upgrade" in refused.stderr and not (tmp_path / "new.db").exists()
 
 
 @pytest.mark.slow
@@ -100,7 +92,7 @@ def test_another_file_repairs_nothing(damaged, care_source, tmp_path):
     assert "test-01.npz: force: recordings/test-01.npz: the file has changed since it was ingested" in result.stderr
 
 
-def test_copy_says_what_it_made_and_where_models_stay(care_copy, tmp_path, monkeypatch):
+def test_copies_and_archives_say_what_they_made(care_copy, tmp_path, monkeypatch):
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
     (tmp_path / "lab-models.db").touch()
     target = url_of(tmp_path / "new.db")
@@ -109,9 +101,6 @@ def test_copy_says_what_it_made_and_where_models_stay(care_copy, tmp_path, monke
     assert (tables["impacts"], tables["series_chunks"]) == (11, 13)
     assert f"The models stay in sqlite:///{tmp_path}/lab-models.db. Set MLFLOW_TRACKING_URI" in result.stderr
     assert "holds a store already" in run("db", "copy", care_copy, target, code=2).stderr
-
-
-def test_a_campaign_goes_to_another_laboratory_and_back(care_copy, tmp_path):
     run("db", "export", HAMMER, "--out", tmp_path / "s.pyroshock", "--db", care_copy)
     there = url_of(tmp_path / "there.db")
     report = json.loads(run("db", "import", tmp_path / "s.pyroshock", "--db", there, "--json").stdout)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from dataclasses import fields, replace
 
 import numpy as np
@@ -10,7 +11,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.diagnose.diagnosing import keep, last_report, past_diagnoses, report_json
 from pyroshock.app.diagnose.report import page
 from pyroshock.app.diagnose.request import DiagnosisRequest, restriction_sentences
@@ -43,7 +43,6 @@ from support.records import verdicts
 from support.stores.stores import opened
 
 # --- A diagnosis that was kept is the one that was made: every number, every picture, every fit ---------------------
-
 NAN, INF = float("nan"), float("inf")
 
 
@@ -76,8 +75,7 @@ MADE = pytest.mark.parametrize("made", [*WHOLE.values(), odd()], ids=[*WHOLE, "o
 @MADE
 def test_kept_verdict_is_the_one_that_was_made(made):
     again = kept(made)
-    assert verdict_to_json(made)[0] == report_json(made)
-    assert repr(again.as_json()) == repr(made.as_json())
+    assert verdict_to_json(made)[0] == report_json(made) and repr(again.as_json()) == repr(made.as_json())
     assert again.fits == dict(made.fits)
     assert repr((again.effects, again.unexplained, again.path)) == repr((made.effects, made.unexplained, made.path))
     assert [(c.split, c.fitted) for c in again.causes] == [(c.split, c.fitted) for c in made.causes]
@@ -97,8 +95,7 @@ def test_page_of_a_kept_diagnosis_is_the_same(made):
 
 @given(st.data())
 def test_page_is_the_same_whatever_is_drawn(data):
-    count = data.draw(st.integers(1, 6))
-    numbers = arrays(np.float64, count, elements=st.floats(-1e6, 1e6) | st.just(NAN))
+    numbers = arrays(np.float64, data.draw(st.integers(1, 6)), elements=st.floats(-1e6, 1e6) | st.just(NAN))
     before, floor, x, measured = (data.draw(numbers) for _ in range(4))
     after = data.draw(st.none() | numbers)
     residual = ResidualPicture(
@@ -109,24 +106,17 @@ def test_page_is_the_same_whatever_is_drawn(data):
     assert page(kept(made)) == page(made)
 
 
-def test_infinities_of_a_picture_come_back():
-    """Levels of a channel that shows nothing are -inf dB."""
+def test_infinities_come_back_and_details_are_of_a_known_format():
     values = np.array([NAN, INF, -INF, 1 / 3])
     made = verdicts.verdict(pictures=Pictures((), (ResidualPicture("a", "plate", "dB", 0.5, values, None, values),)))
     np.testing.assert_array_equal(kept(made).pictures.residuals[0].before, values)
-
-
-def test_details_of_another_format_are_refused_and_the_report_is_left_as_it_is():
     report, details = verdict_to_json(odd())
     before = json.dumps(report)
     verdict_from_json(report, details)
     assert json.dumps(report) == before
     with pytest.raises(ValueError, match=r"details of format 99; this software knows 1 and 2: diagnose again"):
         verdict_from_json(report, {**details, "format": 99})
-
-
-def test_diagnosis_of_the_format_before_opens_without_shares():
-    """What was kept before shares and path were: no such keys in the report, none in its details."""
+    # What was kept before shares and path were: no such keys in the report, none in its details.
     report, details = verdict_to_json(verdicts.verdict())
     for name in ("effects", "unexplained", "path"):
         del report[name]
@@ -137,14 +127,12 @@ def test_diagnosis_of_the_format_before_opens_without_shares():
 
 
 # --- diagnoses that the store keeps: what a listing says, and that they come back whole -----------------------------
-
 CAMPAIGN = "first-shots"
 
 
 @pytest.fixture
-def store(tmp_path):
-    with opened(f"sqlite:///{tmp_path / 'lab.db'}", create=True) as store:
-        ingest_examples(store)
+def store(examples_db, tmp_path):
+    with opened(f"sqlite:///{shutil.copy(examples_db, tmp_path)}") as store:
         yield store
 
 
@@ -153,50 +141,11 @@ def listed(store, **asked):
         return list_diagnoses(session, **asked)
 
 
-def test_kept_diagnosis_gives_its_page_again(store):
+def test_kept_diagnosis_gives_its_page_or_says_what_is_missing(store):
     made = verdicts.verdict(campaign=CAMPAIGN)
     key = keep(store, made)
     with store.reading() as session:
-        assert page(kept_verdict(session, key)) == page(made)
-        assert kept_report(session, key) == report_json(made)
-
-
-def test_listing_goes_back_page_by_page(store):
-    keys = [keep(store, verdicts.verdict(campaign=CAMPAIGN, seconds=float(i))) for i in range(5)]
-    first = listed(store, limit=2)
-    second = listed(store, limit=2, after=first[-1]["id"])
-    last = listed(store, limit=2, after=second[-1]["id"])
-    assert [row["id"] for row in first + second + last] == keys[::-1]
-
-
-def test_row_tells_the_first_cause_and_what_was_adopted(store):
-    made = verdicts.verdict(campaign=CAMPAIGN)
-    key = keep(store, made)
-    adopt(store, made, "gun.valve_flow", key)
-    (row,) = listed(store, campaign=CAMPAIGN)
-    assert (row["campaign"], row["probability"]) == (CAMPAIGN, 0.93)
-    assert row["first"] == "contact.layer_compliance or contact.plate_compliance"
-    assert (row["gap"], row["noise_floor"], row["complete"]) == (0.041, 0.009, True)
-    assert row["adopted"] == "version 1: gun.valve_flow"
-    with store.reading() as session:
-        (past,) = past_diagnoses(session, CAMPAIGN)
-    assert past == {name: value for name, value in row.items() if name not in ("campaign", "complete")}
-
-
-def test_what_if_is_marked_and_is_not_the_last_word_on_a_campaign(store):
-    sentence = restriction_sentences(("gun.valve_flow",))
-    whole = verdicts.gun(campaign=CAMPAIGN)
-    keep(store, whole, DiagnosisRequest(CAMPAIGN, seed=3))
-    key = keep(
-        store, verdicts.gun(campaign=CAMPAIGN, assumptions=sentence), DiagnosisRequest(CAMPAIGN, with_effects=["a"])
-    )
-    assert [row["restricted"] for row in listed(store)] == [True, False]
-    with store.reading() as session:
-        assert last_report(session, CAMPAIGN) == report_json(whole)
-        assert kept_options(session, key)["with_effects"] == ["a"]
-
-
-def test_diagnosis_without_details_is_listed_and_says_what_to_do(store):
+        assert page(kept_verdict(session, key)) == page(made) and kept_report(session, key) == report_json(made)
     key = keep(store, verdicts.verdict(campaign=CAMPAIGN))
     with store.reading() as session:
         assert kept_options(session, key) == {}
@@ -205,20 +154,38 @@ def test_diagnosis_without_details_is_listed_and_says_what_to_do(store):
     assert not listed(store)[0]["complete"]
     with store.reading() as session, pytest.raises(LookupError, match=f"pyroshock diagnose {CAMPAIGN}"):
         kept_verdict(session, key)
-
-
-def test_an_option_that_there_was_once_is_left_out(store):
-    """So that what if can be asked of a diagnosis that was kept by another version."""
+    # So that what if can be asked of a diagnosis that was kept by another version.
     key = keep(store, verdicts.gun(campaign=CAMPAIGN), DiagnosisRequest(CAMPAIGN, seed=3))
     with store.writing() as session:
         row = session.get_one(Diagnosis, key)
         row.details = {**row.details, "options": {**row.details["options"], "calibrate": 20}}
     with store.reading() as session:
-        assert "calibrate" not in kept_options(session, key)
-        assert kept_options(session, key)["seed"] == 3
+        assert "calibrate" not in kept_options(session, key) and kept_options(session, key)["seed"] == 3
+    with store.reading() as session:
+        with pytest.raises(LookupError, match="no diagnosis 7 in the store"):
+            kept_verdict(session, 7)
+        with pytest.raises(LookupError, match="no campaign 'winter'"):
+            list_diagnoses(session, "winter")
 
 
-def test_listing_does_not_read_what_is_drawn(store):
+def test_listing_goes_back_page_by_page(store):
+    keys = [keep(store, verdicts.verdict(campaign=CAMPAIGN, seconds=float(i))) for i in range(5)]
+    first = listed(store, limit=2)
+    second = listed(store, limit=2, after=first[-1]["id"])
+    assert [row["id"] for row in first + second + listed(store, limit=2, after=second[-1]["id"])] == keys[::-1]
+
+
+def test_row_tells_the_first_cause_and_reads_nothing_that_is_drawn(store):
+    made = verdicts.verdict(campaign=CAMPAIGN)
+    adopt(store, made, "gun.valve_flow", keep(store, made))
+    (row,) = listed(store, campaign=CAMPAIGN)
+    assert (row["campaign"], row["probability"]) == (CAMPAIGN, 0.93)
+    assert row["first"] == "contact.layer_compliance or contact.plate_compliance"
+    assert (row["gap"], row["noise_floor"], row["complete"]) == (0.041, 0.009, True)
+    assert row["adopted"] == "version 1: gun.valve_flow"
+    with store.reading() as session:
+        (past,) = past_diagnoses(session, CAMPAIGN)
+    assert past == {name: value for name, value in row.items() if name not in ("campaign", "complete")}
     keep(store, verdicts.verdict(campaign=CAMPAIGN))
     statements_run = []
     event.listen(store.engine, "before_cursor_execute", lambda *given: statements_run.append(given[2]))
@@ -227,9 +194,13 @@ def test_listing_does_not_read_what_is_drawn(store):
     assert query.count("details") == query.count("details IS NOT NULL") == 1
 
 
-def test_unknown_ones_are_named(store):
+def test_what_if_is_marked_and_is_not_the_last_word_on_a_campaign(store):
+    sentence, whole = restriction_sentences(("gun.valve_flow",)), verdicts.gun(campaign=CAMPAIGN)
+    keep(store, whole, DiagnosisRequest(CAMPAIGN, seed=3))
+    key = keep(
+        store, verdicts.gun(campaign=CAMPAIGN, assumptions=sentence), DiagnosisRequest(CAMPAIGN, with_effects=["a"])
+    )
+    assert [row["restricted"] for row in listed(store)] == [True, False]
     with store.reading() as session:
-        with pytest.raises(LookupError, match="no diagnosis 7 in the store"):
-            kept_verdict(session, 7)
-        with pytest.raises(LookupError, match="no campaign 'winter'"):
-            list_diagnoses(session, "winter")
+        assert last_report(session, CAMPAIGN) == report_json(whole)
+        assert kept_options(session, key)["with_effects"] == ["a"]

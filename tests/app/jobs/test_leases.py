@@ -38,24 +38,15 @@ from support.stores.stores import ingested, opened
 from support.stores.web_stores import FACTORS
 
 # --- Models of a training that was taken over: registered by the one that holds the lease, and not again by the other
-
 __all__ = ["odd"]
 
 
-@pytest.fixture
-def fenced_store(sqlite_url: str) -> Iterator[Store]:
-    with opened(sqlite_url, create=True) as opened_store:
-        yield opened_store
+def fenced_registry(file_store: Store, lease: Lease) -> FencedRegistry:
+    url = file_store.engine.url.render_as_string(False)
+    return FencedRegistry(RunningJob(lease.job, FencedStore(file_store, lease, "test"), url, lambda *_: None))
 
 
-def fenced_registry(fenced_store: Store, lease: Lease) -> FencedRegistry:
-    url = fenced_store.engine.url.render_as_string(False)
-    return FencedRegistry(RunningJob(lease.job, FencedStore(fenced_store, lease, "test"), url, lambda *_: None))
-
-
-def test_only_the_holder_registers_and_nobody_twice(
-    fenced_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_only_the_holder_registers_and_nobody_twice(file_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch):
     registered: list[Any] = []
 
     def record(self: Registry, trained: Any, session: str | None = None) -> Any:
@@ -65,21 +56,21 @@ def test_only_the_holder_registers_and_nobody_twice(
     monkeypatch.setattr(Registry, "record", record)
     monkeypatch.setattr(Registry, "versions", lambda self: registered)
     first_model, two = (SimpleNamespace(task=SimpleNamespace(key=key)) for key in ("one", "two"))
-    odd.ask(fenced_store)
-    late = fenced_registry(fenced_store, claimed(fenced_store).lease)
+    odd.ask(file_store)
+    late = fenced_registry(file_store, claimed(file_store).lease)
     late.record(first_model)  # of a trained model, its task's key
-    taken = take_over(fenced_store, hand("next"), running(fenced_store, hand())[0])
+    taken = take_over(file_store, hand("next"), running(file_store, hand())[0])
     assert taken is not None
-    own_registry = fenced_registry(fenced_store, taken.lease)
+    own_registry = fenced_registry(file_store, taken.lease)
     assert own_registry.record(first_model) is registered[0]
     with pytest.raises(LeaseLostError):
         late.record(two)
     own_registry.record(two)
     assert [version.task_key for version in registered] == ["one", "two"]
+    stopped(file_store, taken.lease)
 
 
 # --- A dead worker's job is the next one's, and what a late one still writes is not stored --------------------------
-
 PLANNED = PlanArguments("spring", "factorial", "hammer", repetitions=1, seed=1, factors=FACTORS)
 
 
@@ -111,12 +102,10 @@ def rows(store: Store, table: type[Plan] | type[Diagnosis]) -> int:
 def test_a_late_worker_changes_nothing(store: Store) -> None:
     """Two workers at one job: the first falls silent, and wakes when the second has its job, and again when it is
     done."""
-    before = rows(store, Plan)
-    key = ask(store, PLAN, "Plan spring", PLANNED).key
+    before, key = rows(store, Plan), ask(store, PLAN, "Plan spring", PLANNED).key
     late = claimed(store, "late").lease
     second = take_over(store, hand("second"), running(store, hand())[0])
-    assert second is not None
-    assert (second.lease.attempt, get_job(store, key).worker) == (2, "second")
+    assert second is not None and (second.lease.attempt, get_job(store, key).worker) == (2, "second")
     _try_everything(store, late.job, late)
     assert attempt(WorkerContext(store, "", LEASE_S), second)
     _try_everything(store, late.job, late)
@@ -125,8 +114,7 @@ def test_a_late_worker_changes_nothing(store: Store) -> None:
 
 
 def _try_everything(store: Store, key: int, late: Lease) -> None:
-    before = get_job(store, key)
-    fenced = FencedStore(store, late, "late")
+    before, fenced = get_job(store, key), FencedStore(store, late, "late")
     with pytest.raises(LeaseLostError), fenced.writing() as session:
         session.add(Plan(name="late", kind="gun", factors="", method="lhs"))
     with pytest.raises(LeaseLostError):
@@ -136,24 +124,21 @@ def _try_everything(store: Store, key: int, late: Lease) -> None:
     for late_end in (lambda: fail(store, late, "late"), lambda: stopped(store, late), lambda: give_back(store, late)):
         with pytest.raises(LeaseLostError):
             late_end()
-    assert not send_heartbeat(store, late, heartbeat.JobProgress(9, 9, "late")).held
-    assert not look(store, late).held
+    assert not send_heartbeat(store, late, heartbeat.JobProgress(9, 9, "late")).held and not look(store, late).held
     assert get_job(store, key) == before
 
 
 def test_a_worker_that_writes_cannot_lose_its_job_meanwhile(store: Store, odd: Odd) -> None:
     """Its row is held: nobody waits for it, nobody takes the job, and a transaction that ends counts as a beat."""
     odd.ask(store)
-    lease = claimed(store).lease
-    seen = running(store, hand())[0]
+    lease, seen = claimed(store).lease, running(store, hand())[0]
     outcome: list[object] = []
     other = threading.Thread(target=lambda: outcome.append(take_over(store, hand("second"), seen)))
     with FencedStore(store, lease, "first").writing():
         other.start()
         other.join(0.3)  # on a file it waits for its turn to write
     other.join(20)
-    assert outcome == [None]
-    assert look(store, lease).held
+    assert outcome == [None] and look(store, lease).held
     stopped(store, lease)
 
 
@@ -161,8 +146,7 @@ def test_a_job_without_its_worker_is_done_once_or_stopped(store: Store, odd: Odd
     key = odd.ask(store).key
     claimed(store)
     began = time.monotonic()
-    assert work_off(store) == 1
-    assert time.monotonic() - began >= LEASE_S
+    assert work_off(store) == 1 and time.monotonic() - began >= LEASE_S
     found = get_job(store, key)
     assert (found.state, found.attempt) == (DONE, 2)
     key = odd.ask(store).key
@@ -188,8 +172,7 @@ def test_twenty_workers_get_a_job_each(store: Store, odd: Odd) -> None:
     for thread in threads:
         thread.join(60)
     # With locked rows skipped, one may find nothing free while the last are being taken: none is taken twice.
-    assert len(got) == len(set(got))
-    assert set(got) == keys
+    assert len(got) == len(set(got)) and set(got) == keys
     for key in keys:
         stopped(store, Lease(key, 1))
 
@@ -226,9 +209,7 @@ class Backwards(datetime):
         return datetime(2026, 3, 29, 3, tzinfo=tz) - timedelta(hours=cls.looks)
 
 
-def test_a_clock_that_goes_backwards_changes_nothing(
-    file_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_clock_that_goes_backwards_changes_nothing(file_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch):
     for module in (claims, queue, heartbeat):
         monkeypatch.setattr(module, "datetime", Backwards)
     monkeypatch.setattr(time, "time", lambda: 1e9 - Backwards.looks)
@@ -258,8 +239,7 @@ def test_a_lease_is_measured_by_the_watchs_own_stopwatch() -> None:
     now[0] = 60.0
     assert watch.silent([moved]) == []
     now[0] = 90.0
-    assert watch.silent([moved]) == [moved]
-    assert watch.silent([]) == [] and not watch.undecided
+    assert watch.silent([moved]) == [moved] and watch.silent([]) == [] and not watch.undecided
 
 
 def test_a_job_that_kills_its_workers_fails_with_words(file_store: Store, odd: Odd) -> None:
@@ -270,16 +250,12 @@ def test_a_job_that_kills_its_workers_fails_with_words(file_store: Store, odd: O
         while not (silent := watch.silent(running(file_store, hand()))):
             time.sleep(0.02)
         assert take_over(file_store, hand("dead too"), silent[0]) is not None
-    assert get_job(file_store, key).attempt == 3
-    assert work_off(file_store) == 0
+    assert get_job(file_store, key).attempt == 3 and work_off(file_store) == 0
     found = get_job(file_store, key)
-    assert found.state == FAILED
-    assert "3 workers in turn were killed at it" in str(found.error)
+    assert found.state == FAILED and "3 workers in turn were killed at it" in str(found.error)
 
 
-def test_a_worker_that_wakes_too_late_ends_quietly(
-    file_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_worker_that_wakes_too_late_ends_quietly(file_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch):
     """It sleeps in the midst of its work, and its beats with it; then it goes on as if nothing had been."""
     asleep, wake, steps_taken = threading.Event(), threading.Event(), []
 
@@ -295,8 +271,7 @@ def test_a_worker_that_wakes_too_late_ends_quietly(
         raise StoreError("asleep")
 
     odd.do = do
-    key = odd.ask(file_store).key
-    first = claimed(file_store, "first")
+    key, first = odd.ask(file_store).key, claimed(file_store, "first")
     with monkeypatch.context() as patch:
         patch.setattr(heartbeat, "send_heartbeat", away)
         patch.setattr(heartbeat, "look", away)
@@ -304,8 +279,7 @@ def test_a_worker_that_wakes_too_late_ends_quietly(
         sleeper = threading.Thread(target=lambda: over.append(attempt(WorkerContext(file_store, "", LEASE_S), first)))
         sleeper.start()
         assert asleep.wait(20)
-        second = None
-        watch = Watch()
+        second, watch = None, Watch()
         while second is None:
             time.sleep(0.02)
             for silent in watch.silent(running(file_store, hand())):
@@ -339,8 +313,7 @@ def test_a_diagnosis_and_a_plan_are_kept_once(store: Store, tmp_path: Path, monk
                     attempt(WorkerContext(store, url, LEASE_S), taken)
             silent = next(each for each in running(store, hand()) if each.job == key)
             taken = take_over(store, hand("next"), silent) if moment == "before the end" else None
-    assert (rows(store, Diagnosis), rows(store, Plan)) == before
-    assert work_off(store) == 2
+    assert (rows(store, Diagnosis), rows(store, Plan)) == before and work_off(store) == 2
     found = [get_job(store, key) for key in asked]
     assert [(job.state, job.attempt) for job in found] == [(DONE, 3)] * 2
     assert (rows(store, Diagnosis), rows(store, Plan)) == (before[0] + 1, before[1] + 1)

@@ -1,21 +1,26 @@
-"""What becomes of a job that is asked for: its order, its progress, its stop, its errors."""
+"""What becomes of a job that is asked for: its order, its progress, its stop, its errors; and the commands for it."""
 
 from __future__ import annotations
 
+import json
 import threading
 import time
+import zlib
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 from pyroshock.app.common.model_registry import MissingExtraError
+from pyroshock.app.ingest.job import EXTRACT, INGEST, ExtractArguments, IngestArguments
 from pyroshock.app.jobs.claims import stop
 from pyroshock.app.jobs.kind import NotHereError, Result, RunningJob
-from pyroshock.app.jobs.queue import JobView, UnknownJobError, get_job, list_jobs
+from pyroshock.app.jobs.queue import JobView, UnknownJobError, ask, get_job, list_jobs
 from pyroshock.schema.jobs import DONE, FAILED, RUNNING, STOPPED, WAITING
 from pyroshock.schema.session import Store
 from support.processes.odd_jobs import Odd, odd, work_off, working
-from support.stores.stores import opened
+from support.records.campaigns import gun_campaign
+from support.stores.stores import opened, pyroshock
 
 __all__ = ["odd"]
 
@@ -35,17 +40,31 @@ def until_ended(store: Store, key: int) -> JobView:
     return found
 
 
-def test_jobs_are_done_one_after_the_other_in_the_order_asked(store: Store, odd: Odd) -> None:
+def test_jobs_are_done_in_the_order_asked_unless_stopped_or_of_another_machine(store: Store, odd: Odd) -> None:
     order: list[str] = []
     odd.do = lambda _, word: order.append(word)
     for word in "abcde":
         odd.ask(store, word)
-    assert work_off(store) == 5
-    assert order == list("abcde")
+    assert work_off(store) == 5 and order == list("abcde")
     listed_jobs = [(job.label, job.state, job.attempt) for job in list_jobs(store, 2)]
     assert listed_jobs == [("odd e", DONE, 1), ("odd d", DONE, 1)]
-    last = list_jobs(store, 1)[0].key
-    assert [job.label for job in list_jobs(store, 2, before=last)] == ["odd d", "odd c"]
+    assert [job.label for job in list_jobs(store, 2, before=list_jobs(store, 1)[0].key)] == ["odd d", "odd c"]
+    done: list[str] = []
+    odd.do = lambda _, word: done.append(word)
+    first, second = odd.ask(store, "a"), odd.ask(store, "b")
+    assert stop(store, first.key).state == STOPPED
+    work_off(store)
+    assert (done, get_job(store, second.key).state) == (["b"], DONE) and stop(store, second.key).state == DONE
+    key = odd.ask(store, host="another").key
+    assert work_off(store) == 0 and get_job(store, key).state == WAITING and work_off(store, host="another") == 1
+    assert get_job(store, key).state == DONE
+    for command in (get_job, stop):
+        with pytest.raises(UnknownJobError, match="no job 1234"):
+            command(store, 1234)
+    key = odd.ask(store, "nul\x00 half\ud800 <b>").key
+    assert "<b>" in get_job(store, key).label
+    work_off(store)
+    assert get_job(store, key).ended
 
 
 def test_progress_and_result_are_told(store: Store, odd: Odd) -> None:
@@ -58,8 +77,7 @@ def test_progress_and_result_are_told(store: Store, odd: Odd) -> None:
 
     odd.do = do
     with working(store):
-        key = odd.ask(store).key
-        deadline = time.monotonic() + 20
+        key, deadline = odd.ask(store).key, time.monotonic() + 20
         while (job := get_job(store, key)).done == 0:
             assert time.monotonic() < deadline
             time.sleep(0.01)
@@ -68,8 +86,7 @@ def test_progress_and_result_are_told(store: Store, odd: Odd) -> None:
         go_on.set()
         told = until_ended(store, key).as_json()
     assert (told["state"], told["address"], told["words"]) == (DONE, "/campaigns/a", "done")
-    assert told["result"] == {"impacts": 3, "error": None}
-    assert list_jobs(store)[0].result is None
+    assert told["result"] == {"impacts": 3, "error": None} and list_jobs(store)[0].result is None
 
 
 def test_a_stop_ends_a_job_at_its_next_step(store: Store, odd: Odd) -> None:
@@ -84,24 +101,10 @@ def test_a_stop_ends_a_job_at_its_next_step(store: Store, odd: Odd) -> None:
     odd.do = do
     with working(store):
         key = odd.ask(store).key
-        assert begun.wait(20)
-        assert stop(store, key).state == RUNNING
-        assert until_ended(store, key).state == STOPPED
+        assert begun.wait(20) and stop(store, key).state == RUNNING and until_ended(store, key).state == STOPPED
 
 
-def test_a_waiting_job_is_stopped_at_once(store: Store, odd: Odd) -> None:
-    done: list[str] = []
-    odd.do = lambda _, word: done.append(word)
-    first, second = odd.ask(store, "a"), odd.ask(store, "b")
-    assert stop(store, first.key).state == STOPPED
-    work_off(store)
-    assert (done, get_job(store, second.key).state) == (["b"], DONE)
-    assert stop(store, second.key).state == DONE
-
-
-def test_errors_of_the_user_keep_their_words_and_ours_say_so(
-    store: Store, odd: Odd, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_errors_of_the_user_keep_their_words_and_ours_say_so(store: Store, odd: Odd, caplog: pytest.LogCaptureFixture):
     errors: dict[str, Exception] = {"his": ValueError("tip radius is 0; expected above 0"), "ours": KeyError("secret")}
     errors["password"] = ValueError("cannot reach postgresql://lab:hunter2@server/lab")
 
@@ -114,27 +117,8 @@ def test_errors_of_the_user_keep_their_words_and_ours_say_so(
     assert "hunter2" not in str(get_job(store, password.key).error)
     assert get_job(store, his.key).error == "tip radius is 0; expected above 0"
     found = get_job(store, ours.key)
-    assert found.state == FAILED
-    assert "an error of pyroshock itself, KeyError" in str(found.error)
+    assert found.state == FAILED and "an error of pyroshock itself, KeyError" in str(found.error)
     assert "Traceback" in caplog.text
-
-
-def test_an_unknown_job_is_named_and_odd_characters_of_a_label_are_stored(store: Store, odd: Odd) -> None:
-    for ask in (get_job, stop):
-        with pytest.raises(UnknownJobError, match="no job 1234"):
-            ask(store, 1234)
-    key = odd.ask(store, "nul\x00 half\ud800 <b>").key
-    assert "<b>" in get_job(store, key).label
-    work_off(store)
-    assert get_job(store, key).ended
-
-
-def test_a_job_of_another_machine_waits_for_it(store: Store, odd: Odd) -> None:
-    key = odd.ask(store, host="another").key
-    assert work_off(store) == 0
-    assert get_job(store, key).state == WAITING
-    assert work_off(store, host="another") == 1
-    assert get_job(store, key).state == DONE
 
 
 @pytest.mark.parametrize("lacking", [NotHereError, MissingExtraError])
@@ -185,3 +169,45 @@ def test_the_end_of_a_worker_gives_the_job_back(store: Store, odd: Odd) -> None:
     work_off(store)
     found = get_job(store, key)
     assert (found.state, found.attempt) == (DONE, 2)
+
+
+# --- `pyroshock work` and `pyroshock jobs` as a person types them ---
+@pytest.fixture
+def url(sqlite_url: str, tmp_path: Path) -> str:
+    """A store with two jobs: an ingest, and an extraction of what is not there."""
+    folder = gun_campaign(tmp_path / "spring", 2, "spring")
+    with opened(sqlite_url, create=True) as store:
+        ask(store, INGEST, "Ingest of spring", IngestArguments(str(folder), {}))
+        ask(store, EXTRACT, "Extraction of autumn", ExtractArguments("autumn"))
+    return sqlite_url
+
+
+def test_what_was_asked_for_is_done_listed_and_stopped(url: str, tmp_path: Path) -> None:
+    refused = pyroshock("work", "--once", "--lease", "0.1s", "--db", url)
+    assert (refused.exit_code, refused.stderr.count("\n")) == (2, 1)
+    assert "--lease is 0.1s; expected 1s or more" in refused.stderr and "30s" in pyroshock("work", "--help").stdout
+    assert "no job 7 in the store" in pyroshock("jobs", "stop", "7", "--db", url).stderr
+    result = pyroshock("work", "--once", "--db", url, "--data", tmp_path)
+    assert (result.exit_code, result.stdout) == (0, "")
+    assert "job 1: Ingest of spring\n" in result.stderr and "2 jobs\n" in result.stderr
+    table = pyroshock("jobs", "--db", url).stdout
+    assert "no campaign 'autumn'" in table and "2 shots" in table
+    found = json.loads(pyroshock("jobs", "--last", "1", "--json", "--db", url).stdout)
+    assert [(job["id"], job["state"], job["kind"]) for job in found] == [(2, "failed", "extract")]
+    with opened(url) as store:
+        waiting = ask(store, EXTRACT, "Extraction of spring", ExtractArguments("spring"))
+        result = pyroshock("jobs", "--db", url, "stop", waiting.key)
+        assert "Extraction of spring: stopped" in result.stderr and get_job(store, waiting.key).state == "stopped"
+
+
+def test_a_job_that_an_older_version_was_asked_for_is_done(tmp_path: Path) -> None:
+    stored = Path(__file__).parents[2] / "schema" / "stored" / "0004.sqlite.z"
+    (tmp_path / "old.db").write_bytes(zlib.decompress(stored.read_bytes()))
+    url = f"sqlite:///{tmp_path / 'old.db'}"
+    assert pyroshock("db", "upgrade", "--db", url).exit_code == 0
+    result = pyroshock("work", "--once", "--db", url)
+    assert "1 job\n" in result.stderr, result.stderr
+    with opened(url) as store:
+        found = list_jobs(store)
+    job_rows = [(job.state, job.attempt, job.worker == "bench:1:0") for job in found]
+    assert job_rows == [("done", 1, True), ("done", 1, False)]

@@ -14,25 +14,16 @@ from pyroshock.app.diagnose import diagnosing
 from pyroshock.app.diagnose.service import GapDiagnosis
 from pyroshock.diagnosis.verdict import Cause, EffectShare, PathStep, Unexplained, Verdict
 from support.records import verdicts
-from support.records.campaigns import gun_campaign
-from support.stores.stores import ingested, pyroshock
+from support.stores.stores import pyroshock
 
 FIRST_SHOTS = str(files("pyroshock") / "examples" / "first-shots")
 
 
-@pytest.fixture(scope="module")
-def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A store with the gun campaign "spring"."""
-    place = tmp_path_factory.mktemp("filled")
-    ingested(f"sqlite:///{place / 'lab.db'}", gun_campaign(place / "folder", name="spring"))
-    return place
-
-
 @pytest.fixture
-def store(filled: Path, notebook: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def store(spring_lab: Path, notebook: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """A copy of the store; every diagnosis is a made-up one."""
     monkeypatch.setattr(diagnosing, "run_diagnosis", lambda store, db, asked, progress=None: made_up())
-    shutil.copy(filled / "lab.db", tmp_path)
+    shutil.copy(spring_lab / "lab.db", tmp_path)
     with ps.open(tmp_path / "lab.db", create=False) as store:
         yield store
 
@@ -69,13 +60,11 @@ def report(store: ps.ExperimentStore) -> GapDiagnosis:
     return store.diagnose("spring", progress=False)
 
 
-def test_report_is_that_of_the_command_line(store: ps.ExperimentStore, report: GapDiagnosis) -> None:
+def test_report_is_that_of_the_command_line_in_frames_and_is_kept(store: ps.ExperimentStore, report: GapDiagnosis):
+    table = store.diagnoses(campaign="spring")
+    assert table["id"].tolist() == [report.number] and not table["restricted"].any() and report.number is not None
     result = pyroshock("diagnose", "spring", "--db", store.url, "--json")
-    assert report.to_json() == json.loads(result.stdout)
-    assert report.gap == report.to_json()["gap"]
-
-
-def test_parts_are_frames(report: GapDiagnosis) -> None:
+    assert report.to_json() == json.loads(result.stdout) and report.gap == report.to_json()["gap"]
     effects = report.effects
     assert effects["effect"].tolist() == ["contact.layer_compliance", "gun.valve_flow"]
     assert list(effects.loc[0, ["probability", "share", "share_low", "share_high"]]) == [0.98, 0.9, 0.8, 0.95]
@@ -84,37 +73,24 @@ def test_parts_are_frames(report: GapDiagnosis) -> None:
     assert report.shrinkage["after"].tolist() == [0.011, 0.02]
     assert report.causes["probability"].sum() == pytest.approx(1.0)
     assert report.sentence.startswith("The model error is 4.1 times the tolerance")
-    assert report.sentence in report._repr_html_()
-    assert report.fitted["contact.layer_compliance"] == (verdicts.LAYER,)
+    assert report.sentence in report._repr_html_() and report.fitted["contact.layer_compliance"] == (verdicts.LAYER,)
     axes = report.plot()
     assert {label.get_text() for label in axes.get_yticklabels()} == set(effects["effect"])
     assert axes.get_xlabel().startswith("share of the squared gap")
-
-
-def test_fraction_without_a_path_is_that_of_the_cause() -> None:
+    assert store.diagnosis(report.number).to_json() == report.to_json()
+    with pytest.raises(ps.NotFoundError, match="no diagnosis 99"):
+        store.diagnosis(99)
     assert GapDiagnosis(verdicts.verdict()).fraction == 0.94
     assert GapDiagnosis(verdicts.verdict(shrinkage=())).fraction is None
 
 
-def test_diagnosis_is_kept_and_read_back(store: ps.ExperimentStore, report: GapDiagnosis) -> None:
-    table = store.diagnoses(campaign="spring")
-    assert table["id"].tolist() == [report.number] and not table["restricted"].any()
-    assert report.number is not None
-    assert store.diagnosis(report.number).to_json() == report.to_json()
-    with pytest.raises(ps.NotFoundError, match="no diagnosis 99"):
-        store.diagnosis(99)
-
-
-def test_diagnosed_effect_acts_in_the_twin(store: ps.ExperimentStore, report: GapDiagnosis) -> None:
+def test_diagnosed_effect_acts_in_the_twin_and_from_its_adoption_on(store: ps.ExperimentStore, report: GapDiagnosis):
     nominal = store.twin(campaign="spring", contact="hertz", frequencies="200:400:3")
     soft = nominal.with_effects(report)
     also = store.twin(campaign="spring", contact="hertz", frequencies="200:400:3", effects=report)
     peaks = [twin.predict(velocity=5.0, draws=0).peak_force.mean for twin in (nominal, soft, also)]
     assert peaks[1] == peaks[2] < peaks[0]  # a compliant layer below the tip
     assert soft.request.effects == report.fitted["contact.layer_compliance"]
-
-
-def test_adopted_effect_acts_from_now_on(store: ps.ExperimentStore, report: GapDiagnosis) -> None:
     before = store.twin(campaign="spring", contact="hertz", frequencies="200:400:3")
     adopted = store.adopt(report, effect="contact.layer_compliance")
     assert adopted.version is not None and adopted.version.version == 1
@@ -123,9 +99,6 @@ def test_adopted_effect_acts_from_now_on(store: ps.ExperimentStore, report: GapD
     peaks = [twin.predict(velocity=5.0, draws=0).peak_force.mean for twin in (before, after, without)]
     assert peaks[1] < peaks[0] == peaks[2]
     assert store.diagnoses()["adopted"].tolist() == ["version 1: contact.layer_compliance"]
-
-
-def test_what_cannot_be_adopted_or_added_is_refused(store: ps.ExperimentStore, report: GapDiagnosis) -> None:
     with pytest.raises(ps.NotFoundError, match=r"no fit of 'gun\.blow_by'; it has: contact"):
         store.adopt(report, effect="gun.blow_by")
     with pytest.raises(ps.InvalidValueError, match="ingest it"):

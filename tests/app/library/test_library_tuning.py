@@ -43,7 +43,7 @@ def store(lab: Path, notebook: None, monkeypatch: pytest.MonkeyPatch) -> Iterato
         yield store
 
 
-def test_a_target_in_five_forms(tmp_path: Path) -> None:
+def test_targets_and_masses_in_every_form(tmp_path: Path) -> None:
     frequency, level = np.array([100.0, 1000.0, 5000.0]), np.array([200.0, 2000.0, 2000.0])
     frame = pd.DataFrame({"frequency_hz": frequency, "level_m_s2": level})
     frame.to_csv(tmp_path / "spec.csv", index=False)
@@ -55,6 +55,12 @@ def test_a_target_in_five_forms(tmp_path: Path) -> None:
         np.testing.assert_allclose(target.upper_db, targets[0].upper_db)
     with pytest.raises(ValueError, match="level"):
         target_of(pd.Series([-1.0, 1.0], index=[100.0, 200.0]))
+    half = pint.UnitRegistry().Quantity(500, "g")
+    for one in (0.5, "0.5 kg", "0.5kg:0.5kg", half):
+        assert masses_of(one, "bullet_mass") == Levels((0.5,))
+    for several in ("0.2kg,0.5kg", [0.2, half]):
+        assert masses_of(several, "bullet_mass") == Levels((0.2, 0.5))
+    assert masses_of("1kg:0.2kg", "bullet_mass") == ContinuousRange(0.2, 1.0)
 
 
 @pytest.fixture
@@ -75,8 +81,7 @@ def test_settings_are_those_of_the_service(tuned: TunedSettings, store: ps.Exper
     table = tuned.to_frame()
     assert table["rank"].tolist() == list(range(1, len(table) + 1))
     assert table["probability_within"].tolist() == [row["probability_within"] for row in tuned.to_json()]
-    assert table.attrs["units"]["tank_pressure_pa"] == "Pa"
-    assert len(tuned.alternatives) == table["alternatives"].sum()
+    assert table.attrs["units"]["tank_pressure_pa"] == "Pa" and len(tuned.alternatives) == table["alternatives"].sum()
     assert tuned._repr_html_().startswith(f"<p><b>{tuned.sentence}")
 
     spectra = tuned.spectra
@@ -87,29 +92,15 @@ def test_settings_are_those_of_the_service(tuned: TunedSettings, store: ps.Exper
     assert axes.get_xlabel() == "natural frequency (Hz)" and "m/s" in axes.get_ylabel()
 
 
-def test_masses_are_one_several_or_a_range() -> None:
-    half = pint.UnitRegistry().Quantity(500, "g")
-    for one in (0.5, "0.5 kg", "0.5kg:0.5kg", half):
-        assert masses_of(one, "bullet_mass") == Levels((0.5,))
-    for several in ("0.2kg,0.5kg", [0.2, half]):
-        assert masses_of(several, "bullet_mass") == Levels((0.2, 0.5))
-    assert masses_of("1kg:0.2kg", "bullet_mass") == ContinuousRange(0.2, 1.0)
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"share": 0.0}, "share is 0.0; expected"),
-        ({"at_least": 1.5}, "at_least is 1.5; expected"),
-        ({"bullet_mass": "5 bar"}, "bullet_mass is '5 bar'"),
-        ({"tolerance": "6"}, "tolerance is '6'"),
-        ({"sensor": "nose"}, "no sensor 'nose'"),
-        ({"measured": "autumn"}, "autumn"),
-    ],
-)
-def test_error_names_the_argument(
-    store: ps.ExperimentStore, lab: Path, options: dict[str, object], message: str
-) -> None:
+@pytest.mark.parametrize(("options", "message"), [
+    ({"share": 0.0}, "share is 0.0; expected"),
+    ({"at_least": 1.5}, "at_least is 1.5; expected"),
+    ({"bullet_mass": "5 bar"}, "bullet_mass is '5 bar'"),
+    ({"tolerance": "6"}, "tolerance is '6'"),
+    ({"sensor": "nose"}, "no sensor 'nose'"),
+    ({"measured": "autumn"}, "autumn"),
+])  # fmt: skip
+def test_error_names_the_argument(store: ps.ExperimentStore, lab: Path, options: dict[str, object], message: str):
     with pytest.raises(ps.PyroshockError) as caught:
         store.twin(contact="hertz").tune(lab / "spec.csv", progress=False, **options)
     assert message in str(caught.value)

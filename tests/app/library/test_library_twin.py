@@ -1,8 +1,9 @@
-"""The twin from Python: what `pyroshock predict --json` says, with units, tables and plots."""
+"""The twin and its validation from Python: what the commands say, with units, tables and plots."""
 
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,11 +13,10 @@ import pyroshock as ps
 import pytest
 from click.testing import CliRunner
 from pyroshock.app.common.errors import argument_names
-from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.laboratory_twin import LaboratoryTwin
 from pyroshock.app.predict.cli import predict
 from pyroshock.app.predict.service import ShotPrediction
-from support.stores.stores import opened
+from pyroshock.app.validate.cli import validate
 
 LINES = "200:4000:3"
 SHOT = {"tank_pressure": "0.5 bar", "bullet_mass": "0.5 kg", "tip": "steel"}
@@ -24,12 +24,8 @@ FEW = 8
 
 
 @pytest.fixture(scope="module")
-def url(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A store with the five shots that ship with the software."""
-    url = f"sqlite:///{tmp_path_factory.mktemp('lab') / 'lab.db'}"
-    with opened(url, create=True) as store:
-        ingest_examples(store)
-    return url
+def url(examples_db: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
+    return f"sqlite:///{shutil.copy(examples_db, tmp_path_factory.mktemp('lab'))}"
 
 
 pytestmark = pytest.mark.usefixtures("notebook")
@@ -61,9 +57,6 @@ def test_twin_without_a_store_is_that_of_the_command_line() -> None:
     twin = ps.shipped_twin(frequencies=LINES, effects="plate.damping:factor=2")
     found = twin.predict(velocity="8 m/s", tip="delrin", draws=FEW).to_json()
     assert found == printed("--velocity", "8m/s", "--tip", "delrin", "--effect", "plate.damping:factor=2")
-
-
-def test_coupled_twin_at_given_places_is_that_of_the_command_line() -> None:
     twin = ps.shipped_twin(frequencies=LINES, contact="hertz", coupled=True, sensors=[(0.3, 0.3), (0.6, 0.3)], q=25)
     words = ("--contact", "hertz", "--coupled", "--sensor-at", "0.3,0.3", "--sensor-at", "0.6,0.3", "--q", "25")
     shot = twin.predict(velocity=2.0, draws=FEW)
@@ -72,22 +65,17 @@ def test_coupled_twin_at_given_places_is_that_of_the_command_line() -> None:
         shot.srs["roof"]
 
 
-def test_numbers_have_bands_and_units(shot: ShotPrediction) -> None:
+def test_numbers_and_series_have_bands_and_units(shot: ShotPrediction) -> None:
     units = {"velocity": "m/s", "peak_force": "N", "contact_time": "s", "compression_time": "s", "impulse": "N s"}
     for series in (shot.force, *shot.srs.values(), *shot.acceleration.values()):
         assert np.all(series.lower <= series.upper)
     for name, unit in units.items():
         number = getattr(shot, name)
         assert number.unit == unit and number.ci90 == (number.lower, number.upper)
-        assert number.lower <= float(number) <= number.upper
-        assert unit in repr(number)
+        assert number.lower <= float(number) <= number.upper and unit in repr(number)
     frame = shot.to_frame()
     assert list(frame.loc["velocity", ["mean", "unit"]]) == [float(shot.velocity), "m/s"]
-
-
-def test_series_are_frames_with_units(shot: ShotPrediction) -> None:
-    told = shot.to_json()
-    frame = shot.srs["acceleration_1"].to_frame()
+    told, frame = shot.to_json(), shot.srs["acceleration_1"].to_frame()
     assert frame["mean"].tolist() == told["srs"]["acceleration_1"]["mean"]
     assert frame.index.tolist() == told["srs"]["frequency_hz"]
     assert frame.attrs["units"] == {"frequency_hz": "Hz", "mean": "m/s2", "lower": "m/s2", "upper": "m/s2"}
@@ -98,7 +86,7 @@ def test_series_are_frames_with_units(shot: ShotPrediction) -> None:
     np.testing.assert_array_equal(shot.srs.mean, frame["mean"])
 
 
-def test_plots_name_their_axes_with_units(shot: ShotPrediction) -> None:
+def test_plots_name_their_axes_and_draw_on_given_ones(shot: ShotPrediction) -> None:
     spectrum, force = shot.srs.plot(), shot.force.plot()
     assert (spectrum.get_xscale(), spectrum.get_yscale()) == ("log", "log")
     assert spectrum.get_xlabel() == "frequency (Hz)" and spectrum.get_ylabel() == "maximax SRS (m/s2)"
@@ -106,28 +94,26 @@ def test_plots_name_their_axes_with_units(shot: ShotPrediction) -> None:
     assert force.get_xlabel() == "time (s)" and force.get_ylabel() == "force (N)"
     panel = shot.plot()
     assert [axes.get_ylabel().rpartition(" ")[2] for axes in panel] == ["(kN)", "(m/s2)", "(m/s2)"]
-
-
-def test_axes_that_are_given_are_drawn_on(shot: ShotPrediction) -> None:
     import matplotlib.pyplot as plt
 
-    axes = plt.figure().subplots()
-    count = len(plt.get_fignums())
+    axes, count = plt.figure().subplots(), len(plt.get_fignums())
     assert shot.srs["acceleration_2"].plot(axes) is axes and shot.velocity.plot(axes) is axes
     assert len(plt.get_fignums()) == count
 
 
-def test_notebook_shows_numbers_and_what_they_rest_on(twin: LaboratoryTwin, shot: ShotPrediction) -> None:
+def test_notebook_shows_what_numbers_rest_on_and_what_lies_beyond_and_effects_are_added(twin, shot):
     assert "peak force" in shot._repr_html_() and shot.rests_on in shot._repr_html_()
     assert "first-shots" in twin._repr_html_() and twin.models["contact"] in twin._repr_html_()
     assert twin.rests_on == shot.rests_on
-
-
-def test_shot_beyond_the_measured_ones_is_told(twin: LaboratoryTwin) -> None:
     found = twin.predict(tank_pressure="7 bar", bullet_mass="0.5 kg", draws=FEW)
     row = found.extrapolation.set_index("quantity").loc["tank_pressure_pa"]
     assert row["asked"] == 7e5 and row["high"] < 7e5
     assert any("Tank pressure 7 bar is beyond" in line for line in found.warnings)
+    nominal = twin.predict(velocity=8.0, draws=0)
+    damped = twin.with_effects("plate.damping:factor=10")
+    twice = damped.with_effects(["plate.damping:factor=2"])
+    assert damped.predict(velocity=8.0, draws=0).srs.mean.sum() < nominal.srs.mean.sum()
+    assert [effect.as_json()["factor"] for effect in twice.request.effects] == [2.0]
 
 
 ROWS = pd.DataFrame(
@@ -168,69 +154,47 @@ def test_table_of_runs_is_predicted_as_the_command_line_predicts_it(url: str, tw
     assert (twin.predict_many(in_si, draws=FEW, progress=False)[columns] == found[columns]).all(axis=None)
 
 
-def test_effect_is_added_and_replaced(twin: LaboratoryTwin) -> None:
-    nominal = twin.predict(velocity=8.0, draws=0)
-    damped = twin.with_effects("plate.damping:factor=10")
-    twice = damped.with_effects(["plate.damping:factor=2"])
-    assert damped.predict(velocity=8.0, draws=0).srs.mean.sum() < nominal.srs.mean.sum()
-    assert [effect.as_json()["factor"] for effect in twice.request.effects] == [2.0]
-
-
-@pytest.mark.parametrize(
-    ("function", "arguments", "message"),
-    [
-        ("predict", {"tank_pressure": "5 kg"}, "tank_pressure is '5 kg'; expected a unit such as 'Pa'"),
-        ("predict", {"tank_pressure": "5"}, "tank_pressure is '5'; expected a number with a unit"),
-        ("predict", {"bullet_mass": "1 bar"}, "bullet_mass is '1 bar'"),
-        ("predict", {"tank_pressure": 1e5, "velocity": 2.0}, "velocity and tank_pressure: expected one of them"),
-        ("predict", {"tip": "cheese"}, "no material 'cheese'; there are: "),
-        ("predict", {"draws": -1}, "draws is -1; expected 0"),
-        ("predict", {"factors": {"colour": "red"}}, "colour = red: no stage of this twin uses it; the contact is the"),
-        ("twin", {"q": 0.5}, "q is 0.5; expected"),
-        ("twin", {"frequencies": [100.0, -1.0]}, "frequencies is [100.0, -1.0]; expected positive numbers"),
-        ("twin", {"effects": "plate.damping:factor=much"}, "effects 'plate.damping:factor=much'"),
-        ("twin", {"effects": ["gun.gremlins"]}, "gun.gremlins"),
-        ("twin", {"coupled": True, "contact": "hann"}, "coupled with the contact 'hann'"),
-        ("twin", {"campaign": "autumn"}, "autumn"),
-        ("twin", {"chain_height": "10 mm"}, "chain height 10 mm"),
-    ],
-)
-def test_error_names_the_argument(
-    store: ps.ExperimentStore, twin: LaboratoryTwin, function: str, arguments: dict[str, object], message: str
-) -> None:
+@pytest.mark.parametrize(("function", "arguments", "message"), [
+    ("predict", {"tank_pressure": "5 kg"}, "tank_pressure is '5 kg'; expected a unit such as 'Pa'"),
+    ("predict", {"tank_pressure": "5"}, "tank_pressure is '5'; expected a number with a unit"),
+    ("predict", {"bullet_mass": "1 bar"}, "bullet_mass is '1 bar'"),
+    ("predict", {"tank_pressure": 1e5, "velocity": 2.0}, "velocity and tank_pressure: expected one of them"),
+    ("predict", {"tip": "cheese"}, "no material 'cheese'; there are: "),
+    ("predict", {"draws": -1}, "draws is -1; expected 0"),
+    ("predict", {"factors": {"colour": "red"}}, "colour = red: no stage of this twin uses it; the contact is the"),
+    ("twin", {"q": 0.5}, "q is 0.5; expected"),
+    ("twin", {"frequencies": [100.0, -1.0]}, "frequencies is [100.0, -1.0]; expected positive numbers"),
+    ("twin", {"effects": "plate.damping:factor=much"}, "effects 'plate.damping:factor=much'"),
+    ("twin", {"effects": ["gun.gremlins"]}, "gun.gremlins"),
+    ("twin", {"coupled": True, "contact": "hann"}, "coupled with the contact 'hann'"),
+    ("twin", {"campaign": "autumn"}, "autumn"),
+    ("twin", {"chain_height": "10 mm"}, "chain height 10 mm"),
+])  # fmt: skip
+def test_error_names_the_argument(store: ps.ExperimentStore, twin: LaboratoryTwin, function, arguments, message):
     with pytest.raises(ps.PyroshockError) as caught:
         (twin.predict if function == "predict" else store.twin)(**arguments)
     assert message in str(caught.value) and "--" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("table", "message"),
-    [
-        ({"tank_pressure": [1e5], "colour": ["red"]}, "column 'colour' of shots is no argument of predict"),
-        (
-            {"tank_pressure_pa": [1e5], "tip": ["steel"]},
-            "predict; a table of runs has it, with 'tip_material' for 'tip': use the names of one form",
-        ),
-        ({"tank_pressure": [1e5, "5 kg"]}, "shots, row 2: tank_pressure is '5 kg'"),
-        ({"run": [7], "bullet_mass_kg": [1.0]}, "shots, run 7: expected tank_pressure_bar or impact_velocity_m_s"),
-        ({"tank_pressure": []}, "shots has no row to predict"),
-    ],
-)
-def test_error_of_a_table_names_row_and_column(
-    twin: LaboratoryTwin, table: dict[str, list[object]], message: str
-) -> None:
+@pytest.mark.parametrize(("table", "message"), [
+    ({"tank_pressure": [1e5], "colour": ["red"]}, "column 'colour' of shots is no argument of predict"),
+    (
+        {"tank_pressure_pa": [1e5], "tip": ["steel"]},
+        "predict; a table of runs has it, with 'tip_material' for 'tip': use the names of one form",
+    ),
+    ({"tank_pressure": [1e5, "5 kg"]}, "shots, row 2: tank_pressure is '5 kg'"),
+    ({"run": [7], "bullet_mass_kg": [1.0]}, "shots, run 7: expected tank_pressure_bar or impact_velocity_m_s"),
+    ({"tank_pressure": []}, "shots has no row to predict"),
+])  # fmt: skip
+def test_error_of_a_table_names_row_and_column(twin: LaboratoryTwin, table: dict[str, list[object]], message: str):
     with pytest.raises(ps.InvalidValueError) as caught:
         twin.predict_many(pd.DataFrame(table), progress=False)
     assert message in str(caught.value)
 
 
-def test_commands_keep_their_options() -> None:
+def test_commands_keep_their_options_and_no_public_name_is_a_package() -> None:
     text = "give --tank-pressure, or --impact-at; else: pyroshock promote hybrid@3 --force"
     assert argument_names(text) == "give tank_pressure, or impact_points; else: pyroshock promote hybrid@3 --force"
-
-
-def test_no_public_name_is_a_package() -> None:
-    """`import pyroshock.twin` would put the package in the place of a function `twin`."""
     root = Path(ps.__file__).parent
     assert not [name for name in ps.__all__ if (root / name).is_dir() or (root / f"{name}.py").is_file()]
 
@@ -245,3 +209,36 @@ def test_plan_is_predicted_as_the_command_line_predicts_it(url: str, store: ps.E
     found = twin.predict_many(plan, draws=4, progress=False)
     columns = [name for name in expected if str(name).startswith("predicted_")]
     np.testing.assert_allclose(found[columns], expected[columns], rtol=1e-9)
+
+
+# --- validation: the scores, sentence and plot of the command ---
+def test_validation_is_that_of_the_command_line(store: ps.ExperimentStore) -> None:
+    found = store.validate("first-shots", draws=20, progress=False)
+    result = CliRunner().invoke(validate, ["first-shots", "--draws", "20", "--db", store.url, "--json"])
+    expected, data = json.loads(result.stdout), found.to_json()
+    assert {**data, "seconds": 0} == {**expected, "seconds": 0}
+    assert (found.sentence, found.calibrated) == (expected["verdict"], expected["calibrated"])
+
+    (row,) = expected["quantities"]
+    scores = found.scores
+    assert scores.loc["velocity", "coverage90"] == row["coverage90"]
+    assert list(scores.loc["velocity", ["coverage90_low", "coverage90_high"]]) == row["coverage90_ci95"]
+    shots = found.shots
+    assert isinstance(shots, pd.DataFrame) and len(shots) == row["shots"]
+    assert shots["measured"].tolist() == [shot["quantities"]["velocity"]["measured"] for shot in expected["shots"]]
+    assert found.failures == tuple(failure["sentence"] for failure in expected["failures"])
+    assert found.sentence.partition(":")[0] in found._repr_html_()
+
+    axes = found.plot()
+    assert axes.get_xlabel() == "share of shots inside the 90 % band"
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["velocity"]
+
+
+@pytest.mark.parametrize(("campaign", "options", "kind", "message"), [
+    ("autumn", {}, ps.NotFoundError, "autumn"),
+    ("first-shots", {"folds": 1}, ps.InvalidValueError, "folds = 1"),
+    ("first-shots", {"contact": "hybrid@3"}, ps.NotFoundError, "hybrid@3"),
+])  # fmt: skip
+def test_validation_says_what_there_is_not(store: ps.ExperimentStore, campaign, options, kind, message):
+    with pytest.raises(kind, match=message):
+        store.validate(campaign, progress=False, **options)

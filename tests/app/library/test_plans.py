@@ -44,8 +44,7 @@ def test_plan_is_a_frame_in_si_with_units(store) -> None:
     assert (plan.name, plan.method, plan.seed, len(plan), len(frame)) == ("summer", "lhs", 1, 24, 24)
     assert frame.attrs["units"] == {"tip_radius_m": "m", "bullet_mass_kg": "kg", "tank_pressure_pa": "Pa"}
     assert sorted(frame["tip_radius_m"].unique()) == [0.03, 0.045, 0.06]
-    assert frame["tank_pressure_pa"].between(1e3, 8e5).all()
-    assert frame["repetitions"].unique().tolist() == [3]
+    assert frame["tank_pressure_pa"].between(1e3, 8e5).all() and frame["repetitions"].unique().tolist() == [3]
 
 
 def test_plan_comes_back_from_the_store(store) -> None:
@@ -62,16 +61,11 @@ def test_quality_is_a_frame_and_a_picture(store) -> None:
     plan = store.plan.lhs("summer", runs=24, seed=1)
     quality = plan.quality()
     frame = quality.to_frame()
-    assert frame.loc["runs", "value"] == 24
-    assert frame.loc["changeovers_plate_material", "value"] == 1
+    assert frame.loc["runs", "value"] == 24 and frame.loc["changeovers_plate_material", "value"] == 1
     assert frame.loc["d_efficiency", "better"] == "more"
     axes = Figure().subplots(2)
-    assert quality.plot(axes[0]) is axes[0]
-    assert plan.plot(axes[1]) is axes[1]
-    assert axes[0].images
-    assert axes[1].images
-    assert "<table" in quality._repr_html_()
-    assert "24 runs, lhs, seed 1" in plan._repr_html_()
+    assert quality.plot(axes[0]) is axes[0] and plan.plot(axes[1]) is axes[1] and axes[0].images
+    assert axes[1].images and "<table" in quality._repr_html_() and "24 runs, lhs, seed 1" in plan._repr_html_()
 
 
 def test_sheet_is_text_or_a_file(store, tmp_path: Path) -> None:
@@ -80,8 +74,7 @@ def test_sheet_is_text_or_a_file(store, tmp_path: Path) -> None:
     assert [row["order"] for row in rows] == [str(number) for number in range(1, 13)]
     for suffix in (".csv", ".xlsx", ".html"):
         path = tmp_path / f"sheet{suffix}"
-        assert plan.sheet(path) == path
-        assert path.stat().st_size > 500
+        assert plan.sheet(path) == path and path.stat().st_size > 500
     assert (tmp_path / "sheet.csv").read_text(encoding="utf-8-sig").split() == plan.sheet().split()
     with pytest.raises(ps.InvalidValueError, match=r"known: \.html, \.csv, \.xlsx"):
         plan.sheet(tmp_path / "sheet.pdf")
@@ -92,15 +85,16 @@ def test_sheet_is_text_or_a_file(store, tmp_path: Path) -> None:
 )
 def test_limits_are_numbers_in_si_texts_and_quantities(store, low, high) -> None:
     plan = store.plan.sobol("s", runs=8, seed=1, ranges={"tank_pressure": (low, high)})
-    assert plan.stored.space.factors[-1].limits == pytest.approx((1, 6))
-    assert "velocity_level" not in plan.to_frame()
+    assert plan.stored.space.factors[-1].limits == pytest.approx((1, 6)) and "velocity_level" not in plan.to_frame()
 
 
-def test_numbers_of_a_column_are_in_its_unit(store) -> None:
+def test_numbers_are_in_the_unit_of_their_column_and_aliases_are_told(store) -> None:
     ranges = {"tank_pressure_bar": (1, 6, 0.5), "tip_radius_mm": ("30 mm", "6 cm")}
     by_name = {f.name: f for f in store.plan.sobol("s", runs=8, seed=1, ranges=ranges).stored.space.factors}
-    assert by_name["tank_pressure"].levels[:3] == ("1", "1.5", "2")
-    assert by_name["tip_radius"].limits == (30, 60)
+    assert by_name["tank_pressure"].levels[:3] == ("1", "1.5", "2") and by_name["tip_radius"].limits == (30, 60)
+    plan = store.plan.fractional_factorial("p", factors=FEW, generators="a b c ab ac")
+    assert "bullet_mass = plate_material*tip_material" in plan.aliases()
+    assert store.plan.lhs("l", runs=12, factors=FEW).aliases() == []
 
 
 @pytest.mark.parametrize("value", ["5 apples", "5", "much", "nan Pa", registry().Quantity(1, "m")])
@@ -109,36 +103,20 @@ def test_limit_that_is_no_pressure_is_refused(store, value) -> None:
         store.plan.sobol("s", runs=8, ranges={"tank_pressure": (value, "6 bar")})
 
 
-def test_every_method_has_its_function(store) -> None:
-    functions = {"import": "from_table"} | {name: name.replace("-", "_") for name in METHODS if name != "import"}
-    for name, function in functions.items():
-        assert callable(getattr(store.plan, function)), name
-
-
-@pytest.mark.parametrize(
-    ("function", "given", "method", "runs"),
-    [
-        ("lhs", {"runs": 12, "criterion": "maximin"}, "lhs criterion=maximin", 12),
-        ("halton", {"runs": 10}, "halton", 10),
-        ("factorial", {"levels": 2}, "factorial levels=2", 32),
-        ("subset", {"reduction": 2, "levels": 2}, "subset levels=2", 16),
-        ("fractional_factorial", {"resolution": 3}, "fractional-factorial resolution=3", 8),
-        ("plackett_burman", {}, "plackett-burman", 8),
-        ("central_composite", {"categorical": "cross", "centre": 1, "ranges": RADII}, None, 4 * 16),
-        ("box_behnken", {"categorical": "cross", "ranges": RADII}, "box-behnken categorical=cross", 4 * 15),
-        ("optimal", {"runs": 8}, "optimal", 8),
-    ],
-)
+@pytest.mark.parametrize(("function", "given", "method", "runs"), [
+    ("lhs", {"runs": 12, "criterion": "maximin"}, "lhs criterion=maximin", 12),
+    ("halton", {"runs": 10}, "halton", 10),
+    ("factorial", {"levels": 2}, "factorial levels=2", 32),
+    ("subset", {"reduction": 2, "levels": 2}, "subset levels=2", 16),
+    ("fractional_factorial", {"resolution": 3}, "fractional-factorial resolution=3", 8),
+    ("plackett_burman", {}, "plackett-burman", 8),
+    ("central_composite", {"categorical": "cross", "centre": 1, "ranges": RADII}, None, 4 * 16),
+    ("box_behnken", {"categorical": "cross", "ranges": RADII}, "box-behnken categorical=cross", 4 * 15),
+    ("optimal", {"runs": 8}, "optimal", 8),
+])  # fmt: skip
 def test_method_gives_its_design(store, function, given, method, runs) -> None:
     plan = getattr(store.plan, function)("p", factors=FEW, seed=1, **given)
-    assert method in (None, plan.method)
-    assert len(plan.to_frame()) == runs
-
-
-def test_aliases_are_told(store) -> None:
-    plan = store.plan.fractional_factorial("p", factors=FEW, generators="a b c ab ac")
-    assert "bullet_mass = plate_material*tip_material" in plan.aliases()
-    assert store.plan.lhs("l", runs=12, factors=FEW).aliases() == []
+    assert method in (None, plan.method) and len(plan.to_frame()) == runs
 
 
 def test_table_is_a_file_or_a_frame(store, tmp_path: Path) -> None:
@@ -152,29 +130,27 @@ def test_table_is_a_file_or_a_frame(store, tmp_path: Path) -> None:
     table.to_csv(tmp_path / "table.csv", index=False)
     first = store.plan.from_table("a", table=table, factors=FEW).to_frame()
     second = store.plan.from_table("b", table=tmp_path / "table.csv", factors=FEW).to_frame()
-    assert first.equals(second)
-    assert first["run"].tolist() == [5, 2]
+    assert first.equals(second) and first["run"].tolist() == [5, 2]
     assert first["tank_pressure_pa"].tolist() == [205_000, 400_000]
 
 
-def test_runs_beyond_the_bench_are_refused_at_their_pressure(store) -> None:
+def test_contradictions_and_runs_beyond_the_bench_are_refused(store) -> None:
+    both = FEW + '[[factors]]\nname = "velocity_level"\nkind = "ordered"\nlevels = ["low", "high"]\n'
+    with pytest.raises(ps.InvalidValueError, match="and either tank_pressure_bar, or velocity_level"):
+        store.plan.lhs("p", runs=8, factors=both)
     with pytest.raises(ps.InvalidValueError, match="tank pressure 900,000 Pa, allowed 800,000"):
         store.plan.factorial("p", ranges={"tank_pressure_bar": (7, 9)}, levels=2)
     with pytest.raises(ps.InvalidValueError, match=r"tank_pressure_bar is 0\.001, which drives no .* out"):
         store.plan.factorial("p", ranges={"tank_pressure_bar": (0.001, 5.001)}, levels=2)
     assert store.plan.list().empty
-
-
-def test_velocity_levels_beside_a_pressure_contradict_it(store) -> None:
-    both = FEW + '[[factors]]\nname = "velocity_level"\nkind = "ordered"\nlevels = ["low", "high"]\n'
-    with pytest.raises(ps.InvalidValueError, match="and either tank_pressure_bar, or velocity_level"):
-        store.plan.lhs("p", runs=8, factors=both)
+    functions = {"import": "from_table"} | {name: name.replace("-", "_") for name in METHODS if name != "import"}
+    for name, function in functions.items():
+        assert callable(getattr(store.plan, function)), name
 
 
 def test_factors_are_a_text_or_a_file(store, tmp_path: Path) -> None:
     (tmp_path / "few.toml").write_text(FEW, encoding="utf-8")
-    plan = store.plan.lhs("p", runs=8, factors=tmp_path / "few.toml", seed=2)
-    assert plan.stored.factors == FEW
+    assert store.plan.lhs("p", runs=8, factors=tmp_path / "few.toml", seed=2).stored.factors == FEW
 
 
 def test_plan_is_fired_with_the_options_of_the_command(store, tmp_path: Path, monkeypatch) -> None:
@@ -198,29 +174,23 @@ def test_plan_is_fired_with_the_options_of_the_command(store, tmp_path: Path, mo
     )
     result = pyroshock("simulate", "summer", "--out", tmp_path / "a", "--db", store.url, *words.split())
     assert result.exit_code == 0, result.output
-    assert folder == tmp_path / "a"
-    assert calls[0] == calls[1]
-    assert calls[0][3]["effects"]["gun.blow_by"] == 3
+    assert folder == tmp_path / "a" and calls[0] == calls[1] and calls[0][3]["effects"]["gun.blow_by"] == 3
 
 
 @pytest.mark.slow
 def test_fired_plan_is_ingested(store, tmp_path: Path) -> None:
     plan = store.plan.lhs("summer", kind="hammer", runs=2, repetitions=1, seed=1)
     folder = plan.simulate(tmp_path / "summer", seed=3, jobs=1, progress=False)
-    assert (tmp_path / "summer.sealed.json").is_file()
-    assert store.ingest(folder, progress=False).added["impacts"] == 2
+    assert (tmp_path / "summer.sealed.json").is_file() and store.ingest(folder, progress=False).added["impacts"] == 2
     assert store.plan.open("summer").to_frame()["status"].tolist() == ["done"] * 2
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"effects": {"gun.tea": 1.0}}, "unknown effect 'gun.tea'"),
-        ({"trigger": "much"}, r"^trigger is 'much'; expected a share such as 5%"),
-        ({"pre_trigger": "5 kg"}, "^pre_trigger is '5 kg'; expected a unit such as 's'"),
-        ({"repetitions": 0}, "repetitions = 0"),
-    ],
-)
+@pytest.mark.parametrize(("options", "message"), [
+    ({"effects": {"gun.tea": 1.0}}, "unknown effect 'gun.tea'"),
+    ({"trigger": "much"}, r"^trigger is 'much'; expected a share such as 5%"),
+    ({"pre_trigger": "5 kg"}, "^pre_trigger is '5 kg'; expected a unit such as 's'"),
+    ({"repetitions": 0}, "repetitions = 0"),
+])  # fmt: skip
 def test_what_cannot_be_fired_is_refused(store, tmp_path: Path, options, message) -> None:
     plan = store.plan.lhs("summer", runs=2, seed=1, factors=FEW)
     with pytest.raises(ps.InvalidValueError, match=message):
@@ -244,8 +214,7 @@ def test_continuous_plan_is_played_ingested_and_linked(store, tmp_path: Path) ->
     np.testing.assert_allclose(set_pressures, wanted, rtol=0.05)
     ingest_folder(store.store, folder)
     links = link_campaign(store.store, "summer", "summer")
-    assert links.mismatches == ()
-    assert store.plan.open("summer").to_frame()["status"].tolist() == ["done"] * 3
+    assert links.mismatches == () and store.plan.open("summer").to_frame()["status"].tolist() == ["done"] * 3
 
 
 def test_pressure_beyond_the_tolerance_is_not_linked(store, tmp_path: Path) -> None:
@@ -263,6 +232,5 @@ def test_pressure_beyond_the_tolerance_is_not_linked(store, tmp_path: Path) -> N
     write_runs(folder, rows)
     ingest_folder(store.store, folder)
     (mismatch,) = link_campaign(store.store, "gun", "gun").mismatches
-    assert mismatch["run"] == plan.stored.runs[3].run
-    assert "tank_pressure is" in str(mismatch["reason"])
+    assert mismatch["run"] == plan.stored.runs[3].run and "tank_pressure is" in str(mismatch["reason"])
     assert store.plan.open("gun").to_frame()["status"].tolist() == ["done"] * 3 + ["planned"]

@@ -1,9 +1,13 @@
-"""`ps.open(...)`: what the store gives a notebook is what the command line prints."""
+"""`import pyroshock` and `ps.open(...)`: cheap, complete, and what the store gives is what the command line prints."""
 
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
+import textwrap
 from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -22,8 +26,7 @@ def lab(tmp_path_factory):
     folder = tmp_path_factory.mktemp("lab")
     campaign = full_campaign(folder / "spring")
     with ps.open(folder / "lab.db") as store:
-        report = store.ingest(campaign, progress=False)
-        assert report.added["impacts"] == 4 * HITS
+        assert store.ingest(campaign, progress=False).added["impacts"] == 4 * HITS
         yield store
 
 
@@ -55,38 +58,37 @@ def _assert_same_rows(frame, printed):
         assert all(pd.isna(row[name]) for name in set(frame.columns) - set(wanted))
 
 
-def test_columns_units_sorting_and_limit(lab):
+def test_frames_have_chosen_columns_units_and_order(lab):
     frame = lab.impacts(columns=["id", "peak_force_n", "tip_radius_m"], sort="-peak_force_n", limit=3)
     assert list(frame.columns) == ["id", "peak_force_n", "tip_radius_m"]
     assert frame.attrs["units"] == {"peak_force_n": "N", "tip_radius_m": "m"}
     assert list(frame["peak_force_n"]) == sorted(lab.impacts()["peak_force_n"], reverse=True)[:3]
-
-
-def test_campaigns_and_the_store_itself(lab):
     frame = lab.campaigns()
     assert list(frame["name"]) == ["spring"] and list(frame["impacts"]) == [4 * HITS]
-    assert "lab.db" in repr(lab) and "spring" in lab._repr_html_()
-    assert lab.impacts(where="peak_force_n>1e12").empty
+    assert "lab.db" in repr(lab) and "spring" in lab._repr_html_() and lab.impacts(where="peak_force_n>1e12").empty
 
 
-def test_a_dry_run_stores_nothing(lab, tmp_path):
+def test_a_dry_run_stores_nothing_and_a_dataset_is_frozen_once(lab, tmp_path):
     report = lab.ingest(full_campaign(tmp_path / "autumn", "autumn"), dry_run=True, progress=False)
     assert report.added["impacts"] == 4 * HITS and "nothing is stored" in repr(report)
     assert list(lab.campaigns()["name"]) == ["spring"]
     with pytest.raises(ps.PyroshockError, match="no such folder"):
         lab.ingest(tmp_path / "winter", progress=False)
+    data, again = lab.dataset("spring-1", campaigns=["spring"]), lab.dataset("spring-1")
+    assert data.hash == again.hash and len(data) == len(data.to_frame()) > 10
+    assert list(lab.datasets()["name"]) == ["spring-1"] and "contact_time_s" in data.to_frame().columns
+    assert "spring-1" in data._repr_html_()
+    with pytest.raises(ps.PyroshockError, match="autumn"):
+        lab.dataset("autumn")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "kind", "words"),
-    [
-        ({"campaign": "autumn"}, ps.NotFoundError, "no campaign 'autumn'"),
-        ({"where": "tip_colour = red"}, ps.InvalidValueError, "no column or factor 'tip_colour'"),
-        ({"columns": ["mass"]}, ps.NotFoundError, "no column 'mass'; there are: id, campaign"),
-        ({"sort": "mass"}, ps.NotFoundError, "no column 'mass'"),
-        ({"limit": 0}, ps.InvalidValueError, "limit is 0"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "kind", "words"), [
+    ({"campaign": "autumn"}, ps.NotFoundError, "no campaign 'autumn'"),
+    ({"where": "tip_colour = red"}, ps.InvalidValueError, "no column or factor 'tip_colour'"),
+    ({"columns": ["mass"]}, ps.NotFoundError, "no column 'mass'; there are: id, campaign"),
+    ({"sort": "mass"}, ps.NotFoundError, "no column 'mass'"),
+    ({"limit": 0}, ps.InvalidValueError, "limit is 0"),
+])  # fmt: skip
 def test_what_is_wrong_is_named(lab, arguments, kind, words):
     with pytest.raises(kind, match=words):
         lab.impacts(**arguments)
@@ -98,11 +100,9 @@ def test_a_pulse_has_the_figures_of_the_listing(lab):
     assert pulse.figures["peak_force_n"] == row["peak_force_n"]
     assert pulse.force_n.max() == pytest.approx(pulse.figures["spline_peak_force_n"], rel=1e-3)
     assert np.trapezoid(pulse.force_n, pulse.time_s) == pytest.approx(row["impulse_n_s"], rel=0.02)
-    frame = pulse.to_frame()
-    assert frame.attrs["units"] == {"time_s": "s", "force_n": "N"}
+    assert pulse.to_frame().attrs["units"] == {"time_s": "s", "force_n": "N"}
     axes = pulse.plot()
-    assert "(ms)" in axes.get_xlabel() and "(kN)" in axes.get_ylabel()
-    assert "peak_force_n" in pulse._repr_html_()
+    assert "(ms)" in axes.get_xlabel() and "(kN)" in axes.get_ylabel() and "peak_force_n" in pulse._repr_html_()
 
 
 def test_restitution_of_a_pulse_is_its_impulse_over_that_of_the_impact(lab):
@@ -126,8 +126,7 @@ def test_a_slice_reads_its_own_chunks_only(lab, monkeypatch):
     channel = lab.recording(1)["force"]
     whole = channel.values
     assert len(whole) == len(channel) and channel.unit == "N"
-    decoded = []
-    plain = series._decode_into
+    decoded, plain = [], series._decode_into
 
     def counted(frame, target, skip, layout):
         decoded.append(target.size)
@@ -138,24 +137,14 @@ def test_a_slice_reads_its_own_chunks_only(lab, monkeypatch):
     assert sum(decoded) <= 100 + series.SHORTEST_CHUNK < len(whole) or len(decoded) == 1
 
 
-def test_a_window_of_times(lab):
+def test_channels_by_name_and_windows_of_times(lab):
     channel = lab.recording(1)["force"]
     part = channel.between(channel.time_s[10], channel.time_s[20])
     assert len(part) == 11 and part.index.name == "time_s" and part.attrs["unit"] == "N"
     np.testing.assert_array_equal(part.to_numpy(), channel[10:21])
-    assert channel.between(1e6, 2e6).empty
-    assert channel.between(-2e6, -1e6).empty
+    assert channel.between(1e6, 2e6).empty and channel.between(-2e6, -1e6).empty
     with pytest.raises(ps.InvalidValueError, match="rising order"):
         channel.between(1.0, 0.5)
-
-
-@pytest.mark.parametrize("samples", [5, slice(0, 10, 2), "force"])
-def test_only_slices_without_a_step(lab, samples):
-    with pytest.raises(ps.InvalidValueError, match="expected a slice"):
-        lab.recording(1)["force"][samples]
-
-
-def test_channels_by_name(lab):
     recording = lab.recording(1)
     assert list(recording) == ["force"] and recording.to_frame().iloc[0]["unit"] == "N"
     with pytest.raises(ps.NotFoundError, match=r"no channel 'strain'.*there are: force"):
@@ -163,6 +152,12 @@ def test_channels_by_name(lab):
     with pytest.raises(ps.InvalidValueError, match="channel of force; a spectrum needs an acceleration"):
         recording["force"].srs()
     assert recording.plot()[-1].get_xlabel() == "time (ms)"
+
+
+@pytest.mark.parametrize("samples", [5, slice(0, 10, 2), "force"])
+def test_only_slices_without_a_step(lab, samples):
+    with pytest.raises(ps.InvalidValueError, match="expected a slice"):
+        lab.recording(1)["force"][samples]
 
 
 @pytest.mark.parametrize(
@@ -174,18 +169,76 @@ def test_options_of_an_ingest_are_checked(lab, tmp_path, arguments, words):
         lab.ingest(tmp_path, **arguments)
 
 
-def test_a_dataset_is_frozen_once(lab):
-    data = lab.dataset("spring-1", campaigns=["spring"])
-    again = lab.dataset("spring-1")
-    assert data.hash == again.hash and len(data) == len(data.to_frame()) > 10
-    assert list(lab.datasets()["name"]) == ["spring-1"]
-    assert "contact_time_s" in data.to_frame().columns
-    assert "spring-1" in data._repr_html_()
-    with pytest.raises(ps.PyroshockError, match="autumn"):
-        lab.dataset("autumn")
-
-
 def test_a_store_that_is_not_there(tmp_path):
     with pytest.raises(ps.StorageError, match=r"no store|no such"):
         ps.open(tmp_path / "lab.db", create=False)
     assert not (tmp_path / "lab.db").exists()
+
+
+# --- the import, and the public names ---
+_HEAVY = {"numpy", "pandas", "scipy", "sqlalchemy", "torch", "mlflow", "matplotlib", "sklearn", "click"}
+
+
+def test_every_public_name_is_there_and_errors_are_what_python_users_expect():
+    assert set(ps.__all__) == {*ps._PUBLIC, "__version__"}
+    for name in ps.__all__:
+        assert getattr(ps, name).__doc__ and name in dir(ps)
+    with pytest.raises(AttributeError, match="no attribute 'opne'"):
+        ps.opne  # noqa: B018
+    assert issubclass(ps.InvalidValueError, ValueError) and issubclass(ps.NotFoundError, LookupError)
+    assert issubclass(ps.StorageError, OSError)
+    kinds = (ps.InvalidValueError, ps.NotFoundError, ps.StorageError)
+    assert all(issubclass(kind, ps.PyroshockError) for kind in kinds)
+
+
+def test_the_import_alone_loads_nothing_heavy():
+    code = "import sys, pyroshock; print(*sorted(name for name in sys.modules if '.' not in name))"
+    printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert not _HEAVY & set(printed)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_a_typed_project_passes_mypy_strict(tmp_path):
+    (tmp_path / "analysis.py").write_text(
+        textwrap.dedent(
+            """
+            import numpy as np
+            import pandas as pd
+            import pyroshock as ps
+
+
+            def analyse(folder: str) -> pd.DataFrame:
+                with ps.open("sqlite:///lab.db") as store:
+                    report = store.ingest(folder, progress=False)
+                    steel = store.impacts(campaign=report.campaign, where="tip_material = steel")
+                    force: pd.Series[float] = store.recording(12)["force"].between(0.0, 0.1)
+                    spectrum: pd.Series[float] = ps.srs(np.asarray(force), 50_000.0)
+                    runs = store.train(store.dataset("spring", campaigns=[report.campaign]), models=["tree"])
+                    decision = store.promote(runs.labels[0], reason="first")
+                    assert decision.promoted and len(spectrum) > 0
+                    shot = store.twin(campaign=report.campaign).predict(tank_pressure="5 bar", bullet_mass=0.5)
+                    print(float(shot.velocity), shot.force.to_frame(), shot.srs.mean.max())
+                    diagnosis = store.diagnose(report.campaign)
+                    twin = store.twin(campaign=report.campaign).with_effects(diagnosis)
+                    tuned = twin.tune("spec.csv", tolerance="6 dB", bullet_mass=[0.5])
+                    print(tuned.to_frame(), diagnosis.effects, twin.predict_many(steel, jobs=2).attrs["units"])
+                    print(store.validate(report.campaign).scores, store.adopt(diagnosis).version)
+                    return steel
+
+
+            def wrong() -> None:
+                ps.shipped_twin().predict("5 bar")
+            """
+        ),
+        encoding="utf-8",
+    )
+    packages = tmp_path / "packages"  # the folder of a clone may have any name
+    packages.mkdir()
+    (packages / "pyroshock").symlink_to(Path(ps.__file__).parent)
+    command = [sys.executable, "-m", "mypy", "--strict", "--config-file=", "--follow-imports=silent", "analysis.py"]
+    done = subprocess.run(
+        command, cwd=tmp_path, capture_output=True, text=True, check=False, env={"MYPYPATH": str(packages), "PATH": ""}
+    )
+    errors = [line for line in done.stdout.splitlines() if "error" in line and line.startswith("analysis.py")]
+    assert len(errors) == 1 and "Too many positional arguments" in errors[0], done.stdout

@@ -33,18 +33,15 @@ from support.records.campaigns import (
 )
 from support.stores.care_stores import GUN, HAMMER, OTHER, WHEN, copied, execute
 from support.stores.hammer_stores import HITS, full_campaign, rows_of
-from support.stores.stores import content, counts, ingest, ingested, opened, pyroshock
+from support.stores.stores import content, counts, ingest, ingested, opened, pyroshock, refusal, run_pyroshock
 
 # --- datasets, models and predictions whose data were taken out of the store say so; damage is no withdrawal --------
-
 FIRST = "recordings/test-01.npz"
 REASON = "the plate had come loose"
 
 
 def done(url, *arguments, code=0):
-    result = pyroshock(*arguments, "--db", url)
-    assert result.exit_code == code, result.output
-    return result
+    return run_pyroshock(*arguments, "--db", url, code=code)
 
 
 def sound(url):
@@ -56,7 +53,7 @@ def discard(url):
     done(url, "runs", "discard", HAMMER, FIRST, "--reason", REASON)
 
 
-def test_list_of_datasets_tells_what_was_withdrawn(care_store):
+def test_list_of_datasets_tells_what_was_withdrawn_and_more_than_that_is_damage(care_store):
     assert json.loads(done(care_store, "dataset", "--json").stdout)[0]["withdrawn"] == 0
     discard(care_store)
     output = done(care_store, "dataset")
@@ -64,28 +61,21 @@ def test_list_of_datasets_tells_what_was_withdrawn(care_store):
     assert json.loads(done(care_store, "dataset", "--json").stdout)[0]["withdrawn"] == HITS
     shown = done(care_store, "dataset", "show", "small", code=2).stderr
     assert f"pyroshock ingest FOLDER --again {FIRST}" in shown
-
-
-def test_dataset_that_lost_more_than_a_tombstone_explains_is_damage(care_store):
-    discard(care_store)
     sound(care_store)
     execute(care_store, "DELETE FROM snapshot_pulses WHERE pulse_id = (SELECT max(pulse_id) FROM snapshot_pulses)")
     assert done(care_store, "db", "check", code=1).stdout.startswith("datasets: dataset small: ")
 
 
-@pytest.mark.parametrize(
-    ("statement", "message"),
-    [
-        ("UPDATE tombstones SET restored_at = deleted_at WHERE kind = 'recording'", "was stored again by what"),
-        (f"UPDATE tombstones SET replaced_by = '{'1' * 64}' WHERE kind = 'recording'", "a file that is not in the"),
-        ("UPDATE tombstones SET restored_at = deleted_at WHERE kind = 'campaign'", "the campaign was restored by"),
-        (
-            "UPDATE tombstones SET recording = (SELECT path FROM recordings WHERE campaign_id = 1), "
-            "file_sha256 = (SELECT sha256 FROM recordings WHERE campaign_id = 1) WHERE kind = 'recording'",
-            "was discarded, and is in the store all the same",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("statement", "message"), [
+    ("UPDATE tombstones SET restored_at = deleted_at WHERE kind = 'recording'", "was stored again by what"),
+    (f"UPDATE tombstones SET replaced_by = '{'1' * 64}' WHERE kind = 'recording'", "a file that is not in the"),
+    ("UPDATE tombstones SET restored_at = deleted_at WHERE kind = 'campaign'", "the campaign was restored by"),
+    (
+        "UPDATE tombstones SET recording = (SELECT path FROM recordings WHERE campaign_id = 1), "
+        "file_sha256 = (SELECT sha256 FROM recordings WHERE campaign_id = 1) WHERE kind = 'recording'",
+        "was discarded, and is in the store all the same",
+    ),
+])  # fmt: skip
 def test_tombstone_that_says_what_is_not_so_is_a_fault(care_store, statement, message):
     discard(care_store)
     sound(care_store)
@@ -102,15 +92,13 @@ def test_models_of_such_a_dataset_and_what_they_predict_say_so(care_copy):
     discard(care_copy)
     output = done(care_copy, "models")
     assert "trained on data that is no longer whole" in output.stderr and REASON in output.stderr
-    rows = json.loads(done(care_copy, "models", "--json").stdout)
-    assert {row["withdrawn_pulses"] for row in rows} == {HITS}
+    assert {row["withdrawn_pulses"] for row in json.loads(done(care_copy, "models", "--json").stdout)} == {HITS}
     predicted = done(care_copy, "predict", "--velocity", "1m/s", "--contact", "hann@1")
     assert "hann@1 was trained on data that is no longer whole" in predicted.stderr
     assert REASON in pyroshock("compare", "hann", "hertz", "--db", care_copy).stderr
 
 
 # --- `campaigns delete`: what was the campaign's own goes, all else stays, and a tombstone tells what stood on it
-
 #: Of the campaign HAMMER in the stores of `care_stores`: two recordings of five hits, cut twice.
 ROWS = {"recordings": 2, "impacts": 2 * HITS, "pulses": 4 * HITS, "snapshot_pulses": 2 * HITS, "diagnoses": 1}
 #: What all campaigns share, or is nobody's.
@@ -118,54 +106,19 @@ SHARED = ("configurations", "factor_levels", "guns", "hammers", "plates", "modal
 
 
 def run(url, *arguments, code=0):
-    result = pyroshock("campaigns", *arguments, "--db", url)
-    assert result.exit_code == code, result.output
-    return result
+    return run_pyroshock("campaigns", *arguments, "--db", url, code=code)
 
 
 def deleted(url, name=HAMMER, *more):
     return json.loads(run(url, "delete", name, "--reason", REASON, "--json", *more).stdout)
 
 
+def tombstones(url):
+    return json.loads(run(url, "deleted", "--json").stdout)
+
+
 def names(url):
     return {row["name"] for row in json.loads(run(url, "--json").stdout)}
-
-
-def test_deleted_campaign_is_gone_and_nothing_else(care_store):
-    before = counts(care_store)
-    stone = deleted(care_store)
-    after = counts(care_store)
-    assert names(care_store) == {GUN, OTHER}
-    assert {table: stone["counts"][table] for table in ROWS} == ROWS
-    gone = {table: before[table] - after[table] for table in before if before[table] != after[table]}
-    assert {table: number for table, number in gone.items() if number > 0} == stone["counts"]
-    assert {table: number for table, number in gone.items() if number < 0} == {"tombstones": -1, "provenance": -1}
-    assert all(before[table] == after[table] for table in (*SHARED, "dataset_snapshots", "shots"))
-
-
-def test_tombstone_names_what_stood_on_it_and_the_store_is_sound(care_store):
-    with opened(care_store) as store:
-        digest = read_snapshot(store, "small").hash
-    stone = deleted(care_store)
-    stood = stone["stood_on"]
-    assert stood["datasets"] == [{"name": "small", "hash": digest, "pulses": 2 * HITS, "before": 2 * HITS}]
-    assert [(diagnosis["simulator"], diagnosis["id"]) for diagnosis in stood["diagnoses"]] == [("hertz", 1)]
-    assert [adopted["version"] for adopted in stood["adopted"]] == [1]
-    assert stood["reopened"] == [{"plan": HAMMER, "run": 1}, {"plan": HAMMER, "run": 2}]
-    assert len(stone["content_hash"]) == 64
-    assert json.loads(run(care_store, "deleted", "--json").stdout)[1:] == [stone]
-    assert f"dataset 'small' (hash {digest[:12]}) stood on campaign 'spring', which was deleted" in sound(care_store)
-    shown = done(care_store, "dataset", "show", "small", code=2).stderr
-    assert REASON in shown and stone["content_hash"][:12] in shown
-
-
-def test_report_of_a_diagnosis_is_kept_in_the_tombstone(care_store):
-    deleted(care_store)
-    with opened(care_store) as store, store.reading() as session:
-        assert session.scalars(select(Diagnosis)).all() == []
-        text = session.connection().exec_driver_sql("SELECT stood_on FROM tombstones WHERE id = 2").scalar_one()
-    kept = json.loads(text) if isinstance(text, str) else text
-    assert kept["diagnoses"][0]["report"]["causes"][0]["effects"] == ["none"]
 
 
 @pytest.mark.slow
@@ -180,12 +133,39 @@ def test_models_of_its_datasets_are_named_and_stay(care_copy):
     assert len(json.loads(pyroshock("models", "--json", "--db", care_copy).stdout)) == len(registered) > 0
 
 
-def test_dry_run_deletes_nothing(care_store):
-    before, rows = content(care_store), counts(care_store)
+def test_deleted_campaign_alone_is_gone_and_its_tombstone_names_what_stood_on_it(care_store):
+    whole, before = content(care_store), counts(care_store)
     result = run(care_store, "delete", HAMMER, "--reason", REASON, "--dry-run")
     assert "dry run, nothing is deleted; would delete" in result.stderr
     assert "stood on it: dataset small (10 pulses" in result.stderr
-    assert (content(care_store), counts(care_store)) == (before, rows)
+    assert (content(care_store), counts(care_store)) == (whole, before)
+    with opened(care_store) as store:
+        digest = read_snapshot(store, "small").hash
+    stone = deleted(care_store)
+    stood = stone["stood_on"]
+    assert stood["datasets"] == [{"name": "small", "hash": digest, "pulses": 2 * HITS, "before": 2 * HITS}]
+    assert [(diagnosis["simulator"], diagnosis["id"]) for diagnosis in stood["diagnoses"]] == [("hertz", 1)]
+    assert [adopted["version"] for adopted in stood["adopted"]] == [1]
+    assert stood["reopened"] == [{"plan": HAMMER, "run": 1}, {"plan": HAMMER, "run": 2}]
+    assert len(stone["content_hash"]) == 64 and json.loads(run(care_store, "deleted", "--json").stdout)[1:] == [stone]
+    assert f"dataset 'small' (hash {digest[:12]}) stood on campaign 'spring', which was deleted" in sound(care_store)
+    shown = done(care_store, "dataset", "show", "small", code=2).stderr
+    assert REASON in shown and stone["content_hash"][:12] in shown
+    after = counts(care_store)
+    assert names(care_store) == {GUN, OTHER} and {table: stone["counts"][table] for table in ROWS} == ROWS
+    gone = {table: before[table] - after[table] for table in before if before[table] != after[table]}
+    assert {table: number for table, number in gone.items() if number > 0} == stone["counts"]
+    assert {table: number for table, number in gone.items() if number < 0} == {"tombstones": -1, "provenance": -1}
+    assert all(before[table] == after[table] for table in (*SHARED, "dataset_snapshots", "shots"))
+    with opened(care_store) as store, store.reading() as session:
+        assert session.scalars(select(Diagnosis)).all() == []
+        text = (
+            session.connection()
+            .exec_driver_sql("SELECT stood_on FROM tombstones ORDER BY id DESC LIMIT 1")
+            .scalar_one()
+        )
+    kept = json.loads(text) if isinstance(text, str) else text
+    assert kept["diagnoses"][0]["report"]["causes"][0]["effects"] == ["none"]
 
 
 def test_refused_without_a_reason_or_a_campaign(care_copy):
@@ -197,8 +177,7 @@ def test_refused_without_a_reason_or_a_campaign(care_copy):
 
 
 def test_same_content_again_has_the_same_hash_and_gives_its_dataset_back(sqlite_url, care_source, tables_url):
-    hashes = []
-    folder = care_source / HAMMER
+    hashes, folder = [], care_source / HAMMER
     for url in (sqlite_url, tables_url):
         ingested(url, folder)
         with opened(url) as store:
@@ -244,8 +223,6 @@ def test_deletion_that_would_change_other_predictions_is_refused(tables_url, tmp
 
 
 # --- `campaigns archive` and `campaigns restore`: out of the store into a file, and back as it was ------------------
-
-
 def archived(url, out, name=HAMMER):
     return json.loads(run(url, "archive", name, "--out", out, "--reason", REASON, "--json").stdout)
 
@@ -272,8 +249,7 @@ def test_archived_and_restored_campaign_is_as_before(care_store, tmp_path):
     stone = archived(care_store, out)
     assert stone["archive_path"] == str(out.resolve())
     assert stone["archive_sha256"] == hashlib.sha256(out.read_bytes()).hexdigest()
-    shown = pyroshock("dataset", "show", "small", "--db", care_store)
-    assert shown.exit_code == 2 and f"pyroshock campaigns restore {out.resolve()}" in shown.stderr
+    assert f"pyroshock campaigns restore {out.resolve()}" in refusal("dataset", "show", "small", "--db", care_store)
     sound(care_store)
     back = restored(care_store, out)
     assert (back["returned"], back["notes"]) == ({"small": 10}, [])
@@ -284,24 +260,17 @@ def test_archived_and_restored_campaign_is_as_before(care_store, tmp_path):
     sound(care_store)
 
 
-def test_archived_again_after_it_was_restored(care_copy, tmp_path):
+def test_any_file_of_the_content_restores_it_again_and_a_tombstone_what_the_file_lacks(care_copy, tmp_path):
     first = archived(care_copy, tmp_path / "1")
     restored(care_copy, tmp_path / "1")
     second = archived(care_copy, tmp_path / "2")
     assert first["content_hash"] == second["content_hash"]
     assert restored(care_copy, tmp_path / "1")["id"] == second["id"], "any file of the content will do"
     sound(care_copy)
-
-
-def test_file_of_db_export_restores_what_was_deleted(care_copy, tmp_path):
     before, out = but_tombstones(care_copy), exported(care_copy, tmp_path)
     run(care_copy, "delete", HAMMER, "--reason", REASON)
     restored(care_copy, out)
     assert but_tombstones(care_copy) == before
-
-
-def test_diagnosis_that_the_file_lacks_comes_from_the_tombstone(care_copy, tmp_path):
-    out = exported(care_copy, tmp_path)
     with opened(care_copy) as store, store.writing() as session:
         key = session.scalar(select(Diagnosis.campaign_id))
         session.add(Diagnosis(campaign_id=key, simulator="hunt", diagnosed_at=WHEN, report={"causes": []}))
@@ -333,7 +302,7 @@ def test_restored_on_the_other_engine(care_copy, tmp_path, postgres_database):
     assert but_tombstones(postgres_database) == before
 
 
-def test_nothing_is_deleted_where_the_file_cannot_be_written_or_is_another(care_copy, tmp_path):
+def test_nothing_is_deleted_where_the_file_cannot_be_written_or_holds_something_else(care_copy, tmp_path, monkeypatch):
     before = counts(care_copy)
     message = run(care_copy, "archive", HAMMER, "--out", tmp_path / "no" / "file", "--reason", REASON, code=2).stderr
     assert "no" in message
@@ -344,11 +313,8 @@ def test_nothing_is_deleted_where_the_file_cannot_be_written_or_is_another(care_
     message = run(care_copy, "archive", HAMMER, "--out", other, "--reason", REASON, code=2).stderr
     assert "nothing was deleted" in message
     assert "the reason is empty" in run(care_copy, "archive", HAMMER, "--out", "f", "--reason", " ", code=2).stderr
-    assert counts(care_copy) == before
-    assert (tmp_path / "text").read_text() == "not a store"
+    assert counts(care_copy) == before and (tmp_path / "text").read_text() == "not a store"
 
-
-def test_nothing_is_deleted_where_the_written_file_is_not_what_the_store_holds(care_copy, tmp_path, monkeypatch):
     def torn(store, campaign, out, progress=None):
         rows = export_campaign(store, campaign, out, progress)
         execute(f"sqlite:///{out}", "UPDATE series_chunks SET frame = substr(frame, 1, 20)")
@@ -357,8 +323,7 @@ def test_nothing_is_deleted_where_the_written_file_is_not_what_the_store_holds(c
     monkeypatch.setattr("pyroshock.schema.transfer.export.export_campaign", torn)
     before = counts(care_copy)
     message = run(care_copy, "archive", HAMMER, "--out", tmp_path / "file", "--reason", REASON, code=2).stderr
-    assert "is refused" in message
-    assert counts(care_copy) == before
+    assert "is refused" in message and counts(care_copy) == before
 
 
 def test_nothing_is_deleted_where_the_campaign_changes_meanwhile(care_copy, tmp_path, monkeypatch):
@@ -369,15 +334,12 @@ def test_nothing_is_deleted_where_the_campaign_changes_meanwhile(care_copy, tmp_
 
     monkeypatch.setattr("pyroshock.app.ingest.archiving.write_archive", and_then)
     message = run(care_copy, "archive", HAMMER, "--out", tmp_path / "file", "--reason", REASON, code=2).stderr
-    assert "changed while it was written" in message
-    assert counts(care_copy)["recordings"] == 3
+    assert "changed while it was written" in message and counts(care_copy)["recordings"] == 3
 
 
 def test_restore_refuses_what_was_not_deleted(care_copy, tmp_path, sqlite_url):
-    out = exported(care_copy, tmp_path)
-    before = counts(care_copy)
-    assert "is in the store" in run(care_copy, "restore", out, code=2).stderr
-    assert counts(care_copy) == before
+    out, before = exported(care_copy, tmp_path), counts(care_copy)
+    assert "is in the store" in run(care_copy, "restore", out, code=2).stderr and counts(care_copy) == before
     ingested(sqlite_url, hammer_campaign(tmp_path / "elsewhere", name="elsewhere"))
     assert "no campaign of this name was deleted" in run(sqlite_url, "restore", out, code=2).stderr
     run(care_copy, "delete", HAMMER, "--reason", REASON)
@@ -425,7 +387,6 @@ def test_discarded_recording_stays_out_of_a_restored_campaign(discarded_store, t
 
 
 # --- `runs discard` and `runs replace`: one recording goes or is replaced, and an ingest brings nothing back unasked
-
 FIRST, SECOND = recording_name(1), recording_name(2)
 
 
@@ -462,9 +423,12 @@ def hammer(request, ingested_hammer, tmp_path):
         yield url, folder
 
 
-def test_discarded_recording_goes_with_its_hits_and_all_else_stays(care_store):
-    before = counts(care_store)
-    stone = discarded(care_store, HAMMER, FIRST)
+def test_discarded_recording_goes_with_its_hits_and_a_dry_run_changes_nothing(care_store):
+    whole = content(care_store)
+    output = done(care_store, "runs", "discard", HAMMER, FIRST, "--reason", REASON, "--dry-run").stderr
+    assert "dry run, nothing is deleted; would delete" in output
+    assert f"stood on it: dataset small ({HITS} pulses" in output and content(care_store) == whole
+    before, stone = counts(care_store), discarded(care_store, HAMMER, FIRST)
     after = counts(care_store)
     gone = {table: before[table] - after[table] for table in before if before[table] > after[table]}
     assert gone == stone["counts"]
@@ -475,30 +439,18 @@ def test_discarded_recording_goes_with_its_hits_and_all_else_stays(care_store):
     assert "dataset 'small'" in sound(care_store)
 
 
-def test_dry_run_names_what_would_go_and_changes_nothing(care_store):
-    before = content(care_store)
-    output = done(care_store, "runs", "discard", HAMMER, FIRST, "--reason", REASON, "--dry-run").stderr
-    assert "dry run, nothing is deleted; would delete" in output
-    assert f"stood on it: dataset small ({HITS} pulses" in output
-    assert content(care_store) == before
-
-
 def test_ingest_of_the_same_folder_does_not_bring_it_back(hammer):
     url, folder = hammer
     whole = but_tombstones(url)
     discarded(url, "hammer", FIRST)
     again = ingest(url, folder)
-    assert again.exit_code == 0
-    assert "nothing new" in again.stderr
+    assert again.exit_code == 0 and "nothing new" in again.stderr
     assert f"recording {FIRST} was discarded on 20" in again.stderr and f"because {REASON}" in again.stderr
-    assert f"--again {FIRST}" in again.stderr
-    assert paths(url) == [SECOND]
-    result = pyroshock("ingest", folder, "--again", FIRST, "--db", url)
-    assert result.exit_code == 0, result.stderr
+    assert f"--again {FIRST}" in again.stderr and paths(url) == [SECOND]
+    run_pyroshock("ingest", folder, "--again", FIRST, "--db", url)
     assert but_tombstones(url) == whole
-    (stone,) = json.loads(pyroshock("campaigns", "deleted", "--json", "--db", url).stdout)
-    assert stone["restored_at"] is not None
-    assert "discarded" not in ingest(url, folder).stderr
+    (stone,) = tombstones(url)
+    assert stone["restored_at"] is not None and "discarded" not in ingest(url, folder).stderr
     sound(url)
 
 
@@ -509,24 +461,12 @@ def test_another_file_in_the_place_of_a_discarded_one_must_be_asked_for(hammer):
     refused = ingest(url, folder)
     assert refused.exit_code == 2
     assert "another file is in its place" in refused.stderr and f"--again {FIRST}" in refused.stderr
-    assert paths(url) == [SECOND]
-    assert pyroshock("ingest", folder, "--again", FIRST, "--db", url).exit_code == 0
+    assert paths(url) == [SECOND] and pyroshock("ingest", folder, "--again", FIRST, "--db", url).exit_code == 0
     assert paths(url) == [FIRST, SECOND]
-    (stone,) = json.loads(pyroshock("campaigns", "deleted", "--json", "--db", url).stdout)
+    (stone,) = tombstones(url)
     assert (stone["restored_at"], stone["replaced_by"] == stone["file_sha256"]) == (None, False)
     assert len(stone["replaced_by"]) == 64
     sound(url)
-
-
-def test_dry_run_of_an_ingest_keeps_the_tombstone_open(hammer):
-    url, folder = hammer
-    result = pyroshock("ingest", folder, "--again", "recordings/test-99.npz", "--db", url)
-    assert result.exit_code == 2 and "no row names this recording" in result.stderr
-    discarded(url, "hammer", FIRST)
-    before = content(url)
-    output = pyroshock("ingest", folder, "--again", FIRST, "--dry-run", "--db", url)
-    assert "would add 1 recordings" in output.stderr
-    assert content(url) == before
 
 
 def test_discarded_of_a_campaign_that_was_deleted_says_nothing_of_other_files_of_the_next(hammer):
@@ -542,7 +482,7 @@ def test_discarded_of_a_campaign_that_was_deleted_says_nothing_of_other_files_of
     sound(url)
 
 
-def test_recordings_are_listed_with_their_runs_and_discarded_by_them(hammer):
+def test_recordings_are_listed_and_discarded_by_their_runs_and_a_dry_run_keeps_the_tombstone_open(hammer):
     url, _ = hammer
     rows = json.loads(done(url, "runs", "list", "hammer", "--json").stdout)
     assert [(row["recording"], row["status"], row["runs"]) for row in rows] == [
@@ -552,8 +492,13 @@ def test_recordings_are_listed_with_their_runs_and_discarded_by_them(hammer):
         url, "runs", "discard", "hammer", "--run", "1", "--repetition", "2", "--reason", REASON, code=2
     ).stderr
     assert "run 1, repetition 1" in output and "name every run" in output
-    assert discarded(url, "hammer", "--run", "2")["recording"] == SECOND
-    assert paths(url) == [FIRST]
+    assert discarded(url, "hammer", "--run", "2")["recording"] == SECOND and paths(url) == [FIRST]
+    url, folder = hammer
+    assert "no row names this recording" in refusal("ingest", folder, "--again", "recordings/test-99.npz", "--db", url)
+    discarded(url, "hammer", FIRST)
+    before = content(url)
+    output = pyroshock("ingest", folder, "--again", FIRST, "--dry-run", "--db", url)
+    assert "would add 1 recordings" in output.stderr and content(url) == before
 
 
 def test_run_that_shares_its_recording_is_refused_unless_all_are_meant(tables_url, tmp_path):
@@ -576,16 +521,13 @@ def test_run_that_shares_its_recording_is_refused_unless_all_are_meant(tables_ur
     assert "a row without a recording" in output
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["hammer"], "name one recording"),
-        (["hammer", FIRST, "--run", "1"], "name one recording"),
-        (["hammer", "--run", "1", "--run", "2", "--repetition", "1"], "exactly one --run"),
-        (["hammer", "recordings/none.npz"], f"there: {FIRST}, {SECOND}"),
-        (["winter", FIRST], "known: hammer"),
-    ],
-)
+@pytest.mark.parametrize(("words", "said"), [
+    (["hammer"], "name one recording"),
+    (["hammer", FIRST, "--run", "1"], "name one recording"),
+    (["hammer", "--run", "1", "--run", "2", "--repetition", "1"], "exactly one --run"),
+    (["hammer", "recordings/none.npz"], f"there: {FIRST}, {SECOND}"),
+    (["winter", FIRST], "known: hammer"),
+])  # fmt: skip
 def test_what_cannot_be_discarded_is_named(hammer, words, said):
     url, _ = hammer
     before = counts(url)
@@ -594,7 +536,7 @@ def test_what_cannot_be_discarded_is_named(hammer, words, said):
     assert counts(url) == before
 
 
-def test_corrected_row_is_refused_by_ingest_with_the_way_out_and_replaced(hammer, tmp_path):
+def test_corrected_row_and_new_file_are_refused_by_ingest_with_the_way_out_and_replaced(hammer, tmp_path):
     url, folder = hammer
     row = hammer_rows()[0]
     write_runs(folder, [{**run, "tip_radius_mm": 45} if run["run"] == row["run"] else run for run in hammer_rows()])
@@ -610,18 +552,13 @@ def test_corrected_row_is_refused_by_ingest_with_the_way_out_and_replaced(hammer
     for table in ("recordings", "channels", "impacts", "pulses", "quality_findings"):
         assert corrected[table] == expected[table]
     sound(url)
-
-
-def test_new_file_of_the_same_path_is_refused_by_ingest_with_the_way_out_and_replaced(hammer):
     url, folder = hammer
     write_recording(folder / FIRST, {"force": force_record(blows(1, 2), np.random.default_rng(9))})
     refused = ingest(url, folder)
-    assert refused.exit_code == 2
-    assert f"pyroshock runs replace hammer {FIRST} --from FOLDER" in refused.stderr
+    assert refused.exit_code == 2 and f"pyroshock runs replace hammer {FIRST} --from FOLDER" in refused.stderr
     before = content(url)
     dry = done(url, "runs", "replace", "hammer", FIRST, "--from", folder, "--reason", REASON, "--dry-run")
-    assert "would be stored in its place" in dry.stderr
-    assert content(url) == before
+    assert "would be stored in its place" in dry.stderr and content(url) == before
     stone = replaced(url, "hammer", FIRST, "--from", folder)
     assert len(stone["replaced_by"]) == 64 and stone["replaced_by"] != stone["file_sha256"]
     assert "nothing new" in ingest(url, folder).stderr
@@ -638,8 +575,7 @@ def test_file_under_another_path_takes_the_place_and_a_second_is_corrected_after
     assert refused.exit_code == 2
     assert f"pyroshock runs replace hammer {FIRST} FOLDER/{other} --reason TEXT" in refused.stderr
     stone = replaced(url, "hammer", FIRST, folder / other)
-    assert stone["recording"] == FIRST
-    assert set(paths(url)) == {other, SECOND}
+    assert stone["recording"] == FIRST and set(paths(url)) == {other, SECOND}
     assert "nothing new" in ingest(url, folder).stderr
     write_runs(folder, [{**row, "tip_radius_mm": 45} for row in rows])
     replaced(url, "hammer", other, "--from", folder)
@@ -663,14 +599,11 @@ def _run_of_another(folder):
     write_runs(folder, with_cell([row for row in rows if row["recording"] == FIRST], "run", 2, row=1))
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (_nothing, "nothing to replace"),
-        (_unreadable, f"recording '{FIRST}' stays in the store"),
-        (_run_of_another, "give this one a number of its own"),
-    ],
-)
+@pytest.mark.parametrize(("change", "words"), [
+    (_nothing, "nothing to replace"),
+    (_unreadable, f"recording '{FIRST}' stays in the store"),
+    (_run_of_another, "give this one a number of its own"),
+])  # fmt: skip
 def test_what_cannot_take_the_place_replaces_nothing(hammer, change, words):
     url, folder = hammer
     change(folder)
@@ -700,11 +633,9 @@ def test_planned_run_is_done_again_by_what_replaces_it(care_store, care_source, 
     write_recording(
         folder / FIRST, {"force": force, "acceleration_1": rng.standard_normal(force.size).astype(np.float32)}
     )
-    stone = replaced(care_store, HAMMER, FIRST, "--from", folder)
-    assert stone["stood_on"]["reopened"] == []
+    assert replaced(care_store, HAMMER, FIRST, "--from", folder)["stood_on"]["reopened"] == []
     with opened(care_store) as store, store.reading() as session:
-        states = session.scalars(select(PlannedRun.status).order_by(PlannedRun.run)).all()
-        assert states[:2] == ["done", "done"]
+        assert session.scalars(select(PlannedRun.status).order_by(PlannedRun.run)).all()[:2] == ["done", "done"]
     sound(care_store)
 
 
@@ -725,8 +656,7 @@ def test_dataset_reads_again_only_when_the_very_same_content_is_back(tables_url,
     discarded(tables_url, "spring", SECOND)
     sound(tables_url)
     replace_in(folder / "runs.csv", "polymeric", "none")
-    result = pyroshock("ingest", folder, "--again", SECOND, "--db", tables_url)
-    assert result.exit_code == 0, result.stderr
+    run_pyroshock("ingest", folder, "--again", SECOND, "--db", tables_url)
     with opened(tables_url) as store, pytest.raises(SnapshotError, match=REASON):
         read_snapshot(store, "small")
     sound(tables_url)
@@ -752,5 +682,5 @@ def test_two_who_discard_the_same_recording_at_once_leave_one_tombstone(tables_u
     for thread in threads:
         thread.join()
     assert len(ends) == 2 and ends.count(FIRST) == 1, ends
-    assert len(json.loads(pyroshock("campaigns", "deleted", "--json", "--db", tables_url).stdout)) == 1
+    assert len(tombstones(tables_url)) == 1
     sound(tables_url)

@@ -47,8 +47,7 @@ def rows_of_plan(store: Store) -> list[dict[str, object]]:
     """The first runs of the plan as a lab fires them."""
     with store.reading() as session:
         plan = read_plan(session, "spring")
-    speeds = {"low": 7.0, "medium": 14.0, "high": 22.0}
-    rows = []
+    speeds, rows = {"low": 7.0, "medium": 14.0, "high": 22.0}, []
     for run in plan.runs[:FIRED]:
         settings = {key: level for key, level in run.row.items() if key != "velocity_level"}
         settings["tank_pressure_bar"] = str(FILLED * run.settings["tank_pressure_bar"])
@@ -101,7 +100,7 @@ def told(found: Document) -> str:
     return " ".join(block.text for block in blocks if isinstance(block, Paragraph))
 
 
-def test_coverage_counts_runs_by_state(planned: str) -> None:
+def test_runs_and_levels_are_counted_by_state(planned: str) -> None:
     with opened(planned) as store:
         found = document(store, "spring")
         with store.reading() as session:
@@ -111,9 +110,6 @@ def test_coverage_counts_runs_by_state(planned: str) -> None:
     assert list(row) == ["spring", "lhs", RUNS, FIRED, 1, 1, FIRED * REPETITIONS, (RUNS - 1) * REPETITIONS]
     assert found.facts["Planned runs"] == "4 done, 1 to do, 1 discarded"
     assert tables(found)["Discarded from plan spring."].rows == [[RUNS, "the anvil <b>broke</b>"]]
-
-
-def test_every_level_of_the_plan_has_its_row(planned: str) -> None:
     with opened(planned) as store, store.reading() as session:
         plan = read_plan(session, "spring")
     counts = level_counts(plan)
@@ -130,25 +126,6 @@ def test_range_of_the_plan_has_a_row_for_each_part(tmp_path: Path) -> None:
     assert counts == dict.fromkeys(["1 to 2", "2.1 to 3", "3.1 to 4", "4.1 to 5", "5.1 to 6"], 2)
 
 
-def test_achieved_settings_are_off_as_they_were_made(planned: str) -> None:
-    with opened(planned) as store:
-        with store.writing() as session:
-            for shot in session.scalars(select(Shot)):
-                shot.recorded_pressure_pa = 0.99 * shot.tank_pressure_pa
-                shot.recorded_pressure_u_pa = 100.0
-        with store.reading() as session:
-            campaign = session.scalars(select(Campaign)).one()
-            found = {(a.key, a.source): a for a in achieved_settings(session, campaign, plans_of(session, campaign))}
-    assert found[PRESSURE, WRITTEN].off == pytest.approx(np.full(FIRED * REPETITIONS, FILLED - 1))
-    assert found[PRESSURE, TRANSDUCER].off == pytest.approx(np.full(FIRED * REPETITIONS, 0.99 * FILLED - 1))
-    assert found[VELOCITY, MEASURED].off == pytest.approx(np.full(FIRED * REPETITIONS, FAST - 1))
-    assert np.all(found["bullet_mass_kg", WRITTEN].off == 0)
-    (table, _) = settings_section(list(found.values())).blocks
-    assert isinstance(table, Table)
-    pressure = next(row for row in table.rows if row[:2] == ["tank pressure", WRITTEN])
-    assert pressure[2:6] == [FIRED * REPETITIONS, pytest.approx(2.0), pytest.approx(2.0), pytest.approx(2.0)]
-
-
 def test_pressure_of_a_shot_without_a_plan_is_beside_the_one_set(tmp_path: Path) -> None:
     url = f"sqlite:///{tmp_path / 'lab.db'}"
     ingested(url, gun_campaign(tmp_path / "gun"))
@@ -160,7 +137,7 @@ def test_pressure_of_a_shot_without_a_plan_is_beside_the_one_set(tmp_path: Path)
     assert (found.key, found.source, found.off.tolist()) == (PRESSURE, TRANSDUCER, [pytest.approx(33 / 25 - 1)])
 
 
-def test_shots_are_told_beside_the_model(planned: str) -> None:
+def test_shots_and_achieved_settings_are_told_beside_model_and_plan(planned: str) -> None:
     with opened(planned) as store:
         found = document(store, "spring")
         with store.reading() as session:
@@ -171,12 +148,27 @@ def test_shots_are_told_beside_the_model(planned: str) -> None:
     assert [row[-1] for row in each.rows] == pytest.approx(off.tolist(), abs=0.006)
     by_setting = next(table for caption, table in tables(found).items() if caption.startswith("By setting"))
     assert sum(int(row[2]) for row in by_setting.rows) == len(shots)
+    with opened(planned) as store:
+        with store.writing() as session:
+            for shot in session.scalars(select(Shot)):
+                shot.recorded_pressure_pa = 0.99 * shot.tank_pressure_pa
+                shot.recorded_pressure_u_pa = 100.0
+        with store.reading() as session:
+            campaign = session.scalars(select(Campaign)).one()
+            achieved = {(a.key, a.source): a for a in achieved_settings(session, campaign, plans_of(session, campaign))}
+    assert achieved[PRESSURE, WRITTEN].off == pytest.approx(np.full(FIRED * REPETITIONS, FILLED - 1))
+    assert achieved[PRESSURE, TRANSDUCER].off == pytest.approx(np.full(FIRED * REPETITIONS, 0.99 * FILLED - 1))
+    assert achieved[VELOCITY, MEASURED].off == pytest.approx(np.full(FIRED * REPETITIONS, FAST - 1))
+    assert np.all(achieved["bullet_mass_kg", WRITTEN].off == 0)
+    (table, _) = settings_section(list(achieved.values())).blocks
+    assert isinstance(table, Table)
+    pressure = next(row for row in table.rows if row[:2] == ["tank pressure", WRITTEN])
+    assert pressure[2:6] == [FIRED * REPETITIONS, pytest.approx(2.0), pytest.approx(2.0), pytest.approx(2.0)]
 
 
-def test_pulses_are_grouped_by_configuration(hits: Store) -> None:
+def test_pulses_are_grouped_by_configuration_and_the_report_is_written_both_ways(hits: Store) -> None:
     with hits.reading() as session:
-        pulses = pulses_of(session, "hits")
-        rows = list(iter_impacts(session, "hits"))
+        pulses, rows = pulses_of(session, "hits"), list(iter_impacts(session, "hits"))
         points = session.scalars(select(Pulse.force_points_n).where(Pulse.current).order_by(Pulse.impact_id)).all()
     assert [len(group) for group in pulses.groups] == [HITS] * len(CONFIGURATIONS)
     first = pulses.groups[0]
@@ -194,6 +186,10 @@ def test_pulses_are_grouped_by_configuration(hits: Store) -> None:
     cells = dict(zip(found.columns, found.rows[0], strict=True))
     # 0.61 to 0.65 m/s in the first run, in steps of 0.01
     assert (cells["impact velocity (m/s)"], cells["tip radius (mm)"]) == ("0.630 ± 0.016", 30)
+    report = document(hits, "hits")
+    assert needs_nothing(Page(html_of(report))) and pdf_of(report) == pdf_of(document(hits, "hits"))
+    with pytest.raises(LookupError, match="known: hits"):
+        document(hits, "autumn")
 
 
 def test_rejected_pulses_and_recordings_set_aside_are_told(hits: Store) -> None:
@@ -210,8 +206,7 @@ def test_rejected_pulses_and_recordings_set_aside_are_told(hits: Store) -> None:
         session.add(Recording(campaign_id=key, sha256="0" * 64, size_bytes=1, format="mat", **torn))
     found = document(hits, "hits")
     aside = tables(found)["Recordings that were set aside."]
-    assert list(aside.rows) == [["recordings/torn.mat", "it ends early"]]
-    assert "Left out: 1 rejected." in told(found)
+    assert list(aside.rows) == [["recordings/torn.mat", "it ends early"]] and "Left out: 1 rejected." in told(found)
     table = tables(found)["Mean ± standard deviation over the pulses of a configuration."]
     assert [row[list(table.columns).index("pulses")] for row in table.rows] == [HITS - 1, HITS, HITS, HITS]
     (doubt,) = [row for row in tables(found)["Rejects and warnings."].rows if row[0] == "reject"]
@@ -222,8 +217,7 @@ def test_rejected_pulses_and_recordings_set_aside_are_told(hits: Store) -> None:
 def test_more_configurations_than_colours_are_told_by_a_factor(tmp_path: Path) -> None:
     url = f"sqlite:///{tmp_path / 'lab.db'}"
     rows = [{**row, "batch": f"b{row['run']}"} for row in rows_of(10)]
-    campaign = full_campaign(tmp_path / "many", "many", recordings=10, rows=rows)
-    ingested(url, campaign)
+    ingested(url, full_campaign(tmp_path / "many", "many", recordings=10, rows=rows))
     with opened(url) as store:
         text = html_of(document(store, "many"))
         with store.reading() as session:
@@ -243,11 +237,3 @@ def test_empty_campaign_has_a_report_too(tmp_path: Path) -> None:
         "Design coverage", "Achieved against planned settings", "Quality"
     ]  # fmt: skip
     assert pdf_of(found).startswith(b"%PDF")
-
-
-def test_whole_report_is_written_both_ways(hits: Store) -> None:
-    report = document(hits, "hits")
-    assert needs_nothing(Page(html_of(report)))
-    assert pdf_of(report) == pdf_of(document(hits, "hits"))
-    with pytest.raises(LookupError, match="known: hits"):
-        document(hits, "autumn")

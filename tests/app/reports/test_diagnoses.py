@@ -27,7 +27,6 @@ from support.records.campaigns import gun_campaign
 from support.stores.stores import ingested, opened
 
 # --- the page of a diagnosis: whole, well formed, everything escaped, and its bars true to the numbers --------------
-
 HOSTILE = "<script>alert('x')</script>&\"quoted\""
 
 
@@ -38,18 +37,14 @@ PARTS = (
 )  # fmt: skip
 
 
-def test_page_is_whole_and_holds_every_part() -> None:
+def test_page_is_whole_and_begins_with_what_to_do_next() -> None:
     parsed_page = Page(page(verdicts.verdict()))
-    tags = {tag for tag, _ in parsed_page.elements}
-    assert not tags & {"script", "link", "img", "iframe"}
+    assert not {tag for tag, _ in parsed_page.elements} & {"script", "link", "img", "iframe"}
     assert not any(key in ("src", "href") for _, attributes in parsed_page.elements for key in attributes)
     assert [part for part in PARTS if part not in parsed_page.text] == []
     kinds = [attributes.get("class") for tag, attributes in parsed_page.elements if tag in ("polygon", "circle")]
     assert kinds.count("floor") == 1
     assert kinds.count("before") == kinds.count("after") == 5  # the sixth configuration was not measured
-
-
-def test_page_begins_with_the_sentence_and_what_to_do_next() -> None:
     sentence = "The diagnosis considers only gun.valve_flow (--with), and no other effect."
     whole = Page(page(verdicts.gun(assumptions=(sentence,)))).text
     text = " ".join(whole.split())
@@ -61,28 +56,19 @@ def test_page_begins_with_the_sentence_and_what_to_do_next() -> None:
     for part in ("gun.dead_volume", "the atmosphere ahead of the projectile", "52 to 68\u00a0%", "unexplained"):
         assert part in whole, part
     assert "Shares of the effects" not in Page(page(verdicts.verdict())).text
-
-
-def test_unknown_names_an_experiment_on_its_page() -> None:
     text = Page(page(verdicts.unknown())).text
     experiment = text.partition("The next experiment")[2].partition("Assumptions")[0]
     assert "Fire three repetitions" in experiment and "needed" not in experiment
 
 
-def test_residuals_of_logarithms_are_per_cent_of_the_simulated_value() -> None:
-    """A force of twice the simulated one is 100 % above it."""
+def test_residuals_are_per_cent_and_agreement_divides_by_nothing() -> None:
     picture = replace(verdicts.pictures().residuals[0], before=np.full(6, np.log(2.0)), after=None)
     chart = Page(page(verdicts.verdict(pictures=Pictures((), (picture,)))))
-    assert "measured over simulated (%)" in chart.text
-    assert "configuration 1: 100" in chart.text
+    assert "measured over simulated (%)" in chart.text and "configuration 1: 100" in chart.text
     missing = replace(picture, before=np.full(6, np.nan))
     assert "nan" not in page(verdicts.verdict(pictures=Pictures((), (missing,)))).replace("finance", "")
-
-
-def test_agreement_makes_a_page_too_and_divides_by_nothing() -> None:
     text = Page(page(replace(verdicts.none(), gap=GapSize("rms", 0.0, 0.0, 0.01, False)))).text
-    assert "No pictures are kept with this diagnosis." in text
-    assert "rms: 0; measurement noise 0," in text
+    assert "No pictures are kept with this diagnosis." in text and "rms: 0; measurement noise 0," in text
 
 
 def test_words_of_a_campaign_are_escaped() -> None:
@@ -101,15 +87,26 @@ def test_words_of_a_campaign_are_escaped() -> None:
         pictures=Pictures((HOSTILE,) * 6, (residual,), (curve,)),
     )
     text = page(hostile)
-    assert "<script" not in text
-    assert HOSTILE in Page(text).text
+    assert "<script" not in text and HOSTILE in Page(text).text
+    hostile = verdicts.verdict(campaign=HOSTILE, simulator=HOSTILE, assumptions=(HOSTILE,))
+    report = document_of(hostile, HOSTILE, None)
+    assert "<script" not in html_of(report) and pdf_of(report).startswith(b"%PDF")
 
 
-def test_page_suits_a_telephone_and_a_dark_room(tmp_path: Path) -> None:
+def test_page_suits_a_telephone_and_its_waterfall_goes_down_to_the_floor(tmp_path: Path) -> None:
     write_page(verdicts.verdict(), tmp_path / "new" / "page.html")
     text = (tmp_path / "new" / "page.html").read_text(encoding="utf-8")
     assert "width=device-width" in text and "prefers-color-scheme: dark" in text
     assert not re.search(r"(?<!-)width: ?[4-9]\d\dpx", text)
+    gap = GapSize("rms", 2.0, 1.0, 0.01, True)
+    stages = (StageShare("contact", 0.75, (0.7, 0.8), 3.0), StageShare("gun", 0.25, (0.2, 0.3), 1.0))
+    steps = waterfall(verdicts.verdict(gap=gap, where=Where(stage=stages)))
+    assert [(s.name, s.start, s.end) for s in steps] == [
+        ("model error", 0.0, 1.0),
+        ("contact", pytest.approx(1 - 0.75 * 0.75), 1.0),
+        ("gun", pytest.approx(0.25), pytest.approx(1 - 0.75 * 0.75)),
+        ("measurement noise", 0.0, pytest.approx(0.25)),
+    ]
 
 
 @given(
@@ -124,38 +121,14 @@ def test_waterfall_stays_on_its_track(before: float, floor: float, shares: list[
     assert all(-1e-9 <= step.start <= step.end <= 1 + 1e-9 for step in steps)
 
 
-def test_waterfall_goes_down_to_the_floor() -> None:
-    gap = GapSize("rms", 2.0, 1.0, 0.01, True)
-    stages = (StageShare("contact", 0.75, (0.7, 0.8), 3.0), StageShare("gun", 0.25, (0.2, 0.3), 1.0))
-    steps = waterfall(verdicts.verdict(gap=gap, where=Where(stage=stages)))
-    assert [(s.name, s.start, s.end) for s in steps] == [
-        ("model error", 0.0, 1.0),
-        ("contact", pytest.approx(1 - 0.75 * 0.75), 1.0),
-        ("gun", pytest.approx(0.25), pytest.approx(1 - 0.75 * 0.75)),
-        ("measurement noise", 0.0, pytest.approx(0.25)),
-    ]
-
-
 # --- A kept diagnosis is told as it was made; of an older store, from its report alone ------------------------------
-
 EVERY = pytest.mark.parametrize("made", [verdicts.verdict(), verdicts.gun(), verdicts.unknown(), verdicts.none()])
 
 
 @EVERY
-def test_report_alone_gives_back_what_it_says(made: Verdict) -> None:
+def test_report_alone_gives_back_what_it_says_and_both_forms_hold_every_part(made: Verdict) -> None:
     report = json.loads(json.dumps(report_json(made)))
     assert report_json(verdict_of(report)) == report
-
-
-def test_report_alone_names_the_effects_of_its_first_entry() -> None:
-    report = json.loads(json.dumps(report_json(verdicts.gun())))
-    assert [effect.effect for effect in verdict_of(report).effects if effect.named] == [
-        "gun.valve_flow", "gun.back_pressure", "gun.blow_by"
-    ]  # fmt: skip
-
-
-@EVERY
-def test_both_hold_every_part(made: Verdict) -> None:
     report = document_of(made, "3", None)
     page, paper = Page(html_of(report)), pdf_text(pdf_of(report))
     assert needs_nothing(page)
@@ -164,19 +137,19 @@ def test_both_hold_every_part(made: Verdict) -> None:
     assert report.lead == summary(made)
 
 
-def test_pictures_are_drawn_where_they_are_kept() -> None:
+def test_pictures_and_bars_are_drawn_of_what_is_kept() -> None:
+    report = json.loads(json.dumps(report_json(verdicts.gun())))
+    assert [effect.effect for effect in verdict_of(report).effects if effect.named] == [
+        "gun.valve_flow", "gun.back_pressure", "gun.blow_by"
+    ]  # fmt: skip
     report = document_of(verdicts.verdict(), "3", None)
     (figures,) = (block for section in report.sections for block in section.blocks if isinstance(block, ChartRow))
-    assert len(figures.figures) == 3
-    assert ("measured", "measured") in figures.keys
+    assert len(figures.figures) == 3 and ("measured", "measured") in figures.keys
     without = document_of(verdicts.verdict(pictures=Pictures()), "3", None)
     paragraphs = [
         block.text for section in without.sections for block in section.blocks if isinstance(block, Paragraph)
     ]
     assert "No pictures are kept with this diagnosis." in paragraphs
-
-
-def test_bars_are_as_long_as_the_probabilities() -> None:
     report = document_of(verdicts.verdict(), "3", None)
     (causes,) = (section for section in report.sections if section.title == "Causes")
     (bars,) = causes.blocks
@@ -184,13 +157,6 @@ def test_bars_are_as_long_as_the_probabilities() -> None:
     assert [(bar.start, bar.end, bar.kind) for bar in bars.bars] == [
         (0.0, 0.93, "named"), (0.0, 0.06, "other"), (0.0, 0.01, "other")
     ]  # fmt: skip
-
-
-def test_words_of_a_campaign_are_no_markup() -> None:
-    hostile = verdicts.verdict(campaign=HOSTILE, simulator=HOSTILE, assumptions=(HOSTILE,))
-    report = document_of(hostile, HOSTILE, None)
-    assert "<script" not in html_of(report)
-    assert pdf_of(report).startswith(b"%PDF")
 
 
 def test_missing_numbers_are_no_obstacle_and_a_missing_part_is_refused() -> None:

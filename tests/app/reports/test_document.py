@@ -1,4 +1,4 @@
-"""A report is the same on screen and on paper: all its parts, nothing fetched, nothing taken for markup."""
+"""A report is the same on screen and on paper, in the units of the bench: all its parts, nothing taken for markup."""
 
 from __future__ import annotations
 
@@ -7,6 +7,10 @@ import re
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pyroshock.app.common.number_format import join_words, number, percent, percent_range, times
+from pyroshock.app.diagnose.wording import effect_title, shrinkage_line, where_lines
 from pyroshock.app.documents import pdf as pdf_module
 from pyroshock.app.documents.document import (
     Bars,
@@ -19,13 +23,20 @@ from pyroshock.app.documents.document import (
     ShareBar,
     Table,
     cell_text,
+    column_heading,
+    force_unit,
+    mean_and_spread,
+    setting,
+    settings_words,
 )
 from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import MissingPdfError, pdf_of
 from pyroshock.app.documents.pdf_sheet import column_widths, needed_width
 from pyroshock.app.documents.svg import Curve, line_chart, line_keys
+from pyroshock.twin.effects import catalogue
 from support.checks.pdf_text import pages, pdf_text
 from support.checks.well_formed import Page, needs_nothing
+from support.records import verdicts
 
 HOSTILE = "<script>alert('x')</script>&\"quoted\" <b> \x00\x1b ]]>"
 
@@ -59,35 +70,23 @@ def document(word: str = "spring", rows: int = 3) -> Document:
     )
 
 
-def test_page_is_whole_in_itself_and_the_same_report_gives_the_same_bytes() -> None:
-    assert needs_nothing(Page(html_of(document())))
-    assert html_of(document()) == html_of(document())
+def test_page_and_paper_hold_every_part_and_words_are_never_markup() -> None:
+    assert needs_nothing(Page(html_of(document()))) and html_of(document()) == html_of(document())
     assert pdf_of(document()) == pdf_of(document())
-
-
-def test_both_hold_every_part() -> None:
     page, paper = Page(html_of(document())).text, pdf_text(pdf_of(document()))
     for part in ("spring", "lead of spring", "Operator", "said of spring", "first of spring", "nothing here",
                  "No rows.", "93 %", "pulse of spring", "time (ms)", "brass"):  # fmt: skip
         for text in (page, paper):
             assert part in text.replace("\xa0", " "), part
-
-
-def test_words_are_never_markup() -> None:
     page = html_of(document(HOSTILE))
-    assert "<script" not in page and "<b>" not in page
-    assert "\x00" not in page and "\x1b" not in page
+    assert "<script" not in page and "<b>" not in page and "\x00" not in page and "\x1b" not in page
     assert "<script>alert('x')</script>&\"quoted\" <b>" in Page(page).text
     assert "<script>alert" in pdf_text(pdf_of(document(HOSTILE))).replace(" ", "")
 
 
-def test_pdf_is_of_its_own_date_and_name() -> None:
+def test_pdf_has_its_date_its_letters_and_long_tables() -> None:
     found = pdf_of(document())
-    assert b"/CreationDate (D:20260302000000Z)" in found
-    assert b"/Title (Campaign: spring)" in found
-
-
-def test_pdf_brings_letters_beyond_latin() -> None:
+    assert b"/CreationDate (D:20260302000000Z)" in found and b"/Title (Campaign: spring)" in found
     pdf = pdf_of(document("Δv = 5.6 ± 0.1 m/s, ε ≤ 3 σ"))
     assert pdf.count(b"/FontFile2") == 2  # regular and bold are inside
     from pyroshock.app.documents.pdf_sheet import fonts
@@ -95,15 +94,11 @@ def test_pdf_brings_letters_beyond_latin() -> None:
 
     letters = pdfmetrics.getFont(fonts()[0]).face.charToGlyph
     assert {ord(letter) for letter in "Δε≤σ±–■●○━╌•"} <= set(letters)
-
-
-def test_long_tables_go_on_over_pages_with_their_headings() -> None:
     pdf = pdf_of(document(rows=200))
-    assert pages(pdf) > 3
-    assert pdf_text(pdf).count("name") >= pages(pdf) - 2
+    assert pages(pdf) > 3 and pdf_text(pdf).count("name") >= pages(pdf) - 2
 
 
-def test_wide_tables_turn_the_page() -> None:
+def test_wide_tables_turn_the_page_and_columns_are_as_wide_as_their_words() -> None:
     def box(columns: int) -> bool:
         table = Table("wide", [f"column-{i}" for i in range(columns)], [["incompressible"] * columns])
         found = re.search(
@@ -112,17 +107,8 @@ def test_wide_tables_turn_the_page() -> None:
         assert found is not None
         return bool(max(found.groups(), key=float) == found[1])
 
-    assert not box(3)
-    assert box(12)
+    assert not box(3) and box(12)
 
-
-@pytest.mark.parametrize("length", [5, 60, 3000])
-def test_words_that_do_not_end_stay_on_the_page(length: int) -> None:
-    table = Table("t", ("a", "b"), [["x" * length, 1.0], ["y", 2.0]])
-    assert pages(pdf_of(Document("K", "t" * length, "", {}, [Section("s", [table])]))) >= 1
-
-
-def test_columns_fill_no_more_than_the_page() -> None:
     def wide(text: str) -> float:
         return 5.0 * len(text)
 
@@ -132,16 +118,19 @@ def test_columns_fill_no_more_than_the_page() -> None:
     number, words = (Table("t", ("a",), [[cell]]) for cell in ("5.62 ± 0.11", "five or less"))
     assert needed_width(number, "Helvetica-Bold") > needed_width(words, "Helvetica-Bold")  # is not broken
 
-
-def test_columns_of_numbers_are_known_and_cells_told_in_words() -> None:
-    def number(*cells: float | str | None) -> bool:
+    def of_numbers(*cells: float | str | None) -> bool:
         return Table("t", ("a",), [[cell] for cell in cells]).is_number(0)
 
-    assert number(1.0, None, 2) and number("5.62 ± 0.11", "7") and number("0.1 to 0.2", "-3")
-    assert not (number("steel", 3.0) or number("2026-11-22 08:09") or number(None))
+    assert of_numbers(1.0, None, 2) and of_numbers("5.62 ± 0.11", "7") and of_numbers("0.1 to 0.2", "-3")
+    assert not (of_numbers("steel", 3.0) or of_numbers("2026-11-22 08:09") or of_numbers(None))
     texts = {None: "–", 0.123456: "0.1235", 123456.0: "123500", 12: "12", 1.2e9: "1.2e+09"}
-    assert {cell: cell_text(cell) for cell in texts} == texts
-    assert cell_text(float("nan")) == "–"
+    assert {cell: cell_text(cell) for cell in texts} == texts and cell_text(float("nan")) == "–"
+
+
+@pytest.mark.parametrize("length", [5, 60, 3000])
+def test_words_that_do_not_end_stay_on_the_page(length: int) -> None:
+    table = Table("t", ("a", "b"), [["x" * length, 1.0], ["y", 2.0]])
+    assert pages(pdf_of(Document("K", "t" * length, "", {}, [Section("s", [table])]))) >= 1
 
 
 def test_missing_library_is_told_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -155,3 +144,52 @@ def test_missing_library_is_told_with_what_to_install(monkeypatch: pytest.Monkey
         )
     with pytest.raises(MissingPdfError, match=r"pyroshock\[web\]"):
         pdf_module.pdf_of(document())
+
+
+# --- settings and figures are told in the units of the bench --------------------------------------------------------
+def test_factors_means_shares_and_ranges_are_told_in_the_units_of_the_bench() -> None:
+    assert setting("tip_radius_m").heading == "tip radius (mm)" and setting("tip_radius_m").words(0.045) == "45 mm"
+    assert setting("tank_pressure_pa").cell(38080.0) == 0.3808
+    assert column_heading("tank_pressure_bar") == "tank pressure (bar)"
+    assert (force_unit(999.0), force_unit(1000.0)) == (("N", 1.0), ("kN", 1e-3))
+    assert setting("paint_job").named("green") == "paint job green" and column_heading("paint_job") == "paint job"
+    assert settings_words({"insulator": "none", "tip_material": "steel"}) == "no insulator, steel"
+    assert setting("insulator").named("none") == "no insulator" and settings_words({}) == "all alike"
+    texts = {(5.5, 5.6, 5.7): "5.60 ± 0.10", (5.6,): "5.6", (5.6, 5.6): "5.6", (1000.0, 1200.0): "1100 ± 141"}
+    texts |= {(np.nan, 2.0): "2", (np.nan,): None, (): None}
+    assert [mean_and_spread(np.array(values, dtype=np.float64)) for values in texts] == list(texts.values())
+    sentence = shrinkage_line(verdicts.gun().shrinkage[0])
+    assert sentence.endswith(
+        "97 % (95 to 98 %) of the error above the noise disappears. With a learned correction of the "
+        "rest 0.0085 would be left; a correction is not a cause."
+    )
+    assert "correction" not in shrinkage_line(verdicts.verdict().shrinkage[0])
+    assert shrinkage_line(verdicts.verdict().shrinkage[1]).endswith("; there was no error to reduce.")
+    lines = list(where_lines(verdicts.verdict().where))
+    assert len(lines) == 6 and lines[-1].startswith("peak force of the contact falls")
+    # Near certainty is not certainty, and what is no number is a dash.
+    shares = {1.0: "100 %", 0.999: "> 99 %", 0.93: "93 %", 0.001: "< 1 %", 0.0: "0 %"}
+    assert {share: percent(share) for share in shares} == shares
+    numbers = {4000.0: "4000", 0.0123456: "0.0123", 2.9e7: "2.9e+07", 3.4e-8: "3.4e-08"}
+    assert {value: number(value) for value in numbers} == numbers and percent_range(0.52, 0.68) == "52 to 68 %"
+    assert [times(ratio) for ratio in (42.3, 9.96, 0.891)] == ["42", "10", "0.89"]
+    assert [join_words("abc"[:count]) for count in range(4)] == ["", "a", "a and b", "a, b and c"]
+    assert join_words(["a", "b"], "or") == "a or b"
+    assert (number(float("nan")), percent(float("nan")), percent(float("inf"))) == ("–", "–", "–")
+    assert percent_range(float("nan"), 0.3) == "interval not known"
+
+
+@given(st.lists(st.floats(1e-6, 1e6), min_size=2, max_size=20))
+def test_mean_is_told_to_a_tenth_of_the_spread(values: list[float]) -> None:
+    array = np.array(values)
+    text = mean_and_spread(array)
+    assert text is not None
+    mean, _, spread = text.partition(" ± ")
+    if spread:
+        assert abs(float(mean) - array.mean()) <= 0.06 * array.std(ddof=1) + 0.5 * (array.std(ddof=1) > 10)
+
+
+# --- sentences of a diagnosis say what it found, and no more --------------------------------------------------------
+@pytest.mark.parametrize("identity", list(catalogue()))
+def test_every_effect_has_a_title(identity: str) -> None:
+    assert effect_title(identity).startswith(f"{identity}: ")

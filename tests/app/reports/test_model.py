@@ -48,7 +48,7 @@ def blocks(document: Document, title: str) -> list[Block]:
     return list(section.blocks)
 
 
-def test_figures_are_those_of_the_registry(lab: tuple[Registry, Read]) -> None:
+def test_figures_are_those_of_the_registry_and_a_law_has_none_of_coverage(lab: tuple[Registry, Read]) -> None:
     registry, _ = lab
     version = chosen(registry.versions(), "linear@1")
     own, other = blocks(report(lab, "linear@1"), "Figures by split")
@@ -61,12 +61,8 @@ def test_figures_are_those_of_the_registry(lab: tuple[Registry, Read]) -> None:
     ]
     assert list(row) == [row[0], estimate.mean, f"{estimate.low:.4g} to {estimate.high:.4g}", *allowed, 0.9932]
     assert "configurations" in other.caption and "repetitions" in own.caption
-
-
-def test_a_law_has_no_figures_of_coverage(lab: tuple[Registry, Read]) -> None:
     table = blocks(report(lab, "hann@1"), "Figures by split")[0]
-    assert isinstance(table, Table)
-    assert not any("band" in str(row[0]) for row in table.rows)
+    assert isinstance(table, Table) and not any("band" in str(row[0]) for row in table.rows)
     held_out = blocks(report(lab, "hann@1"), "On the pulses held out")
     assert any("gives no spread" in block.text for block in held_out if isinstance(block, Paragraph))
 
@@ -76,49 +72,34 @@ def test_predictions_stand_beside_measurements(lab: tuple[Registry, Read]) -> No
     charts = [b for b in blocks(report(lab, "linear@1"), "On the pulses held out") if isinstance(b, ChartRow)]
     agreement, coverage = charts
     count = len(registry.held_out(chosen(registry.versions(), "linear@1")).keys)
-    times = Page(agreement.figures[1].drawing).of("circle")
-    assert len(times) == count < MOST_POINTS
+    assert len(Page(agreement.figures[1].drawing).of("circle")) == count < MOST_POINTS
     tips = set(lab[1]("").tip_material.tolist())
     assert {words for _, words in agreement.keys} == {f"{tip} tip" for tip in tips} and len(tips) > 1
     assert len(Page(coverage.figures[0].drawing).of("polyline")) == 3  # the diagonal, force, contact time
 
 
-def test_promotions_have_their_reasons(lab: tuple[Registry, Read]) -> None:
+def test_promotions_facts_and_splits_are_those_of_the_registry(lab: tuple[Registry, Read]) -> None:
     (table,) = blocks(report(lab, "linear@1"), "Promotions")
     assert isinstance(table, Table)
     (row,) = table.rows
-    assert row[1:4] == ["linear@1", "hann@1", "forced"]
-    assert str(row[-2]).startswith("to <i>try</i> it")
+    assert row[1:4] == ["linear@1", "hann@1", "forced"] and str(row[-2]).startswith("to <i>try</i> it")
     assert len(blocks(report(lab, "hann@1"), "Promotions")[0].rows) == 2
-
-
-def test_facts_say_which_data_and_what_it_cost(lab: tuple[Registry, Read]) -> None:
-    found = report(lab, "linear@1")
-    version = chosen(lab[0].versions(), "linear@1")
+    found, version = report(lab, "linear@1"), chosen(lab[0].versions(), "linear@1")
     assert found.facts["Dataset hash"] == version.dataset.hash
     assert found.facts["Cost"].startswith(f"{version.cost.seconds:.1f} s")
-    assert "the model in use for a hammer" in found.lead
-    assert "not in use" in report(lab, "hann@1").lead
-
-
-def test_splits_are_the_newest_of_the_same_training(lab: tuple[Registry, Read]) -> None:
+    assert "the model in use for a hammer" in found.lead and "not in use" in report(lab, "hann@1").lead
     versions = lab[0].versions()
-    found = of_all_splits(versions, chosen(versions, "hann@1"))
-    assert [each.label for each in found] == ["hann@1", "hann@2"]
-    assert [each.label for each in of_all_splits(versions, chosen(versions, "hann@2"))] == ["hann@2", "hann@1"]
+    for label, splits in (("hann@1", ["hann@1", "hann@2"]), ("hann@2", ["hann@2", "hann@1"])):
+        assert [each.label for each in of_all_splits(versions, chosen(versions, label))] == splits
 
 
-def test_pulses_that_the_store_has_not_are_said_to_be_missing(lab: tuple[Registry, Read]) -> None:
+def test_report_is_written_both_ways_and_missing_pulses_are_said(lab: tuple[Registry, Read]) -> None:
     def gone(_: str) -> PulseTable:
         raise LookupError("no dataset 5555 in the store")
 
     found = model_document(lab[0], chosen(lab[0].versions(), "linear@1"), gone)
     (said,) = blocks(found, "On the pulses held out")
     assert isinstance(said, Paragraph) and "no dataset 5555" in said.text
-
-
-def test_report_is_written_both_ways(lab: tuple[Registry, Read]) -> None:
     found = report(lab, "linear@1")
     page = html_of(found)
-    assert needs_nothing(Page(page)) and "<i>try</i>" not in page
-    assert pdf_of(found) == pdf_of(report(lab, "linear@1"))
+    assert needs_nothing(Page(page)) and "<i>try</i>" not in page and pdf_of(found) == pdf_of(report(lab, "linear@1"))

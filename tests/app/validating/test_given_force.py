@@ -118,36 +118,28 @@ def folds_of(shots: MeasuredShots, twin: Twin) -> dict[str, QuantityComparison]:
     return {item.measure.name: item for item in compared_shots(shots, draws, np.random.default_rng(1))}
 
 
-def test_plate_under_measured_forces_is_that_of_its_equation_of_motion(shots: MeasuredShots) -> None:
+def test_plate_under_measured_forces_is_that_of_its_equation_and_covers(shots: MeasuredShots) -> None:
     values = np.concatenate([shots.peak_acceleration_m_s2[..., None], shots.spectra_m_s2], axis=-1)
     residual = 20 * np.log10(values) - twin_of_table(plate()).replayed_db(shots)
     assert np.abs(residual).max() < 20 * np.log10(np.exp(0.08))  # four standard deviations of the gain
-
-
-def test_right_table_covers_and_what_was_given_is_not_compared(shots: MeasuredShots) -> None:
     comparisons = folds_of(shots, twin_of_table(plate()))
     assert set(comparisons) == {f"{kind}_{name}" for kind in ("peak_acceleration", "srs") for name in SENSORS}
     for comparison in comparisons.values():
-        assert comparison.score.shots == len(shots)
-        assert np.mean(comparison.values.inside90) >= 0.85
+        assert comparison.score.shots == len(shots) and np.mean(comparison.values.inside90) >= 0.85
         assert np.median(np.abs(comparison.values.residual)) < (0.35 if comparison.is_spectrum else 0.04)
 
 
-def test_table_with_other_modes_is_seen(shots: MeasuredShots) -> None:
+def test_table_with_other_modes_is_seen_and_shots_without_a_force_told_apart(shots: MeasuredShots) -> None:
     """Modes a third too high, nothing learned: the spectra are not those of the bench."""
     wrong = twin_of_table(replace(plate(), frequency_hz=1.33 * plate().frequency_hz))
     draws = {row: wrong.predict(s, measured_force=shots.given_force(row)).draws for row, s in enumerate(shots.settings)}
     comparisons = compared_shots(shots, draws, np.random.default_rng(1))
     assert all(np.mean(item.values.inside90) < 0.7 for item in comparisons if item.is_spectrum)
-
-
-def test_shots_of_which_only_some_give_a_force_are_told_apart(shots: MeasuredShots) -> None:
     assert shots.given_force_n is not None
     force = shots.given_force_n.copy()
     force[0] = np.nan
     mixed = replace(shots, given_force_n=force)
-    assert mixed.force_is_given.tolist() == [False] + [True] * (len(shots) - 1)
-    assert mixed.given_force(0) is None
+    assert mixed.force_is_given.tolist() == [False] + [True] * (len(shots) - 1) and mixed.given_force(0) is None
     with pytest.raises(ValueError, match="1 of 2 shots are not predicted from their force"):
         mixed.given_pulses(np.array([0, 1]))
     pulses = shots.given_pulses(np.array([3, 5]))
@@ -168,5 +160,4 @@ def test_campaign_without_mass_is_validated(shared: Path, tmp_path: Path) -> Non
     scores = {row["name"]: row for row in data["quantities"]}
     sensors = ("acceleration_1", "acceleration_2")
     assert set(scores) == {f"{kind}_{name}" for kind in ("peak_acceleration", "srs") for name in sensors}
-    assert all(row["shots"] == 24 and row["coverage90"] >= 0.85 for row in scores.values())
-    assert data["left_out"] == []
+    assert all(row["shots"] == 24 and row["coverage90"] >= 0.85 for row in scores.values()) and data["left_out"] == []

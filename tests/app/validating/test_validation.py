@@ -1,7 +1,8 @@
-"""Shots are predicted by a twin that had not seen their configuration."""
+"""Shots are predicted by a twin that had not seen their configuration; and `validate` on the command line."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,8 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner, Result
 from pyroshock.app.common.model_registry import context_of, registry_of
+from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.twins.building import TwinRequest, twin_of
+from pyroshock.app.validate.cli import validate
 from pyroshock.app.validate.validation import (
     NOTHING,
     REFITTED,
@@ -28,6 +32,7 @@ from pyroshock.training.registry.contact_stage import RegisteredContact
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.measured_shots import MeasuredShots
 from pyroshock.twin.setting import THESIS, Setting
+from pyroshock.validation.prediction_scores.shot_comparison import PredictionVerdict
 from sqlalchemy import select
 from support.records.twin_parts import HalfSine
 from support.stores.hammer_stores import copied, filled_store, full_campaign
@@ -73,32 +78,25 @@ def folds_of(shots: MeasuredShots, folds: int = 5) -> tuple[int, list[list[int]]
     return number, made, draws
 
 
-def test_every_configuration_is_left_out_once_few_ones_one_by_one() -> None:
+def test_every_configuration_is_left_out_once_and_shots_have_random_numbers_of_their_own() -> None:
     number, made, draws = folds_of(shots_of(np.repeat(np.arange(7), 3).tolist()))
-    assert number == 5
-    assert sorted(key for group in made for key in group) == list(range(7))
+    assert number == 5 and sorted(key for group in made for key in group) == list(range(7))
     assert list(draws) == list(range(21))
     number, made, _ = folds_of(shots_of([3, 3, 5, 8]))
     assert (number, sorted(made)) == (3, [[3], [5], [8]])
     number, made, draws = folds_of(shots_of([4, 4]))
     assert (number, made, len(draws)) == (0, [[4]], 2)
-
-
-def test_shots_have_random_numbers_of_their_own() -> None:
     _, _, draws = folds_of(shots_of([1, 1, 2]))
     ratio = draws[0].peak_force_n / draws[1].peak_force_n
     assert np.ptp(ratio) > 0.1
 
-
-def test_shot_that_cannot_be_predicted_is_named() -> None:
     def twin_without(configurations: Sequence[int], plate: str) -> Any:
         if 1 in configurations:
             raise ValueError("the bullet does not leave the barrel")
         return SimpleNamespace(twin=Twin(HalfSine()))
 
     _, draws, missing = predicted_folds(shots_of([1, 2]), twin_without, ValidationRequest("x"))
-    assert list(draws) == [1]
-    assert missing == ["shot 1 is not predicted: the bullet does not leave the barrel"]
+    assert list(draws) == [1] and missing == ["shot 1 is not predicted: the bullet does not leave the barrel"]
 
 
 @pytest.mark.parametrize("wrong", [{"folds": 1}, {"draws": 5}])
@@ -108,8 +106,6 @@ def test_too_few_folds_or_draws_are_refused(wrong: dict[str, int]) -> None:
 
 
 # --- on a store ---
-
-
 @pytest.fixture(scope="module")
 def hammer_store(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("hammer")
@@ -132,10 +128,8 @@ def test_campaign_is_scored(db: str) -> None:
     scores = {row["name"]: row for row in data["quantities"]}
     assert {"contact_time", "peak_force", "impulse"} <= scores.keys()
     assert "velocity" not in scores  # a hammer's velocity is given to the twin
-    assert scores["peak_force"]["shots"] == 20
-    assert scores["peak_force"]["configurations"] == 4
-    assert data["calibrated"] != data["verdict"].startswith("Not calibrated")
-    assert len(data["shots"]) == 20
+    assert scores["peak_force"]["shots"] == 20 and scores["peak_force"]["configurations"] == 4
+    assert data["calibrated"] != data["verdict"].startswith("Not calibrated") and len(data["shots"]) == 20
 
 
 def test_campaign_without_a_shot_to_predict_says_why(db: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -151,8 +145,6 @@ def test_campaign_without_a_shot_to_predict_says_why(db: str, monkeypatch: pytes
 
 
 # --- registered models ---
-
-
 @pytest.fixture
 def with_model(db: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     """The store's dataset and a linear model of it."""
@@ -170,10 +162,9 @@ def contact_of(store: Any, db: str) -> RegisteredContact:
     return contact
 
 
-def test_model_is_refitted_without_configurations(with_model: str) -> None:
+def test_model_is_refitted_without_configurations_and_the_output_says_so(with_model: str) -> None:
     with opened(with_model) as store:
-        contact = contact_of(store, with_model)
-        table = read_snapshot(store, "pulses").table
+        contact, table = contact_of(store, with_model), read_snapshot(store, "pulses").table
         left_out = np.unique(table.configuration)[:1]
         with store.reading() as session:
             keys = sorted(set(session.scalars(select(Impact.configuration_id))))
@@ -186,11 +177,12 @@ def test_model_is_refitted_without_configurations(with_model: str) -> None:
     found = refitted.registered.model.predict(table.inputs)
     np.testing.assert_allclose(found.force_n, expected.force_n)
     assert not np.allclose(found.force_n, contact.registered.model.predict(table.inputs).force_n)
+    with opened(with_model) as store:
+        validation = run_validation(store, with_model, ValidationRequest("spring", contact="linear@1"))
+    assert "models:/linear/1 was refitted without the configurations of each fold" in validation.seen
 
 
-def test_model_that_had_not_seen_them_stays_and_one_without_its_pulses_is_called_seen(
-    with_model: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_model_that_had_not_seen_them_stays_and_one_without_its_pulses_is_called_seen(with_model: str, monkeypatch):
     def gone(*_: object) -> None:
         raise LookupError("no dataset")
 
@@ -201,7 +193,57 @@ def test_model_that_had_not_seen_them_stays_and_one_without_its_pulses_is_called
         assert UnseenContact(store, with_model, contact).without([1]) == (contact, SEEN)
 
 
-def test_output_says_what_model_had_seen(with_model: str) -> None:
-    with opened(with_model) as store:
-        validation = run_validation(store, with_model, ValidationRequest("spring", contact="linear@1"))
-    assert "models:/linear/1 was refitted without the configurations of each fold" in validation.seen
+# --- the command: the JSON that scripts rely on, the verdict in words, the exit code ---
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("lab")
+    store = filled_store(folder, full_campaign(folder / "spring"))
+    with opened(f"sqlite:///{store}") as opened_store:
+        ingest_examples(opened_store)
+    return store
+
+
+@pytest.fixture
+def validate_lab(filled: Path, quick_twins: Path):
+    """Gives the command line over a copy of a store with a hammer's campaign and the thesis's five shots."""
+    url = copied(filled, quick_twins)
+    return lambda *words: CliRunner().invoke(validate, [*words, "--db", url])
+
+
+def data_of(result: Result) -> dict:  # JSON
+    assert result.exit_code in (0, 1), result.stderr
+    return json.loads(result.stdout)
+
+
+def test_json_is_the_contract_of_a_hammers_campaign_and_of_the_thesis(validate_lab, tmp_path: Path) -> None:
+    page = tmp_path / "validation.html"
+    data = data_of(validate_lab("spring", "--contact", "hertz", "--json", "--html", str(page)))
+    text = page.read_text(encoding="utf-8")
+    for words in ("Validation", "peak force", "Ranks of the measured values", "<svg"):
+        assert words in text
+    assert {"quantities", "failures", "verdict", "seen"} <= data.keys()
+    keys = {"name", "unit", "shots", "coverage50", "coverage90", "coverage90_ci95", "crps", "median_abs_error"}
+    for row in data["quantities"]:
+        assert keys <= row.keys()
+        assert 0 <= row["coverage90_ci95"][0] <= row["coverage90"] <= row["coverage90_ci95"][1] <= 1
+    for failure in data["failures"]:
+        assert {"rule", "quantity", "bias"} <= failure.keys()
+    data = data_of(validate_lab("first-shots", "--json"))
+    (velocity,) = data["quantities"]
+    assert (velocity["name"], velocity["shots"], velocity["configurations"]) == ("velocity", 5, 5)
+    assert data["folds"] == 5
+    assert data["verdict"].startswith("Too little to judge the 90 % bands, 5 shots of 5 configurations")
+    result = validate_lab("winter")
+    assert result.exit_code == 2 and result.stderr.count("\n") == 1 and "winter" in result.stderr
+
+
+def test_text_says_verdict_first_and_not_calibrated_is_exit_code_1(
+    validate_lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    result = validate_lab("first-shots")
+    assert result.exit_code == 0 and result.stdout.startswith("first-shots: Too little to judge")
+    assert "inside 90 % band" in result.stdout
+    overconfident = PredictionVerdict("Not calibrated: the 90 % bands hold only 40 %.", calibrated=False)
+    monkeypatch.setattr("pyroshock.app.validate.validation.verdict", lambda _: overconfident)
+    result = validate_lab("first-shots")
+    assert result.exit_code == 1 and "Not calibrated" in result.stdout

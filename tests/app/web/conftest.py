@@ -10,17 +10,12 @@ import pytest
 from pyroshock.app.diagnose.diagnosing import keep
 from support.processes.browsers import Lab, browser, chromium, served
 from support.records.verdicts import verdict
-from support.stores.stores import opened, pyroshock
+from support.stores.stores import opened, run_pyroshock
 
 __all__ = ["browser", "demo_store", "lab"]
 
 #: As `pyroshock demo` names them.
 DEMO_DB = "demo.db"
-
-
-def _done(*words: str | Path) -> None:
-    result = pyroshock(*words)
-    assert result.exit_code == 0, result.stderr
 
 
 @pytest.fixture(scope="session")
@@ -41,9 +36,9 @@ def demo_store(tmp_path_factory: pytest.TempPathFactory) -> Path:
         patch.setattr(fitting, "_figures", lambda *_: {})
         patch.setattr("pyroshock.training.fitting.session.summary_figures", lambda *_: {})
         patch.delenv("MLFLOW_TRACKING_URI", raising=False)
-        _done("demo", "--out", out, "--chapters", "2")
-        _done("dataset", "build", "guns", "--from", "rehearsal", "--db", url)
-        _done("train", "guns", "--models", "linear,hann", "--split", "configurations", "--db", url)
+        run_pyroshock("demo", "--out", out, "--chapters", "2")
+        run_pyroshock("dataset", "build", "guns", "--from", "rehearsal", "--db", url)
+        run_pyroshock("train", "guns", "--models", "linear,hann", "--split", "configurations", "--db", url)
     with opened(url) as store:
         keep(store, verdict(campaign="first-shots"))
     return out

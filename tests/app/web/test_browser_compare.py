@@ -43,8 +43,7 @@ def test_spectra_are_those_of_the_api_with_bands_and_decibels(browser, lab):
             trace = traces[f"impact {each['impact']}, {each['channel']}"]
             assert trace["y"] == pytest.approx(each["maximax"], rel=1e-5)
             assert "dB" in trace["hovertemplate"] and len(trace["customdata"]) == len(trace["y"])
-        held = page.locator("#held tbody tr").count()
-        assert held == len(found["spectra"])
+        assert page.locator("#held tbody tr").count() == len(found["spectra"])
         paper = {trace["name"]: trace for trace in drawn(page, "paper")}
         each = found["spectra"][0]
         curve = paper[f"impact {each['impact']}, {each['channel']}"]

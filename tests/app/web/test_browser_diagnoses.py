@@ -29,16 +29,14 @@ def test_diagnosis_is_run_and_kept(browser, lab):
         page.select_option("#campaign", "first-shots")
         page.click("#diagnose button")
         job = ended(page, 300)
-        assert (job["state"], job["error"]) == ("done", None)
-        assert count(lab, Diagnosis) == before + 1
+        assert (job["state"], job["error"]) == ("done", None) and count(lab, Diagnosis) == before + 1
         page.click("#job-result")
         key = int(page.url.rsplit("/", 1)[1])
         with lab.reading() as session:
             report = kept_report(session, key)
         assert report["campaign"] == "first-shots" and report["causes"]
         assert asked(page, f"/api/diagnoses/{key}")["causes"] == report["causes"]
-        text = page.inner_text("#report")
-        assert report["causes"][0]["effects"][0] in text
+        assert report["causes"][0]["effects"][0] in page.inner_text("#report")
         screenshot(page, "diagnosis", 1250)
         at(page, "/diagnoses?campaign=first-shots")
         assert page.locator("#diagnoses tbody tr").count() == before + 1
@@ -95,8 +93,7 @@ def test_adopted_effect_is_a_version_of_the_twin(browser, lab):
     assert count(lab, TwinVersion) == before + 1
     with lab.reading() as session:
         newest = session.scalars(select(TwinVersion).order_by(TwinVersion.version.desc())).first()
-        assert [each["id"] for each in newest.configuration["effects"]] == [effect]
-        assert newest.diagnosis_id == KEPT
+        assert [each["id"] for each in newest.configuration["effects"]] == [effect] and newest.diagnosis_id == KEPT
 
 
 @pytest.mark.parametrize("of", ["campaign/rehearsal", "campaign/first-shots", f"diagnosis/{KEPT}", "model/linear/1"])

@@ -51,15 +51,13 @@ def test_promotions_are_refused_or_forced_with_their_reasons(browser, lab):
         page.check("#promote input[name=force]")
         page.click("#promote button")
         page.wait_for_selector("#decision")
-        assert page.inner_text("#decision").startswith("Promoted")
-        assert page.locator("#in-use").count() == 1
+        assert page.inner_text("#decision").startswith("Promoted") and page.locator("#in-use").count() == 1
         assert in_use(lab) == [better]
         at(page, f"/models/{worse.replace('@', '/')}")
         page.fill("#reason", "for a try")
         page.click("#promote button")
         page.wait_for_selector("#decision")
-        assert page.inner_text("#decision").startswith("Refused")
-        assert in_use(lab) == [better]
+        assert page.inner_text("#decision").startswith("Refused") and in_use(lab) == [better]
         at(page, "/models")
         kept = page.locator("#promotions tbody tr").all_inner_texts()
     told = [(each.candidate, each.promoted, each.reason) for each in registry_of(lab.db).decisions()]

@@ -87,8 +87,7 @@ def test_page_is_read_by_everyone_at_any_width(browser, lab, address, name):
     from axe_playwright_python.sync_playwright import Axe
 
     with page_of(browser, lab) as page:
-        status = at(page, address(name)).status
-        assert status == (404 if name == "not-there" else 200)
+        assert at(page, address(name)).status == (404 if name == "not-there" else 200)
         for scheme in ("light", "dark"):
             page.set_viewport_size({"width": 1280, "height": 900})
             _in(page, scheme)
@@ -108,8 +107,7 @@ def test_keys_alone_reach_everything(browser, lab, address, name):
         page.keyboard.press("Tab")
         first = page.evaluate(_FOCUS)
         assert first["text"] == "To the content" and first["left"] >= 0
-        controls = page.evaluate(_CONTROLS)
-        seen = []
+        controls, seen = page.evaluate(_CONTROLS), []
         for _ in range(controls + 40):
             page.keyboard.press("Tab")
             here = page.evaluate(_FOCUS)

@@ -29,8 +29,7 @@ def test_design_is_made_and_judged(browser, lab):
         wait_drawn(page)
         made = plan(lab, "autumn")
         assert (len(made.runs), made.seed, {run.repetitions for run in made.runs}) == (20, 3, {2})
-        assert page.locator("#runs tbody tr").count() == 20
-        assert "20 to do" in page.inner_text("#counts")
+        assert page.locator("#runs tbody tr").count() == 20 and "20 to do" in page.inner_text("#counts")
         assert page.locator("#quality tbody tr").count() >= 3
         changes = [row.split("\t") for row in page.locator("#changeovers tbody tr").all_inner_texts()]
         assert changes and all(0 <= int(row[1]) < 20 for row in changes)
@@ -44,8 +43,7 @@ def test_sheet_prints_without_what_is_of_the_screen(browser, lab):
         at(page, "/plans/rehearsal/sheet")
         assert page.locator("header").is_visible()
         page.emulate_media(media="print")
-        assert not page.locator("header").is_visible()
-        assert not page.locator("#run-1 form").is_visible()
+        assert not page.locator("header").is_visible() and not page.locator("#run-1 form").is_visible()
         assert page.locator("#run-1 h2").is_visible()
         page.goto("/plans/rehearsal/sheet.html")
         assert page.locator("tbody tr").count() == len(plan(lab, "rehearsal").runs)
@@ -70,8 +68,7 @@ def test_runs_are_ticked_and_discarded_by_touch(browser, lab):
         assert _run(lab, done).status == "done"
         with page.expect_navigation() as gone:
             page.locator(f"#run-{done} button[value=discarded]").tap()
-        assert gone.value.status >= 400 and "reason" in page.inner_text("#error")
-        assert _run(lab, done).status == "done"
+        assert gone.value.status >= 400 and "reason" in page.inner_text("#error") and _run(lab, done).status == "done"
         page.go_back()
         page.fill(f"#note-{done}", "the velocity was not read")
         page.locator(f"#run-{done} button[value=discarded]").tap()
@@ -92,7 +89,6 @@ def test_import_of_a_bad_table_makes_no_plan(browser, lab):
         page.click("text=A table to import (CSV)")
         page.fill("#table", "tip_material,unheard_of\nsteel,1\n")
         page.click("#make button")
-        job = ended(page)
-        assert job["state"] == "failed" and "unheard_of" in page.inner_text("#job-error")
+        assert ended(page)["state"] == "failed" and "unheard_of" in page.inner_text("#job-error")
     with pytest.raises(UnknownPlanError):
         plan(lab, "broken")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -22,6 +21,7 @@ from pyroshock.schema.campaigns import Campaign, Factor, FactorLevel, Plan
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.recordings import QualityFinding, RecordedChannel, Recording
 from sqlalchemy import select, update
+from support.checks.well_formed import Page
 from support.processes.web_client import ended, post, post_json, sqlite, window
 from support.records import verdicts
 from support.records.campaigns import hammer_campaign, replace_in
@@ -49,41 +49,21 @@ SHORT = " ".join(EVIL[:4])
 _STRANGE = {"iframe", "object", "embed", "base", "img"}
 
 
-class Page(HTMLParser):
+class ShownPage(Page):
     """What a browser would make of a page: its text, its scripts, and what has no place in it."""
 
     def __init__(self, text: str) -> None:
-        super().__init__(convert_charrefs=True)
-        self.words: list[str] = []
         self.scripts: list[str] = []
-        self.values: list[str] = []
-        self.links: list[str] = []
-        self.wrong: list[str] = []
-        self._script: dict[str, str | None] | None = None
-        self.feed(text)
-        self.close()
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        given = dict(attrs)
-        self.values += [value for value in given.values() if value]
-        self.links += [str(given[name]) for name in ("href", "action", "src") if name in given]
-        handlers = [name for name in given if name.startswith("on") or name in ("srcdoc", "formaction")]
-        if tag in _STRANGE or handlers or (tag == "svg" and "onload" in given):
-            self.wrong.append(self.get_starttag_text() or tag)
-        if tag == "script":
-            self._script = given
-            ours = str(given.get("src", "")).startswith("/static/") or given.get("type") == "application/json"
-            if not ours:
-                self.wrong.append(self.get_starttag_text() or tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        if tag == "script":
-            self._script = None
+        super().__init__(text)
+        self.links = [
+            str(given[name]) for _, given in self.elements for name in ("href", "action", "src") if name in given
+        ]
+        self.wrong = [(tag, given) for tag, given in self.elements if not _is_ours(tag, given)]
 
     def handle_data(self, data: str) -> None:
-        if self._script is None:
+        if self.open[-1:] != ["script"]:
             self.words.append(data)
-        elif self._script.get("type") == "application/json":
+        elif self.elements[-1][1].get("type") == "application/json":
             self.scripts.append(data)
 
     @property
@@ -91,11 +71,19 @@ class Page(HTMLParser):
         return re.sub(r"\s+", " ", "".join(self.words))
 
 
-def checked(client: Any, address: str) -> Page:
+def _is_ours(tag: str, given: dict[str, str | None]) -> bool:
+    if tag in _STRANGE or any(name.startswith("on") or name in ("srcdoc", "formaction") for name in given):
+        return False
+    return (
+        tag != "script" or str(given.get("src", "")).startswith("/static/") or given.get("type") == "application/json"
+    )
+
+
+def checked(client: Any, address: str) -> ShownPage:
     """A page that is nothing but ours."""
     answer = client.get(address)
     assert answer.status_code == 200, (address, answer.text[:2000])
-    page = Page(answer.text)
+    page = ShownPage(answer.text)
     assert page.wrong == [], address
     assert not [each for each in page.links if re.match(r"\s*(javascript|data|vbscript):", each, re.I)], address
     for script in page.scripts:
@@ -103,7 +91,7 @@ def checked(client: Any, address: str) -> Page:
     return page
 
 
-def shown(page: Page) -> bool:
+def shown(page: ShownPage) -> bool:
     return all(re.sub(r"\s+", " ", each) in page.text for each in EVIL)
 
 
@@ -147,49 +135,42 @@ def _spoil(store: Any) -> None:
 CAMPAIGN, PLANNED = f"/campaigns/{quote(NAME, safe='')}", f"/plans/{quote(NAME, safe='')}"
 
 
-@pytest.mark.parametrize(
-    "address",
-    [
-        "/campaigns",
-        CAMPAIGN,
-        "/campaigns/damaged",
-        "/impacts",
-        "/impacts/1",
-        "/compare",
-        f"/compare?factor={quote(NAME)}",
-        "/plans",
-        PLANNED,
-        f"{PLANNED}/sheet",
-        f"{PLANNED}/sheet.html",
-        "/diagnoses",
-        "/diagnoses/1",
-        f"/reports{CAMPAIGN.replace('campaigns', 'campaign')}.html",
-        "/reports/diagnosis/1.html",
-    ],
-)
+@pytest.mark.parametrize("address", [
+    "/campaigns",
+    CAMPAIGN,
+    "/campaigns/damaged",
+    "/impacts",
+    "/impacts/1",
+    "/compare",
+    f"/compare?factor={quote(NAME)}",
+    "/plans",
+    PLANNED,
+    f"{PLANNED}/sheet",
+    f"{PLANNED}/sheet.html",
+    "/diagnoses",
+    "/diagnoses/1",
+    f"/reports{CAMPAIGN.replace('campaigns', 'campaign')}.html",
+    "/reports/diagnosis/1.html",
+])  # fmt: skip
 def test_evil_words_are_shown_and_are_no_html(evil: tuple[Any, Any], address: str) -> None:
-    """Among them a template, which computes nothing."""
     page = checked(evil[0], address)
     assert shown(page), page.text
 
 
-@pytest.mark.parametrize(
-    "address",
-    [
-        f"/impacts?campaign={quote(NAME)}",
-        f"/impacts?where={quote('tip_material=' + EVIL[0])}",
-        f"/shots?campaign={quote(NAME)}",
-        f"/compare?campaign={quote(NAME)}",
-        f"/compare?where={quote('tip_material=' + EVIL[1])}",
-        f"/campaigns?name={quote(EVIL[1])}",
-        f"/compare/spectra?impacts=1&channel={quote(EVIL[1])}",
-        f"/compare/spectra?impacts={quote(EVIL[5])}&specification={quote(EVIL[4])}&tolerance={quote(EVIL[1])}",
-        f"/diagnoses?campaign={quote(NAME)}",
-        f"/models?dataset={quote(EVIL[1])}",
-        f"/twin?tip_material={quote(EVIL[1])}",
-        f"/twin?insulator={quote(EVIL[0])}&impact_position={quote(EVIL[2])}",
-    ],
-)
+@pytest.mark.parametrize("address", [
+    f"/impacts?campaign={quote(NAME)}",
+    f"/impacts?where={quote('tip_material=' + EVIL[0])}",
+    f"/shots?campaign={quote(NAME)}",
+    f"/compare?campaign={quote(NAME)}",
+    f"/compare?where={quote('tip_material=' + EVIL[1])}",
+    f"/campaigns?name={quote(EVIL[1])}",
+    f"/compare/spectra?impacts=1&channel={quote(EVIL[1])}",
+    f"/compare/spectra?impacts={quote(EVIL[5])}&specification={quote(EVIL[4])}&tolerance={quote(EVIL[1])}",
+    f"/diagnoses?campaign={quote(NAME)}",
+    f"/models?dataset={quote(EVIL[1])}",
+    f"/twin?tip_material={quote(EVIL[1])}",
+    f"/twin?insulator={quote(EVIL[0])}&impact_position={quote(EVIL[2])}",
+])  # fmt: skip
 def test_what_an_address_says_is_no_html(evil: tuple[Any, Any], address: str) -> None:
     checked(evil[0], address)
 
@@ -201,8 +182,7 @@ def test_what_an_address_says_is_no_html(evil: tuple[Any, Any], address: str) ->
 @pytest.mark.parametrize("words", EVIL[:4])
 def test_errors_are_words_too(evil: tuple[Any, Any], address: str, words: str) -> None:
     answer = evil[0].get(address.format(quote(words, safe="")))
-    assert answer.status_code in (404, 422)
-    assert Page(answer.text).wrong == []
+    assert answer.status_code in (404, 422) and ShownPage(answer.text).wrong == []
 
 
 def test_charts_take_no_markup_of_a_name(evil: tuple[Any, Any]) -> None:
@@ -225,16 +205,13 @@ def test_charts_take_no_markup_of_a_name(evil: tuple[Any, Any]) -> None:
                 assert "<b" not in each, address
                 assert "<s" not in each, address
     assert found > 0
-
-
-def test_a_json_element_ends_where_it_ends(evil: tuple[Any, Any]) -> None:
     text = evil[0].get(f"/compare?factor={quote(NAME)}").text
     for script in re.findall(r'<script type="application/json"[^>]*>(.*?)</script>', text, re.S):
         json.loads(script)
         assert not set("<>&") & set(script)
 
 
-def test_names_with_slashes_reach_their_routes(evil: tuple[Any, Any]) -> None:
+def test_names_with_slashes_reach_their_routes_and_notes_come_back(evil: tuple[Any, Any]) -> None:
     client, store = evil
     links = checked(client, "/campaigns").links
     assert CAMPAIGN in links and all(link.startswith(("/", "#")) for link in links)
@@ -244,18 +221,13 @@ def test_names_with_slashes_reach_their_routes(evil: tuple[Any, Any]) -> None:
     assert client.get("/api/impacts", params={"campaign": NAME}).json()[0]["campaign"] == NAME
     for ending in ("csv", "xlsx", "html"):
         answer = client.get(f"{PLANNED}/sheet.{ending}")
-        assert answer.status_code == 200
-        assert "\n" not in answer.headers["content-disposition"]
+        assert answer.status_code == 200 and "\n" not in answer.headers["content-disposition"]
     assert client.get(f"/reports{CAMPAIGN.replace('campaigns', 'campaign')}.pdf").content.startswith(b"%PDF")
     with store.reading() as session:
         assert read_plan(session, NAME).name == NAME
-
-
-def test_notes_and_links_come_back_as_they_were_written(evil: tuple[Any, Any]) -> None:
     client, store = evil
     answer = post(client, f"{PLANNED}/runs/1", {"status": "discarded", "note": NAME})
-    assert answer.status_code == 303
-    assert answer.headers["location"] == f"{PLANNED}/sheet#run-1"
+    assert answer.status_code == 303 and answer.headers["location"] == f"{PLANNED}/sheet#run-1"
     with store.reading() as session:
         assert read_plan(session, NAME).runs[0].reason == NAME or NAME in [
             run.reason for run in read_plan(session, NAME).runs
@@ -269,7 +241,7 @@ def test_notes_and_links_come_back_as_they_were_written(evil: tuple[Any, Any]) -
 FACED = with_ranges(shipped_factors("gun"), {"tank_pressure_bar": (1, 6), "tip_radius_mm": (30, 60)})
 
 
-def test_a_plan_made_here_may_have_any_name(evil: tuple[Any, Any]) -> None:
+def test_a_plan_made_here_may_have_any_name_and_the_options_of_its_method(evil: tuple[Any, Any]) -> None:
     client, store = evil
     form = {"name": SHORT, "method": "factorial", "kind": "hammer", "factors": FACTORS, "description": NAME}
     answer = post(client, "/plans", form)
@@ -279,10 +251,7 @@ def test_a_plan_made_here_may_have_any_name(evil: tuple[Any, Any]) -> None:
     assert checked(client, job["address"]) and checked(client, "/jobs")
     with store.reading() as session:
         assert session.scalar(select(Plan.description).where(Plan.name == SHORT)) == NAME
-
-
-def test_a_plan_is_made_with_the_options_of_its_method(evil: tuple[Any, Any]) -> None:
-    """Fields of other methods, which the form sends too, are left alone."""
+    # Fields of other methods, which the form sends too, are left alone.
     client, store = evil
     form = {"name": "faced", "method": "central-composite", "central-composite.categorical": "cross", "kind": "gun"}
     form |= {"central-composite.centre": "1", "lhs.criterion": "maximin", "factors": FACED, "repetitions": "1"}
@@ -298,19 +267,16 @@ def test_a_plan_is_made_with_the_options_of_its_method(evil: tuple[Any, Any]) ->
 
 def test_file_names_of_an_upload_are_words(evil: tuple[Any, Any], tmp_path: Path) -> None:
     answer = post(evil[0], "/ingest/upload", files=[("files", ('"><img src=x onerror=alert(1)>', b"x"))])
-    assert answer.status_code == 422
-    assert Page(answer.text).wrong == []
+    assert answer.status_code == 422 and ShownPage(answer.text).wrong == []
 
 
 def test_reasons_of_promotions_and_names_of_effects_are_words(filled: Lab) -> None:
     post(filled.client, "/models/linear/1/promote", {"reason": NAME, "force": "true"})
-    assert shown(checked(filled.client, "/models"))
-    assert shown(checked(filled.client, "/models/linear/1"))
+    assert shown(checked(filled.client, "/models")) and shown(checked(filled.client, "/models/linear/1"))
     checked(filled.client, "/reports/model/linear/1.html")
     checked(filled.client, f"/plans/{quote(PLAN, safe='')}")
     answer = post(filled.client, "/diagnoses/1/adopt", {"effect": EVIL[0]})
-    assert answer.status_code == 404
-    assert Page(answer.text).wrong == []
+    assert answer.status_code == 404 and ShownPage(answer.text).wrong == []
     answer = post(filled.client, "/diagnoses", {"campaign": GUN, "simulator": EVIL[1]})
     ended(filled.client, answer)
-    assert Page(filled.client.get(answer.headers["location"]).text).wrong == []
+    assert ShownPage(filled.client.get(answer.headers["location"]).text).wrong == []

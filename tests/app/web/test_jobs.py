@@ -34,7 +34,6 @@ def until(true: Callable[[], bool]) -> None:
 
 
 def sent(tmp_path: Path) -> dict[str, Any]:
-    """A campaign as a browser uploads it."""
     folder = gun_campaign(tmp_path / "sent", 2, "sent")
     return {"files": [("files", (f"sent/{path.name}", path.read_bytes())) for path in folder.iterdir()]}
 
@@ -60,8 +59,7 @@ def test_a_job_outlives_its_server(tmp_path: Path, odd: Odd) -> None:
     odd.do = do
     with window(sqlite(tmp_path)) as (client, store):
         first, second = odd.ask(store, "a"), odd.ask(store, "b")
-        assert begun.wait(20)
-        assert client.get(f"/api/jobs/{first.key}").json()["state"] == "running"
+        assert begun.wait(20) and client.get(f"/api/jobs/{first.key}").json()["state"] == "running"
     told.append(1)
     with window(sqlite(tmp_path)) as (client, store):
         page = client.get("/jobs").text
@@ -87,11 +85,9 @@ def test_a_job_is_stopped_from_its_page(tmp_path: Path, odd: Odd) -> None:
     odd.do = do
     with window(sqlite(tmp_path)) as (client, store):
         address = f"/jobs/{odd.ask(store).key}"
-        assert begun.wait(20)
-        assert 'id="job-stop"' in client.get(address).text
+        assert begun.wait(20) and 'id="job-stop"' in client.get(address).text
         answer = post(client, f"{address}/stop")
-        assert answer.headers["location"] == address
-        assert ended(client, answer)["state"] == "stopped"
+        assert answer.headers["location"] == address and ended(client, answer)["state"] == "stopped"
         assert 'id="job-stop"' not in client.get(address).text
 
 
@@ -114,10 +110,8 @@ def test_a_tunings_page_is_drawn_from_the_store(tmp_path: Path, monkeypatch: pyt
         assert job["result"]["attainability"]["obstacle"]["margin_db"] is None  # JSON knows no infinity
     with window(sqlite(tmp_path)) as (client, _):
         page = client.get(job["address"])
-        assert page.status_code == 200
-        assert "learned from none" in page.text
-        assert re.search(rf'role="alert"[^>]*>{re.escape(sentence)}', page.text)
-        assert 'id="proposals"' not in page.text
+        assert page.status_code == 200 and "learned from none" in page.text
+        assert re.search(rf'role="alert"[^>]*>{re.escape(sentence)}', page.text) and 'id="proposals"' not in page.text
         assert client.get(f"/api/jobs/{job['id']}").json() == job
 
 
@@ -126,9 +120,7 @@ def test_pages_alone_leave_jobs_to_workers(tmp_path: Path, scratches: Callable[[
         answer = post(client, "/ingest/upload", **sent(tmp_path))
         key = int(answer.headers["location"].rsplit("/", 1)[1])
         time.sleep(0.2)
-        assert get_job(store, key).state == WAITING
-        assert len(scratches()) == 1
-        assert work_off(store) == 1
+        assert get_job(store, key).state == WAITING and len(scratches()) == 1 and work_off(store) == 1
         job = ended(client, answer)
         assert (job["state"], job["result"]["shots"]) == (DONE, 2)
     assert scratches() == []
@@ -139,27 +131,21 @@ def test_an_upload_is_removed_however_its_job_ends(tmp_path: Path, scratches: Ca
     with window(sqlite(tmp_path), works=False) as (client, store):
 
         def asked() -> int:
-            answer = post(client, "/ingest/upload", **upload)
-            return int(answer.headers["location"].rsplit("/", 1)[1])
+            return int(post(client, "/ingest/upload", **upload).headers["location"].rsplit("/", 1)[1])
 
         stopped = asked()
-        assert post(client, f"/jobs/{stopped}/stop").status_code == 303
-        assert scratches() == []
+        assert post(client, f"/jobs/{stopped}/stop").status_code == 303 and scratches() == []
         damaged = asked()
         next(scratches()[0].rglob("runs.csv")).write_text("run,repetition\n1,one\n")
         work_off(store)
-        assert get_job(store, damaged).state == "failed"
-        assert scratches() == []
+        assert get_job(store, damaged).state == "failed" and scratches() == []
         orphaned = asked()
         claimed(store)  # by a worker that dies
         work_off(store)
-        assert get_job(store, orphaned).attempt == 2
-        assert scratches() == []
+        assert get_job(store, orphaned).attempt == 2 and scratches() == []
 
 
-def test_no_row_makes_a_worker_remove_what_is_no_upload(
-    tmp_path: Path, scratches: Callable[[], list[Path]], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_row_makes_a_worker_remove_what_is_no_upload(tmp_path, scratches: Callable[[], list[Path]], monkeypatch):
     precious, upload = tmp_path / "pyroshock-upload-precious", make_scratch()
     precious.mkdir()
     (link := upload.parent / "pyroshock-upload-link").symlink_to(precious)
@@ -171,7 +157,7 @@ def test_no_row_makes_a_worker_remove_what_is_no_upload(
     assert not upload.exists()
 
 
-def test_a_folder_beyond_those_of_a_worker_is_not_read(tmp_path: Path) -> None:
+def test_a_folder_beyond_those_of_a_worker_is_not_read_and_scripts_name_what_there_is(tmp_path: Path) -> None:
     from pyroshock.app.ingest.job import INGEST, IngestArguments
 
     folder = gun_campaign(tmp_path / "data" / "spring", 2, "spring")
@@ -183,9 +169,6 @@ def test_a_folder_beyond_those_of_a_worker_is_not_read(tmp_path: Path) -> None:
         assert (found.state, f"may not read {folder}" in found.what) == (WAITING, True)
         work_off(store, folders=(tmp_path / "data",))
         assert get_job(store, key).state == DONE
-
-
-def test_the_jobs_of_scripts(tmp_path: Path) -> None:
     with window(sqlite(tmp_path)) as (client, _):
         assert post_json(client, "/api/campaigns/unknown/extract", {}).status_code == 404
         assert post_json(client, "/api/train", {"dataset": "unknown"}).status_code == 404

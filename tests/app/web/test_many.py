@@ -58,8 +58,7 @@ def seconds(client: Any, address: str, times: int = 3) -> tuple[float, float]:
 
 
 def test_no_page_takes_a_second(client: Any) -> None:
-    found = {address: seconds(client, address) for address in PAGES}
-    rows = sorted(found.items(), key=lambda row: -row[1][0])
+    rows = sorted({address: seconds(client, address) for address in PAGES}.items(), key=lambda row: -row[1][0])
     table = "\n".join(f"{cpu * 1e3:6.0f} ms {clock * 1e3:6.0f} ms  {address}" for address, (cpu, clock) in rows)
     print(table)
     assert rows[0][1][0] < LIMIT_S, table

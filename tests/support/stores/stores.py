@@ -35,6 +35,20 @@ def pyroshock(*arguments: str | Path) -> Result:
     return result
 
 
+def run_pyroshock(*arguments: str | Path, code: int = 0) -> Result:
+    """The command line that must end with this code."""
+    result = pyroshock(*arguments)
+    assert result.exit_code == code, result.output
+    return result
+
+
+def refusal(*arguments: str | Path) -> str:
+    """The one line with which the command line refuses."""
+    result = pyroshock(*arguments)
+    assert (result.exit_code, result.stderr.count("\n")) == (2, 1), result.output
+    return result.stderr
+
+
 def ingest(url: str, *folders: Path) -> Result:
     """`pyroshock ingest` in one process."""
     return pyroshock("ingest", *folders, "--db", url, "--jobs", "1")
@@ -42,9 +56,7 @@ def ingest(url: str, *folders: Path) -> Result:
 
 def ingested(url: str, *folders: Path) -> Result:
     """`pyroshock ingest` that must succeed."""
-    result = ingest(url, *folders)
-    assert result.exit_code == 0, result.stderr
-    return result
+    return run_pyroshock("ingest", *folders, "--db", url, "--jobs", "1")
 
 
 def start_cli(*arguments: str | Path) -> subprocess.Popen[str]:

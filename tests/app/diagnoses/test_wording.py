@@ -1,0 +1,319 @@
+"""What a report says of a diagnosis: names in words of the bench, its first sentences, and what to do next."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from pyroshock.app.diagnose.recommendations import limit_of, next_experiment, recommendations, rest_sentence
+from pyroshock.app.diagnose.request import considered_effects, full_name, restriction_sentences, uncertain_numbers
+from pyroshock.app.diagnose.summary import held_out_fraction, named_groups, nearest_effects, summary
+from pyroshock.app.diagnose.wording import (
+    EFFECT_CHECKS,
+    EFFECT_SUBJECTS,
+    effect_check,
+    effect_subject,
+    observable_label,
+    with_labels,
+)
+from pyroshock.diagnosis.observables.contact.features import OBSERVABLES
+from pyroshock.diagnosis.observables.plate.stage import PlateObservables
+from pyroshock.diagnosis.verdict import (
+    Cause,
+    EffectShare,
+    Fitted,
+    GapSize,
+    NextRun,
+    StageShare,
+    Unexplained,
+    Verdict,
+    Where,
+)
+from pyroshock.twin.effects import catalogue
+from support.records import verdicts
+from support.records.plate_records import played
+
+
+# --- every effect and every observable has words of the test bench --------------------------------------------------
+def test_effects_and_observables_have_words_of_their_own() -> None:
+    assert set(EFFECT_SUBJECTS) == set(EFFECT_CHECKS) == set(catalogue())
+    assert len(set(EFFECT_SUBJECTS.values())) == len(EFFECT_SUBJECTS)
+    for identity in catalogue():
+        for words in (effect_subject(identity), effect_check(identity)):
+            assert words and "_" not in words and "." not in words, identity
+    names = [item.name for item in PlateObservables(played([])).observables]
+    labels = {name: observable_label(name) for name in names}
+    assert len({label.text for label in labels.values()}) == len(names)
+    for name, label in labels.items():
+        assert "_" not in label.text and "ln " not in label.text, name
+        assert label.relative == ("ln " in name), name
+    texts = {
+        "ln_width_tenth": "pulse width at 10 % of the peak",
+        "ln damping of the mode at 412 Hz": "damping of the mode at 412 Hz",
+        "acceleration_1 spectrum at 400 Hz": "shock response spectrum at 400 Hz, acceleration 1",
+        "acceleration_2 ln amplitude of the mode at 412 Hz": "amplitude of the mode at 412 Hz, acceleration 2",
+        "left rest from 2 to 5 ms": "level at rest from 2 to 5 ms over the peak, left",
+        "left delay": "delay over the contact time, left",
+        "a_new_one": "a new one",
+    }
+    assert {name: observable_label(name).text for name in texts} == texts
+    sentence = with_labels("contact: measured less simulated ln_peak rises by 0.1")
+    assert sentence == "contact: measured less simulated peak force rises by 0.1"
+
+
+@pytest.mark.parametrize("name", ["ln_velocity", *(item.name for item in OBSERVABLES)])
+def test_features_have_physical_labels(name: str) -> None:
+    label = observable_label(name)
+    assert "_" not in label.text and not label.text.startswith("ln ") and label.relative == name.startswith("ln_")
+
+
+# --- `--with` and `--without`: which effects are left, what a report says of it, and what is refused ----------------
+GUN = ("gun.back_pressure", "gun.blow_by", "gun.valve_flow", "sensor.velocity_gain")
+
+
+@pytest.mark.parametrize(("only", "without", "effects"), [
+    ((), (), GUN),
+    (("gun.valve_flow", "gun.blow_by"), (), ("gun.blow_by", "gun.valve_flow")),
+    ((), ("gun.blow_by",), ("gun.back_pressure", "gun.valve_flow", "sensor.velocity_gain")),
+    (("gun.valve_flow", "gun.blow_by"), ("gun.blow_by",), ("gun.valve_flow",)),
+])  # fmt: skip
+def test_effects_that_are_left(only, without, effects) -> None:
+    assert considered_effects("spring", GUN, only, without) == effects
+
+
+@pytest.mark.parametrize(("only", "without", "kind", "message"), [
+    ("gun.magic", (), LookupError, "--with 'gun.magic': the catalogue has no such effect; it has gun.back_p"),
+    ((), "plate.damping", ValueError, "--without plate.damping: the channels of spring cannot show this effect; "
+     "they can show gun.back_pressure"),
+    ("gun.blow_by", "gun.blow_by", ValueError, "leave no effect to consider for spring"),
+])  # fmt: skip
+def test_effects_that_cannot_be_considered_are_named(only, without, kind, message) -> None:
+    with pytest.raises(kind, match=message):
+        considered_effects("spring", GUN, (only,) if only else (), (without,) if without else ())
+
+
+def test_restrictions_size_shares_and_what_the_fit_has_not_seen_are_told() -> None:
+    assert restriction_sentences() == ()
+    only, without = restriction_sentences(("gun.blow_by",), ("gun.valve_flow", "gun.back_pressure"))
+    assert "only gun.blow_by" in only and "not consider gun.valve_flow, gun.back_pressure" in without
+    sentences = summary(verdicts.gun())
+    assert sentences.startswith(
+        "The model error is 42 times the tolerance and 99 times the measurement noise; it arises in the gun."
+    )
+    assert (
+        "The flow resistance of the valve causes 61 % of it (52 to 68 %), the atmosphere ahead of the projectile 27 % "
+        "(20 to 33 %) and the leak past the projectile 9 % (5 to 12 %); 3 % (1 to 6 %) remains unexplained."
+    ) in sentences
+    assert sentences.endswith("has not seen, 97 % of the error above the noise disappears.")
+    path = (replace(verdicts.gun().path[0], fraction=-0.2),)
+    assert "has not seen, none of the error" in summary(verdicts.gun(path=path))
+
+
+# --- names of uncertain numbers: each has one owner, and a slip of the pen is answered with the right name ----------
+EVERY = [(stage, number) for stage, numbers in uncertain_numbers().items() for number in numbers]
+
+
+@pytest.mark.parametrize(("stage", "number"), EVERY)
+def test_every_number_is_known_with_and_without_its_stage(stage: str, number: str) -> None:
+    assert full_name(number) == full_name(f"{stage}.{number}") == f"{stage}.{number}"
+
+
+@pytest.mark.parametrize(("name", "answer"), [
+    ("mass_bullet_kg", "the nearest is gun.bullet_mass_kg"),
+    ("contact.travel", "the nearest is gun.travel_m"),
+    ("q", r"there are gun\.tank_volume_m3, .*contact\.impactor_mass_kg"),
+])  # fmt: skip
+def test_a_slip_is_answered_with_the_nearest_or_all(name: str, answer: str) -> None:
+    with pytest.raises(ValueError, match=f"no number '{name}'; {answer}"):
+        full_name(name)
+
+
+# --- the first sentences say what the verdict holds, in plain words and no more ---
+def in_stages(*shares: float) -> Verdict:
+    names = ("gun", "contact", "plate")
+    stages = tuple(StageShare(name, share, (0.0, 1.0), 1.0) for name, share in zip(names, shares, strict=False))
+    return verdicts.gun(where=Where(stage=stages))
+
+
+@pytest.mark.parametrize(("shares", "words"), [
+    ((0.92, 0.08), "; most of it arises in the gun (92 %)."),
+    ((0.45, 0.35, 0.2), "; it arises in the gun (45 %), the contact (35 %) and the plate (20 %)."),
+    ((0.4, 0.6), "; most of it arises in the contact (60 %)."),
+    ((), "times the measurement noise."),
+])  # fmt: skip
+def test_stage_is_named_as_clearly_as_the_shares_allow(shares: tuple[float, ...], words: str) -> None:
+    assert words in summary(in_stages(*shares))
+
+
+def test_unnamed_effects_and_credible_sets_are_told_as_one() -> None:
+    valve, atmosphere, leak, dead = verdicts.gun().effects
+    effects = (valve, replace(atmosphere, named=False), replace(leak, named=False), dead)
+    told = summary(verdicts.gun(effects=effects))
+    assert "the atmosphere" not in told
+    assert "effects that the data do not establish account for 36 % and 3 % (1 to 6 %) remains unexplained" in told
+    barrel = EffectShare("gun.barrel_loss", 0.4, 0.1, (0.0, 0.6), 0.1, valve.credible_set)
+    alike_two = verdicts.gun(effects=(replace(valve, share=0.51), atmosphere, barrel, leak))
+    assert [len(group) for group in named_groups(alike_two)] == [2, 1, 1]
+    assert (
+        "The flow resistance of the valve or the flow resistance of the barrel (the data cannot say which) together "
+        "cause 61 % of it, the atmosphere"
+    ) in summary(alike_two)
+    alike = ("gun.barrel_loss", "gun.sliding_friction", "gun.heat_exchange", "gun.dead_volume")
+    others = tuple(replace(valve, effect=name, share=0.05, named=False) for name in alike)
+    assert (
+        "The flow resistance of the valve, the flow resistance of the barrel, the friction of the projectile in the "
+        "barrel or 2 more (the data cannot say which) together cause 81 % of it"
+    ) in summary(verdicts.gun(effects=(valve, *others)))
+
+
+def test_agreement_needs_no_effect_and_unknown_says_what_remains() -> None:
+    told = summary(verdicts.none())
+    assert told.startswith("Model and measurement agree: the model error is 0.8 times the tolerance")
+    assert told.endswith("No effect is needed to explain it (97 %).")
+    told = summary(verdicts.unknown())
+    assert "most of it arises in the contact (80 %)" in told
+    assert "(unknown: 90 %): 55 % (40 to 80 %) of it remains unexplained; the damping of the contact comes near" in told
+    assert "disappears" not in told
+    told = summary(verdicts.gun(causes=(Cause(("unknown",), 0.7), Cause(("none",), 0.3)), unexplained=None))
+    assert "explain only a part of it (unknown: 70 %). The flow resistance of the valve causes 61 %" in told
+
+
+@pytest.mark.parametrize(("cause", "words"), [
+    (Cause(("gun.blow_by",), 0.9), "Most probably the leak past the projectile causes it (90 %)."),
+    (
+        Cause(("gun.blow_by+sensor.force_gain",), 0.9),
+        "the leak past the projectile and the sensitivity of the force channel cause it together (90 %).",
+    ),
+    (
+        Cause(("gun.valve_flow", "gun.barrel_loss"), 0.9),
+        "it is the flow resistance of the valve or the flow resistance of the barrel; these runs cannot tell which "
+        "(together 90 %).",
+    ),
+    (Cause(("gun.blow_by",), 0.3), "No cause stands out; the likeliest is the leak past the projectile (30 %)."),
+])  # fmt: skip
+def test_verdict_without_shares_is_told_by_its_causes(cause: Cause, words: str) -> None:
+    whole = verdicts.verdict()
+    assert words in summary(replace(whole, causes=(cause, *whole.causes[1:])))
+
+
+def test_unknown_noise_is_left_out_and_fractions_are_held_out() -> None:
+    told = summary(verdicts.gun(gap=GapSize("rms", 0.42, 0.0, 0.01, True)))
+    assert told.startswith("The model error is 42 times the tolerance; ")
+    nothing = summary(verdicts.gun(gap=GapSize("rms", float("nan"), float("nan"), 0.01, True)))
+    assert nothing.startswith("The model error is of unknown size; ")
+    nearest = [effect.effect for effect in nearest_effects(verdicts.unknown())]
+    assert nearest == ["contact.viscous_loss", "contact.plastic_yield"] and held_out_fraction(verdicts.gun()) == 0.97
+    assert held_out_fraction(verdicts.verdict()) == 0.94 and held_out_fraction(verdicts.verdict(shrinkage=())) is None
+    told = summary(verdicts.gun(effects=verdicts.gun().effects[:1], unexplained=Unexplained(0.39, (0.3, 0.5))))
+    assert told.count("39 % (30 to 50 %) remains unexplained") == 1
+
+
+# --- what to do next: two to five full sentences, and under unknown always an experiment ---
+BARE = Where()
+UNKNOWN_ALONE = replace(
+    verdicts.unknown(), effects=(), unexplained=None, path=(), where=BARE, causes=(Cause(("unknown",), 1.0),)
+)
+MADE = {
+    "gun": verdicts.gun(),
+    "group": verdicts.verdict(),
+    "unknown": verdicts.unknown(),
+    "unknown alone": UNKNOWN_ALONE,
+    "none": verdicts.none(),
+}
+
+
+@pytest.mark.parametrize("made", MADE.values(), ids=MADE)
+def test_two_to_five_full_sentences(made: Verdict) -> None:
+    steps = recommendations(made)
+    assert next_experiment(made) and 2 <= len(steps) <= 5
+    for step in steps:
+        assert step[0].isupper() and step.endswith(".")
+
+
+@pytest.mark.parametrize("made", [verdicts.unknown(), UNKNOWN_ALONE], ids=["where", "nowhere"])
+def test_unknown_has_an_experiment_and_a_measurement(made: Verdict) -> None:
+    runs, measurement = next_experiment(made)
+    assert runs.startswith("Fire three repetitions") and measurement.startswith("Measure ")
+    assert not any("needed" in line for line in (runs, measurement))
+    assert set(next_experiment(made)) <= set(recommendations(made))
+
+
+def test_predicting_set_is_adopted_and_others_are_told_apart() -> None:
+    command = "pyroshock diagnose spring --adopt gun.valve_flow+gun.back_pressure+gun.blow_by."
+    assert recommendations(verdicts.gun())[0].endswith(command)
+    assert "pyroshock diagnose 'spring 2' --adopt" in recommendations(verdicts.gun(campaign="spring 2"))[0]
+    path = (replace(verdicts.gun().path[0], fraction=0.2),)  # does not predict
+    assert recommendations(verdicts.gun(path=path))[0].startswith("Do not adopt the flow resistance of the valve, ")
+    (line,) = next_experiment(verdicts.verdict())
+    assert line == (
+        "Fire 4 runs at tank_pressure_bar = 0.3, bullet_mass_kg = 1 and tip_material = steel: this separates the "
+        "compliance of the insulating layer from the plate that gives way under the impact."
+    )
+    (line, *_) = next_experiment(verdicts.verdict(next_runs=()))
+    assert line.startswith("These runs cannot tell whether the compliance of the insulating layer or the plate that")
+    assert effect_check("contact.layer_compliance") in line
+
+
+@pytest.mark.parametrize(("why", "runs", "line"), [
+    (
+        "separates gun.valve_flow from gun.barrel_loss only to 0.2 of the 4 standard deviations that it takes", 30,
+        "Even 30 runs at tank_pressure_bar = 0.9 would not separate the flow resistance of the valve from the flow "
+        f"resistance of the barrel; measure {effect_check('gun.valve_flow')} or {effect_check('gun.barrel_loss')} "
+        "instead.",
+    ),
+    (
+        "separates gun.valve_flow from gun.blow_by+gun.valve_flow only to 0.2 of the 4 standard deviations", 30,
+        "Even 30 runs at tank_pressure_bar = 0.9 would not separate the flow resistance of the valve from the leak "
+        "past the projectile with the flow resistance of the valve; measure the clearance between projectile and "
+        "barrel with a bore gauge instead.",
+    ),
+    (
+        "shows whether gun.blow_by acts", 1,
+        "Fire 1 run at tank_pressure_bar = 0.9: this shows whether the leak past the projectile acts.",
+    ),
+])  # fmt: skip
+def test_run_that_cannot_decide_says_what_to_measure_instead(why: str, runs: int, line: str) -> None:
+    run = NextRun(why, {"tank_pressure_bar": 0.9}, runs)
+    assert next_experiment(verdicts.verdict(next_runs=(run,))) == (line,)
+
+
+def test_large_rest_says_where_it_lies_in_its_main_stage() -> None:
+    where = verdicts.unknown().where
+    steps = recommendations(verdicts.gun(unexplained=Unexplained(0.3, (0.2, 0.4)), where=where))
+    assert any("where striker = 254 mm" in step and "peak force of the contact falls" in step for step in steps)
+    assert not any("striker" in step for step in recommendations(verdicts.gun(where=where)))
+    contact = verdicts.unknown().where
+    assert "in the force from 0.1 to 0.4 ms and in the force from 800 to 4000 Hz" in rest_sentence(verdicts.unknown())
+    gun = replace(contact, stage=(StageShare("gun", 0.9, (0.8, 1.0), 9.0), StageShare("contact", 0.1, (0.0, 0.2), 1.0)))
+    assert "force from" not in rest_sentence(verdicts.unknown(where=gun))
+
+
+def test_ends_of_ranges_repetitions_and_nearest_effects_are_said() -> None:
+    valve, *others = verdicts.gun().effects
+    end = Fitted("loss_coefficient", 10000.0, "", (9000.0, 10000.0))
+    steps = recommendations(verdicts.gun(effects=(replace(valve, parameters=(end,)), *others)))
+    assert any("loss_coefficient of the flow resistance of the valve lies at the end of its range (10000)" in s
+               for s in steps)  # fmt: skip
+    assert not any("end of its range" in step for step in recommendations(verdicts.gun()))
+    note = "floor assumed: nothing was repeated, the scatter of one run is the sensors' data sheets'"
+    assert any(step.startswith("Repeat three") for step in recommendations(verdicts.gun(assumptions=(note,))))
+    assert not any(step.startswith("Repeat three") for step in recommendations(verdicts.gun()))
+    first = recommendations(verdicts.unknown())[0]
+    assert "the damping of the contact, which takes 31 % of the error away" in first
+    assert "the plastic yield of tip or target 14 %; the effects of the path together take 38 %" in first
+    bare = replace(verdicts.unknown(), effects=(), path=(), unexplained=None)
+    sentence = "The nearest answer of the catalogue is the flow resistance of the valve (8 %)."
+    assert recommendations(bare)[0] == sentence
+
+
+@pytest.mark.parametrize(("identity", "name", "value", "end"), [
+    ("gun.valve_flow", "loss_coefficient", 10000.0, 10000.0),
+    ("gun.valve_flow", "gun.valve_flow.loss_coefficient", 9990.0, 10000.0),
+    ("gun.valve_flow", "loss_coefficient [PLA]", 10000.0, 10000.0),
+    ("gun.valve_flow", "loss_coefficient", 31.0, None),
+    ("gun.valve_flow", "loss_coefficient", 0.0, None),  # off: it does nothing
+    ("gun.valve_flow", "colour", 1.0, None),
+    ("gun.magic", "loss_coefficient", 1.0, None),
+])  # fmt: skip
+def test_limits_are_those_of_the_catalogue(identity: str, name: str, value: float, end: float | None) -> None:
+    assert limit_of(identity, Fitted(name, value, "", (value, value))) == end
