@@ -5,13 +5,13 @@ from __future__ import annotations
 import datetime as dt
 import os
 import platform
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .harness import Figure, Spread, table_row, version_of
+from .harness import Figure, Spread, table, table_row, version_of
 
 QUICK_COMMAND, FULL_COMMAND = "make bench", "python -m benchmarks --full"
 #: What ours builds on, and the peers, by their names in the registry of packages.
@@ -44,16 +44,16 @@ def page(figures: Sequence[Figure], command: str, minutes: float, pictures: Sequ
     """Markdown. `pictures`: paths beside the page of the ratios and, where it was drawn, of the growth."""
     title = "# Benchmarks" if command == QUICK_COMMAND else "# Benchmarks at full size"
     parts = [title, "", *_preface(command, minutes)]
-    parts += ["", "## In short", "", *_table(_SUMMARY_HEAD, map(_summary_row, summary(figures)))]
+    parts += ["", "## In short", "", table(_SUMMARY_HEAD, map(_summary_row, summary(figures)))]
     for path, caption in zip(pictures, (_RATIO_CAPTION, _GROWTH_CAPTION), strict=False):
         parts += ["", f"![{caption}]({path})", "", caption]
     behind = [figure for figure in figures if figure.behind or not figure.holds]
     rows = (table_row(figure.theme, figure.name, figure.ratio, figure.promise) for figure in behind)
-    table = _table(("theme", "figure", "ours over the peer's", "promised"), rows)
-    parts += ["", "## Where we are behind", "", *(table if behind else ["We are behind nowhere in this run."])]
+    list_behind = table(("theme", "figure", "ours over the peer's", "promised"), rows)
+    parts += ["", "## Where we are behind", "", list_behind if behind else "We are behind nowhere in this run."]
     for theme in dict.fromkeys(figure.theme for figure in figures):
         details = [figure.row() for figure in figures if figure.theme == theme]
-        parts += ["", f"## {theme}", "", *_table(_DETAIL_HEAD, details)]
+        parts += ["", f"## {theme}", "", table(_DETAIL_HEAD, details)]
     return "\n".join(parts) + "\n"
 
 
@@ -72,10 +72,6 @@ def _summary_row(figure: Figure) -> str:
     lost = "" if figure.holds else f"; {'promised ' if figure.binding else ''}{figure.promise}"
     over_bound = figure.over_bound.text() if figure.over_bound else "—"
     return table_row(figure.question, figure.ours, peer, figure.ratio + lost, figure.bound or "—", over_bound)
-
-
-def _table(head: Sequence[str], rows: Iterable[str]) -> list[str]:
-    return [table_row(*head), "| --- " * len(head) + "|", *rows]
 
 
 def _preface(command: str, minutes: float) -> list[str]:
