@@ -12,13 +12,11 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
-from itertools import product
 from pathlib import Path
 
 import numpy as np
 from pyroshock.diagnosis.diagnose import diagnose
 from pyroshock.diagnosis.options import Options
-from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration
 from pyroshock.schema.conditions import Condition
 from pyroshock.schema.listings import iter_impacts, list_campaigns, list_impacts_page
 from pyroshock.schema.session import open_store
@@ -30,12 +28,11 @@ from pyroshock.training.estimators.single_outputs import SingleOutputs
 from pyroshock.training.estimators.support_vectors import SupportVectors
 from pyroshock.training.estimators.trees import DecisionTree, TreeEnsemble
 from pyroshock.twin.gun.effects.valve_flow import ValveFlow
-from pyroshock.twin.gun.shots import gun_velocity
 from sqlalchemy.orm import Session
 
 from .coregional import pulses
 from .harness import Figure, Spread, missing, ratio, spread_text, take_turns, wall_seconds
-from .shared_records import THESIS_GUN, WRITER, campaign_name, filled
+from .shared_records import WRITER, campaign_name, filled, gun_record
 
 THEME = "Growth"
 FILE = "growth.json"
@@ -57,9 +54,9 @@ QUESTIONS: dict[str, tuple[Callable[[Session], object], str]] = {
 }
 ROOM = "room without series and curves"
 DIAGNOSIS = "where and causes of a gun's gap"
-#: Pressures by masses of a diagnosed gun, each configuration three times.
+#: Pressures (Pa) by masses (kg) of a diagnosed gun, each configuration three times: numbers and ranges.
 GRIDS = {12: (4, 3), 40: (8, 5), 120: (12, 10), 400: (20, 20)}
-REPETITIONS, SCATTER = 3, 0.01
+RANGES = ((0.4e5, 4e5), (0.1, 1.0))
 PULSES, ASKED, PULSES_PER_GROUP = (100, 300, 1_000, 3_000), 1_000, 10
 #: The laboratory's own model is measured at all sizes, whatever the budget of the others.
 COREGIONAL, COREGIONAL_BUDGET_S = "coregional Gaussian process", 60.0
@@ -177,28 +174,14 @@ def store_curves(folder: Path, sizes: Sequence[int] = IMPACTS, repeats: int = 5)
     return (Curve(points, bounds[name]) for name, points in curves.items())
 
 
-def gun_record(pressures: int, masses: int) -> CampaignRecord:
-    """Shots that lose gas to a valve which no nominal law knows, with scatter."""
-    rng = np.random.default_rng(0)
-    settings = list(product(np.geomspace(0.4e5, 4e5, pressures).tolist(), np.geomspace(0.1, 1.0, masses).tolist()))
-    pressure, mass = np.array(settings).T
-    velocity = gun_velocity(THESIS_GUN, pressure, mass, [ValveFlow()]).velocity_m_s
-    configurations = tuple(
-        RunConfiguration(f"{p:g}, {m:g}", {"tank_pressure": p, "bullet_mass": m}) for p, m in settings
-    )
-    runs = []
-    for order, (repetition, c) in enumerate(product(range(1, REPETITIONS + 1), range(len(settings)))):
-        read = float(velocity[c] * np.exp(SCATTER * rng.standard_normal()))
-        runs.append(Run(c, order + 1, repetition, order, *settings[c], read, SCATTER * read))
-    return CampaignRecord("shots", "gun", configurations, tuple(runs), THESIS_GUN)
-
-
 def diagnosis_curves(budget_s: float) -> Iterator[Curve]:
     options = Options(shrink=False, plan=False, rate_pulses=False)
-    diagnose(gun_record(*GRIDS[12]), options=options)  # imports
+    diagnose(gun_record([ValveFlow()]), options=options)  # imports
 
     def cost(size: int) -> tuple[float, ...]:
-        record = gun_record(*GRIDS[size])
+        pressures, masses = (np.geomspace(*ends, n) for ends, n in zip(RANGES, GRIDS[size], strict=True))
+        # Gas that is lost to a valve no nominal law knows.
+        record = gun_record([ValveFlow()], scatter=0.01, pressures_pa=pressures.tolist(), masses_kg=masses.tolist())
         return repeated(lambda: diagnose(record, options=options))
 
     costs = within_budget(cost, GRIDS, budget_s)

@@ -32,7 +32,7 @@ from pyroshock.twin.contact.laws import ELASTIC, LOSSY
 from pyroshock.twin.contact.pulse import Law as PulseLaw
 from pyroshock.twin.contact.restitution_laws import constant
 
-from .harness import Figure, compared, processor_seconds, promised, report, take_turns, wall_seconds
+from .harness import Figure, beside, processor_seconds, promised, report, table, table_row, take_turns, wall_seconds
 from .shared_records import ball, impacts
 
 THEME = "Impacts in one call, beside solve_ivp one after the other"
@@ -174,17 +174,14 @@ def measure_impacts(
     theirs = np.abs((looped(some, 1e-8, evaluations) - exact) / scale).max(axis=1)
     our_error = np.abs((ours(all_bodies)[:, ::every] - exact) / scale).max(axis=1)
     needed = sum(evaluations) / exact.shape[1]
-    functions: dict[str, Callable[[], object]] = {
-        "ours": partial(ours, all_bodies),
-        "loop": partial(looped, some, 1e-8),
-        "rates": evaluated(all_bodies, 10),
-    }
-    seconds = take_turns(functions, repeats, processor_seconds)
-    yield compared(
-        THEME, f"{count:,} impacts with three effects", seconds["ours"], [every * t for t in seconds["loop"]], "s",
-        limit=LIMIT, bound_values=[needed / 10 * t for t in seconds["rates"]],
-        bound=f"{needed:.0f} evaluations of the rates of each, as the loop needs them",
-        question="a batch of impacts", peer_name="solve_ivp loop",
+    peer, loop = "solve_ivp loop", partial(looped, some, 1e-8)
+    functions = {"ours": partial(ours, all_bodies), peer: loop, "bound": evaluated(all_bodies, 10)}
+    shares = {"ours": 1, peer: every, "bound": needed / 10}
+    taken = take_turns(functions, repeats, processor_seconds)
+    yield beside(
+        THEME, f"{count:,} impacts with three effects", {k: [shares[k] * t for t in taken[k]] for k in taken}, peer,
+        unit="s", limit=LIMIT, bound=f"{needed:.0f} evaluations of the rates of each, as the loop needs them",
+        question="a batch of impacts",
     )  # fmt: skip
     errors = ", ".join(f"{name} {error:.1g}" for name, error in zip(_NAMES, theirs, strict=True))
     for name, own in zip(_NAMES, our_error, strict=True):
@@ -193,8 +190,7 @@ def measure_impacts(
 
 
 def compare_laws(picture: Path | None = None) -> int:
-    print("| law | contact time, ms | compression, share | peak, N | impulse / m u | 1,800 impacts, ms |")
-    print("| --- " * 6 + "|")
+    rows = []
     at, speeds = ball(impact_velocity_m_s=1.0), np.ones(LAW_IMPACTS)
     momentum, slowest = float(np.squeeze(at.sphere_mass_kg * at.impact_velocity_m_s)), 0.0
     for name, law in LAWS.items():
@@ -202,10 +198,11 @@ def compare_laws(picture: Path | None = None) -> int:
         seconds = wall_seconds(lambda law=law: law(ball(impact_velocity_m_s=speeds)).force_n())  # type: ignore[misc]
         slowest = max(slowest, seconds)
         time_s, share = pulse.contact_time_s[0], pulse.compression_time_s[0] / pulse.contact_time_s[0]
-        cells = (
-            f"{1e3 * time_s:.4f} | {share:.3f} | {pulse.peak_force_n[0]:.0f} | {pulse.impulse_n_s[0] / momentum:.3f}"
-        )
-        print(f"| {name} | {cells} | {1e3 * seconds:.1f} |")
+        cells = f"{1e3 * time_s:.4f}", f"{share:.3f}", f"{pulse.peak_force_n[0]:.0f}"
+        rows.append(table_row(name, *cells, f"{pulse.impulse_n_s[0] / momentum:.3f}", f"{1e3 * seconds:.1f}"))
+    print(
+        table(("law", "contact time, ms", "compression, share", "peak, N", "impulse / m u", "1,800 impacts, ms"), rows)
+    )
     if picture:
         _draw_laws(picture, at)
     return 0 if slowest <= LAW_LIMIT_S else 1

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .harness import PYROSHOCK, Figure, ProcessCost, compared, run_python, take_turns
+from .harness import PYROSHOCK, Figure, ProcessCost, beside, run_python, take_turns
 from .shared_records import hammer_record, kept_campaign
 
 RECORDINGS, LIMIT, MEMORY_LIMIT = 180, 1.5, 1.1
@@ -29,16 +29,12 @@ def measure_ingest(
     """Time of the command over the peer's."""
     for suffix in formats:
         source = kept_campaign(folder, recordings, suffix)
-        commands = {
-            "peer": partial(run_python, "-m", "benchmarks.ingest", source, folder / "peer.h5"),
-            "ours": partial(ingest_once, source, folder),
-        }
-        seconds = take_turns(commands, repeats, warm=False)
-        yield compared(
-            THEME.format(recordings), _FORMATS[suffix], seconds["ours"], seconds["peer"], "s", limit=LIMIT,
-            bound="hashing and compressing the same bytes on one processor",
-            bound_values=_hash_and_compress_s(recordings, repeats), question="a campaign into the store",
-            peer_name="h5py, the series alone",
+        peer, copy = "h5py, the series alone", ("-m", "benchmarks.ingest", source, folder / "peer.h5")
+        commands = {peer: partial(run_python, *copy), "ours": partial(ingest_once, source, folder)}
+        seconds = take_turns(commands, repeats, warm=False) | {"bound": _hash_and_compress_s(recordings, repeats)}
+        yield beside(
+            THEME.format(recordings), _FORMATS[suffix], seconds, peer, unit="s", limit=LIMIT,
+            bound="hashing and compressing the same bytes on one processor", question="a campaign into the store",
         )  # fmt: skip
 
 
@@ -90,12 +86,12 @@ def measure_memory(folder: Path, recordings: int = RECORDINGS, repeats: int = 3)
     for jobs, in_flight in ((1, 1), (2, 4)):
         smallest = peaks(recordings // 4, jobs)
         for count in (recordings // 2, recordings):
-            yield compared(
-                MEMORY_THEME, f"{count} recordings against {recordings // 4}, --jobs {jobs}", peaks(count, jobs),
-                smallest, "MiB", limit=MEMORY_LIMIT, bound_values=libraries,
+            peer = f"ours with {recordings // 4} recordings"
+            yield beside(
+                MEMORY_THEME, f"{count} recordings against {recordings // 4}, --jobs {jobs}",
+                {"ours": peaks(count, jobs), peer: smallest, "bound": libraries}, peer, unit="MiB", limit=MEMORY_LIMIT,
                 bound=f"{in_flight} x 4 MiB of recordings in flight at most, and one process that only loads the "
                 "libraries", question="memory of an ingest as the campaign grows", kind="growth",
-                peer_name=f"ours with {recordings // 4} recordings",
             )  # fmt: skip
 
 
