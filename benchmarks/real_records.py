@@ -23,7 +23,7 @@ from pyroshock.virtualbench.impact.build import hammer, target
 from pyroshock.virtualbench.impact.strike import strike_many
 
 from .harness import ROOT
-from .independent_figures import shipped_records
+from .independent_figures import REAL_DATA, shipped_records
 
 PICTURE = ROOT / "docs" / "images" / "virtual-bench.png"
 REAL, VIRTUAL = "#1b6ca8", "#d1495b"
@@ -151,4 +151,4 @@ def _draw_shots(axes: Any) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT.parent / "shared" / "real-data"))
+    sys.exit(main(Path(sys.argv[1]) if len(sys.argv) > 1 else REAL_DATA))
