@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from pyroshock.app.common.plots import new_figure
 from pyroshock.twin.contact.bodies import Bodies
 from pyroshock.twin.contact.effects.plastic_yield import PlasticYield
 from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
@@ -210,9 +211,7 @@ def compare_laws(picture: Path | None = None) -> int:
 
 def _draw_laws(path: Path, at: Bodies) -> None:
     """Fig. 1.7: force over peak, time over contact time."""
-    from matplotlib.figure import Figure as Canvas
-
-    canvas, phase = Canvas(figsize=(6.4, 3.6), layout="constrained"), np.linspace(0, 1, 501)
+    canvas, phase = new_figure(6.4, 3.6), np.linspace(0, 1, 501)
     axes = canvas.add_subplot()
     for name, law in LAWS.items():
         pulse, style = law(at), "--" if name in ("hertz", "hunt-crossley") else "-"

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pyroshock.app.common.plots import new_figure
 
 from .harness import Figure, Spread, table, table_row, version_of
 
@@ -116,12 +117,8 @@ def drawn_figures(figures: Sequence[Figure]) -> list[Figure]:
 
 def draw_ratios(figures: Sequence[Figure], path: Path) -> None:
     """A line for each figure; blue where all repeats are faster, red where all are slower, grey between."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure as Canvas
-
     rows = drawn_figures(figures)
-    canvas = Canvas(figsize=(9.5, 1.2 + 0.3 * max(len(rows), 1)), layout="constrained", dpi=110)
-    FigureCanvasAgg(canvas)
+    canvas = new_figure(9.5, 1.2 + 0.3 * max(len(rows), 1))
     axes, labels, question = canvas.subplots(), [], ""
     for place, figure in enumerate(rows):
         over = figure.value or Spread(1, 1, 1)
@@ -143,7 +140,7 @@ def draw_ratios(figures: Sequence[Figure], path: Path) -> None:
     axes.set_xlabel("our time / the peer's: median, least and largest repeat (less is faster)")
     axes.grid(axis="x", which="both", alpha=0.25)
     path.parent.mkdir(parents=True, exist_ok=True)
-    canvas.savefig(path)
+    canvas.savefig(path, dpi=110)
 
 
 #: Panels of the picture of growth: what the size counts, how a curve's name begins, unit, and labels of the axes.
@@ -159,18 +156,13 @@ _PANELS_ACROSS, _LEAST_RANGE = 3, 30.0
 
 def draw_growth(points: Sequence[Mapping[str, Any]], path: Path) -> None:
     """Points as growth.json holds them (`growth.Point`), each curve with its spread and its fitted exponent."""
-    import matplotlib as mpl
-    from matplotlib.figure import Figure as Canvas
     from matplotlib.ticker import NullFormatter
 
-    mpl.rcParams["svg.hashsalt"] = "pyroshock"
     panels = [(panel[3:], curves) for panel in _PANELS if (curves := _panel_curves(points, *panel[:3]))]
     across, down = min(_PANELS_ACROSS, len(panels)), -(-len(panels) // _PANELS_ACROSS)
-    canvas = Canvas(figsize=(5.2 * across, 4.8 * down), layout="constrained")
-    grid = canvas.subplots(down, across, squeeze=False).ravel()
-    for unused in grid[len(panels) :]:
-        unused.set_visible(False)
-    for axes, ((x, y), curves) in zip(grid, panels, strict=False):
+    canvas = new_figure(5.2 * across, 4.8 * down)
+    for place, ((x, y), curves) in enumerate(panels, 1):
+        axes = canvas.add_subplot(down, across, place)
         for name, rows in curves.items():
             _draw_curve(axes, name, rows)
         axes.set(xscale="log", yscale="log", xlabel=x, ylabel=y)
@@ -199,9 +191,9 @@ def _draw_curve(axes: Any, name: str, rows: Sequence[Mapping[str, Any]]) -> None
     factor, sizes = 1e-6 if rows[0]["unit"] == "bytes" else 1.0, [row["size"] for row in rows]
     middle = np.array([factor * np.median(row["values"]) for row in rows])
     ends = factor * np.array([[min(row["values"]), max(row["values"])] for row in rows]).T
-    slope, level = np.polyfit(np.log(sizes), np.log(middle), 1) if len(rows) > 1 else (0.0, 0.0)
-    legend = f"{name}: $n^{{{slope:.2f}}}$" if len(rows) > 1 else name
-    (line,) = axes.plot(sizes, middle, "o", markersize=4, label=legend)
+    (line,) = axes.plot(sizes, middle, "o", markersize=4, label=name)
     axes.errorbar(sizes, middle, np.abs(ends - middle), fmt="none", color=line.get_color(), capsize=2)
     if len(rows) > 1:
+        slope, level = np.polyfit(np.log(sizes), np.log(middle), 1)
+        line.set_label(f"{name}: $n^{{{slope:.2f}}}$")
         axes.plot(sizes, np.exp(level) * np.power(sizes, slope), color=line.get_color(), linewidth=1)

@@ -311,7 +311,7 @@ class Storage:
         """The force of a run's recording."""
         raise NotImplementedError(_ELSEWHERE)
 
-    def window(self, run: int, start: int, stop: int) -> Samples:
+    def window(self, run: int, start: int, stop: int | None) -> Samples:
         return self.whole(run)[start:stop]
 
     def pulses(self, level: str) -> list[Floats]:
@@ -336,45 +336,42 @@ class OurStore(Storage):
     """One SQLite store, opened once, as a command or a server does; each question is a session of its own."""
 
     name, guarantees = OURS, "a transaction a recording, SHA-256 of each series, CRC of each chunk"
-    _opened: Store | None = None
 
-    @property
-    def opened(self) -> Store:
-        if not self._opened:
-            self._opened = open_store(f"sqlite:///{self.folder / 'lab.db'}", WRITER, create=True)
-        return self._opened
+    def __init__(self, folder: Path, content: Content) -> None:
+        super().__init__(folder, content)
+        self._open()
+
+    def _open(self) -> None:
+        self._store = open_store(f"sqlite:///{self.folder / 'lab.db'}", WRITER, create=True)
 
     def close(self) -> None:
-        if self._opened:
-            self._opened.close()
-            self._opened = None
+        self._store.close()
 
     def empty(self) -> None:
         self.close()
         super().empty()
-        _ = self.opened
+        self._open()
 
     def room(self) -> int:
         self.close()  # the log of the last writing goes into the store's file, as at the end of every command
         return super().room()
 
     def store(self) -> None:
-        target = CampaignStore(self.opened, self.content.file, None, self.content.rows, ExtractionSettings())
+        target = CampaignStore(self._store, self.content.file, None, self.content.rows, ExtractionSettings())
         for recording in self.content.recordings:
             series = tuple(StoredSeries.of(channel) for channel in recording.channels)
             target.add_recording(replace(recording.processed, series=series), recording.matched)
 
     def whole(self, run: int) -> Samples:
-        with self.opened.reading() as session:
-            row = self._channel(session, run)
-            return read_samples(session, row, 0, row.samples)
+        return self.window(run, 0, None)
 
-    def window(self, run: int, start: int, stop: int) -> Samples:
-        with self.opened.reading() as session:
-            return read_samples(session, self._channel(session, run), start, stop)
+    def window(self, run: int, start: int, stop: int | None) -> Samples:
+        with self._store.reading() as session:
+            row = self._channel(session, run)
+            return read_samples(session, row, start, row.samples if stop is None else stop)
 
     def pulses(self, level: str) -> list[Floats]:
-        with self.opened.reading() as session:
+        with self._store.reading() as session:
             keys, _ = list_pulse_keys(session, None, (Condition(FACTOR, "=", level),), 10**9)
             frames: dict[int, bytes] = {}
             for i in range(0, len(keys), 500):
@@ -409,10 +406,9 @@ class Hdf5(Storage):
                     pulse.attrs.update(impact)
 
     def whole(self, run: int) -> Samples:
-        with self._open() as file:
-            return np.asarray(file[f"{run:06d}/{CHANNEL}"][:])
+        return self.window(run, 0, None)
 
-    def window(self, run: int, start: int, stop: int) -> Samples:
+    def window(self, run: int, start: int, stop: int | None) -> Samples:
         with self._open() as file:
             return np.asarray(file[f"{run:06d}/{CHANNEL}"][start:stop])
 
@@ -455,13 +451,12 @@ class PlainSqlite(Storage):
             query = "SELECT samples FROM series WHERE run = ? AND channel = ?"
             return np.frombuffer(db.execute(query, (run, CHANNEL)).fetchone()[0], np.float32)
 
-    def window(self, run: int, start: int, stop: int) -> Samples:
+    def window(self, run: int, start: int, stop: int | None) -> Samples:
         with self._open() as db:
             query = "SELECT rowid FROM series WHERE run = ? AND channel = ?"
             (row,) = db.execute(query, (run, CHANNEL)).fetchone()
             with db.blobopen("series", "samples", row, readonly=True) as blob:
-                blob.seek(4 * start)
-                return np.frombuffer(blob.read(4 * (stop - start)), np.float32)
+                return np.frombuffer(blob[4 * start : None if stop is None else 4 * stop], np.float32)
 
     def pulses(self, level: str) -> list[Floats]:
         where = f"WHERE {FACTOR} = ? ORDER BY run, repetition"
@@ -497,17 +492,18 @@ class RawBytes(Storage):
     name, guarantees = RAW, "nothing"
 
     def store(self) -> None:
-        for kept_recording in self.content.recordings:
-            for name, samples in kept_recording.series.items():
-                samples.tofile(self.folder / f"{kept_recording.run}.{name}")
+        for recording in self.content.recordings:
+            for name, samples in recording.series.items():
+                samples.tofile(self.folder / f"{recording.run}.{name}")
         for level in {str(recording.attributes[FACTOR]) for recording in self.content.recordings}:
             np.concatenate(self.content.pulses(level)).tofile(self.folder / level)
 
     def whole(self, run: int) -> Samples:
-        return np.fromfile(self.folder / f"{run}.{CHANNEL}", np.float32)
+        return self.window(run, 0, None)
 
-    def window(self, run: int, start: int, stop: int) -> Samples:
-        return np.fromfile(self.folder / f"{run}.{CHANNEL}", np.float32, stop - start, offset=4 * start)
+    def window(self, run: int, start: int, stop: int | None) -> Samples:
+        count = -1 if stop is None else stop - start
+        return np.fromfile(self.folder / f"{run}.{CHANNEL}", np.float32, count, offset=4 * start)
 
     def pulses(self, level: str) -> list[Floats]:
         return [np.fromfile(self.folder / level)]
