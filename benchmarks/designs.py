@@ -178,9 +178,9 @@ def measure_designs(_folder: Path, seeds: int = 3) -> Iterator[Figure]:
             bound="the exchanges that are tried, whose number is fixed", peer_name=peer.name,
         )  # fmt: skip
         for question, value in QUALITY.items():
-            values = [[value(q) for q in design.qualities] for design in (ours, peer)]
             yield compared(
-                theme, f"{question}, {peer.name}", *values, "", kind="quality", question=question, peer_name=peer.name,
+                theme, f"{question}, {peer.name}", [value(q) for q in ours.qualities],
+                [value(q) for q in peer.qualities], "", kind="quality", question=question, peer_name=peer.name,
                 bound="a balanced orthogonal design" if question in bounds else "no bound is known",
                 bound_values=bounds.get(question),
             )  # fmt: skip

@@ -19,7 +19,7 @@ from pyroshock.diagnosis.diagnose import diagnose
 from pyroshock.diagnosis.options import Options
 from pyroshock.schema.conditions import Condition
 from pyroshock.schema.listings import iter_impacts, list_campaigns, list_impacts_page
-from pyroshock.schema.session import open_store
+from pyroshock.schema.session import Store, open_store
 from pyroshock.training.estimators.base import Estimator
 from pyroshock.training.estimators.coregional import Coregional
 from pyroshock.training.estimators.linear import KernelRidge
@@ -159,12 +159,8 @@ def store_curves(folder: Path, sizes: Sequence[int] = IMPACTS, repeats: int = 5)
     for size in sizes:
         url = filled(folder, size)
         with open_store(url, WRITER) as store:
-
-            def ask(question: Callable[[Session], object], store=store) -> object:  # type: ignore[no-untyped-def]
-                with store.reading() as session:
-                    return question(session)
-
-            seconds = take_turns({name: partial(ask, question) for name, (question, _) in QUESTIONS.items()}, repeats)
+            questions = {name: partial(_answer, store, question) for name, (question, _) in QUESTIONS.items()}
+            seconds = take_turns(questions, repeats)
         for name, values in seconds.items():
             curves[name].append(Point("impacts", name, size, tuple(values)))
         room = float(Path(url.removeprefix("sqlite:///")).stat().st_size)
@@ -172,6 +168,11 @@ def store_curves(folder: Path, sizes: Sequence[int] = IMPACTS, repeats: int = 5)
     bounds = {name: bound for name, (_, bound) in QUESTIONS.items()}
     bounds[ROOM] = f"{room / sizes[-1]:.0f} bytes an impact, its pulse's figures and indexes included"
     return (Curve(points, bounds[name]) for name, points in curves.items())
+
+
+def _answer(store: Store, question: Callable[[Session], object]) -> object:
+    with store.reading() as session:
+        return question(session)
 
 
 def diagnosis_curves(budget_s: float) -> Iterator[Curve]:

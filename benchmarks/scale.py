@@ -16,11 +16,10 @@ import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
-from dataclasses import dataclass
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pyroshock.app.impacts.export import export_table
@@ -84,8 +83,7 @@ _SIZES = text(
 )
 
 
-@dataclass(frozen=True)
-class Question:
+class Question(NamedTuple):
     """What a laboratory asks of its store; `ask` gets a session of a store that was filled to the size."""
 
     name: str

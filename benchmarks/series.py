@@ -101,14 +101,14 @@ def _one_series(store: Store, kind: str, samples: Samples, path: Path, repeats: 
 
     ours.write()
     assert ours.read(size).tobytes() == samples.tobytes()
-    functions = {"ours": ours.write, peer: peer_writes, "bound": lambda: series_hash(samples)}
-    seconds = take_turns(functions, max(15, repeats // 3))
+    writing = {"ours": ours.write, peer: peer_writes, "bound": lambda: series_hash(samples)}
+    seconds = take_turns(writing, max(15, repeats // 3))
     encoding = take_turns({"encode": lambda: encode_series(samples)}, 5)["encode"]
     yield beside(
         SERIES, f"writing, {kind}", seconds, peer, limit=TIME_LIMIT, question="writing a raw series",
         bound=f"encoding takes {spread_text(encoding, 'ms')}, of which the SHA-256 of the samples",
     )  # fmt: skip
-    functions = {
+    reading: dict[str, Callable[[], object]] = {
         "ours": lambda: ours.read(size),
         peer: lambda: peer_reads(size),
         "wholes": lambda: ours.read(size, times=10),  # as warm as a hundred slices
@@ -117,7 +117,7 @@ def _one_series(store: Store, kind: str, samples: Samples, path: Path, repeats: 
         "decode": lambda: samples_of(ours.encoded),
         "bound": samples.copy,
     }
-    seconds = take_turns(functions, repeats)
+    seconds = take_turns(reading, repeats)
     yield beside(
         SERIES, f"reading, {kind}", seconds, peer, limit=TIME_LIMIT, question="reading a raw series",
         bound=f"decoding takes {spread_text(seconds['decode'], 'ms')}, copying as many bytes",
@@ -257,7 +257,8 @@ class Content:
 
     @property
     def bytes(self) -> int:
-        return sum(x.nbytes for r in self.recordings for x in (*r.series.values(), *r.pulses))
+        series = sum(samples.nbytes for recording in self.recordings for samples in recording.series.values())
+        return series + sum(force.nbytes for recording in self.recordings for force in recording.pulses)
 
     def request(self, what: str) -> tuple[Any, ...]:
         """The arguments of a question; a window is a hundredth of a series, from its first third on."""
@@ -456,7 +457,8 @@ class PlainSqlite(Storage):
             query = "SELECT rowid FROM series WHERE run = ? AND channel = ?"
             (row,) = db.execute(query, (run, CHANNEL)).fetchone()
             with db.blobopen("series", "samples", row, readonly=True) as blob:
-                return np.frombuffer(blob[4 * start : None if stop is None else 4 * stop], np.float32)
+                blob.seek(4 * start)
+                return np.frombuffer(blob.read(-1 if stop is None else 4 * (stop - start)), np.float32)
 
     def pulses(self, level: str) -> list[Floats]:
         where = f"WHERE {FACTOR} = ? ORDER BY run, repetition"

@@ -33,7 +33,6 @@ from pyroshock.dataset.rows import stored_materials
 from pyroshock.doe.limits.bench import BenchLimits
 from pyroshock.schema.session import Store, Writer, open_store
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
-from pyroshock.twin.plate.build import PlateBuild, named_points
 from pyroshock.twin.plate.modes import cached_plate
 from pyroshock.twin.plate.stage import PlateStage
 from pyroshock.twin.setting import THESIS, Setting
@@ -43,19 +42,18 @@ from pyroshock.twin.tune.tuner import FiredShots, tune
 from pyroshock.validation.answer_sets import wilson
 from pyroshock.virtualbench.campaigns.gun import RATE_HZ, VirtualGunBench, set_up
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.plate.build import OUTLINE_M
 from pyroshock.virtualbench.sensors import SensorBuild
 from pyroshock.virtualbench.sensors.chain import calibrated
 
 from .harness import PYROSHOCK, ROOT, table, table_row, work_folder
-from .plate import IMPACTS_M, SENSORS_M
+from .plate import BUILD, IMPACTS_M, SENSORS_M
 
 Floats = NDArray[np.float64]
 
 BENCH_SEED, JUDGED_SEED, CASES, PROMISED = 1001, 2000, 20, 0.9
 SHARE, TOLERANCE_DB, PROPOSAL_S = 0.95, 6.0, 60.0
 MOST_SHOTS, MOST_SHOTS_BY_HAND = 3, 30
-THICKNESS_M, MAX_MODE_HZ, PLATES = 0.010, 20e3, ("aluminum", "steel")
+THICKNESS_M, MAX_MODE_HZ, PLATES = BUILD.thickness_m, 20e3, ("aluminum", "steel")
 RUNS, NAME, MODEL = 105, "lab", "coregional-gp"
 _POSITION = '[[factors]]\nname = "impact_position"\nkind = "categorical"\nlevels = ["#1", "#2", "#3"]\nchange = 1\n\n'
 #: Lines of all targets: six per octave, Q = 10.
@@ -159,10 +157,7 @@ def lab(folder: Path, seed: int) -> Lab:
             command = [sys.executable, *PYROSHOCK, *step]
             subprocess.run(command, cwd=folder, env={**os.environ, "PYROSHOCK_DB": url}, check=True)
             mark.touch()
-    builds = {
-        name: PlateBuild(OUTLINE_M, THICKNESS_M, THESIS[name], named_points(IMPACTS_M), named_points(SENSORS_M))
-        for name in PLATES
-    }
+    builds = {name: replace(BUILD, material=THESIS[name]) for name in PLATES}
     request = TwinRequest(
         campaign=NAME, frequency_hz=tuple(LINES_HZ.tolist()), impact_points=tuple(IMPACTS_M.values()),
         sensors=tuple(SENSORS_M.values()),
