@@ -69,7 +69,7 @@ def looped(some: Bodies, tolerance: float, evaluations: list[int] | None = None)
     prepared, counts = _prepared(some), [] if evaluations is None else evaluations
     names = ("mass_kg", "stiffness_n_mp", "rate_loss_s_m", "yield_load_n", "plate_mobility_m_n_s")
     rows = zip(some.impact_velocity_m_s, *(getattr(prepared, name) for name in names), strict=True)
-    return np.array([_solved(*map(float, row), tolerance, counts) for row in rows]).T
+    return np.array([_solved(tolerance, counts, *map(float, row)) for row in rows]).T
 
 
 def _prepared(some: Bodies) -> Impacts:
@@ -99,7 +99,7 @@ def _evaluations(columns: NDArray[np.float64], times: int) -> float:
 
 
 def _solved(
-    u: float, m: float, k: float, chi: float, load: float, mobility: float, tolerance: float, counts: list[int]
+    tolerance: float, counts: list[int], u: float, m: float, k: float, chi: float, load: float, mobility: float
 ) -> tuple[float, float, float, float]:
     """Loading to the turn, unloading to parting; the peak where the force's rate changes its sign."""
     from scipy.integrate import solve_ivp

@@ -451,10 +451,10 @@ def write(measured: Measured) -> None:
 
 def main(arguments: list[str]) -> int:
     with work_folder() as folder:
-        kept = folder / "scale.json"
+        values_file = folder / "scale.json"
         if arguments != ["--again"]:
-            kept.write_text(json.dumps(measure(folder), indent=1))
-        write(json.loads(kept.read_text()))
+            values_file.write_text(json.dumps(measure(folder), indent=1))
+        write(json.loads(values_file.read_text()))
     return 0
 
 

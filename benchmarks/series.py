@@ -559,8 +559,7 @@ def _querying_figures(storages: Mapping[str, Storage], content: Content, stores:
         for name in names:
             bound = "the same bytes in plain files"
             if what == "store" and name in storages:
-                kept = (f"{user} keeps {storages[key].guarantees}; " for user, key in (("ours", OURS), (name, name)))
-                bound = f"{''.join(kept)}{bound}"
+                bound = f"ours keeps {storages[OURS].guarantees}; {name} keeps {storages[name].guarantees}; {bound}"
             yield beside(
                 theme, f"{row}, beside {name}", seconds, name, limit=1.0, binding=False, bound=bound,
                 question=question,

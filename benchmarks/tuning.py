@@ -252,22 +252,22 @@ def by_one_variable(task: Task) -> Outcome:
     Numbers step by a ratio in the direction that helps, and by its root once no variable helps any more; words are
     tried one after the other. Thirty shots at most; what the bench refuses is not fired.
     """
-    here = _middle(task)
-    best, shots = _worth(task, here), 1
+    setting = _middle(task)
+    best, shots = _worth(task, setting), 1
     ratio = 1.6
     while shots < MOST_SHOTS_BY_HAND and not best[0]:
         before = best
         for variable in _variables(task.space, ratio):
-            others = [other for other in variable(here) if other != here]
+            others = [other for other in variable(setting) if other != setting]
             allowed = task.refusals(others) if others else []
             for other in [other for other, refused in zip(others, allowed, strict=True) if not refused]:
                 if shots == MOST_SHOTS_BY_HAND or best[0]:
                     break
                 shots += 1
                 if (worth := _worth(task, other)) > best:
-                    best, here = worth, other
+                    best, setting = worth, other
         ratio = ratio if best > before else float(np.sqrt(ratio))
-    return Outcome(here, shots)
+    return Outcome(setting, shots)
 
 
 def _middle(task: Task) -> Setting:
