@@ -39,17 +39,12 @@ FILE = "growth.json"
 BUDGET_S = 12.0
 IMPACTS = (1_000, 10_000, 100_000, 1_000_000)
 _STEEL = (Condition("tip_material", "=", "steel"),)
+_PAGE, _CAMPAIGN = "50 rows at any size", "its rows: 1,000 in the smallest store, 1,800 in the others"
 #: Questions of a store, and what bounds their growth.
 QUESTIONS: dict[str, tuple[Callable[[Session], object], str]] = {
-    "the first 50 impacts": (lambda s: list_impacts_page(s, None, (), None, 50), "50 rows at any size"),
-    "the first 50 with tip_material=steel": (
-        lambda s: list_impacts_page(s, None, _STEEL, None, 50),
-        "50 rows at any size",
-    ),
-    "all impacts of a campaign": (
-        lambda s: sum(1 for _ in iter_impacts(s, campaign_name(1))),
-        "its rows: 1,000 in the smallest store, 1,800 in the others",
-    ),
+    "the first 50 impacts": (lambda s: list_impacts_page(s, None, (), None, 50), _PAGE),
+    "the first 50 with tip_material=steel": (lambda s: list_impacts_page(s, None, _STEEL, None, 50), _PAGE),
+    "all impacts of a campaign": (lambda s: sum(1 for _ in iter_impacts(s, campaign_name(1))), _CAMPAIGN),
     "all campaigns with their counts": (list_campaigns, "an entry of an index for each impact"),
 }
 ROOM = "room without series and curves"

@@ -243,20 +243,12 @@ def multiplying(flops: float, dtype: type[np.floating[Any]] = np.float64, size: 
     return lambda: wall_seconds(lambda: np.matmul(a, a, out=out)) * flops / (2.0 * size**3)
 
 
-@dataclass(frozen=True)
-class ProcessCost:
-    """What a fresh process and its children took; `peak_bytes` is the most they held together (0: not watched)."""
-
-    wall_s: float
-    peak_bytes: int
-
-
-def run_program(words: Sequence[str | Path], *, watch_memory: bool = False) -> ProcessCost:
-    """A program with its arguments, from the root of the repository. Raises `CalledProcessError`."""
+def run_program(words: Sequence[str | Path], *, watch_memory: bool = False) -> int:
+    """A program with its arguments, from the root of the repository; the most bytes that it and its children held
+    together (0: not watched). Raises `CalledProcessError`."""
     command = [*map(str, words)]
     # With this variable each process would compile what it imports.
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-    begin = time.perf_counter()
     with subprocess.Popen(
         command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
     ) as process:
@@ -268,10 +260,10 @@ def run_program(words: Sequence[str | Path], *, watch_memory: bool = False) -> P
         done.set()
     if process.returncode:
         raise subprocess.CalledProcessError(process.returncode, command, stderr=errors.decode())
-    return ProcessCost(time.perf_counter() - begin, max(peaks))
+    return max(peaks)
 
 
-def run_python(*arguments: str | Path, watch_memory: bool = False) -> ProcessCost:
+def run_python(*arguments: str | Path, watch_memory: bool = False) -> int:
     return run_program([sys.executable, *arguments], watch_memory=watch_memory)
 
 

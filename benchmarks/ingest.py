@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .harness import PYROSHOCK, Figure, ProcessCost, beside, run_python, take_turns
+from .harness import PYROSHOCK, Figure, beside, run_python, take_turns
 from .shared_records import hammer_record, kept_campaign
 
 RECORDINGS, LIMIT, MEMORY_LIMIT = 180, 1.5, 1.1
@@ -38,8 +38,8 @@ def measure_ingest(
         )  # fmt: skip
 
 
-def ingest_once(source: Path, folder: Path, *, jobs: int | None = None, watch_memory: bool = False) -> ProcessCost:
-    """The command in a fresh process, into a new SQLite store."""
+def ingest_once(source: Path, folder: Path, *, jobs: int | None = None, watch_memory: bool = False) -> int:
+    """The command in a fresh process, into a new SQLite store; its peak memory as `run_program`."""
     for old in folder.glob("ingested.db*"):
         old.unlink()
     options = [] if jobs is None else ["--jobs", str(jobs)]
@@ -79,10 +79,9 @@ def measure_memory(folder: Path, recordings: int = RECORDINGS, repeats: int = 3)
 
     def peaks(count: int, jobs: int) -> list[float]:
         source = kept_campaign(folder, count, ".mat")
-        runs = [ingest_once(source, folder, jobs=jobs, watch_memory=True) for _ in range(repeats)]
-        return [float(run.peak_bytes) for run in runs]
+        return [float(ingest_once(source, folder, jobs=jobs, watch_memory=True)) for _ in range(repeats)]
 
-    libraries = [float(run_python("-c", _LIBRARIES, watch_memory=True).peak_bytes) for _ in range(repeats)]
+    libraries = [float(run_python("-c", _LIBRARIES, watch_memory=True)) for _ in range(repeats)]
     for jobs, in_flight in ((1, 1), (2, 4)):
         smallest = peaks(recordings // 4, jobs)
         for count in (recordings // 2, recordings):

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -129,30 +128,29 @@ def frame_figure(store: Any, repeats: int) -> Figure:
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Listing:
-    """A question whose answer has as many rows in the small store as in the large one; conditions as triples."""
+class Listing(NamedTuple):
+    """A question whose answer has as many rows in the small store as in the large one."""
 
     name: str
-    campaign: int | None = None
-    where: tuple[tuple[str, str, str | float], ...] = ()
+    campaign: str | None
+    where: tuple[Condition, ...]
     rows: int | None = None
 
     def keys(self, store: Store) -> list[int]:
-        name = None if self.campaign is None else campaign_name(self.campaign)
-        where = tuple(Condition(*condition) for condition in self.where)
         with store.reading() as session:
-            return [row["id"] for row in islice(iter_impacts(session, name, where), self.rows)]
+            return [row["id"] for row in islice(iter_impacts(session, self.campaign, self.where), self.rows)]
 
 
-_STEEL, _RARE = ("tip_material", "=", "steel"), (RARE[0], "=", RARE[1])
+_STEEL, _RARE = Condition("tip_material", "=", "steel"), Condition(RARE[0], "=", RARE[1])
+_FAST, _SLOW = Condition("impact_velocity_m_s", ">", 1.4), Condition("hammer_speed", "=", "low")
+_SMALL = Condition("tip_radius_m", "=", 0.03)
 FILTERED = (
-    Listing("one campaign and tip_material=steel", 5, (_STEEL,)),
-    Listing("one campaign and impact_velocity_m_s>1.4", 3, (("impact_velocity_m_s", ">", 1.4),)),
-    Listing("hammer_speed=low, first 100 of a half", None, (("hammer_speed", "=", "low"),), 100),
-    Listing("tip_material=steel and tip_radius_m=0.03, first 100", None, (_STEEL, ("tip_radius_m", "=", 0.03)), 100),
+    Listing("one campaign and tip_material=steel", campaign_name(5), (_STEEL,)),
+    Listing("one campaign and impact_velocity_m_s>1.4", campaign_name(3), (_FAST,)),
+    Listing("hammer_speed=low, first 100 of a half", None, (_SLOW,), 100),
+    Listing("tip_material=steel and tip_radius_m=0.03, first 100", None, (_STEEL, _SMALL), 100),
     Listing("a level that ten impacts have", None, (_RARE,)),
-    Listing("one campaign and that level", 1, (_RARE,)),
+    Listing("one campaign and that level", campaign_name(1), (_RARE,)),
 )
 
 
