@@ -14,12 +14,11 @@ from __future__ import annotations
 
 import json
 import resource
-import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, nullcontext
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -32,18 +31,16 @@ from pyroshock.training.gp.posterior import posterior
 
 from .harness import (
     ABSENT,
-    ROOT,
     Figure,
     Message,
     Program,
     ProgramError,
     answer_requests,
+    beside,
     compared,
     interpreter_with,
-    missing,
     promised,
     report,
-    spread_text,
     take_turns,
 )
 
@@ -55,8 +52,9 @@ Predict = Callable[[], tuple[Floats, Floats]]
 
 THEME = "Coregional Gaussian process, 20 outputs, 13 predictors"
 OUTPUTS, PREDICTORS, RANK = 20, 13, 6
-OURS, PLAIN, GPYTORCH, BOTORCH, GPY = "pyroshock", "eigendecomposition", "GPyTorch", "BoTorch", "GPy"
-CHOLESKY = "one Cholesky factorisation"
+OURS, PLAIN, GPYTORCH, BOTORCH, GPY = "ours", "eigendecomposition", "GPyTorch", "BoTorch", "GPy"
+#: One Cholesky factorisation, or the products that a mean and its spread take.
+CHOLESKY = "bound"
 #: `Coregional` trains on one core, so that its sums are the same each time; peers may use all.
 ONE_CORE = (OURS, CHOLESKY)
 #: A peer, the module that it needs, and its model.
@@ -153,32 +151,23 @@ def ours(n: int) -> Evaluate:
     model = _multitask(n, named_kernel("rbf", PREDICTORS))
     (x,), y = model.train_inputs, model.train_targets
     objective = KroneckerMarginalLogLikelihood(model.likelihood, model)
-    evaluate_once = _backward(model, lambda: -y.numel() * objective(model(x), y))
+    with_priors = _backward(model, lambda: -y.numel() * objective(model(x), y), exactly)
 
-    def evaluate() -> float:
-        with exactly():
-            loss = evaluate_once()
+    def log_prior() -> float:
         priors = (prior.log_prob(closure(module)) for _, module, prior, closure, _ in model.named_priors())
-        return loss + sum(float(log_density.detach().sum()) for log_density in priors)
+        return sum(float(log_density.detach().sum()) for log_density in priors)
 
-    return evaluate
+    return lambda: with_priors() + log_prior()
 
 
 def peer_likelihood(make: Callable[[int], Any], n: int) -> Evaluate:
     """Without conjugate gradients and random probes, whose likelihood is an estimate."""
+    import torch
     from gpytorch import settings
 
-    model = make(n)
-    (x,), y = model.train_inputs, model.train_targets
-    if model.__class__.__name__ == "KroneckerMultiTaskGP":
-        x, y = torch_arrays(*pulses(n))
-    evaluate_once = _backward(model, lambda: -model.likelihood(model(x)).log_prob(y))
-
-    def evaluate() -> float:
-        with settings.fast_computations(log_prob=False, covar_root_decomposition=False):
-            return evaluate_once()
-
-    return evaluate
+    model, (x, y) = make(n), map(torch.tensor, pulses(n))
+    exact = partial(settings.fast_computations, log_prob=False, covar_root_decomposition=False)
+    return _backward(model, lambda: -model.likelihood(model(x)).log_prob(y), exact)
 
 
 def peer_prediction(make: Callable[[int], Any], n: int, asked: int) -> Predict:
@@ -189,7 +178,7 @@ def peer_prediction(make: Callable[[int], Any], n: int, asked: int) -> Predict:
     import torch
     from gpytorch import settings
 
-    model, (at,) = make(n), torch_arrays(new_pulses(asked))
+    model, at = make(n), torch.tensor(new_pulses(asked))
     model.eval()
     model.likelihood.eval()
 
@@ -202,12 +191,6 @@ def peer_prediction(make: Callable[[int], Any], n: int, asked: int) -> Predict:
     return predict
 
 
-def torch_arrays(*values: Floats) -> list[Any]:
-    import torch
-
-    return [torch.tensor(array) for array in values]
-
-
 def gpytorch_model(n: int) -> Any:
     from gpytorch.kernels import RBFKernel
 
@@ -215,13 +198,14 @@ def gpytorch_model(n: int) -> Any:
 
 
 def botorch_model(n: int) -> Any:
+    import torch
     from botorch.models import KroneckerMultiTaskGP
 
-    at, like, (x, y) = parameters(), gpytorch_model(n), torch_arrays(*pulses(n))
+    at, like, (x, y) = parameters(), gpytorch_model(n), map(torch.tensor, pulses(n))
     model = KroneckerMultiTaskGP(x, y, likelihood=like.likelihood, data_covar_module=like.kernel, rank=RANK)
     model.double().train()
     index = model.covar_module.task_covar_module
-    index.covar_factor.data, index.var = torch_arrays(at.loadings, at.kappa)
+    index.covar_factor.data, index.var = map(torch.tensor, (at.loadings, at.kappa))
     return model
 
 
@@ -233,14 +217,15 @@ def _multitask(n: int, kernel: Any) -> Any:
     return model
 
 
-def _backward(model: Any, loss: Callable[[], Any]) -> Evaluate:
-    def evaluate_once() -> float:
+def _backward(model: Any, loss: Callable[[], Any], exact: Callable[[], AbstractContextManager[Any]]) -> Evaluate:
+    def evaluate() -> float:
         model.zero_grad()
-        value = loss()
-        value.backward()
+        with exact():
+            value = loss()
+            value.backward()
         return float(value.detach())
 
-    return evaluate_once
+    return evaluate
 
 
 def ours_predicts(n: int, asked: int) -> Predict:
@@ -272,20 +257,24 @@ PREDICTIONS: Mapping[str, Callable[[int, int], Predict]] = {
 
 
 def answering(name: str) -> Callable[[Message], Message]:
-    """A way in this process: {"what": "likelihood", "n"} or {"what": "prediction", "n", "asked"} to seconds, value and
+    """A way in this process: {"what": "likelihood", "prediction" or "training", "n", "asked"} to seconds, values and
     peak memory. What is asked for twice is prepared once."""
-    prepared: dict[tuple[Any, ...], Callable[[], Any]] = {}
+    prepared: dict[tuple[str, int], Callable[[], Any]] = {}
 
     def answer(request: Message) -> Message:
-        what, n, new_inputs = key = (request["what"], request["n"], request.get("asked"))
+        what, n = request["what"], request["n"]
+        if what == "training":
+            return trained(n)
         with one_core() if name in ONE_CORE else nullcontext():
-            if key not in prepared:
-                prepared[key] = LIKELIHOODS[name](n) if what == "likelihood" else PREDICTIONS[name](n, new_inputs or 1)
+            if (what, n) not in prepared:
+                likelihood = what == "likelihood"
+                prepared[what, n] = LIKELIHOODS[name](n) if likelihood else PREDICTIONS[name](n, request["asked"])
             begin = time.perf_counter()
-            result = prepared[key]()
+            result = prepared[what, n]()
             seconds = time.perf_counter() - begin
-        likelihood = what == "likelihood"
-        values = {"value": result} if likelihood else {"mean": result[0].tolist(), "spread": result[1].tolist()}
+        values = {"value": result}
+        if what == "prediction":
+            values = {"mean": result[0].tolist(), "spread": result[1].tolist()}
         return {"seconds": seconds, "peak_bytes": peak_bytes(), **values}
 
     return answer
@@ -295,10 +284,10 @@ def peak_bytes() -> int:
     return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
-def write_pulses(file: Path, n: int, asked: int) -> Path:
+def write_pulses(folder: Path, n: int, asked: int) -> Path:
     """The same pulses and parameters as a file, for a program that imports nothing of ours."""
-    (x, y), at = pulses(n), parameters()
-    np.savez(file, x=x, y=y, asked=new_pulses(asked), **vars(at))
+    (x, y), file = pulses(n), folder / f"pulses-{n}.npz"
+    np.savez(file, x=x, y=y, asked=new_pulses(asked), **vars(parameters()))
     return file
 
 
@@ -317,120 +306,89 @@ def trained(n: int) -> dict[str, Any]:
             "predict_s": seconds, "peak_bytes": peak_bytes()}  # fmt: skip
 
 
-@dataclass
-class Implementation:
-    """A program that answers, or `why` it ended; `files` hold each size's pulses for one that knows nothing of ours."""
-
-    program: Program
-    files: Mapping[int, Path] = field(default_factory=dict)
-    why: str = ""
-
-    def ask(self, what: str, n: int) -> Message:
-        if self.files:
-            return self.program.ask(what=what, file=str(self.files[n]))
-        return self.program.ask(what=what, n=n, asked=ASKED)
-
-    def seconds(self, what: str, n: int) -> float:
-        return float(self.ask(what, n)["seconds"])
-
-
 def measure_coregional(
     folder: Path, full: bool = False, sizes: Mapping[int, int] | None = None, large: int = LARGE
 ) -> Iterator[Figure]:
     """All of it; pulses for GPy go to `folder`."""
     sizes = sizes or (FULL_SIZES if full else SIZES)
-    files = {n: write_pulses(folder / f"pulses-{n}.npz", n, ASKED) for n in sizes}
+    for n in sizes:
+        write_pulses(folder, n, ASKED)
     with ExitStack() as stack:
-        implementations: dict[str, Implementation] = {}
+        programs: dict[str, Program] = {}
         for name in (OURS, PLAIN, CHOLESKY, *PEERS):
-            python = interpreter_with(PEERS[name][0]) if name in PEERS else Path(sys.executable)
-            words = ("peer_programs", "gpy") if name == GPY else ("coregional", "serve", name)
-            if python:
+            words = ("peer_programs", "gpy", folder) if name == GPY else ("coregional", "serve", name)
+            if python := interpreter_with(PEERS[name][0] if name in PEERS else "numpy"):
                 program = Program("-m", f"benchmarks.{words[0]}", *words[1:], python=python, limit_bytes=LIMIT_BYTES)
-                implementations[name] = Implementation(stack.enter_context(program), files if name == GPY else {})
+                programs[name] = stack.enter_context(program)
         for n, repeats in sizes.items():
-            yield from _likelihoods(implementations, n, repeats, warm=n > min(sizes), last=n == max(sizes))
-        yield from _predictions(implementations, max(sizes))
-        yield from _alone(implementations, large)
+            yield from _likelihoods(programs, n, repeats, warm=n > min(sizes), last=n == max(sizes))
+        yield from _predictions(programs, max(sizes))
+        yield from _alone(programs, large)
     yield from _training(large)
 
 
-def _answers(implementations: Mapping[str, Implementation], what: str, n: int) -> dict[str, Message]:
+def _answers(programs: Mapping[str, Program], what: str, n: int) -> dict[str, Message]:
     """A first answer of each that can give one."""
     answers = {}
-    for name, implementation in implementations.items():
-        try:
-            if not implementation.why:
-                answers[name] = implementation.ask(what, n)
-        except ProgramError as error:
-            implementation.why = str(error)
+    for name, program in programs.items():
+        with suppress(ProgramError):
+            if not program.why:
+                answers[name] = program.ask(what=what, n=n, asked=ASKED)
     return answers
 
 
 def _timed(
-    implementations: Mapping[str, Implementation], names: Sequence[str], what: str, n: int, repeats: int
+    programs: Mapping[str, Program], names: Iterable[str], what: str, n: int, repeats: int
 ) -> dict[str, list[float]]:
-    questions = {name: partial(implementations[name].seconds, what, n) for name in names}
-    return take_turns(questions, repeats, reported=list(names), warm=False)
+    questions = {name: partial(programs[name].seconds, what=what, n=n, asked=ASKED) for name in names}
+    return take_turns(questions, repeats, reported=[*questions], warm=False)
 
 
-def _likelihoods(
-    implementations: Mapping[str, Implementation], n: int, repeats: int, *, warm: bool, last: bool
-) -> Iterator[Figure]:
+def _beside(programs: Mapping[str, Program], what: str, seconds: Mapping[str, Any], name: str, **fields: Any) -> Figure:
+    model = f" {PEERS[name][1]}" if name in PEERS else ""
+    why = programs[name].why if name in programs else ABSENT
+    return beside(THEME, f"{what}, beside {name}{model}", seconds, name, why, **fields)
+
+
+def _likelihoods(programs: Mapping[str, Program], n: int, repeats: int, *, warm: bool, last: bool) -> Iterator[Figure]:
     """The first answers count as well where every way is `warm`: another of a peer takes seconds."""
-    first = _answers(implementations, "likelihood", n)
+    first = _answers(programs, "likelihood", n)
     values = {name: [answer["value"]] for name, answer in first.items() if name != CHOLESKY}
     check_agreement(values, 1e-5 * abs(first[OURS]["value"]))
-    again = _timed(implementations, list(first), "likelihood", n, max(1, repeats - warm))
-    beside = {name: [first[name]["seconds"]] * warm + seconds for name, seconds in again.items()}
-    quick = _timed(implementations, (OURS, PLAIN, CHOLESKY), "likelihood", n, QUICK_REPEATS)
+    again = _timed(programs, first, "likelihood", n, max(1, repeats - warm))
+    seconds = {name: [first[name]["seconds"]] * warm + more for name, more in again.items()}
+    quick = _timed(programs, (OURS, PLAIN, CHOLESKY), "likelihood", n, QUICK_REPEATS)
     for name in (*PEERS, PLAIN):
-        seconds, model = quick if name == PLAIN else beside, f" {PEERS[name][1]}" if name in PEERS else ""
-        what, question = f"loss and gradient, {n} pulses", f"a coregional GP's loss and gradient, {n} pulses"
-        fields: dict[str, Any] = {"question": question if last else "", "peer_name": name}
-        if name not in seconds:
-            yield _missing(implementations, f"{what}, beside {name}{model}", seconds[OURS], fields)
-            continue
         binding = name in (GPYTORCH, BOTORCH) and n >= 180
-        yield compared(
-            THEME, f"{what}, beside {name}{model}", seconds[OURS], seconds[name], binding=binding,
+        yield _beside(
+            programs, f"loss and gradient, {n} pulses", quick if name == PLAIN else seconds, name, binding=binding,
             limit=PEER_LIMIT if binding else 1.0, bound=f"one Cholesky factorisation of {n} x {n}",
-            bound_values=seconds[CHOLESKY], **fields,
+            question=f"a coregional GP's loss and gradient, {n} pulses" if last else "",
         )  # fmt: skip
 
 
-def _predictions(implementations: Mapping[str, Implementation], n: int) -> Iterator[Figure]:
-    predicting = {name: implementation for name, implementation in implementations.items() if name != PLAIN}
-    first = _answers(predicting, "prediction", n)
+def _predictions(programs: Mapping[str, Program], n: int) -> Iterator[Figure]:
+    first = _answers({name: program for name, program in programs.items() if name != PLAIN}, "prediction", n)
     means, spreads = ({name: np.ravel(a[kind]) for name, a in first.items()} for kind in ("mean", "spread"))
     check_agreement({name: mean for name, mean in means.items() if name != CHOLESKY}, 1e-5)
     check_agreement({name: s for name, s in spreads.items() if name not in (CHOLESKY, BOTORCH)}, 1e-5)
-    seconds = _timed(predicting, list(first), "prediction", n, 5)
-    for name, (_, model) in PEERS.items():
-        what = f"{ASKED} predictions with spread, {n} pulses learned, beside {name} {model}"
-        fields = {"question": "a coregional GP's predictions", "peer_name": name}
-        if name not in seconds:
-            yield _missing(implementations, what, seconds[OURS], fields)
-            continue
-        off = f"its spreads are {np.max(np.abs(spreads[name] - spreads[OURS])):.1g} off the exact ones; "
-        yield compared(
-            THEME, what, seconds[OURS], seconds[name], limit=1.0, binding=False, bound_values=seconds[CHOLESKY],
-            bound=(off if name == BOTORCH else "") + f"two products of {ASKED} x {n} with {n} x {OUTPUTS}", **fields,
+    seconds = _timed(programs, first, "prediction", n, 5)
+    for name in PEERS:
+        bound = f"two products of {ASKED} x {n} with {n} x {OUTPUTS}"
+        if name == BOTORCH and name in spreads:
+            off = np.max(np.abs(spreads[name] - spreads[OURS]))
+            bound = f"its spreads are {off:.1g} off the exact ones; {bound}"
+        yield _beside(
+            programs, f"{ASKED} predictions with spread, {n} pulses learned", seconds, name, limit=1.0, binding=False,
+            bound=bound, question="a coregional GP's predictions",
         )  # fmt: skip
 
 
-def _missing(
-    implementations: Mapping[str, Implementation], what: str, ours: Sequence[float], fields: Mapping[str, Any]
-) -> Figure:
-    why = implementations[fields["peer_name"]].why if fields["peer_name"] in implementations else ABSENT
-    return missing(THEME, what, why, ours=spread_text(ours, "ms"), **fields)
-
-
-def _alone(implementations: Mapping[str, Implementation], n: int) -> Iterator[Figure]:
+def _alone(programs: Mapping[str, Program], n: int) -> Iterator[Figure]:
     """Ours and its limit at a size at which the peers have no room."""
     names = (OURS, PLAIN, CHOLESKY)
-    peak = _answers({name: implementations[name] for name in names}, "likelihood", n)[OURS]["peak_bytes"]
-    seconds, what = _timed(implementations, names, "likelihood", n, QUICK_REPEATS), f"loss and gradient, {n:,} pulses"
+    peak = _answers({name: programs[name] for name in names}, "likelihood", n)[OURS]["peak_bytes"]
+    seconds, what = _timed(programs, names, "likelihood", n, QUICK_REPEATS), f"loss and gradient, {n:,} pulses"
     yield compared(
         THEME, f"{what}, over one Cholesky factorisation", seconds[OURS], seconds[CHOLESKY], kind="bound",
         limit=FACTORISATIONS, bound="the loss alone takes one; the gradient is products of the same size",
@@ -441,10 +399,9 @@ def _alone(implementations: Mapping[str, Implementation], n: int) -> Iterator[Fi
 
 
 def _training(n: int) -> Iterator[Figure]:
-    """In a fresh process. Raises `CalledProcessError`."""
-    command = [sys.executable, "-m", "benchmarks.coregional", "training", str(n)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-    answer = json.loads(done.stdout.splitlines()[-1])
+    """In a fresh process. Raises `ProgramError`."""
+    with Program("-m", "benchmarks.coregional", "serve", OURS) as program:
+        answer = program.ask(what="training", n=n)
     steps = f"{answer['evaluations']} evaluations, converged: {answer['converged']}"
     yield promised(THEME, f"training on {n:,} pulses", [answer["fit_s"]], FIT_S, "s", bound=steps)
     memory, bound = "peak memory of that training", "two matrices of pulses by pulses"

@@ -23,7 +23,7 @@ from pyroshock.app.twins.benches import OUTLINE_M, THICKNESS_M, PlateDrawing
 from pyroshock.app.twins.building import solved
 from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
 from pyroshock.twin.contact.stage import NO_SPREAD, LawContact
-from pyroshock.twin.contact_interface import ContactStage, ForcePulses, ImpactBatch
+from pyroshock.twin.contact_interface import ContactStage, ImpactBatch
 from pyroshock.twin.coupled_contact import CoupledContact
 from pyroshock.twin.plate.build import ConstantDamping, PlateBuild, named_points
 from pyroshock.twin.plate.modes import solve_plate
@@ -36,7 +36,7 @@ from pyroshock.virtualbench.impact.strike import ImpactTruth, strike_many
 from pyroshock.virtualbench.plate.build import resonant_plate
 from pyroshock.virtualbench.plate.modes import modes
 
-from .harness import Figure, compared, processor_seconds, report, take_turns
+from .harness import Figure, compared, processor_seconds, report, table_row, take_turns
 
 THEME = "Impacts solved together with the plate"
 IMPACTS, REPEATS, LIMIT, HIGHEST_HZ = 1000, 5, 10.0, 20e3
@@ -97,20 +97,15 @@ def error_rows(thickness_m: float) -> Iterator[str]:
     mass = build.area_m2 * thickness_m * PLATE.density_kg_m3
     for tip, truth in zip(TIPS[thickness_m], bench_impacts(thickness_m), strict=True):
         setting = Setting(MASS_KG, THESIS[tip], RADIUS_M, PLATE, thickness_m, mass, impact_velocity_m_s=SPEED_M_S)
-        strikes, impulse = (
-            ImpactBatch([setting], np.array([SPEED_M_S])),
-            float(np.trapezoid(truth.force_n, truth.time_s)),
-        )
-        cells = [f"{thickness_m * 1e3:g} mm", tip, f"{truth.peak_force_n / 1e3:.3g} kN",
-                 f"{truth.contact_time_s * 1e3:.3g} ms", f"{impulse / MASS_KG / SPEED_M_S:.2f}"]  # fmt: skip
-        truths = truth.peak_force_n, truth.contact_time_s, impulse
-        cells += [_errors(stage.pulses(strikes), *truths) for stage in stages]
-        yield f"| {' | '.join(cells)} |"
-
-
-def _errors(pulses: ForcePulses, peak_n: float, time_s: float, impulse_n_s: float) -> str:
-    ratios = pulses.peak_force_n[0] / peak_n, pulses.contact_time_s[0] / time_s, pulses.impulse_n_s[0] / impulse_n_s
-    return " / ".join(f"{100 * (share - 1):+.0f} %" for share in ratios)
+        strikes = ImpactBatch([setting], np.array([SPEED_M_S]))
+        truths = truth.peak_force_n, truth.contact_time_s, float(np.trapezoid(truth.force_n, truth.time_s))
+        cells = [f"{thickness_m * 1e3:g} mm", tip, f"{truths[0] / 1e3:.3g} kN", f"{truths[1] * 1e3:.3g} ms",
+                 f"{truths[2] / MASS_KG / SPEED_M_S:.2f}"]  # fmt: skip
+        for pulses in (stage.pulses(strikes) for stage in stages):
+            figures = pulses.peak_force_n[0], pulses.contact_time_s[0], pulses.impulse_n_s[0]
+            pairs = zip(figures, truths, strict=True)
+            cells.append(" / ".join(f"{100 * (figure / true - 1):+.0f} %" for figure, true in pairs))
+        yield table_row(*cells)
 
 
 if __name__ == "__main__":

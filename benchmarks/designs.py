@@ -27,7 +27,7 @@ from pyroshock.doe.merit import FIGURES, Quality, quality
 from pyroshock.doe.merit.space_filling import cell_counts
 from pyroshock.doe.space import Space, gun_space, hammer_space
 
-from .harness import ABSENT, ROOT, Figure, Spread, compared, has, missing, promised, table_row
+from .harness import ABSENT, ROOT, Figure, Spread, compared, has, missing, promised, table, table_row
 
 Levels = NDArray[np.int64]
 Make = Callable[[Space, int, np.random.Generator], Levels]
@@ -36,18 +36,11 @@ THEME = "Plans of 105 gun runs: Latin hypercubes rounded to levels beside the ba
 RUNS, ANNEAL_S, LIMIT_S = 105, 2.0, 10.0
 TABLE = ROOT / "tests" / "data" / "thesis" / "table_a1_lhs_105_runs.csv"
 SHOWN = {
-    "distinct": "{:.0f}",
-    "worst_level": "{:.2f}",
-    "worst_pair": "{:.2f}",
-    "worst_triple": "{:.2f}",
-    "rms_triple": "{:.3f}",
-    "uneven_triples": "{:.0f}",
-    "centred_discrepancy": "{:.4f}",
-    "wrap_around_discrepancy": "{:.3f}",
-    "minimum_distance": "{:.3f}",
-    "largest_correlation": "{:.3f}",
+    "distinct": "{:.0f}", "worst_level": "{:.2f}", "worst_pair": "{:.2f}", "worst_triple": "{:.2f}",
+    "rms_triple": "{:.3f}", "uneven_triples": "{:.0f}", "centred_discrepancy": "{:.4f}",
+    "wrap_around_discrepancy": "{:.3f}", "minimum_distance": "{:.3f}", "largest_correlation": "{:.3f}",
     "d_efficiency": "{:.3f}",
-}
+}  # fmt: skip
 INFORMATION = "a plan's information: inverse of the D-efficiency"
 #: Questions of quality, with figures of which less is better.
 QUALITY: dict[str, Callable[[Quality], float]] = {
@@ -114,10 +107,10 @@ def by_plain_exchange(space: Space, n: int, rng: np.random.Generator) -> Levels:
         before = repeats.get(key, 0)
         repeats[key] = before + sign
         change = 10.0 * (max(0, before + sign - 1) - max(0, before - 1))
-        for (a, b), table in pairs.items():
+        for (a, b), deviations in pairs.items():
             if axis in (a, b):
-                change += 2 * sign * table[key[a], key[b]] + 1
-                table[key[a], key[b]] += sign
+                change += 2 * sign * deviations[key[a], key[b]] + 1
+                deviations[key[a], key[b]] += sign
         return float(change)
 
     def swap(first: int, second: int, axis: int) -> float:
@@ -177,27 +170,23 @@ def lost(ours: Plans, peer: Plans) -> list[str]:
 def measure_designs(_folder: Path, seeds: int = 3) -> Iterator[Figure]:
     methods = {name: make for name, make in METHODS.items() if not name.startswith("pyDOE3") or " maximin" in name}
     theme, plans = THEME.format(seeds), plans_of(gun_space(), range(seeds), methods)
-    ours = plans.pop(OURS)
+    ours, plain = plans.pop(OURS), plans[PLAIN]
+    bounds = {INFORMATION: [1 / design_quality.d_efficiency_limit for design_quality in ours.qualities]}
     for peer in plans.values():
         yield compared(
             theme, f"time, {peer.name}", ours.seconds, peer.seconds, "s", question="a plan of 105 runs",
             bound="the exchanges that are tried, whose number is fixed", peer_name=peer.name,
         )  # fmt: skip
         for question, value in QUALITY.items():
-            limits = (
-                [1 / design_quality.d_efficiency_limit for design_quality in ours.qualities]
-                if question == INFORMATION
-                else None
-            )
             yield compared(
                 theme, f"{question}, {peer.name}", [value(q) for q in ours.qualities],
-                [value(q) for q in peer.qualities], "",
-                kind="quality", question=question, peer_name=peer.name, bound_values=limits,
-                bound="a balanced orthogonal design" if limits else "no bound is known",
+                [value(q) for q in peer.qualities], "", kind="quality", question=question, peer_name=peer.name,
+                bound="a balanced orthogonal design" if question in bounds else "no bound is known",
+                bound_values=bounds.get(question),
             )  # fmt: skip
     if not has("smt"):
         yield missing(theme, "SMT", ABSENT, question=next(iter(QUALITY)), peer_name="SMT")
-    behind = lost(ours, plans[PLAIN])
+    behind = lost(ours, plain)
     yield Figure(
         theme, "figures on which our worst seed is behind the plain exchange's median", ", ".join(behind) or "none",
         "none, promised", Spread.of([float(len(behind))]), limit=0.0, kind="bound",
@@ -214,11 +203,11 @@ def _print_table(space: Space, published: list[Plans]) -> list[str]:
     """Prints a table of one space; returns what ours has lost."""
     *peers, ours = plans_of(space, range(5), METHODS).values()
     head = (f"design, {space.name}", *(FIGURES[figure][0] for figure in SHOWN), "seconds")
-    lines = [table_row(*head), "| --- " * len(head) + "|", *(row.row() for row in (*published, *peers, ours))]
     held = [peer for peer in peers if peer.name == PLAIN or peer.name.startswith("pyDOE3")]
     failed = [f"{figure} to {peer.name}" for peer in held for figure in lost(ours, peer)]
     failed += ["seconds"] * (max(ours.seconds) > LIMIT_S)
-    print("\n".join(lines), f"\n{space.name}: ours lost {', '.join(failed) or 'nothing'}\n", sep="\n")
+    rows = table(head, (design.row() for design in (*published, *peers, ours)))
+    print(rows, f"\n{space.name}: ours lost {', '.join(failed) or 'nothing'}\n", sep="\n")
     return failed
 
 

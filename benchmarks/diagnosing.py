@@ -38,13 +38,13 @@ from pyroshock.validation.report import pooled
 from pyroshock.validation.tally import FOREST, label
 from threadpoolctl import threadpool_limits
 
-from .harness import ROOT, Figure, Spread, compared, report
+from .harness import ROOT, Figure, Spread, beside, report
 
 THEME = "Diagnosis of {} fresh virtual campaigns with one strong effect, beside simpler methods"
 CAMPAIGNS, SEED, LEARN_FROM, TIER = 6, 811_001, 8, "strong"
 #: Where and causes, as the blind check asks for them; the shrinkage and the next experiment no simpler method has.
 ASKED = Options(shrink=False, plan=OPTIONS.plan, rate_pulses=OPTIONS.rate_pulses)
-OURS, READING = "diagnosis", "reading and simulating"
+OURS, READING = "ours", "bound"
 RECORDED_CHECKS = ROOT / "docs" / "blind-check"
 
 
@@ -62,13 +62,12 @@ def measure_diagnosing(_folder: Path, campaigns: int = CAMPAIGNS, learn_from: in
     forest = trained(learn_from, SEED, ExecutorConfig(jobs=2), lambda *_: None) if learn_from else None
     cases = [_answered(*drawn(kind, i), forest) for i, kind in enumerate(islice(cycle(KINDS), campaigns))]
     methods = [*BASELINES, *([FOREST] if forest else [])]
+    seconds = {name: [case.seconds[name] for case in cases] for name in (OURS, READING, *methods)}
     for method in methods:
-        ours, peer, least = ([case.seconds[name] for case in cases] for name in (OURS, method, READING))
         learned = f"the forest learned from {learn_from} campaigns before; " if method == FOREST else ""
-        yield compared(
-            THEME.format(campaigns), f"from the folder to an answer, beside {method}", ours, peer, "s",
-            bound=f"{learned}reading the folder and simulating every effect", bound_values=least,
-            question="the time of a diagnosis", peer_name=method,
+        yield beside(
+            THEME.format(campaigns), f"from the folder to an answer, beside {method}", seconds, method, unit="s",
+            bound=f"{learned}reading the folder and simulating every effect", question="the time of a diagnosis",
         )  # fmt: skip
     for method in methods:
         rows = [[CaseResult(case.truth, case.answers[name]) for case in cases] for name in (OURS, method)]

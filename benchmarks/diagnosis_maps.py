@@ -30,9 +30,11 @@ from pyroshock.validation.cases.attribution import shares
 from pyroshock.validation.cases.draw import draw_case
 from pyroshock.validation.cases.record import record_case
 
+from .harness import ROOT
+
 Floats = NDArray[np.float64]
 
-ROWS = Path(__file__).parent.parent / "docs" / "blind-check" / "development" / "maps.jsonl"
+ROWS = ROOT / "docs" / "blind-check" / "development" / "maps.jsonl"
 #: First number of every seed; the second is the place of the campaign in the list.
 SEED = 26_113
 SPLIT = "development"
@@ -92,23 +94,16 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
     verdict = verdict_of_case.as_json()
     gap, true = verdict["gap"], shares(label.left_out)
     held = [entry for entry in verdict["shrinkage"] if entry["held_out_by"] == "configuration"]
-    left = np.sqrt(max(held[0]["after"] ** 2 - gap["noise_floor"] ** 2, 0.0)) / gap["tolerance"] if held else None
-    return {
-        **campaign._asdict(),
-        "truth": list(label.cause),
-        "first": verdict["causes"][0],
-        # The likeliest entry but "unknown", and its probability by evidence alone.
-        "known": [
-            next(c["effects"] for c in verdict["causes"] if c["effects"] != ["unknown"]),
-            verdict_of_case.first_evidence,
-        ],
-        "beyond_noise": gap["beyond_noise"],
-        "odds": verdict_of_case.unknown_log_odds,
-        "fraction": held[0]["fraction"] if held else None,
-        "left": None if left is None else float(left),
-        "shares": [_share_row(item, true.get(item["effect"], 0.0)) for item in verdict["effects"]],
-        "sets": verdict_of_case.set_scores,
-    }
+    # The likeliest entry but "unknown", and its probability by evidence alone.
+    likeliest_entry = next(c["effects"] for c in verdict["causes"] if c["effects"] != ["unknown"])
+    row = campaign._asdict() | {"truth": list(label.cause), "first": verdict["causes"][0]}
+    row |= {"known": [likeliest_entry, verdict_of_case.first_evidence], "beyond_noise": gap["beyond_noise"]}
+    row |= {"odds": verdict_of_case.unknown_log_odds, "fraction": None, "left": None}
+    if held:
+        beyond_floor = np.sqrt(max(held[0]["after"] ** 2 - gap["noise_floor"] ** 2, 0.0))
+        row |= {"fraction": held[0]["fraction"], "left": float(beyond_floor / gap["tolerance"])}
+    row["shares"] = [_share_row(item, true.get(item["effect"], 0.0)) for item in verdict["effects"]]
+    return row | {"sets": verdict_of_case.set_scores}
 
 
 def temper(rows: Sequence[dict[str, Any]]) -> dict[float, float]:
@@ -205,7 +200,7 @@ def share_error(rows: Sequence[dict[str, Any]]) -> tuple[float, float]:
 
 
 def _rows(jobs: int) -> Iterator[dict[str, Any]]:
-    done = {json.loads(line)["number"]: json.loads(line) for line in _lines()}
+    done = {row["number"]: row for row in _stored_rows()}
     yield from done.values()
     with ProcessPoolExecutor(jobs) as pool, ROWS.open("a", encoding="utf-8") as file:
         work = [pool.submit(diagnosed, campaign) for campaign in reversed(campaigns()) if campaign.number not in done]
@@ -222,27 +217,24 @@ def _rounded(value: Any) -> Any:
     if isinstance(value, float):
         return float(f"{value:.5g}")
     if isinstance(value, dict):
-        return {key: _rounded(each) for key, each in value.items()}
-    return [_rounded(each) for each in value] if isinstance(value, list | tuple) else value
+        return {key: _rounded(item) for key, item in value.items()}
+    return [_rounded(item) for item in value] if isinstance(value, list | tuple) else value
 
 
-def _lines() -> list[str]:
-    return ROWS.read_text(encoding="utf-8").splitlines() if ROWS.exists() else []
+def _stored_rows() -> list[dict[str, Any]]:
+    return [json.loads(line) for line in ROWS.read_text(encoding="utf-8").splitlines()] if ROWS.exists() else []
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--fit-only", action="store_true", help="from the rows that are there")
-    asked = parser.parse_args()
-    rows = [json.loads(line) for line in _lines()] if asked.fit_only else list(_rows(asked.jobs))
-    intercept, odds, fraction, left = unknown_map(rows)
-    print(
-        f"UnknownMap(intercept={intercept:.2f}, odds={odds:.2f}, fraction={fraction:.2f}, left={left:.2f}) from "
-        f"{len(rows)} campaigns"
-    )
-    intercept, odds, several, fraction = entry_map(rows)
-    print(f"ENTRY_INTERCEPT, _ODDS, _SEVERAL, _FRACTION = {intercept:.2f}, {odds:.2f}, {several:.2f}, {fraction:.2f}")
+    options = parser.parse_args()
+    rows = _stored_rows() if options.fit_only else list(_rows(options.jobs))
+    names = zip(("intercept", "odds", "fraction", "left"), unknown_map(rows), strict=True)
+    print(f"UnknownMap({', '.join(f'{name}={value:.2f}' for name, value in names)}) from {len(rows)} campaigns")
+    entry = ", ".join(f"{value:.2f}" for value in entry_map(rows))
+    print(f"ENTRY_INTERCEPT, _ODDS, _SEVERAL, _FRACTION = {entry}")
     for power, score in temper(rows).items():
         print(f"TEMPER = {power:g}: mean log probability of the true set {score:.3f}")
     error, held = share_error(rows)

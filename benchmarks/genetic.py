@@ -25,7 +25,7 @@ from pyroshock.training.estimators.base import Standard
 from pyroshock.training.estimators.network import one_thread, outputs_of, train_network
 from pyroshock.training.tuning.folds import grouped_folds
 
-from .harness import Figure, compared, multiplying, report, take_turns
+from .harness import Figure, beside, multiplying, report, take_turns
 from .shared_records import held_out, pulse_table
 
 Floats = NDArray[np.float64]
@@ -33,7 +33,7 @@ Layers = tuple[int, ...]
 
 CORES, FOLDS, STEPS = 2, 5, 300
 THEME = f"Genetic search: candidates evaluated by {FOLDS} folds of 1,440 pulses, {STEPS} steps each"
-OURS, PEER = "pyroshock", "scikit-learn, joblib"
+OURS, PEER = "ours", "scikit-learn, joblib"
 #: As the search meets them: from the narrow preset up, and the network of the thesis's Table 4.9.
 QUICK: tuple[Layers, ...] = ((25,), (100,), (10, 10, 10), (50, 50))
 CANDIDATES: tuple[Layers, ...] = ((10,), *QUICK, (144, 144))
@@ -112,22 +112,19 @@ def measure_genetic(_folder: Path, candidates: Sequence[Layers] = QUICK, repeats
         forces = evaluate(folds, candidates, len(errors[name]))
         errors[name].append(float(np.mean([error(force_of_run, folds, table.force_n) for force_of_run in forces])))
 
-    functions: dict[str, Callable[[], object]] = {
-        OURS: partial(learn, OURS, by_us),
-        PEER: partial(learn, PEER, by_peer),
-    }
-    functions["bound"] = multiplying(_flops(folds, candidates), np.float32)
-    seconds = {name: [s / len(candidates) for s in taken] for name, taken in
-               take_turns(functions, repeats, reported=["bound"]).items()}  # fmt: skip
+    functions = {OURS: partial(learn, OURS, by_us), PEER: partial(learn, PEER, by_peer)}
+    limit = multiplying(_flops(folds, candidates), np.float32)
+    taken = take_turns({**functions, "bound": limit}, repeats, reported=["bound"])
+    seconds = {name: [s / len(candidates) for s in all_candidates] for name, all_candidates in taken.items()}
     sizes = ", ".join("x".join(map(str, layers)) for layers in candidates)
-    yield compared(
-        THEME, f"seconds for one of {sizes}", seconds[OURS], seconds[PEER], "s", limit=1.0, peer_name=PEER,
-        bound="one gradient a step at the rate of a product of matrices", bound_values=seconds["bound"],
+    yield beside(
+        THEME, f"seconds for one of {sizes}", seconds, PEER, unit="s", limit=1.0,
+        bound="one gradient a step at the rate of a product of matrices",
         question="an evaluation of the genetic search",
     )  # fmt: skip
-    yield compared(
-        THEME, f"error of left-out pulses (NRMSE), mean of the candidates, {len(errors[OURS])} starts", errors[OURS],
-        errors[PEER], "", limit=MARGIN, kind="quality", bound="the noise of the pulses", peer_name=PEER,
+    yield beside(
+        THEME, f"error of left-out pulses (NRMSE), mean of the candidates, {len(errors[OURS])} starts", errors, PEER,
+        unit="", limit=MARGIN, kind="quality", bound="the noise of the pulses",
     )  # fmt: skip
 
 

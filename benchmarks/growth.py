@@ -12,16 +12,14 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
-from itertools import product
 from pathlib import Path
 
 import numpy as np
 from pyroshock.diagnosis.diagnose import diagnose
 from pyroshock.diagnosis.options import Options
-from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration
 from pyroshock.schema.conditions import Condition
 from pyroshock.schema.listings import iter_impacts, list_campaigns, list_impacts_page
-from pyroshock.schema.session import open_store
+from pyroshock.schema.session import Store, open_store
 from pyroshock.training.estimators.base import Estimator
 from pyroshock.training.estimators.coregional import Coregional
 from pyroshock.training.estimators.linear import KernelRidge
@@ -30,36 +28,30 @@ from pyroshock.training.estimators.single_outputs import SingleOutputs
 from pyroshock.training.estimators.support_vectors import SupportVectors
 from pyroshock.training.estimators.trees import DecisionTree, TreeEnsemble
 from pyroshock.twin.gun.effects.valve_flow import ValveFlow
-from pyroshock.twin.gun.shots import gun_velocity
 from sqlalchemy.orm import Session
 
 from .coregional import pulses
 from .harness import Figure, Spread, missing, ratio, spread_text, take_turns, wall_seconds
-from .shared_records import THESIS_GUN, WRITER, campaign_name, filled
+from .shared_records import WRITER, campaign_name, filled, gun_record
 
 THEME = "Growth"
 FILE = "growth.json"
 BUDGET_S = 12.0
 IMPACTS = (1_000, 10_000, 100_000, 1_000_000)
 _STEEL = (Condition("tip_material", "=", "steel"),)
+_PAGE, _CAMPAIGN = "50 rows at any size", "its rows: 1,000 in the smallest store, 1,800 in the others"
 #: Questions of a store, and what bounds their growth.
 QUESTIONS: dict[str, tuple[Callable[[Session], object], str]] = {
-    "the first 50 impacts": (lambda s: list_impacts_page(s, None, (), None, 50), "50 rows at any size"),
-    "the first 50 with tip_material=steel": (
-        lambda s: list_impacts_page(s, None, _STEEL, None, 50),
-        "50 rows at any size",
-    ),
-    "all impacts of a campaign": (
-        lambda s: sum(1 for _ in iter_impacts(s, campaign_name(1))),
-        "its rows: 1,000 in the smallest store, 1,800 in the others",
-    ),
+    "the first 50 impacts": (lambda s: list_impacts_page(s, None, (), None, 50), _PAGE),
+    "the first 50 with tip_material=steel": (lambda s: list_impacts_page(s, None, _STEEL, None, 50), _PAGE),
+    "all impacts of a campaign": (lambda s: sum(1 for _ in iter_impacts(s, campaign_name(1))), _CAMPAIGN),
     "all campaigns with their counts": (list_campaigns, "an entry of an index for each impact"),
 }
 ROOM = "room without series and curves"
 DIAGNOSIS = "where and causes of a gun's gap"
-#: Pressures by masses of a diagnosed gun, each configuration three times.
+#: Pressures (Pa) by masses (kg) of a diagnosed gun, each configuration three times: numbers and ranges.
 GRIDS = {12: (4, 3), 40: (8, 5), 120: (12, 10), 400: (20, 20)}
-REPETITIONS, SCATTER = 3, 0.01
+RANGES = ((0.4e5, 4e5), (0.1, 1.0))
 PULSES, ASKED, PULSES_PER_GROUP = (100, 300, 1_000, 3_000), 1_000, 10
 #: The laboratory's own model is measured at all sizes, whatever the budget of the others.
 COREGIONAL, COREGIONAL_BUDGET_S = "coregional Gaussian process", 60.0
@@ -162,12 +154,8 @@ def store_curves(folder: Path, sizes: Sequence[int] = IMPACTS, repeats: int = 5)
     for size in sizes:
         url = filled(folder, size)
         with open_store(url, WRITER) as store:
-
-            def ask(question: Callable[[Session], object], store=store) -> object:  # type: ignore[no-untyped-def]
-                with store.reading() as session:
-                    return question(session)
-
-            seconds = take_turns({name: partial(ask, question) for name, (question, _) in QUESTIONS.items()}, repeats)
+            questions = {name: partial(_answer, store, question) for name, (question, _) in QUESTIONS.items()}
+            seconds = take_turns(questions, repeats)
         for name, values in seconds.items():
             curves[name].append(Point("impacts", name, size, tuple(values)))
         room = float(Path(url.removeprefix("sqlite:///")).stat().st_size)
@@ -177,28 +165,19 @@ def store_curves(folder: Path, sizes: Sequence[int] = IMPACTS, repeats: int = 5)
     return (Curve(points, bounds[name]) for name, points in curves.items())
 
 
-def gun_record(pressures: int, masses: int) -> CampaignRecord:
-    """Shots that lose gas to a valve which no nominal law knows, with scatter."""
-    rng = np.random.default_rng(0)
-    settings = list(product(np.geomspace(0.4e5, 4e5, pressures).tolist(), np.geomspace(0.1, 1.0, masses).tolist()))
-    pressure, mass = np.array(settings).T
-    velocity = gun_velocity(THESIS_GUN, pressure, mass, [ValveFlow()]).velocity_m_s
-    configurations = tuple(
-        RunConfiguration(f"{p:g}, {m:g}", {"tank_pressure": p, "bullet_mass": m}) for p, m in settings
-    )
-    runs = []
-    for order, (repetition, c) in enumerate(product(range(1, REPETITIONS + 1), range(len(settings)))):
-        read = float(velocity[c] * np.exp(SCATTER * rng.standard_normal()))
-        runs.append(Run(c, order + 1, repetition, order, *settings[c], read, SCATTER * read))
-    return CampaignRecord("shots", "gun", configurations, tuple(runs), THESIS_GUN)
+def _answer(store: Store, question: Callable[[Session], object]) -> object:
+    with store.reading() as session:
+        return question(session)
 
 
 def diagnosis_curves(budget_s: float) -> Iterator[Curve]:
     options = Options(shrink=False, plan=False, rate_pulses=False)
-    diagnose(gun_record(*GRIDS[12]), options=options)  # imports
+    diagnose(gun_record([ValveFlow()]), options=options)  # imports
 
     def cost(size: int) -> tuple[float, ...]:
-        record = gun_record(*GRIDS[size])
+        pressures, masses = (np.geomspace(*ends, n) for ends, n in zip(RANGES, GRIDS[size], strict=True))
+        # Gas that is lost to a valve no nominal law knows.
+        record = gun_record([ValveFlow()], scatter=0.01, pressures_pa=pressures.tolist(), masses_kg=masses.tolist())
         return repeated(lambda: diagnose(record, options=options))
 
     costs = within_budget(cost, GRIDS, budget_s)

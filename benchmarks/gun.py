@@ -25,7 +25,7 @@ from pyroshock.twin.gun.effects.valve_flow import ValveFlow
 from pyroshock.twin.gun.shot import GunEffect, nominal_shot
 from pyroshock.twin.gun.shots import gun_velocity
 
-from .harness import Figure, compared, processor_seconds, report, take_turns
+from .harness import Figure, beside, processor_seconds, report, take_turns
 from .shared_records import THESIS_GUN, Method, ScalarGun, scalar_guns
 
 Floats = NDArray[np.float64]
@@ -81,18 +81,19 @@ def figure(case: Case, name: str, shots: int = SHOTS, repeats: int = REPEATS, li
     difference = float(np.max(np.abs(fire().velocity_m_s[rows] / exact - 1)))
     if not difference <= ACCURACY:
         raise ValueError(f"{name}: velocities {difference:.1g} apart; expected at most {ACCURACY:g}")
+    peer = f"solve_ivp loop, {solver.method} at {solver.rtol:g}"
     functions: dict[str, Callable[[], object]] = {
         "ours": fire,
-        "peer": lambda: [gun.velocity(solver.method, solver.rtol) for gun in guns],
-        "rates": evaluated(pressure, mass, effects),
+        peer: lambda: [gun.velocity(solver.method, solver.rtol) for gun in guns],
+        "bound": evaluated(pressure, mass, effects),
     }
-    seconds = take_turns(functions, repeats, processor_seconds)
-    return compared(
-        THEME, f"{shots:,} shots with {name}", seconds["ours"], [s * shots / len(rows) for s in seconds["peer"]], "s",
-        limit=limit, bound_values=[s / EVALUATIONS * needed for s in seconds["rates"]],
+    shares = {"ours": 1, peer: shots / len(rows), "bound": needed / EVALUATIONS}
+    taken = take_turns(functions, repeats, processor_seconds)
+    return beside(
+        THEME, f"{shots:,} shots with {name}", {k: [shares[k] * s for s in taken[k]] for k in taken}, peer, unit="s",
+        limit=limit, question="a batch of gun shots" if limit else "",
         bound=f"{needed:.0f} evaluations of the rates of each shot, as the thriftiest of scipy's methods needs them "
-        f"(velocities within {difference:.1g})", question="a batch of gun shots" if limit else "",
-        peer_name=f"solve_ivp loop, {solver.method} at {solver.rtol:g}",
+        f"(velocities within {difference:.1g})",
     )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import distributions
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal, Self
@@ -159,6 +159,11 @@ def table_row(*cells: str) -> str:
     return f"| {' | '.join(cells)} |"
 
 
+def table(head: Sequence[str], rows: Iterable[str]) -> str:
+    """Markdown; each of `rows` is a `table_row`."""
+    return "\n".join([table_row(*head), "| --- " * len(head) + "|", *rows])
+
+
 def compared(
     theme: str,
     name: str,
@@ -187,6 +192,17 @@ def promised(theme: str, name: str, ours: Sequence[float], most: float, unit: st
 def missing(theme: str, name: str, why: str, **fields: Any) -> Figure:
     """The row of a peer that cannot be measured: not installed, out of memory, out of time."""
     return Figure(theme, name, fields.pop("ours", "—"), why, None, **fields)
+
+
+def beside(
+    theme: str, name: str, seconds: Mapping[str, Sequence[float]], peer: str, why: str = ABSENT, **fields: Any
+) -> Figure:
+    """ "ours" of the `seconds` beside a peer, and over the "bound" where it is among them; `why`: no such peer."""
+    fields = {"peer_name": peer, "bound_values": seconds.get("bound"), **fields}
+    if peer in seconds:
+        return compared(theme, name, seconds["ours"], seconds[peer], **fields)
+    shown = {key: fields[key] for key in ("question", "peer_name") if key in fields}
+    return missing(theme, name, why, ours=spread_text(seconds["ours"], fields.get("unit", "ms")), **shown)
 
 
 def report(measure: Callable[[Path], Iterable[Figure]]) -> int:
@@ -227,70 +243,42 @@ def multiplying(flops: float, dtype: type[np.floating[Any]] = np.float64, size: 
     return lambda: wall_seconds(lambda: np.matmul(a, a, out=out)) * flops / (2.0 * size**3)
 
 
-@dataclass(frozen=True)
-class ProcessCost:
-    """What a fresh process and its children took; `peak_bytes` is the most they held together (0: not watched)."""
-
-    wall_s: float
-    peak_bytes: int
-
-
-def run_program(words: Sequence[str | Path], *, watch_memory: bool = False) -> ProcessCost:
-    """A program with its arguments, from the root of the repository. Raises `CalledProcessError`."""
+def run_program(words: Sequence[str | Path], *, watch_memory: bool = False) -> int:
+    """A program with its arguments, from the root of the repository; the most bytes that it and its children held
+    together (0: not watched). Raises `CalledProcessError`."""
     command = [*map(str, words)]
     # With this variable each process would compile what it imports.
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-    begin = time.perf_counter()
     with subprocess.Popen(
         command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
     ) as process:
-        watch = _MemoryWatch(process.pid) if watch_memory else None
+        done, peaks = threading.Event(), [0]
+        watch = threading.Thread(target=_watch_memory, args=(process.pid, done, peaks), daemon=True)
+        if watch_memory:
+            watch.start()
         _, errors = process.communicate()
-        peak = watch.stop() if watch else 0
+        done.set()
     if process.returncode:
         raise subprocess.CalledProcessError(process.returncode, command, stderr=errors.decode())
-    return ProcessCost(time.perf_counter() - begin, peak)
+    return max(peaks)
 
 
-def run_python(*arguments: str | Path, watch_memory: bool = False) -> ProcessCost:
+def run_python(*arguments: str | Path, watch_memory: bool = False) -> int:
     return run_program([sys.executable, *arguments], watch_memory=watch_memory)
 
 
-class _MemoryWatch:
-    """Adds up the proportional share of memory of a process and its descendants, 50 times a second (Linux)."""
+def _watch_memory(pid: int, done: threading.Event, peaks: list[int]) -> None:
+    """The proportional share of memory of a process and its descendants (Linux), 50 times a second: pages that several
+    of them share are counted once in all."""
+    import psutil
 
-    def __init__(self, pid: int) -> None:
-        self._pid, self._peak, self._done = pid, 0, threading.Event()
-        self._thread = threading.Thread(target=self._look, daemon=True)
-        self._thread.start()
-
-    def stop(self) -> int:
-        self._done.set()
-        self._thread.join()
-        return self._peak
-
-    def _look(self) -> None:
-        while not self._done.wait(0.02):
-            self._peak = max(self._peak, sum(map(_share_bytes, _family(self._pid))))
-
-
-def _family(pid: int) -> list[int]:
-    """A process and all its descendants."""
-    family = [pid]
-    for member in family:
-        with suppress(OSError):  # it has just ended
-            for task in Path(f"/proc/{member}/task").iterdir():
-                family += [int(child) for child in (task / "children").read_text().split()]
-    return family
-
-
-def _share_bytes(pid: int) -> int:
-    """Proportional set size: pages that several processes share are counted once in all."""
-    try:
-        lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
-    except OSError:
-        return 0
-    return next((1024 * int(line.split()[1]) for line in lines if line.startswith("Pss:")), 0)
+    while not done.wait(0.02):
+        shares = [0]
+        with suppress(psutil.NoSuchProcess):
+            for member in [psutil.Process(pid), *psutil.Process(pid).children(recursive=True)]:
+                with suppress(psutil.Error):  # it has just ended
+                    shares.append(member.memory_full_info().pss)
+        peaks.append(sum(shares))
 
 
 Message = dict[str, Any]
@@ -304,8 +292,10 @@ class Program:
     """`python ARGUMENTS` that answers requests, a line of JSON each, as long as the block lasts.
 
     It shares no memory, threads or packages with ours, and measures itself, so that the time of a request counts for
-    nobody. It may take `limit_bytes` of address space.
+    nobody. It may take `limit_bytes` of address space. `why` says why it has ended.
     """
+
+    why = ""
 
     def __init__(self, *arguments: str | Path, python: str | Path = sys.executable, limit_bytes: int = 0) -> None:
         def limit_memory() -> None:
@@ -339,7 +329,8 @@ class Program:
             in_time = timer.is_alive()
             timer.cancel()
         if not line:
-            raise ProgramError(self._reason() if in_time else f"killed after {limit_s:g} s")
+            self.why = self._reason() if in_time else f"killed after {limit_s:g} s"
+            raise ProgramError(self.why)
         return dict(json.loads(line))
 
     def seconds(self, **request: Any) -> float:
@@ -397,12 +388,5 @@ def interpreter_with(module: str) -> Path | None:
 
 def version_of(package: str) -> str:
     """The version by pip's name, from this environment or a peer's own; "" where it is not installed."""
-    with suppress(PackageNotFoundError):  # it may stand in an environment of its own
-        return version(package)
-    wanted = package.lower().replace("-", "_")
-    # The name of the metadata folder tells it: importing the package would start another interpreter.
-    for folder in _PEER_ENVIRONMENTS.glob("*/lib/python*/site-packages/*.dist-info"):
-        name, _, number = folder.name.removesuffix(".dist-info").partition("-")
-        if name.lower().replace("-", "_") == wanted:
-            return number
-    return ""
+    folders = [*sys.path, *map(str, _PEER_ENVIRONMENTS.glob("*/lib/python*/site-packages"))]
+    return next((installed.version for installed in distributions(name=package, path=folders)), "")

@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from pyroshock.app.common.plots import new_figure
 from pyroshock.twin.contact.bodies import Bodies
 from pyroshock.twin.contact.effects.plastic_yield import PlasticYield
 from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
@@ -32,7 +33,7 @@ from pyroshock.twin.contact.laws import ELASTIC, LOSSY
 from pyroshock.twin.contact.pulse import Law as PulseLaw
 from pyroshock.twin.contact.restitution_laws import constant
 
-from .harness import Figure, compared, processor_seconds, promised, report, take_turns, wall_seconds
+from .harness import Figure, beside, processor_seconds, promised, report, table, table_row, take_turns, wall_seconds
 from .shared_records import ball, impacts
 
 THEME = "Impacts in one call, beside solve_ivp one after the other"
@@ -40,6 +41,8 @@ THEME = "Impacts in one call, beside solve_ivp one after the other"
 IMPACTS, LOOP_EVERY, REPEATS = 10_000, 200, 5
 LIMIT, LARGEST_ERROR = 1 / 100, 1e-6
 EFFECTS = (ViscousLoss(0.05), PlasticYield(), PlateCompliance(0.3))
+#: Force and its slope by depth.
+_Course = Callable[[float], tuple[float, float]]
 _NAMES = ("peak force", "contact time", "impulse", "separation velocity")
 RESTITUTION, LAW_IMPACTS, LAW_LIMIT_S = 2 / 3, 1_800, 1.0
 LAWS: Mapping[str, PulseLaw] = {
@@ -66,7 +69,7 @@ def looped(some: Bodies, tolerance: float, evaluations: list[int] | None = None)
     prepared, counts = _prepared(some), [] if evaluations is None else evaluations
     names = ("mass_kg", "stiffness_n_mp", "rate_loss_s_m", "yield_load_n", "plate_mobility_m_n_s")
     rows = zip(some.impact_velocity_m_s, *(getattr(prepared, name) for name in names), strict=True)
-    return np.array([_solved(tuple(map(float, row)), tolerance, counts) for row in rows]).T
+    return np.array([_solved(tolerance, counts, *map(float, row)) for row in rows]).T
 
 
 def _prepared(some: Bodies) -> Impacts:
@@ -95,9 +98,12 @@ def _evaluations(columns: NDArray[np.float64], times: int) -> float:
     return total
 
 
-def _solved(values: tuple[float, ...], tolerance: float, counts: list[int]) -> tuple[float, float, float, float]:
+def _solved(
+    tolerance: float, counts: list[int], u: float, m: float, k: float, chi: float, load: float, mobility: float
+) -> tuple[float, float, float, float]:
     """Loading to the turn, unloading to parting; the peak where the force's rate changes its sign."""
-    u, m, k, chi, load, mobility = values
+    from scipy.integrate import solve_ivp
+
     yields = (load / k) ** (2 / 3)
 
     def loading(d: float) -> tuple[float, float]:
@@ -106,62 +112,48 @@ def _solved(values: tuple[float, ...], tolerance: float, counts: list[int]) -> t
             return k * d**1.5, 1.5 * k * d**0.5
         return load + 1.5 * load / yields * (d - yields), 1.5 * load / yields
 
-    time, (deepest, v), peak = _run(loading, [0.0, u], m, chi, mobility, 0.0, tolerance, counts)
-    top = loading(deepest)[0]
-    recovered = deepest * top / (k * deepest**1.5) if deepest > yields else deepest
-    stays = deepest - recovered
-
     def unloading(d: float) -> tuple[float, float]:
         share = max(d - stays, 0.0) / recovered
         return top * share**1.5, 1.5 * top / recovered * share**0.5
 
-    time, (_, v), _ = _run(unloading, [deepest, v], m, chi, mobility, time, tolerance, counts, stays)
+    def run(law: _Course, start: list[float], time: float, stays: float | None) -> tuple[float, list[float], float]:
+        def approach(d: float, v: float) -> tuple[float, float]:
+            force = law(d)[0]
+            rate = (v - mobility * force) / (1 + chi * mobility * force)
+            return rate, force * (1 + chi * rate)
+
+        def rate(_: float, state: NDArray[np.float64]) -> list[float]:
+            indentation, force = approach(*state)
+            return [indentation, -force / m]
+
+        def end(_: float, state: NDArray[np.float64]) -> float:
+            return approach(*state)[0] if stays is None else float(state[0] - stays)
+
+        def steepness(_: float, state: NDArray[np.float64]) -> float:
+            rate, force = approach(*state)
+            static, slope = law(float(state[0]))
+            grip = 1 + chi * rate
+            lossy = 1 + chi * mobility * static
+            return slope * rate * grip - chi * static * (force / m + mobility * slope * rate * grip) / lossy
+
+        end.terminal, end.direction = True, -1.0  # type: ignore[attr-defined]
+        steepness.direction = -1.0  # type: ignore[attr-defined]
+        # An event is as exact as the polynomial between two steps.
+        solved = solve_ivp(
+            rate, (time, time + 1.0), start, "DOP853", events=(end, steepness), rtol=tolerance, atol=1e-15,
+            first_step=1e-7, max_step=2e-5 if tolerance < 1e-9 else np.inf,
+        )  # fmt: skip
+        counts.append(int(solved.nfev))
+        turns = solved.y_events[1] if solved.y_events else ()
+        summit = max((approach(*state)[1] for state in turns), default=0.0)
+        return float(solved.t[-1]), [float(x) for x in solved.y[:, -1]], summit
+
+    time, (deepest, v), peak = run(loading, [0.0, u], 0.0, None)
+    top = loading(deepest)[0]
+    recovered = deepest * top / (k * deepest**1.5) if deepest > yields else deepest
+    stays = deepest - recovered
+    time, (_, v), _ = run(unloading, [deepest, v], time, stays)
     return max(peak, top), time, m * (u - v), -v
-
-
-def _run(
-    law: Callable[[float], tuple[float, float]],
-    start: list[float],
-    m: float,
-    chi: float,
-    mobility: float,
-    time: float,
-    tolerance: float,
-    counts: list[int],
-    stays: float | None = None,
-) -> tuple[float, list[float], float]:
-    from scipy.integrate import solve_ivp
-
-    def approach(d: float, v: float) -> tuple[float, float]:
-        force = law(d)[0]
-        rate = (v - mobility * force) / (1 + chi * mobility * force)
-        return rate, force * (1 + chi * rate)
-
-    def rate(_: float, state: NDArray[np.float64]) -> list[float]:
-        indentation, force = approach(*state)
-        return [indentation, -force / m]
-
-    def end(_: float, state: NDArray[np.float64]) -> float:
-        return approach(*state)[0] if stays is None else float(state[0] - stays)
-
-    def steepness(_: float, state: NDArray[np.float64]) -> float:
-        rate, force = approach(*state)
-        static, slope = law(float(state[0]))
-        grip = 1 + chi * rate
-        lossy = 1 + chi * mobility * static
-        return slope * rate * grip - chi * static * (force / m + mobility * slope * rate * grip) / lossy
-
-    end.terminal, end.direction = True, -1.0  # type: ignore[attr-defined]
-    steepness.direction = -1.0  # type: ignore[attr-defined]
-    # An event is as exact as the polynomial between two steps.
-    run = solve_ivp(
-        rate, (time, time + 1.0), start, "DOP853", events=(end, steepness), rtol=tolerance, atol=1e-15,
-        first_step=1e-7, max_step=2e-5 if tolerance < 1e-9 else np.inf,
-    )  # fmt: skip
-    counts.append(int(run.nfev))
-    turns = run.y_events[1] if run.y_events else ()
-    summit = max((approach(*state)[1] for state in turns), default=0.0)
-    return float(run.t[-1]), [float(x) for x in run.y[:, -1]], summit
 
 
 def measure_impacts(
@@ -174,17 +166,15 @@ def measure_impacts(
     theirs = np.abs((looped(some, 1e-8, evaluations) - exact) / scale).max(axis=1)
     our_error = np.abs((ours(all_bodies)[:, ::every] - exact) / scale).max(axis=1)
     needed = sum(evaluations) / exact.shape[1]
-    functions: dict[str, Callable[[], object]] = {
-        "ours": partial(ours, all_bodies),
-        "loop": partial(looped, some, 1e-8),
-        "rates": evaluated(all_bodies, 10),
-    }
-    seconds = take_turns(functions, repeats, processor_seconds)
-    yield compared(
-        THEME, f"{count:,} impacts with three effects", seconds["ours"], [every * t for t in seconds["loop"]], "s",
-        limit=LIMIT, bound_values=[needed / 10 * t for t in seconds["rates"]],
-        bound=f"{needed:.0f} evaluations of the rates of each, as the loop needs them",
-        question="a batch of impacts", peer_name="solve_ivp loop",
+    peer, loop = "solve_ivp loop", partial(looped, some, 1e-8)
+    functions: dict[str, Callable[[], object]] = {"ours": partial(ours, all_bodies), peer: loop}
+    functions["bound"] = evaluated(all_bodies, 10)
+    shares = {"ours": 1, peer: every, "bound": needed / 10}
+    taken = take_turns(functions, repeats, processor_seconds)
+    yield beside(
+        THEME, f"{count:,} impacts with three effects", {k: [shares[k] * t for t in taken[k]] for k in taken}, peer,
+        unit="s", limit=LIMIT, bound=f"{needed:.0f} evaluations of the rates of each, as the loop needs them",
+        question="a batch of impacts",
     )  # fmt: skip
     errors = ", ".join(f"{name} {error:.1g}" for name, error in zip(_NAMES, theirs, strict=True))
     for name, own in zip(_NAMES, our_error, strict=True):
@@ -193,8 +183,7 @@ def measure_impacts(
 
 
 def compare_laws(picture: Path | None = None) -> int:
-    print("| law | contact time, ms | compression, share | peak, N | impulse / m u | 1,800 impacts, ms |")
-    print("| --- " * 6 + "|")
+    rows = []
     at, speeds = ball(impact_velocity_m_s=1.0), np.ones(LAW_IMPACTS)
     momentum, slowest = float(np.squeeze(at.sphere_mass_kg * at.impact_velocity_m_s)), 0.0
     for name, law in LAWS.items():
@@ -202,10 +191,11 @@ def compare_laws(picture: Path | None = None) -> int:
         seconds = wall_seconds(lambda law=law: law(ball(impact_velocity_m_s=speeds)).force_n())  # type: ignore[misc]
         slowest = max(slowest, seconds)
         time_s, share = pulse.contact_time_s[0], pulse.compression_time_s[0] / pulse.contact_time_s[0]
-        cells = (
-            f"{1e3 * time_s:.4f} | {share:.3f} | {pulse.peak_force_n[0]:.0f} | {pulse.impulse_n_s[0] / momentum:.3f}"
-        )
-        print(f"| {name} | {cells} | {1e3 * seconds:.1f} |")
+        cells = f"{1e3 * time_s:.4f}", f"{share:.3f}", f"{pulse.peak_force_n[0]:.0f}"
+        rows.append(table_row(name, *cells, f"{pulse.impulse_n_s[0] / momentum:.3f}", f"{1e3 * seconds:.1f}"))
+    print(
+        table(("law", "contact time, ms", "compression, share", "peak, N", "impulse / m u", "1,800 impacts, ms"), rows)
+    )
     if picture:
         _draw_laws(picture, at)
     return 0 if slowest <= LAW_LIMIT_S else 1
@@ -213,9 +203,7 @@ def compare_laws(picture: Path | None = None) -> int:
 
 def _draw_laws(path: Path, at: Bodies) -> None:
     """Fig. 1.7: force over peak, time over contact time."""
-    from matplotlib.figure import Figure as Canvas
-
-    canvas, phase = Canvas(figsize=(6.4, 3.6), layout="constrained"), np.linspace(0, 1, 501)
+    canvas, phase = new_figure(6.4, 3.6), np.linspace(0, 1, 501)
     axes = canvas.add_subplot()
     for name, law in LAWS.items():
         pulse, style = law(at), "--" if name in ("hertz", "hunt-crossley") else "-"

@@ -22,9 +22,10 @@ from pyroshock.ingest.readers import open_recording
 from pyroshock.signals.shock_figures import shock_figures
 from pyroshock.signals.units import to_si
 
-from .harness import ROOT, table_row
+from .harness import ROOT, table, table_row
 
-VARIABLE = "PYROSHOCK_RECORDS"
+#: Where the tests look for the measured records of others; the variable names a folder of further ones.
+REAL_DATA, VARIABLE = ROOT.parent / "shared" / "real-data", "PYROSHOCK_RECORDS"
 #: The largest deviation from the independent calculation that is allowed.
 LIMITS = {"peak": 0.005, "half width": 0.01, "impulse": 0.01}
 G = 9.80665
@@ -76,12 +77,11 @@ def lvm_columns(path: Path) -> dict[str, Floats]:
     lines = path.read_text(encoding="latin-1").splitlines()
     head = max(i for i, line in enumerate(lines) if line.startswith("***End_of_Header***")) + 1
     separator = "\t" if "\t" in lines[head] else ","
-    names = lines[head].split(separator)
-    rows = [line.split(separator) for line in lines[head + 1 :] if line.strip()]
+    names, *rows = [line.split(separator) for line in lines[head:] if line.strip()]
     columns = {}
     for at, name in enumerate(names):
-        fields = [row[at].strip() for row in rows if at < len(row)]
         if name not in ("X_Value", "Comment", ""):
+            fields = [row[at].strip() for row in rows if at < len(row)]
             columns[name] = np.array([float(field.replace(",", ".")) for field in fields if field])
     return columns
 
@@ -136,7 +136,7 @@ def _refuse_other_numbers(path: Path, name: str, expected: Floats) -> None:
 
 
 def main() -> None:
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT.parent / "shared" / "real-data"
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else REAL_DATA
     records = list(shipped_records(folder)) if folder.is_dir() else []
     if VARIABLE in os.environ:
         records += further_records(Path(os.environ[VARIABLE]))
@@ -144,10 +144,11 @@ def main() -> None:
     for record in records:
         for name, deviation in deviations(record).items():
             largest[record.origin, name].append(deviation)
-    print("| records | figure | number | median deviation | largest | limit |\n| --- | --- | --- | --- | --- | --- |")
-    for (origin, name), values in largest.items():
-        shares = f"{np.median(values):.2%}", f"{max(values):.2%}", f"{LIMITS[name]:.1%}"
-        print(table_row(origin, name, str(len(values)), *shares))
+    head = ("records", "figure", "number", "median deviation", "largest", "limit")
+    print(table(head, (
+        table_row(*key, str(len(x)), f"{np.median(x):.2%}", f"{max(x):.2%}", f"{LIMITS[key[1]]:.1%}")
+        for key, x in largest.items()
+    )))  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .harness import PYROSHOCK, Figure, ProcessCost, compared, run_python, take_turns
+from .harness import PYROSHOCK, Figure, beside, run_python, take_turns
 from .shared_records import hammer_record, kept_campaign
 
 RECORDINGS, LIMIT, MEMORY_LIMIT = 180, 1.5, 1.1
@@ -29,21 +29,17 @@ def measure_ingest(
     """Time of the command over the peer's."""
     for suffix in formats:
         source = kept_campaign(folder, recordings, suffix)
-        commands = {
-            "peer": partial(run_python, "-m", "benchmarks.ingest", source, folder / "peer.h5"),
-            "ours": partial(ingest_once, source, folder),
-        }
-        seconds = take_turns(commands, repeats, warm=False)
-        yield compared(
-            THEME.format(recordings), _FORMATS[suffix], seconds["ours"], seconds["peer"], "s", limit=LIMIT,
-            bound="hashing and compressing the same bytes on one processor",
-            bound_values=_hash_and_compress_s(recordings, repeats), question="a campaign into the store",
-            peer_name="h5py, the series alone",
+        peer, copy = "h5py, the series alone", ("-m", "benchmarks.ingest", source, folder / "peer.h5")
+        commands = {peer: partial(run_python, *copy), "ours": partial(ingest_once, source, folder)}
+        seconds = take_turns(commands, repeats, warm=False) | {"bound": _hash_and_compress_s(recordings, repeats)}
+        yield beside(
+            THEME.format(recordings), _FORMATS[suffix], seconds, peer, unit="s", limit=LIMIT,
+            bound="hashing and compressing the same bytes on one processor", question="a campaign into the store",
         )  # fmt: skip
 
 
-def ingest_once(source: Path, folder: Path, *, jobs: int | None = None, watch_memory: bool = False) -> ProcessCost:
-    """The command in a fresh process, into a new SQLite store."""
+def ingest_once(source: Path, folder: Path, *, jobs: int | None = None, watch_memory: bool = False) -> int:
+    """The command in a fresh process, into a new SQLite store; its peak memory as `run_program`."""
     for old in folder.glob("ingested.db*"):
         old.unlink()
     options = [] if jobs is None else ["--jobs", str(jobs)]
@@ -83,19 +79,18 @@ def measure_memory(folder: Path, recordings: int = RECORDINGS, repeats: int = 3)
 
     def peaks(count: int, jobs: int) -> list[float]:
         source = kept_campaign(folder, count, ".mat")
-        runs = [ingest_once(source, folder, jobs=jobs, watch_memory=True) for _ in range(repeats)]
-        return [float(run.peak_bytes) for run in runs]
+        return [float(ingest_once(source, folder, jobs=jobs, watch_memory=True)) for _ in range(repeats)]
 
-    libraries = [float(run_python("-c", _LIBRARIES, watch_memory=True).peak_bytes) for _ in range(repeats)]
+    libraries = [float(run_python("-c", _LIBRARIES, watch_memory=True)) for _ in range(repeats)]
     for jobs, in_flight in ((1, 1), (2, 4)):
         smallest = peaks(recordings // 4, jobs)
         for count in (recordings // 2, recordings):
-            yield compared(
-                MEMORY_THEME, f"{count} recordings against {recordings // 4}, --jobs {jobs}", peaks(count, jobs),
-                smallest, "MiB", limit=MEMORY_LIMIT, bound_values=libraries,
+            peer = f"ours with {recordings // 4} recordings"
+            yield beside(
+                MEMORY_THEME, f"{count} recordings against {recordings // 4}, --jobs {jobs}",
+                {"ours": peaks(count, jobs), peer: smallest, "bound": libraries}, peer, unit="MiB", limit=MEMORY_LIMIT,
                 bound=f"{in_flight} x 4 MiB of recordings in flight at most, and one process that only loads the "
                 "libraries", question="memory of an ingest as the campaign grows", kind="growth",
-                peer_name=f"ours with {recordings // 4} recordings",
             )  # fmt: skip
 
 

@@ -6,12 +6,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -21,15 +20,12 @@ from pyroshock.schema.session import Store, open_store
 from sqlalchemy import text
 
 from .harness import (
-    ABSENT,
     Figure,
-    compared,
+    beside,
     interpreter_with,
-    missing,
     promised,
     run_program,
     run_python,
-    spread_text,
     take_turns,
 )
 from .ingest import ingest_once
@@ -60,46 +56,34 @@ Run = Callable[[], object]
 
 
 def measure_start_up(folder: Path, repeats: int = 5) -> Iterator[Figure]:
+    """A command, its peers (None: not installed), and what bounds it."""
     (folder / "start-up").mkdir(exist_ok=True)
     ingest_once(kept_campaign(folder, _RECORDINGS, ".npz"), folder / "start-up", jobs=1)
     store = str(folder / "start-up" / "ingested.db")
     plain = f"import sqlite3; sqlite3.connect({store!r}).execute({_PLAIN!r}).fetchall()"
     frame = f"import sqlite3, pandas; pandas.read_sql({_PLAIN!r}, sqlite3.connect({store!r}))"
-    modules = ("qcodes", "pyyeti.srs", "endaq.calc")
-    version: dict[str, Run | None] = {"mlflow --version": partial(run_program, [_BIN / "mlflow", "--version"])}
-    version |= {f"import {module}": _importing(module) for module in modules}
-    starting = partial(run_python, "-c", "pass")
-    python = ("Python that starts and ends", starting)
-    help_peer = {"mlflow --help": partial(run_program, [_BIN / "mlflow", "--help"])}
-    yield from _command("pyroshock --version", ["--version"], version, *python, repeats)
-    yield from _command("pyroshock --help", ["--help"], dict(help_peer), *python, repeats)
-    yield from _command(
-        "pyroshock impacts", ["impacts", "--db", f"sqlite:///{store}"],
-        {"pandas.read_sql": partial(run_python, "-c", frame)},
-        f"Python that fetches the same {HITS * _RECORDINGS} rows with sqlite3", partial(run_python, "-c", plain),
-        repeats,
-    )  # fmt: skip
+
+    def mlflow(option: str) -> dict[str, Run]:
+        return {f"mlflow {option}": partial(run_program, [_BIN / "mlflow", option])}
+
+    rows = f"Python that fetches the same {HITS * _RECORDINGS} rows with sqlite3"
+    imports = {f"import {module}": _importing(module) for module in ("qcodes", "pyyeti.srs", "endaq.calc")}
+    commands: tuple[tuple[list[str], Mapping[str, Run | None], str, str], ...] = (
+        (["--version"], {**mlflow("--version"), **imports}, "Python that starts and ends", "pass"),
+        (["--help"], mlflow("--help"), "Python that starts and ends", "pass"),
+        (["impacts", "--db", f"sqlite:///{store}"], {"pandas.read_sql": partial(run_python, "-c", frame)}, rows, plain),
+    )
+    for words, peers, bound, limit in commands:
+        runs = {"ours": partial(run_program, [_BIN / "pyroshock", *words]), "bound": partial(run_python, "-c", limit)}
+        seconds = take_turns({**runs, **{peer: run for peer, run in peers.items() if run}}, repeats)
+        for peer in peers:
+            name = f"pyroshock {words[0]}"
+            yield beside(COMMANDS, f"{name}; {peer}", seconds, peer, question=f"`{name}`", bound=bound)
 
 
 def _importing(module: str) -> Run | None:
     python = interpreter_with(module.split(".")[0])
     return partial(run_program, [python, "-c", f"import {module}"]) if python else None
-
-
-def _command(
-    name: str, words: list[str], peers: dict[str, Run | None], bound: str, limit: Run, repeats: int
-) -> Iterator[Figure]:
-    runs: dict[str, Run] = {"ours": partial(run_program, [_BIN / "pyroshock", *words]), "bound": limit}
-    seconds = take_turns(runs | {peer: run for peer, run in peers.items() if run}, repeats)
-    for peer in peers:
-        fields: dict[str, Any] = {"question": f"`{name}`", "peer_name": peer}
-        if peer not in seconds:
-            yield missing(COMMANDS, f"{name}; {peer}", ABSENT, ours=spread_text(seconds["ours"], "ms"), **fields)
-            continue
-        yield compared(
-            COMMANDS, f"{name}; {peer}", seconds["ours"], seconds[peer], bound=bound, bound_values=seconds["bound"],
-            **fields,
-        )  # fmt: skip
 
 
 def measure_library(folder: Path, impacts: int = 100_000, repeats: int = 7) -> Iterator[Figure]:
@@ -118,12 +102,11 @@ def measure_library(folder: Path, impacts: int = 100_000, repeats: int = 7) -> I
         recording = store.recording(int(store.impacts(limit=1)["id"].iloc[0]))
         channel = max(recording.values(), key=len)
         begin = len(channel) // 2
-        functions: dict[str, Run] = {"slice": lambda: channel[begin : begin + _SLICE], "whole": lambda: channel[:]}
-        seconds = take_turns(functions, 3 * repeats)
-        yield compared(
-            LIBRARY, f"recording[...][a:b], {_SLICE} of {len(channel):,} samples", seconds["slice"], seconds["whole"],
-            limit=1.0, bound="the chunks that the slice touches are fetched", question="slice of a recording",
-            peer_name="the whole channel",
+        whole = "the whole channel"
+        seconds = take_turns({"ours": lambda: channel[begin : begin + _SLICE], whole: lambda: channel[:]}, 3 * repeats)
+        yield beside(
+            LIBRARY, f"recording[...][a:b], {_SLICE} of {len(channel):,} samples", seconds, whole, limit=1.0,
+            bound="the chunks that the slice touches are fetched", question="slice of a recording",
         )  # fmt: skip
 
 
@@ -137,38 +120,37 @@ def frame_figure(store: Any, repeats: int) -> Figure:
     ours, peer = store.impacts(), read_sql()
     if not np.array_equal(ours["peak_force_n"], peer["peak_force_n"]):
         raise ValueError("store.impacts() and read_sql have other rows; expected the same peak forces")
-    seconds = take_turns({"ours": store.impacts, "peer": read_sql}, repeats)
-    return compared(
-        LIBRARY, f"store.impacts(), {len(ours):,} of them, {store.store.engine.dialect.name}", seconds["ours"],
-        seconds["peer"], limit=FRAME_LIMIT, question="listing as a DataFrame", peer_name="pandas.read_sql",
+    seconds = take_turns({"ours": store.impacts, "pandas.read_sql": read_sql}, repeats)
+    return beside(
+        LIBRARY, f"store.impacts(), {len(ours):,} of them, {store.store.engine.dialect.name}", seconds,
+        "pandas.read_sql", limit=FRAME_LIMIT, question="listing as a DataFrame",
         bound="the fetch of the rows; ours adds factors, quality and kind of velocity, which pandas does not read",
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Listing:
-    """A question whose answer has as many rows in the small store as in the large one; conditions as triples."""
+class Listing(NamedTuple):
+    """A question whose answer has as many rows in the small store as in the large one."""
 
     name: str
-    campaign: int | None = None
-    where: tuple[tuple[str, str, str | float], ...] = ()
+    campaign: str | None
+    where: tuple[Condition, ...]
     rows: int | None = None
 
     def keys(self, store: Store) -> list[int]:
-        name = None if self.campaign is None else campaign_name(self.campaign)
-        where = tuple(Condition(*condition) for condition in self.where)
         with store.reading() as session:
-            return [row["id"] for row in islice(iter_impacts(session, name, where), self.rows)]
+            return [row["id"] for row in islice(iter_impacts(session, self.campaign, self.where), self.rows)]
 
 
-_STEEL, _RARE = ("tip_material", "=", "steel"), (RARE[0], "=", RARE[1])
+_STEEL, _RARE = Condition("tip_material", "=", "steel"), Condition(RARE[0], "=", RARE[1])
+_FAST, _SLOW = Condition("impact_velocity_m_s", ">", 1.4), Condition("hammer_speed", "=", "low")
+_SMALL = Condition("tip_radius_m", "=", 0.03)
 FILTERED = (
-    Listing("one campaign and tip_material=steel", 5, (_STEEL,)),
-    Listing("one campaign and impact_velocity_m_s>1.4", 3, (("impact_velocity_m_s", ">", 1.4),)),
-    Listing("hammer_speed=low, first 100 of a half", None, (("hammer_speed", "=", "low"),), 100),
-    Listing("tip_material=steel and tip_radius_m=0.03, first 100", None, (_STEEL, ("tip_radius_m", "=", 0.03)), 100),
+    Listing("one campaign and tip_material=steel", campaign_name(5), (_STEEL,)),
+    Listing("one campaign and impact_velocity_m_s>1.4", campaign_name(3), (_FAST,)),
+    Listing("hammer_speed=low, first 100 of a half", None, (_SLOW,), 100),
+    Listing("tip_material=steel and tip_radius_m=0.03, first 100", None, (_STEEL, _SMALL), 100),
     Listing("a level that ten impacts have", None, (_RARE,)),
-    Listing("one campaign and that level", 1, (_RARE,)),
+    Listing("one campaign and that level", campaign_name(1), (_RARE,)),
 )
 
 
@@ -180,17 +162,12 @@ def measure_listings(folder: Path, large: int = LARGE, repeats: int = 15) -> Ite
             counts = len(listing.keys(small)), len(keys := listing.keys(many))
             if counts[0] != counts[1] or not counts[0]:
                 raise ValueError(f"{listing.name}: {counts[0]} and {counts[1]} rows; expected the same, and some")
-            functions: dict[str, Run] = {
-                "small": partial(listing.keys, small),
-                "large": partial(listing.keys, many),
-                "rows": partial(_rows_by_key, many, keys),
-            }
-            seconds = take_turns(functions, repeats)
-            yield compared(
-                LISTINGS.format(large, SMALL), listing.name, seconds["large"], seconds["small"], limit=LISTING_LIMIT,
-                bound=f"the driver's own fetch of the {counts[0]} rows by their keys", bound_values=seconds["rows"],
-                question="a filtered listing as the store grows", kind="growth",
-                peer_name=f"ours with {SMALL:,} impacts",
+            beside_small, by_key = f"ours with {SMALL:,} impacts", partial(_rows_by_key, many, keys)
+            asked_of = {"ours": partial(listing.keys, many), beside_small: partial(listing.keys, small)}
+            yield beside(
+                LISTINGS.format(large, SMALL), listing.name, take_turns({**asked_of, "bound": by_key}, repeats),
+                beside_small, limit=LISTING_LIMIT, question="a filtered listing as the store grows", kind="growth",
+                bound=f"the driver's own fetch of the {counts[0]} rows by their keys",
             )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from pyroshock.training.evaluation.floor import floor_metrics
 from pyroshock.training.registry.model_storage import storage_for
 from pyroshock.training.registry.registry import Registry
 
-from .harness import PYROSHOCK, ROOT, table_row, work_folder
+from .harness import PYROSHOCK, ROOT, table, table_row, work_folder
 
 DOCUMENT = ROOT / "docs" / "measurements" / "model-figures.md"
 SEEDS = ("11", "12", "13")
@@ -84,13 +85,10 @@ def measured(seed: str, models: str, folder: Path) -> Campaign:
         pyroshock(*promised, "--split", "configurations", "--seed", draw)
     pyroshock("models", "--dataset", "hammer", "--json", str(rows))
     registry = Registry(storage_for(f"sqlite:///{folder / 'lab.db'}", {}))
-    floors = {
-        split: {
-            scope: {name: estimate.mean for name, estimate in floor_metrics(text, scope).items()}
-            for scope in ("configuration", "treatment")
-        }
-        for split, text in registry.floors(json.loads(frozen.read_text())["hash"], 0).items()
-    }
+    texts = registry.floors(json.loads(frozen.read_text())["hash"], 0)
+    floors: dict[str, Any] = {split: {} for split in texts}
+    for split, scope in product(texts, ("configuration", "treatment")):
+        floors[split][scope] = {name: mean.mean for name, mean in floor_metrics(texts[split], scope).items()}
     return Campaign(seed, json.loads(rows.read_text()), floors, json.loads(clock.read_text()))
 
 
@@ -108,28 +106,29 @@ class Check:
 
 
 def checks(campaigns: Sequence[Campaign]) -> list[Check]:
-    found = []
+    results = []
+
+    def at_most(promise: str, values: Sequence[float], limit: float) -> None:
+        results.append(Check(promise, values, max(values) <= limit))
+
     for model in PROMISED[:2]:
         for metric, limit in LIMITS.items():
-            values = [each.metric(model, "repetitions", metric) for each in campaigns]
-            found.append(Check(f"{model}: {metric} at most {limit}", values, max(values) <= limit))
-            floors = [campaign_figures.floors["repetitions"]["treatment"][metric] for campaign_figures in campaigns]
+            values = [campaign.metric(model, "repetitions", metric) for campaign in campaigns]
+            at_most(f"{model}: {metric} at most {limit}", values, limit)
+            floors = [campaign.floors["repetitions"]["treatment"][metric] for campaign in campaigns]
             shares = [value / floor for value, floor in zip(values, floors, strict=True)]
-            promise = f"{model}: {metric} over its floor, at most {OF_FLOOR}"
-            found.append(Check(promise, shares, max(shares) <= OF_FLOOR))
-        costs = [
-            each.metric(model, "repetitions", "cost") / each.metric("hann", "repetitions", "cost") for each in campaigns
-        ]
-        found.append(Check(f"{model}: cost over the von Hann pulse's, at most 1/6", costs, max(costs) <= OF_HANN))
+            at_most(f"{model}: {metric} over its floor, at most {OF_FLOOR}", shares, OF_FLOOR)
+        costs = [c.metric(model, "repetitions", "cost") / c.metric("hann", "repetitions", "cost") for c in campaigns]
+        at_most(f"{model}: cost over the von Hann pulse's, at most 1/6", costs, OF_HANN)
         for what in ("force_covered", "time_covered"):
-            shares = [statistics.fmean(each.covered(model, "configurations", what)) for each in campaigns]
+            shares = [statistics.fmean(campaign.covered(model, "configurations", what)) for campaign in campaigns]
             promise = f"{model}: {what} by the 90 % band, mean of {len(DRAWS) + 1} draws of configurations, .87 to .93"
-            found.append(Check(promise, shares, COVERAGE[0] <= min(shares) and max(shares) <= COVERAGE[1]))
-    seconds = campaigns[0].seconds
-    return [*found, Check(f"all models, two splits: seconds, at most {LIMIT_S}", [seconds], seconds <= LIMIT_S)]
+            results.append(Check(promise, shares, COVERAGE[0] <= min(shares) and max(shares) <= COVERAGE[1]))
+    at_most(f"all models, two splits: seconds, at most {LIMIT_S}", [campaigns[0].seconds], LIMIT_S)
+    return results
 
 
-def model_table(campaign: Campaign) -> list[str]:
+def model_table(campaign: Campaign) -> str:
     """Every model of a campaign, ranked by force NRMSE of the thesis's split, the floors among them."""
     lines = []
     for scope in ("configuration", "treatment"):
@@ -149,21 +148,21 @@ def model_table(campaign: Campaign) -> list[str]:
         lines.append((campaign.metric(model, "repetitions", "force_nrmse"), table_row(f"`{model}`", *cells)))
     head = ("model", "NRMSE rep.", "conf.", "thesis", "time rep.", "conf.", "thesis", "impulse rep.", "conf.", "thesis",
             "cost rep.", "cover conf.", "s")  # fmt: skip
-    return [table_row(*head), "| --- " * len(head) + "|", *(line for _, line in sorted(lines))]
+    return table(head, (line for _, line in sorted(lines)))
 
 
-def spread_table(campaigns: Sequence[Campaign]) -> list[str]:
+def spread_table(campaigns: Sequence[Campaign]) -> str:
     """The promised models over campaigns and splits: mean of the campaigns, least and greatest."""
     head = ("model", "split", "NRMSE", "time", "impulse", "cost", "force in the 90 % band", "time in it")
-    lines = [table_row(*head), "| --- " * len(head) + "|"]
+    rows = []
     for model in PROMISED:
         for split in SPLITS:
             cells = [_range([c.metric(model, split, metric) for c in campaigns]) for metric in (*LIMITS, "cost")]
             for what in ("force_covered", "time_covered"):
                 shares = [share for campaign in campaigns for share in campaign.covered(model, split, what)]
                 cells += [_range(shares) if shares else "—"]
-            lines.append(table_row(f"`{model}`", split, *cells))
-    return lines
+            rows.append(table_row(f"`{model}`", split, *cells))
+    return table(head, rows)
 
 
 def _range(values: Sequence[float]) -> str:
@@ -171,7 +170,7 @@ def _range(values: Sequence[float]) -> str:
     return f"{statistics.fmean(values):{digits}} ({min(values):{digits}} to {max(values):{digits}})"
 
 
-def document(campaigns: Sequence[Campaign], found: Sequence[Check]) -> str:
+def document(campaigns: Sequence[Campaign], results: Sequence[Check]) -> str:
     seeds = ", ".join(campaign.seed for campaign in campaigns)
     return f"""# Figures of the models
 
@@ -184,17 +183,15 @@ The settings of the models were chosen on another campaign.
 The table ranks the models by force NRMSE of the thesis's split (rep.), which flatters.
 The split by configuration (conf.) stands beside it.
 
-{chr(10).join(model_table(campaigns[0]))}
+{model_table(campaigns[0])}
 
 ## Over {len(campaigns)} campaigns
 
-{chr(10).join(spread_table(campaigns))}
+{spread_table(campaigns)}
 
 ## Promised
 
-| promise | campaigns {seeds} | |
-| --- | --- | --- |
-{chr(10).join(check.row() for check in found)}
+{table(("promise", f"campaigns {seeds}", ""), (check.row() for check in results))}
 """
 
 
@@ -204,10 +201,10 @@ def main(seeds: Sequence[str]) -> int:
             measured(seed, "all" if number == 0 else ",".join(PROMISED), folder / f"models-{seed}")
             for number, seed in enumerate(seeds or SEEDS)
         ]
-    found = checks(campaigns)
-    DOCUMENT.write_text(document(campaigns, found), encoding="utf-8")
-    print(*(check.row() for check in found), f"\nwritten: {DOCUMENT}", sep="\n")
-    return 0 if all(check.holds for check in found) else 1
+    results = checks(campaigns)
+    DOCUMENT.write_text(document(campaigns, results), encoding="utf-8")
+    print(*(check.row() for check in results), f"\nwritten: {DOCUMENT}", sep="\n")
+    return 0 if all(check.holds for check in results) else 1
 
 
 if __name__ == "__main__":

@@ -5,13 +5,14 @@ from __future__ import annotations
 import datetime as dt
 import os
 import platform
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pyroshock.app.common.plots import new_figure
 
-from .harness import Figure, Spread, table_row, version_of
+from .harness import Figure, Spread, table, table_row, version_of
 
 QUICK_COMMAND, FULL_COMMAND = "make bench", "python -m benchmarks --full"
 #: What ours builds on, and the peers, by their names in the registry of packages.
@@ -44,16 +45,16 @@ def page(figures: Sequence[Figure], command: str, minutes: float, pictures: Sequ
     """Markdown. `pictures`: paths beside the page of the ratios and, where it was drawn, of the growth."""
     title = "# Benchmarks" if command == QUICK_COMMAND else "# Benchmarks at full size"
     parts = [title, "", *_preface(command, minutes)]
-    parts += ["", "## In short", "", *_table(_SUMMARY_HEAD, map(_summary_row, summary(figures)))]
+    parts += ["", "## In short", "", table(_SUMMARY_HEAD, map(_summary_row, summary(figures)))]
     for path, caption in zip(pictures, (_RATIO_CAPTION, _GROWTH_CAPTION), strict=False):
         parts += ["", f"![{caption}]({path})", "", caption]
     behind = [figure for figure in figures if figure.behind or not figure.holds]
     rows = (table_row(figure.theme, figure.name, figure.ratio, figure.promise) for figure in behind)
-    table = _table(("theme", "figure", "ours over the peer's", "promised"), rows)
-    parts += ["", "## Where we are behind", "", *(table if behind else ["We are behind nowhere in this run."])]
+    list_behind = table(("theme", "figure", "ours over the peer's", "promised"), rows)
+    parts += ["", "## Where we are behind", "", list_behind if behind else "We are behind nowhere in this run."]
     for theme in dict.fromkeys(figure.theme for figure in figures):
         details = [figure.row() for figure in figures if figure.theme == theme]
-        parts += ["", f"## {theme}", "", *_table(_DETAIL_HEAD, details)]
+        parts += ["", f"## {theme}", "", table(_DETAIL_HEAD, details)]
     return "\n".join(parts) + "\n"
 
 
@@ -72,10 +73,6 @@ def _summary_row(figure: Figure) -> str:
     lost = "" if figure.holds else f"; {'promised ' if figure.binding else ''}{figure.promise}"
     over_bound = figure.over_bound.text() if figure.over_bound else "—"
     return table_row(figure.question, figure.ours, peer, figure.ratio + lost, figure.bound or "—", over_bound)
-
-
-def _table(head: Sequence[str], rows: Iterable[str]) -> list[str]:
-    return [table_row(*head), "| --- " * len(head) + "|", *rows]
 
 
 def _preface(command: str, minutes: float) -> list[str]:
@@ -120,12 +117,8 @@ def drawn_figures(figures: Sequence[Figure]) -> list[Figure]:
 
 def draw_ratios(figures: Sequence[Figure], path: Path) -> None:
     """A line for each figure; blue where all repeats are faster, red where all are slower, grey between."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure as Canvas
-
     rows = drawn_figures(figures)
-    canvas = Canvas(figsize=(9.5, 1.2 + 0.3 * max(len(rows), 1)), layout="constrained", dpi=110)
-    FigureCanvasAgg(canvas)
+    canvas = new_figure(9.5, 1.2 + 0.3 * max(len(rows), 1))
     axes, labels, question = canvas.subplots(), [], ""
     for place, figure in enumerate(rows):
         over = figure.value or Spread(1, 1, 1)
@@ -147,7 +140,7 @@ def draw_ratios(figures: Sequence[Figure], path: Path) -> None:
     axes.set_xlabel("our time / the peer's: median, least and largest repeat (less is faster)")
     axes.grid(axis="x", which="both", alpha=0.25)
     path.parent.mkdir(parents=True, exist_ok=True)
-    canvas.savefig(path)
+    canvas.savefig(path, dpi=110)
 
 
 #: Panels of the picture of growth: what the size counts, how a curve's name begins, unit, and labels of the axes.
@@ -163,18 +156,13 @@ _PANELS_ACROSS, _LEAST_RANGE = 3, 30.0
 
 def draw_growth(points: Sequence[Mapping[str, Any]], path: Path) -> None:
     """Points as growth.json holds them (`growth.Point`), each curve with its spread and its fitted exponent."""
-    import matplotlib as mpl
-    from matplotlib.figure import Figure as Canvas
     from matplotlib.ticker import NullFormatter
 
-    mpl.rcParams["svg.hashsalt"] = "pyroshock"
     panels = [(panel[3:], curves) for panel in _PANELS if (curves := _panel_curves(points, *panel[:3]))]
     across, down = min(_PANELS_ACROSS, len(panels)), -(-len(panels) // _PANELS_ACROSS)
-    canvas = Canvas(figsize=(5.2 * across, 4.8 * down), layout="constrained")
-    grid = canvas.subplots(down, across, squeeze=False).ravel()
-    for unused in grid[len(panels) :]:
-        unused.set_visible(False)
-    for axes, ((x, y), curves) in zip(grid, panels, strict=False):
+    canvas = new_figure(5.2 * across, 4.8 * down)
+    for place, ((x, y), curves) in enumerate(panels, 1):
+        axes = canvas.add_subplot(down, across, place)
         for name, rows in curves.items():
             _draw_curve(axes, name, rows)
         axes.set(xscale="log", yscale="log", xlabel=x, ylabel=y)
@@ -203,9 +191,9 @@ def _draw_curve(axes: Any, name: str, rows: Sequence[Mapping[str, Any]]) -> None
     factor, sizes = 1e-6 if rows[0]["unit"] == "bytes" else 1.0, [row["size"] for row in rows]
     middle = np.array([factor * np.median(row["values"]) for row in rows])
     ends = factor * np.array([[min(row["values"]), max(row["values"])] for row in rows]).T
-    slope, level = np.polyfit(np.log(sizes), np.log(middle), 1) if len(rows) > 1 else (0.0, 0.0)
-    legend = f"{name}: $n^{{{slope:.2f}}}$" if len(rows) > 1 else name
-    (line,) = axes.plot(sizes, middle, "o", markersize=4, label=legend)
+    (line,) = axes.plot(sizes, middle, "o", markersize=4, label=name)
     axes.errorbar(sizes, middle, np.abs(ends - middle), fmt="none", color=line.get_color(), capsize=2)
     if len(rows) > 1:
+        slope, level = np.polyfit(np.log(sizes), np.log(middle), 1)
+        line.set_label(f"{name}: $n^{{{slope:.2f}}}$")
         axes.plot(sizes, np.exp(level) * np.power(sizes, slope), color=line.get_color(), linewidth=1)

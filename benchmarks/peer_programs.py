@@ -10,6 +10,7 @@ import json
 import sys
 import time
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -72,15 +73,13 @@ class CoregionalizedRegression:
         return {"mean": mean.reshape(m, n).T.tolist(), "spread": np.sqrt(variance).reshape(m, n).T.tolist()}
 
 
-def gpy() -> Callable[[Message], Message]:
-    models: dict[str, CoregionalizedRegression] = {}
+def gpy(folder: str) -> Callable[[Message], Message]:
+    model = lru_cache(lambda n: CoregionalizedRegression(f"{folder}/pulses-{n}.npz"))
 
     def answer(request: Message) -> Message:
-        file = request["file"]
-        if file not in models:
-            models[file] = CoregionalizedRegression(file)
+        evaluate = getattr(model(request["n"]), request["what"])
         begin = time.perf_counter()
-        result = getattr(models[file], request["what"])()
+        result = evaluate()
         return {"seconds": time.perf_counter() - begin, **result}
 
     return answer
@@ -91,8 +90,8 @@ class QcodesDataset:
     which QCoDeS keeps as columns of its table of runs. There are no arrays of set points: a series has a rate, and its
     times would take its room again."""
 
-    def __init__(self, content: Path, folder: Path) -> None:
-        self._folder, self._number = folder, 0
+    def __init__(self, content: Path, folder: Path, factor: str) -> None:
+        self._folder, self._factor, self._number = folder, factor, 0
         self._experiment: Any = None
         self._index = json.loads((content / "index.json").read_text())
         self._arrays = [dict(np.load(content / f"{row['run']}.npz")) for row in self._index]
@@ -131,10 +130,11 @@ class QcodesDataset:
         """An array is stored as one value."""
         return self.whole(run)[start:stop]
 
-    def pulses(self, factor: str, level: str) -> list[np.ndarray[Any, Any]]:
+    def pulses(self, level: str) -> list[np.ndarray[Any, Any]]:
         from qcodes.dataset import load_by_id
 
-        query = f"SELECT run_id FROM runs WHERE {factor} = ? ORDER BY run_id"  # noqa: S608 - the factor is our own word
+        where = f"WHERE {self._factor} = ?"
+        query = f"SELECT run_id FROM runs {where} ORDER BY run_id"  # noqa: S608 - the factor is our own word
         pulses = []
         for (key,) in self._experiment.conn.execute(query, (level,)):
             data = load_by_id(key, self._experiment.conn)
@@ -145,11 +145,11 @@ class QcodesDataset:
         return pulses
 
 
-def qcodes(content: str, folder: str) -> Callable[[Message], Message]:
+def qcodes(content: str, folder: str, factor: str) -> Callable[[Message], Message]:
     import qcodes as package
 
     package.config.user.mainfolder = folder
-    dataset = QcodesDataset(Path(content), Path(folder))
+    dataset = QcodesDataset(Path(content), Path(folder), factor)
 
     def answer(request: Message) -> Message:
         begin = time.perf_counter()

@@ -21,20 +21,18 @@ from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.plate.build import OUTLINE_M, resonant_plate
 from pyroshock.virtualbench.plate.modes import PlateModes, modes
 
-from .harness import Figure, compared, copying, multiplying, promised, report, take_turns
+from .harness import Figure, beside, compared, copying, multiplying, promised, report, table, table_row, take_turns
 
 THEME = "The plate of the virtual bench: 10 mm of aluminium, modes up to 20 kHz, two sensors"
 STEP_S, SAMPLES, PULSES, WIDTH, HIGHEST_HZ = 1e-5, 10_000, 64, 300, 20e3
 SOLVE_LIMIT_S, CONVOLVE_LIMIT_S, DIFFERENCE = 30.0, 15e-3, 1e-6
 #: Of a recursion of second order with two terms of the force: five products, four sums; and of each sensor's sum.
 FLOPS_PER_STEP, FLOPS_PER_SENSOR = 9, 2
-BUILD = PlateBuild(
-    OUTLINE_M,
-    0.010,
-    THESIS["aluminum"],
-    named_points({"#1": (0.47, 0.28), "#2": (0.31, 0.37), "#3": (0.68, 0.22)}),
-    named_points({"acceleration_1": (0.22, 0.20), "acceleration_2": (0.73, 0.37)}),
-)
+#: As on a lab's drawing; the same places that `virtualbench.plate.resonant` has.
+IMPACTS_M = {"#1": (0.47, 0.28), "#2": (0.31, 0.37), "#3": (0.68, 0.22)}
+SENSORS_M = {"acceleration_1": (0.22, 0.20), "acceleration_2": (0.73, 0.37)}
+BUILD = PlateBuild(OUTLINE_M, 0.010, THESIS["aluminum"], named_points(IMPACTS_M), named_points(SENSORS_M))
+DISTANCES = ("modes up to, Hz", "number", "corrected, % at most", "mean", "Kirchhoff alone, % at most")
 
 
 def bench_modes() -> PlateModes:
@@ -62,18 +60,17 @@ def measure_plate(_folder: Path, repeats: int = 9) -> Iterator[Figure]:
 
 def _one_pulse(plate: ModalPlate, force: Floats, repeats: int) -> Iterator[Figure]:
     """By recursion, beside `lfilter` mode by mode with the same ramp-invariant filters."""
-    by_lfilter = filters(plate)
+    by_lfilter, peer = filters(plate), "scipy lfilter, mode by mode"
     flops = plate.frequency_hz.size * SAMPLES * (FLOPS_PER_STEP + FLOPS_PER_SENSOR * len(plate.sensors))
     functions: dict[str, Callable[[], object]] = {
         "ours": lambda: respond(plate, force, STEP_S),
-        "peer": lambda: by_lfilter(force),
+        peer: lambda: by_lfilter(force),
         "bound": multiplying(float(flops)),
     }
-    seconds = take_turns(functions, repeats, reported=["bound"])
-    yield compared(
-        THEME, f"one pulse of {SAMPLES:,} samples, mode by mode", seconds["ours"], seconds["peer"],
-        bound="the recursions' operations at the rate of a product of matrices", bound_values=seconds["bound"],
-        question="a plate's answer to a pulse", peer_name="scipy lfilter, mode by mode",
+    yield beside(
+        THEME, f"one pulse of {SAMPLES:,} samples, mode by mode", take_turns(functions, repeats, reported=["bound"]),
+        peer, bound="the recursions' operations at the rate of a product of matrices",
+        question="a plate's answer to a pulse",
     )  # fmt: skip
     yield _same("one pulse, from lfilter", respond(plate, force, STEP_S), by_lfilter(force))
 
@@ -89,13 +86,12 @@ def _many_pulses(plate: ModalPlate, force: Floats, repeats: int) -> Iterator[Fig
         "scipy oaconvolve": lambda: oaconvolve(force[:, None], response.hat[None], axes=-1)[..., :SAMPLES],
     }
     ours, *_ = answers = [method() for method in methods.values()]
-    functions: dict[str, Callable[[], object]] = {**methods, "copy": copying(ours.nbytes)}
+    functions: dict[str, Callable[[], object]] = {**methods, "bound": copying(ours.nbytes)}
     seconds = take_turns(functions, repeats)
     for name, answer in zip(list(methods)[1:], answers[1:], strict=True):
-        yield compared(
-            THEME, f"{PULSES} pulses of {WIDTH} samples, {name}", seconds["ours"], seconds[name],
-            bound="copying the accelerations in memory", bound_values=seconds["copy"],
-            question=f"a plate's answers to {PULSES} pulses", peer_name=name,
+        yield beside(
+            THEME, f"{PULSES} pulses of {WIDTH} samples, {name}", seconds, name,
+            bound="copying the accelerations in memory", question=f"a plate's answers to {PULSES} pulses",
         )  # fmt: skip
         yield _same(f"{PULSES} pulses, from {name}", ours, answer)
     yield promised(THEME, f"{PULSES} pulses convolved", seconds["ours"], CONVOLVE_LIMIT_S)
@@ -129,17 +125,14 @@ def distances() -> Iterator[str]:
     """From the bench's frequencies, corrected and not, by band."""
     plate, bench = solve_plate(BUILD, HIGHEST_HZ), bench_modes()
     bare = solve_plate(BUILD, HIGHEST_HZ, thickness_correction=False)
-    yield "| modes up to, Hz | number | corrected, % at most | mean | Kirchhoff alone, % at most |"
-    yield "| --- |" + " --- |" * 4
     for top in (1e3, 5e3, 10e3, 20e3):
         band = slice(3, min(int(np.sum(bench.frequencies_hz < top)), plate.frequency_hz.size, bare.frequency_hz.size))
-        ours, alone = (
-            100 * (solved_plate.frequency_hz[band] / bench.frequencies_hz[band] - 1) for solved_plate in (plate, bare)
-        )
-        yield f"| {top:g} | {ours.size} | {np.abs(ours).max():.2f} | {ours.mean():+.2f} | {np.abs(alone).max():.1f} |"
+        ours, alone = (100 * (p.frequency_hz[band] / bench.frequencies_hz[band] - 1) for p in (plate, bare))
+        corrected = f"{np.abs(ours).max():.2f}", f"{ours.mean():+.2f}"
+        yield table_row(f"{top:g}", str(ours.size), *corrected, f"{np.abs(alone).max():.1f}")
 
 
 if __name__ == "__main__":
     exit_code = report(measure_plate)
-    sys.stdout.write("\n".join(distances()) + "\n")
+    print(table(DISTANCES, distances()))
     sys.exit(exit_code)

@@ -16,7 +16,7 @@ from pyroshock.ingest.pulses import extract_pulses
 from pyroshock.signals.channel import Channel, Sensor
 from pyroshock.signals.checks.double_hit import check_double_hit
 
-from .harness import Figure, compared, copying, take_turns
+from .harness import Figure, beside, compared, copying, take_turns
 from .shared_records import ForceRecord, force_records
 
 Floats = NDArray[np.float64]
@@ -138,14 +138,11 @@ def measure_pulses(_folder: Path, repeats: int = 9) -> Iterator[Figure]:
         return lambda: [method(record.force_n, record.rate_hz) for record in records]
 
     functions = {"ours": all_records(extract_pulses)} | {name: all_records(method) for name, method in PEERS.items()}
-    copy = copying(sum(record.force_n.nbytes for record in records))
-    seconds = {name: [s / len(records) for s in taken] for name, taken in
-               take_turns(functions | {"copy": copy}, repeats).items()}  # fmt: skip
+    functions["bound"] = copying(sum(record.force_n.nbytes for record in records))
+    seconds = {name: [s / len(records) for s in taken] for name, taken in take_turns(functions, repeats).items()}
     for name in PEERS:
-        yield compared(
-            THEME, f"time for a record, {name}", seconds["ours"], seconds[name], bound="copying the record in memory",
-            bound_values=seconds["copy"], question="pulses of a force record", peer_name=name,
-        )  # fmt: skip
+        bound, question = "copying the record in memory", "pulses of a force record"
+        yield beside(THEME, f"time for a record, {name}", seconds, name, bound=bound, question=question)
     our_scores = [score(record, ours(record.force_n, record.rate_hz)) for record in records]
     for name, method in PEERS.items():
         theirs = [score(r, with_second_hits(r.force_n, method(r.force_n, r.rate_hz), r.rate_hz)) for r in records]
@@ -160,13 +157,10 @@ def _correctness(
         ("impacts missed or made up", "miscounted", len(hits)),
         ("second hits missed or made up", "misjudged", sum(hit.followed for hit in hits)),
     ):
-        wrong, peers = (
-            [float(sum(getattr(record_score, key) for record_score in scores))] for scores in (mine, theirs)
-        )
+        wrong, peers = ([float(sum(getattr(score, key) for score in scores))] for scores in (mine, theirs))
         yield compared(
             THEME, f"{what}, {name}, of {total}", wrong, peers, "", limit=1.0, kind="quality", question=what,
-            peer_name=name,
-            bound="none is wrong",
+            peer_name=name, bound="none is wrong",
         )  # fmt: skip
     steps = [1 / (r.rate_hz * np.median([h.contact_time_s for h in r.hits])) / np.sqrt(6) for r in records]
     yield compared(

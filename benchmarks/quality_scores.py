@@ -16,13 +16,14 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from pyroshock.ingest.processing import check_recording, hits_of
 from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.signals.channel import Channel, Sensor
 from pyroshock.signals.units import SI_UNITS
 
-from .harness import ROOT
-from .independent_figures import VARIABLE, G, lvm_columns, shipped_records
+from .harness import table, table_row
+from .independent_figures import REAL_DATA, VARIABLE, G, lvm_columns, shipped_records
 from .shared_records import Labelled, Signal, made_records
 
 VERDICTS = ("ok", "warning", "reject")
@@ -30,18 +31,21 @@ VERDICTS = ("ok", "warning", "reject")
 
 def judge(record: Labelled) -> tuple[str, tuple[str, ...]]:
     """The verdict, and the checks that said it."""
-    channels = [_channel(signal, record.rate_hz) for signal in record.signals]
-    findings = [
-        f for f in check_recording(channels, hits_of(channels, ExtractionSettings(), None)) if f.severity != "note"
-    ]
-    worst = max((f.severity for f in findings), key=VERDICTS.index, default="ok")
+    channels = [
+        Channel(
+            Sensor(s.name, s.quantity, SI_UNITS[s.quantity], range=s.range_si, axis=s.axis, position=s.position),
+            s.samples, record.rate_hz,
+        )
+        for s in record.signals
+    ]  # fmt: skip
+    findings = check_recording(channels, hits_of(channels, ExtractionSettings(), None))
+    severities = {finding.severity for finding in findings} - {"note"}
+    worst = max(severities, key=VERDICTS.index, default="ok")
     return worst, tuple(sorted({f.check for f in findings if f.severity == worst}))
 
 
-def _channel(signal: Signal, rate_hz: float) -> Channel:
-    more = {"range": signal.range_si, "axis": signal.axis, "position": signal.position}
-    sensor = Sensor(signal.name, signal.quantity, SI_UNITS[signal.quantity], **more)  # type: ignore[arg-type]
-    return Channel(sensor, signal.samples, rate_hz)
+def _rate_hz(times_s: NDArray[np.float64]) -> float:
+    return 1 / float(np.median(np.diff(times_s)))
 
 
 def real_records(folder: Path) -> Iterator[Labelled]:
@@ -64,12 +68,12 @@ def real_records(folder: Path) -> Iterator[Labelled]:
         position = "impactor" if key.startswith("water") else "plate"
         names = enumerate("xyz", 1)
         signals = [Signal(f"a{a}", "acceleration", record[:, i] * G, axis=a, position=position) for i, a in names]
-        yield Labelled(key, verdict, 1 / float(np.median(np.diff(record[:, 0]))), tuple(signals), "endaq")
+        yield Labelled(key, verdict, _rate_hz(record[:, 0]), tuple(signals), "endaq")
     irvine = np.load(folder / "vibrationdata-irvine" / "records.npz")
     for key, verdict in IRVINE.items():
         record = irvine[key]
         signal = Signal("a", "acceleration", record[:, 1] * G)
-        yield Labelled(key, verdict, 1 / float(np.median(np.diff(record[:, 0]))), (signal,), "irvine")
+        yield Labelled(key, verdict, _rate_hz(record[:, 0]), (signal,), "irvine")
 
 
 #: Recorded wrongly, by the word of the authors ("due to a data acquisition error").
@@ -86,18 +90,10 @@ def impact_tests(folder: Path) -> Iterator[Labelled]:
 
 #: Channel 33 rests 6 g lower after the shock than before (its neighbours move by 1.5 g and less).
 IRVINE = {
-    "rv_separation_raw_txt": "warning",
-    "rv_separation_cleaned_txt": "ok",
-    "rv_separation_dat": "ok",
-    "flight_stage_sep_txt": "ok",
-    "pyro_sep_test": "ok",
-    "avionics_channel_25": "ok",
-    "avionics_channel_30": "ok",
-    "avionics_channel_33": "warning",
-    "midfield_shock_txt": "ok",
-    "asrs_txt": "ok",
-    "srs2000G_accel_txt": "ok",
-}
+    "rv_separation_raw_txt": "warning", "rv_separation_cleaned_txt": "ok", "rv_separation_dat": "ok",
+    "flight_stage_sep_txt": "ok", "pyro_sep_test": "ok", "avionics_channel_25": "ok", "avionics_channel_30": "ok",
+    "avionics_channel_33": "warning", "midfield_shock_txt": "ok", "asrs_txt": "ok", "srs2000G_accel_txt": "ok",
+}  # fmt: skip
 
 
 def report(records: Iterable[Labelled]) -> list[str]:
@@ -112,22 +108,23 @@ def report(records: Iterable[Labelled]) -> list[str]:
         if verdict != record.verdict:
             kind = record.kind if record.origin == "made" else f"{record.origin} {record.kind}"
             wrong[kind, record.verdict, verdict, ", ".join(checks)] += 1
-    lines = [f"{sum(origins.values())} records: {', '.join(f'{n} {name}' for name, n in origins.items())}"]
-    lines += ["", "| verdict | records | given | precision | recall |", "| --- | --- | --- | --- | --- |"]
+    rows = []
     for verdict in VERDICTS:
         right = pairs[verdict, verdict]
-        deserve = sum(n for (label, _), n in pairs.items() if label == verdict)
-        given = sum(n for (_, said), n in pairs.items() if said == verdict)
+        deserve, given = (sum(n for pair, n in pairs.items() if pair[end] == verdict) for end in (0, 1))
         shares = (f"{right / of:.3f}" if of else "-" for of in (given, deserve))
-        lines.append(f"| {verdict} | {deserve} | {given} | {' | '.join(shares)} |")
-    lines += ["", "| judged otherwise | deserves | got | by | records |", "| --- | --- | --- | --- | --- |"]
-    lines += [f"| {' | '.join(key)} | {count} |" for key, count in sorted(wrong.items())]
-    return lines
+        rows.append(table_row(verdict, str(deserve), str(given), *shares))
+    others = (table_row(*key, str(count)) for key, count in sorted(wrong.items()))
+    return [
+        f"{sum(origins.values())} records: {', '.join(f'{n} {name}' for name, n in origins.items())}\n",
+        table(("verdict", "records", "given", "precision", "recall"), rows) + "\n",
+        table(("judged otherwise", "deserves", "got", "by", "records"), others),
+    ]
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", nargs="?", type=Path, default=ROOT.parent / "shared" / "real-data")
+    parser.add_argument("folder", nargs="?", type=Path, default=REAL_DATA)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--each", type=int, default=15, help="made records of each kind")
     given = parser.parse_args()

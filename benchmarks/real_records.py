@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pyroshock.app.common.plots import new_figure
 from pyroshock.ingest.pulses import extract_pulses
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.gun.build import GunBuild, Projectile
@@ -23,7 +24,7 @@ from pyroshock.virtualbench.impact.build import hammer, target
 from pyroshock.virtualbench.impact.strike import strike_many
 
 from .harness import ROOT
-from .independent_figures import shipped_records
+from .independent_figures import REAL_DATA, shipped_records
 
 PICTURE = ROOT / "docs" / "images" / "virtual-bench.png"
 REAL, VIRTUAL = "#1b6ca8", "#d1495b"
@@ -97,16 +98,12 @@ def virtual_shots(offset_bar: float) -> Floats:
 
 
 def main(folder: Path) -> int:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(13, 4), layout="constrained", dpi=110)
-    FigureCanvasAgg(figure)
+    figure = new_figure(13, 4)
     left, middle, right = figure.subplots(1, 3)
     _draw_pulses(left, modal_hit(folder), virtual_hit())
     _draw_widths(middle, small_hits(folder), virtual_hits())
     _draw_shots(right)
-    figure.savefig(PICTURE)
+    figure.savefig(PICTURE, dpi=110)
     print(f"written: {PICTURE.relative_to(ROOT)}")
     return 0
 
@@ -151,4 +148,4 @@ def _draw_shots(axes: Any) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT.parent / "shared" / "real-data"))
+    sys.exit(main(Path(sys.argv[1]) if len(sys.argv) > 1 else REAL_DATA))

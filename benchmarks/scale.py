@@ -15,12 +15,11 @@ import time
 import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from contextlib import ExitStack
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pyroshock.app.impacts.export import export_table
@@ -36,10 +35,10 @@ from pyroshock.schema.listings import Condition, iter_impacts, list_campaigns, l
 from pyroshock.schema.migrate import upgrade
 from pyroshock.schema.recordings import RecordedChannel, SeriesChunk
 from pyroshock.schema.session import Store, open_store
-from sqlalchemy import URL, Engine, event, func, make_url, select, text
+from sqlalchemy import NullPool, create_engine, event, func, make_url, select, text
 from sqlalchemy.orm import Session
 
-from .harness import PYROSHOCK, ROOT, Spread, ratio, run_python, take_turns, work_folder
+from .harness import PYROSHOCK, ROOT, Spread, ratio, run_python, table, table_row, take_turns, work_folder
 from .page import machine
 from .shared_records import (
     HITS,
@@ -84,8 +83,7 @@ _SIZES = text(
 )
 
 
-@dataclass(frozen=True)
-class Question:
+class Question(NamedTuple):
     """What a laboratory asks of its store; `ask` gets a session of a store that was filled to the size."""
 
     name: str
@@ -167,29 +165,18 @@ def kept_store(server_url: str, size: StoreSize) -> str:
     """The store of this size on the server, filled where the server lacks it, at this software's revision; one that is
     half filled is filled anew."""
     server, name = make_url(server_url).set(drivername="postgresql+psycopg"), f"pyroshock_scale_{size.impacts}"
-    url, unfinished = (_address(server, database) for database in (name, f"{name}_unfinished"))
-    if not _execute(server, "SELECT FROM pg_database WHERE datname = %s", name):
-        _execute(server, f'DROP DATABASE IF EXISTS "{name}_unfinished" WITH (FORCE)')
-        _execute(server, f'CREATE DATABASE "{name}_unfinished"')
-        fill(unfinished, size)
-        _execute(server, f'ALTER DATABASE "{name}_unfinished" RENAME TO "{name}"')
+    unfinished = f"{name}_unfinished"
+    with create_engine(server, isolation_level="AUTOCOMMIT", poolclass=NullPool).connect() as connection:
+        if not connection.scalar(text("SELECT count(*) FROM pg_database WHERE datname = :name"), {"name": name}):
+            connection.exec_driver_sql(f'DROP DATABASE IF EXISTS "{unfinished}" WITH (FORCE)')
+            connection.exec_driver_sql(f'CREATE DATABASE "{unfinished}"')
+            fill(server.set(database=unfinished).render_as_string(hide_password=False), size)
+            connection.exec_driver_sql(f'ALTER DATABASE "{unfinished}" RENAME TO "{name}"')
+    url = server.set(database=name).render_as_string(hide_password=False)
     engine = make_engine(url)
     upgrade(engine)
     engine.dispose()
     return url
-
-
-def _address(server: URL, database: str) -> str:
-    return server.set(database=database).render_as_string(hide_password=False)
-
-
-def _execute(server: URL, statement: str, *values: str) -> int:
-    """Rows that the statement found or changed."""
-    import psycopg
-
-    address = server.set(drivername="postgresql").render_as_string(hide_password=False)
-    with psycopg.connect(address, autocommit=True) as connection:
-        return connection.execute(statement.encode(), values).rowcount
 
 
 def rooms(small: Store, large: Store) -> list[Measured]:
@@ -254,32 +241,23 @@ def measured_question(question: Question, stores: Sequence[Store], sizes: Sequen
 
 def plans_of(store: Store, ask: Callable[[], object]) -> Measured:
     """How many statements a question is, and the plan of the dearest: lines, from the last step to the first."""
-    with _recorded_statements(store.engine) as statements:
-        ask()
-    with store.engine.connect() as connection:
-        explain = "EXPLAIN (ANALYZE, BUFFERS, FORMAT JSON) "
-        plans: list[Any] = [
-            connection.exec_driver_sql(explain + statement, parameters).scalar_one()[0]
-            for statement, parameters in statements
-        ]
-    dearest = max(plans, key=lambda plan: float(plan["Execution Time"]))
-    lines = list(_plan_lines(dearest["Plan"], 0))
-    return {"statements": len(statements), "milliseconds": float(dearest["Execution Time"]), "lines": lines}
-
-
-@contextmanager
-def _recorded_statements(engine: Engine) -> Iterator[list[tuple[str, Any]]]:
     statements: list[tuple[str, Any]] = []
 
     def record(_connection: Any, _cursor: Any, statement: str, parameters: Any, *_: Any) -> None:
         if statement.lstrip().startswith("SELECT"):
             statements.append((statement, parameters))
 
-    event.listen(engine, "before_cursor_execute", record)
+    event.listen(store.engine, "before_cursor_execute", record)
     try:
-        yield statements
+        ask()
     finally:
-        event.remove(engine, "before_cursor_execute", record)
+        event.remove(store.engine, "before_cursor_execute", record)
+    explain = "EXPLAIN (ANALYZE, BUFFERS, FORMAT JSON) "
+    with store.engine.connect() as connection:
+        plans = [connection.exec_driver_sql(explain + words, values).scalar_one()[0] for words, values in statements]
+    dearest = max(plans, key=lambda plan: float(plan["Execution Time"]))
+    lines = list(_plan_lines(dearest["Plan"], 0))
+    return {"statements": len(statements), "milliseconds": float(dearest["Execution Time"]), "lines": lines}
 
 
 def _plan_lines(node: Mapping[str, Any], depth: int) -> Iterator[str]:
@@ -340,142 +318,126 @@ def _ingest(url: str, source: Path) -> tuple[float, float]:
     return seconds
 
 
+_PAGE = """## What was measured
+
+PostgreSQL {server} runs with its own settings, and the client runs on the same machine ({machine}). A time is the \
+median (least to largest) of repeats in turn, all of them warm.
+The large store has {stores[1]}; the small one has {stores[0]}.
+The columns under {target} are extrapolated to {campaigns:,} campaigns of the same size. Room, and times that grow \
+with the store (growth over 2), follow the straight line through both stores. Other times grow by the same factor \
+once more.
+
+## Questions
+
+{questions}
+
+These questions take more than {slow_s:g} s there:
+
+{slow}
+
+## Room
+
+{rooms}
+
+Raw series come on top:
+
+{series}
+
+The table takes {frames_extra:.2g} % more than the frames in it, its key included.
+
+## Ingest
+
+A campaign has {impacts} impacts: ten in a MATLAB recording of 10 s with two channels at 51.2 kHz. Each client \
+extracts the pulses with `--jobs 1`:
+
+{ingest}
+
+The large store takes {rate} times as many a second as the new one.
+An impact costs {processor} of the client's processor.
+{target} impacts cost {hours:.3g} hours of one processor, which several can share.
+
+## Plans
+
+Each plan is that of a question's dearest statement in the large store, from the last step to the first.
+A page has 8 kB.
+{plans}
+"""
+
+
 def page_of(measured: Measured) -> str:
     """Markdown: the stores, the questions with their growth, the plans, room, raw series, ingest."""
-    parts = (_stores, _questions, _slowest, _room, _series, _ingest_part, _plans)
-    return "\n\n".join("\n".join(part(measured)) for part in parts) + "\n"
-
-
-def _table(head: Sequence[str], rows: Iterator[Sequence[str]]) -> list[str]:
-    return ["| " + " | ".join(line) + " |" for line in (head, ["---"] * len(head), *rows)]
-
-
-def _stores(measured: Measured) -> Iterator[str]:
     small, large = measured["stores"]
-    sizes = [", ".join(f"{store[what]:,} {what}" for what in ("impacts", "campaigns", "recordings"))
-             for store in (small, large)]  # fmt: skip
-    yield "## What was measured\n"
-    yield (
-        f"PostgreSQL {measured['server']} runs with its own settings, and the client runs on the same machine "
-        f"({measured['machine']}). A time is the median (least to largest) of repeats in turn, all of them warm."
-    )
-    yield f"The large store has {sizes[1]}; the small one has {sizes[0]}."
-    yield (
-        f"The columns under {TARGET:,} are extrapolated to {TARGET // (large['impacts'] // large['campaigns']):,} "
-        "campaigns of the same size. Room, and times that grow with the store (growth over 2), follow the straight "
-        "line through both stores. Other times grow by the same factor once more."
-    )
-
-
-def _questions(measured: Measured) -> Iterator[str]:
-    yield "## Questions\n"
-    small, large = (f"{store['impacts']:,}" for store in measured["stores"])
-    head = ("question", small, large, "growth", f"{TARGET:,}", "statements")
-    rows = (
-        (question["name"], *(_times(Spread.of(question[store])) for store in ("small", "large")),
-         f"{_growth(question).text()} times", _duration(_extrapolated_s(question)),
-         str(question["plans"]["statements"]))
-        for question in measured["questions"]
+    sizes = ("impacts", "campaigns", "recordings")
+    ingest, processor_s = measured["ingest"], Spread.of(measured["ingest"]["full_processor_s"])
+    return _PAGE.format(
+        server=measured["server"], machine=measured["machine"], target=f"{TARGET:,}", slow_s=_SLOW_S,
+        stores=[", ".join(f"{store[what]:,} {what}" for what in sizes) for store in (small, large)],
+        campaigns=TARGET // (large["impacts"] // large["campaigns"]),
+        **_questions(measured["questions"], small["impacts"], large["impacts"]),
+        rooms=_rooms(measured["rooms"], small["impacts"], large["impacts"]),
+        series=_series(measured["series"], float(measured["frames_share"])),
+        frames_extra=100 * (float(measured["frames_share"]) - 1),
+        impacts=ingest["impacts"], ingest=_ingest_rates(ingest), rate=ratio(ingest["full"], ingest["new"]).text(),
+        processor=processor_s.text(" ms", 1e3), hours=TARGET * processor_s.median / 3600,
     )  # fmt: skip
-    yield from _table(head, rows)
 
 
-def _growth(question: Measured) -> Spread:
-    return ratio(question["large"], question["small"])
-
-
-def _extrapolated_s(question: Measured) -> float:
-    """On the straight line where times grow with the store, else by the same factor again."""
-    small, large = (Spread.of(question[store]).median for store in ("small", "large"))
-    if _grows(question):
-        return large + (large - small) * (TARGET - LARGE) / (LARGE - SMALL)
-    return large * max(1.0, _growth(question).median)
-
-
-def _grows(question: Measured) -> bool:
-    """A tree that is a page deeper does not double a time."""
-    return _growth(question).median > 2
-
-
-def _times(spread: Spread) -> str:
-    return f"{_duration(spread.median)} ({_duration(spread.low)} to {_duration(spread.high)})"
+def _questions(questions: Sequence[Measured], small: int, large: int) -> dict[str, str]:
+    """The table, the slowest at the target, and the plans."""
+    rows, slow, plans = [], [], []
+    for question in questions:
+        times = [Spread.of(question[store]) for store in ("small", "large")]
+        growth, plan = ratio(question["large"], question["small"]), question["plans"]
+        grows = growth.median > 2  # a tree that is a page deeper does not double a time
+        on_line = times[1].median + (times[1].median - times[0].median) * (TARGET - LARGE) / (LARGE - SMALL)
+        expected_s = on_line if grows else times[1].median * max(1.0, growth.median)
+        cells = [f"{_duration(t.median)} ({_duration(t.low)} to {_duration(t.high)})" for t in times]
+        cells += [f"{growth.text()} times", _duration(expected_s), str(plan["statements"])]
+        rows.append(table_row(question["name"], *cells))
+        growing = "grows with the store" if grows else "does not grow with it"
+        slow += [(expected_s, f"- {question['name']}: {_duration(expected_s)}; {growing}")] * (expected_s > _SLOW_S)
+        spent = f"{plan['milliseconds']:{'.3g' if plan['milliseconds'] < 999 else ',.0f'}}"
+        plans += [f"\n{question['name']} (1 of {plan['statements']}, {spent} ms):\n", "```text", *plan["lines"], "```"]
+    head = ("question", f"{small:,}", f"{large:,}", "growth", f"{TARGET:,}", "statements")
+    slowest = "\n".join(line for _, line in sorted(slow, key=lambda pair: -pair[0]))
+    return {"questions": table(head, rows), "slow": slowest, "plans": "\n".join(plans)}
 
 
 def _duration(seconds: float) -> str:
     return f"{1e3 * seconds:.0f} ms" if seconds < 1 else f"{seconds:.2g} s"
 
 
-def _slowest(measured: Measured) -> Iterator[str]:
-    yield f"These questions take more than {_SLOW_S:g} s there:\n"
-    slow = [(_extrapolated_s(question), question) for question in measured["questions"]]
-    for seconds, question in sorted(slow, key=lambda pair: -pair[0]):
-        if seconds > _SLOW_S:
-            grows = "grows with the store" if _grows(question) else "does not grow with it"
-            yield f"- {question['name']}: {_duration(seconds)}; {grows}"
+def _rooms(rooms: Sequence[Measured], small: int, large: int) -> str:
+    rows, total, total_bytes = [], 0.0, 0
+    for room in rooms:
+        if room["table"] == "series_chunks":  # few recordings have series: their own table shows their room
+            continue
+        slope = float(room["large"] - room["small"]) / (large - small)
+        at_target = float(room["large"]) + slope * (TARGET - large)
+        total, total_bytes = total + at_target, total_bytes + room["large"]
+        if at_target >= _SMALLEST:
+            names = f"`{room['table']}`", f"`{room['index']}`" if room["index"] else ""
+            rows.append(table_row(*names, f"{room['large'] / 1e6:,.0f}", f"{slope:,.0f}", f"{at_target / 1e9:.3g}"))
+    sums = f"{total_bytes / 1e6:,.0f}", f"{total / TARGET:,.0f}", f"{total / 1e9:.3g}"
+    head = ("table", "index", f"{large:,}: MB", "bytes an impact", f"{TARGET:,}: GB")
+    return table(head, [*rows, table_row("all, without series", "", *sums)])
 
 
-def _room(measured: Measured) -> Iterator[str]:
-    small, large = (int(store["impacts"]) for store in measured["stores"])
-
-    def slope(room: Measured) -> float:
-        return float(room["large"] - room["small"]) / (large - small)
-
-    def at_target(room: Measured) -> float:
-        return float(room["large"]) + slope(room) * (TARGET - large)
-
-    # Series of a few recordings only are in the stores: their own table shows their room.
-    tables = [room for room in measured["rooms"] if room["table"] != "series_chunks"]
-    rows = [
-        (f"`{room['table']}`", f"`{room['index']}`" if room["index"] else "", f"{room['large'] / 1e6:,.0f}",
-         f"{slope(room):,.0f}", f"{at_target(room) / 1e9:.3g}")
-        for room in tables if at_target(room) >= _SMALLEST
-    ]  # fmt: skip
-    total, megabytes = sum(map(at_target, tables)), sum(room["large"] for room in tables) / 1e6
-    rows.append(("all, without series", "", f"{megabytes:,.0f}", f"{total / TARGET:,.0f}", f"{total / 1e9:.3g}"))
-    yield "## Room\n"
-    yield from _table(("table", "index", f"{large:,}: MB", "bytes an impact", f"{TARGET:,}: GB"), iter(rows))
-
-
-def _series(measured: Measured) -> Iterator[str]:
-    share = float(measured["frames_share"])
+def _series(kinds: Sequence[Measured], share: float) -> str:
     rows = []
-    for kind in measured["series"]:
+    for kind in kinds:
         nbytes = share * kind["bytes_per_impact"]
-        room = f"{nbytes / 1e3:.3g}" if nbytes < 999e3 else f"{nbytes / 1e3:,.0f}"
+        room = f"{nbytes / 1e3:{'.3g' if nbytes < 999e3 else ',.0f'}}"
         rate, samples = f"{kind['rate_hz'] / 1e3:.3g}", f"{kind['samples_per_impact']:,.0f}"
-        rows.append((kind["kind"], rate, samples, room, f"{nbytes * TARGET / 1e12:.3g}"))
-    yield "Raw series come on top:\n"
-    yield from _table(("recordings", "kHz", "samples an impact", "kB an impact", f"{TARGET:,}: TB"), iter(rows))
-    yield f"\nThe table takes {100 * (share - 1):.2g} % more than the frames in it, its key included."
+        rows.append(table_row(kind["kind"], rate, samples, room, f"{nbytes * TARGET / 1e12:.3g}"))
+    return table(("recordings", "kHz", "samples an impact", "kB an impact", f"{TARGET:,}: TB"), rows)
 
 
-def _ingest_part(measured: Measured) -> Iterator[str]:
-    ingest = measured["ingest"]
-    yield "## Ingest\n"
-    yield (
-        f"A campaign has {ingest['impacts']} impacts: ten in a MATLAB recording of 10 s with two channels at 51.2 kHz. "
-        "Each client extracts the pulses with `--jobs 1`:\n"
-    )
+def _ingest_rates(ingest: Measured) -> str:
     cases = (("1", "new", "new"), ("1", "large", "full"), (str(ingest["clients"]), "large", "together"))
     rates = [(clients, store, Spread.of(ingest[name])) for clients, store, name in cases]
-    rows = ((c, store, rate.text(), f"{TARGET / rate.median / 3600:.3g}") for c, store, rate in rates)
-    yield from _table(("clients", "store", "impacts a second", f"hours for {TARGET:,}"), rows)
-    spent = Spread.of(ingest["full_processor_s"])
-    rate = ratio(ingest["full"], ingest["new"]).text()
-    yield f"\nThe large store takes {rate} times as many a second as the new one."
-    yield f"An impact costs {spent.text(' ms', 1e3)} of the client's processor."
-    yield f"{TARGET:,} impacts cost {TARGET * spent.median / 3600:.3g} hours of one processor, which several can share."
-
-
-def _plans(measured: Measured) -> Iterator[str]:
-    yield "## Plans\n"
-    yield "Each plan is that of a question's dearest statement in the large store, from the last step to the first."
-    yield "A page has 8 kB."
-    for question in measured["questions"]:
-        plans, milliseconds = question["plans"], question["plans"]["milliseconds"]
-        spent = f"{milliseconds:.3g}" if milliseconds < 999 else f"{milliseconds:,.0f}"
-        yield f"\n{question['name']} (1 of {plans['statements']}, {spent} ms):\n"
-        yield from ("```text", *plans["lines"], "```")
+    rows = (table_row(n, store, rate.text(), f"{TARGET / rate.median / 3600:.3g}") for n, store, rate in rates)
+    return table(("clients", "store", "impacts a second", f"hours for {TARGET:,}"), rows)
 
 
 def write(measured: Measured) -> None:
@@ -489,10 +451,10 @@ def write(measured: Measured) -> None:
 
 def main(arguments: list[str]) -> int:
     with work_folder() as folder:
-        kept = folder / "scale.json"
+        values_file = folder / "scale.json"
         if arguments != ["--again"]:
-            kept.write_text(json.dumps(measure(folder), indent=1))
-        write(json.loads(kept.read_text()))
+            values_file.write_text(json.dumps(measure(folder), indent=1))
+        write(json.loads(values_file.read_text()))
     return 0
 
 

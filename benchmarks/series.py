@@ -40,13 +40,12 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from .harness import (
-    ABSENT,
     Figure,
     Program,
     Spread,
+    beside,
     compared,
     interpreter_with,
-    missing,
     spread_text,
     take_turns,
     wall_seconds,
@@ -60,22 +59,20 @@ SERIES = "A stored series against h5py with gzip and shuffle"
 TIME_LIMIT, SLICE_LIMIT = 1 / 4, 0.1
 
 
-def kinds() -> dict[str, Callable[[], Samples]]:
-    """The series that are measured, all of 10 s with ten hits."""
-    return {
-        "51.2 kHz, 16 bits in float32": lambda: _record(51_200.0, 16),
-        "51.2 kHz, 16 bits in float32, noisy": lambda: _record(51_200.0, 16, noise_steps=8.0),
-        "51.2 kHz, 24 bits in float32": lambda: _record(51_200.0, 24),
-        "51.2 kHz, 16 bits scaled in float64": lambda: _record(51_200.0, 16).astype(np.float64) * 0.980665,
-        "1 MHz, 16 bits in float32": lambda: _record(1_000_000.0, 16),
-    }
-
-
 def _record(sampling_rate_hz: float, bits: int, noise_steps: float = NOISE_STEPS) -> NDArray[np.float32]:
     rng = np.random.default_rng(3)
-    return digitised(
-        hit_force(round(10 * sampling_rate_hz), sampling_rate_hz, rng), FULL_SCALE_N, rng, bits, noise_steps
-    )
+    force = hit_force(round(10 * sampling_rate_hz), sampling_rate_hz, rng)
+    return digitised(force, FULL_SCALE_N, rng, bits, noise_steps)
+
+
+#: The series that are measured, all of 10 s with ten hits.
+KINDS: dict[str, Callable[[], Samples]] = {
+    "51.2 kHz, 16 bits in float32": lambda: _record(51_200.0, 16),
+    "51.2 kHz, 16 bits in float32, noisy": lambda: _record(51_200.0, 16, noise_steps=8.0),
+    "51.2 kHz, 24 bits in float32": lambda: _record(51_200.0, 24),
+    "51.2 kHz, 16 bits scaled in float64": lambda: _record(51_200.0, 16).astype(np.float64) * 0.980665,
+    "1 MHz, 16 bits in float32": lambda: _record(1_000_000.0, 16),
+}
 
 
 def measure_series(folder: Path, only: Collection[str] = (), repeats: int = 15) -> Iterator[Figure]:
@@ -83,8 +80,8 @@ def measure_series(folder: Path, only: Collection[str] = (), repeats: int = 15) 
     for old in folder.glob("series.db*"):
         old.unlink()
     with open_store(f"sqlite:///{folder / 'series.db'}", WRITER, create=True) as store:
-        for name in only or kinds():
-            yield from _one_series(store, name, kinds()[name](), folder / "peer.h5", repeats)
+        for name in only or KINDS:
+            yield from _one_series(store, name, KINDS[name](), folder / "peer.h5", repeats)
 
 
 def _one_series(store: Store, kind: str, samples: Samples, path: Path, repeats: int) -> Iterator[Figure]:
@@ -104,38 +101,34 @@ def _one_series(store: Store, kind: str, samples: Samples, path: Path, repeats: 
 
     ours.write()
     assert ours.read(size).tobytes() == samples.tobytes()
-    functions = {"ours": ours.write, "peer": peer_writes, "hash": lambda: series_hash(samples)}
-    seconds = take_turns(functions, max(15, repeats // 3))
+    writing = {"ours": ours.write, peer: peer_writes, "bound": lambda: series_hash(samples)}
+    seconds = take_turns(writing, max(15, repeats // 3))
     encoding = take_turns({"encode": lambda: encode_series(samples)}, 5)["encode"]
-    yield compared(
-        SERIES, f"writing, {kind}", seconds["ours"], seconds["peer"], limit=TIME_LIMIT, bound_values=seconds["hash"],
+    yield beside(
+        SERIES, f"writing, {kind}", seconds, peer, limit=TIME_LIMIT, question="writing a raw series",
         bound=f"encoding takes {spread_text(encoding, 'ms')}, of which the SHA-256 of the samples",
-        question="writing a raw series", peer_name=peer,
     )  # fmt: skip
-    seconds = take_turns(
-        {
-            "ours": lambda: ours.read(size),
-            "peer": lambda: peer_reads(size),
-            "wholes": lambda: ours.read(size, times=10),  # as warm as a hundred slices
-            "slices": lambda: ours.read(size // 100),
-            "peer's slices": lambda: peer_reads(size // 100),
-            "decode": ours.decode,
-            "copy": samples.copy,
-        },
-        repeats,
-    )
-    yield compared(
-        SERIES, f"reading, {kind}", seconds["ours"], seconds["peer"], limit=TIME_LIMIT, bound_values=seconds["copy"],
+    reading: dict[str, Callable[[], object]] = {
+        "ours": lambda: ours.read(size),
+        peer: lambda: peer_reads(size),
+        "wholes": lambda: ours.read(size, times=10),  # as warm as a hundred slices
+        "slices": lambda: ours.read(size // 100),
+        "peer's slices": lambda: peer_reads(size // 100),
+        "decode": lambda: samples_of(ours.encoded),
+        "bound": samples.copy,
+    }
+    seconds = take_turns(reading, repeats)
+    yield beside(
+        SERIES, f"reading, {kind}", seconds, peer, limit=TIME_LIMIT, question="reading a raw series",
         bound=f"decoding takes {spread_text(seconds['decode'], 'ms')}, copying as many bytes",
-        question="reading a raw series", peer_name=peer,
     )  # fmt: skip
-    yield compared(
-        SERIES, f"room, {kind}", [ours.stored_bytes()], [peer_reads(size)], "MB", limit=1.0, kind="room",
-        bound="the entropy of the recorder's noise, which no packing loses", bound_values=[_noise_bytes(samples)],
-        question="room of a raw series", peer_name=peer,
+    rooms = {"ours": [ours.stored_bytes()], peer: [peer_reads(size)], "bound": [_noise_bytes(samples)]}
+    yield beside(
+        SERIES, f"room, {kind}", rooms, peer, unit="MB", limit=1.0, kind="room", question="room of a raw series",
+        bound="the entropy of the recorder's noise, which no packing loses",
     )  # fmt: skip
-    slices, wholes = ([share * s for s in seconds[storage]] for share, storage in ((0.01, "slices"), (0.1, "wholes")))
-    shares = [0.01 * a / b for a, b in zip(seconds["peer's slices"], seconds["peer"], strict=True)]
+    slices, wholes = [0.01 * s for s in seconds["slices"]], [0.1 * s for s in seconds["wholes"]]
+    shares = [0.01 * a / b for a, b in zip(seconds["peer's slices"], seconds[peer], strict=True)]
     yield compared(
         SERIES, f"1 % over the whole, all in one session, {kind}", slices, wholes, limit=SLICE_LIMIT, kind="growth",
         bound=f"a chunk is decoded whole; h5py, its file open: {Spread.of(shares).text()}",
@@ -159,14 +152,13 @@ class _StoredSeries:
 
     def __init__(self, store: Store, samples: Samples) -> None:
         self._store, self._samples, self._key = store, samples, 0
-        self._encoded = encode_series(samples)
+        self.encoded = encode_series(samples)
         with store.writing() as session:
-            campaign = session.scalars(select(Campaign)).first() or Campaign(
-                name="measured", kind="hammer", date=dt.date(2026, 11, 1), fingerprint="x"
-            )
-            session.add(campaign)
+            day = dt.date(2026, 11, 1)
+            new = Campaign(name=f"measured {next(self._paths)}", kind="hammer", date=day, fingerprint="x")
+            session.add(new)
             session.flush()
-            self._campaign = campaign.id
+            self._campaign = new.id
 
     def write(self) -> None:
         """Encode, and one transaction with its commit."""
@@ -191,11 +183,8 @@ class _StoredSeries:
         with self._store.reading() as session:
             connection, samples_read = session.connection(), self._samples[:0]
             for i in list(range(0, self._samples.size - part + 1, part)) * times:
-                samples_read = read_slice(connection, self._key, self._encoded.layout, i, i + part)
+                samples_read = read_slice(connection, self._key, self.encoded.layout, i, i + part)
             return samples_read
-
-    def decode(self) -> None:
-        samples_of(self._encoded)
 
     def stored_bytes(self) -> float:
         """Frames with their row's other columns, as the database counts them."""
@@ -209,19 +198,13 @@ QUERYING = "Series and pulses of {} recordings (10 s, two channels at 51.2 kHz, 
 CHANNEL, FACTOR, LEVEL, RUN = "force", "tip_material", "steel", 2
 #: What is kept of an impact, beside its pulse.
 FIGURES = ("start_s", "contact_time_s", "peak_force_n", "impulse_n_s")
-OURS, RAW = "pyroshock", "bytes in files"
-#: What is asked, and its question in the first table.
-STORE, WHOLE, WINDOW, PULSES = (
-    "storing them",
-    "one series whole",
-    "a hundredth of a series",
-    f"pulses with {FACTOR}={LEVEL}",
-)
+OURS, RAW = "ours", "bound"
+#: What is asked of a `Storage`, by its method: as the row of a figure says it, and its question in the first table.
 QUESTIONS = {
-    STORE: "storing series and pulses",
-    WHOLE: "reading a stored series",
-    WINDOW: "reading a hundredth of a series",
-    PULSES: "the pulses of a factor's level",
+    "store": ("storing them", "storing series and pulses"),
+    "whole": ("one series whole", "reading a stored series"),
+    "window": ("a hundredth of a series", "reading a hundredth of a series"),
+    "pulses": (f"pulses with {FACTOR}={LEVEL}", "the pulses of a factor's level"),
 }
 
 
@@ -239,25 +222,6 @@ class RecordingContent:
     processed: ProcessedRecording
     matched: list[MatchedImpact]
 
-    @classmethod
-    def of(cls, folder: Path, file: CampaignFile, rows: tuple[RunRow, ...], row: RunRow) -> Self:
-        path = str(row.recording)
-        channels, _ = read_channels(folder / path, file.sensors)
-        expected = expected_hits([row], rows)
-        done = process_recording(folder, path, file.sensors, ExtractionSettings(), expected=expected)
-        factors = {level.factor: level.label if level.number is None else level.number for level in row.levels}
-        impacts = tuple(
-            {"repetition": number, **{name: getattr(pulse, name) for name in FIGURES}}
-            for number, pulse in enumerate(done.pulses, row.repetition)
-        )
-        return cls(
-            row.run, {"path": path, "rate_hz": channels[0].sampling_rate_hz, **factors},
-            {channel.name: channel.recorded for channel in channels}, impacts,
-            tuple(pulse.fine_force_n for pulse in done.pulses), tuple(channels),
-            replace(done, series=()),  # encoding the series is part of storing them, which is measured
-            match(path, [row], len(done.pulses), rows),
-        )  # fmt: skip
-
 
 @dataclass(frozen=True, eq=False)
 class Content:
@@ -271,20 +235,36 @@ class Content:
     def of(cls, folder: Path) -> Self:
         """Of a campaign folder with a recording a run, each read, judged and cut as an ingest does."""
         file = read_campaign_file(folder)
-        rows = read_runs(folder, file.kind, lambda name: name)
-        return cls(file, rows, tuple(RecordingContent.of(folder, file, rows, row) for row in rows))
+        rows, recordings = read_runs(folder, file.kind, lambda name: name), []
+        for row in rows:
+            path = str(row.recording)
+            channels, _ = read_channels(folder / path, file.sensors)
+            expected = expected_hits([row], rows)
+            done = process_recording(folder, path, file.sensors, ExtractionSettings(), expected=expected)
+            factors = {level.factor: level.label if level.number is None else level.number for level in row.levels}
+            impacts = [
+                {"repetition": number, **{name: getattr(pulse, name) for name in FIGURES}}
+                for number, pulse in enumerate(done.pulses, row.repetition)
+            ]
+            recordings.append(RecordingContent(
+                row.run, {"path": path, "rate_hz": channels[0].sampling_rate_hz, **factors},
+                {channel.name: channel.recorded for channel in channels}, tuple(impacts),
+                tuple(pulse.fine_force_n for pulse in done.pulses), tuple(channels),
+                replace(done, series=()),  # encoding the series is part of storing them, which is measured
+                match(path, [row], len(done.pulses), rows),
+            ))  # fmt: skip
+        return cls(file, rows, tuple(recordings))
 
     @property
     def bytes(self) -> int:
-        return sum(x.nbytes for r in self.recordings for x in r.series.values()) + sum(
-            x.nbytes for r in self.recordings for x in r.pulses
-        )
+        series = sum(samples.nbytes for recording in self.recordings for samples in recording.series.values())
+        return series + sum(force.nbytes for recording in self.recordings for force in recording.pulses)
 
-    @property
-    def window(self) -> tuple[int, int]:
-        """A hundredth of a series, from its first third on."""
+    def request(self, what: str) -> tuple[Any, ...]:
+        """The arguments of a question; a window is a hundredth of a series, from its first third on."""
         size = self.recordings[0].series[CHANNEL].size
-        return size // 3, size // 3 + size // 100
+        window = (RUN, size // 3, size // 3 + size // 100)
+        return {"store": (), "whole": (RUN,), "window": window, "pulses": (LEVEL,)}[what]
 
     def pulses(self, level: str) -> list[Floats]:
         """Of all impacts with a level of `FACTOR`."""
@@ -307,7 +287,7 @@ class Content:
         return folder
 
 
-#: A peer in a program of its own overrides `answer`, which covers every question, and none of the three below.
+#: A peer in a program of its own overrides `seconds` and `sums`, and none of the three below.
 _ELSEWHERE = "this storage answers in a program of its own"
 
 
@@ -332,7 +312,7 @@ class Storage:
         """The force of a run's recording."""
         raise NotImplementedError(_ELSEWHERE)
 
-    def window(self, run: int, start: int, stop: int) -> Samples:
+    def window(self, run: int, start: int, stop: int | None) -> Samples:
         return self.whole(run)[start:stop]
 
     def pulses(self, level: str) -> list[Floats]:
@@ -342,22 +322,14 @@ class Storage:
     def room(self) -> int:
         return sum(file.stat().st_size for file in self.folder.iterdir())
 
-    def answer(self, what: str) -> Any:
-        questions: dict[str, Callable[[], Any]] = {
-            STORE: self.store,
-            WHOLE: partial(self.whole, RUN),
-            PULSES: partial(self.pulses, LEVEL),
-        }
-        return questions.get(what, partial(self.window, RUN, *self.content.window))()
-
     def seconds(self, what: str) -> float:
-        if what == STORE:
+        if what == "store":
             self.empty()
-        return wall_seconds(partial(self.answer, what))
+        return wall_seconds(partial(getattr(self, what), *self.content.request(what)))
 
     def sums(self, what: str) -> list[list[float]]:
         """Length and sum of each array of an answer."""
-        arrays = self.answer(what)
+        arrays = getattr(self, what)(*self.content.request(what))
         return _sums(arrays if isinstance(arrays, list) else [arrays])
 
 
@@ -365,45 +337,42 @@ class OurStore(Storage):
     """One SQLite store, opened once, as a command or a server does; each question is a session of its own."""
 
     name, guarantees = OURS, "a transaction a recording, SHA-256 of each series, CRC of each chunk"
-    _opened: Store | None = None
 
-    @property
-    def opened(self) -> Store:
-        if not self._opened:
-            self._opened = open_store(f"sqlite:///{self.folder / 'lab.db'}", WRITER, create=True)
-        return self._opened
+    def __init__(self, folder: Path, content: Content) -> None:
+        super().__init__(folder, content)
+        self._open()
+
+    def _open(self) -> None:
+        self._store = open_store(f"sqlite:///{self.folder / 'lab.db'}", WRITER, create=True)
 
     def close(self) -> None:
-        if self._opened:
-            self._opened.close()
-            self._opened = None
+        self._store.close()
 
     def empty(self) -> None:
         self.close()
         super().empty()
-        _ = self.opened
+        self._open()
 
     def room(self) -> int:
         self.close()  # the log of the last writing goes into the store's file, as at the end of every command
         return super().room()
 
     def store(self) -> None:
-        target = CampaignStore(self.opened, self.content.file, None, self.content.rows, ExtractionSettings())
+        target = CampaignStore(self._store, self.content.file, None, self.content.rows, ExtractionSettings())
         for recording in self.content.recordings:
             series = tuple(StoredSeries.of(channel) for channel in recording.channels)
             target.add_recording(replace(recording.processed, series=series), recording.matched)
 
     def whole(self, run: int) -> Samples:
-        with self.opened.reading() as session:
-            row = self._channel(session, run)
-            return read_samples(session, row, 0, row.samples)
+        return self.window(run, 0, None)
 
-    def window(self, run: int, start: int, stop: int) -> Samples:
-        with self.opened.reading() as session:
-            return read_samples(session, self._channel(session, run), start, stop)
+    def window(self, run: int, start: int, stop: int | None) -> Samples:
+        with self._store.reading() as session:
+            row = self._channel(session, run)
+            return read_samples(session, row, start, row.samples if stop is None else stop)
 
     def pulses(self, level: str) -> list[Floats]:
-        with self.opened.reading() as session:
+        with self._store.reading() as session:
             keys, _ = list_pulse_keys(session, None, (Condition(FACTOR, "=", level),), 10**9)
             frames: dict[int, bytes] = {}
             for i in range(0, len(keys), 500):
@@ -438,10 +407,9 @@ class Hdf5(Storage):
                     pulse.attrs.update(impact)
 
     def whole(self, run: int) -> Samples:
-        with self._open() as file:
-            return np.asarray(file[f"{run:06d}/{CHANNEL}"][:])
+        return self.window(run, 0, None)
 
-    def window(self, run: int, start: int, stop: int) -> Samples:
+    def window(self, run: int, start: int, stop: int | None) -> Samples:
         with self._open() as file:
             return np.asarray(file[f"{run:06d}/{CHANNEL}"][start:stop])
 
@@ -484,13 +452,13 @@ class PlainSqlite(Storage):
             query = "SELECT samples FROM series WHERE run = ? AND channel = ?"
             return np.frombuffer(db.execute(query, (run, CHANNEL)).fetchone()[0], np.float32)
 
-    def window(self, run: int, start: int, stop: int) -> Samples:
+    def window(self, run: int, start: int, stop: int | None) -> Samples:
         with self._open() as db:
             query = "SELECT rowid FROM series WHERE run = ? AND channel = ?"
             (row,) = db.execute(query, (run, CHANNEL)).fetchone()
             with db.blobopen("series", "samples", row, readonly=True) as blob:
                 blob.seek(4 * start)
-                return np.frombuffer(blob.read(4 * (stop - start)), np.float32)
+                return np.frombuffer(blob.read(-1 if stop is None else 4 * (stop - start)), np.float32)
 
     def pulses(self, level: str) -> list[Floats]:
         where = f"WHERE {FACTOR} = ? ORDER BY run, repetition"
@@ -526,17 +494,18 @@ class RawBytes(Storage):
     name, guarantees = RAW, "nothing"
 
     def store(self) -> None:
-        for kept_recording in self.content.recordings:
-            for name, samples in kept_recording.series.items():
-                samples.tofile(self.folder / f"{kept_recording.run}.{name}")
+        for recording in self.content.recordings:
+            for name, samples in recording.series.items():
+                samples.tofile(self.folder / f"{recording.run}.{name}")
         for level in {str(recording.attributes[FACTOR]) for recording in self.content.recordings}:
             np.concatenate(self.content.pulses(level)).tofile(self.folder / level)
 
     def whole(self, run: int) -> Samples:
-        return np.fromfile(self.folder / f"{run}.{CHANNEL}", np.float32)
+        return self.window(run, 0, None)
 
-    def window(self, run: int, start: int, stop: int) -> Samples:
-        return np.fromfile(self.folder / f"{run}.{CHANNEL}", np.float32, stop - start, offset=4 * start)
+    def window(self, run: int, start: int, stop: int | None) -> Samples:
+        count = -1 if stop is None else stop - start
+        return np.fromfile(self.folder / f"{run}.{CHANNEL}", np.float32, count, offset=4 * start)
 
     def pulses(self, level: str) -> list[Floats]:
         return [np.fromfile(self.folder / level)]
@@ -549,21 +518,15 @@ class QcodesProgram(Storage):
 
     def __init__(self, folder: Path, content: Content, program: Program) -> None:
         super().__init__(folder, content)
-        self._program, window = program, [RUN, *content.window]
-        self._requests: dict[str, dict[str, Any]] = {
-            STORE: {"what": "store", "of": []},
-            WHOLE: {"what": "whole", "of": [RUN]},
-            WINDOW: {"what": "window", "of": window},
-            PULSES: {"what": "pulses", "of": [FACTOR, LEVEL]},
-        }
+        self._program = program
 
     def seconds(self, what: str) -> float:
-        if what == STORE:
+        if what == "store":
             self._program.ask(what="empty", of=[])
-        return self._program.seconds(**self._requests[what])
+        return self._program.seconds(what=what, of=self.content.request(what))
 
     def sums(self, what: str) -> list[list[float]]:
-        return list(self._program.ask(**self._requests[what])["sums"])
+        return list(self._program.ask(what=what, of=self.content.request(what))["sums"])
 
 
 PEERS: tuple[type[Storage], ...] = (Hdf5, PlainSqlite, Parquet)
@@ -578,44 +541,41 @@ def measure_querying(folder: Path, recordings: int = 24, stores: int = 3, reads:
         storages: dict[str, Storage] = {OURS: ours, RAW: RawBytes(place / "raw", content)}
         storages |= {kind.name: kind(place / kind.name, content) for kind in PEERS}
         if python := interpreter_with("qcodes"):
-            words = ("benchmarks.peer_programs", "qcodes", content.write(place / "content"), place / QcodesProgram.name)
-            program = stack.enter_context(Program("-m", *words, python=python))
+            words = ("qcodes", content.write(place / "content"), place / QcodesProgram.name, FACTOR)
+            program = stack.enter_context(Program("-m", "benchmarks.peer_programs", *words, python=python))
             storages[QcodesProgram.name] = QcodesProgram(place / QcodesProgram.name, content, program)
         yield from _querying_figures(storages, content, stores, reads)
 
 
 def _querying_figures(storages: Mapping[str, Storage], content: Content, stores: int, reads: int) -> Iterator[Figure]:
     theme, names = QUERYING.format(len(content.recordings)), [*(kind.name for kind in PEERS), QcodesProgram.name]
-    for what, question in QUESTIONS.items():
+    for what, (row, question) in QUESTIONS.items():
         for storage in storages.values():
             storage.seconds(what)
-        if what != STORE:
+        if what != "store":
             check_answers(what, storages, content)
         questions = {name: partial(storage.seconds, what) for name, storage in storages.items()}
-        seconds = take_turns(questions, stores if what == STORE else reads, reported=[*questions], warm=False)
+        seconds = take_turns(questions, stores if what == "store" else reads, reported=[*questions], warm=False)
         for name in names:
-            fields: dict[str, Any] = {"question": question, "peer_name": name}
-            if name not in storages:
-                yield missing(theme, f"{what}, beside {name}", ABSENT, **fields)
-                continue
-            guarantees = f"ours keeps {storages[OURS].guarantees}; {name} keeps {storages[name].guarantees}; "
-            yield compared(
-                theme, f"{what}, beside {name}", seconds[OURS], seconds[name], limit=1.0, binding=False,
-                bound=(guarantees if what == STORE else "") + "the same bytes in plain files",
-                bound_values=seconds[RAW], **fields,
+            bound = "the same bytes in plain files"
+            if what == "store" and name in storages:
+                bound = f"ours keeps {storages[OURS].guarantees}; {name} keeps {storages[name].guarantees}; {bound}"
+            yield beside(
+                theme, f"{row}, beside {name}", seconds, name, limit=1.0, binding=False, bound=bound,
+                question=question,
             )  # fmt: skip
     for name in [name for name in names if name in storages]:
-        yield compared(
-            theme, f"room on disk, beside {name}", [storages[OURS].room()], [storages[name].room()], "MB", limit=1.0,
-            bound=f"in memory {content.bytes / 1e6:.3g} MB; noise does not pack", binding=False, kind="room",
-            question="room on disk", peer_name=name,
+        rooms = {key: [float(storages[key].room())] for key in (OURS, name)}
+        yield beside(
+            theme, f"room on disk, beside {name}", rooms, name, unit="MB", limit=1.0, binding=False, kind="room",
+            bound=f"in memory {content.bytes / 1e6:.3g} MB; noise does not pack", question="room on disk",
         )  # fmt: skip
 
 
 def check_answers(what: str, storages: Mapping[str, Storage], content: Content) -> None:
     """Raises `ValueError` where a way does not give back what was stored; the limit gives the pulses in one piece."""
-    force = content.recordings[RUN - 1].series[CHANNEL]
-    stored: dict[str, list[Any]] = {WHOLE: [force], WINDOW: [force[slice(*content.window)]]}
+    force, (_, *window) = content.recordings[RUN - 1].series[CHANNEL], content.request("window")
+    stored: dict[str, list[Any]] = {"whole": [force], "window": [force[slice(*window)]]}
     expected = _sums(stored.get(what) or content.pulses(LEVEL))
     for name, storage in storages.items():
         sums = storage.sums(what)

@@ -17,6 +17,7 @@ if str(ROOT / "tests") not in sys.path:
 from support.checks.printed_filters import absolute_acceleration
 from support.records.contact_bodies import ball, impacts
 from support.records.force_records import ForceRecord, force_records
+from support.records.gun_campaigns import gun_record
 from support.records.hammer_recordings import FULL_SCALE_N, HITS, NOISE_STEPS, digitised, hammer_record, hit_force
 from support.records.hammer_recordings import kept_campaign, write_campaign
 from support.records.labelled_records import Labelled, Signal, made_records
@@ -31,7 +32,7 @@ from support.stores.postgres_server import running_server
 __all__ = [
     "BENCH", "FULL_SCALE_N", "HITS", "HITS_PER_RECORDING", "NOISE_STEPS", "PREDICTORS", "RARE", "THESIS_GUN",
     "WRITER", "ForceRecord", "Labelled", "Method", "ScalarGun", "Signal", "StoreSize", "absolute_acceleration",
-    "ball", "campaign_name", "digitised", "fill", "filled", "force_records", "fresh_database", "hammer_record",
-    "held_out", "hit_force", "impacts", "kept_campaign", "made_records", "pulse_table", "ringing_plate",
-    "running_server", "sample_of", "scalar_guns", "setting", "write_campaign",
+    "ball", "campaign_name", "digitised", "fill", "filled", "force_records", "fresh_database",
+    "gun_record", "hammer_record", "held_out", "hit_force", "impacts", "kept_campaign", "made_records", "pulse_table",
+    "ringing_plate", "running_server", "sample_of", "scalar_guns", "setting", "write_campaign",
 ]

@@ -33,7 +33,6 @@ from pyroshock.dataset.rows import stored_materials
 from pyroshock.doe.limits.bench import BenchLimits
 from pyroshock.schema.session import Store, Writer, open_store
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
-from pyroshock.twin.plate.build import PlateBuild, named_points
 from pyroshock.twin.plate.modes import cached_plate
 from pyroshock.twin.plate.stage import PlateStage
 from pyroshock.twin.setting import THESIS, Setting
@@ -43,20 +42,18 @@ from pyroshock.twin.tune.tuner import FiredShots, tune
 from pyroshock.validation.answer_sets import wilson
 from pyroshock.virtualbench.campaigns.gun import RATE_HZ, VirtualGunBench, set_up
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.plate.build import OUTLINE_M
+from pyroshock.virtualbench.sensors import SensorBuild
 from pyroshock.virtualbench.sensors.chain import calibrated
 
-from .harness import PYROSHOCK, ROOT, table_row, work_folder
+from .harness import PYROSHOCK, ROOT, table, table_row, work_folder
+from .plate import BUILD, IMPACTS_M, SENSORS_M
 
 Floats = NDArray[np.float64]
 
 BENCH_SEED, JUDGED_SEED, CASES, PROMISED = 1001, 2000, 20, 0.9
 SHARE, TOLERANCE_DB, PROPOSAL_S = 0.95, 6.0, 60.0
 MOST_SHOTS, MOST_SHOTS_BY_HAND = 3, 30
-#: As on the lab's drawing; the same places that `virtualbench.plate.resonant` has.
-IMPACTS_M = {"#1": (0.47, 0.28), "#2": (0.31, 0.37), "#3": (0.68, 0.22)}
-SENSORS_M = {"acceleration_1": (0.22, 0.20), "acceleration_2": (0.73, 0.37)}
-THICKNESS_M, MAX_MODE_HZ, PLATES = 0.010, 20e3, ("aluminum", "steel")
+THICKNESS_M, MAX_MODE_HZ, PLATES = BUILD.thickness_m, 20e3, ("aluminum", "steel")
 RUNS, NAME, MODEL = 105, "lab", "coregional-gp"
 _POSITION = '[[factors]]\nname = "impact_position"\nkind = "categorical"\nlevels = ["#1", "#2", "#3"]\nchange = 1\n\n'
 #: Lines of all targets: six per octave, Q = 10.
@@ -82,11 +79,10 @@ class VirtualGun:
 
     def shot(self, setting: Setting, number: int) -> Floats | Spoiled:
         """The spectrum (f,) that a shot shows, m/s2, noise and scatter with it; how the record is spoiled otherwise."""
-        bench, row = self._bench(Effects.default()), row_of(setting)
-        record = self._record(bench, row, np.random.default_rng([self.seed, 1, number]))
+        bench = self._bench(Effects.default())
+        record = _record(bench, setting, np.random.default_rng([self.seed, 1, number]))
         record = record - np.median(record[:_QUIET])
-        full = next(s for s in bench.sensors if s.name == SENSOR).full_scale * 9.80665
-        if np.abs(record).max() > 0.99 * full:
+        if np.abs(record).max() > 0.99 * _sensor(bench).full_scale * 9.80665:
             return "clipped"
         return "silent" if np.abs(record).max() < 10 * record[:_QUIET].std() else spectrum(record)
 
@@ -94,7 +90,7 @@ class VirtualGun:
         """The noise-free spectrum (f,), m/s2, and the largest acceleration, m/s2."""
         bench = self._bench(Effects.default().without(*NOISE))
         wide = tuple(replace(s, full_scale=_WIDE_G) if s.name == SENSOR else s for s in bench.sensors)
-        record = self._record(replace(bench, sensors=wide), row_of(setting), np.random.default_rng(self.seed))
+        record = _record(replace(bench, sensors=wide), setting, np.random.default_rng(self.seed))
         return spectrum(record), float(np.abs(record).max())
 
     def _bench(self, effects: Effects) -> VirtualGunBench:
@@ -104,9 +100,14 @@ class VirtualGun:
         rows = [{**row, "plate_material": name} for name in PLATES]
         return set_up(rows, effects, np.random.default_rng(np.random.SeedSequence(self.seed).spawn(1)[0]))
 
-    def _record(self, bench: VirtualGunBench, row: Mapping[str, str], rng: np.random.Generator) -> Floats:
-        (task,), sensor = bench.tasks([row], 1), next(s for s in bench.sensors if s.name == SENSOR)
-        return np.asarray(calibrated(bench.take(task, rng).channels[SENSOR], sensor), dtype=np.float64)
+
+def _sensor(bench: VirtualGunBench) -> SensorBuild:
+    return next(sensor for sensor in bench.sensors if sensor.name == SENSOR)
+
+
+def _record(bench: VirtualGunBench, setting: Setting, rng: np.random.Generator) -> Floats:
+    (task,) = bench.tasks([row_of(setting)], 1)
+    return np.asarray(calibrated(bench.take(task, rng).channels[SENSOR], _sensor(bench)), dtype=np.float64)
 
 
 def spectrum(acceleration: Floats) -> Floats:
@@ -119,16 +120,11 @@ def row_of(setting: Setting) -> dict[str, str]:
     """A setting as a row of a plan."""
     assert setting.tank_pressure_pa is not None
     return {
-        "run": "1",
-        "plate_material": setting.plate.name,
-        "anvil_material": setting.anvil.name if setting.anvil else "none",
-        "insulator": setting.insulator,
-        "tip_material": setting.tip.name,
-        "tip_radius_mm": repr(setting.tip_radius_m * 1e3),
-        "bullet_mass_kg": repr(setting.impactor_mass_kg),
-        "tank_pressure_bar": repr(setting.tank_pressure_pa / 1e5),
-        "impact_position": setting.impact_position,
-    }
+        "run": "1", "plate_material": setting.plate.name, "tip_material": setting.tip.name,
+        "anvil_material": setting.anvil.name if setting.anvil else "none", "insulator": setting.insulator,
+        "tip_radius_mm": repr(setting.tip_radius_m * 1e3), "bullet_mass_kg": repr(setting.impactor_mass_kg),
+        "tank_pressure_bar": repr(setting.tank_pressure_pa / 1e5), "impact_position": setting.impact_position,
+    }  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,10 +157,7 @@ def lab(folder: Path, seed: int) -> Lab:
             command = [sys.executable, *PYROSHOCK, *step]
             subprocess.run(command, cwd=folder, env={**os.environ, "PYROSHOCK_DB": url}, check=True)
             mark.touch()
-    builds = {
-        name: PlateBuild(OUTLINE_M, THICKNESS_M, THESIS[name], named_points(IMPACTS_M), named_points(SENSORS_M))
-        for name in PLATES
-    }
+    builds = {name: replace(BUILD, material=THESIS[name]) for name in PLATES}
     request = TwinRequest(
         campaign=NAME, frequency_hz=tuple(LINES_HZ.tolist()), impact_points=tuple(IMPACTS_M.values()),
         sensors=tuple(SENSORS_M.values()),
@@ -216,12 +209,12 @@ def by_tuner(task: Task, forward: Forward, history: FiredShots, rng: np.random.G
     spoiled: list[tuple[Setting, Spoiled]] = []
     for shots in range(MOST_SHOTS + 1):
         begin = time.perf_counter()
-        refusals = _and_spoiled(task.refusals, spoiled)
-        tuning_result = tune(
-            forward, task.space, task.goal, rng, measured=measured, refusals=refusals, extrapolate=True
-        )
+        tuned = tune(
+            forward, task.space, task.goal, rng, measured=measured, refusals=_and_spoiled(task.refusals, spoiled),
+            extrapolate=True,
+        )  # fmt: skip
         seconds.append(time.perf_counter() - begin)
-        best = tuning_result.proposals[0].setting
+        best = tuned.proposals[0].setting
         if shots == MOST_SHOTS:
             break
         spectrum = task.fire(best)
@@ -259,22 +252,22 @@ def by_one_variable(task: Task) -> Outcome:
     Numbers step by a ratio in the direction that helps, and by its root once no variable helps any more; words are
     tried one after the other. Thirty shots at most; what the bench refuses is not fired.
     """
-    here = _middle(task)
-    best, shots = _worth(task, here), 1
+    setting = _middle(task)
+    best, shots = _worth(task, setting), 1
     ratio = 1.6
     while shots < MOST_SHOTS_BY_HAND and not best[0]:
         before = best
         for variable in _variables(task.space, ratio):
-            others = [other for other in variable(here) if other != here]
+            others = [other for other in variable(setting) if other != setting]
             allowed = task.refusals(others) if others else []
             for other in [other for other, refused in zip(others, allowed, strict=True) if not refused]:
                 if shots == MOST_SHOTS_BY_HAND or best[0]:
                     break
                 shots += 1
                 if (worth := _worth(task, other)) > best:
-                    best, here = worth, other
+                    best, setting = worth, other
         ratio = ratio if best > before else float(np.sqrt(ratio))
-    return Outcome(here, shots)
+    return Outcome(setting, shots)
 
 
 def _middle(task: Task) -> Setting:
@@ -328,29 +321,21 @@ METHODS: Mapping[str, Method] = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class Hidden:
-    """A spectrum to recover; the setting is for the judge alone."""
-
-    setting: Setting
-    goal: Goal
+#: A spectrum to recover, and its setting for the judge alone.
+Hidden = tuple[Goal, Setting]
 
 
 def space_on(plate: str, lab: Lab) -> TuningSpace:
     """What the lab has for one plate: tips, layers and places of its plan, any pressure, any mass from 0.2 to 1 kg."""
     limits = BenchLimits()
     return TuningSpace(
-        plate=THESIS[plate],
-        plate_thickness_m=THICKNESS_M,
-        plate_mass_kg=lab.plate_masses_kg[plate],
-        tips=(THESIS["PLA"], THESIS["aluminum"], THESIS["steel"]),
-        tip_radii_m=(0.030, 0.045, 0.060),
-        anvils=(None, THESIS["aluminum"], THESIS["steel"]),
-        insulators=("none", "polymeric"),
+        plate=THESIS[plate], plate_thickness_m=THICKNESS_M, plate_mass_kg=lab.plate_masses_kg[plate],
+        tips=(THESIS["PLA"], THESIS["aluminum"], THESIS["steel"]), tip_radii_m=(0.030, 0.045, 0.060),
+        anvils=(None, THESIS["aluminum"], THESIS["steel"]), insulators=("none", "polymeric"),
         impact_positions=tuple(IMPACTS_M),
         tank_pressure_pa=ContinuousRange(LEAST_PRESSURE_PA, limits.max_regulated_pressure_pa),
         impactor_mass_kg=ContinuousRange(0.2, 1.0),
-    )
+    )  # fmt: skip
 
 
 def hidden(number: int, seed: int, lab: Lab, gun: VirtualGun) -> Hidden:
@@ -369,41 +354,28 @@ def hidden(number: int, seed: int, lab: Lab, gun: VirtualGun) -> Hidden:
             continue
         spectrum, peak = gun.truth(setting)
         if 0 < peak <= most:
-            return Hidden(setting, Goal.even(LINES_HZ, spectrum, TOLERANCE_DB, SHARE))
+            return Goal.even(LINES_HZ, spectrum, TOLERANCE_DB, SHARE), setting
 
 
 def judged(method: Method, case: Hidden, number: int, seed: int, lab: Lab, gun: VirtualGun) -> dict[str, Any]:
     """One case one way, and what the judge finds."""
-    shots = iter(range(1_000_000 * (seed + 1) + 1000 * number, 10**12))
-    task = Task(
-        case.goal,
-        space_on(case.setting.plate.name, lab),
-        bench_refusals(lab.forward.twin, BenchLimits()),
-        lambda setting: gun.shot(setting, next(shots)),
-    )
+    (goal, setting), shots = case, iter(range(1_000_000 * (seed + 1) + 1000 * number, 10**12))
+    refusals = bench_refusals(lab.forward.twin, BenchLimits())
+    task = Task(goal, space_on(setting.plate.name, lab), refusals, lambda fired: gun.shot(fired, next(shots)))
     outcome = method(task, lab, np.random.default_rng([seed, number, 1]))
-    spectrum, _ = gun.truth(outcome.setting)
-    margins = case.goal.margin_db(20 * np.log10(spectrum))
-    return {
-        "success": bool(np.mean(margins >= 0) >= SHARE),
-        "share_within": float(np.mean(margins >= 0)),
-        "shots": outcome.shots,
-        "seconds": outcome.seconds,
-        "setting": str(outcome.setting),
-        "hidden": str(case.setting),
-    }
+    share = float(np.mean(goal.margin_db(level_db(gun.truth(outcome.setting)[0])) >= 0))
+    return {"success": share >= SHARE, "share_within": share, "shots": outcome.shots, "seconds": outcome.seconds,
+            "setting": str(outcome.setting), "hidden": str(setting)}  # fmt: skip
 
 
-def row(name: str, found: list[dict[str, Any]]) -> str:
-    """One way in the table."""
-    hits = sum(each["success"] for each in found)
-    low, high = wilson(hits, len(found))
-    shots = sorted(each["shots"] for each in found)
-    seconds = [s for each in found for s in each["seconds"]]
+def method_row(name: str, results: list[dict[str, Any]]) -> str:
+    hits, shots = sum(result["success"] for result in results), sorted(result["shots"] for result in results)
+    low, high = wilson(hits, len(results))
+    seconds = [s for result in results for s in result["seconds"]]
     took = f"{np.median(seconds):.0f} (at most {max(seconds):.0f})" if seconds else "—"
     spent = f"{np.median(shots):g} ({shots[0]} to {shots[-1]})"
-    share = np.mean([each["share_within"] for each in found])
-    return table_row(name, f"{hits} of {len(found)} ({low:.0%} to {high:.0%})", f"{share:.0%}", spent, took)
+    share = np.mean([result["share_within"] for result in results])
+    return table_row(name, f"{hits} of {len(results)} ({low:.0%} to {high:.0%})", f"{share:.0%}", spent, took)
 
 
 def main(arguments: list[str]) -> int:
@@ -427,13 +399,12 @@ def main(arguments: list[str]) -> int:
                 results[name].append(json.loads(file.read_text(encoding="utf-8")))
                 within, shots = results[name][-1]["share_within"], results[name][-1]["shots"]
                 sys.stderr.write(f"case {number}, {name}: {within:.0%} of lines after {shots} shots\n")
-    print("| way | recovered | lines within | shots | seconds a proposal |\n| --- | --- | --- | --- | --- |")
-    print("\n".join(row(name, score_row) for name, score_row in results.items()))
+    head = ("way", "recovered", "lines within", "shots", "seconds a proposal")
+    print(table(head, (method_row(name, score_row) for name, score_row in results.items())))
     ours = next(iter(results.values()))
+    slowest = max((s for r in ours for s in r["seconds"]), default=0)
     lost = [f"fewer than {PROMISED:.0%} recovered"] * (sum(r["success"] for r in ours) < PROMISED * len(ours))
-    lost += [f"a proposal over {PROPOSAL_S:g} s"] * (
-        max((s for r in ours for s in r["seconds"]), default=0) > PROPOSAL_S
-    )
+    lost += [f"a proposal over {PROPOSAL_S:g} s"] * (slowest > PROPOSAL_S)
     print(f"\npromises lost: {'; '.join(lost) or 'none'}")
     return 1 if lost else 0
 

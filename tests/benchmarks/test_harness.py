@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from functools import partial
 
@@ -12,12 +13,16 @@ from benchmarks.harness import (
     Program,
     ProgramError,
     Spread,
+    beside,
     compared,
     interpreter_with,
     missing,
     processor_seconds,
     promised,
     ratio,
+    run_python,
+    table,
+    table_row,
     take_turns,
 )
 
@@ -82,6 +87,26 @@ def test_missing_peer_has_a_row_and_breaks_no_promise():
     row = missing("spectra", "endaq", "not installed")
     assert row.row() == "| endaq | — | not installed | — | — | — | — |" and row.holds
     assert not replace(row, limit=1.0).holds
+
+
+def test_a_peer_stands_beside_ours_or_its_absence_does():
+    seconds = {"ours": [0.002], "endaq": [0.004], "bound": [0.001]}
+    row = beside("spectra", "lines", seconds, "endaq", bound="copying", limit=1.0)
+    assert (row.peer_name, row.value, row.over_bound) == ("endaq", Spread(0.5, 0.5, 0.5), Spread(2.0, 2.0, 2.0))
+    absent = beside("spectra", "lines", seconds, "pyyeti", "out of memory", limit=1.0, question="a spectrum")
+    assert (absent.ours, absent.peer, absent.question) == ("2 ms", "out of memory", "a spectrum") and absent.holds
+
+
+def test_a_table_has_a_rule_below_its_head():
+    assert table(("a", "b"), [table_row("1", "2")]) == "| a | b |\n| --- | --- |\n| 1 | 2 |"
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="shares of memory are read where Linux shows them")
+def test_a_watched_program_tells_its_memory_with_its_children():
+    child = "import sys, time; x = bytearray(5 * 10**7); x[::1000] = b'1' * 50_000; time.sleep(3)"
+    script = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {child!r}])"
+    assert run_python("-c", script, watch_memory=True) > 4e7
+    assert run_python("-c", "pass") == 0
 
 
 def test_a_program_answers_each_request():

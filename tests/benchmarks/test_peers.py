@@ -64,7 +64,7 @@ def test_content_for_others_is_the_same(content, tmp_path):
 
 def test_every_question_has_a_figure_of_every_peer(tmp_path):
     figures = list(series.measure_querying(tmp_path, recordings=2, stores=1, reads=1))
-    for question in series.QUESTIONS.values():
+    for _, question in series.QUESTIONS.values():
         assert {f.peer_name for f in figures if f.question == question} == {"h5py", "sqlite3", "pandas", "QCoDeS"}
     assert all(f.over_bound.median > 0 for f in figures if f.value and f.kind == "time")
 
@@ -72,7 +72,7 @@ def test_every_question_has_a_figure_of_every_peer(tmp_path):
 def test_other_numbers_are_no_answer(content, tmp_path, monkeypatch):
     monkeypatch.setattr(series.Hdf5, "whole", lambda *_: np.zeros(3, np.float32))
     with pytest.raises(ValueError, match="other numbers"):
-        series.check_answers(series.WHOLE, {"h5py": series.Hdf5(tmp_path / "kept", content)}, content)
+        series.check_answers("whole", {"h5py": series.Hdf5(tmp_path / "kept", content)}, content)
 
 
 HITS = [Hit(1.0, 1e-3, False, False), Hit(2.0, 1e-3, True, False)]
@@ -135,7 +135,7 @@ def test_predictions_are_the_dense_ones(name):
 
 
 def test_another_likelihood_is_refused(tmp_path):
-    kept = np.load(coregional.write_pulses(tmp_path / "pulses.npz", N, ASKED))
+    kept = np.load(coregional.write_pulses(tmp_path, N, ASKED))
     np.testing.assert_array_equal(kept["loadings"], coregional.parameters().loadings)
     with pytest.raises(ValueError, match="somebody"):
         coregional.check_agreement({coregional.OURS: [1.0], "somebody": [1.1]}, 0.01)
