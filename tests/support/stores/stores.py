@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import subprocess
 import sys
@@ -45,6 +46,13 @@ def ingested(url: str, *folders: Path) -> Result:
     result = ingest(url, *folders)
     assert result.exit_code == 0, result.stderr
     return result
+
+
+def ingest_report(url: str, folder: Path) -> tuple[dict[str, Any], str]:
+    """What an ingest that must succeed says: its report, and its notes."""
+    result = pyroshock("ingest", folder, "--db", url, "--jobs", "1", "--json")
+    assert result.exit_code == 0, result.stderr
+    return json.loads(result.stdout), result.stderr
 
 
 def start_cli(*arguments: str | Path) -> subprocess.Popen[str]:
