@@ -82,13 +82,10 @@ def test_local_rest_is_the_stretch_that_ends_four_samples_earlier(first, rate, e
     assert level == RestLevel(expected, 0.25)
 
 
-def test_local_rest_of_a_long_contact_ends_15_per_cent_of_it_earlier():
+def test_local_rest_ends_15_per_cent_of_a_long_contact_earlier_and_passes_over_gaps():
     """The foot of a slow pulse is no rest: 256 samples that end 150 before a contact of 1000."""
     level = local_baseline(np.arange(2000.0), (1000, 2000), RestLevel(-1.0, 0.25), 51_200.0)
     assert level.baseline == 850 - 128.5
-
-
-def test_gap_before_a_contact_is_passed_over():
     force = np.arange(2000.0)
     force[500:996:2] = np.nan
     assert local_baseline(force, (1000, 1009), QUIET, 51_200.0).baseline == 868.0
@@ -96,7 +93,7 @@ def test_gap_before_a_contact_is_passed_over():
     assert local_baseline(force, (1000, 1009), RestLevel(-1.0, 0.0), 51_200.0).baseline == -1.0
 
 
-def test_contact_of_known_samples():
+def test_contact_of_known_samples_by_share_noise_and_further_hits():
     found = segment(CONTACT, np.array([4]), QUIET, tenth())
     assert (found.walk, found.mask, found.threshold) == ((2, 7), (2, 6), 1.0)
     assert found.difference == pytest.approx(0.2)
@@ -104,12 +101,14 @@ def test_contact_of_known_samples():
     assert not found.raised and not found.truncated and found.extra_hits == 0
     by_mask = segment(CONTACT, np.array([4]), QUIET, tenth(segmentation="mask"))
     assert (by_mask.contact.first, by_mask.contact.last) == (2, 6)
-
-
-def test_noise_raises_the_threshold_above_its_share():
     noisy = segment(CONTACT, np.array([4]), RestLevel(0.0, 1.25), tenth())
     assert (noisy.walk, noisy.threshold, noisy.raised) == ((2, 6), 2.5, True)
     assert not segment(CONTACT, np.array([4]), RestLevel(0.0, 0.5), tenth()).raised  # both are 1: nothing is raised
+    force = np.concatenate([CONTACT, CONTACT / 2])
+    assert segment(force, np.array([4, 13]), QUIET, tenth()).extra_hits == 1
+    assert segment(force, np.array([4, 5]), QUIET, tenth()).extra_hits == 0
+    ends = segment(force, np.array([4, 2, 7]), QUIET, tenth())  # on the contact's own ends
+    assert ends.extra_hits == 0
 
 
 @pytest.mark.parametrize("cut", [slice(3, None), slice(None, 7)], ids=["begin", "end"])
@@ -139,15 +138,7 @@ def test_contact_of_any_length_is_walked(samples):
     assert found.mask == (6999, 7000 + 2 * samples)
 
 
-def test_peaks_outside_of_the_contact_are_further_hits():
-    force = np.concatenate([CONTACT, CONTACT / 2])
-    assert segment(force, np.array([4, 13]), QUIET, tenth()).extra_hits == 1
-    assert segment(force, np.array([4, 5]), QUIET, tenth()).extra_hits == 0
-    ends = segment(force, np.array([4, 2, 7]), QUIET, tenth())  # on the contact's own ends
-    assert ends.extra_hits == 0
-
-
-def test_events_exceed_share_and_noise_both():
+def test_events_exceed_share_and_noise_both_and_drift_does_not_tilt_them():
     force = np.zeros(100)
     force[[10, 30, 50]] = 100.0, 10.0, 11.0
     far = ExtractionSettings(separation_s=0.0)
@@ -156,9 +147,6 @@ def test_events_exceed_share_and_noise_both():
     assert [each.tolist() for each in find_events(force, RestLevel(0.0, 1.1), 1.0, far)] == [[10]]
     assert find_events(force, RestLevel(0.0, 10.1), 1.0, far) == []
     assert [each.tolist() for each in find_events(force + 50, RestLevel(50.0, 0.0), 1.0, far)] == [[10], [50]]
-
-
-def test_drift_between_hits_does_not_tilt_the_threshold():
     force = np.concatenate([np.zeros(400), np.full(400, 0.5), CONTACT + 0.5, np.full(50, 0.5)])
     rest, found = delimit(force, np.array([804]), QUIET, 51_200.0, tenth())
     assert rest.baseline == 0.5
