@@ -26,18 +26,9 @@ MOST_CPU_S, MOST_WALL_S, MOST_BYTES = 5.0, 60.0, 2**30
 #: Of a file that the ingest reads in a process of its own, which ends after 3 s (`ingest.readers.patience`).
 HANGING_CPU_S = 1.0
 _LIBRARIES = [
-    "h5py",
-    "nptdms",
-    "pyuff",
-    "lvm_read",
-    "pyarrow.parquet",
-    "scipy.io",
-    "pandas",
-    "pint",
-    "tomllib",
-    "zipfile",
+    "h5py", "nptdms", "pyuff", "lvm_read", "pyarrow.parquet", "scipy.io", "pandas", "pint", "tomllib", "zipfile",
     "fuzzing.targets",
-]
+]  # fmt: skip
 _LONGEST_INPUT, _MOST_KEPT = 1 << 17, 500
 
 

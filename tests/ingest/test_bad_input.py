@@ -25,6 +25,10 @@ def test_folder_that_is_none(tmp_path: Path, refused: Refused) -> None:
     refused(tmp_path / "empty", "campaign.toml")
 
 
+def _without(name: str) -> Change:
+    return lambda folder: (folder / name).unlink()
+
+
 def _in_place(name: str) -> Change:
     """A folder of the file's name."""
     return lambda folder: ((folder / name).unlink(), (folder / name).mkdir())
@@ -45,11 +49,11 @@ def _toml(old: str, new: str) -> Change:
 _PLATE = '[bench.plate]\nmaterial = "unobtainium"\nthickness_m = 0.01\n[channels.force]'
 #: What is done to a good folder of a hammer, and words of the refusal.
 CHANGES: dict[str, tuple[Change, tuple[str, ...]]] = {
-    **{f"no {n}": (lambda f, n=n: (f / n).unlink(), (n,)) for n in ("campaign.toml", "runs.csv")},
+    **{f"no {n}": (_without(n), (n,)) for n in ("campaign.toml", "runs.csv")},
     **{f"folder {n}": (_in_place(n), (n, "cannot be read")) for n in ("campaign.toml", "runs.csv")},
     **{f"latin-1 {n}": (_in_latin_1(n), (n, "not UTF-8")) for n in ("campaign.toml", "runs.csv")},
     "missing recording": (
-        lambda folder: (folder / recording_name(2)).unlink(),
+        _without(recording_name(2)),
         ("runs.csv", "row 4", "'recording'", recording_name(2)),
     ),
     "unit": (_toml('unit = "N"', 'unit = "kg"'), ("campaign.toml", "channels.force", "'kg'", "force", "'N'")),

@@ -19,7 +19,7 @@ from pyroshock.schema.recordings import QualityFinding, RecordedChannel
 from pyroshock.schema.session import Writer, open_store
 from sqlalchemy import delete, select
 from support.records.campaigns import hammer_campaign, write_folder
-from support.stores.counting import statements
+from support.stores.stores import statements
 
 RATE = 20_000.0
 TOML = """

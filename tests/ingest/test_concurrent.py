@@ -12,8 +12,7 @@ from pyroshock.schema.session import StoreError
 from sqlalchemy import select
 from support.processes.crowd import complaints, together
 from support.records.campaigns import gun_campaign, hammer_campaign
-from support.stores.counting import statements
-from support.stores.stores import assert_whole, content, ingested, opened, pyroshock, start_cli
+from support.stores.stores import assert_whole, content, ingested, opened, pyroshock, start_cli, statements
 
 
 @pytest.fixture

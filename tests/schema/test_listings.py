@@ -27,8 +27,8 @@ from pyroshock.schema.listings import (
 from pyroshock.schema.recordings import QualityFinding, Recording
 from pyroshock.schema.session import Writer, open_store
 from sqlalchemy import event, select
-from support.stores.counting import statements
 from support.stores.recorded import WHEN, pulse_row
+from support.stores.stores import statements
 
 TIPS = ("steel", "delrin")
 RADII = (0.03, 0.045)
