@@ -285,6 +285,6 @@ def test_uneven_times_are_refused_and_single_precision_gives_the_rate():
     assert rate_from_times(SHOT, np.arange(1000) / 31415.926)[0] == pytest.approx(31415.926, rel=1e-6)
     with pytest.raises(RecordingError, match="expected evenly spaced time"):
         rate_from_times(SHOT, np.geomspace(1, 1e4, 200))
-    for times in ([], [0.0]):
+    for samples in (0, 1):
         with pytest.raises(RecordingError, match="at least two samples"):
-            rate_from_times(SHOT, np.array(times))
+            rate_from_times(SHOT, np.zeros(samples))
