@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
-pytest_plugins = [
-    "support.stores.databases",
-    "support.stores.quick_stores",
-    "support.stores.care_fixtures",
-    "support.stores.web_stores",
-]
+pytest_plugins = ["support.stores.databases", "support.stores.web_stores"]
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 
@@ -40,6 +36,38 @@ def thesis_tables() -> Path:
 def effect_ids() -> list[str]:
     """Ids of the effects that the exchange formats name, in their order."""
     return (REPOSITORY / "tests" / "data" / "effect_ids.txt").read_text(encoding="utf-8").split()
+
+
+@dataclass(frozen=True)
+class Unlabelled:
+    """In place of a case's label."""
+
+    folder_sha256: str = ""
+
+
+#: Campaigns as the disclosed ones, by name: kind, and the effect that acts with its strength.
+EXAMPLES = {
+    "gun-valve-flow": ("gun", "gun.valve_flow", 1.0),
+    "hammer-effective-mass": ("hammer", "contact.effective_mass", 6.0),
+    "plate-damping": ("plate", "plate.damping", 9.0),
+}
+
+
+@pytest.fixture(scope="session")
+def examples(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the folders of `EXAMPLES`: two repetitions of each configuration, played with a fixed seed."""
+    from pyroshock.validation.cases import record
+    from pyroshock.validation.cases.case import BackgroundGap, Case
+
+    folder, background = tmp_path_factory.mktemp("examples"), BackgroundGap(0.3, 0.2, 1.0, False, 1)
+    with pytest.MonkeyPatch.context() as patch:
+        # What each effect makes of the gap takes ten seconds, and no test of a folder asks for it.
+        patch.setattr(record, "label_of", lambda case, seed: Unlabelled())
+        for name, (kind, effect, strength) in EXAMPLES.items():
+            rate_hz = 51_200.0 if kind == "hammer" else 102_400.0
+            case = Case(kind, "strong", 0, 2, 0.4, background, {effect: strength}, sampling_rate_hz=rate_hz)
+            record.record_case(case, folder / name, seed=7)
+    return folder
 
 
 @pytest.fixture(scope="session")

@@ -40,8 +40,9 @@ def ends_soon(pid: int) -> bool:
 
 
 @pytest.mark.parametrize("turn", ["first", "second"])
-def test_every_test_gets_an_empty_database(database_url: str, turn: str) -> None:
-    """Both turns write the same table: the second fails if it sees the first one's."""
+def test_every_test_gets_an_empty_database(database_url: str, turn: str, request: pytest.FixtureRequest) -> None:
+    """Of both kinds; both turns write the same table: the second fails if it sees the first one's."""
+    assert make_url(database_url).get_backend_name() in request.node.name
     assert table_names(database_url) == []
     with engine_of(database_url) as engine, engine.begin() as connection:
         connection.execute(text("CREATE TABLE shots (peak_force_n DOUBLE PRECISION)"))
@@ -51,18 +52,16 @@ def test_every_test_gets_an_empty_database(database_url: str, turn: str) -> None
         assert connection.execute(text("SELECT peak_force_n FROM shots")).scalar_one() == 1250.5
 
 
-def test_databases_come_in_both_kinds(database_url: str, request: pytest.FixtureRequest) -> None:
-    assert make_url(database_url).get_backend_name() in request.node.name
-
-
 def test_the_server_stores_utf_8(postgres_url: str) -> None:
     with engine_of(postgres_url) as engine, engine.connect() as connection:
         assert connection.execute(text("SHOW server_encoding")).scalar_one() == "UTF8"
 
 
-def test_sqlite_url_names_a_file_not_yet_made(sqlite_url: str, tmp_path: Path) -> None:
+def test_sqlite_url_names_a_new_file_and_no_binaries_are_said_in_words(sqlite_url: str, tmp_path: Path) -> None:
     assert Path(str(make_url(sqlite_url).database)).parent == tmp_path
     assert not any(tmp_path.iterdir())
+    with pytest.raises(NoServerError, match=r"nowhere: .*No such file"), running_server([tmp_path / "nowhere"]):
+        pass
 
 
 @pytest.mark.parametrize("install_folder", installations(), ids=str)
@@ -74,8 +73,3 @@ def test_a_stopped_server_leaves_nothing_behind(install_folder: Path) -> None:
         server_pid = int((work / "data" / "postmaster.pid").read_text().splitlines()[0])
     assert not work.exists()
     assert ends_soon(server_pid)
-
-
-def test_no_binaries_is_said_in_words(tmp_path: Path) -> None:
-    with pytest.raises(NoServerError, match=r"nowhere: .*No such file"), running_server([tmp_path / "nowhere"]):
-        pass

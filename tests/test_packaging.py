@@ -21,6 +21,7 @@ NOT_SHIPPED = ("tests", "benchmarks", "docs", "deploy", "tools")
 NOT_SOURCE = (".*", "__pycache__", "*.egg-info", "build", "dist", "results")
 HEAVY_MODULES = ("torch", "mlflow", "matplotlib", "plotly", "pandas", "scipy.signal")
 HELP_LIMIT_S = 0.5
+DATA_FILES = ("py.typed", "schema/data/*.csv", "schema/migrations/**/*.py", "examples/**/*")
 
 IMPORT_EVERYTHING = """
 import importlib, json, pkgutil
@@ -49,12 +50,6 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def wheel_names(wheel: Path) -> set[str]:
-    with zipfile.ZipFile(wheel) as archive:
-        return set(archive.namelist())
-
-
-@pytest.fixture(scope="module")
 def installed(wheel: Path) -> Path:
     """A folder with nothing but the wheel installed in it."""
     target = wheel.parent.parent / "installed"
@@ -71,10 +66,10 @@ def run(command: list[str], cwd: Path | None = None, **variables: str) -> str:
     return done.stdout
 
 
-def shipped_files(*patterns: str) -> set[str]:
-    """Source files matching the patterns, by the name they have in the wheel."""
-    found = {path for pattern in patterns for path in REPOSITORY.glob(pattern) if path.is_file()}
-    return {f"pyroshock/{path.relative_to(REPOSITORY)}" for path in found if "__pycache__" not in path.parts}
+def shipped_files(pattern: str) -> set[str]:
+    """Source files matching the pattern, by the name they have in the wheel."""
+    files = [path for path in REPOSITORY.glob(pattern) if path.is_file() and "__pycache__" not in path.parts]
+    return {f"pyroshock/{path.relative_to(REPOSITORY)}" for path in files}
 
 
 def package_folders() -> list[Path]:
@@ -91,34 +86,24 @@ def test_every_module_of_the_wheel_imports_from_it(installed: Path, tmp_path: Pa
     assert "pyroshock.app.cli.main" in files
 
 
-def test_every_source_module_is_in_the_wheel(wheel_names: set[str]) -> None:
+def test_wheel_holds_every_module_and_data_file_and_no_tests_or_benchmarks(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        wheel_names = set(archive.namelist())
     modules = {str(path.relative_to(REPOSITORY)) for folder in package_folders() for path in folder.glob("*.py")}
     assert {f"pyroshock/{module}" for module in modules} - wheel_names == set()
-
-
-@pytest.mark.parametrize(
-    "pattern",
-    ["py.typed", "schema/data/*.csv", "schema/migrations/*.py", "schema/migrations/versions/*.py", "examples/**/*"],
-)
-def test_data_files_are_in_the_wheel(wheel_names: set[str], pattern: str) -> None:
-    expected = shipped_files(pattern)
-    assert expected, f"no source file matches {pattern}"
-    assert expected - wheel_names == set()
-
-
-def test_tests_and_benchmarks_stay_out_of_the_wheel(wheel_names: set[str]) -> None:
+    for pattern in DATA_FILES:
+        expected = shipped_files(pattern)
+        assert expected, f"no source file matches {pattern}"
+        assert expected - wheel_names == set()
     folders = {name.split("/")[1] for name in wheel_names if name.startswith("pyroshock/")}
     assert folders.isdisjoint(NOT_SHIPPED)
     assert {name.split("/")[0].split("-")[0] for name in wheel_names} == {"pyroshock"}
 
 
-def test_pyproject_lists_every_package() -> None:
+def test_pyproject_lists_every_folder_with_modules_and_each_is_a_package() -> None:
     settings = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["tool"]["setuptools"]
     expected = {".".join(["pyroshock", *folder.relative_to(REPOSITORY).parts]) for folder in package_folders()}
     assert set(settings["packages"]) == expected
-
-
-def test_every_folder_with_modules_is_a_package() -> None:
     assert [folder for folder in package_folders() if not (folder / "__init__.py").is_file()] == []
 
 

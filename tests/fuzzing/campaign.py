@@ -6,16 +6,18 @@ import json
 import multiprocessing
 import os
 import signal
+import tempfile
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from fuzzing import worker
-from fuzzing.isolation import is_set_aside
-from fuzzing.tally import Counts, keep, read_counts
+from fuzzing import seeds, worker
+from fuzzing.mutations import folders
 from fuzzing.target import ACCEPTED, REFUSED, SET_ASIDE, Target
+from fuzzing.worker import Counts, keep, read_counts
+from support.stores.stores import start_cli
 
 LEAST_INPUTS = 3000
 _MOST_DEATHS = 2000
@@ -128,3 +130,24 @@ def markdown(rows: list[Row]) -> str:
         lines.append("| " + " | ".join([row.target, *cells]) + " |")
     inputs, found = sum(int(row.counts["inputs"]) for row in rows), sum(len(row.findings) for row in rows)
     return "\n".join([*lines, f"| all | {inputs:,} |  |  |  |  |  | {found} |  |  |  |"])
+
+
+#: On a machine that has other work; the limits of the ingest are of processor time.
+_PATIENCE_S = 300
+
+
+def is_set_aside(data: bytes, name: str) -> bool:
+    """A campaign with this recording and a good one is ingested: the good one stored, this one set aside or stored."""
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch) / "campaign"
+        folder.mkdir()
+        folders.write(seeds.hammer_folders("npz")[0], folder)
+        (folder / name).write_bytes(data)
+        with (folder / "runs.csv").open("a") as runs:
+            runs.write(seeds.HAMMER_RUNS.format(name).splitlines()[1].replace("1,1,", "2,1,", 1) + "\n")
+        process = start_cli("ingest", folder, "--db", f"sqlite:///{scratch}/lab.db", "--json")
+        out, _ = process.communicate(timeout=_PATIENCE_S)
+    if process.returncode != 0:
+        return False
+    report = json.loads(out)
+    return bool(report["recordings"] + len(report["set_aside"]) == 2)

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from fuzzing.campaign import slug
-from fuzzing.target import Target
+from fuzzing.target import Target, judge
 
 _REPOSITORY = Path(__file__).resolve().parents[2]
 _MOST_INPUTS = 1500
@@ -33,7 +33,6 @@ def _measure(name: str, folder: Path) -> float:
 
     watch = coverage.Coverage(data_file=None, include=[str(_REPOSITORY / "*")], messages=False)
     watch.start()
-    from fuzzing.oracle import judge
     from fuzzing.targets import TARGETS
 
     target = TARGETS[name]

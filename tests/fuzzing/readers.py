@@ -13,23 +13,15 @@ import numpy as np
 from fuzzing.mutations import binary, containers, generated, tables
 from fuzzing.seeds import bare_lvm, mat_structures, oscilloscopes, recordings, wavs
 from fuzzing.target import ACCEPTED, Mutate, Target, Use, stacked
-from pyroshock.ingest.readers import (
-    AS_IN_FILE,
-    OpenRecording,
-    ReadingOptions,
-    RecordingError,
-    open_recording,
-    reader_for,
-)
+from pyroshock.ingest import readers
+from pyroshock.ingest.readers import AS_IN_FILE, OpenRecording, ReadingOptions, RecordingError, open_recording
 from pyroshock.schema.base import to_plain
 from support.records.recipes import RECIPES
 
 _SHARED = tuple(f"ingest/readers/{part}.py" for part in ("recording", "clock", "contents"))
 #: How a file of each suffix is damaged.
 FORMATS: dict[str, Mutate] = {
-    ".csv": tables.damaged,
-    ".lvm": tables.damaged,
-    ".txt": tables.damaged,
+    **dict.fromkeys((".csv", ".lvm", ".txt"), tables.damaged),
     ".npy": stacked({binary.damaged: 8, generated.any_file(generated.npy): 3}, most=2),
     ".wav": stacked({binary.damaged: 8, generated.any_file(generated.wav): 2}, most=2),
     ".ide": binary.damaged,
@@ -122,7 +114,7 @@ READERS = (
             name,
             suffix,
             name,
-            module=Path(inspect.getfile(type(reader_for(Path(f"a{suffix}"))))).stem,
+            module=Path(inspect.getfile(type(readers.reader_for(Path(f"a{suffix}"))))).stem,
             mutate=binary.damaged,
         )
         for name, (suffix, _) in RECIPES.items()

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import importlib
 import importlib.util
+import json
 import os
 import resource
 import signal
@@ -18,26 +19,16 @@ import time
 from pathlib import Path
 from random import Random
 
-from fuzzing.tally import Tally
-from fuzzing.target import ACCEPTED, Target
+from fuzzing.target import ACCEPTED, FINDING, REFUSED, SET_ASIDE, Outcome, Target, judge
 
 #: Of one input: processor time, time on the clock (the machine may have other work), memory above the libraries'.
 MOST_CPU_S, MOST_WALL_S, MOST_BYTES = 5.0, 60.0, 2**30
 #: Of a file that the ingest reads in a process of its own, which ends after 3 s (`ingest.readers.patience`).
 HANGING_CPU_S = 1.0
 _LIBRARIES = [
-    "h5py",
-    "nptdms",
-    "pyuff",
-    "lvm_read",
-    "pyarrow.parquet",
-    "scipy.io",
-    "pandas",
-    "pint",
-    "tomllib",
-    "zipfile",
+    "h5py", "nptdms", "pyuff", "lvm_read", "pyarrow.parquet", "scipy.io", "pandas", "pint", "tomllib", "zipfile",
     "fuzzing.targets",
-]
+]  # fmt: skip
 _LONGEST_INPUT, _MOST_KEPT = 1 << 17, 500
 
 
@@ -49,7 +40,6 @@ def prepare() -> None:
     """Import everything, with counters in the branches that guide atheris."""
     if engine() == "atheris":
         import atheris
-        from fuzzing.instrumented import PACKAGES
 
         with atheris.instrument_imports(include=list(PACKAGES)):
             _import_all()
@@ -57,7 +47,7 @@ def prepare() -> None:
 
 
 def _import_all() -> None:
-    for library in _LIBRARIES:
+    for library in (*_LIBRARIES, "fuzzing.targets"):
         importlib.import_module(library)
 
 
@@ -90,8 +80,6 @@ class _Run:
 
     def _warm_up(self) -> None:
         """What the first input of a process costs (imports, compiled loops) is not the input's."""
-        from fuzzing.oracle import judge
-
         for data in self.seeds:
             judge(self.target, data, self.scratch)
 
@@ -141,8 +129,6 @@ class _Run:
 
     def one(self, data: bytes) -> str:
         """What came of an input. Those of the corpus, which each process reads again, are not counted anew."""
-        from fuzzing.oracle import judge
-
         self.tally.begin(data)
         _watch(HANGING_CPU_S if self.target.may_crash else MOST_CPU_S, MOST_WALL_S)
         before = time.process_time()
@@ -165,3 +151,71 @@ def _limit_memory() -> None:
     status = Path("/proc/self/status").read_text()
     now = 1024 * int(next(line for line in status.splitlines() if line.startswith("VmData")).split()[1])
     resource.setrlimit(resource.RLIMIT_DATA, (now + MOST_BYTES, resource.RLIM_INFINITY))
+
+
+Counts = dict[str, float]
+_EMPTY: Counts = {"inputs": 0, ACCEPTED: 0, REFUSED: 0, SET_ASIDE: 0, FINDING: 0, "slowest_s": 0.0, "peak_mb": 0.0}
+
+
+class Tally:
+    """Counts of one target in `folder`, the input that is in use, and one file per cause of a finding."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+        self.counts = read_counts(folder)
+        self.before_mb = peak_mb()
+
+    def begin(self, data: bytes) -> None:
+        (self.folder / "current").write_bytes(data)
+
+    def end(self, data: bytes, outcome: Outcome, cpu_s: float) -> None:
+        """`peak_mb` is above what the libraries themselves take."""
+        self.counts["inputs"] += 1
+        self.counts[outcome.kind] += 1
+        if cpu_s > self.counts["slowest_s"]:
+            self.counts["slowest_s"] = cpu_s
+            (self.folder / "slowest").write_bytes(data)
+        self.counts["peak_mb"] = max(self.counts["peak_mb"], peak_mb() - self.before_mb)
+        if outcome.kind == FINDING:
+            keep(self.folder, data, outcome.where, outcome.detail)
+        self._write()
+
+    def _write(self) -> None:
+        new = self.folder / "counts.new"
+        new.write_text(json.dumps(self.counts))
+        new.replace(self.folder / "counts.json")
+
+
+def keep(folder: Path, data: bytes, where: str, detail: str) -> None:
+    """The smallest input of each cause, for reproduction."""
+    name = f"finding-{hashlib.sha256(where.encode()).hexdigest()[:10]}"
+    file = folder / name
+    if not file.exists() or file.stat().st_size > len(data):
+        file.write_bytes(data)
+        (folder / f"{name}.txt").write_text(f"{where}\n\n{detail}", encoding="utf-8", errors="backslashreplace")
+
+
+def read_counts(folder: Path) -> Counts:
+    file = folder / "counts.json"
+    return dict(_EMPTY) | (json.loads(file.read_text()) if file.exists() else {})
+
+
+def peak_mb() -> float:
+    """ru_maxrss is in KiB on Linux."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+PACKAGES = (
+    *("pyroshock.ingest", "pyroshock.doe.toml_space", "pyroshock.doe.space", "pyroshock.doe.factors"),
+    *("pyroshock.doe.designs.imported", "pyroshock.dataset.predictors", "pyroshock.schema.known_factors"),
+    *(
+        "pyroshock.delimited_text",
+        "pyroshock.signals.modal_table",
+        "pyroshock.twin.plate.table",
+        "pyroshock.twin.srs.target_csv",
+        "pyroshock.twin.srs.target",
+    ),
+    *("pyroshock.app.impacts.spectra", "pyroshock.app.twins.benches", "pyroshock.app.ingest.uploads"),
+    *("nptdms", "pyuff", "lvm_read", "zipfile", "tomllib"),
+)

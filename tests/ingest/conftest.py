@@ -1,14 +1,26 @@
-"""A store that is in use, and the check that a refused campaign leaves no trace in it."""
+"""A store that is in use, the check that a refused campaign leaves no trace in it, and a recording of each recipe."""
 
 from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from pyroshock.schema.session import Store, Writer, open_store
 from support.records.campaigns import gun_campaign, hammer_campaign
+from support.records.recipes import (
+    RECIPES,
+    Sample,
+    Truth,
+    base_truth,
+    write_ide,
+    write_lvm,
+    write_mat73,
+    write_tdms,
+    write_uff,
+)
 from support.stores.stores import counts, ingest, ingested
 
 Refused = Callable[..., str]
@@ -90,3 +102,22 @@ def refused(used_url: str, sqlite_url: str) -> Refused:
         return lines[0]
 
     return check
+
+
+@pytest.fixture(scope="session", params=RECIPES)
+def sample(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Sample:
+    """One recording of each recipe; treat it as read-only."""
+    suffix, write = RECIPES[request.param]
+    path = tmp_path_factory.mktemp("recordings") / f"{request.param}{suffix}"
+    return Sample(path, write(path, base_truth()))
+
+
+@pytest.fixture(scope="session")
+def make_recording() -> Callable[..., Truth]:
+    """`make_recording("tdms", path, parts=3)` writes one recipe and returns what its format holds of the truth."""
+    writers = {"mat73": write_mat73, "tdms": write_tdms, "lvm": write_lvm, "uff": write_uff, "ide": write_ide}
+
+    def make(recipe: str, path: Path, **options: Any) -> Truth:
+        return writers[recipe](path, base_truth(), **options)
+
+    return make

@@ -77,21 +77,25 @@ def test_table_is_read_in_spite_of_a_kind_that_is_none(sqlite_url, gun_folder):
     assert "column 'bullet_mass_kg': 'heavy'" in below[1]
 
 
-def test_first_faults_are_listed_and_the_others_counted(sqlite_url, hammer_folder):
+def test_faults_of_rows_are_counted_joined_and_told_whatever_their_length(sqlite_url, hammer_folder):
     write_runs(hammer_folder, [{**row, "tip_radius_mm": -1} for row in hammer_rows(2, MOST_LISTED)])
     first, *below = lines_of(sqlite_url, hammer_folder)
     assert first == f"pyroshock: runs.csv: {2 * MOST_LISTED} faults"
     assert len(below) == MOST_LISTED + 1
     assert below[-1] == f"  and {MOST_LISTED} more"
-
-
-def test_recording_that_is_absent_is_one_fault_of_its_rows(sqlite_url, hammer_folder):
     write_runs(hammer_folder, [{**row, "recording": f"{row['run']}.npz"} for row in hammer_rows(2, 5)])
     _, *below = lines_of(sqlite_url, hammer_folder)
     assert [line.split(";")[0] for line in below] == [
         "  runs.csv: row 2, column 'recording': '1.npz'",
         "  runs.csv: row 7, column 'recording': '2.npz'",
     ]
+    write_runs(hammer_folder, with_cell(hammer_rows(), "tip_material", "cheese", row=1))
+    table = hammer_folder / "runs.csv"
+    header, first, *rest = table.read_text(encoding="utf-8").splitlines()
+    table.write_text("\n".join([header, first + ",7", *rest]) + "\n", encoding="utf-8")
+    _, *below = lines_of(sqlite_url, hammer_folder)
+    assert "row 2: 7 cells; expected 6" in below[0]
+    assert "row 3, column 'tip_material'" in below[1]
 
 
 def test_rows_that_no_bench_has_are_told_beside_other_faults(sqlite_url, gun_folder):
@@ -100,16 +104,6 @@ def test_rows_that_no_bench_has_are_told_beside_other_faults(sqlite_url, gun_fol
     _, *below = lines_of(sqlite_url, gun_folder)
     assert "row 4, column 'tip_material'" in below[0]
     assert ["row 2: tank_pressure_bar is 9" in below[1], "row 3: tank_pressure_bar is 10" in below[2]] == [True, True]
-
-
-def test_rows_of_another_length_do_not_hide_the_others(sqlite_url, hammer_folder):
-    write_runs(hammer_folder, with_cell(hammer_rows(), "tip_material", "cheese", row=1))
-    table = hammer_folder / "runs.csv"
-    header, first, *rest = table.read_text(encoding="utf-8").splitlines()
-    table.write_text("\n".join([header, first + ",7", *rest]) + "\n", encoding="utf-8")
-    _, *below = lines_of(sqlite_url, hammer_folder)
-    assert "row 2: 7 cells; expected 6" in below[0]
-    assert "row 3, column 'tip_material'" in below[1]
 
 
 def test_missing_table_is_one_fault_and_each_key_of_a_plate_has_its_own(hammer_folder):

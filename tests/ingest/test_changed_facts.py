@@ -1,6 +1,8 @@
-"""What gives stored numbers their meaning cannot change under a campaign: both values are told, and the way out."""
+"""The same campaign again adds nothing; what changed under it is refused: both values are told, and the way out."""
 
 from __future__ import annotations
+
+import json
 
 import pytest
 from pyroshock.schema.recordings import RecordedChannel
@@ -10,12 +12,13 @@ from support.records.campaigns import (
     gun_rows,
     hammer_campaign,
     hammer_rows,
+    recording_name,
     replace_in,
     with_cell,
     write_runs,
 )
 from support.records.plate_folders import plate_campaign
-from support.stores.stores import counts, ingest, ingested, opened
+from support.stores.stores import content, counts, ingest, ingested, opened, pyroshock
 
 
 def refused_again(url, folder):
@@ -44,6 +47,18 @@ def refused_again(url, folder):
         ("mass_kg = 0.32", "mass_kg = 0.4", ("bench.hammer.mass_kg is 0.4", "0.32 in the store")),
         ("[bench.hammer]\nmass_kg = 0.32\n", "", ("bench.hammer.mass_kg is not given", "0.32 in the store")),
         ("2026-03-02", "2026-03-09", ("campaign.date is 2026-03-09", "2026-03-02 in the store")),
+        # all changes are told at once
+        (
+            '"N"\nposition = "tip"\nrange = 10000.0',
+            '"kN"\nrange = 5.0',
+            ("force.unit", "force.range"),
+        ),
+        # several force channels are summed: the same column would hold one cell's force and an array's
+        (
+            "range = 10000.0\n",
+            'range = 10000.0\n[channels.force_2]\nquantity = "force"\nunit = "N"\n',
+            ("force channels are force, force_2 in campaign.toml, force in the store",),
+        ),
     ],
 )
 def test_changed_channel_or_bench_is_refused_with_both_values(stored_hammer, old, new, words):
@@ -63,23 +78,6 @@ def test_recordings_added_later_do_not_take_another_unit(sqlite_url, tmp_path):
     refused_again(sqlite_url, folder)
     with opened(sqlite_url) as store, store.reading() as session:
         assert set(session.scalars(select(RecordedChannel.unit))) == {"N"}
-
-
-def test_all_changes_are_told_at_once(stored_hammer):
-    url, folder = stored_hammer
-    replace_in(folder / "campaign.toml", 'unit = "N"', 'unit = "kN"')
-    replace_in(folder / "campaign.toml", "range = 10000.0", "range = 5.0")
-    message = refused_again(url, folder)
-    assert "channels.force.unit" in message
-    assert "channels.force.range" in message
-
-
-def test_second_force_channel_is_refused(stored_hammer):
-    """Several force channels are summed: the same column would hold one cell's force and an array's."""
-    url, folder = stored_hammer
-    with (folder / "campaign.toml").open("a", encoding="utf-8") as file:
-        file.write('[channels.force_2]\nquantity = "force"\nunit = "N"\n')
-    assert "force channels are force, force_2 in campaign.toml, force in the store" in refused_again(url, folder)
 
 
 def test_the_same_meaning_in_other_words_is_no_change(sqlite_url, hammer_folder):
@@ -139,13 +137,65 @@ def test_changed_row_is_told_with_both_values(stored_hammer, column, value, word
         assert word in message
 
 
-def test_changed_impact_velocity_of_a_shot_is_refused(sqlite_url, tmp_path):
-    folder = gun_campaign(tmp_path / "gun")
-    rows = [{**row, "impact_velocity_m_s": 9.0} for row in gun_rows()]
-    write_runs(folder, rows)
+def test_same_folder_twice_adds_no_row_and_gives_the_same_totals(database_url, hammer_folder, tmp_path):
+    gun, other_url = gun_campaign(tmp_path / "gun"), f"sqlite:///{tmp_path / 'other.db'}"
+    first = ingested(database_url, hammer_folder, gun)
+    before = counts(database_url)
+    second = ingested(database_url, hammer_folder, gun)
+    assert counts(database_url) == before
+    assert "nothing new" in second.stderr
+    assert "nothing new" not in first.stderr
+    reports = [json.loads(pyroshock("ingest", gun, "--db", url, "--json").stdout) for url in (database_url, other_url)]
+    assert reports[0] == reports[1]
+
+
+def test_campaign_grows_by_its_new_rows(sqlite_url, tmp_path):
+    folder = hammer_campaign(tmp_path / "c", recordings=3)
+    write_runs(folder, hammer_rows(2))
     ingested(sqlite_url, folder)
-    write_runs(folder, with_cell(rows, "impact_velocity_m_s", 8.0, row=1))
-    told = refused_again(sqlite_url, folder)
-    assert "row 3" in told
-    assert "impact_velocity_m_s is 8.0" in told
-    assert "9.0 in the store" in told
+    write_runs(folder, hammer_rows(3))
+    ingested(sqlite_url, folder)
+    whole = f"sqlite:///{tmp_path / 'whole.db'}"
+    ingested(whole, folder)
+    assert content(sqlite_url) == content(whole)
+
+
+def test_order_of_rows_and_campaigns_does_not_matter(sqlite_url, tmp_path):
+    one, two = hammer_campaign(tmp_path / "a", 2, name="a"), gun_campaign(tmp_path / "b", name="b")
+    ingested(sqlite_url, one, two)
+    other = f"sqlite:///{tmp_path / 'other.db'}"
+    write_runs(one, hammer_rows(2)[::-1])
+    # hits of a recording are matched to rows in time order: the rows of one recording keep theirs
+    write_runs(one, [*hammer_rows(2)[2:], *hammer_rows(2)[:2]])
+    ingested(other, two, one)
+    assert content(sqlite_url) == content(other)
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "words"),
+    [
+        ("measured_velocity_m_s", 99.0, ("run 2, repetition 1 is in the store with other",)),
+        ("tank_pressure_bar", 0.9, ("run 2, repetition 1 is in the store with other",)),
+        ("impact_velocity_m_s", 8.0, ("impact_velocity_m_s is 8.0", "9.0 in the store")),
+    ],
+)
+def test_changed_row_of_a_gun_is_refused(sqlite_url, gun_folder, column, value, words):
+    rows = [{**row, "impact_velocity_m_s": 9.0} for row in gun_rows()]
+    write_runs(gun_folder, rows)
+    ingested(sqlite_url, gun_folder)
+    write_runs(gun_folder, with_cell(rows, column, value, row=1))
+    message = refused_again(sqlite_url, gun_folder)
+    for word in ("row 3", *words):
+        assert word in message
+
+
+def test_changed_recording_and_kind_of_campaign_are_refused(stored_hammer, tmp_path):
+    url, folder = stored_hammer
+    path = folder / recording_name(1)
+    good = path.read_bytes()
+    path.write_bytes((hammer_campaign(tmp_path / "other", seed=2) / recording_name(1)).read_bytes())
+    assert f"{recording_name(1)}: the file has changed" in refused_again(url, folder)
+    path.write_bytes(good)
+    replace_in(folder / "campaign.toml", '"hammer"\ndate', '"gun"\ndate')
+    write_runs(folder, gun_rows())
+    assert "'hammer' is in the store with another kind, date or bench" in refused_again(url, folder)

@@ -18,8 +18,8 @@ from pyroshock.schema.listings import iter_impacts
 from pyroshock.schema.recordings import QualityFinding, RecordedChannel
 from pyroshock.schema.session import Writer, open_store
 from sqlalchemy import delete, select
-from support.records.campaigns import hammer_campaign
-from support.stores.counting import statements
+from support.records.campaigns import hammer_campaign, write_folder
+from support.stores.stores import statements
 
 RATE = 20_000.0
 TOML = """
@@ -42,16 +42,12 @@ def pulses(peaks_m_s2, duration_s=2e-3, every_s=0.3, noise=0.2, seed=1):
 
 def campaign(folder, recordings, runs, name="drops", channels=("acc",)):
     """A folder of .npz recordings: `recordings` file -> channel -> record in m/s2; `runs`: each row's recording."""
-    folder.mkdir(parents=True)
     declared = "".join(
         f'[channels.{c}]\nquantity = "acceleration"\nunit = "m/s2"\nposition = "{c}"\n' for c in channels
     )
-    (folder / "campaign.toml").write_text(TOML.format(name=name) + declared)
-    rows = [f"{i},1,steel,{file}" for i, file in enumerate(runs, 1)]
-    (folder / "runs.csv").write_text("\n".join(["run,repetition,tip_material,recording", *rows]) + "\n")
-    for file, records in recordings.items():
-        np.savez(folder / file, fs=RATE, **records)
-    return folder
+    rows = ["run,repetition,tip_material,recording", *(f"{i},1,steel,{file}" for i, file in enumerate(runs, 1))]
+    recorded = {file: {"fs": RATE, **records} for file, records in recordings.items()}
+    return write_folder(folder, TOML.format(name=name) + declared, rows, recorded)
 
 
 def figures(store, channel=None):

@@ -8,8 +8,10 @@ from pathlib import Path
 import pytest
 from pyroshock.diagnosis.reading.campaign import TRAVEL as TRAVEL_OF_DIAGNOSIS
 from pyroshock.ingest.column_names import KNOWN, TRAVEL, resembled
-from support.records.campaigns import hammer_rows, replace_in, write_runs
-from support.stores.stores import ingest, ingested, pyroshock
+from pyroshock.schema.campaigns import Factor, FactorLevel
+from sqlalchemy import select
+from support.records.campaigns import gun_rows, hammer_rows, replace_in, with_cell, write_runs
+from support.stores.stores import ingest, ingested, opened, pyroshock
 
 Refused = Callable[..., str]
 
@@ -43,6 +45,7 @@ def test_other_units_and_swapped_letters_resemble():
         "Measured velocity": "measured_velocity_m_s", "anvil_materail": "anvil_material",
     }  # fmt: skip
     assert {written: resembled(written) for written in columns} == columns
+    assert set(TRAVEL) == set(TRAVEL_OF_DIAGNOSIS)
 
 
 @pytest.mark.parametrize(
@@ -99,12 +102,28 @@ def test_missing_key_names_the_column_that_was_meant(hammer_folder, refused: Ref
     refused(hammer_folder, "no column 'repetition'", "'Repetitions' resembles it")
 
 
-def test_columns_of_the_shared_campaigns_do_not_resemble(shared: Path):
-    tables = [*shared.glob("examples/*/runs.csv"), shared / "reference" / "table_a1_lhs_105_runs.csv"]
+def test_columns_of_campaigns_do_not_resemble(examples: Path, thesis_tables: Path):
+    tables = [*examples.glob("*/runs.csv"), *thesis_tables.glob("table_a1*.csv")]
+    assert len(tables) == 4
     for table in tables:
         header = table.read_text(encoding="utf-8").split("\n", 1)[0].strip().split(",")
         assert [column for column in header if resembled(column)] == [], table
 
 
-def test_travel_is_known_as_diagnose_knows_it():
-    assert set(TRAVEL) == set(TRAVEL_OF_DIAGNOSIS)
+def labels(url: str, factor: str) -> list[str]:
+    with opened(url) as store, store.reading() as session:
+        query = select(FactorLevel.label).join(Factor).where(Factor.name == factor).order_by(FactorLevel.id)
+        return list(session.scalars(query))
+
+
+def test_a_profile_in_two_spellings_is_one_level(sqlite_url, gun_folder):
+    rows = with_cell(gun_rows(), "valve_profile", "0:0, 0.1:1,0.40:1, 0.5:0.0", 0)
+    write_runs(gun_folder, with_cell(rows, "valve_profile", "0:0 0.1:1 0.4:1 0.5:0", 1), ";")
+    ingested(sqlite_url, gun_folder)
+    assert labels(sqlite_url, "valve_profile") == ["0:0 0.1:1 0.4:1 0.5:0"]
+
+
+@pytest.mark.parametrize("text", ["0:0 0.1", "0.1:0 0:1", "0:3"])
+def test_a_text_that_is_no_profile_is_refused(gun_folder, refused, text):
+    write_runs(gun_folder, with_cell(gun_rows(), "valve_profile", text))
+    refused(gun_folder, "runs.csv: row 2, column 'valve_profile'", repr(text), "expected points TIME:POSITION")

@@ -69,11 +69,13 @@ def clean() -> Record:
     return made_record()
 
 
-def test_h1_is_the_systems_response(clean: Record) -> None:
+def test_h1_is_the_systems_response_and_its_coherence_one(clean: Record) -> None:
     tf = response_of(clean)
     truth = freqz(clean.numerator, clean.denominator, tf.frequency_hz, fs=RATE_HZ)[1]
     assert np.abs(tf.response / truth - 1)[tf.frequency_hz < 20_000].max() < 1e-6
     assert tf.coherence[tf.frequency_hz < 20_000].min() > 1 - 1e-6
+    tf = response_of(clean, starts=clean.starts[:1])
+    assert tf.coherence[:-1] == pytest.approx(np.ones(SEGMENT // 2))  # the made system has no response at the last bin
 
 
 def test_h1_under_noise_is_within_three_percent_where_there_is_energy() -> None:
@@ -102,11 +104,6 @@ def test_exponential_window_adds_its_own_damping(clean: Record) -> None:
     assert np.abs(tf.response - truth)[tf.frequency_hz < 20_000].max() < 1e-3 * np.abs(truth).max()
 
 
-def test_coherence_of_one_hit_is_one(clean: Record) -> None:
-    tf = response_of(clean, starts=clean.starts[:1])
-    assert tf.coherence[:-1] == pytest.approx(np.ones(SEGMENT // 2))  # the made system has no response at the last bin
-
-
 @pytest.mark.parametrize("end_weight", [1.0, 0.1])
 @pytest.mark.parametrize(("noise", "bound"), [(0.0, 0.01), (1e-3, 0.03)])
 def test_deconvolution_returns_the_hits(noise: float, bound: float, end_weight: float) -> None:
@@ -119,14 +116,11 @@ def test_deconvolution_returns_the_hits(noise: float, bound: float, end_weight: 
     assert np.abs(found - truth)[:, compared].max() < bound * truth.max()
 
 
-def test_whole_record_and_windows_agree(clean: Record) -> None:
+def test_whole_record_agrees_with_windows_and_does_not_wrap(clean: Record) -> None:
     tf = response_of(clean)
     whole = hit_windows(deconvolve(clean.output, tf, RATE_HZ), clean.starts, SEGMENT)
     windows = deconvolve(hit_windows(clean.output, clean.starts, SEGMENT), tf, RATE_HZ)
     assert np.abs(whole - windows)[:, 20:-20].max() < 0.01 * clean.force.max()
-
-
-def test_records_end_does_not_wrap_to_its_beginning(clean: Record) -> None:
     tf = response_of(clean)
     stop = int(clean.starts[-1]) + 60  # cut while the last hit still rings
     found = deconvolve(clean.output[int(clean.starts[-1]) - 2000 : stop], tf, RATE_HZ)
@@ -196,12 +190,9 @@ def test_impossible_estimate_is_refused(clean: Record, change: dict[str, object]
         response_of(clean, **change)
 
 
-def test_silence_excites_nothing(clean: Record) -> None:
+def test_silence_and_what_a_response_does_not_fit_are_refused(clean: Record) -> None:
     with pytest.raises(TransferFunctionError, match="nothing was excited"):
         response_of(replace(clean, force=np.zeros_like(clean.force)))
-
-
-def test_what_a_response_does_not_fit_is_refused(clean: Record) -> None:
     tf = response_of(clean)
     with pytest.raises(TransferFunctionError, match="51200 Hz, signal at 50000"):
         deconvolve(clean.output, tf, 50_000.0)
@@ -232,19 +223,13 @@ def test_known_delay_is_measured(delay: float, samples: float, gain: float) -> N
     assert found == pytest.approx(delay, abs=0.05)
 
 
-def test_delay_under_noise() -> None:
+def test_delay_under_noise_and_at_the_records_edge() -> None:
     rng = np.random.default_rng(3)
     force = _half_sine(150.0, 12.0) + 0.01 * rng.standard_normal(400)
     acceleration = _half_sine(150.64, 12.0) + 0.01 * rng.standard_normal(400)
     assert measured_delay_samples(force, acceleration, 149, 163) == pytest.approx(0.64, abs=0.1)
-
-
-def test_contact_at_the_records_edge_has_a_delay() -> None:
     force, acceleration = _half_sine(2.0, 12.0, 20), _half_sine(4.0, 12.0, 20)
     assert measured_delay_samples(force, acceleration, 1, 15) == pytest.approx(2.0, abs=0.05)
-
-
-def test_contact_outside_the_record_is_refused() -> None:
     with pytest.raises(ValueError, match="contact 390 to 400"):
         measured_delay_samples(np.ones(400), np.ones(400), 390, 400)
 

@@ -7,6 +7,8 @@ import re
 
 import numpy as np
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 from pyroshock.ingest.velocity import impact_velocity
 
 RATE_HZ = 51_200.0
@@ -262,7 +264,7 @@ def with_quiet(quiet: np.ndarray, first: int) -> np.ndarray:
     return values
 
 
-def test_noise_is_that_of_the_two_hundred_samples_that_end_four_before_the_contact() -> None:
+def test_noise_is_that_of_the_quiet_samples_that_end_four_before_the_contact() -> None:
     """A hundred by one and a hundred by four either way: the median deviation is between, unless one is missed."""
     quiet = np.resize([1.0, -1.0, 4.0, -4.0], 200)
     values = with_quiet(quiet, 290)
@@ -270,9 +272,6 @@ def test_noise_is_that_of_the_two_hundred_samples_that_end_four_before_the_conta
     peak = 290 + int(values[290:].argmax())
     estimated = impact_velocity(values, RATE_HZ, 290, peak)
     assert estimated == impact_velocity(values, RATE_HZ, 290, peak, noise_m_s2=1.4826 * 2.5)
-
-
-def test_sixteen_quiet_samples_are_enough() -> None:
     values = with_quiet(np.resize([1.0, -1.0, 4.0, -4.0], 16), 20)
     peak = int(values.argmax())
     given = impact_velocity(values, RATE_HZ, 20, peak, noise_m_s2=1.4826 * 2.5)
@@ -286,3 +285,58 @@ def test_fewer_than_sixteen_quiet_samples_are_refused(first: int, quiet: int) ->
     with pytest.raises(ValueError, match=f"^{message}$"):
         impact_velocity(values, RATE_HZ, first, int(values.argmax()))
     assert impact_velocity(values, RATE_HZ, first, int(values.argmax()), noise_m_s2=0.1).velocity_m_s > 0
+
+
+# --- half sines and Hertz's contact -----------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(20)
+
+
+#: Shape, and its integral up to the peak for unit height and unit contact time.
+HALF_SINE, HERTZ = 1.0, 1.5
+
+
+AREA = {
+    # integral of sin(pi t)^p from 0 to 1/2, by the beta function
+    power: math.gamma((power + 1) / 2) / (2 * math.sqrt(math.pi) * math.gamma(power / 2 + 1))
+    for power in (HALF_SINE, HERTZ)
+}
+
+
+def contact(power: float, samples: float, phase: float, *, quiet: int = 220) -> tuple[np.ndarray, int, int]:
+    """Deceleration of unit height that lasts `samples`, with `first` and `peak` as segmentation gives them."""
+    x = np.arange(quiet + math.ceil(samples) + 20) - quiet - phase
+    inside = (x > 0) & (x < samples)
+    pulse = np.where(inside, np.sin(np.pi * np.clip(x / samples, 0, 1)) ** power, 0.0)
+    peak = int(pulse.argmax())
+    return pulse, int(np.flatnonzero(pulse[:peak] <= 0.005)[-1]), peak
+
+
+@settings(max_examples=60)
+@given(st.sampled_from([HALF_SINE, HERTZ]), st.floats(10, 60), st.floats(0, 0.999))
+@example(HALF_SINE, 32.0, 0.0)  # symmetric about a sample
+@example(HALF_SINE, 13.0, 0.5)
+@example(HERTZ, 35.0, 0.5)  # two samples share the peak
+def test_integral_is_the_known_velocity(power: float, samples: float, phase: float) -> None:
+    pulse, first, peak = contact(power, samples, phase)
+    rate, height = 51_200.0, 3e4
+    result = impact_velocity(height * pulse, rate, first, peak)
+    assert result.velocity_m_s == pytest.approx(height * AREA[power] * samples / rate, rel=0.01)
+
+
+@pytest.mark.parametrize("power", [HALF_SINE, HERTZ])
+@pytest.mark.parametrize("samples", [10, 20, 40])
+@pytest.mark.parametrize("noise", [0.002, 0.01])
+def test_uncertainty_covers_the_scatter(rng: np.random.Generator, power: float, samples: float, noise: float) -> None:
+    scores = []
+    for _ in range(150):
+        pulse, first, peak = contact(power, samples, rng.random())
+        noisy = pulse + noise * rng.standard_normal(pulse.size)
+        peak = peak - 2 + int(noisy[peak - 2 : peak + 3].argmax())
+        result = impact_velocity(noisy, 1.0, first, peak, noise_m_s2=noise)
+        scores.append((result.velocity_m_s - AREA[power] * samples) / result.velocity_u_m_s)
+    # A tenth of a sample for the interpolation is generous at low noise.
+    assert 0.3 < float(np.std(scores)) < 1.4

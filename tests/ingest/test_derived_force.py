@@ -10,6 +10,7 @@ from pyroshock.schema.impacts import Impact, Pulse
 from pyroshock.schema.listings import iter_shots
 from pyroshock.schema.recordings import QualityFinding, RecordedChannel
 from sqlalchemy import select
+from support.records.campaigns import write_folder
 
 RATE = 51_200.0
 #: Frequency (Hz), damping ratio and shape at the impact point and at two sensors (1/sqrt(kg)) of a free plate's modes;
@@ -77,16 +78,13 @@ def hammer(rng, hits=5, duration_s=0.25e-3, band_noise=0.0):
 
 def campaign(folder, rng, shots, hammered=None, toml=TOML, columns="", values=""):
     """`shots`: (duration s, peak N) of each shot's force."""
-    folder.mkdir()
-    (folder / "campaign.toml").write_text(toml)
-    rows = [f"run,repetition,bullet_mass_kg,tank_pressure_bar,recording{columns}"]
+    rows, recordings = [f"run,repetition,bullet_mass_kg,tank_pressure_bar,recording{columns}"], {}
     for i, (duration_s, peak_n) in enumerate(shots, 1):
         force = pulse(round(1.0 * RATE), 0.1, duration_s, peak_n)
-        np.savez(folder / f"{i}.npz", fs=RATE, **recording(force, rng, 1.0))
+        recordings[f"{i}.npz"] = {"fs": RATE, **recording(force, rng, 1.0)}
         rows.append(f"{i},1,0.5,2.0,{i}.npz{values}")
-    (folder / "runs.csv").write_text("\n".join(rows) + "\n")
-    np.savez(folder / "hammer.npz", **(hammer(rng) if hammered is None else hammered))
-    return folder
+    recordings["hammer.npz"] = hammer(rng) if hammered is None else hammered
+    return write_folder(folder, toml, rows, recordings)
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.impacts import Impact, Pulse, Shot
 from pyroshock.schema.recordings import QualityFinding
 from sqlalchemy import select
+from support.records.campaigns import write_folder
 
 RATE = 51200.0
 MASS = 0.32
@@ -23,15 +24,6 @@ GUN = (
     '[channels.tank]\nquantity = "pressure"\nunit = "bar"\nsensitivity = 0.5621\noffset_v = 0.3624\n'
     '[channels.cell]\nquantity = "force"\nunit = "kN"\n'
 )
-
-
-def campaign(folder, toml, runs, **recordings):
-    folder.mkdir()
-    (folder / "campaign.toml").write_text(toml)
-    (folder / "runs.csv").write_text(runs)
-    for name, arrays in recordings.items():
-        np.savez(folder / f"{name}.npz", **arrays)
-    return folder
 
 
 def hits(velocities, width_s=1.2e-3, restitution=0.6, seconds=2.0):
@@ -70,7 +62,9 @@ def test_impact_velocity_is_the_hammers(store, tmp_path, count):
         "head": (acceleration + rng.normal(size=force.size) * 0.02).astype(np.float32),
         "fs": RATE,
     }
-    folder = campaign(tmp_path / "c", HAMMER, "run,repetition,tip_material,recording\n1,1,steel,a.npz\n", a=arrays)
+    folder = write_folder(
+        tmp_path / "c", HAMMER, "run,repetition,tip_material,recording\n1,1,steel,a.npz\n", {"a.npz": arrays}
+    )
     report = ingest_folder(store, folder)
     assert (report.impacts, report.set_aside) == (count, [])
     with store.reading() as session:
@@ -87,8 +81,11 @@ def test_impact_velocity_is_the_hammers(store, tmp_path, count):
 def test_late_acceleration_is_a_finding(store, tmp_path):
     _, force = hits([1.5])
     late = np.roll(-force / MASS / 9.80665, 8)
-    folder = campaign(
-        tmp_path / "c", HAMMER, "run,repetition,recording\n1,1,a.npz\n", a={"force": force, "head": late, "fs": RATE}
+    folder = write_folder(
+        tmp_path / "c",
+        HAMMER,
+        "run,repetition,recording\n1,1,a.npz\n",
+        {"a.npz": {"force": force, "head": late, "fs": RATE}},
     )
     ingest_folder(store, folder)
     with store.reading() as session:
@@ -113,7 +110,7 @@ RUNS = HEADER + "1,1,0.1428,0.4,PLA,{},a.npz\n"
 
 
 def test_shot_is_measured_by_laser_and_transducer(store, tmp_path):
-    ingest_folder(store, campaign(tmp_path / "c", GUN, RUNS.format(85), a=gun_record()))
+    ingest_folder(store, write_folder(tmp_path / "c", GUN, RUNS.format(85), {"a.npz": gun_record()}))
     with store.reading() as session:
         shot = session.scalars(select(Shot)).one()
         assert shot.velocity_source == "laser"
@@ -131,7 +128,7 @@ def test_load_cell_array_is_summed_and_a_missing_bullet_length_told(store, tmp_p
     toml = GUN + '[channels.cell_2]\nquantity = "force"\nunit = "N"\n'
     record = gun_record()
     record["cell_2"] = record["cell"] * 1e3
-    ingest_folder(store, campaign(tmp_path / "c", toml, RUNS.format(""), a=record))
+    ingest_folder(store, write_folder(tmp_path / "c", toml, RUNS.format(""), {"a.npz": record}))
     with store.reading() as session:
         assert session.scalars(select(Pulse.peak_force_n)).one() == pytest.approx(6000, rel=0.01)
         assert session.scalars(select(Shot.measured_velocity_m_s)).one() is None

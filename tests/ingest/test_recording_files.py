@@ -14,13 +14,7 @@ from pyroshock.schema.recordings import RecordedChannel, Recording
 from sqlalchemy import select
 from support.records.campaigns import FS_HZ, hammer_campaign, hammer_rows, replace_in, write_runs
 from support.records.plate_folders import plate_campaign
-from support.stores.stores import assert_whole, content, counts, ingest, ingested, opened, pyroshock
-
-
-def report_of(url, folder):
-    result = pyroshock("ingest", folder, "--db", url, "--jobs", "1", "--json")
-    assert result.exit_code == 0, result.stderr
-    return json.loads(result.stdout)
+from support.stores.stores import assert_whole, content, counts, ingest, ingest_report, ingested, opened, pyroshock
 
 
 def in_backslashes(rows):
@@ -86,7 +80,7 @@ STORED = "r1/acceleration_1.csv;r1/acceleration_2.csv;r1/force.csv"
 
 def test_files_of_one_recording_are_read_together(sqlite_url, tmp_path):
     made = split_campaign(tmp_path)
-    report = report_of(sqlite_url, made.folder)
+    report, _ = ingest_report(sqlite_url, made.folder)
     assert (report["recordings"], report["impacts"], report["set_aside"]) == (3, 6, [])
     with opened(sqlite_url) as store, store.reading() as session:
         row = session.scalars(select(Recording).where(Recording.path == STORED)).one()
@@ -110,15 +104,15 @@ def test_impacts_are_those_of_one_file(sqlite_url, tmp_path):
         listed = json.loads(pyroshock("impacts", "--db", url, "--json").stdout)
         return [(row["run"], row["repetition"], row["peak_force_n"], row["contact_time_s"]) for row in listed]
 
-    report_of(sqlite_url, split_campaign(tmp_path / "several").folder)
+    ingest_report(sqlite_url, split_campaign(tmp_path / "several").folder)
     other = f"sqlite:///{tmp_path / 'other.db'}"
-    report_of(other, plate_campaign(tmp_path / "one").folder)
+    ingest_report(other, plate_campaign(tmp_path / "one").folder)
     assert figures(sqlite_url) == figures(other)
 
 
 def test_ingest_again_in_another_order_adds_nothing_and_a_changed_file_is_noticed(sqlite_url, tmp_path):
     made = split_campaign(tmp_path)
-    report_of(sqlite_url, made.folder)
+    ingest_report(sqlite_url, made.folder)
     before = counts(sqlite_url)
     replace_in(
         made.folder / "runs.csv",
@@ -136,7 +130,7 @@ def test_ingest_again_in_another_order_adds_nothing_and_a_changed_file_is_notice
 def test_recording_that_names_a_file_less_lacks_its_channel(sqlite_url, tmp_path):
     made = split_campaign(tmp_path)
     replace_in(made.folder / "runs.csv", ";r1/acceleration_1.csv", "")
-    report = report_of(sqlite_url, made.folder)
+    report, _ = ingest_report(sqlite_url, made.folder)
     assert (report["recordings"], report["impacts"]) == (3, 6)
     (warning,) = [finding for finding in report["findings"] if finding["check"] == "missing-channel"]
     assert (warning["recording"], warning["channel"]) == ("r1/acceleration_2.csv;r1/force.csv", "acceleration_1")
@@ -161,10 +155,10 @@ def test_damaged_file_or_channel_in_two_sets_the_recording_aside_until_it_is_men
         path = made.folder / "r1" / name
         good = path.read_bytes()
         path.write_bytes(bad)
-        (aside,) = report_of(sqlite_url, made.folder)["set_aside"]
+        (aside,) = ingest_report(sqlite_url, made.folder)[0]["set_aside"]
         assert aside["recording"] == STORED and reason in aside["reason"]
         path.write_bytes(good)
-    report = report_of(sqlite_url, made.folder)
+    report, _ = ingest_report(sqlite_url, made.folder)
     assert (report["recordings"], report["set_aside"]) == (3, [])
 
 
@@ -173,7 +167,7 @@ def test_damaged_series_is_repaired_from_several_files(sqlite_url, tmp_path):
     from sqlalchemy import text
 
     made = split_campaign(tmp_path)
-    report_of(sqlite_url, made.folder)
+    ingest_report(sqlite_url, made.folder)
     with opened(sqlite_url) as store:
         with store.writing() as session:
             key = session.scalar(

@@ -1,4 +1,4 @@
-"""Rest, events and contacts of records whose every sample is known."""
+"""Rest, events and contacts of records whose every sample is known, and pulses that fill much of their record."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from pyroshock.ingest.segmentation import (
     segment,
 )
 from pyroshock.ingest.settings import ExtractionSettings
+from scipy.signal import lfilter
 from scipy.stats import norm
 
 QUIET = RestLevel(0.0, 0.0)
@@ -82,13 +83,10 @@ def test_local_rest_is_the_stretch_that_ends_four_samples_earlier(first, rate, e
     assert level == RestLevel(expected, 0.25)
 
 
-def test_local_rest_of_a_long_contact_ends_15_per_cent_of_it_earlier():
+def test_local_rest_ends_15_per_cent_of_a_long_contact_earlier_and_passes_over_gaps():
     """The foot of a slow pulse is no rest: 256 samples that end 150 before a contact of 1000."""
     level = local_baseline(np.arange(2000.0), (1000, 2000), RestLevel(-1.0, 0.25), 51_200.0)
     assert level.baseline == 850 - 128.5
-
-
-def test_gap_before_a_contact_is_passed_over():
     force = np.arange(2000.0)
     force[500:996:2] = np.nan
     assert local_baseline(force, (1000, 1009), QUIET, 51_200.0).baseline == 868.0
@@ -96,7 +94,7 @@ def test_gap_before_a_contact_is_passed_over():
     assert local_baseline(force, (1000, 1009), RestLevel(-1.0, 0.0), 51_200.0).baseline == -1.0
 
 
-def test_contact_of_known_samples():
+def test_contact_of_known_samples_by_share_noise_and_further_hits():
     found = segment(CONTACT, np.array([4]), QUIET, tenth())
     assert (found.walk, found.mask, found.threshold) == ((2, 7), (2, 6), 1.0)
     assert found.difference == pytest.approx(0.2)
@@ -104,12 +102,14 @@ def test_contact_of_known_samples():
     assert not found.raised and not found.truncated and found.extra_hits == 0
     by_mask = segment(CONTACT, np.array([4]), QUIET, tenth(segmentation="mask"))
     assert (by_mask.contact.first, by_mask.contact.last) == (2, 6)
-
-
-def test_noise_raises_the_threshold_above_its_share():
     noisy = segment(CONTACT, np.array([4]), RestLevel(0.0, 1.25), tenth())
     assert (noisy.walk, noisy.threshold, noisy.raised) == ((2, 6), 2.5, True)
     assert not segment(CONTACT, np.array([4]), RestLevel(0.0, 0.5), tenth()).raised  # both are 1: nothing is raised
+    force = np.concatenate([CONTACT, CONTACT / 2])
+    assert segment(force, np.array([4, 13]), QUIET, tenth()).extra_hits == 1
+    assert segment(force, np.array([4, 5]), QUIET, tenth()).extra_hits == 0
+    ends = segment(force, np.array([4, 2, 7]), QUIET, tenth())  # on the contact's own ends
+    assert ends.extra_hits == 0
 
 
 @pytest.mark.parametrize("cut", [slice(3, None), slice(None, 7)], ids=["begin", "end"])
@@ -139,15 +139,7 @@ def test_contact_of_any_length_is_walked(samples):
     assert found.mask == (6999, 7000 + 2 * samples)
 
 
-def test_peaks_outside_of_the_contact_are_further_hits():
-    force = np.concatenate([CONTACT, CONTACT / 2])
-    assert segment(force, np.array([4, 13]), QUIET, tenth()).extra_hits == 1
-    assert segment(force, np.array([4, 5]), QUIET, tenth()).extra_hits == 0
-    ends = segment(force, np.array([4, 2, 7]), QUIET, tenth())  # on the contact's own ends
-    assert ends.extra_hits == 0
-
-
-def test_events_exceed_share_and_noise_both():
+def test_events_exceed_share_and_noise_both_and_drift_does_not_tilt_them():
     force = np.zeros(100)
     force[[10, 30, 50]] = 100.0, 10.0, 11.0
     far = ExtractionSettings(separation_s=0.0)
@@ -156,9 +148,6 @@ def test_events_exceed_share_and_noise_both():
     assert [each.tolist() for each in find_events(force, RestLevel(0.0, 1.1), 1.0, far)] == [[10]]
     assert find_events(force, RestLevel(0.0, 10.1), 1.0, far) == []
     assert [each.tolist() for each in find_events(force + 50, RestLevel(50.0, 0.0), 1.0, far)] == [[10], [50]]
-
-
-def test_drift_between_hits_does_not_tilt_the_threshold():
     force = np.concatenate([np.zeros(400), np.full(400, 0.5), CONTACT + 0.5, np.full(50, 0.5)])
     rest, found = delimit(force, np.array([804]), QUIET, 51_200.0, tenth())
     assert rest.baseline == 0.5
@@ -188,4 +177,63 @@ def test_contact_ends_where_the_force_comes_down_to_a_higher_rest(offset, segmen
 @pytest.mark.parametrize(("offset", "slope"), [(95.0, 0.004), (150.0, 0.0)])
 def test_force_that_is_still_falling_or_far_up_is_cut_by_the_end(offset, slope):
     (pulse,) = extract_pulses(hit_with_shift(offset, slope), 51200.0)
+    assert pulse.truncated
+
+
+RATE_HZ, SAMPLES, NOISE_N, PEAK_N = 20_000.0, 4000, 3.0, 1000.0
+RECORD_S = SAMPLES / RATE_HZ
+SHARES = (0.01, 0.05, 0.2, 0.4, 0.5, 0.6, 0.7, 0.8)
+#: By shape: exponent of the sine, and its mean over the pulse.
+SHAPES = {"half sine": (1, 2 / np.pi), "haversine": (2, 0.5)}
+
+
+def record(share: float, shape: str, start: float = 0.1, noise: float = NOISE_N, constant_s: float | None = None):
+    """(n,) force in newtons of one pulse that fills a share of the record; `constant_s` of the sensor's high pass."""
+    phase = (np.arange(SAMPLES) / SAMPLES - start) / share
+    force = PEAK_N * np.where((phase > 0) & (phase < 1), np.sin(np.pi * np.clip(phase, 0, 1)) ** SHAPES[shape][0], 0.0)
+    if constant_s:
+        keep = constant_s / (constant_s + 1 / RATE_HZ)
+        force = lfilter([keep, -keep], [1, -keep], force)
+    return force + noise * np.random.default_rng(4).standard_normal(SAMPLES)
+
+
+@pytest.mark.parametrize("sign", [1, -1], ids=["positive", "negative"])
+@pytest.mark.parametrize("start", [0.02, 0.15])
+@pytest.mark.parametrize("share", SHARES)
+@pytest.mark.parametrize("shape", SHAPES)
+def test_peak_and_impulse_are_those_of_the_closed_form(shape, share, start, sign):
+    """Peak within 1 % and three deviations of noise, impulse within 1 % and what the threshold cuts off the flanks."""
+    (pulse,) = extract_pulses(sign * record(share, shape, start), RATE_HZ)
+    assert pulse.peak_force_n == pytest.approx(PEAK_N, abs=0.01 * PEAK_N + 3 * NOISE_N)
+    assert pulse.impulse_n_s == pytest.approx(PEAK_N * share * RECORD_S * SHAPES[shape][1], rel=0.012)
+    assert abs(pulse.rest_n) < NOISE_N
+    assert not pulse.truncated
+
+
+@pytest.mark.parametrize("share", SHARES)
+def test_without_noise_a_slow_half_sine_is_exact(share):
+    (pulse,) = extract_pulses(record(share, "half sine", noise=0.0), RATE_HZ)
+    assert pulse.peak_force_n == pytest.approx(PEAK_N, rel=2e-3)
+    assert pulse.impulse_n_s == pytest.approx(PEAK_N * share * RECORD_S * 2 / np.pi, rel=2e-3)
+    assert pulse.contact_time_s == pytest.approx(share * RECORD_S, rel=0.01, abs=2 / RATE_HZ)
+
+
+@pytest.mark.parametrize("share", [0.05, 0.2, 0.4, 0.6, 0.8])
+@pytest.mark.parametrize("lengths", [5, 20])
+def test_what_an_ac_coupled_sensor_sags_below_rest_is_not_taken_for_rest(share, lengths):
+    """Truth: the filtered record without noise. Behind the pulse the sensor lies below its rest, before it at rest."""
+    constant_s = lengths * share * RECORD_S
+    clean = record(share, "half sine", noise=0.0, constant_s=constant_s)
+    (pulse,) = extract_pulses(record(share, "half sine", constant_s=constant_s), RATE_HZ)
+    assert abs(pulse.rest_n) < NOISE_N
+    assert pulse.peak_force_n == pytest.approx(clean.max(), abs=0.01 * PEAK_N + 3 * NOISE_N)
+    assert pulse.impulse_n_s == pytest.approx(np.maximum(clean, 0).sum() / RATE_HZ, rel=0.012)
+
+
+@pytest.mark.parametrize("share", [0.6, 0.8])
+def test_record_that_begins_with_the_pulse_rests_where_it_ends(share):
+    """No rest before it: that behind it is taken, and the pulse is said to be cut."""
+    force = record(share, "half sine", start=-0.1)
+    (pulse,) = extract_pulses(force, RATE_HZ)
+    assert abs(pulse.rest_n) < NOISE_N
     assert pulse.truncated

@@ -1,4 +1,4 @@
-"""A damaged recording among good ones is set aside with its reason, and never half stored."""
+"""A damaged recording is set aside with its reason, never half stored; a lost channel costs that channel alone."""
 
 from __future__ import annotations
 
@@ -6,6 +6,10 @@ import json
 
 import numpy as np
 import pytest
+from pyroshock.dataset.rows import rows_of_campaigns
+from pyroshock.dataset.selection import verdicts
+from pyroshock.ingest.column_names import resembled_channel
+from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.impacts import Impact
 from pyroshock.schema.recordings import RecordedChannel, Recording
 from sqlalchemy import select
@@ -19,18 +23,13 @@ from support.records.campaigns import (
     write_recording,
     write_runs,
 )
-from support.stores.stores import assert_whole, content, counts, ingest, ingested, opened, pyroshock
+from support.records.plate_folders import plate_campaign
+from support.stores.stores import assert_whole, content, counts, ingest, ingest_report, ingested, opened, pyroshock
 
 
 def cut(path, share=0.6):
     data = path.read_bytes()
     path.write_bytes(data[: int(len(data) * share)])
-
-
-def report_of(url, folder):
-    result = pyroshock("ingest", folder, "--db", url, "--jobs", "1", "--json")
-    assert result.exit_code == 0, result.stderr
-    return json.loads(result.stdout), result.stderr
 
 
 @pytest.fixture
@@ -40,7 +39,7 @@ def reported(sqlite_url, tmp_path):
     def report(recordings=2, **arrays):
         folder = hammer_campaign(tmp_path / "c", recordings=recordings)
         write_recording(folder / recording_name(1), arrays)
-        return report_of(sqlite_url, folder)[0]
+        return ingest_report(sqlite_url, folder)[0]
 
     return report
 
@@ -53,7 +52,7 @@ def two_blows():
 def test_truncated_recording_is_set_aside_and_the_others_stored(sqlite_url, tmp_path, number):
     folder = hammer_campaign(tmp_path / "c", recordings=3)
     cut(folder / recording_name(number))
-    report, notes = report_of(sqlite_url, folder)
+    report, notes = ingest_report(sqlite_url, folder)
     assert (report["recordings"], report["impacts"]) == (2, 4)
     (aside,) = report["set_aside"]
     assert aside["recording"] == recording_name(number)
@@ -71,13 +70,13 @@ def test_set_aside_again_adds_no_row_and_a_mended_recording_takes_its_place(sqli
     folder = hammer_campaign(tmp_path / "c", recordings=3)
     good = (folder / recording_name(2)).read_bytes()
     cut(folder / recording_name(2))
-    first, _ = report_of(sqlite_url, folder)
+    first, _ = ingest_report(sqlite_url, folder)
     before = counts(sqlite_url)
-    second, _ = report_of(sqlite_url, folder)
+    second, _ = ingest_report(sqlite_url, folder)
     assert counts(sqlite_url) == before
     assert second == first
     (folder / recording_name(2)).write_bytes(good)
-    report, _ = report_of(sqlite_url, folder)
+    report, _ = ingest_report(sqlite_url, folder)
     assert (report["recordings"], report["set_aside"]) == (3, [])
     whole = f"sqlite:///{tmp_path / 'whole.db'}"
     ingested(whole, folder)
@@ -127,7 +126,7 @@ def test_more_hits_than_rows_keep_the_main_peaks(reported):
 def test_one_row_stands_for_all_hits_of_its_recording(sqlite_url, tmp_path):
     folder = hammer_campaign(tmp_path / "c", recordings=1, hits=10)
     write_runs(folder, hammer_rows(1, 10)[:1])
-    report, _ = report_of(sqlite_url, folder)
+    report, _ = ingest_report(sqlite_url, folder)
     assert report["impacts"] == 10
     with opened(sqlite_url) as store, store.reading() as session:
         assert session.scalars(select(Impact.repetition).order_by(Impact.id)).all() == list(range(1, 11))
@@ -145,7 +144,7 @@ def test_file_whose_unit_contradicts_the_campaign_is_set_aside(sqlite_url, tmp_p
         data = file.create_dataset("force", data=force_record(blows(1, 2), np.random.default_rng(0)))
         data.attrs["unit"] = "kN"
         file.attrs["fs"] = FS_HZ
-    report, _ = report_of(sqlite_url, folder)
+    report, _ = ingest_report(sqlite_url, folder)
     assert "'kN' by the file, in 'N' by campaign.toml" in report["set_aside"][0]["reason"]
 
 
@@ -175,7 +174,7 @@ def test_reason_that_cannot_be_printed_is_stored(database_url, tmp_path):
         writer.write_segment([ChannelObject("scope", "for\x00\x1bce", np.zeros(99), {"wf_increment": 1e-4})])
     rows = hammer_rows(2)
     write_runs(folder, [{**row, "recording": name} if row["run"] == 1 else row for row in rows])
-    report, notes = report_of(database_url, folder)
+    report, notes = ingest_report(database_url, folder)
     assert "no channel 'force'; the file has: for\ufffd\ufffdce" in report["set_aside"][0]["reason"]
     assert "\x1b" not in notes
 
@@ -202,7 +201,95 @@ def test_name_in_a_header_that_is_no_text_is_stored(sqlite_url, tmp_path):
             np.array(3, np.int32)
         )
         file.attrs["fs"] = FS_HZ
-    report, _ = report_of(sqlite_url, folder)
+    report, _ = ingest_report(sqlite_url, folder)
     assert report["set_aside"] == []
     with opened(sqlite_url) as store, store.reading() as session:
         assert session.scalars(select(RecordedChannel)).one().header["\ufffd"] == 3
+
+
+def campaign(tmp_path, **channels):
+    """Three recordings of force and two accelerations; the second holds `channels` in their place."""
+    made = plate_campaign(tmp_path / "plate")
+    path = made.folder / "2.npz"
+    record = force_record(blows(2, 2), np.random.default_rng(2))
+    write_recording(path, {name: record * factor for name, factor in channels.items()})
+    return made.folder, path.relative_to(made.folder).as_posix()
+
+
+def warnings_of(report):
+    return [finding for finding in report["findings"] if finding["check"] == "missing-channel"]
+
+
+def test_absent_accelerometer_costs_that_channel(sqlite_url, tmp_path):
+    folder, path = campaign(tmp_path, force=1.0, acceleration_2=0.5)
+    report, notes = ingest_report(sqlite_url, folder)
+    assert (report["recordings"], report["impacts"], report["set_aside"]) == (3, 6, [])
+    (warning,) = warnings_of(report)
+    assert (warning["recording"], warning["channel"], warning["severity"]) == (path, "acceleration_1", "warning")
+    assert "'acceleration_1'; the recording has: force, acceleration_2" in warning["message"]
+    assert "missing-channel (1) of acceleration_1" in notes
+    with opened(sqlite_url) as store, store.reading() as session:
+        query = select(RecordedChannel.name).join(Recording).where(Recording.path == path)
+        assert set(session.scalars(query)) == {"force", "acceleration_2"}
+    assert_whole(sqlite_url, 2)
+    assert pyroshock("db", "check", "--db", sqlite_url).exit_code == 0
+
+
+def test_impacts_stay_usable_where_no_number_of_theirs_is_missing(sqlite_url, tmp_path):
+    folder, path = campaign(tmp_path, force=1.0, acceleration_1=0.5)
+    first, _ = ingest_report(sqlite_url, folder)
+    before = counts(sqlite_url)
+    assert ingest_report(sqlite_url, folder)[0] == first
+    assert counts(sqlite_url) == before
+    with opened(sqlite_url) as store, store.reading() as session:
+        keys = session.scalars(select(Campaign.id)).all()
+        rows = rows_of_campaigns(session, keys, None)
+        lacking = session.scalars(select(Recording.id).where(Recording.path == path)).one()
+        bad = verdicts(session, keys, rows, "warning")
+        assert not any("missing-channel" in text for text in bad.values())
+        assert [row["run"] for row in rows if row["recording_id"] == lacking] == [2, 2]
+
+
+@pytest.mark.parametrize(
+    ("channels", "words"),
+    [
+        ({"acceleration_1": 1.0, "acceleration_2": 1.0}, ("no channel 'force'", "the file has: acceleration_1")),
+        ({"strain": 1.0}, ("no channel 'force'", "the file has: strain")),
+        ({"force": 1.0, "Acceleration 1": 1.0, "acceleration_2": 1.0}, ("'acceleration_1', but 'Acceleration 1'",)),
+        ({"force": 1.0, "aceleration_2": 1.0, "acceleration_1": 1.0}, ("'acceleration_2', but 'aceleration_2'",)),
+    ],
+)
+def test_recording_without_force_or_with_another_spelling_is_set_aside(sqlite_url, tmp_path, channels, words):
+    folder, path = campaign(tmp_path, **channels)
+    report, _ = ingest_report(sqlite_url, folder)
+    (aside,) = report["set_aside"]
+    assert aside["recording"] == path
+    for word in words:
+        assert word in aside["reason"]
+    assert (report["recordings"], report["impacts"]) == (2, 4)
+
+
+def test_channel_that_is_there_and_no_signal_is_not_missing(sqlite_url, tmp_path):
+    """A column of words under the declared name is a damaged channel: the recording is set aside as before."""
+    folder, path = campaign(tmp_path, force=1.0, acceleration_1=1.0)
+    record = force_record(blows(2, 2), np.random.default_rng(2))
+    words = np.full(record.size, "n/a")
+    write_recording(folder / path, {"force": record, "acceleration_1": record, "acceleration_2": words})
+    report, _ = ingest_report(sqlite_url, folder)
+    assert [each["recording"] for each in report["set_aside"]] == [path]
+    assert "'acceleration_2'" in report["set_aside"][0]["reason"]
+
+
+def test_names_that_resemble_each_other():
+    alike = [
+        ("force", "Force"),
+        ("force", "forse"),
+        ("acc_1", "ACC 1"),
+        ("acc_x", "acc_y"),
+        ("pressure", "pressure_bar"),
+    ]
+    other = [("acc_1", "acc_01"), ("acc_2", "acc_3"), ("ax", "ay"), ("acceleration_1", "strain_1")]
+    for channel, name in alike:
+        assert resembled_channel(channel, ["trigger", name]) == name
+    for channel, name in other:
+        assert resembled_channel(channel, ["trigger", name]) is None

@@ -100,7 +100,7 @@ def told(path):
     return str(error.value)
 
 
-def test_sheet_called_runs_is_read_among_several(tmp_path):
+def test_sheet_called_runs_is_read_among_several_with_its_row_numbers(tmp_path):
     book = write_xlsx(tmp_path / "runs.xlsx", gun_rows(), sheet="Runs of May")
     book.create_sheet("notes")["B2"] = "tip changed"
     book.create_sheet("empty")
@@ -109,9 +109,6 @@ def test_sheet_called_runs_is_read_among_several(tmp_path):
     book["Runs of May"].title = "runs"
     book.save(tmp_path / "runs.xlsx")
     assert len(read_table(tmp_path / "runs.xlsx", "runs.xlsx")[1]) == 3
-
-
-def test_rows_keep_the_numbers_of_the_sheet(tmp_path):
     book = write_xlsx(tmp_path / "runs.xlsx", gun_rows(), first_row=3)
     book.active.insert_rows(5)
     book.save(tmp_path / "runs.xlsx")
@@ -134,7 +131,7 @@ def test_what_would_be_lost_is_refused(tmp_path, spoil, words):
     assert words in told(tmp_path / "runs.xlsx")
 
 
-def test_file_that_unpacks_to_far_more_is_refused(tmp_path):
+def test_file_that_unpacks_to_more_than_it_should_or_says_is_refused(tmp_path):
     write_xlsx(tmp_path / "good.xlsx", gun_rows())
     with zipfile.ZipFile(tmp_path / "good.xlsx") as good, zipfile.ZipFile(tmp_path / "runs.xlsx", "w", 8) as bomb:
         for member in good.infolist():
@@ -142,9 +139,6 @@ def test_file_that_unpacks_to_far_more_is_refused(tmp_path):
         bomb.writestr("xl/media/image1.png", b"\0" * 60_000_000)
     assert (tmp_path / "runs.xlsx").stat().st_size < 100_000
     assert "unpacks to 60,0" in told(tmp_path / "runs.xlsx")
-
-
-def test_size_that_is_declared_too_small_is_seen(tmp_path):
     write_xlsx(tmp_path / "good.xlsx", gun_rows())
     stream = io.BytesIO((tmp_path / "good.xlsx").read_bytes())
     with zipfile.ZipFile(stream) as archive:

@@ -37,15 +37,12 @@ def test_onset_of_a_power_of_time_lies_within_the_stated_uncertainty(power: floa
     assert all(each.time_s < each.seen_s + 1e-3 for each in found)
 
 
-def test_a_drop_at_once_is_timed_to_a_block() -> None:
+def test_a_drop_at_once_is_timed_to_a_block_and_noise_widens_the_uncertainty() -> None:
     time = np.arange(50_000) / RATE_HZ
     tank = np.where(time < 0.2, 4e5, 3e5) + 50 * np.random.default_rng(0).standard_normal(time.size)
     found = valve_opening(tank, RATE_HZ)
     assert found.time_s == pytest.approx(0.2, abs=2e-3)
     assert found.time_u_s < 2e-3
-
-
-def test_noise_widens_the_uncertainty() -> None:
     quiet, loud = (valve_opening(drop(2.0, noise_pa=noise), RATE_HZ).time_u_s for noise in (5.0, 500.0))
     assert loud > 2 * quiet
 
@@ -90,13 +87,10 @@ def shots() -> list[tuple[float, float, float]]:
     return shots
 
 
-def test_virtual_valves_open_within_the_stated_uncertainty(shots: list[tuple[float, float, float]]) -> None:
+def test_virtual_valves_open_within_an_uncertainty_of_milliseconds(shots: list[tuple[float, float, float]]) -> None:
     apart = np.array([shot[0] for shot in shots])
     assert np.abs(apart).max() < 2.5
     assert np.mean(np.abs(apart) < 1.0) >= 0.68
-
-
-def test_uncertainty_is_milliseconds_and_grows_with_slow_valves(shots: list[tuple[float, float, float]]) -> None:
     widths = {opening: [u for _, u, of in shots if of == opening] for opening in (0.1, 1.5)}
     assert max(widths[0.1]) < 4e-3
     assert max(widths[1.5]) < 12e-3

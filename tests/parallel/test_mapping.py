@@ -1,4 +1,4 @@
-"""Work that is spread over processes of this machine."""
+"""Work that is spread over processes of this machine: who may do it, in what order, and what a death costs."""
 
 from __future__ import annotations
 
@@ -9,12 +9,17 @@ import sys
 import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import psutil
 import pytest
+from pyroshock.ingest.readers.contents import end_this_process_when_stuck
+from pyroshock.parallel import cluster
+from pyroshock.parallel import executor as executor_module
 from pyroshock.parallel.executor import HERE, ExecutorConfig
 from pyroshock.parallel.map_tasks import run_all_tasks
+from pyroshock.parallel.read_ahead import Isolation, map_ahead
 from support.processes import chores
 
 TWO = ExecutorConfig(jobs=2)
@@ -121,3 +126,98 @@ def test_workers_end_with_a_parent_that_is_killed():
         workers = [int(parent.stdout.readline()) for _ in range(6)]
         parent.send_signal(signal.SIGKILL)
     assert gone_within(10, workers)
+
+
+NOBODY = "tcp://127.0.0.1:9"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"backend": "slurm"}, "backend 'slurm'; expected one of local, dask"),
+        ({"jobs": 0}, "jobs = 0; expected 1 or more"),
+        ({"backend": "dask"}, "--scheduler tcp://HOST:8786"),
+        ({"scheduler": "tcp://lab:8786"}, "--backend dask"),
+    ],
+)
+def test_what_is_no_crew_is_refused(arguments, said):
+    with pytest.raises(ValueError, match=said):
+        ExecutorConfig(**arguments)
+
+
+def test_missing_library_is_named_with_its_cure(monkeypatch):
+    monkeypatch.setattr(executor_module, "find_spec", lambda _: None)
+    with pytest.raises(ValueError, match=r"needs distributed.*pip install 'pyroshock\[cluster\]'"):
+        ExecutorConfig("dask", scheduler=NOBODY)
+
+
+def test_scheduler_that_does_not_answer_is_named(monkeypatch):
+    pytest.importorskip("distributed", reason="no Dask: it comes with pyroshock[cluster]")
+    monkeypatch.setattr(cluster, "WAIT_S", 0.5)
+    with pytest.raises(ValueError, match=f"no Dask scheduler answers at {NOBODY}"):
+        ExecutorConfig("dask", scheduler=NOBODY).check()
+
+
+def test_workers_with_other_software_are_refused():
+    """They would give other results, and nobody would know."""
+
+    def versions(here, there):
+        client = {"packages": {"pyroshock": here}}
+        workers = {"tcp://lab-2:4711": {"packages": {"pyroshock": there}}}
+        return lambda packages: {"client": client, "workers": workers}
+
+    for found in ("0.0.9", None):
+        client = SimpleNamespace(wait_for_workers=lambda *_, **__: None, get_versions=versions("0.1.0", found))
+        with pytest.raises(ValueError, match=f"lab-2:4711 has pyroshock {found}, here it is 0.1.0"):
+            cluster._check_workers(client, NOBODY)
+
+
+ISOLATION = Isolation(chores.lost, chores.patience)
+ALWAYS = Isolation(chores.lost, chores.patience, always=True)
+
+
+@pytest.mark.parametrize("jobs", [1, 2, 3])
+@pytest.mark.parametrize("count", [0, 1, 2, 20])
+def test_results_come_in_order(jobs, count):
+    assert list(map_ahead(chores.squared, range(count), jobs, ISOLATION)) == [(i, i * i) for i in range(count)]
+
+
+def test_dead_process_takes_only_its_own_item():
+    results = list(map_ahead(chores.dies_on_three, range(25), 2, ISOLATION))
+    assert results == [(i, -1 if i % 10 == 3 else i * i) for i in range(25)]
+
+
+def test_error_of_the_function_is_the_callers():
+    with pytest.raises(ValueError, match="three"):
+        list(map_ahead(chores.raises_on_three, range(10), 2, ISOLATION))
+
+
+@pytest.mark.parametrize("count", [0, 1, 5])
+def test_always_isolated_runs_nothing_here(count):
+    results = list(map_ahead(chores.process, range(count), 1, ALWAYS))
+    assert [item for item, _ in results] == list(range(count))
+    assert os.getpid() not in [process for _, process in results]
+
+
+def test_dead_or_endless_item_of_one_job_is_given_up_alone():
+    results = list(map_ahead(chores.dies_on_three, range(5), 1, ALWAYS))
+    assert results == [(i, -1 if i == 3 else i * i) for i in range(5)]
+    assert list(map_ahead(chores.hangs_on_three, range(5), 1, ALWAYS)) == [(i, -1 if i == 3 else i) for i in range(5)]
+    begun = time.monotonic()
+    limited = Isolation(chores.lost, lambda _: 60.0, True, end_this_process_when_stuck)  # by its processor time
+    results = list(map_ahead(chores.walks_in_circles_on_three, range(5), 1, limited))
+    assert results == [(i, -1 if i == 3 else i) for i in range(5)]
+    assert time.monotonic() - begun < 60
+
+
+def test_item_that_kills_the_only_process_is_not_tried_again(tmp_path):
+    """It was the first of those under way: a second try would take as long to fail."""
+    list(
+        map_ahead(
+            chores.dies_and_leaves_a_mark,
+            [tmp_path / "a", tmp_path / "b"],
+            1,
+            Isolation(chores.lost, chores.patience, always=True),
+        )
+    )
+    assert [(tmp_path / name).read_text() for name in "ab"] == ["x", "x"]

@@ -1,16 +1,17 @@
-"""Listings: every matching row once, in order, filtered in the database."""
+"""Listings: every matching row once, in order, filtered and thinned in the database, and how often it is asked."""
 
 from __future__ import annotations
 
 import datetime as dt
 from contextlib import contextmanager
+from itertools import pairwise
 
 import pytest
 from pyroshock.schema import conditions
-from pyroshock.schema.campaigns import Campaign, Plan, PlannedRun
-from pyroshock.schema.conditions import span_of
-from pyroshock.schema.configurations import configuration_id
-from pyroshock.schema.impacts import Impact, Shot
+from pyroshock.schema.campaigns import Campaign, Configuration, Plan, PlannedRun
+from pyroshock.schema.conditions import KeySpan, iter_pages, span_of
+from pyroshock.schema.configurations import configuration_id, configuration_ids
+from pyroshock.schema.impacts import ExtractionSettingsRow, Impact, Shot
 from pyroshock.schema.known_factors import RunLevel
 from pyroshock.schema.listings import (
     OPERATORS,
@@ -20,11 +21,14 @@ from pyroshock.schema.listings import (
     iter_shots,
     list_campaigns,
     list_impacts_page,
+    list_pulse_keys,
     list_shots_page,
 )
 from pyroshock.schema.recordings import QualityFinding, Recording
 from pyroshock.schema.session import Writer, open_store
-from sqlalchemy import event
+from sqlalchemy import event, select
+from support.stores.recorded import WHEN, pulse_row
+from support.stores.stores import statements
 
 TIPS = ("steel", "delrin")
 RADII = (0.03, 0.045)
@@ -76,18 +80,19 @@ def listed(store, *conditions, campaign=None, page=2000):
         return list(iter_impacts(session, campaign, tuple(conditions), page))
 
 
-def test_pages_join_without_loss_or_double(filled):
+def test_pages_join_and_rows_carry_campaign_factors_and_si_keys(filled):
     whole = listed(filled)
     assert len(whole) == 24
     for page in (1, 5, 12, 23, 24, 25):
         assert listed(filled, page=page) == whole
-
-
-def test_row_carries_campaign_factors_and_si_keys(filled):
     row = listed(filled, campaign="b")[1]
     assert row["campaign"] == "b"
     assert (row["tip_material"], row["tip_radius_m"]) == ("delrin", 0.03)
     assert (row["impact_velocity_m_s"], row["peak_force_n"], row["quality"]) == (1.0, None, "not judged")
+    with filled.reading() as session:
+        rows = list_campaigns(session)
+    counts = [(r["name"], r["impacts"], r["shots"], r["planned"], r["done"]) for r in rows]
+    assert counts == [("a", 12, 0, 0, 0), ("b", 12, 0, 13, 12)]
 
 
 @pytest.mark.parametrize(
@@ -180,9 +185,14 @@ def test_the_campaign_is_a_column_like_others(filled, operator, expected):
         assert shots == [shot for shot in iter_shots(session) if shot["campaign"] in expected]
 
 
-def test_conditions_narrow_together(filled):
+def test_conditions_narrow_together_and_match_a_number_by_another_road(filled):
     rows = listed(filled, Condition("tip_material", "=", "steel"), Condition("run", ">", 5.0), campaign="a")
     assert [row["run"] for row in rows] == [6, 8, 10]
+    assert len(listed(filled, Condition("tip_radius_m", "=", 45 * 1e-3 * (1 + 1e-12)))) == 12
+    with pytest.raises(LookupError, match=r"'z'.*a, b"):
+        listed(filled, campaign="z")
+    with filled.reading() as session, pytest.raises(UnknownFieldError, match="'quality'"):
+        list(iter_shots(session, None, (Condition("quality", "=", "ok"),)))
 
 
 MANY = (
@@ -206,24 +216,6 @@ def test_many_configurations_are_no_values_of_a_statement(filled, monkeypatch):
 def _without_keys(session, table, campaign_id, keys):
     assert not keys
     return span_of(session, table, campaign_id, keys)
-
-
-def test_number_by_another_road_still_matches(filled):
-    assert len(listed(filled, Condition("tip_radius_m", "=", 45 * 1e-3 * (1 + 1e-12)))) == 12
-
-
-def test_unknown_campaign_lists_the_known_and_shots_have_no_quality(filled):
-    with pytest.raises(LookupError, match=r"'z'.*a, b"):
-        listed(filled, campaign="z")
-    with filled.reading() as session, pytest.raises(UnknownFieldError, match="'quality'"):
-        list(iter_shots(session, None, (Condition("quality", "=", "ok"),)))
-
-
-def test_campaigns_count_impacts_and_plans(filled):
-    with filled.reading() as session:
-        rows = list_campaigns(session)
-    counts = [(r["name"], r["impacts"], r["shots"], r["planned"], r["done"]) for r in rows]
-    assert counts == [("a", 12, 0, 0, 0), ("b", 12, 0, 13, 12)]
 
 
 FILTERS = {
@@ -295,3 +287,152 @@ def test_shots_have_pages_too(new_database):
             assert (first + rest, after, end) == (whole, whole[3]["id"], None)
             heavy, _ = list_shots_page(session, None, (Condition("bullet_mass_kg", ">", 3.0),), after, 10)
             assert [row["run"] for row in heavy] == [4, 5, 6]
+
+
+#: Key of the impact -> its configuration: two clusters far apart, a stray, and a dense stretch.
+PLACES = {
+    **dict.fromkeys(range(10, 300), 1),
+    **dict.fromkeys(range(1000000, 1000040), 2),
+    5_000: 2,
+    **dict.fromkeys(range(2000, 4000, 7), 3),
+}
+
+
+@pytest.fixture(scope="module")
+def scattered(new_database):
+    with open_store(new_database(), Writer("test", "0"), create=True) as store:
+        with store.writing() as session:
+            for key in (1, 2, 3):
+                session.add(Campaign(id=key, name=str(key), kind="hammer", date=dt.date(2026, 1, 1), fingerprint="x"))
+                session.add(Configuration(id=key, fingerprint=str(key)))
+            session.flush()
+            session.add_all(
+                Impact(id=key, campaign_id=configuration, run=key, repetition=1, configuration_id=configuration)
+                for key, configuration in PLACES.items()
+            )
+        yield store
+
+
+@pytest.mark.parametrize("page", [1, 50, 2000])
+@pytest.mark.parametrize("wanted", [[1], [2], [3], [1, 2], [1, 2, 3]])
+def test_every_match_comes_once_and_in_order(scattered, wanted, page):
+    with scattered.reading() as session:
+        query = select(Impact.id).where(Impact.configuration_id.in_(wanted))
+        pages = list(iter_pages(session, query, Impact.id, span_of(session, Impact, None, wanted), page))
+    found = [row["id"] for rows in pages for row in rows]
+    assert found == sorted(key for key, configuration in PLACES.items() if configuration in wanted)
+    assert all(0 < len(rows) <= page for rows in pages)
+
+
+def test_span_is_where_the_rows_lie(scattered):
+    with scattered.reading() as session:
+        assert span_of(session, Impact, None, None) == KeySpan(10, 1_000_039)
+        assert span_of(session, Impact, 3, None) == KeySpan(2_000, 3_995)
+        assert span_of(session, Impact, None, [2]) == KeySpan(5_000, 1_000_039)
+        assert span_of(session, Impact, 1, [2]).first > span_of(session, Impact, 1, [2]).last
+        nothing = span_of(session, Impact, None, [99])
+        assert list(iter_pages(session, select(Impact.id), Impact.id, nothing, 10)) == []
+
+
+IMPACTS = 97
+
+
+@pytest.fixture(scope="module")
+def thinned(new_database):
+    """97 impacts with an earlier and a current pulse each, one in three of steel; a last one without a pulse."""
+    with open_store(new_database(), Writer("test", "0"), create=True) as thinned:
+        with thinned.writing() as session:
+            session.add(Campaign(id=1, name="c", kind="hammer", date=WHEN.date(), fingerprint="c"))
+            session.add_all(
+                ExtractionSettingsRow(id=i, fingerprint=str(i), code_version=1, settings={}) for i in (1, 2)
+            )
+            keys = [configuration_id(session, [RunLevel("tip_material", tip)]) for tip in ("steel", "delrin")]
+            for i in range(1, IMPACTS + 2):
+                key = keys[i % 3 > 0]
+                session.add(Impact(id=i, campaign_id=1, run=i, repetition=1, configuration_id=key))
+            session.flush()
+            for settings in (1, 2):
+                own = {"settings_id": settings, "current": settings == 2}
+                keys_of = ((i, 1000 * settings + i) for i in range(1, IMPACTS + 1))
+                session.add_all(pulse_row(i, id=key, peak_force_n=float(i), **own) for i, key in keys_of)
+        yield thinned
+
+
+def keys(thinned, most, *where, campaign="c"):
+    with thinned.reading() as session:
+        return list_pulse_keys(session, campaign, where, most)
+
+
+@pytest.mark.parametrize("most", [1, 2, 10, 50, 96])
+def test_as_many_as_asked_for_in_even_steps(thinned, most):
+    found, total = keys(thinned, most)
+    assert (len(found), total, found[0]) == (most, IMPACTS, 2001)
+    steps = {b - a for a, b in pairwise(found)}
+    assert steps <= {IMPACTS // most, IMPACTS // most + 1}
+
+
+@pytest.mark.parametrize("most", [97, 98, 5000])
+def test_all_where_they_fit(thinned, most):
+    assert keys(thinned, most) == ([2000 + i for i in range(1, IMPACTS + 1)], IMPACTS)
+
+
+def test_filter_is_taken_before_the_thinning(thinned):
+    found, total = keys(thinned, 8, Condition("tip_material", "=", "steel"), Condition("peak_force_n", ">", 30.0))
+    assert (len(found), total) == (8, 22)
+    assert all(key % 1000 % 3 == 0 and key % 1000 > 30 for key in found)
+    assert keys(thinned, 8, Condition("tip_material", "=", "gold")) == ([], 0)
+    with pytest.raises(ValueError, match="most is 0"):
+        keys(thinned, 0)
+
+
+THREE_TIPS = ("steel", "delrin", "PLA")
+
+
+@pytest.fixture
+def store(tables_url):
+    with open_store(tables_url, Writer("test", "0"), create=True) as store:
+        yield store
+
+
+def combinations(radii):
+    """As many configurations as radii, of six factors each."""
+    rest = [RunLevel(f"factor {i}", "1.0", 1.0) for i in range(4)]
+    return [[RunLevel("tip", THREE_TIPS[i % 3]), RunLevel("radius", f"{i}.0", float(i)), *rest] for i in range(radii)]
+
+
+def configurations(store, radii):
+    with statements(store) as said:
+        keys = store.write(lambda session: configuration_ids(session, combinations(radii)))
+    return keys, len(said)
+
+
+def test_known_configurations_are_asked_for_at_once(store):
+    keys, _ = configurations(store, 30)
+    again, few = configurations(store, 3)
+    everyone, many = configurations(store, 30)
+    assert (again, everyone, few) == (keys[:3], keys, many)
+
+
+def test_new_configuration_takes_few_statements_for_all_its_levels(store):
+    """The configuration: looked for, within a savepoint, its levels; of the levels only the new radius costs more."""
+    configurations(store, 10)
+    _, of_one = configurations(store, 11)
+    _, of_four = configurations(store, 15)
+    assert of_four - of_one <= 3 * 10
+
+
+def test_pulses_of_a_small_store_are_not_counted_first(store):
+    with store.writing() as session:
+        session.add(Campaign(id=1, name="c", kind="hammer", date=dt.date(2026, 1, 1), fingerprint="c"))
+        session.add(ExtractionSettingsRow(id=1, fingerprint="1", code_version=1, settings={}))
+        (key,) = configuration_ids(session, [[RunLevel("tip", "steel")]])
+        session.add_all(Impact(id=i, campaign_id=1, run=i, repetition=1, configuration_id=key) for i in range(1, 9))
+        session.flush()
+        session.add_all(pulse_row(i, id=i) for i in range(1, 9))
+    where = (Condition("tip", "=", "steel"),)
+    with store.reading() as session:
+        with statements(store) as of_all:
+            assert list_pulse_keys(session, None, where, 8) == ([*range(1, 9)], 8)
+        with statements(store) as of_some:
+            assert list_pulse_keys(session, None, where, 4) == ([1, 3, 5, 7], 8)
+    assert [sum("count(" in each for each in said) for said in (of_all, of_some)] == [0, 1]

@@ -1,10 +1,16 @@
-"""The store's promises: whole transactions, signed rows, rules in the database, clear refusals."""
+"""The store's promises: whole transactions, signed rows, rules in the database, clear refusals, JSON as it went in."""
 
 from __future__ import annotations
 
 import datetime as dt
+import json
+import math
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pyroshock.schema.base import from_plain, to_plain
 from pyroshock.schema.benches import Material
 from pyroshock.schema.campaigns import Campaign, Factor
 from pyroshock.schema.diagnoses import Diagnosis
@@ -34,13 +40,20 @@ def campaign(name="c", **changes):
     return Campaign(**({"name": name, "kind": "gun", "date": dt.date(2026, 1, 2), "fingerprint": "f"} | changes))
 
 
-def test_new_store_knows_the_thesis_materials(store):
+def test_new_store_knows_the_thesis_materials_and_rows_their_writer(store):
     with store.reading() as session:
         steel = session.scalars(select(Material).where(Material.name == "steel")).one()
         assert (steel.youngs_modulus_pa, steel.poisson_ratio, steel.density_kg_m3) == (200e9, 0.30, 7800)
         assert "Table 4.2" in steel.source
         names = set(session.scalars(select(Material.name)))
         assert names == {"aluminum", "steel", "delrin", "polyurethane", "PLA"}
+    with store.writing() as session:
+        session.add(material())
+    with store.reading() as session:
+        row = session.scalars(select(Material).where(Material.name == "test")).one()
+        writer = session.get_one(Provenance, row.written_by_id)
+        assert (writer.command, writer.software_version) == ("pyroshock test", "1.2.3")
+        assert writer.started_at.utcoffset() == dt.timedelta(0)
 
 
 def test_opening_again_adds_nothing(database_url):
@@ -57,16 +70,6 @@ def test_failing_block_stores_nothing(store):
         session.flush()
         raise RuntimeError("on purpose")
     assert count_rows(store) == before
-
-
-def test_rows_know_version_and_command(store):
-    with store.writing() as session:
-        session.add(material())
-    with store.reading() as session:
-        row = session.scalars(select(Material).where(Material.name == "test")).one()
-        writer = session.get_one(Provenance, row.written_by_id)
-        assert (writer.command, writer.software_version) == ("pyroshock test", "1.2.3")
-        assert writer.started_at.utcoffset() == dt.timedelta(0)
 
 
 @pytest.mark.parametrize("whole", [True, False], ids=["first write", "savepoint"])
@@ -177,3 +180,51 @@ def test_rows_added_at_once_are_signed_and_in_order(store):
             ("b", None, None), ("a", "m", None), ("c", None, "d")
         ]  # fmt: skip
         assert {session.get_one(Provenance, row.written_by_id).command for row in found} == {"pyroshock test"}
+
+
+TEXT = st.text(st.characters(exclude_characters="\x00", exclude_categories=["Cs"]))
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | TEXT,
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(TEXT, inner, max_size=4),
+    max_leaves=12,
+)
+
+
+def same(a, b):
+    if isinstance(a, float) and isinstance(b, float):
+        return a == b or (math.isnan(a) and math.isnan(b))
+    if isinstance(a, list) and isinstance(b, list):
+        return len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, dict) and isinstance(b, dict):
+        return a.keys() == b.keys() and all(same(a[k], b[k]) for k in a)
+    return type(a) is type(b) and a == b
+
+
+@given(VALUES)
+def test_plain_and_back_is_the_same(value):
+    text = json.dumps(to_plain(value), allow_nan=False)
+    assert same(from_plain(json.loads(text)), value)
+
+
+def test_numpy_becomes_python():
+    value = {"a": np.float32(0.5), "b": np.arange(3), "c": np.bool_(True), "d": (np.nan, 1)}
+    plain = to_plain(value)
+    assert plain == {"a": 0.5, "b": [0, 1, 2], "c": True, "d": [{"$float": "nan"}, 1]}
+    with pytest.raises(TypeError, match="object"):
+        to_plain(object())
+
+
+def test_both_engines_store_what_json_has_not(database_url):
+    report = {"nan": math.nan, "inf": -math.inf, "text": "half \ud800 and nul \x00", "list": [np.float64(1.5)]}
+    with open_store(database_url, Writer("test", "0"), create=True) as store:
+        with store.writing() as session:
+            session.add(Campaign(name="c", kind="gun", date=dt.date(2026, 1, 1), fingerprint="f"))
+            session.flush()
+            when = dt.datetime(2026, 1, 1, tzinfo=dt.UTC)
+            session.add(Diagnosis(campaign_id=1, simulator="s", report=report, diagnosed_at=when))
+        with store.reading() as session:
+            back = session.scalars(select(Diagnosis.report)).one()
+    assert math.isnan(back["nan"])
+    assert back["inf"] == -math.inf
+    assert back["text"] == "half ? and nul \ufffd"
+    assert back["list"] == [1.5]

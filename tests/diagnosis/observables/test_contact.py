@@ -19,7 +19,6 @@ from pyroshock.virtualbench.impact.build import Impactor, ImpactTarget, contact_
 from pyroshock.virtualbench.impact.strike import STEP_S, strike_many
 from support.records.contact_campaigns import FOUR, MASS_KG, hammer_record, without
 
-EXAMPLE = Path(__file__).parents[4] / "shared" / "examples" / "hammer-effective-mass"
 TOLERANCE = np.array([one.tolerance for one in OBSERVABLES])
 CLEAN = hammer_record()
 STAGE = ContactObservables(CLEAN)
@@ -152,11 +151,10 @@ def test_uncertain_mass_is_a_nuisance() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not EXAMPLE.is_dir(), reason="needs the shared examples")
-def test_example_has_more_impulse_than_its_mass() -> None:
+def test_example_has_more_impulse_than_its_mass(examples: Path) -> None:
     from pyroshock.diagnosis.reading.campaign import read_folder
 
-    gap = (ContactObservables(read_folder(EXAMPLE)).residuals() / TOLERANCE).mean(axis=0)
+    gap = (ContactObservables(read_folder(examples / "hammer-effective-mass")).residuals() / TOLERANCE).mean(axis=0)
     assert column(gap, "ln_impulse") > 5
     assert column(gap, "ln_peak") / column(gap, "ln_impulse") == pytest.approx(0.6, abs=0.05)
     assert np.abs(gap[4:]).max() < 0.3

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -221,12 +222,10 @@ def test_long_uneven_contact_is_no_delay() -> None:
         assert np.abs(late).max() < 0.1
 
 
-def test_damping_example_says_more_damping(shared: object) -> None:
-    from pathlib import Path
-
+def test_damping_example_says_more_damping(examples: Path) -> None:
     from pyroshock.diagnosis.reading import read_folder
 
-    stage = PlateObservables(read_folder(Path(str(shared)) / "examples" / "plate-damping"))
+    stage = PlateObservables(read_folder(examples / "plate-damping"))
     assert np.nanmin(in_tolerances(stage, stage.residuals(), "ln damping")) > 3
     after = stage.measured() - stage.simulated([effect("plate.damping", factor=1.95)])
     assert rms(in_tolerances(stage, after)) < 0.35 * rms(in_tolerances(stage, stage.residuals()))

@@ -158,10 +158,10 @@ def test_a_refused_folder_leaves_nothing_to_the_next_one(tmp_path: Path) -> None
 
 @pytest.mark.parametrize(
     ("name", "configurations", "runs"),
-    [("gun-valve-flow", 18, 72), ("hammer-effective-mass", 24, 96), ("plate-damping", 6, 24)],
+    [("gun-valve-flow", 16, 32), ("hammer-effective-mass", 16, 32), ("plate-damping", 10, 20)],
 )
-def test_shared_examples_are_read_whole(shared: Path, name: str, configurations: int, runs: int) -> None:
-    record = read_folder(shared / "examples" / name)
+def test_examples_are_read_whole(examples: Path, name: str, configurations: int, runs: int) -> None:
+    record = read_folder(examples / name)
     assert (len(record.configurations), len(record.runs)) == (configurations, runs)
     assert all((run.velocity_m_s is not None) == (name != "plate-damping") for run in record.runs)
     assert all((run.force is None) == (name == "gun-valve-flow") for run in record.runs)

@@ -108,15 +108,7 @@ def _order(rng: Random) -> str:
 
 #: What keeps the length stands first: it leads deeper into a format than a cut.
 _WEIGHTS: dict[Callable[[bytes, Random, Sequence[bytes]], bytes], int] = {
-    flip_bits: 6,
-    set_integer: 6,
-    false_length: 6,
-    set_float: 2,
-    move: 2,
-    overwrite: 2,
-    splice: 2,
-    cut: 1,
-    drop: 1,
+    flip_bits: 6, set_integer: 6, false_length: 6, set_float: 2, move: 2, overwrite: 2, splice: 2, cut: 1, drop: 1,
     repeat: 1,
-}
+}  # fmt: skip
 damaged = stacked(_WEIGHTS)

@@ -8,7 +8,7 @@ from pathlib import Path, PurePosixPath
 from random import Random
 
 from fuzzing.mutations import binary, tables, toml
-from fuzzing.mutations.texts import NASTY
+from fuzzing.mutations.tables import NASTY
 from fuzzing.target import Mutate
 
 Files = dict[str, bytes]

@@ -9,7 +9,7 @@ from random import Random
 from typing import Any
 
 import numpy as np
-from fuzzing.mutations.texts import NASTY
+from fuzzing.mutations.tables import NASTY
 from numpy.typing import NDArray
 
 Arrays = Mapping[str, NDArray[Any]]

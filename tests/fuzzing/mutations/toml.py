@@ -7,22 +7,15 @@ from collections.abc import Callable, Sequence
 from random import Random
 
 from fuzzing.mutations import binary, tables
-from fuzzing.mutations.texts import NASTY
+from fuzzing.mutations.tables import NASTY
 from fuzzing.target import stacked
 
 _VALUES = (
     *("true", "1", "-1", "0", "1.5", "nan", "-inf", "1e400", "1e308", "5e-324", "9" * 400, "9" * 5000, "0x7fffffff"),
     *("[]", "[1]", "[[]]", "[[0, 0], [1, 0], [1, 1]]", "[[0, 0], [1, 0], [1, nan]]", "{}", "{ a = 1 }", "[1, 'a', {}]"),
     *("1979-05-27", "1979-05-27T07:32:00Z", "07:32:00", "9999-12-31", "'2026-02-30'", "'force'", "''", '"\\u0000"'),
-    *(
-        "[" * 200 + "]" * 200,
-        "[" * 5_000,
-        "{a=" * 500 + "1" + "}" * 500,
-        '"""x"""',
-        "'''",
-        '"\\ud800"',
-        '"\\U00110000"',
-    ),
+    *("[" * 200 + "]" * 200, "[" * 5_000, "{a=" * 500 + "1" + "}" * 500, '"""x"""', "'''"),
+    *('"\\ud800"', '"\\U00110000"'),
     *("[[0, 0], [1, 0]]", "[" + "[0, 0], " * 500 + "]", "['low', 'low']", "[1, 1]", "[2, 1]", "['a', 'b']"),
 )
 _Step = Callable[[list[str], Random], list[str]]
@@ -85,14 +78,8 @@ def number(lines: list[str], rng: Random) -> list[str]:
 
 
 _WEIGHTS = {
-    _on_lines(other_value): 10,
-    _on_lines(other_key): 4,
-    _on_lines(number): 4,
-    _on_lines(drop_line): 2,
-    _on_lines(repeat_line): 2,
-    _on_lines(swap_lines): 2,
-    tables.other_encoding: 1,
-    tables.mixed_encoding: 1,
+    _on_lines(other_value): 10, _on_lines(other_key): 4, _on_lines(number): 4, _on_lines(drop_line): 2,
+    _on_lines(repeat_line): 2, _on_lines(swap_lines): 2, tables.other_encoding: 1, tables.mixed_encoding: 1,
     binary.damaged: 2,
-}
+}  # fmt: skip
 damaged = stacked(_WEIGHTS, most=3)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.ingest.readers import ReadingOptions, RecordingError, open_recording
+from pyroshock.ingest.readers.base import rate_from_step, rate_from_times
 
 FORCE = [0.0, 1.5, -2.25]
 ACCELERATION = [10.0, 20.5, 30.0]
@@ -80,23 +83,20 @@ def test_one_column_is_read(written, decimal):
         np.testing.assert_array_equal(recording.read("force"), [0.5, 1.5, 2.25])
 
 
-def test_brackets_without_a_unit_belong_to_the_name(written):
+def test_names_digits_gaps_and_a_last_line_without_end_are_read(written):
     with open_recording(written("# fs = 51200\nacc (top),force\n1,2\n3,4\n")) as recording:
         assert [(c.name, c.unit) for c in recording.channels] == [("acc (top)", None), ("force", None)]
-
-
-def test_every_digit_counts(written):
     values = np.random.default_rng(7).normal(size=200) * 10.0 ** np.random.default_rng(8).integers(-300, 300, 200)
     with open_recording(
         written("# fs = 51200\nforce,zero\n" + "".join(f"{v!r},0\n" for v in values.tolist()))
     ) as recording:
         np.testing.assert_array_equal(recording.read("force"), values)
-
-
-def test_an_empty_field_is_not_a_number(written):
     with open_recording(written("# fs = 51200\nforce,acc\n1,2\n,4\n5,nan\n")) as recording:
         np.testing.assert_array_equal(recording.read("force"), [1, np.nan, 5])
         np.testing.assert_array_equal(recording.read("acc"), [2, 4, np.nan])
+    with open_recording(written("# fs = 51200\nforce,acc\n1,2\n3,4\n5,6")) as recording:
+        assert recording.read("acc").tolist() == [2.0, 4.0, 6.0]
+        assert recording.info("acc").header["last_line_without_end"] is True
 
 
 @pytest.mark.parametrize(
@@ -137,12 +137,6 @@ def test_what_is_no_whole_table_is_refused(written, text, reason):
         recording.read("acc")
 
 
-def test_missing_last_line_end_is_told(written):
-    with open_recording(written("# fs = 51200\nforce,acc\n1,2\n3,4\n5,6")) as recording:
-        assert recording.read("acc").tolist() == [2.0, 4.0, 6.0]
-        assert recording.info("acc").header["last_line_without_end"] is True
-
-
 @pytest.mark.parametrize("encoding", ["cp1252", "utf-8", "utf-8-sig", "utf-16"])
 def test_letters_of_units_are_read_in_every_usual_encoding(written, encoding):
     text = "time [µs];temp [°C]\n0;20,5\n10;21,5\n"
@@ -152,14 +146,11 @@ def test_letters_of_units_are_read_in_every_usual_encoding(written, encoding):
         assert recording.read("temp").tolist() == [20.5, 21.5]
 
 
-@pytest.mark.parametrize("asked", ["Force  1", "Force 1", " Force   1 "])
-def test_repeated_blanks_in_a_name_do_not_matter(written, asked):
+def test_repeated_blanks_in_a_name_matter_only_between_two_alike(written):
     with open_recording(written("# fs = 51200\nForce  1,acc\n1,2\n3,4\n")) as recording:
-        assert recording.info(asked).name == "Force  1"
-        assert recording.read(asked).tolist() == [1.0, 3.0]
-
-
-def test_a_name_that_differs_from_two_by_blanks_is_refused(written):
+        for name in ("Force  1", "Force 1", " Force   1 "):
+            assert recording.info(name).name == "Force  1"
+            assert recording.read(name).tolist() == [1.0, 3.0]
     with open_recording(written("# fs = 51200\nForce   1,Force  1\n1,2\n3,4\n")) as recording:
         assert recording.read("Force  1").tolist() == [2.0, 4.0]
         message = "'Force 1' can be each of 'Force   1', 'Force  1'; expected the name as"
@@ -257,3 +248,43 @@ def test_any_table_comes_back_as_it_was_written(tmp_path_factory, values, gap, e
     with open_recording(path, given_facts) as recording:
         for number, name in enumerate("abc"):
             assert recording.read(name).tolist() == [row[number] for row in values]
+
+
+SHOT = Path("shot.csv")
+RATES = [10000.0, 12800.0, 20000.0, 44100.0, 48000.0, 51200.0, 65536.0, 102400.0, 204800.0, 1e6]
+
+
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("digits", [5, 6, 9])
+def test_a_printed_step_gives_the_round_rate(rate, digits):
+    step = float(f"{1 / rate:.{digits}e}")
+    assert rate_from_step(step, 5.1 * 10.0 ** -(digits + 1)) == rate
+
+
+@given(rate=st.floats(1.0, 1e7))
+def test_a_rate_stays_within_what_its_step_leaves_open(rate):
+    assert rate_from_step(1 / rate, 1e-6) == pytest.approx(rate, rel=1.0001e-6)
+
+
+@pytest.mark.parametrize("rate", [20000.0, 51200.0, 102400.0])
+def test_times_printed_to_the_microsecond_give_the_rate(rate):
+    """The median of these steps is 50, 20 and 10 us: 50 kHz for a record at 51.2 kHz, as an earlier version gave."""
+    times = np.round(np.arange(8192) / rate, 6)
+    assert rate_from_times(SHOT, times) == (rate, 0.0)
+
+
+@given(missing=st.sets(st.integers(1, 998), max_size=20))
+def test_missing_samples_do_not_change_the_rate(missing):
+    times = np.delete(np.arange(1000), sorted(missing)) / 51200
+    assert rate_from_times(SHOT, times)[0] == 51200
+
+
+def test_uneven_times_are_refused_and_single_precision_gives_the_rate():
+    times = (np.arange(8192) / 51200).astype(np.float32).astype(np.float64)
+    assert rate_from_times(SHOT, times)[0] == 51200
+    assert rate_from_times(SHOT, np.arange(1000) / 31415.926)[0] == pytest.approx(31415.926, rel=1e-6)
+    with pytest.raises(RecordingError, match="expected evenly spaced time"):
+        rate_from_times(SHOT, np.geomspace(1, 1e4, 200))
+    for samples in (0, 1):
+        with pytest.raises(RecordingError, match="at least two samples"):
+            rate_from_times(SHOT, np.zeros(samples))

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import struct
 import subprocess
 import sys
+import wave
 
 import h5py
 import numpy as np
 import pytest
 from nptdms import ChannelObject, RootObject, TdmsFile, TdmsWriter
 from pyroshock.ingest.readers import ReadingOptions, RecordingError, open_recording
-from scipy.io import savemat
+from pyroshock.ingest.readers.ide import refuse_cut
+from scipy.io import savemat, wavfile
 
 WAVE = np.round(np.sin(np.arange(64) / 5), 6)
 
@@ -33,13 +36,11 @@ class TestMat:
             assert recording.info("force").dtype == recording.read("force").dtype.str == "<f8"
             np.testing.assert_array_equal(recording.read("force"), np.arange(64))
 
-    def test_version_4_is_refused_with_the_command(self, tmp_path):
+    def test_version_4_is_refused_and_a_short_text_kept_in_the_header(self, tmp_path):
         path = tmp_path / "old.mat"
         savemat(path, {"fs": 51200.0, "force": WAVE}, format="4")
         with pytest.raises(RecordingError, match=r"not a MATLAB file of version 5 or 7\.3; save it with -v7"):
             open_recording(path)
-
-    def test_a_short_text_becomes_part_of_the_header(self, tmp_path):
         path = tmp_path / "words.mat"
         savemat(path, {"fs": 51200.0, "force": WAVE, "operator": "Ana", "gain": 2.5})
         with open_recording(path) as recording:
@@ -63,11 +64,18 @@ class TestTdms:
         path = tmp_path / "parts.tdms"
         return path, make_recording("tdms", path, parts=3)
 
-    def test_segments_are_one_channel(self, three_parts):
+    def test_segments_are_one_channel_and_each_must_be_closed(self, three_parts):
         path, truth = three_parts
         with open_recording(path) as recording:
             np.testing.assert_array_equal(recording.read("force"), truth.channels["force"])
             np.testing.assert_array_equal(recording.read("force", 30, 70), truth.channels["force"][30:70])
+        path, _ = three_parts
+        content = bytearray(path.read_bytes())
+        last = content.rindex(b"TDSm")
+        content[last + 12 : last + 20] = b"\xff" * 8
+        path.write_bytes(content)
+        with pytest.raises(RecordingError, match="was never closed by its writer"):
+            open_recording(path)
 
     def test_a_cut_inside_raw_samples_is_refused_where_nptdms_gives_fewer(self, three_parts, tmp_path, capfd):
         path, truth = three_parts
@@ -80,16 +88,7 @@ class TestTdms:
             open_recording(cut)
         assert capfd.readouterr().err == ""
 
-    def test_a_segment_that_labview_never_closed_is_refused(self, three_parts):
-        path, _ = three_parts
-        content = bytearray(path.read_bytes())
-        last = content.rindex(b"TDSm")
-        content[last + 12 : last + 20] = b"\xff" * 8
-        path.write_bytes(content)
-        with pytest.raises(RecordingError, match="was never closed by its writer"):
-            open_recording(path)
-
-    def test_a_scaling_is_applied(self, tmp_path):
+    def test_scalings_are_applied_or_refused_where_nptdms_warns(self, tmp_path):
         path = tmp_path / "scaled.tdms"
         scale = {"NI_Number_Of_Scales": 1, "NI_Scale[0]_Scale_Type": "Linear"}
         slope = {"NI_Scale[0]_Linear_Slope": 0.5, "NI_Scale[0]_Linear_Y_Intercept": 1.0}
@@ -99,8 +98,6 @@ class TestTdms:
         with open_recording(path) as recording:
             assert recording.info("force").dtype == "<f8"
             np.testing.assert_array_equal(recording.read("force", 10, 20), raw[10:20] * 0.5 + 1.0)
-
-    def test_an_unknown_scaling_is_refused_where_nptdms_warns(self, tmp_path):
         path = tmp_path / "unknown.tdms"
         scale = {"NI_Number_Of_Scales": 1, "NI_Scale[0]_Scale_Type": "Astrology"}
         with TdmsWriter(path) as writer:
@@ -120,14 +117,12 @@ class TestTdms:
 
 
 class TestUff:
-    def test_a_missing_last_tag_is_refused_where_pyuff_drops_the_set(self, tmp_path, make_recording):
+    def test_a_missing_last_tag_and_fewer_values_are_refused(self, tmp_path, make_recording):
         path = tmp_path / "open.uff"
         make_recording("uff", path)
         path.write_bytes(path.read_bytes().rstrip()[:-6])
         with pytest.raises(RecordingError, match="do not enclose whole data sets"):
             open_recording(path)
-
-    def test_fewer_values_than_declared_are_refused(self, tmp_path, make_recording):
         path = tmp_path / "fewer.uff"
         make_recording("uff", path)
         lines = path.read_text().splitlines(keepends=True)
@@ -242,3 +237,129 @@ class TestHdf5:
             np.testing.assert_array_equal(recording.read("force", 0, 48), WAVE[:48])
             with pytest.raises(RecordingError):
                 recording.read("force", 40, 64)
+
+
+def test_whole_elements_are_taken_where_the_library_is_there(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "idelib", None)
+    path = tmp_path / "shot.ide"
+    path.write_bytes(b"\x1a\x45\xdf\xa3\x80")
+    with pytest.raises(RecordingError, match=r"idelib, which is not installed; pip install 'pyroshock\[ide\]'"):
+        open_recording(path)
+    # lengths of one byte, of two, and none
+    (tmp_path / "shot.ide").write_bytes(b"\x1a\x45\xdf\xa3\x81x" + b"\xa1\x40\x03xyz" + b"\xec\x80")
+    refuse_cut(tmp_path / "shot.ide")
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (b"RIFF", "does not start as an EBML file"),
+        (b"\x1a\x45\xdf\xa3\x82\x00", "is cut: 6 bytes, and an element ends at byte 7"),
+        (b"\x1a\x45\xdf\xa3\x80\x00\x80", "no whole element starts at byte 5"),
+        (b"\x1a\x45\xdf\xa3\x80\xa1", "no whole element starts at byte 5"),
+    ],
+)
+def test_elements_that_are_not_whole_are_refused(tmp_path, content, reason):
+    (tmp_path / "shot.ide").write_bytes(content)
+    with pytest.raises(RecordingError, match=rf"^shot\.ide: .*{reason}"):
+        refuse_cut(tmp_path / "shot.ide")
+
+
+@pytest.fixture
+def shot(make_recording, tmp_path):
+    """A file and what it holds; `scaled` writes another time scale into it."""
+    pytest.importorskip("idelib", reason="the extra [ide] is not installed")
+    path = tmp_path / "shot.ide"
+    return path, make_recording("ide", path)
+
+
+def scaled(path, expression):
+    content = path.read_bytes()
+    assert content.count(b"1.0/50000") == 1
+    path.write_bytes(content.replace(b"1.0/50000", expression))
+
+
+def test_the_recorder_is_told_in_the_header_and_a_time_scale_can_be_a_number(shot):
+    path, truth = shot
+    with open_recording(path) as recording:
+        header = recording.info("force").header
+        assert (header["ProductName"], header["RecorderSerial"], header["sensor"]) == ("Slam Stick C", 428, "Load cell")
+        np.testing.assert_array_equal(recording.read("force", 5, 9), truth.channels["force"][5:9])
+    scaled(path, b"  0.00004")
+    with open_recording(path) as recording:
+        assert recording.info("force").sampling_rate_hz == 25_000.0
+
+
+@pytest.mark.parametrize("expression", [b"9**9**9*9", b"().__x__ ", b"1.0/0.000", b"exp(1)/20"])
+def test_a_time_scale_is_never_run(shot, expression):
+    scaled(shot[0], expression)
+    with pytest.raises(RecordingError, match=r"^shot\.ide: .*is no number and no ratio of two"):
+        open_recording(shot[0])
+
+
+RATE_HZ = 51200
+TWO_WAVES = np.column_stack([np.sin(np.arange(200) / 7), np.linspace(-1, 0.999, 200)])
+#: The head of the samples: 800 bytes.
+SIZE = b"data" + struct.pack("<I", 800)
+
+
+@pytest.mark.parametrize(
+    ("dtype", "full_scale", "read_as"),
+    [("i2", 2**15, "<f4"), ("i4", 2**31, "<f8"), ("f4", 1.0, "<f4"), ("f8", 1.0, "<f8")],
+)
+@pytest.mark.parametrize("channels", [1, 2])
+def test_samples_are_shares_of_the_full_scale(tmp_path, dtype, full_scale, read_as, channels):
+    written = (TWO_WAVES[:, :channels] * full_scale).astype(dtype)
+    wavfile.write(tmp_path / "shot.wav", RATE_HZ, written)
+    with open_recording(tmp_path / "shot.wav") as recording:
+        assert [c.name for c in recording.channels] == [f"ch{i + 1}" for i in range(channels)]
+        for number, channel in enumerate(recording.channels):
+            assert (channel.sampling_rate_hz, channel.unit, channel.dtype) == (RATE_HZ, None, read_as)
+            read = recording.read(channel.name)
+            np.testing.assert_array_equal(read.astype(float), written[:, number].astype(float) / full_scale)
+
+
+@pytest.mark.parametrize(("bytes_each", "zero"), [(1, 128), (3, 0)])
+def test_eight_and_24_bits_are_exact(tmp_path, bytes_each, zero):
+    full_scale = 2 ** (8 * bytes_each - 1)
+    counts = np.random.default_rng(1).integers(-full_scale, full_scale, (50, 2))
+    with wave.open(str(tmp_path / "shot.wav"), "wb") as file:
+        file.setparams((2, bytes_each, RATE_HZ, 0, "NONE", ""))
+        packed = (int(n + zero).to_bytes(bytes_each, "little", signed=zero == 0) for n in counts.ravel())
+        file.writeframes(b"".join(packed))
+    with open_recording(tmp_path / "shot.wav") as recording:
+        np.testing.assert_array_equal(recording.read("ch2") * full_scale, counts[:, 1])
+
+
+def test_columns_name_the_channels(tmp_path):
+    wavfile.write(tmp_path / "shot.wav", RATE_HZ, TWO_WAVES.astype("f4"))
+    with open_recording(tmp_path / "shot.wav", ReadingOptions(("force [V]", "acc"))) as recording:
+        assert [(c.name, c.unit) for c in recording.channels] == [("force", "V"), ("acc", None)]
+        np.testing.assert_array_equal(recording.read("acc", 3, 9), TWO_WAVES[3:9, 1].astype("f4"))
+    with open_recording(tmp_path / "shot.wav", ReadingOptions(("", "acc"))) as recording:
+        assert [c.name for c in recording.channels] == ["acc"]
+    with pytest.raises(RecordingError, match=r"has 2 channels, and 1 columns are named \(force\)"):
+        open_recording(tmp_path / "shot.wav", ReadingOptions(("force",)))
+    with pytest.raises(RecordingError, match=r"sampling rate of 51200.0 Hz, and 48000.0 Hz is given for it"):
+        open_recording(tmp_path / "shot.wav", ReadingOptions(sampling_rate_hz=48000.0))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        (SIZE, b"data" + struct.pack("<I", 0xFFFFFFF0), "is cut: a part of it ends at byte"),
+        (SIZE, b"data" + struct.pack("<I", 799), "do not go into 799 bytes in blocks of 4"),
+        (b"fmt ", b"fmt_", "has no chunks 'fmt ' and 'data'"),
+        (struct.pack("<HH", 1, 2), struct.pack("<HH", 6, 2), "format 6 with 16 bits; expected PCM"),
+        (struct.pack("<HH", 1, 2), struct.pack("<HH", 1, 0), "0 channels of 16 bits"),
+        (b"RIFF", b"RF64", "RF64 is not read"),
+    ],
+)
+def test_what_is_no_whole_file_is_refused(tmp_path, old, new, reason):
+    path = tmp_path / "shot.wav"
+    wavfile.write(path, RATE_HZ, (TWO_WAVES * 1000).astype("i2"))
+    content = path.read_bytes()
+    assert old in content
+    path.write_bytes(content.replace(old, new, 1))
+    with pytest.raises(RecordingError, match=rf"^shot\.wav: .*{reason}"):
+        open_recording(path)

@@ -25,15 +25,20 @@ def _read(path):
 
 
 class TestTektronix:
-    def test_settings_above_give_units_and_rate(self, written):
+    def test_settings_above_or_beside_give_units_and_rate(self, written):
         facts, samples = _read(written(MDO3014))
         assert facts == dict.fromkeys(("CH1", "D11", "D10"), ("V", 250e6, -4.72e-4))
         assert samples == {"CH1": [0.68, 0.28, 0.2, -1.32], "D11": [0, 1, 0, 0], "D10": [1, 0, 0, 1]}
-
-    def test_each_channel_has_its_unit(self, written):
         facts, samples = _read(written(MSO58))
         assert facts == {"CH1": ("V", 1e6, -2e-6), "CH2": ("A", 1e6, -2e-6)}
         assert samples["CH2"] == [1.5, 1.6, 1.7, 1.8, 1.9]
+        facts, samples = _read(written(TDS2014))
+        assert facts == {"CH1": ("V", 2.5e6, -5e-4)}
+        assert samples["CH1"][:9] == [0.0, 0.02, 0.04, 0.06, 0.04, 0.02, 0.0, -0.02, 0.0]
+        assert len(samples["CH1"]) == 20
+        facts, samples = _read(written(TDS500))
+        assert facts == {"CH2": (None, pytest.approx(625e6, rel=1e-6), -6.24e-8)}
+        assert samples["CH2"][3] == 0.016
 
     def test_time_that_is_printed_coarsely_gives_way_to_the_interval(self, written):
         coarse = MSO58.replace("-2.000000e-06,", "1.000001,").replace("-1.000000e-06,", "1.000002,")
@@ -43,28 +48,15 @@ class TestTektronix:
             assert recording.info("CH1").sampling_rate_hz == 1e6
             assert recording.info("CH1").header["time_printed_coarsely"] is True
 
-    def test_settings_beside_the_numbers_are_no_numbers(self, written):
-        facts, samples = _read(written(TDS2014))
-        assert facts == {"CH1": ("V", 2.5e6, -5e-4)}
-        assert samples["CH1"][:9] == [0.0, 0.02, 0.04, 0.06, 0.04, 0.02, 0.0, -0.02, 0.0]
-        assert len(samples["CH1"]) == 20
-
-    def test_quoted_settings_are_read(self, written):
-        facts, samples = _read(written(TDS500))
-        assert facts == {"CH2": (None, pytest.approx(625e6, rel=1e-6), -6.24e-8)}
-        assert samples["CH2"][3] == 0.016
-
     @pytest.mark.parametrize("text", [MDO3014, MSO58, TDS2014], ids=["MDO3014", "MSO58", "TDS2014"])
     def test_a_file_without_its_last_lines_is_refused(self, written, text):
         cut = "".join(text.splitlines(keepends=True)[:-1])
         with pytest.raises(RecordingError, match=r"states a Record Length of \d+ and holds \d+ lines; it is cut"):
             open_recording(written(cut))
 
-    def test_a_part_that_was_chosen_is_shorter(self, written):
+    def test_a_part_that_was_chosen_is_shorter_and_a_spectrum_is_none(self, written):
         chosen = "".join(MDO3014.replace("0.0% to", "40.0% to").splitlines(keepends=True)[:-1])
         assert len(_read(written(chosen))[1]["CH1"]) == 3
-
-    def test_a_spectrum_is_no_recording(self, written):
         with pytest.raises(RecordingError, match="'TIME' is in 'Hz'; expected one of s, ms, us, ns"):
             open_recording(written(MSO58.replace("Units,s,s", "Units,Hz,Hz")))
 
@@ -78,11 +70,9 @@ class TestPicoScope:
         assert facts == {"Channel A": ("V", rate, -10 / rate), "Channel B": ("mV", rate, -10 / rate)}
         assert samples["Channel A"] == [4.825282, 2.0, -4.804224]
 
-    def test_a_voltage_beyond_the_range_is_infinite(self, written):
+    def test_a_voltage_beyond_the_range_is_infinite_and_commas_come_with_semicolons(self, written):
         _, samples = _read(written(PICO.format(PICO_ROWS)))
         assert samples == {"Channel A": [4.825282, np.inf, -4.804224], "Channel B": [-15.9, -3.98, -np.inf]}
-
-    def test_decimal_commas_come_with_semicolons(self, written):
         german = "Zeit;Kanal A\n(ms);(V)\n\n0,00;1,5\n0,01;2,5\n".replace("Zeit", "Time")
         assert _read(written(german)) == ({"Kanal A": ("V", 1e5, 0.0)}, {"Kanal A": [1.5, 2.5]})
 

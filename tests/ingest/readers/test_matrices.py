@@ -56,20 +56,16 @@ def write(request, tmp_path):
 
 @pytest.mark.parametrize("lies", [False, True], ids=["n x k", "k x n"])
 class TestMatrix:
-    def test_columns_have_the_names_given(self, write, lies):
+    def test_columns_have_names_or_numbers_and_can_be_the_time(self, write, lies):
         with open_recording(write(TABLE.T if lies else TABLE), NAMED) as recording:
             facts = [(c.name, c.unit, c.samples, c.sampling_rate_hz) for c in recording.channels]
             assert facts == [("force", "N", 50, 51200.0), ("acc", None, 50, 51200.0), ("laser", None, 50, 51200.0)]
             for number, name in enumerate(("force", "acc", "laser")):
                 np.testing.assert_array_equal(recording.read(name), TABLE[:, number])
                 np.testing.assert_array_equal(recording.read(name, 3, 9), TABLE[3:9, number])
-
-    def test_columns_have_numbers_where_no_names_are_given(self, write, lies):
         with open_recording(write(TABLE.T if lies else TABLE), RATE_ALONE) as recording:
             assert [c.name for c in recording.channels] == ["data_1", "data_2", "data_3"]
             np.testing.assert_array_equal(recording.read("data_2"), TABLE[:, 1])
-
-    def test_one_column_can_be_the_time(self, write, lies):
         table = np.column_stack([np.arange(50) / 51.2, TABLE])
         options = ReadingOptions(("time [ms]", "a", "b", "c"))
         with open_recording(write(table.T if lies else table), options) as recording:
@@ -77,12 +73,9 @@ class TestMatrix:
             np.testing.assert_array_equal(recording.read("c"), TABLE[:, 2])
 
 
-def test_a_matrix_without_a_rate_is_refused(write):
+def test_a_matrix_without_a_rate_and_two_that_the_names_fit_are_refused(write, tmp_path):
     with pytest.raises(RecordingError, match=r"has no sampling rate; .*sampling_rate_hz under"):
         open_recording(write(TABLE))
-
-
-def test_two_matrices_that_the_names_fit_are_refused(tmp_path):
     np.savez(tmp_path / "shot.npz", a=TABLE, b=TABLE)
     with pytest.raises(RecordingError, match="3 columns are named, and 'a', 'b' have as many; expected one"):
         open_recording(tmp_path / "shot.npz", NAMED)
@@ -187,27 +180,21 @@ class TestStructures:
             assert facts == {"force": ("<f8", 51200.0), "acc": ("<f4", 51200.0)}
             for name in ("force", "shot.force", "shot/force"):
                 np.testing.assert_array_equal(recording.read(name), TABLE[:, 0])
-
-    def test_a_time_field_gives_the_rate(self, tmp_path, compressed):
         shot = {"time": np.arange(50) / 1000 - 0.01, "bench": {"force": TABLE[:, 0]}}
         savemat(tmp_path / "shot.mat", {"shot": shot}, do_compression=compressed)
         with open_recording(tmp_path / "shot.mat") as recording:
             assert recording.info("shot.bench.force").sampling_rate_hz == 1000
             assert recording.info("force").start_s == -0.01
-
-    def test_fields_of_one_name_have_their_structure_before_it(self, tmp_path, compressed):
         parts = {"fs": 1000.0, "a": {"force": TABLE[:, 0]}, "b": {"force": TABLE[:, 1]}}
         savemat(tmp_path / "shot.mat", parts, do_compression=compressed)
         with open_recording(tmp_path / "shot.mat") as recording:
             assert [c.name for c in recording.channels] == ["a/force", "b/force"]
             np.testing.assert_array_equal(recording.read("b.force"), TABLE[:, 1])
-
-    def test_a_matrix_in_a_field_is_columns(self, tmp_path, compressed):
         savemat(tmp_path / "shot.mat", {"shot": {"y": TABLE, "note": {}}}, do_compression=compressed)
         with open_recording(tmp_path / "shot.mat", NAMED) as recording:
             np.testing.assert_array_equal(recording.read("laser"), TABLE[:, 2])
 
-    def test_fields_that_are_no_numbers_are_refused_when_asked_for(self, tmp_path, compressed):
+    def test_fields_that_are_no_numbers_are_refused_and_rows_left_alone(self, tmp_path, compressed):
         cells = np.empty(2, dtype=object)
         cells[:] = [TABLE, "x"]
         shot = {"fs": 1000.0, "force": TABLE[:, 0], "wave": TABLE[:, 0] + 1j, "cells": cells, "none": np.empty(0)}
@@ -217,8 +204,6 @@ class TestStructures:
             for name, reason in (("shot.wave", "complex"), ("cells", "an object"), ("none", "empty")):
                 with pytest.raises(RecordingError, match=f"{name.split('.')[-1]}' is {reason}"):
                     recording.read(name)
-
-    def test_rows_of_structures_are_left_alone(self, tmp_path, compressed):
         rows = np.zeros((1, 2), dtype=[("force", object)])
         rows["force"] = [[TABLE[:, 0], TABLE[:, 1]]]
         contents = {"rows": rows, "fs": 1000.0, "force": TABLE[:, 2]}

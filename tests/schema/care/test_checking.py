@@ -74,19 +74,13 @@ def test_each_damage_is_found_at_its_place_and_a_sound_store_sound(care_store):
 
 
 @pytest.mark.slow
-def test_a_campaign_is_looked_at_alone(care_store):
+def test_a_campaign_is_looked_at_alone_and_fast_counts_chunks_and_reads_none(care_store):
     execute(care_store, "DELETE FROM series_chunks WHERE channel_id = 2 AND number = 2")
+    place = f"{HAMMER} {FIRST} acceleration_1"
     assert found(care_store, GUN) == []
-    assert found(care_store, HAMMER) == [
-        ("series", f"{HAMMER} {FIRST} acceleration_1 2", "channel 2: chunk 2 is missing")
-    ]
-
-
-@pytest.mark.slow
-def test_fast_counts_chunks_and_reads_none(care_store):
-    execute(care_store, "DELETE FROM series_chunks WHERE channel_id = 2 AND number = 1")
+    assert found(care_store, HAMMER) == [("series", f"{place} 2", "channel 2: chunk 2 is missing")]
     flip(care_store, "series_chunks", "frame", "channel_id = 1 AND number = 1", 40)
-    assert found(care_store, fast=True) == [("series", f"{HAMMER} {FIRST} acceleration_1", "2 chunks; expected 3")]
+    assert found(care_store, fast=True) == [("series", place, "2 chunks; expected 3")]
 
 
 @pytest.mark.slow

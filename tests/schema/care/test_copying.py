@@ -75,7 +75,7 @@ def assert_empty_after_kills(source, target):
 
 
 @pytest.mark.slow
-def test_a_copy_that_fails_leaves_no_file(care_copy, tmp_path):
+def test_a_copy_that_fails_leaves_no_file_and_a_row_written_meanwhile_is_in_none(care_copy, tmp_path):
     def stop(_done, _total, what):
         if what == "verifying impacts":
             raise RuntimeError("on purpose")
@@ -83,6 +83,15 @@ def test_a_copy_that_fails_leaves_no_file(care_copy, tmp_path):
     with pytest.raises(RuntimeError, match="on purpose"):
         copied(care_copy, url_of(tmp_path / "new.db"), stop)
     assert [file.name for file in tmp_path.glob("new.db*")] == []
+
+    def write(_done, _total, what):
+        if what == "copying provenance":
+            execute(care_copy, "UPDATE materials SET source = 'changed'")
+
+    tables = copied(care_copy, url_of(tmp_path / "new.db"), write)
+    assert tables != copied(care_copy, url_of(tmp_path / "later.db"))
+    with opened(url_of(tmp_path / "new.db")) as store, store.reading() as session:
+        assert "changed" not in set(session.scalars(select(Material.source)))
 
 
 def test_a_copy_that_differs_is_not_kept(care_copy, tmp_path, monkeypatch):
@@ -101,18 +110,6 @@ def test_a_copy_that_differs_is_not_kept(care_copy, tmp_path, monkeypatch):
     with pytest.raises(StoreError, match="table impacts does not read back"):
         copied(care_copy, url_of(tmp_path / "new.db"))
     assert not (tmp_path / "new.db").exists()
-
-
-@pytest.mark.slow
-def test_a_row_written_meanwhile_is_in_no_copy(care_copy, tmp_path):
-    def write(_done, _total, what):
-        if what == "copying provenance":
-            execute(care_copy, "UPDATE materials SET source = 'changed'")
-
-    tables = copied(care_copy, url_of(tmp_path / "new.db"), write)
-    assert tables != copied(care_copy, url_of(tmp_path / "later.db"))
-    with opened(url_of(tmp_path / "new.db")) as store, store.reading() as session:
-        assert "changed" not in set(session.scalars(select(Material.source)))
 
 
 @pytest.mark.slow

@@ -80,19 +80,26 @@ def test_modal_hammer_hit_neither_warns_nor_rejects(channel_of, contact_at_peak,
     assert [f for f in findings if f.severity != "note"] == []
 
 
-def test_healthy_campaigns_give_nothing_but_notes_on_noise(channel_of, contact_at_peak, shared):
+@pytest.mark.parametrize(
+    ("folders", "count", "checks"),
+    [
+        ("shared", 120, {"pre-trigger-noise"}),
+        ("examples", 52, {"pre-trigger-noise", "truncation", "few-samples"}),
+    ],
+)
+def test_healthy_campaigns_give_nothing_but_notes(channel_of, contact_at_peak, request, folders, count, checks):
     from scipy.io import loadmat
 
     found, recordings = Counter[tuple[str, str]](), 0
-    for path in sorted(shared.glob("examples/*/recordings/*.mat")):
-        record = loadmat(path, squeeze_me=True)
+    for path in sorted(request.getfixturevalue(folders).glob("**/recordings/*.[mn]*")):
+        record = np.load(path) if path.suffix == ".npz" else loadmat(path, squeeze_me=True)
         recordings += 1
         contacts = contact_at_peak(record["force"])
         for name in record.keys() & {"force", "acceleration_1", "acceleration_2"}:
             channel = channel_of(record[name], name.split("_")[0], float(record["fs"]))
             found.update((f.check, f.severity) for f in run_checks(channel, contacts))
-    assert recordings == 120
-    assert found.keys() == {("pre-trigger-noise", "note")}
+    assert recordings == count
+    assert found.keys() == {(check, "note") for check in checks}
 
 
 @pytest.mark.bench

@@ -175,17 +175,10 @@ def check_refuses_other_inputs(estimator: Estimator) -> None:
 
 #: All but those that take a limit.
 CHECKS: tuple[Callable[[Estimator], None], ...] = (
-    check_settings_rebuild,
-    check_not_fitted,
-    check_fit_returns_self,
-    check_shapes,
-    check_row_by_row,
-    check_round_trip,
-    check_same_seed_same_numbers,
-    check_refit,
-    check_refuses_other_arrays,
+    check_settings_rebuild, check_not_fitted, check_fit_returns_self, check_shapes, check_row_by_row,
+    check_round_trip, check_same_seed_same_numbers, check_refit, check_refuses_other_arrays,
     check_refuses_other_inputs,
-)
+)  # fmt: skip
 
 
 def error_of(estimator: Estimator) -> float:

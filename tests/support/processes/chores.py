@@ -1,13 +1,16 @@
-"""What workers are asked to do in tests: they import it by name."""
+"""What workers are asked to do in tests: they import it by name, as nothing that is installed is called `support`."""
 
 from __future__ import annotations
 
 import os
 import signal
+import threading
 import time
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
+from pyroshock.ingest.readers.contents import limited
 
 
 def squared(number: int) -> int:
@@ -73,3 +76,43 @@ def held(number: int, folder: Path) -> int:
 
 def away(genes: tuple[int, ...]) -> float:
     return float(sum((gene - 2) ** 2 for gene in genes))
+
+
+def dies_on_three(x: int) -> int:
+    if x % 10 == 3:
+        os._exit(139)
+    return x * x
+
+
+def raises_on_three(x: int) -> int:
+    if x == 3:
+        raise ValueError("three")
+    return x
+
+
+def hangs_on_three(x: int) -> int:
+    if x == 3:
+        threading.Event().wait()
+    return x
+
+
+def walks_in_circles_on_three(x: int) -> int:
+    """As libhdf5 does: no limit on the clock, and processor time for ever."""
+    with limited(0.2):
+        while x == 3:
+            pass
+    return x
+
+
+def lost(_: int) -> int:
+    return -1
+
+
+def patience(x: int) -> float:
+    return 1.0 if x == 3 else 30.0
+
+
+def dies_and_leaves_a_mark(path: Path) -> NoReturn:
+    with path.open("a") as file:
+        file.write("x")
+    os._exit(139)

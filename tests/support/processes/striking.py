@@ -79,13 +79,9 @@ class Forge:
     def start(self, place: Place, at: int = 0) -> int:
         """The number of the process that runs the place's command; with `at`, it is killed at that statement."""
         asked = {
-            "command": list(place.command),
-            "environment": dict(place.environment),
-            "folder": str(place.folder),
-            "errors": str(self.errors),
-            "count": str(self.count),
-            "at": at,
-        }
+            "command": list(place.command), "environment": dict(place.environment), "folder": str(place.folder),
+            "errors": str(self.errors), "count": str(self.count), "at": at,
+        }  # fmt: skip
         print(json.dumps(asked), file=self._process.stdin, flush=True)
         return int(self._process.stdout.readline())
 

@@ -19,26 +19,15 @@ from typing import Any
 
 #: What commands import within their functions.
 IMPORTS = (
-    "alembic.command",
-    "alembic.autogenerate",
-    "psycopg",
-    "pyroshock.app.ingest.archiving",
-    "pyroshock.app.ingest.removal",
-    "pyroshock.ingest.load",
-    "scipy.interpolate",
-    "scipy.io",
-    "scipy.signal",
+    "alembic.command", "alembic.autogenerate", "psycopg", "pyroshock.app.ingest.archiving",
+    "pyroshock.app.ingest.removal", "pyroshock.ingest.load", "scipy.interpolate", "scipy.io", "scipy.signal",
     "tqdm",
-)
+)  # fmt: skip
 #: And those around models, which take longer than all others.
 OF_MODELS = (
-    "mlflow.models",
-    "mlflow.pyfunc",
-    "pandas",
-    "pyroshock.training.registry.promotion",
-    "pyroshock.training.fitting.session",
-    "sklearn.linear_model",
-)
+    "mlflow.models", "mlflow.pyfunc", "pandas", "pyroshock.training.registry.promotion",
+    "pyroshock.training.fitting.session", "sklearn.linear_model",
+)  # fmt: skip
 
 
 def main() -> None:

@@ -29,13 +29,9 @@ def tracking_server(folder: Path, command: str, *options: str) -> Iterator[str]:
     log = folder / "server.log"
     with log.open("w") as output:
         process = subprocess.Popen(
-            [sys.executable, "-m", "mlflow", command, *options, *where],
-            env=os.environ | _QUIET,
-            cwd=folder,
-            stdout=output,
-            stderr=subprocess.STDOUT,
-            start_new_session=True,
-        )
+            [sys.executable, "-m", "mlflow", command, *options, *where], env=os.environ | _QUIET, cwd=folder,
+            stdout=output, stderr=subprocess.STDOUT, start_new_session=True,
+        )  # fmt: skip
     try:
         _wait(process, f"http://127.0.0.1:{port}/health", log)
         yield f"http://127.0.0.1:{port}"

@@ -11,15 +11,9 @@ from pyroshock.virtualbench.effects import Effects
 
 #: A row of a gun's plan.
 GUN_ROW = {
-    "run": "3",
-    "plate_material": "aluminum",
-    "anvil_material": "none",
-    "insulator": "none",
-    "tip_material": "PLA",
-    "tip_radius_mm": "30",
-    "bullet_mass_kg": "0.2",
-    "tank_pressure_bar": "1.5",
-}
+    "run": "3", "plate_material": "aluminum", "anvil_material": "none", "insulator": "none", "tip_material": "PLA",
+    "tip_radius_mm": "30", "bullet_mass_kg": "0.2", "tank_pressure_bar": "1.5",
+}  # fmt: skip
 
 
 def shot(effects: Effects, seed: int = 1, **other: str) -> Taken:

@@ -22,17 +22,10 @@ def lines(folder: Path = FOLDER) -> Iterator[str]:
 
 def _line(each: BenchFigures) -> str:
     cells = [
-        each.name,
-        str(each.n),
-        _quantile(each.fraction),
-        _quantile(each.true_fraction),
-        _quantile(each.naive),
-        _rate(each.at_least_naive),
-        _rate(each.largest_named),
-        _rate(each.large_named),
-        _rate(each.off_named),
+        each.name, str(each.n), _quantile(each.fraction), _quantile(each.true_fraction), _quantile(each.naive),
+        _rate(each.at_least_naive), _rate(each.largest_named), _rate(each.large_named), _rate(each.off_named),
         _rate(each.unknown_first),
-    ]
+    ]  # fmt: skip
     return f"| {' | '.join(cells)} |"
 
 

@@ -89,6 +89,16 @@ def write_recording(path: Path, channels: Mapping[str, NDArray[Any]], fs_hz: flo
     savemat(path, {"fs": fs_hz, **channels}, do_compression=True)
 
 
+def write_folder(folder: Path, toml: str, runs: str | Sequence[str], recordings: Mapping[str, Any]) -> Path:
+    """A new folder: campaign.toml, runs.csv as text or lines, and recordings by file name, .npz of these arrays."""
+    folder.mkdir(parents=True)
+    (folder / "campaign.toml").write_text(toml, encoding="utf-8")
+    (folder / "runs.csv").write_text(runs if isinstance(runs, str) else "\n".join(runs) + "\n", encoding="utf-8")
+    for name, arrays in recordings.items():
+        np.savez(folder / name, **arrays)
+    return folder
+
+
 def write_runs(folder: Path, rows: Sequence[Row], delimiter: str = ",") -> None:
     """`runs.csv` with the columns of the first row."""
     with (folder / "runs.csv").open("w", newline="", encoding="utf-8") as file:

@@ -83,15 +83,10 @@ def strikes_of(settings: Sequence[tuple[str, float, str, str]], velocity_m_s: np
 
 def _setting(tip: str, radius: float, anvil: str, _insulator: str) -> Setting:
     return Setting(
-        impactor_mass_kg=MASS_KG,
-        tip=THESIS[tip],
-        tip_radius_m=radius,
-        plate=THESIS["aluminum"],
-        plate_thickness_m=0.01,
-        plate_mass_kg=8.0,
-        impact_velocity_m_s=1.0,
+        impactor_mass_kg=MASS_KG, tip=THESIS[tip], tip_radius_m=radius, plate=THESIS["aluminum"],
+        plate_thickness_m=0.01, plate_mass_kg=8.0, impact_velocity_m_s=1.0,
         anvil=None if anvil == "none" else THESIS[anvil],
-    )
+    )  # fmt: skip
 
 
 def without(record: CampaignRecord, row: int, **missing: object) -> CampaignRecord:

@@ -20,20 +20,13 @@ MATERIALS = {
 
 #: The thesis's 13 (Table 4.3), as `dataset/data/hammer.toml` names them.
 PREDICTORS = (
-    Predictor("tip_radius", "m"),
-    Predictor("tip_youngs_modulus", "Pa"),
-    Predictor("tip_poisson_ratio"),
-    Predictor("tip_density", "kg/m3"),
-    Predictor("tip_yield_strength", "Pa"),
-    Predictor("impact_velocity", "m/s"),
-    Predictor("plate_youngs_modulus", "Pa"),
-    Predictor("plate_poisson_ratio"),
-    Predictor("plate_density", "kg/m3"),
-    Predictor("plate_yield_strength", "Pa"),
-    Predictor("anvil_material", levels=("none", "aluminum", "steel")),
+    Predictor("tip_radius", "m"), Predictor("tip_youngs_modulus", "Pa"), Predictor("tip_poisson_ratio"),
+    Predictor("tip_density", "kg/m3"), Predictor("tip_yield_strength", "Pa"), Predictor("impact_velocity", "m/s"),
+    Predictor("plate_youngs_modulus", "Pa"), Predictor("plate_poisson_ratio"), Predictor("plate_density", "kg/m3"),
+    Predictor("plate_yield_strength", "Pa"), Predictor("anvil_material", levels=("none", "aluminum", "steel")),
     Predictor("insulator", levels=("none", "polymeric")),
     Predictor("boundary_conditions", levels=("free", "fixed")),
-)
+)  # fmt: skip
 
 _RADIUS_M = {"aluminum": 0.03, "delrin": 0.03, "polyurethane": 0.015}
 _TIME_S = {"aluminum": 2e-4, "delrin": 6e-4, "polyurethane": 3e-3}

@@ -165,14 +165,10 @@ def write_ide(path: Path, truth: Truth) -> Truth:
         for number, name in enumerate(truth.channels)
     ]
     channel = {
-        "ChannelID": 20,
-        "ChannelName": "Bench",
-        "ChannelCalibrationIDRef": 1,
-        "ChannelFormat": "<" + "f" * len(parts),
-        "TimeCodeScale": f"1.0/{truth.rate_hz:g}",
-        "TimeCodeModulus": 2**24,
-        "SubChannel": parts,
-    }
+        "ChannelID": 20, "ChannelName": "Bench", "ChannelCalibrationIDRef": 1,
+        "ChannelFormat": "<" + "f" * len(parts), "TimeCodeScale": f"1.0/{truth.rate_hz:g}",
+        "TimeCodeModulus": 2**24, "SubChannel": parts,
+    }  # fmt: skip
     facts = {
         "RecorderInfo": {"RecorderSerial": 428, "ProductName": "Slam Stick C"},
         "SensorList": {"Sensor": {"SensorID": 20, "SensorName": "Load cell"}},

@@ -145,23 +145,12 @@ class ScalarGun:
 
 
 _NAMES = {
-    "atmosphere_pa": "atmosphere",
-    "discharge_coefficient": "discharge",
-    "wear_m": "wear",
-    "gauge_discharge_coefficient": "gauge_discharge",
-    "loss_coefficient": "loss",
-    "opening_time_s": "opening",
-    "steady_loss_coefficient": "steady_loss",
-    "friction_factor": "friction_factor",
-    "drag_coefficient": "drag",
-    "gas_heads": "gas_heads",
-    "added_coefficient": "added_friction",
-    "seal_force_n": "seal",
-    "seal_share": "seal_share",
-    "share": "heat",
-    "rate_1_s": "heat_rate",
-    "volume_m3": "dead",
-}
+    "atmosphere_pa": "atmosphere", "discharge_coefficient": "discharge", "wear_m": "wear",
+    "gauge_discharge_coefficient": "gauge_discharge", "loss_coefficient": "loss", "opening_time_s": "opening",
+    "steady_loss_coefficient": "steady_loss", "friction_factor": "friction_factor", "drag_coefficient": "drag",
+    "gas_heads": "gas_heads", "added_coefficient": "added_friction", "seal_force_n": "seal",
+    "seal_share": "seal_share", "share": "heat", "rate_1_s": "heat_rate", "volume_m3": "dead",
+}  # fmt: skip
 
 #: Of each parameter, from which tests draw.
 WITHIN = {

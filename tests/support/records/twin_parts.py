@@ -13,14 +13,9 @@ from pyroshock.twin.plate.modal import ModalPlate
 from pyroshock.twin.setting import THESIS, Setting
 
 BENCH = GunBench(
-    tank_volume_m3=0.0095,
-    bore_diameter_m=0.049,
-    projectile_diameter_m=0.048,
-    travel_m=0.9,
-    friction_coefficient=1.464,
-    heat_capacity_ratio=1.4,
-    efficiency=0.5,
-)
+    tank_volume_m3=0.0095, bore_diameter_m=0.049, projectile_diameter_m=0.048, travel_m=0.9,
+    friction_coefficient=1.464, heat_capacity_ratio=1.4, efficiency=0.5,
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -78,13 +73,9 @@ def unsolved(drawing: Any, _material: Any, _highest_hz: float, _folder: Any, poi
 def setting(**own: Any) -> Setting:
     """Half a kilogram of steel on aluminium at 8 m/s, unless told."""
     given: dict[str, Any] = {
-        "impactor_mass_kg": 0.5,
-        "tip": THESIS["steel"],
-        "tip_radius_m": 0.045,
-        "plate": THESIS["aluminum"],
-        "plate_thickness_m": 0.01,
-        "plate_mass_kg": 8.0,
-    }
+        "impactor_mass_kg": 0.5, "tip": THESIS["steel"], "tip_radius_m": 0.045, "plate": THESIS["aluminum"],
+        "plate_thickness_m": 0.01, "plate_mass_kg": 8.0,
+    }  # fmt: skip
     if "tank_pressure_pa" not in own:
         given["impact_velocity_m_s"] = 8.0
     return Setting(**given | own)

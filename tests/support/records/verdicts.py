@@ -154,14 +154,10 @@ def unknown(**changed: Any) -> Verdict:
 def none() -> Verdict:
     """Agreement: nothing to see."""
     return verdict(
-        gap=GapSize("rms of ln", 0.008, 0.009, 0.01, False),
-        where=Where(),
-        causes=(Cause(("none",), 0.97), Cause(("unknown",), 0.03)),
-        shrinkage=(),
-        next_runs=(),
-        fits={},
+        gap=GapSize("rms of ln", 0.008, 0.009, 0.01, False), where=Where(),
+        causes=(Cause(("none",), 0.97), Cause(("unknown",), 0.03)), shrinkage=(), next_runs=(), fits={},
         pictures=Pictures(),
-    )
+    )  # fmt: skip
 
 
 def pictures() -> Pictures:

@@ -28,14 +28,10 @@ def gun_shots(seed: int, configurations: int = 30, repetitions: int = 3) -> tupl
     """Shots of the thesis's factors (Table 3.2), velocities measured to 1 %, and their true velocities (n,)."""
     rng = np.random.default_rng(seed)
     factors = {
-        "mass": [0.2, 0.5, 1.0],
-        "tip": ["PLA", "aluminum", "steel"],
-        "radius": [0.03, 0.045, 0.06],
-        "plate": ["aluminum", "steel"],
-        "anvil": ["none", "aluminum", "steel"],
-        "insulator": ["none", "polymeric"],
+        "mass": [0.2, 0.5, 1.0], "tip": ["PLA", "aluminum", "steel"], "radius": [0.03, 0.045, 0.06],
+        "plate": ["aluminum", "steel"], "anvil": ["none", "aluminum", "steel"], "insulator": ["none", "polymeric"],
         "velocity": [4.0, 10.0, 18.0],
-    }
+    }  # fmt: skip
     rows = _rows(factors, configurations, rng)
     for row in rows:
         row["velocity"] *= np.exp(0.1 * rng.standard_normal())

@@ -1,14 +1,17 @@
-"""Fresh empty databases for the tests: SQLite always, PostgreSQL where a server can be had."""
+"""Fresh empty databases for the tests, SQLite always, PostgreSQL where a server can be had; and stores to copy."""
 
 from __future__ import annotations
 
 import os
 import shutil
+import sqlite3
 import uuid
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from itertools import count
 from pathlib import Path
+from typing import Any
+from uuid import uuid4
 
 import pytest
 from sqlalchemy import URL, make_url
@@ -147,3 +150,83 @@ def _execute(server: URL, statement: str) -> None:
 
 def _text(url: URL) -> str:
     return url.render_as_string(hide_password=False)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def quick_stores(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., None]]:
+    """A new SQLite file becomes a store by a copy of its tables: making them takes twenty times as long.
+
+    `tests/schema` makes its stores revision by revision, as do processes that tests start. Gives what it stands in for.
+    """
+    from pyroshock.schema import session
+    from sqlalchemy import Pool, event
+
+    really = session._check_revision
+    made: list[Path] = []
+
+    def check(engine: Any, url: str, create: bool) -> None:
+        place = engine.url.database
+        if create and engine.dialect.name == "sqlite" and place and place != ":memory:" and not Path(place).exists():
+            if not made:
+                file = tmp_path_factory.mktemp("tables") / "tables.db"
+                make_tables(f"sqlite:///{file}")
+                made.append(file)
+            _copy_unless_there(made[0], Path(place))
+        really(engine, url, create)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(session, "_check_revision", check)
+        event.listen(Pool, "checkout", _forget_the_disk)
+        yield really
+        event.remove(Pool, "checkout", _forget_the_disk)
+
+
+def _copy_unless_there(tables: Path, place: Path) -> None:
+    """In one step, for others may make a store there at the same moment. What a folder refuses is found out later."""
+    beside = place.with_name(f"{place.name}.{uuid4().hex}")
+    with suppress(OSError):
+        shutil.copyfile(tables, beside)
+        with suppress(FileExistsError):
+            os.link(beside, place)
+    with suppress(OSError):
+        beside.unlink()
+
+
+def _forget_the_disk(connection: Any, _record: Any, _proxy: Any) -> None:
+    """What a process has written outlives it; waiting for the disk guards against the machine's end alone."""
+    if isinstance(connection, sqlite3.Connection) and not connection.in_transaction:
+        connection.execute("PRAGMA synchronous = OFF")
+
+
+@pytest.fixture(scope="session")
+def care_source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the store `lab.db`, and of the campaign folders that it was filled from; tests only read it."""
+    from support.stores.care_stores import fill
+
+    folder = tmp_path_factory.mktemp("care")
+    fill(folder)
+    return folder
+
+
+@pytest.fixture
+def care_copy(care_source: Path, tmp_path: Path) -> str:
+    """The address of an SQLite copy that a test may change."""
+    shutil.copyfile(care_source / "lab.db", tmp_path / "lab.db")
+    return f"sqlite:///{tmp_path / 'lab.db'}"
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def care_store(request: pytest.FixtureRequest, care_source: Path) -> Iterator[str]:
+    """The same on either engine in turn."""
+    if request.param == "sqlite":
+        yield request.getfixturevalue("care_copy")
+        return
+    with request.getfixturevalue("postgres_copy")(care_source / "lab.db") as url:
+        yield url
+
+
+@pytest.fixture
+def postgres_database(postgres_url: str) -> Iterator[str]:
+    """An empty PostgreSQL database."""
+    with fresh_database(postgres_url) as url:
+        yield url

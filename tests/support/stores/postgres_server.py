@@ -109,14 +109,9 @@ class _Server:
         output_file = self.work / f"{program}.out"  # a pipe would stay open in the server and never end
         with output_file.open("wb") as output:
             done = subprocess.run(
-                command,
-                cwd=self.work,
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=output,
-                timeout=60,
+                command, cwd=self.work, stdin=subprocess.DEVNULL, stdout=output, stderr=output, timeout=60,
                 check=False,
-            )
+            )  # fmt: skip
         if done.returncode != 0:
             raise subprocess.CalledProcessError(done.returncode, command, output_file.read_text())
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import subprocess
 import sys
@@ -18,7 +19,7 @@ from pyroshock.schema.recordings import RecordedChannel, Recording
 from pyroshock.schema.series import layout_of, read_slice, series_hash
 from pyroshock.schema.session import Store, Writer, count_rows, open_store
 from pyroshock.schema.tables import metadata
-from sqlalchemy import func, select, text
+from sqlalchemy import event, func, select, text
 from sqlalchemy.orm import Session
 
 #: When and by whom, not what.
@@ -57,6 +58,13 @@ def ingest(url: str, *folders: Path) -> Result:
 def ingested(url: str, *folders: Path) -> Result:
     """`pyroshock ingest` that must succeed."""
     return run_pyroshock("ingest", *folders, "--db", url, "--jobs", "1")
+
+
+def ingest_report(url: str, folder: Path) -> tuple[dict[str, Any], str]:
+    """What an ingest that must succeed says: its report, and its notes."""
+    result = pyroshock("ingest", folder, "--db", url, "--jobs", "1", "--json")
+    assert result.exit_code == 0, result.stderr
+    return json.loads(result.stdout), result.stderr
 
 
 def start_cli(*arguments: str | Path) -> subprocess.Popen[str]:
@@ -122,3 +130,18 @@ def assert_whole(url: str, hits_per_recording: int) -> None:
 
 def _hash(session: Session, row: RecordedChannel) -> str:
     return series_hash(read_slice(session.connection(), row.id, layout_of(row), 0, row.samples))
+
+
+@contextmanager
+def statements(store: Store) -> Iterator[list[str]]:
+    """The list fills with the statements that are sent; one for many rows is one."""
+    said: list[str] = []
+
+    def note(_connection: Any, _cursor: Any, statement: str, *_: Any) -> None:
+        said.append(statement)
+
+    event.listen(store.engine, "before_cursor_execute", note)
+    try:
+        yield said
+    finally:
+        event.remove(store.engine, "before_cursor_execute", note)

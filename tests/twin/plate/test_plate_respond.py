@@ -214,11 +214,13 @@ def test_a_table_is_read_in_rising_order_and_a_german_one_is_the_same(tmp_path):
     assert plate.shapes[1, 0] == 4.25
 
 
-def test_the_shared_example_is_read(shared):
-    plate = read_modal_table(shared / "examples" / "plate-damping" / "plate_modes.csv")
-    assert plate.frequency_hz[:2].tolist() == [231.0, 402.0]
+def test_an_example_is_read(examples):
+    path = examples / "plate-damping" / "plate_modes.csv"
+    rows = np.genfromtxt(path, delimiter=",", names=True)
+    plate = read_modal_table(path)
+    assert plate.frequency_hz.tolist() == rows["frequency_hz"].tolist()
     assert plate.sensors == ("acceleration_1", "acceleration_2")
-    assert plate.shape_impact[0, 0] == -0.272306
+    assert plate.shape_impact[0].tolist() == rows["shape_impact"].tolist()
 
 
 @pytest.mark.parametrize(
