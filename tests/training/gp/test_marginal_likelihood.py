@@ -16,7 +16,7 @@ from gpytorch.mlls import ExactMarginalLogLikelihood  # noqa: E402
 from gpytorch.models import ExactGP  # noqa: E402
 from linear_operator.utils.warnings import NumericalWarning  # noqa: E402
 from pyroshock.training.gp.basis_process import BasisProcess  # noqa: E402
-from pyroshock.training.gp.kronecker import coregional_likelihood  # noqa: E402
+from pyroshock.training.gp.kronecker import factorise, likelihood  # noqa: E402
 from pyroshock.training.gp.marginal_likelihood import (  # noqa: E402
     TRUNCATION,
     CholeskyMarginalLogLikelihood,
@@ -191,7 +191,7 @@ def test_repeated_rows_without_noise_get_jitter() -> None:
 def test_a_coarse_factor_is_refined() -> None:
     k = np.exp(-0.5 * ((X[:, None] - X[None]) ** 2).sum(-1) / 9)
     result = exact_likelihood(k, 1e3 * Y, np.eye(4), 1e-4 * np.eye(4))
-    finest = coregional_likelihood(k, 1e3 * Y, np.eye(4), 1e-4 * np.eye(4), 1e-15)
+    finest = likelihood(factorise(k, 1e-15), 1e3 * Y, np.eye(4), 1e-4 * np.eye(4))
     assert result.bound <= max(TRUNCATION * Y.size, finest.bound)
 
 
