@@ -107,8 +107,11 @@ class ContactObservables(Stage):
             velocity = np.asarray(reading + (reading - low) / ((high - low) / reading))
         else:
             velocity = np.array(upstream, dtype=np.float64)[runs]
-        acting = tuple(effect for effect in effects if isinstance(effect, ContactEffect))
-        return law_histories(self.sites.take(runs), acting, velocity)
+        return self._contacts(runs, tuple(effect for effect in effects if isinstance(effect, ContactEffect)), velocity)
+
+    def _contacts(self, runs: Rows, effects: tuple[ContactEffect, ...], velocity_m_s: Floats) -> ForceHistories:
+        """At true velocities (k,); `RegisteredContactStage` asks its model instead."""
+        return law_histories(self.sites.take(runs), effects, velocity_m_s)
 
     def _derivatives(self, uncertain: Mapping[str, float]) -> dict[str, Floats]:
         """(C, d) by name: the features' derivative for a quantity's logarithm times its relative standard deviation.
