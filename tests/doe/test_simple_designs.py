@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from pyroshock.doe.designs.augment import augment
 from pyroshock.doe.designs.base import Design
-from pyroshock.doe.designs.factorial import factorial
+from pyroshock.doe.designs.factorial import factorial, subset
 from pyroshock.doe.designs.imported import read_table
 from pyroshock.doe.designs.lhs import balance_levels
 from pyroshock.doe.space import Space, gun_space, hammer_space
@@ -56,6 +56,12 @@ def test_factorial_is_balanced() -> None:
         assert np.bincount(treatments[:, column]).tolist() == [810 // axis.size] * axis.size
     with pytest.raises(ValueError, match="plate_material is 2; expected 0 to 1"):
         Design(GUN, np.array([[2, 0, 0, 0, 0, 0]]), "own", None)
+
+
+@pytest.mark.parametrize("reduction", [1, 10**6])
+def test_reduction_beyond_the_levels_is_refused(reduction: int) -> None:
+    with pytest.raises(ValueError, match=f"reduction is {reduction}; expected 2 to"):
+        subset(GUN, reduction)
 
 
 def test_table_a_1(thesis_tables: Path) -> None:
