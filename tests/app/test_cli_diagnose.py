@@ -269,14 +269,14 @@ DISCLOSED = {
 def test_disclosed_cause_is_in_the_first_group(shared: Path, tmp_path, name: str, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     page = tmp_path / "gap.html"
-    said = json.loads(run_pyroshock("diagnose", shared / "examples" / name, "--json", "--html", page).stdout)
-    first = said["causes"][0]
-    assert not any("outside of the catalogue" in note for note in said["assumptions"])
+    diagnosis = json.loads(run_pyroshock("diagnose", shared / "examples" / name, "--json", "--html", page).stdout)
+    first = diagnosis["causes"][0]
+    assert not any("outside of the catalogue" in note for note in diagnosis["assumptions"])
     assert DISCLOSED[name] in first["effects"] and len(first["effects"]) <= 4
     # Of every set, with small second effects or without, in which one of the first entry's effects acts.
     alike = set(first["effects"])
-    acts = [cause for cause in said["causes"] if all(alike & set(names.split("+")) for names in cause["effects"])]
+    acts = [cause for cause in diagnosis["causes"] if all(alike & set(names.split("+")) for names in cause["effects"])]
     assert sum(cause["probability"] for cause in acts) >= 0.9
-    assert first["probability"] == max(cause["probability"] for cause in said["causes"])
+    assert first["probability"] == max(cause["probability"] for cause in diagnosis["causes"])
     assert f"<title>Diagnosis: {name}</title>" in page.read_text(encoding="utf-8")
     assert list(tmp_path.iterdir()) == [page]

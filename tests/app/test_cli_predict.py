@@ -81,7 +81,7 @@ def test_effects_change_the_answer_and_what_lies_outside_is_told(quick):
     assert "gun.back_pressure" in found["models"]["gun"] and "sensor.velocity_gain" in found["models"]["sensors"]
     result = quick("--tank-pressure", "20bar", "--tip", "steel", "--contact", "hertz")
     assert result.exit_code == 0
-    (line,) = [each for each in result.stderr.splitlines() if "outside of the domain" in each]
+    (line,) = [stderr_line for stderr_line in result.stderr.splitlines() if "outside of the domain" in stderr_line]
     where = r"lies outside of the domain of the contact \(hertz\)"
     assert re.fullmatch(rf"Impact velocity \d{{2}}\.\d{{2}} m/s {where}: up to .*yield\.", line)
 
@@ -135,8 +135,8 @@ def test_scatter_is_that_of_the_five_shots_and_effects_are_parsed():
     ) as file:
         errors = np.array([float(row["error_percent"]) for row in csv.DictReader(file)]) / 100
     assert np.sqrt(np.mean(np.log(1 - errors) ** 2)) == pytest.approx(twins.THESIS_VELOCITY_SPREAD, abs=6e-4)
-    found = parse_effect("sensor.zero_shift:share=0.02,decay_time_s=0.1", "--effect")
-    assert found.as_json() == {"id": "sensor.zero_shift", "share": 0.02, "decay_time_s": 0.1}
+    parsed = parse_effect("sensor.zero_shift:share=0.02,decay_time_s=0.1", "--effect")
+    assert parsed.as_json() == {"id": "sensor.zero_shift", "share": 0.02, "decay_time_s": 0.1}
     result = CliRunner().invoke(predict, ["--frequencies", "1:2:3:4"])
     assert result.exit_code == 2 and "expected Hz as 100,200,500 or low:high:per_octave" in result.stderr
 
@@ -290,8 +290,8 @@ def test_two_processes_write_the_same_files_as_one_and_what_is_assumed_is_told(l
     assert table["run"].tolist() == [1, 1, 2]
     assert (table["predicted_peak_force_n_low"] < table["predicted_peak_force_n_high"]).all()
     (lab / "short.csv").write_text("run,tank_pressure_bar\n1,2\n")
-    told = assumed(rows_of_file(lab / "short.csv"), 0.5)
-    assert "no column bullet_mass_kg: 0.5" in told and not any("tank_pressure" in line for line in told)
+    assumptions = assumed(rows_of_file(lab / "short.csv"), 0.5)
+    assert "no column bullet_mass_kg: 0.5" in assumptions and not any("tank_pressure" in line for line in assumptions)
 
 
 @pytest.mark.parametrize(("table", "message"), [

@@ -71,15 +71,15 @@ def spec(path: Path, factor: float = 1.0) -> Path:
 
 
 def test_json_is_the_spectrum_in_si_of_the_record_and_the_oscillators_it_names(tmp_path):
-    told = as_json(table(tmp_path / "a.csv"), "--frequencies", "100", "--damping", "0.02")
+    spectrum_json = as_json(table(tmp_path / "a.csv"), "--frequencies", "100", "--damping", "0.02")
     facts = {"sampling_rate_hz": RATE, "samples": 10_000, "start_s": 0.0, "duration_s": 0.5, "q": 25.0}
-    assert {key: told[key] for key in facts} == facts and told["damping_ratio"] == 0.02
-    told = as_json(table(tmp_path / "a.csv"), "--frequencies", "100,500,1000")
+    assert {key: spectrum_json[key] for key in facts} == facts and spectrum_json["damping_ratio"] == 0.02
+    spectrum_json = as_json(table(tmp_path / "a.csv"), "--frequencies", "100,500,1000")
     exact = shock_response_spectrum(G * pulse(), RATE, LINES)
-    assert set(told) >= KEYS and told["unit"] == "m/s2" and told["checks"] == []
-    np.testing.assert_array_equal(told["frequency_hz"], LINES)
+    assert set(spectrum_json) >= KEYS and spectrum_json["unit"] == "m/s2" and spectrum_json["checks"] == []
+    np.testing.assert_array_equal(spectrum_json["frequency_hz"], LINES)
     for name in ("maximax", "positive", "negative", "primary", "residual", "pseudo_velocity_m_s"):
-        np.testing.assert_allclose(told[name], getattr(exact, name), rtol=1e-9)
+        np.testing.assert_allclose(spectrum_json[name], getattr(exact, name), rtol=1e-9)
 
 
 def test_checks_have_evidence_and_resampling_settles_what_sampling_hides(tmp_path):
@@ -167,10 +167,10 @@ def test_tolerance_overrides_and_a_written_spectrum_is_a_target(tmp_path):
     assert call(*words, "--tolerance", "3dB").exit_code == 1
     assert "expected one such as 6dB" in refusal(*words, "--tolerance", "3")
     file, out = table(tmp_path / "a.csv"), tmp_path / "spectrum.csv"
-    told, read = as_json(file, "--out", out), read_target(out)
-    np.testing.assert_allclose(read.level_m_s2, told["maximax"], rtol=1e-12)
+    spectrum_json, read = as_json(file, "--out", out), read_target(out)
+    np.testing.assert_allclose(read.level_m_s2, spectrum_json["maximax"], rtol=1e-12)
     again = as_json(file, "--target", out, "--tolerance", "0.000001dB")
-    assert again["target"]["within"] and again["frequency_hz"] == told["frequency_hz"]
+    assert again["target"]["within"] and again["frequency_hz"] == spectrum_json["frequency_hz"]
 
 
 def test_table_shows_lines_moments_and_findings_and_leaves_the_store_alone(tmp_path, monkeypatch):

@@ -125,29 +125,29 @@ def session(tmp_path, monkeypatch) -> TuningSession:
 
 
 def in_thread(session: TuningSession, step):
-    found: list[object] = []
+    results: list[object] = []
 
     def work() -> None:
         try:
-            found.append(session.run(step))
+            results.append(session.run(step))
         except Exception as error:  # noqa: BLE001 - told to the test
-            found.append(error)
+            results.append(error)
 
     thread = threading.Thread(target=work)
     thread.start()
     thread.join(60)
     assert not thread.is_alive()
-    return found[0]
+    return results[0]
 
 
 def test_thread_finds_what_the_main_thread_finds_and_can_be_stopped(session):
-    told = []
-    tuned = in_thread(session, lambda *step: told.append(step))
+    messages = []
+    tuned = in_thread(session, lambda *step: messages.append(step))
     again = session.run()
     assert [setting_json(p.setting) for p in tuned.proposals] == [setting_json(p.setting) for p in again.proposals]
     assert [p.probability_within for p in tuned.proposals] == [p.probability_within for p in again.proposals]
-    assert all(0 < done <= total for done, total, _ in told)
-    assert {"grid", "refined by 1.3", "refined by 1.1"} <= {what for _, _, what in told}
+    assert all(0 < done <= total for done, total, _ in messages)
+    assert {"grid", "refined by 1.3", "refined by 1.1"} <= {what for _, _, what in messages}
 
     def stop(*_: object) -> None:
         raise StopError

@@ -54,19 +54,23 @@ def window(store, channel="force", *arguments, **named):
 
 
 def test_full_view_keeps_the_peaks_and_a_short_window_every_sample(store, recorded):
-    found = window(store, points=500)
-    assert found.decimated and found.time_s.size <= 500 and found.values.max() == 1e3 * float(recorded.max())
-    assert found.values.min() == 1e3 * float(recorded.min())
-    assert found.time_s[found.values.argmax()] == pytest.approx(START_S + 123_456 / RATE)
-    assert (found.time_s[0], found.samples_in_record) == (START_S, SAMPLES)
-    assert found.time_s[-1] == pytest.approx(START_S + (SAMPLES - 1) / RATE)
+    impact_view = window(store, points=500)
+    assert (
+        impact_view.decimated
+        and impact_view.time_s.size <= 500
+        and impact_view.values.max() == 1e3 * float(recorded.max())
+    )
+    assert impact_view.values.min() == 1e3 * float(recorded.min())
+    assert impact_view.time_s[impact_view.values.argmax()] == pytest.approx(START_S + 123_456 / RATE)
+    assert (impact_view.time_s[0], impact_view.samples_in_record) == (START_S, SAMPLES)
+    assert impact_view.time_s[-1] == pytest.approx(START_S + (SAMPLES - 1) / RATE)
     first, last = 123_400, 123_499
-    found = window(store, "force", START_S + first / RATE, START_S + last / RATE, 100)
-    assert not found.decimated
+    impact_view = window(store, "force", START_S + first / RATE, START_S + last / RATE, 100)
+    assert not impact_view.decimated
     assert window(store, "force", START_S + 1 / RATE, START_S + 101 / RATE, 100).decimated  # one sample more
-    assert (found.first, found.stop) == (first, last + 1)
-    np.testing.assert_array_equal(found.values, 1e3 * recorded[first : last + 1].astype(np.float64))
-    np.testing.assert_allclose(found.time_s, START_S + np.arange(first, last + 1) / RATE, rtol=0, atol=1e-12)
+    assert (impact_view.first, impact_view.stop) == (first, last + 1)
+    np.testing.assert_array_equal(impact_view.values, 1e3 * recorded[first : last + 1].astype(np.float64))
+    np.testing.assert_allclose(impact_view.time_s, START_S + np.arange(first, last + 1) / RATE, rtol=0, atol=1e-12)
 
 
 def test_laboratory_unit_undoes_the_conversion_and_channels_have_keys(store, recorded):
@@ -91,20 +95,20 @@ def test_laboratory_unit_undoes_the_conversion_and_channels_have_keys(store, rec
     [(-9.0, -8.0, 0), (50.0, 60.0, 0), (-9.0, START_S, 1), (None, START_S + 9 / RATE, 10), (2.0, None, 75_000)],
 )
 def test_window_is_cut_to_the_record(store, start_s, stop_s, samples):
-    found = window(store, "force", start_s, stop_s, 100_000)
-    assert (found.stop - found.first, found.values.size) == (samples, samples)
+    impact_view = window(store, "force", start_s, stop_s, 100_000)
+    assert (impact_view.stop - impact_view.first, impact_view.values.size) == (samples, samples)
 
 
 def test_zoom_reads_the_chunks_of_its_window_only(store, monkeypatch):
-    asked, read = [], read_slice
+    windows, read = [], read_slice
 
     def watched(connection, channel, layout, start, stop):
-        asked.append((start, stop))
+        windows.append((start, stop))
         return read(connection, channel, layout, start, stop)
 
     monkeypatch.setattr(stored, "read_slice", watched)
     window(store, "force", 0.0, 0.001, 500)
-    assert asked == [(25_000, 25_101)]
+    assert windows == [(25_000, 25_101)]
 
 
 def test_unknown_channel_window_that_is_none_and_too_few_points_are_refused(store):
@@ -191,20 +195,22 @@ def view(pulse_store, impact=1, preview=None):
 
 
 def test_record_is_upright_and_curves_of_the_stored_pulse_lie_on_it(pulse_store):
-    found, (blow, _) = view(pulse_store), blows(1, 2)
-    (version,) = found.versions
-    assert (found.sign, found.channels, found.recording) == (-1, ("force",), "recordings/test-01.npz")
-    assert found.force_n.max() == pytest.approx(blow.peak_n - REST_N, rel=0.01)
-    assert found.time_s[0] < version.start_s < version.stop_s < found.time_s[-1]
+    impact_view, (blow, _) = view(pulse_store), blows(1, 2)
+    (version,) = impact_view.versions
+    assert (impact_view.sign, impact_view.channels, impact_view.recording) == (-1, ("force",), "recordings/test-01.npz")
+    assert impact_view.force_n.max() == pytest.approx(blow.peak_n - REST_N, rel=0.01)
+    assert impact_view.time_s[0] < version.start_s < version.stop_s < impact_view.time_s[-1]
     assert version.start_s == pytest.approx(blow.start_s, abs=0.05e-3)
     assert version.stop_s == pytest.approx(blow.start_s + blow.width_s, abs=0.05e-3)
     # half a contact on either side, and no other hit in sight
-    assert found.time_s[-1] - found.time_s[0] == pytest.approx(2 * (version.stop_s - version.start_s), rel=0.1)
-    found = view(pulse_store)
-    (version,) = found.versions
-    inside = (found.time_s >= version.start_s) & (found.time_s <= version.stop_s)
-    spline = np.interp(found.time_s[inside], version.time_s, version.force_n)
-    np.testing.assert_allclose(spline, found.force_n[inside], atol=5.0)
+    assert impact_view.time_s[-1] - impact_view.time_s[0] == pytest.approx(
+        2 * (version.stop_s - version.start_s), rel=0.1
+    )
+    impact_view = view(pulse_store)
+    (version,) = impact_view.versions
+    inside = (impact_view.time_s >= version.start_s) & (impact_view.time_s <= version.stop_s)
+    spline = np.interp(impact_view.time_s[inside], version.time_s, version.force_n)
+    np.testing.assert_allclose(spline, impact_view.force_n[inside], atol=5.0)
     assert version.rest_n == pytest.approx(-REST_N, abs=0.1)
     with pulse_store.reading() as session:
         row = session.get_one(Pulse, version.key)
@@ -220,14 +226,14 @@ def test_record_is_upright_and_curves_of_the_stored_pulse_lie_on_it(pulse_store)
 
 def test_contact_ends_where_the_record_passes_the_threshold(pulse_store):
     reextract_recording(pulse_store, 1, OTHER)
-    found = view(pulse_store)
-    for version in found.versions:
+    impact_view = view(pulse_store)
+    for version in impact_view.versions:
         assert version.threshold_n is not None
-        at = np.round((found.time_s - version.start_s) * FS_HZ).astype(int)
+        at = np.round((impact_view.time_s - version.start_s) * FS_HZ).astype(int)
         last = round((version.stop_s - version.start_s) * FS_HZ)
-        force = dict(zip(at.tolist(), found.force_n, strict=True))
+        force = dict(zip(at.tolist(), impact_view.force_n, strict=True))
         assert force[0] <= version.threshold_n < force[1] and force[last] <= version.threshold_n < force[last - 1]
-    loose, tight = found.versions
+    loose, tight = impact_view.versions
     share = (tight.threshold_n - tight.rest_n) / tight.figures["peak_force_n"]
     assert share == pytest.approx(0.2, rel=1e-6) and (loose.in_use, tight.in_use) == (False, True)
     assert loose.start_s < tight.start_s < tight.stop_s < loose.stop_s

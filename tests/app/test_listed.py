@@ -114,7 +114,9 @@ def test_every_listing_prints_csv(store, command):
     printed = run(*command.split(), "--csv", "--db", store)
     listed = json.loads(run(*command.split(), "--json", "--db", store))
     rows = list(csv.DictReader(printed.splitlines()))
-    assert len(rows) == len(listed) and all(set(row) == {name for each in listed for name in each} for row in rows)
+    assert len(rows) == len(listed) and all(
+        set(row) == {name for listed_row in listed for name in listed_row} for row in rows
+    )
 
 
 def test_impacts_are_sorted_and_exported_with_chosen_columns(store, tmp_path):

@@ -66,15 +66,15 @@ def test_rows_tell_what_the_command_line_tells_and_are_filtered(trained):
 
 
 def test_versions_side_by_side_differ_as_their_means_do_and_one_alone_is_refused(trained, read):
-    found = side_by_side(trained[0], [version_of(trained, label) for label in ("linear@1", "tree@1")], read)
-    assert [model["label"] for model in found["models"]] == ["tree@1", "linear@1"] and found["pulses"] == 60
-    assert [row["metric"] for row in found["differences"]] == list(METRICS)
-    means = {model["label"]: model["metrics"] for model in found["models"]}
-    for row in found["differences"]:
+    compared = side_by_side(trained[0], [version_of(trained, label) for label in ("linear@1", "tree@1")], read)
+    assert [model["label"] for model in compared["models"]] == ["tree@1", "linear@1"] and compared["pulses"] == 60
+    assert [row["metric"] for row in compared["differences"]] == list(METRICS)
+    means = {model["label"]: model["metrics"] for model in compared["models"]}
+    for row in compared["differences"]:
         difference = means[row["a"]][row["metric"]] - means[row["b"]][row["metric"]]
         assert row["difference"] == pytest.approx(difference)
         assert row["ci90"][0] <= row["difference"] <= row["ci90"][1] and 0 < row["p_value"] <= 1
-    json.dumps(found, allow_nan=False)
+    json.dumps(compared, allow_nan=False)
     tree_version = version_of(trained, "tree@1")
     with pytest.raises(ValueError, match="2 versions to compare; choose two or more"):
         side_by_side(trained[0], [tree_version, tree_version], read)
@@ -100,16 +100,16 @@ def test_points_are_the_held_out_pulses_with_intervals_where_the_model_has_them(
     assert error.mean() == pytest.approx(row_of(version)["metrics"]["peak_force_error"])
     with_spread = set()
     for version in trained[0].versions():
-        found, told = held_out_figures(trained[0], version, read), row_of(version)["coverage90"]
-        with_spread.add(told is not None)
-        peak, coverage = found["points"]["peak_force_n"], found["coverage"]
-        assert (peak["low"] is None) == (coverage["force"] is None) == (told is None)
-        if told is not None:
+        model_figures, stored_coverage = held_out_figures(trained[0], version, read), row_of(version)["coverage90"]
+        with_spread.add(stored_coverage is not None)
+        peak, coverage = model_figures["points"]["peak_force_n"], model_figures["coverage"]
+        assert (peak["low"] is None) == (coverage["force"] is None) == (stored_coverage is None)
+        if stored_coverage is not None:
             columns = (peak["low"], peak["predicted"], peak["high"])
-            assert coverage["force"][LEVELS.index(0.90)] == pytest.approx(told["force_covered"], abs=1e-3)
-            assert coverage["time"][LEVELS.index(0.90)] == pytest.approx(told["time_covered"], abs=1e-3)
+            assert coverage["force"][LEVELS.index(0.90)] == pytest.approx(stored_coverage["force_covered"], abs=1e-3)
+            assert coverage["time"][LEVELS.index(0.90)] == pytest.approx(stored_coverage["time_covered"], abs=1e-3)
             assert all(low < value < high for low, value, high in zip(*columns, strict=True))
-        json.dumps(found, allow_nan=False)
+        json.dumps(model_figures, allow_nan=False)
     assert with_spread == {True, False}
 
 

@@ -59,35 +59,35 @@ def pulses_over(pulse_store, factor="tip_radius", where=(), campaign="c", **name
 
 
 def test_pulses_are_grouped_by_level_with_mean_and_deviation(pulse_store):
-    found = pulses_over(pulse_store)
-    assert [(group.level, group.count) for group in found.groups] == [(0.015, 2), (0.03, 3), (None, 1)]
-    assert [group.impacts for group in found.groups] == [(4, 5), (1, 2, 3), (6,)]
-    assert (found.factor, found.drawn, found.matching, found.thinned) == ("tip_radius_m", 6, 6, False)
-    found = pulses_over(pulse_store, points=101)
-    group, shape = found.groups[1], half_sine(found.axis / 1e-3)
+    overlay = pulses_over(pulse_store)
+    assert [(group.level, group.count) for group in overlay.groups] == [(0.015, 2), (0.03, 3), (None, 1)]
+    assert [group.impacts for group in overlay.groups] == [(4, 5), (1, 2, 3), (6,)]
+    assert (overlay.factor, overlay.drawn, overlay.matching, overlay.thinned) == ("tip_radius_m", 6, 6, False)
+    overlay = pulses_over(pulse_store, points=101)
+    group, shape = overlay.groups[1], half_sine(overlay.axis / 1e-3)
     np.testing.assert_allclose(group.mean_n, 200 * shape, atol=0.05)
     np.testing.assert_allclose(group.deviation_n, 100 * shape, atol=0.05)
-    assert np.isnan(found.groups[2].deviation_n).all()
+    assert np.isnan(overlay.groups[2].deviation_n).all()
 
 
 def test_axis_is_time_or_the_share_of_the_contact(pulse_store):
-    found = pulses_over(pulse_store, points=201)
-    assert (found.normalised, found.axis[0], found.axis[-1]) == (False, 0.0, 2e-3)
-    long, short = found.groups[0].force_n
-    np.testing.assert_allclose(long, 500 * half_sine(found.axis / 2e-3), atol=0.1)
-    assert (short[found.axis > 0.5e-3] == 0).all() and short.max() == pytest.approx(500.0, rel=1e-3)
-    found = pulses_over(pulse_store, points=51, normalised=True)
-    assert (found.normalised, found.axis[-1]) == (True, 1.0)
-    long, short = found.groups[0].force_n
+    overlay = pulses_over(pulse_store, points=201)
+    assert (overlay.normalised, overlay.axis[0], overlay.axis[-1]) == (False, 0.0, 2e-3)
+    long, short = overlay.groups[0].force_n
+    np.testing.assert_allclose(long, 500 * half_sine(overlay.axis / 2e-3), atol=0.1)
+    assert (short[overlay.axis > 0.5e-3] == 0).all() and short.max() == pytest.approx(500.0, rel=1e-3)
+    overlay = pulses_over(pulse_store, points=51, normalised=True)
+    assert (overlay.normalised, overlay.axis[-1]) == (True, 1.0)
+    long, short = overlay.groups[0].force_n
     np.testing.assert_allclose(long, short, atol=1e-9)
-    np.testing.assert_allclose(long, 500 * half_sine(found.axis), atol=0.1)
-    np.testing.assert_allclose(found.groups[0].deviation_n, 0, atol=1e-9)
+    np.testing.assert_allclose(long, 500 * half_sine(overlay.axis), atol=0.1)
+    np.testing.assert_allclose(overlay.groups[0].deviation_n, 0, atol=1e-9)
 
 
 def test_pulses_are_thinned_filtered_and_counted_by_a_known_factor(pulse_store):
-    found = pulses_over(pulse_store, most=3)
-    assert (found.drawn, found.matching, found.thinned) == (3, 6, True)
-    assert sum(group.count for group in found.groups) == 3
+    overlay = pulses_over(pulse_store, most=3)
+    assert (overlay.drawn, overlay.matching, overlay.thinned) == (3, 6, True)
+    assert sum(group.count for group in overlay.groups) == 3
     where = (Condition("peak_force_n", ">", 150.0),)
     assert pulses_over(pulse_store, where=where, campaign=None).matching == 4
     none = pulses_over(pulse_store, where=(Condition("peak_force_n", ">", 1e9),))
@@ -116,7 +116,9 @@ def spectrum_store(tmp_path_factory):
     """Impacts 1 and 2 alone in their recordings, the second twice as loud; 3 and 4 together in one; 5 without any."""
     url = f"sqlite:///{tmp_path_factory.mktemp('spectra') / 'lab.db'}"
     with open_store(url, Writer("test", "0"), create=True) as spectrum_store:
-        one, _ = add_recording(spectrum_store, {PLATE: 3.0 + ringing(0.02, 100.0), FORCE: ringing(0.02, 1.0)}, RATE)
+        first_recording, _ = add_recording(
+            spectrum_store, {PLATE: 3.0 + ringing(0.02, 100.0), FORCE: ringing(0.02, 1.0)}, RATE
+        )
         two, _ = add_recording(spectrum_store, {PLATE: ringing(0.02, 200.0), HEAD: np.zeros(SAMPLES)}, RATE)
         both, _ = add_recording(spectrum_store, {PLATE: ringing(0.02, 100.0) + ringing(0.06, 400.0)}, RATE)
         none, _ = add_recording(spectrum_store, {FORCE: ringing(0.02, 1.0)}, RATE)
@@ -124,7 +126,7 @@ def spectrum_store(tmp_path_factory):
             session.add(Configuration(id=1, fingerprint="1"))
             session.add(ExtractionSettingsRow(id=1, fingerprint="1", code_version=1, settings={}))
             session.flush()
-            hits = ((one, 0.02), (two, 0.02), (both, 0.02), (both, 0.06), (none, 0.02))
+            hits = ((first_recording, 0.02), (two, 0.02), (both, 0.02), (both, 0.06), (none, 0.02))
             for key, (recording, start) in enumerate(hits, 1):
                 own = {"campaign_id": 1, "configuration_id": 1, "recording_id": recording}
                 session.add(Impact(id=key, run=key, repetition=1, **own))
@@ -139,11 +141,11 @@ def spectra_over(spectrum_store, *impacts, **named):
 
 
 def test_spectrum_is_the_records_own_and_of_the_oscillators_asked_for(spectrum_store):
-    found = spectra_over(spectrum_store, 1)
-    (alone,) = found.spectra
+    overlay = spectra_over(spectrum_store, 1)
+    (alone,) = overlay.spectra
     expected = shock_response_spectrum(ringing(0.02, 100.0), RATE, default_lines(), q=10.0)
     assert (alone.impact, alone.channel) == (1, "plate")
-    np.testing.assert_array_equal(found.frequency_hz, default_lines())
+    np.testing.assert_array_equal(overlay.frequency_hz, default_lines())
     for name in ("maximax", "positive", "negative", "pseudo_velocity_m_s"):
         np.testing.assert_allclose(getattr(alone.spectrum, name), getattr(expected, name), rtol=1e-9)
     sharp, blunt = (spectra_over(spectrum_store, 1, q=q).spectra[0].spectrum.maximax.max() for q in (50.0, 5.0))
@@ -153,37 +155,37 @@ def test_spectrum_is_the_records_own_and_of_the_oscillators_asked_for(spectrum_s
 
 
 def test_spectra_are_held_against_their_mean_in_decibels_or_a_specification(spectrum_store):
-    found = spectra_over(spectrum_store, 1, 2, channel="plate")
-    quiet, loud = (each.spectrum.maximax for each in found.spectra)
+    overlay = spectra_over(spectrum_store, 1, 2, channel="plate")
+    quiet, loud = (spectrum_of_channel.spectrum.maximax for spectrum_of_channel in overlay.spectra)
     np.testing.assert_allclose(loud, 2 * quiet, rtol=1e-9)
-    np.testing.assert_allclose(found.reference.level_m_s2, np.sqrt(2) * quiet, rtol=1e-9)
-    np.testing.assert_allclose(found.comparison.error_db, [[-3.0103] * quiet.size, [3.0103] * quiet.size], atol=1e-4)
-    assert [band.db for band in found.bands] == [3.0, 6.0]
-    for band in found.bands:
-        level = found.reference.level_m_s2
+    np.testing.assert_allclose(overlay.reference.level_m_s2, np.sqrt(2) * quiet, rtol=1e-9)
+    np.testing.assert_allclose(overlay.comparison.error_db, [[-3.0103] * quiet.size, [3.0103] * quiet.size], atol=1e-4)
+    assert [band.db for band in overlay.bands] == [3.0, 6.0]
+    for band in overlay.bands:
+        level = overlay.reference.level_m_s2
         np.testing.assert_allclose(20 * np.log10(band.upper_m_s2 / level), band.db)
         np.testing.assert_allclose(20 * np.log10(band.lower_m_s2 / level), -band.db)
-    assert found.comparison.within.all()
+    assert overlay.comparison.within.all()
     specification = ramps(500.0, 10.0, (2000.0, 0.0))
-    found = spectra_over(spectrum_store, 1, specification=specification)
-    assert found.reference is specification
-    assert found.comparison.frequency_hz.min() >= 500 and found.comparison.frequency_hz.max() <= 2000
-    assert [band.db for band in found.bands] == [3.0, 6.0, None]
-    np.testing.assert_allclose(found.bands[2].upper_m_s2, 10 * 10**0.3, rtol=1e-9)
-    assert not found.comparison.within.any()
+    overlay = spectra_over(spectrum_store, 1, specification=specification)
+    assert overlay.reference is specification
+    assert overlay.comparison.frequency_hz.min() >= 500 and overlay.comparison.frequency_hz.max() <= 2000
+    assert [band.db for band in overlay.bands] == [3.0, 6.0, None]
+    np.testing.assert_allclose(overlay.bands[2].upper_m_s2, 10 * 10**0.3, rtol=1e-9)
+    assert not overlay.comparison.within.any()
 
 
 def test_hits_of_one_recording_do_not_hear_each_other_and_silent_channels_are_told(spectrum_store):
-    found = spectra_over(spectrum_store, 3, 4)
-    first, second = found.spectra
+    overlay = spectra_over(spectrum_store, 3, 4)
+    first, second = overlay.spectra
     assert first.stop_s < 0.06 <= second.start_s + 1.1e-3
-    at = int(np.argmin(np.abs(found.frequency_hz - 1000)))
-    expected = shock_response_spectrum(ringing(0.02, 100.0), RATE, found.frequency_hz, q=10.0).maximax[at]
+    at = int(np.argmin(np.abs(overlay.frequency_hz - 1000)))
+    expected = shock_response_spectrum(ringing(0.02, 100.0), RATE, overlay.frequency_hz, q=10.0).maximax[at]
     assert first.spectrum.maximax[at] == pytest.approx(expected, rel=0.01)
     assert second.spectrum.maximax[at] == pytest.approx(4 * expected, rel=0.01)
-    found = spectra_over(spectrum_store, 2, 5)
-    assert [each.channel for each in found.spectra] == ["plate"]
-    assert found.left_out == ("impact 5: no acceleration was recorded", "impact 2: head is silent")
+    overlay = spectra_over(spectrum_store, 2, 5)
+    assert [spectrum_of_channel.channel for spectrum_of_channel in overlay.spectra] == ["plate"]
+    assert overlay.left_out == ("impact 5: no acceleration was recorded", "impact 2: head is silent")
 
 
 @pytest.mark.parametrize(("impacts", "named", "kind", "said"), [

@@ -99,7 +99,10 @@ def planned(store: Store, runs: int = 12, name: str = "spring") -> None:
 
 def test_one_of_many_gets_a_plans_name(at_once, tables_url) -> None:
     found = at_once(lambda store, _: planned(store))
-    assert found.count(None) == 1 and sum(isinstance(each, PlanExistsError) for each in found) == CLIENTS - 1
+    assert (
+        found.count(None) == 1
+        and sum(isinstance(client_error, PlanExistsError) for client_error in found) == CLIENTS - 1
+    )
     assert counts(tables_url)["planned_runs"] == 12
 
 
@@ -112,7 +115,9 @@ def test_plan_is_changed_by_all(at_once, tables_url) -> None:
         tick_run(store, "spring", number + 1, status="discarded", note="no good")
         return extend_plan(store, "spring", rows, repetitions=1)
 
-    assert sorted([number for each in at_once(change) for number in each]) == list(range(13, 13 + 3 * CLIENTS))
+    assert sorted([number for client_numbers in at_once(change) for number in client_numbers]) == list(
+        range(13, 13 + 3 * CLIENTS)
+    )
     with opened(tables_url) as store, store.reading() as session:
         states = [run.status for run in read_plan(session, "spring").runs]
     assert states.count("discarded") == CLIENTS

@@ -124,8 +124,8 @@ def test_domain_reads_back_from_json():
     assert domain.outside(ONE) == [()]
     assert told(domain, inputs_at(ONE, impact_velocity=5.0)) == ["impact_velocity"]
     split = split_of(TABLE, "repetitions")
-    found = Domain.of(TABLE.take(split.train)).outside(TABLE.take(split.test))
-    assert sum(bool(one) for one in found) <= 0.03 * len(found)
+    outside = Domain.of(TABLE.take(split.train)).outside(TABLE.take(split.test))
+    assert sum(bool(pulse_reasons) for pulse_reasons in outside) <= 0.03 * len(outside)
 
 
 @pytest.mark.parametrize("x", [np.zeros((0, 1)), [[np.nan]]])

@@ -90,9 +90,9 @@ def test_snapshot_reads_back_equal(store, folders):
         assert read.table.key.tolist() == made.table.key.tolist()
     snapshot = built(store, "spring", "autumn", name="both").snapshot
     with store.reading() as session:
-        found = raw_files(session, snapshot)
-    assert [(row["campaign"], row["pulses"]) for row in found] == [("autumn", HITS)] * 2 + [("spring", HITS)] * 4
-    for row in found:
+        files = raw_files(session, snapshot)
+    assert [(row["campaign"], row["pulses"]) for row in files] == [("autumn", HITS)] * 2 + [("spring", HITS)] * 4
+    for row in files:
         content = (folders[row["campaign"]] / row["recording"]).read_bytes()
         assert row["sha256"] == hashlib.sha256(content).hexdigest()
 

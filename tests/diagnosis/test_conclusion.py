@@ -211,7 +211,7 @@ def follows(value: object, form: object) -> bool:
     if isinstance(form, dict):
         return isinstance(value, dict) and all(key in value and follows(value[key], form[key]) for key in form)
     if isinstance(form, list):
-        return isinstance(value, list) and all(follows(each, form[0]) for each in value)
+        return isinstance(value, list) and all(follows(element, form[0]) for element in value)
     assert isinstance(form, type)
     return isinstance(value, form)
 

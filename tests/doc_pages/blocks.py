@@ -105,23 +105,23 @@ class Statement:
 
 def statements_of(block: Block) -> list[Statement]:
     """Comments are left out, lines that end with a backslash go on in the next. Raises `ValueError` for open quotes."""
-    found = []
+    statements = []
     lines = enumerate(block.text.splitlines(), block.line)
     for number, line in lines:
         while line.endswith("\\"):
             line = line[:-1] + next(lines)[1]  # the next line belongs to this statement
         if words := shlex.split(line, comments=True):
-            found.append(Statement.of(words, f"{block.page.name}:{number}", line))
-    return found
+            statements.append(Statement.of(words, f"{block.page.name}:{number}", line))
+    return statements
 
 
 def inline_statements(page: Path) -> list[Statement]:
     """Commands that stand between backquotes outside of the fenced blocks, without those that leave something open."""
-    found, fenced = [], False
+    statements, fenced = [], False
     for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
         if line.lstrip().startswith("```"):
             fenced = not fenced
         elif not fenced:
             texts = (text for text in _INLINE.findall(line) if not re.search(r"…|\.\.\.|\||COMMAND", text))
-            found += [Statement.of(shlex.split(text), f"{page.name}:{number}") for text in texts]
-    return found
+            statements += [Statement.of(shlex.split(text), f"{page.name}:{number}") for text in texts]
+    return statements

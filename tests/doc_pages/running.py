@@ -175,7 +175,7 @@ def missing(shown: str, printed: str) -> str | None:
         wanted = " ".join(line.split())
         if wanted in ("", "…"):
             continue
-        if not any(alike(wanted, " ".join(each.split())) for each in rest):
+        if not any(alike(wanted, " ".join(printed_line.split())) for printed_line in rest):
             return line
     return None
 

@@ -168,12 +168,12 @@ def equation_rows() -> list[tuple[set[str], list[str], list[str]]]:
 
 def numbers(text: str) -> set[str]:
     """`1.4 to 1.8` and `2.7, 2.8` as each of them."""
-    found = set()
+    decimals = set()
     for first, last in re.findall(r"(\d\.\d+)(?: (?:to|-) (\d\.\d+))?", text):
         chapter, begin = first.split(".")
         end = int(last.split(".")[1]) if last else int(begin)
-        found |= {f"{chapter}.{number}" for number in range(int(begin), end + 1)}
-    return found
+        decimals |= {f"{chapter}.{number}" for number in range(int(begin), end + 1)}
+    return decimals
 
 
 def test_every_equation_and_every_question_has_a_row() -> None:

@@ -119,7 +119,9 @@ def test_named_pair_lets_the_dart_leave_and_a_free_atmosphere_makes_volume_and_f
         fit(small, of, ("gun.back_pressure", other), anywhere=True)
         for other in ("gun.dead_volume", "sensor.velocity_gain")
     ]
-    assert [each.chi2 for each in fits] == pytest.approx([37.2, 37.2], abs=0.2) and distances(fits, of.s)[0, 1] < 0.2
+    assert [effect_fit.chi2 for effect_fit in fits] == pytest.approx([37.2, 37.2], abs=0.2) and distances(fits, of.s)[
+        0, 1
+    ] < 0.2
 
 
 def test_diagnosis_predicts_an_unseen_pressure_with_atmosphere_and_dead_volume(small: GunObservables) -> None:

@@ -206,8 +206,8 @@ def test_criterion_of_a_factorial_and_of_runs_that_are_replaced() -> None:
     changed = _surface(rows, kernel)
     changed.replace(ids[:2], np.array([700, 701]))
     fresh = _surface(np.vstack([rows[2:], GUN.all_treatments()[[700, 701]]]), kernel)
-    one, other = (surface.field(np.arange(GUN.size)) for surface in (changed, fresh))
-    np.testing.assert_allclose(one, other, rtol=1e-9)
+    changed_field, other = (surface.field(np.arange(GUN.size)) for surface in (changed, fresh))
+    np.testing.assert_allclose(changed_field, other, rtol=1e-9)
     # Runs taken away from a full factorial, against the total of those that remain: the same but for a constant.
     every, nothing = GUN.all_treatments(), np.zeros(GUN.size)
     kernel = _kernel(800)

@@ -43,22 +43,25 @@ def _every(*sizes: int) -> NDArray[np.int64]:
 
 
 def test_full_factorial_is_perfect_and_table_a1_has_its_quoted_figures(thesis_tables: Path) -> None:
-    found = quality(GUN, GUN.all_treatments())
-    assert (found.runs, found.distinct) == (810, 810)
-    assert max(found.worst_level, found.worst_pair, found.worst_triple, found.rms_triple) < 1e-9
-    assert found.largest_correlation == pytest.approx(0.0, abs=1e-12)
-    assert found.d_efficiency == pytest.approx(found.d_efficiency_limit, rel=1e-12)
-    assert (found.uneven_triples, found.fewest_differences) == (0, 1)
+    plan_quality = quality(GUN, GUN.all_treatments())
+    assert (plan_quality.runs, plan_quality.distinct) == (810, 810)
+    assert (
+        max(plan_quality.worst_level, plan_quality.worst_pair, plan_quality.worst_triple, plan_quality.rms_triple)
+        < 1e-9
+    )
+    assert plan_quality.largest_correlation == pytest.approx(0.0, abs=1e-12)
+    assert plan_quality.d_efficiency == pytest.approx(plan_quality.d_efficiency_limit, rel=1e-12)
+    assert (plan_quality.uneven_triples, plan_quality.fewest_differences) == (0, 1)
     counts = quality(HAMMER, HAMMER.all_treatments()).level_counts
     assert counts["anvil_material+insulator"]["steel/polymeric"] == 180 // 5
     assert counts["tip_material+tip_radius"] == {"aluminum/30": 60, "delrin/30": 60, "polyurethane/15": 60}
     with (thesis_tables / "table_a1_lhs_105_runs.csv").open(newline="") as handle:
-        found = quality(GUN, GUN.treatments(list(csv.DictReader(handle))))
-    assert (found.runs, found.distinct, found.worst_pair) == (105, 98, 11.5)
-    assert round(found.centred_discrepancy, 3) == 0.114
-    assert round(found.wrap_around_discrepancy, 3) == 0.597
-    assert round(found.d_efficiency, 3) == 0.469
-    assert found.changeovers["plate_material"] == 1
+        plan_quality = quality(GUN, GUN.treatments(list(csv.DictReader(handle))))
+    assert (plan_quality.runs, plan_quality.distinct, plan_quality.worst_pair) == (105, 98, 11.5)
+    assert round(plan_quality.centred_discrepancy, 3) == 0.114
+    assert round(plan_quality.wrap_around_discrepancy, 3) == 0.597
+    assert round(plan_quality.d_efficiency, 3) == 0.469
+    assert plan_quality.changeovers["plate_material"] == 1
 
 
 def test_deviations_are_from_the_share() -> None:
@@ -139,11 +142,11 @@ def test_compare_names_the_better_of_two_and_the_matrix_their_pairs() -> None:
     compared = compare(quality(GUN, every), quality(HAMMER, HAMMER.all_treatments()))
     (speed,) = [row for row in compared if row.figure == "changeovers, hammer_speed"]
     assert (speed.a, speed.better) == ("", "")
-    found = pair_matrix(GUN, every[:405])  # the first plate only
-    assert found.shape == (sum(SIZES), sum(SIZES))
-    assert (found[0, 0], found[1, 1]) == (202.5, -202.5)
-    assert np.isnan(found[0, 1])
-    np.testing.assert_array_equal(found, found.T)
+    pairs = pair_matrix(GUN, every[:405])  # the first plate only
+    assert pairs.shape == (sum(SIZES), sum(SIZES))
+    assert (pairs[0, 0], pairs[1, 1]) == (202.5, -202.5)
+    assert np.isnan(pairs[0, 1])
+    np.testing.assert_array_equal(pairs, pairs.T)
 
 
 def test_quality_is_drawn_for_each_design() -> None:

@@ -147,8 +147,8 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @pytest.mark.parametrize(("n", "axes"), [(1, 1), (1, 4), (2, 3), (50, 6)])
 def test_each_axis_has_one_point_in_each_part(n: int, axes: int) -> None:
-    found = unit_lhs(n, axes, np.random.default_rng(0))
-    assert np.sort(np.floor(found * n), axis=0).tolist() == [[k] * axes for k in range(n)]
+    points = unit_lhs(n, axes, np.random.default_rng(0))
+    assert np.sort(np.floor(points * n), axis=0).tolist() == [[k] * axes for k in range(n)]
 
 
 def test_generator_alone_decides() -> None:

@@ -45,17 +45,17 @@ def test_gun_changes_plate_once_and_anvils_least(seed: int) -> None:
 
 
 def test_blocks_of_hard_factors_are_visited_once() -> None:
-    found = changeovers(HAMMER, _ordered(HAMMER, HAMMER.all_treatments(), 0))
-    assert (found["boundary_conditions"], found["anvil_material"]) == (1, 4)
+    changes = changeovers(HAMMER, _ordered(HAMMER, HAMMER.all_treatments(), 0))
+    assert (changes["boundary_conditions"], changes["anvil_material"]) == (1, 4)
     space = space_of("s", "gun", [_word("easy", 4, 0), _word("hard", 3, 1), _word("hardest", 4, 5)])
-    found = changeovers(space, _ordered(space, space.all_treatments(), 1))
-    assert (found["hardest"], found["hard"]) == (3, 4 * 2)
-    assert found["easy"] > 20
+    changes = changeovers(space, _ordered(space, space.all_treatments(), 1))
+    assert (changes["hardest"], changes["hard"]) == (3, 4 * 2)
+    assert changes["easy"] > 20
     # Eight combinations of two factors: beyond what is tried out.
     hard = [_word("a", 4, 2), _word("b", 2, 1)]
     space = space_of("s", "gun", [*hard, _word("c", 3, 0)], [Requirement("b", "b1", "a", ("a0", "a1", "a2", "a3"))])
-    found = changeovers(space, _ordered(space, space.all_treatments(), 2))
-    assert (found["a"], found["b"]) == (3, 4)
+    changes = changeovers(space, _ordered(space, space.all_treatments(), 2))
+    assert (changes["a"], changes["b"]) == (3, 4)
     easy = tuple(replace(factor, change=0) for factor in GUN.factors)
     space = space_of("easy", "gun", easy, GUN.rules)
     assert changeovers(space, _ordered(space, space.all_treatments(), 0))["plate_material"] > 300

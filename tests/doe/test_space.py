@@ -144,8 +144,8 @@ def test_level_stands_for_its_velocity_and_a_row_for_its_columns() -> None:
     assert GUN.treatments([]).shape == (0, 6)
     assert GUN.rows(np.empty((0, 6), dtype=np.int64)) == []
     level = next(factor for factor in gun_space().factors if factor.unit == "m/s")
-    found = [gun_space().velocity_m_s({level.column: word}) for word in level.levels]
-    assert found == list(level.values)
+    velocities = [gun_space().velocity_m_s({level.column: word}) for word in level.levels]
+    assert velocities == list(level.values)
     assert gun_space().velocity_m_s({level.column: "never heard of"}) is None
     assert hammer_space().velocity_m_s({"hammer_speed": "low"}) is None
 

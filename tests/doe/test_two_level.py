@@ -52,9 +52,9 @@ def test_aliases_of_seven_factors_in_eight_runs_are_those_of_the_table() -> None
     assert {line.upper() for line in alias_lines(aliases(space, design.treatments))} == TABLE_7_4
     assert aliases(gun_space(), gun_space().all_treatments()) == ()
     space = two_level_space("abc")
-    found = aliases(space, fractional_factorial(space, generators="a b -ab").treatments)
-    assert Alias("c", "a*b", -1.0) in found
-    assert "a = -b*c" in alias_lines(found)
+    alias_rows = aliases(space, fractional_factorial(space, generators="a b -ab").treatments)
+    assert Alias("c", "a*b", -1.0) in alias_rows
+    assert "a = -b*c" in alias_lines(alias_rows)
     screening = two_level_space("abcdefghijk")
     lines = alias_lines(aliases(screening, plackett_burman(screening).treatments))
     assert lines[-1].endswith("aliased in part, by up to 0.33")  # of 1/3: Lin and Draper, Technometrics 34 (1992)

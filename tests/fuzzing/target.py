@@ -84,10 +84,10 @@ def judge(target: Target, data: bytes, folder: Path) -> Outcome:
 
 def _refusal(target: Target, error: Exception) -> Outcome:
     """A refusal is in our own words: it names the file, and is no lack of memory in disguise."""
-    said, chain = str(error), list(_causes(error))
+    message, chain = str(error), list(_causes(error))
     if any(isinstance(cause, MemoryError) for cause in chain):
         wrong = "ran out of memory"
-    elif target.names not in said:
+    elif target.names not in message:
         wrong = f"does not name {target.names}"
     else:
         return Outcome(REFUSED)

@@ -161,13 +161,13 @@ def test_campaign_grows_by_its_new_rows(sqlite_url, tmp_path):
 
 
 def test_order_of_rows_and_campaigns_does_not_matter(sqlite_url, tmp_path):
-    one, two = hammer_campaign(tmp_path / "a", 2, name="a"), gun_campaign(tmp_path / "b", name="b")
-    ingested(sqlite_url, one, two)
+    hammer_folder, two = hammer_campaign(tmp_path / "a", 2, name="a"), gun_campaign(tmp_path / "b", name="b")
+    ingested(sqlite_url, hammer_folder, two)
     other = f"sqlite:///{tmp_path / 'other.db'}"
-    write_runs(one, hammer_rows(2)[::-1])
+    write_runs(hammer_folder, hammer_rows(2)[::-1])
     # hits of a recording are matched to rows in time order: the rows of one recording keep theirs
-    write_runs(one, [*hammer_rows(2)[2:], *hammer_rows(2)[:2]])
-    ingested(other, two, one)
+    write_runs(hammer_folder, [*hammer_rows(2)[2:], *hammer_rows(2)[:2]])
+    ingested(other, two, hammer_folder)
     assert content(sqlite_url) == content(other)
 
 

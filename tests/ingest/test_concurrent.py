@@ -82,13 +82,13 @@ def test_hits_cost_no_statement_and_recordings_few(asked):
 
 def test_shots_without_recording_cost_no_statement_each(any_store, tmp_path):
     ingest_folder(any_store, gun_campaign(tmp_path / "first", 9, name="first"), jobs=1)
-    asked = []
+    statement_counts = []
     for shots in (3, 9):
         folder = gun_campaign(tmp_path / f"{shots}", shots, name=f"{shots}")
         with statements(any_store) as statements_run:
             ingest_folder(any_store, folder, jobs=1)
-        asked.append(len(statements_run))
-    assert asked[0] == asked[1]
+        statement_counts.append(len(statements_run))
+    assert statement_counts[0] == statement_counts[1]
 
 
 def test_keys_follow_the_order_of_hits(any_store, tmp_path):

@@ -143,8 +143,8 @@ def report_of(folder, url, made, rows):
 
 def told_hits(finding):
     """(time in s, peak in N) of each hit that a message names."""
-    found = re.findall(r"([\d.]+) N at ([\d.]+) s", finding["message"])
-    return [(pytest.approx(float(time), abs=1e-3), pytest.approx(float(peak), rel=0.01)) for peak, time in found]
+    hits = re.findall(r"([\d.]+) N at ([\d.]+) s", finding["message"])
+    return [(pytest.approx(float(time), abs=1e-3), pytest.approx(float(peak), rel=0.01)) for peak, time in hits]
 
 
 def left_out(report):
@@ -153,7 +153,7 @@ def left_out(report):
 
 def test_third_hit_of_two_rows_is_told(sqlite_url, tmp_path):
     folder = hammer_campaign(tmp_path / "c", 1)
-    report, told = report_of(folder, sqlite_url, THREE, hammer_rows(1, 2))
+    report, hit_findings = report_of(folder, sqlite_url, THREE, hammer_rows(1, 2))
     assert report["impacts"] == 2
     (finding,) = left_out(report)
     assert finding["recording"] == recording_name(1)
@@ -161,7 +161,7 @@ def test_third_hit_of_two_rows_is_told(sqlite_url, tmp_path):
     assert "3 hits" in finding["message"]
     assert "2 rows" in finding["message"]
     assert told_hits(finding) == [(0.3504, 900.0)]
-    assert "warning: hit-without-row (1)" in told
+    assert "warning: hit-without-row (1)" in hit_findings
 
 
 def test_hits_beside_the_one_of_a_reported_velocity_are_told(sqlite_url, tmp_path):
@@ -211,11 +211,11 @@ def test_ringing_before_the_hit_is_no_touch():
 
 @pytest.mark.parametrize("quantity", ["force", "acceleration", "velocity", "pressure"])
 def test_a_mistake_of_unit_is_off_by_the_ratio_of_both_units(quantity: str) -> None:
-    found = [
+    unit_findings = [
         (factor, re.fullmatch("values in (.+) where (.+) is declared", text))
         for factor, text in unit_mistakes(quantity)
     ]
-    units = [(factor, *match.groups()) for factor, match in found if match]
+    units = [(factor, *match.groups()) for factor, match in unit_findings if match]
     assert len(units) >= 6
     for factor, written, declared in units:
         assert factor == pytest.approx(to_si(declared, quantity)[0] / to_si(written, quantity)[0], rel=1e-6)

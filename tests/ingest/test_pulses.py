@@ -172,8 +172,8 @@ def test_sample_at_the_threshold_two_samples_and_a_gap_are_no_exceptions():
     assert len(extract_pulses(np.array([0.0, 1.0]), LOW_RATE, calm)) == 1
     holed = record(TRIANGLE)
     holed[[1998, 2016]] = np.nan
-    (found,), (whole,) = extract_pulses(holed, LOW_RATE, EXACT), extract_pulses(record(TRIANGLE), LOW_RATE, EXACT)
-    np.testing.assert_array_equal(found.fine_force_n, whole.fine_force_n)
+    (holed_pulse,), (whole,) = extract_pulses(holed, LOW_RATE, EXACT), extract_pulses(record(TRIANGLE), LOW_RATE, EXACT)
+    np.testing.assert_array_equal(holed_pulse.fine_force_n, whole.fine_force_n)
 
 
 def test_as_many_main_hits_as_expected_are_kept():

@@ -276,7 +276,7 @@ def test_channel_that_is_there_and_no_signal_is_not_missing(sqlite_url, tmp_path
     words = np.full(record.size, "n/a")
     write_recording(folder / path, {"force": record, "acceleration_1": record, "acceleration_2": words})
     report, _ = ingest_report(sqlite_url, folder)
-    assert [each["recording"] for each in report["set_aside"]] == [path]
+    assert [rejected["recording"] for rejected in report["set_aside"]] == [path]
     assert "'acceleration_2'" in report["set_aside"][0]["reason"]
 
 

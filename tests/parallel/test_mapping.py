@@ -166,9 +166,9 @@ def test_workers_with_other_software_are_refused():
         workers = {"tcp://lab-2:4711": {"packages": {"pyroshock": there}}}
         return lambda packages: {"client": client, "workers": workers}
 
-    for found in ("0.0.9", None):
-        client = SimpleNamespace(wait_for_workers=lambda *_, **__: None, get_versions=versions("0.1.0", found))
-        with pytest.raises(ValueError, match=f"lab-2:4711 has pyroshock {found}, here it is 0.1.0"):
+    for version in ("0.0.9", None):
+        client = SimpleNamespace(wait_for_workers=lambda *_, **__: None, get_versions=versions("0.1.0", version))
+        with pytest.raises(ValueError, match=f"lab-2:4711 has pyroshock {version}, here it is 0.1.0"):
             cluster._check_workers(client, NOBODY)
 
 

@@ -319,8 +319,8 @@ def test_every_match_comes_once_and_in_order(scattered, wanted, page):
     with scattered.reading() as session:
         query = select(Impact.id).where(Impact.configuration_id.in_(wanted))
         pages = list(iter_pages(session, query, Impact.id, span_of(session, Impact, None, wanted), page))
-    found = [row["id"] for rows in pages for row in rows]
-    assert found == sorted(key for key, configuration in PLACES.items() if configuration in wanted)
+    listed_ids = [row["id"] for rows in pages for row in rows]
+    assert listed_ids == sorted(key for key, configuration in PLACES.items() if configuration in wanted)
     assert all(0 < len(rows) <= page for rows in pages)
 
 
@@ -365,9 +365,9 @@ def keys(thinned, most, *where, campaign="c"):
 
 @pytest.mark.parametrize("most", [1, 2, 10, 50, 96])
 def test_as_many_as_asked_for_in_even_steps(thinned, most):
-    found, total = keys(thinned, most)
-    assert (len(found), total, found[0]) == (most, IMPACTS, 2001)
-    steps = {b - a for a, b in pairwise(found)}
+    thinned_ids, total = keys(thinned, most)
+    assert (len(thinned_ids), total, thinned_ids[0]) == (most, IMPACTS, 2001)
+    steps = {b - a for a, b in pairwise(thinned_ids)}
     assert steps <= {IMPACTS // most, IMPACTS // most + 1}
 
 
@@ -377,9 +377,9 @@ def test_all_where_they_fit(thinned, most):
 
 
 def test_filter_is_taken_before_the_thinning(thinned):
-    found, total = keys(thinned, 8, Condition("tip_material", "=", "steel"), Condition("peak_force_n", ">", 30.0))
-    assert (len(found), total) == (8, 22)
-    assert all(key % 1000 % 3 == 0 and key % 1000 > 30 for key in found)
+    thinned_ids, total = keys(thinned, 8, Condition("tip_material", "=", "steel"), Condition("peak_force_n", ">", 30.0))
+    assert (len(thinned_ids), total) == (8, 22)
+    assert all(key % 1000 % 3 == 0 and key % 1000 > 30 for key in thinned_ids)
     assert keys(thinned, 8, Condition("tip_material", "=", "gold")) == ([], 0)
     with pytest.raises(ValueError, match="most is 0"):
         keys(thinned, 0)
@@ -401,9 +401,9 @@ def combinations(radii):
 
 
 def configurations(store, radii):
-    with statements(store) as said:
+    with statements(store) as sql:
         keys = store.write(lambda session: configuration_ids(session, combinations(radii)))
-    return keys, len(said)
+    return keys, len(sql)
 
 
 def test_known_configurations_are_asked_for_at_once(store):
@@ -435,4 +435,4 @@ def test_pulses_of_a_small_store_are_not_counted_first(store):
             assert list_pulse_keys(session, None, where, 8) == ([*range(1, 9)], 8)
         with statements(store) as of_some:
             assert list_pulse_keys(session, None, where, 4) == ([1, 3, 5, 7], 8)
-    assert [sum("count(" in each for each in said) for said in (of_all, of_some)] == [0, 1]
+    assert [sum("count(" in statement for statement in sql) for sql in (of_all, of_some)] == [0, 1]

@@ -106,9 +106,9 @@ def test_figures_of_an_older_store_are_hashed_and_an_altered_one_is_found(old_st
         with store.engine.begin() as connection:
             connection.exec_driver_sql("UPDATE pulses SET peak_force_n = peak_force_n + 1 WHERE id = 2")
             connection.exec_driver_sql("UPDATE shots SET measured_velocity_m_s = 1 WHERE id = 3")
-        found = _unsound(store)
-        assert sorted(check for check, _ in found) == ["figures", "pulses"]
-        assert all("a figure was altered" in said for _, said in found)
+        problems = _unsound(store)
+        assert sorted(check for check, _ in problems) == ["figures", "pulses"]
+        assert all("a figure was altered" in message for _, message in problems)
 
 
 def test_every_migration_has_a_way_back(database_url):

@@ -172,11 +172,11 @@ def converter(step: float, noise_steps: float, dtype: str, samples: int = 40_000
 
 
 def restored(samples: np.ndarray) -> np.ndarray | None:
-    found = as_counts(samples)
-    if found is None:
+    counts = as_counts(samples)
+    if counts is None:
         return None
     again = np.empty_like(samples)
-    from_counts(*found, again)
+    from_counts(*counts, again)
     return again
 
 
@@ -192,9 +192,9 @@ def test_found_counts_give_every_bit_back(step, noise_steps, dtype, seed):
 @pytest.mark.parametrize("noise_steps", [1.0, 30.0, 3000.0])
 def test_step_is_found_whatever_the_scale(dtype, noise_steps):
     steps = 10 ** np.random.default_rng(2).uniform(-9, 6, 40)
-    found = sum(restored(converter(step, noise_steps, dtype)) is not None for step in steps)
+    steps_recovered = sum(restored(converter(step, noise_steps, dtype)) is not None for step in steps)
     # In double precision the product's rounding leaves a few steps that no double stands for.
-    assert found >= 34
+    assert steps_recovered >= 34
 
 
 def test_step_is_the_converters_and_anything_else_is_left_alone():

@@ -196,8 +196,8 @@ def filled(db: str, folder: Path) -> None:
 
 def asked(*words: str) -> list[dict[str, object]]:
     result = run_pyroshock(*words, "--json")
-    found: list[dict[str, object]] = json.loads(result.stdout)
-    return found
+    answers: list[dict[str, object]] = json.loads(result.stdout)
+    return answers
 
 
 def rows(db: str) -> dict[str, int]:

@@ -69,9 +69,9 @@ def test_every_table_has_its_rights_and_no_role_has_more(server: Server) -> None
 ], ids=lambda words: words[0])  # fmt: skip
 def test_a_reader_is_told_which_role_writes(server: Server, words: tuple[str, ...]) -> None:
     hammer_campaign(Path("folder"), recordings=1, hits=1, name="mine")
-    said = refusal(*words, "--db", server.address(READER))
-    assert "permission denied" in said
-    assert 'needs the role pyroshock_operator: an administrator runs GRANT pyroshock_operator TO "rita"' in said
+    message = refusal(*words, "--db", server.address(READER))
+    assert "permission denied" in message
+    assert 'needs the role pyroshock_operator: an administrator runs GRANT pyroshock_operator TO "rita"' in message
 
 
 def test_a_reader_looks_and_is_told_the_role_that_is_needed(server: Server, tmp_path: Path) -> None:

@@ -54,8 +54,8 @@ def test_texts_commands_and_records_keep_all_but_their_secrets() -> None:
     for address in ("sqlite:///a@b.db", "sqlite:////home/m e/lab é.db", "postgresql+psycopg://me@host/db",
                     "http://127.0.0.1:5000/models/hybrid@3"):  # fmt: skip
         assert address_for_display(address) == without_secrets(address) == address
-    said = "no store at postgresql://me:PW@host/db, try http://h:1/x or token=PW; hybrid@3 promoted by me@lab"
-    assert without_secrets(said) == (
+    message = "no store at postgresql://me:PW@host/db, try http://h:1/x or token=PW; hybrid@3 promoted by me@lab"
+    assert without_secrets(message) == (
         "no store at postgresql://me:***@host/db, try http://h:1/x or token=***; hybrid@3 promoted by me@lab"
     )
     words = ["/bin/pyroshock", "serve", "--token", "WORD", "--db=postgresql://me:P W@h/d", "--host", "0.0.0.0"]
@@ -88,7 +88,7 @@ def test_an_unreadable_address_is_refused_without_its_password(address: str) -> 
 
 def _commands() -> list[click.Command]:
     made = [getattr(importlib.import_module(module, "pyroshock"), name) for module, name, _ in COMMANDS.values()]
-    return [each for command in made for each in (command, *getattr(command, "commands", {}).values())]
+    return [subcommand for command in made for subcommand in (command, *getattr(command, "commands", {}).values())]
 
 
 # --- a password and a token are planted in every place that takes one ---

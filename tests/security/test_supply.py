@@ -76,8 +76,8 @@ def test_unknown_packages_are_named_and_accepted_ones_have_a_reason_and_an_end()
     assert "1 packages asked, 0 vulnerabilities; not known there: six" in audit.told(
         audit.outcome_of({"dependencies": [skipped, known]})
     )
-    for each in tomllib.loads(audit.ACCEPTED.read_text(encoding="utf-8")).get("accepted", []):
-        assert each.keys() == {"id", "package", "reason", "until"} and isinstance(each["until"], date)
+    for accepted in tomllib.loads(audit.ACCEPTED.read_text(encoding="utf-8")).get("accepted", []):
+        assert accepted.keys() == {"id", "package", "reason", "until"} and isinstance(accepted["until"], date)
 
 
 @pytest.mark.parametrize(("accepted", "said"), [

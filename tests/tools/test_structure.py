@@ -89,8 +89,8 @@ HOOKS = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text(encoding="ut
 
 def test_large_file_is_refused_and_whole_ones_let_through(tmp_path: Path) -> None:
     (tmp_path / "series.npy").write_bytes(bytes(commits.LARGEST_BYTES + 1))
-    (said,) = commits.objections(tmp_path / "series.npy")
-    assert "1000001 bytes" in said
+    (objection,) = commits.objections(tmp_path / "series.npy")
+    assert "1000001 bytes" in objection
     shipped = ROOT / "examples" / "modal-hammer-hit" / "recordings" / "acceleration.lvm"
     assert list(commits.objections(shipped)) == []
     (tmp_path / "a.md").write_text("title\n========\n")
@@ -116,7 +116,7 @@ def test_hooks_are_local_and_call_what_is_there() -> None:
         elif words[0] == "-m":
             assert (ROOT / f"{words[1].replace('.', '/')}.py").is_file()
         else:
-            assert any(each.startswith(Path(program).name) for each in dev)
+            assert any(requirement.startswith(Path(program).name) for requirement in dev)
 
 
 # --- counts of importing files; the page has the counts of today ---

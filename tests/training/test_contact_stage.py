@@ -100,19 +100,19 @@ def test_a_setting_asks_as_its_row_of_the_dataset_does():
 
 def test_guns_predictors_and_own_factors_are_asked_with():
     gun = shipped("gun")
-    asked = RegisteredContact(
+    inputs = RegisteredContact(
         replace(hertz(), predictors=gun.predictors, domain=None),  # not asked for
         gun,
     ).inputs(strikes(hit(impactor_mass_kg=0.7, plate_mass_kg=9.3)))
-    assert asked.column("bullet_mass") == [0.7] and asked.column("plate_mass") == [9.3]
+    assert inputs.column("bullet_mass") == [0.7] and inputs.column("plate_mass") == [9.3]
     own = replace(
         shipped("hammer"),
         predictors=(*PREDICTORS, Predictor("humidity")),
         sources=(*shipped("hammer").sources, "factor.humidity"),
     )
     stage = RegisteredContact(replace(hertz(), predictors=own.predictors, domain=None), own)
-    asked = stage.inputs(strikes(hit(boundary_conditions="fixed", factors={"humidity": 0.4})))
-    assert (asked.column("boundary_conditions"), asked.column("humidity")) == ([1.0], [0.4])
+    inputs = stage.inputs(strikes(hit(boundary_conditions="fixed", factors={"humidity": 0.4})))
+    assert (inputs.column("boundary_conditions"), inputs.column("humidity")) == ([1.0], [0.4])
     with pytest.raises(ValueError, match=r"asks for humidity, .* --factor humidity=VALUE"):
         stage.inputs(strikes(hit()))
 

@@ -102,8 +102,8 @@ def test_median_of_the_draws_is_the_central_velocity_by_the_stated_efficiency():
 
 def test_a_draw_is_one_gun_for_all_settings_and_a_given_velocity_is_not_drawn():
     z = np.random.default_rng(0).standard_normal((32, 2))
-    asked = [setting(tank_pressure_pa=3e5), setting(tank_pressure_pa=3.1e5), setting(impact_velocity_m_s=7.0)]
-    first, second, given_velocity = gun().velocity_draws(asked, NOMINAL, z).T
+    shot_settings = [setting(tank_pressure_pa=3e5), setting(tank_pressure_pa=3.1e5), setting(impact_velocity_m_s=7.0)]
+    first, second, given_velocity = gun().velocity_draws(shot_settings, NOMINAL, z).T
     assert (second / first).std() < 0.02 < first.std() / first.mean()
     assert given_velocity.tolist() == [7.0] * 32
     assert len(set(first[:4])) == 4
@@ -172,5 +172,5 @@ def test_sentence_says_what_the_velocity_rests_on_and_the_stage_goes_between_pro
     with pytest.raises(ValueError, match="expected unknown_effects"):
         GunStage(IDEAL, 0.05, shots=learned.shots)
     learned = gun().updated([1e5], [0.5], [12.0])
-    again, asked = pickle.loads(pickle.dumps(learned)), [setting(tank_pressure_pa=2e5)]
-    np.testing.assert_array_equal(again.velocities(asked, NOMINAL), learned.velocities(asked, NOMINAL))
+    again, shot_settings = pickle.loads(pickle.dumps(learned)), [setting(tank_pressure_pa=2e5)]
+    np.testing.assert_array_equal(again.velocities(shot_settings, NOMINAL), learned.velocities(shot_settings, NOMINAL))

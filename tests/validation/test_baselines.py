@@ -64,7 +64,7 @@ def test_background_is_taken_for_an_effect(answer) -> None:
 
 def test_evidence_is_the_mean_of_the_likelihood() -> None:
     """One cell, one place: z = 1 with sigma 1 against a change of 1; both sides by hand."""
-    one = GapProblem(
+    gap_problem = GapProblem(
         z=np.array([1.0]),
         noise=np.array([[1.0 - 1e-4]]),
         stage=np.array(["gun"]),
@@ -74,8 +74,8 @@ def test_evidence_is_the_mean_of_the_likelihood() -> None:
         parameters={A: 1},
     )
     odds = (5 / 7) / (2 / 7) * math.exp(0.5)
-    assert noise_only(one)[A] == pytest.approx(odds / (1 + odds))
-    assert bic(one)[A] == pytest.approx(1 / (1 + math.exp(-0.5)))  # ln 1 = 0: its parameter costs nothing
+    assert noise_only(gap_problem)[A] == pytest.approx(odds / (1 + odds))
+    assert bic(gap_problem)[A] == pytest.approx(1 / (1 + math.exp(-0.5)))  # ln 1 = 0: its parameter costs nothing
 
 
 def test_largest_residual_names_the_stage_s_most_frequent() -> None:
@@ -131,13 +131,13 @@ def toy_problem(*effects, seed: int = 0) -> GapProblem:
 
 def test_cells_are_means_over_tolerances() -> None:
     record = campaign((), np.random.default_rng(0))
-    one = GapProblem.of(GapTable.of(record, [ToyGun(record)]))
-    assert (one.changes, one.parameters) == ({}, {})
-    assert one.noise.shape == (24, 24)
+    gap_problem = GapProblem.of(GapTable.of(record, [ToyGun(record)]))
+    assert (gap_problem.changes, gap_problem.parameters) == ({}, {})
+    assert gap_problem.noise.shape == (24, 24)
     record = campaign((ToyLoss(0.1),), np.random.default_rng(0))
     gap = GapTable.of(record, [ToyGun(record)])
-    one = GapProblem.of(gap)
-    np.testing.assert_allclose(one.z, gap.mean[one.configuration, one.observable] / 0.01)
+    gap_problem = GapProblem.of(gap)
+    np.testing.assert_allclose(gap_problem.z, gap.mean[gap_problem.configuration, gap_problem.observable] / 0.01)
     # Nine of one parameter, whose likely range ends two standard deviations from none: the middle one does nothing.
     loss = -0.01 * np.sort(toy_problem().changes["gun.toy_loss"][:, 0])[::-1]
     assert len(loss) == 9
@@ -147,16 +147,16 @@ def test_cells_are_means_over_tolerances() -> None:
 
 
 def test_changes_are_those_of_the_law_and_stages_have_no_noise_in_common() -> None:
-    one = toy_problem()
-    apart = one.stage[:, None] != one.stage[None, :]
-    assert apart.any() and not one.noise[apart].any()
-    assert np.linalg.eigvalsh(one.noise).min() > 0
+    gap_problem = toy_problem()
+    apart = gap_problem.stage[:, None] != gap_problem.stage[None, :]
+    assert apart.any() and not gap_problem.noise[apart].any()
+    assert np.linalg.eigvalsh(gap_problem.noise).min() > 0
     # A loss moves every velocity alike and no pulse; a heavier mass moves the three logarithms by its powers.
-    gun = one.stage == "gun"
-    loss = one.changes["gun.toy_loss"]
+    gun = gap_problem.stage == "gun"
+    loss = gap_problem.changes["gun.toy_loss"]
     assert np.ptp(loss[:, gun], axis=1).max() == pytest.approx(0.0, abs=1e-9)
     assert not loss[:, ~gun].any()
-    peak, impulse, width = (one.changes["contact.toy_mass"][:, one.observable == i] for i in (1, 2, 3))
+    peak, impulse, width = (gap_problem.changes["contact.toy_mass"][:, gap_problem.observable == i] for i in (1, 2, 3))
     np.testing.assert_allclose(peak / 0.6, width / 0.4, atol=1e-9)
     np.testing.assert_allclose(peak / 0.6, impulse, atol=1e-9)
 
@@ -164,8 +164,8 @@ def test_changes_are_those_of_the_law_and_stages_have_no_noise_in_common() -> No
 @pytest.mark.parametrize("name", ["noise-only evidence", "BIC"])
 @pytest.mark.parametrize("effect", [ToyLoss(0.12), ToyMass(1.3), ToyLayer(0.3)], ids=lambda effect: effect.id)
 def test_a_simple_way_names_the_effect(name: str, effect) -> None:
-    said = BASELINES[name](toy_problem(effect))
-    assert max(said, key=lambda label: said[label]) == effect.id
+    probabilities = BASELINES[name](toy_problem(effect))
+    assert max(probabilities, key=lambda label: probabilities[label]) == effect.id
 
 
 def test_gain_of_the_force_goes_held_out_too(tmp_path: Path) -> None:

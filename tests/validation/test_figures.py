@@ -74,9 +74,9 @@ def test_first_label_group_and_two() -> None:
     assert case_figures.first.n == 4
     assert case_figures.group_size == 2
     truth = label(LEAK, LAYER)
-    said = [f"{LAYER}+{LEAK}", f"{LEAK}+{DRAG}", LAYER, DRAG]
-    found = figures("t", [says(truth, {each: 1.0}) for each in said])
-    assert (found.both, found.at_least_one) == (Rate(1, 4), Rate(3, 4))
+    answers = [f"{LAYER}+{LEAK}", f"{LEAK}+{DRAG}", LAYER, DRAG]
+    tier_figures = figures("t", [says(truth, {named_causes: 1.0}) for named_causes in answers])
+    assert (tier_figures.both, tier_figures.at_least_one) == (Rate(1, 4), Rate(3, 4))
 
 
 def test_none_is_right_within_tolerance_and_a_false_alarm_without_effect() -> None:
@@ -96,7 +96,9 @@ def test_unknown_effects_rank_above_the_others() -> None:
     answer = CaseAnswer("c", stages=("contact", "gun"))
     rows = [CaseResult(label(LAYER, stages=("contact",)), answer), CaseResult(label(LEAK, stages=("gun",)), answer)]
     assert figures("t", rows).stage == Rate(1, 2)
-    rows = [says(label(LAYER, stages=("contact",)), {said: 1.0}) for said in (LAYER, "sensor.force_gain", LEAK, "none")]
+    rows = [
+        says(label(LAYER, stages=("contact",)), {cause: 1.0}) for cause in (LAYER, "sensor.force_gain", LEAK, "none")
+    ]
     assert figures("t", rows).stage == Rate(2, 4)
 
 

@@ -96,7 +96,9 @@ def test_pool_has_the_figures_of_all_rows_once(tmp_path: Path) -> None:
         write_rows(tmp_path / f"{seed}.jsonl", asked(seed), rows)
     checks, rows = pooled([tmp_path / "1.jsonl", tmp_path / "2.jsonl"])
     assert [check["seed"] for check in checks] == [1, 2]
-    assert [each.as_json() for each in tables(rows)] == [each.as_json() for each in tables(ROWS)]
+    assert [tier_table.as_json() for tier_table in tables(rows)] == [
+        tier_table.as_json() for tier_table in tables(ROWS)
+    ]
     assert tables(rows)[-1].n == 4
     for name in ("a.jsonl", "b.jsonl"):
         write_rows(tmp_path / name, asked(7), ROWS[:1])

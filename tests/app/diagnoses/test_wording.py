@@ -148,9 +148,9 @@ def test_stage_is_named_as_clearly_as_the_shares_allow(shares: tuple[float, ...]
 def test_unnamed_effects_and_credible_sets_are_told_as_one() -> None:
     valve, atmosphere, leak, dead = verdicts.gun().effects
     effects = (valve, replace(atmosphere, named=False), replace(leak, named=False), dead)
-    told = summary(verdicts.gun(effects=effects))
-    assert "the atmosphere" not in told
-    assert "effects that the data do not establish account for 36 % and 3 % (1 to 6 %) remains unexplained" in told
+    sentences = summary(verdicts.gun(effects=effects))
+    assert "the atmosphere" not in sentences
+    assert "effects that the data do not establish account for 36 % and 3 % (1 to 6 %) remains unexplained" in sentences
     barrel = EffectShare("gun.barrel_loss", 0.4, 0.1, (0.0, 0.6), 0.1, valve.credible_set)
     alike_two = verdicts.gun(effects=(replace(valve, share=0.51), atmosphere, barrel, leak))
     assert [len(group) for group in named_groups(alike_two)] == [2, 1, 1]
@@ -167,15 +167,18 @@ def test_unnamed_effects_and_credible_sets_are_told_as_one() -> None:
 
 
 def test_agreement_needs_no_effect_and_unknown_says_what_remains() -> None:
-    told = summary(verdicts.none())
-    assert told.startswith("Model and measurement agree: the model error is 0.8 times the tolerance")
-    assert told.endswith("No effect is needed to explain it (97 %).")
-    told = summary(verdicts.unknown())
-    assert "most of it arises in the contact (80 %)" in told
-    assert "(unknown: 90 %): 55 % (40 to 80 %) of it remains unexplained; the damping of the contact comes near" in told
-    assert "disappears" not in told
-    told = summary(verdicts.gun(causes=(Cause(("unknown",), 0.7), Cause(("none",), 0.3)), unexplained=None))
-    assert "explain only a part of it (unknown: 70 %). The flow resistance of the valve causes 61 %" in told
+    sentences = summary(verdicts.none())
+    assert sentences.startswith("Model and measurement agree: the model error is 0.8 times the tolerance")
+    assert sentences.endswith("No effect is needed to explain it (97 %).")
+    sentences = summary(verdicts.unknown())
+    assert "most of it arises in the contact (80 %)" in sentences
+    assert (
+        "(unknown: 90 %): 55 % (40 to 80 %) of it remains unexplained; the damping of the contact comes near"
+        in sentences
+    )
+    assert "disappears" not in sentences
+    sentences = summary(verdicts.gun(causes=(Cause(("unknown",), 0.7), Cause(("none",), 0.3)), unexplained=None))
+    assert "explain only a part of it (unknown: 70 %). The flow resistance of the valve causes 61 %" in sentences
 
 
 @pytest.mark.parametrize(("cause", "words"), [
@@ -197,15 +200,15 @@ def test_verdict_without_shares_is_told_by_its_causes(cause: Cause, words: str) 
 
 
 def test_unknown_noise_is_left_out_and_fractions_are_held_out() -> None:
-    told = summary(verdicts.gun(gap=GapSize("rms", 0.42, 0.0, 0.01, True)))
-    assert told.startswith("The model error is 42 times the tolerance; ")
+    sentences = summary(verdicts.gun(gap=GapSize("rms", 0.42, 0.0, 0.01, True)))
+    assert sentences.startswith("The model error is 42 times the tolerance; ")
     nothing = summary(verdicts.gun(gap=GapSize("rms", float("nan"), float("nan"), 0.01, True)))
     assert nothing.startswith("The model error is of unknown size; ")
     nearest = [effect.effect for effect in nearest_effects(verdicts.unknown())]
     assert nearest == ["contact.viscous_loss", "contact.plastic_yield"] and held_out_fraction(verdicts.gun()) == 0.97
     assert held_out_fraction(verdicts.verdict()) == 0.94 and held_out_fraction(verdicts.verdict(shrinkage=())) is None
-    told = summary(verdicts.gun(effects=verdicts.gun().effects[:1], unexplained=Unexplained(0.39, (0.3, 0.5))))
-    assert told.count("39 % (30 to 50 %) remains unexplained") == 1
+    sentences = summary(verdicts.gun(effects=verdicts.gun().effects[:1], unexplained=Unexplained(0.39, (0.3, 0.5))))
+    assert sentences.count("39 % (30 to 50 %) remains unexplained") == 1
 
 
 # --- what to do next: two to five full sentences, and under unknown always an experiment ---

@@ -192,8 +192,8 @@ def test_what_was_asked_for_is_done_listed_and_stopped(url: str, tmp_path: Path)
     assert "job 1: Ingest of spring\n" in result.stderr and "2 jobs\n" in result.stderr
     table = pyroshock("jobs", "--db", url).stdout
     assert "no campaign 'autumn'" in table and "2 shots" in table
-    found = json.loads(pyroshock("jobs", "--last", "1", "--json", "--db", url).stdout)
-    assert [(job["id"], job["state"], job["kind"]) for job in found] == [(2, "failed", "extract")]
+    job_rows = json.loads(pyroshock("jobs", "--last", "1", "--json", "--db", url).stdout)
+    assert [(job["id"], job["state"], job["kind"]) for job in job_rows] == [(2, "failed", "extract")]
     with opened(url) as store:
         waiting = ask(store, EXTRACT, "Extraction of spring", ExtractArguments("spring"))
         result = pyroshock("jobs", "--db", url, "stop", waiting.key)
@@ -208,6 +208,6 @@ def test_a_job_that_an_older_version_was_asked_for_is_done(tmp_path: Path) -> No
     result = pyroshock("work", "--once", "--db", url)
     assert "1 job\n" in result.stderr, result.stderr
     with opened(url) as store:
-        found = list_jobs(store)
-    job_rows = [(job.state, job.attempt, job.worker == "bench:1:0") for job in found]
+        jobs = list_jobs(store)
+    job_rows = [(job.state, job.attempt, job.worker == "bench:1:0") for job in jobs]
     assert job_rows == [("done", 1, True), ("done", 1, False)]

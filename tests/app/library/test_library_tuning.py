@@ -56,8 +56,8 @@ def test_targets_and_masses_in_every_form(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="level"):
         target_of(pd.Series([-1.0, 1.0], index=[100.0, 200.0]))
     half = pint.UnitRegistry().Quantity(500, "g")
-    for one in (0.5, "0.5 kg", "0.5kg:0.5kg", half):
-        assert masses_of(one, "bullet_mass") == Levels((0.5,))
+    for mass in (0.5, "0.5 kg", "0.5kg:0.5kg", half):
+        assert masses_of(mass, "bullet_mass") == Levels((0.5,))
     for several in ("0.2kg,0.5kg", [0.2, half]):
         assert masses_of(several, "bullet_mass") == Levels((0.2, 0.5))
     assert masses_of("1kg:0.2kg", "bullet_mass") == ContinuousRange(0.2, 1.0)

@@ -75,11 +75,11 @@ def test_numbers_and_series_have_bands_and_units(shot: ShotPrediction) -> None:
         assert number.lower <= float(number) <= number.upper and unit in repr(number)
     frame = shot.to_frame()
     assert list(frame.loc["velocity", ["mean", "unit"]]) == [float(shot.velocity), "m/s"]
-    told, frame = shot.to_json(), shot.srs["acceleration_1"].to_frame()
-    assert frame["mean"].tolist() == told["srs"]["acceleration_1"]["mean"]
-    assert frame.index.tolist() == told["srs"]["frequency_hz"]
+    shot_json, frame = shot.to_json(), shot.srs["acceleration_1"].to_frame()
+    assert frame["mean"].tolist() == shot_json["srs"]["acceleration_1"]["mean"]
+    assert frame.index.tolist() == shot_json["srs"]["frequency_hz"]
     assert frame.attrs["units"] == {"frequency_hz": "Hz", "mean": "m/s2", "lower": "m/s2", "upper": "m/s2"}
-    assert shot.force.to_frame()["upper"].tolist() == told["force"]["upper"]
+    assert shot.force.to_frame()["upper"].tolist() == shot_json["force"]["upper"]
     both = shot.srs.to_frame()
     assert list(both.columns.names) == ["sensor", "value"]
     assert list(both.columns.get_level_values("sensor").unique()) == list(shot.srs)
@@ -213,23 +213,23 @@ def test_plan_is_predicted_as_the_command_line_predicts_it(url: str, store: ps.E
 
 # --- validation: the scores, sentence and plot of the command ---
 def test_validation_is_that_of_the_command_line(store: ps.ExperimentStore) -> None:
-    found = store.validate("first-shots", draws=20, progress=False)
+    validation = store.validate("first-shots", draws=20, progress=False)
     result = CliRunner().invoke(validate, ["first-shots", "--draws", "20", "--db", store.url, "--json"])
-    expected, data = json.loads(result.stdout), found.to_json()
+    expected, data = json.loads(result.stdout), validation.to_json()
     assert {**data, "seconds": 0} == {**expected, "seconds": 0}
-    assert (found.sentence, found.calibrated) == (expected["verdict"], expected["calibrated"])
+    assert (validation.sentence, validation.calibrated) == (expected["verdict"], expected["calibrated"])
 
     (row,) = expected["quantities"]
-    scores = found.scores
+    scores = validation.scores
     assert scores.loc["velocity", "coverage90"] == row["coverage90"]
     assert list(scores.loc["velocity", ["coverage90_low", "coverage90_high"]]) == row["coverage90_ci95"]
-    shots = found.shots
+    shots = validation.shots
     assert isinstance(shots, pd.DataFrame) and len(shots) == row["shots"]
     assert shots["measured"].tolist() == [shot["quantities"]["velocity"]["measured"] for shot in expected["shots"]]
-    assert found.failures == tuple(failure["sentence"] for failure in expected["failures"])
-    assert found.sentence.partition(":")[0] in found._repr_html_()
+    assert validation.failures == tuple(failure["sentence"] for failure in expected["failures"])
+    assert validation.sentence.partition(":")[0] in validation._repr_html_()
 
-    axes = found.plot()
+    axes = validation.plot()
     assert axes.get_xlabel() == "share of shots inside the 90 % band"
     assert [label.get_text() for label in axes.get_yticklabels()] == ["velocity"]
 

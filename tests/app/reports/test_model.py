@@ -84,13 +84,13 @@ def test_promotions_facts_and_splits_are_those_of_the_registry(lab: tuple[Regist
     (row,) = table.rows
     assert row[1:4] == ["linear@1", "hann@1", "forced"] and str(row[-2]).startswith("to <i>try</i> it")
     assert len(blocks(report(lab, "hann@1"), "Promotions")[0].rows) == 2
-    found, version = report(lab, "linear@1"), chosen(lab[0].versions(), "linear@1")
-    assert found.facts["Dataset hash"] == version.dataset.hash
-    assert found.facts["Cost"].startswith(f"{version.cost.seconds:.1f} s")
-    assert "the model in use for a hammer" in found.lead and "not in use" in report(lab, "hann@1").lead
+    model_report, version = report(lab, "linear@1"), chosen(lab[0].versions(), "linear@1")
+    assert model_report.facts["Dataset hash"] == version.dataset.hash
+    assert model_report.facts["Cost"].startswith(f"{version.cost.seconds:.1f} s")
+    assert "the model in use for a hammer" in model_report.lead and "not in use" in report(lab, "hann@1").lead
     versions = lab[0].versions()
     for label, splits in (("hann@1", ["hann@1", "hann@2"]), ("hann@2", ["hann@2", "hann@1"])):
-        assert [each.label for each in of_all_splits(versions, chosen(versions, label))] == splits
+        assert [split_version.label for split_version in of_all_splits(versions, chosen(versions, label))] == splits
 
 
 def test_report_is_written_both_ways_and_missing_pulses_are_said(lab: tuple[Registry, Read]) -> None:

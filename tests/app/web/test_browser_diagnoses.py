@@ -93,7 +93,9 @@ def test_adopted_effect_is_a_version_of_the_twin(browser, lab):
     assert count(lab, TwinVersion) == before + 1
     with lab.reading() as session:
         newest = session.scalars(select(TwinVersion).order_by(TwinVersion.version.desc())).first()
-        assert [each["id"] for each in newest.configuration["effects"]] == [effect] and newest.diagnosis_id == KEPT
+        assert [adopted["id"] for adopted in newest.configuration["effects"]] == [
+            effect
+        ] and newest.diagnosis_id == KEPT
 
 
 @pytest.mark.parametrize("of", ["campaign/rehearsal", "campaign/first-shots", f"diagnosis/{KEPT}", "model/linear/1"])

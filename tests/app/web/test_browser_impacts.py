@@ -113,6 +113,6 @@ def test_conditions_narrow_the_list_as_the_api_does(browser, lab):
         page.fill("#where-1", "tip_material=steel")
         page.press("#where-1", "Enter")
         page.wait_for_url("**where=*")
-        few = [int(each) for each in page.locator("#rows tbody tr td:first-child a").all_inner_texts()]
+        few = [int(api_row) for api_row in page.locator("#rows tbody tr td:first-child a").all_inner_texts()]
         found = asked(page, "/api/impacts?where=tip_material%3Dsteel")
-        assert few == [each["id"] for each in found] and 0 < len(few) < every
+        assert few == [api_row["id"] for api_row in found] and 0 < len(few) < every

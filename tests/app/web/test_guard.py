@@ -208,13 +208,13 @@ def test_paths_stay_below_their_folders(tmp_path: Path) -> None:
     inside = _campaign(data / "spring")
     (data / "link").symlink_to(outside)
     assert confined("spring", (data,)) == inside and confined(str(inside), (data,)) == inside
-    said = set()
+    refusals = set()
     elsewhere = ("../outside", str(outside), "link", "spring/../../outside")
     for path in (*elsewhere, "nowhere", "/etc", "\0", "spring/campaign.toml"):
         with pytest.raises(PathError) as error:
             confined(path, (data,))
-        said.add(str(error.value).replace(repr(path), "PATH"))
-    assert len(said - {"PATH is no path"}) == 1  # nothing tells whether there is something outside
+        refusals.add(str(error.value).replace(repr(path), "PATH"))
+    assert len(refusals - {"PATH is no path"}) == 1  # nothing tells whether there is something outside
 
 
 def test_campaign_folders_are_suggested(tmp_path: Path) -> None:

@@ -299,8 +299,8 @@ def test_a_plan_is_made_and_runs_are_ticked_at_the_bench(filled: Lab) -> None:
 
 def run(filled: Lab, number: int) -> tuple[str, str | None]:
     with filled.store.reading() as session:
-        found = next(each for each in read_plan(session, PLAN).runs if each.run == number)
-        return found.status, found.reason
+        planned_run = next(stored_run for stored_run in read_plan(session, PLAN).runs if stored_run.run == number)
+        return planned_run.status, planned_run.reason
 
 
 def test_a_model_is_promoted_and_a_worse_one_refused(filled: Lab) -> None:

@@ -65,7 +65,7 @@ def test_api_tells_what_stands_on_it_and_discards_and_deletes(own: Lab) -> None:
     address, before = f"/api/campaigns/{HAMMER}", own.rows()
     standing = own.client.get(f"{address}/standing?recording={quote(FIRST)}").json()
     assert standing["counts"]["recordings"] == 1
-    assert [each["name"] for each in standing["stood_on"]["datasets"]] == [DATASET] and own.rows() == before
+    assert [dataset["name"] for dataset in standing["stood_on"]["datasets"]] == [DATASET] and own.rows() == before
     stone = post_json(own.client, f"{address}/discard", {"recording": FIRST, "reason": REASON}).json()
     assert (stone["recording"], stone["counts"]) == (FIRST, standing["counts"])
     assert post_json(own.client, f"{address}/discard", {"recording": FIRST, "reason": REASON}).status_code == 404

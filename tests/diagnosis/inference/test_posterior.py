@@ -122,7 +122,7 @@ def test_inclusion_is_the_weight_of_the_sets_that_have_it():
     assert posterior.taken(posterior.library.fits[()]) == pytest.approx(0.0)
     (row,) = posterior.parameters("gun.dead_volume")
     fit = next(fit for fit, _ in posterior.weighted if "gun.dead_volume" in fit.effects)
-    (own,) = [each for each in fitted_effects(fit) if each.id == "gun.dead_volume"]
+    (own,) = [fitted_effect for fitted_effect in fitted_effects(fit) if fitted_effect.id == "gun.dead_volume"]
     assert own.as_json()["volume_m3"] == pytest.approx(row.value)
 
 

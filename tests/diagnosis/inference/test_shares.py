@@ -86,9 +86,9 @@ def test_two_identical_effects_share_equally():
     assert first > other
     rng = np.random.default_rng(3)
     responses, sizes = 3 * rng.standard_normal((4, COUNT)), np.array([1.0, -0.6, 0.05, 0.8])
-    found = of_all(responses, sizes, 0.3 * rng.standard_normal(COUNT))
-    rows = [(found.share[name], found.interval[name]) for name in found.share]
-    for mean, (low, high) in [*rows, (found.unexplained, found.unexplained_interval)]:
+    effect_shares = of_all(responses, sizes, 0.3 * rng.standard_normal(COUNT))
+    rows = [(effect_shares.share[name], effect_shares.interval[name]) for name in effect_shares.share]
+    for mean, (low, high) in [*rows, (effect_shares.unexplained, effect_shares.unexplained_interval)]:
         assert 0 <= low <= mean <= high <= 1
 
 
@@ -108,18 +108,18 @@ def test_large_sets_share_orthogonal_contributions_as_small_ones(count: int):
 
 def test_shares_and_unexplained_sum_to_one():
     rest = 6 * np.linalg.qr(np.random.default_rng(0).standard_normal((COUNT, COUNT)))[0][5]
-    found = of_all(orthogonal(3), np.array([1.0, -0.8, 0.5]), rest)
-    assert sum(found.share.values()) + found.unexplained == pytest.approx(1.0)
+    effect_shares = of_all(orthogonal(3), np.array([1.0, -0.8, 0.5]), rest)
+    assert sum(effect_shares.share.values()) + effect_shares.unexplained == pytest.approx(1.0)
     responses, sizes = orthogonal(2), np.array([1.0, 1.0])
     rest = 6 * np.linalg.qr(np.random.default_rng(0).standard_normal((COUNT, COUNT)))[0][5]
-    found = of_all(responses, sizes, rest)
-    assert found.unexplained == pytest.approx(36 / (16 + 25 + 36), abs=0.04)
+    effect_shares = of_all(responses, sizes, rest)
+    assert effect_shares.unexplained == pytest.approx(36 / (16 + 25 + 36), abs=0.04)
     sizes = np.array([1.0, -0.8, 0.5])
     responses = orthogonal(3)
     squares = (sizes**2) * (responses**2).sum(axis=1)
-    found = of_all(responses, sizes)
+    effect_shares = of_all(responses, sizes)
     for i, square in enumerate(squares):
-        assert found.share[f"gun.linear_{i}"] == pytest.approx(square / squares.sum(), abs=0.02)
+        assert effect_shares.share[f"gun.linear_{i}"] == pytest.approx(square / squares.sum(), abs=0.02)
 
 
 def test_effects_without_a_part_share_nothing():

@@ -165,23 +165,23 @@ RECORD = hammer_record([HEAVY], repetitions=1)
 
 
 def test_missing_mass_shows_in_time_and_at_low_frequency() -> None:
-    found = pulse_residuals(ContactObservables(RECORD))
-    assert np.all((found.measured - found.simulated).max(axis=1) > 0.1 * found.measured.max(axis=1))
-    ratio = found.spectrum_n_s(found.measured)[:, 0] / found.spectrum_n_s(found.simulated)[:, 0]
+    residuals = pulse_residuals(ContactObservables(RECORD))
+    assert np.all((residuals.measured - residuals.simulated).max(axis=1) > 0.1 * residuals.measured.max(axis=1))
+    ratio = residuals.spectrum_n_s(residuals.measured)[:, 0] / residuals.spectrum_n_s(residuals.simulated)[:, 0]
     assert ratio == pytest.approx(1.3, rel=5e-3)
-    at = int(np.argmin(np.abs(found.time_s)))
-    for force in (found.measured, found.simulated):
+    at = int(np.argmin(np.abs(residuals.time_s)))
+    for force in (residuals.measured, residuals.simulated):
         assert force[:, at] / force.max(axis=1) == pytest.approx(0.5, abs=0.02)
-    assert found.frequency_hz.size == found.spectrum_n_s(found.measured).shape[1]
-    found = pulse_residuals(ContactObservables(RECORD), [HEAVY])
-    peak = found.measured.max(axis=1, keepdims=True)
-    assert np.abs((found.measured - found.simulated) / peak).max() < 0.02
+    assert residuals.frequency_hz.size == residuals.spectrum_n_s(residuals.measured).shape[1]
+    residuals = pulse_residuals(ContactObservables(RECORD), [HEAVY])
+    peak = residuals.measured.max(axis=1, keepdims=True)
+    assert np.abs((residuals.measured - residuals.simulated) / peak).max() < 0.02
 
 
 def test_missing_run_is_nan() -> None:
-    found = pulse_residuals(ContactObservables(without(without(RECORD, 0, velocity_m_s=None), 1, force=None)))
-    assert np.isnan(found.simulated).all(axis=1).tolist() == [True, False, False, False]
-    assert np.isnan(found.measured).all(axis=1).tolist() == [False, True, False, False]
+    residuals = pulse_residuals(ContactObservables(without(without(RECORD, 0, velocity_m_s=None), 1, force=None)))
+    assert np.isnan(residuals.simulated).all(axis=1).tolist() == [True, False, False, False]
+    assert np.isnan(residuals.measured).all(axis=1).tolist() == [False, True, False, False]
     silent = replace(RECORD, runs=tuple(replace(run, force=None) for run in RECORD.runs))
     with pytest.raises(ValueError, match="no run has both a recorded force and a velocity"):
         pulse_residuals(ContactObservables(silent))

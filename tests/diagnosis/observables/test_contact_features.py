@@ -89,13 +89,15 @@ def test_pulse_backwards_has_the_opposite_skew() -> None:
     assert there["rise_share"] == pytest.approx(1 - back["rise_share"], abs=2e-3)
     assert there["skew"] > 0.05
     step = TIME_S / 400
-    found = named(features(half_sine(np.arange(-200, 1000) * step)[None], step)[0])
-    assert found["ln_peak"] == pytest.approx(np.log(PEAK_N), abs=0.003)
-    assert found["ln_impulse"] == pytest.approx(np.log(2 * PEAK_N * TIME_S / np.pi), abs=0.003)
-    assert found["ln_width_half"] == pytest.approx(np.log(TIME_S * 2 / 3), abs=0.003)
-    assert found["ln_width_tenth"] == pytest.approx(np.log(TIME_S * (1 - 2 * np.arcsin(0.1) / np.pi)), abs=0.003)
-    assert found["rise_share"] == pytest.approx(0.5, abs=1e-3)
-    assert found["skew"] == pytest.approx(0.0, abs=1e-3)
+    pulse_features = named(features(half_sine(np.arange(-200, 1000) * step)[None], step)[0])
+    assert pulse_features["ln_peak"] == pytest.approx(np.log(PEAK_N), abs=0.003)
+    assert pulse_features["ln_impulse"] == pytest.approx(np.log(2 * PEAK_N * TIME_S / np.pi), abs=0.003)
+    assert pulse_features["ln_width_half"] == pytest.approx(np.log(TIME_S * 2 / 3), abs=0.003)
+    assert pulse_features["ln_width_tenth"] == pytest.approx(
+        np.log(TIME_S * (1 - 2 * np.arcsin(0.1) / np.pi)), abs=0.003
+    )
+    assert pulse_features["rise_share"] == pytest.approx(0.5, abs=1e-3)
+    assert pulse_features["skew"] == pytest.approx(0.0, abs=1e-3)
 
 
 def test_strongest_pulse_counts_and_no_force_has_no_features() -> None:

@@ -119,11 +119,11 @@ def test_effects_are_the_guns_over_each_bullet_s_travel(each: Effect) -> None:
     expected = np.log(gain * gun_velocity(BENCH, true_pressure, masses(six), acting).velocity_m_s)
     assert GunObservables(six).simulated([each])[:, 0] == pytest.approx(expected, rel=1e-5)
     mixed = GunObservables(with_travels(record()))
-    found = mixed.changes([[each], []])
+    changes = mixed.changes([[each], []])
     for mass, travel in TRAVELS.items():
         alone = GunObservables(record(gun=replace(BENCH, travel_m=travel)))
         np.testing.assert_allclose(
-            of_bullet(found[0], mixed.record, mass),
+            of_bullet(changes[0], mixed.record, mass),
             of_bullet(alone.changes([[each]])[0], mixed.record, mass),
             rtol=1e-5,
         )
@@ -175,9 +175,9 @@ def test_changes_of_mixed_sets_are_those_one_by_one() -> None:
     ]
     alone = [(stage.simulated(effects) - stage.simulated())[6:12] for effects in sets]
     assert stage.changes(sets) == pytest.approx(np.array(alone), abs=1e-9)
-    kinds = [type(each) for each in (*GUN, *SENSORS)]
+    kinds = [type(off_effect) for off_effect in (*GUN, *SENSORS)]
     off = [kind(**{item.name: item.off for item in kind.parameters()}) for kind in kinds]
-    assert np.all(stage.changes([[], *[[each] for each in off]]) == 0)
+    assert np.all(stage.changes([[], *[[off_effect] for off_effect in off]]) == 0)
 
 
 @settings(max_examples=25)

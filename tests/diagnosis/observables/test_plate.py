@@ -59,7 +59,7 @@ def test_plate_without_effects_leaves_no_gap(nominal: PlateObservables) -> None:
     stage = PlateObservables(played())
     assert np.nanmax(np.abs(in_tolerances(stage, stage.residuals()))) < 0.3
     assert rms(in_tolerances(nominal, nominal.residuals())) < 0.3
-    names = [each.name for each in nominal.observables]
+    names = [observable.name for observable in nominal.observables]
     assert len(set(names)) == len(names) == nominal.measured().shape[1] <= 80
 
 

@@ -51,7 +51,7 @@ def test_nominal_and_solved_plates_agree_within_their_tolerances() -> None:
     assert np.abs(frequency).max() < 5e-4
     assert np.abs(damping).max() < 0.03
     # A handbook's modulus and an assumed damping are known less well than a measured table.
-    measured, model = (PlateRingdownStage(each) for each in (without_force(played()), solved(played())))
+    measured, model = (PlateRingdownStage(record) for record in (without_force(played()), solved(played())))
     assert {item.tolerance for item in measured.observables} == {0.002, 0.1}
     assert {item.tolerance for item in model.observables} == {0.01, 0.4}
     assert any("within 1% of a frequency and 40% of a damping ratio" in text for text in model.assumptions)
@@ -124,7 +124,7 @@ def lines(table: ModalPlate) -> ModeLines:
 def of_changed(name: str, **parameters: float) -> np.ndarray:
     change = effect(name, **parameters)
     assert isinstance(change, PlateEffect)
-    return matched(lines(change.apply(plate())), [lines(each) for each in candidate_plates(plate())])
+    return matched(lines(change.apply(plate())), [lines(candidate) for candidate in candidate_plates(plate())])
 
 
 def test_moved_plates_keep_the_names_of_their_modes() -> None:
@@ -140,8 +140,8 @@ def test_moved_plates_keep_the_names_of_their_modes() -> None:
     )
     moved = effect("plate.stiffness", frequency_factor=1.07)
     assert isinstance(moved, PlateEffect)
-    found = matched(lines(moved.apply(close)), [lines(each) for each in candidate_plates(close)])
-    assert np.array_equal(found, np.arange(10))
+    matches = matched(lines(moved.apply(close)), [lines(each) for each in candidate_plates(close)])
+    assert np.array_equal(matches, np.arange(10))
     for each in (
         of_changed("plate.stiffness", frequency_factor=0.91),
         of_changed("plate.sensor_mass", mass_kg=0.28),
@@ -156,8 +156,8 @@ def test_foreign_and_missing_lines_have_no_mode() -> None:
     at = int(np.searchsorted(frequency, 2000.0))
     level = np.insert(own.level, at, 0.3 * own.level.mean(axis=0), axis=0)
     assert np.array_equal(matched(ModeLines(frequency, level), [own]), np.delete(np.arange(11), at))
-    found = ModeLines(np.delete(own.frequency_hz, 3), np.delete(own.level, 3, axis=0))
-    named = matched(found, [own])
+    measured_lines = ModeLines(np.delete(own.frequency_hz, 3), np.delete(own.level, 3, axis=0))
+    named = matched(measured_lines, [own])
     assert named[3] == -1
     assert np.array_equal(np.delete(named, 3), np.arange(9))
 
@@ -174,11 +174,11 @@ def dense() -> ModalPlate:
 def test_low_modes_of_a_dense_plate_are_read() -> None:
     planted = effect("plate.stiffness", frequency_factor=1.01)
     stage = PlateObservables(played([planted], noise=0.002, bench=dense()))
-    frequency = [i for i, each in enumerate(stage.observables) if "ln frequency" in each.name]
+    frequency = [i for i, observable in enumerate(stage.observables) if "ln frequency" in observable.name]
     assert len(frequency) > 5
     assert stage.residuals()[:, frequency] == pytest.approx(np.log(1.01), abs=5e-4)
-    left = stage.measured() - stage.simulated([planted])
-    assert np.nanmax(np.abs(left / [each.tolerance for each in stage.observables])) < 1.5
+    remaining = stage.measured() - stage.simulated([planted])
+    assert np.nanmax(np.abs(remaining / [observable.tolerance for observable in stage.observables])) < 1.5
 
 
 def test_window_takes_fewer_samples_and_keeps_the_mode() -> None:

@@ -260,7 +260,7 @@ def test_an_import_does_not_touch_the_file_and_a_torn_one_is_refused(store, spri
     before = (spring.read_bytes(), spring.stat().st_mtime_ns)
     import_file(store, spring)
     assert (spring.read_bytes(), spring.stat().st_mtime_ns) == before
-    assert [each.name for each in spring.parent.glob("spring.pyroshock*")] == ["spring.pyroshock"]
+    assert [neighbour.name for neighbour in spring.parent.glob("spring.pyroshock*")] == ["spring.pyroshock"]
     spring.write_bytes(spring.read_bytes()[: spring.stat().st_size // 2])
     refused(store, spring, "is refused|cannot be read")
 

@@ -55,13 +55,16 @@ def test_planted_zero_shift_and_clipped_crest_are_found_with_their_size(polarity
     x = ringing()
     peak = np.abs(x).max()
     x[ONSET + 50 :] += polarity * 0.02 * peak
-    found = findings(x)
-    assert set(found) == {"zero-shift", "balance"}
-    assert found["zero-shift"].evidence["peak_share"] == pytest.approx(0.02, rel=0.1)
-    assert ("positive" if polarity > 0 else "negative") in found["balance"].message
+    clipping_findings = findings(x)
+    assert set(clipping_findings) == {"zero-shift", "balance"}
+    assert clipping_findings["zero-shift"].evidence["peak_share"] == pytest.approx(0.02, rel=0.1)
+    assert ("positive" if polarity > 0 else "negative") in clipping_findings["balance"].message
     x = polarity * ringing()
-    found = findings(np.clip(x, -np.inf, 0.6 * x.max()))
-    assert found["clipping"].evidence["longest_samples"] >= 3 and found["clipping"].severity == "reject"
+    clipping_findings = findings(np.clip(x, -np.inf, 0.6 * x.max()))
+    assert (
+        clipping_findings["clipping"].evidence["longest_samples"] >= 3
+        and clipping_findings["clipping"].severity == "reject"
+    )
 
 
 def test_offset_is_a_rest_level_and_wander_that_comes_back_a_displacement():

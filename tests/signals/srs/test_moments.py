@@ -63,9 +63,9 @@ CLOSED_FORMS = {
 
 @pytest.mark.parametrize(("record", "start_s", "moments"), CLOSED_FORMS.values(), ids=CLOSED_FORMS)
 def test_moments_are_the_closed_forms(record, start_s, moments):
-    found = temporal_moments(record, RATE, start_s=start_s)
+    computed = temporal_moments(record, RATE, start_s=start_s)
     for name, (expected, rel, absolute) in moments.items():
-        assert getattr(found, name) == pytest.approx(expected, rel=rel, abs=absolute), name
+        assert getattr(computed, name) == pytest.approx(expected, rel=rel, abs=absolute), name
 
 
 def test_moments_of_silence_and_of_a_record_read_backwards():

@@ -83,10 +83,10 @@ def test_time_runs_backwards_for_undamped_residuals(record):
 def test_primary_and_residual_are_of_the_series_of_the_oscillator(record, zeta):
     """The residual is of the series after the record: one step to 0, then a decay whose peaks 2,000 zeros show at
     samples."""
-    one = spectrum(record, zeta)
+    both_parts = spectrum(record, zeta)
     series = [oscillator_response(record, RATE, line, damping_ratio=zeta) for line in LINES]
-    assert one.primary == close([np.abs(each.absolute_acceleration_m_s2).max() for each in series])
-    for line, residual in zip(LINES[LINES < RATE / 20], one.residual, strict=False):
+    assert both_parts.primary == close([np.abs(oscillator.absolute_acceleration_m_s2).max() for oscillator in series])
+    for line, residual in zip(LINES[LINES < RATE / 20], both_parts.residual, strict=False):
         longer = oscillator_response(np.append(record, np.zeros(2000)), RATE, line, damping_ratio=zeta)
         later = np.abs(longer.absolute_acceleration_m_s2[record.size :]).max()
         assert later <= residual * (1 + 1e-9)

@@ -45,11 +45,13 @@ def add_recording(
         series = [StoredSeries.of(Channel(s, np.asarray(v), rate_hz, start_s)) for s, v in channels.items()]
         recording = Recording(
             campaign_id=owner.id, path=f"{count}.npz", sha256=f"{count:064d}", size_bytes=1, format="npz",
-            status="stored", channels=[RecordedChannel(**channel_values(each)) for each in series],
+            status="stored", channels=[RecordedChannel(**channel_values(channel_series)) for channel_series in series],
         )  # fmt: skip
         session.add(recording)
         session.flush()
         keys = {row.name: row.id for row in recording.channels}
-        for each in series:
-            write_series(session, keys[each.channel.name], each.encoded.frames, store.written_by(session))
+        for channel_series in series:
+            write_series(
+                session, keys[channel_series.channel.name], channel_series.encoded.frames, store.written_by(session)
+            )
         return recording.id, keys

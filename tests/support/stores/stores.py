@@ -135,13 +135,13 @@ def _hash(session: Session, row: RecordedChannel) -> str:
 @contextmanager
 def statements(store: Store) -> Iterator[list[str]]:
     """The list fills with the statements that are sent; one for many rows is one."""
-    said: list[str] = []
+    executed: list[str] = []
 
     def note(_connection: Any, _cursor: Any, statement: str, *_: Any) -> None:
-        said.append(statement)
+        executed.append(statement)
 
     event.listen(store.engine, "before_cursor_execute", note)
     try:
-        yield said
+        yield executed
     finally:
         event.remove(store.engine, "before_cursor_execute", note)

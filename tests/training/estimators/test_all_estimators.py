@@ -96,9 +96,9 @@ def test_repetitions_tell_the_noise() -> None:
 
 def test_linear_regression_does_not_mind() -> None:
     """Least squares of turned outputs, turned back, are least squares."""
-    asked = known_law()[1]
+    inputs = known_law()[1]
     turned, plain = fitted_to_law(RotatedOutputs(LinearPowers())), fitted(LinearPowers())
-    np.testing.assert_allclose(turned.predict(asked.x).mean, plain.predict(asked.x).mean, rtol=1e-6, atol=1e-3)
+    np.testing.assert_allclose(turned.predict(inputs.x).mean, plain.predict(inputs.x).mean, rtol=1e-6, atol=1e-3)
 
 
 def fitted_to_law(estimator: Estimator) -> Estimator:

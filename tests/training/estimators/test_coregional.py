@@ -120,15 +120,15 @@ ONES = (Coregional(rank=1, components=False), SingleOutputs())
 def test_scatter_of_all_outputs_together() -> None:
     # Repetitions that differ in amplitude: learned as noise of components, as a law when outputs scatter alone.
     _, asked = known_law()
-    one = fitted(Coregional(iterations=100))
-    assert one.arrays()["log_lengthscales"].min() > np.log(0.3) + 0.5
-    wrong = np.abs(one.predict(asked.x).mean - asked.y).mean()
+    coregional = fitted(Coregional(iterations=100))
+    assert coregional.arrays()["log_lengthscales"].min() > np.log(0.3) + 0.5
+    wrong = np.abs(coregional.predict(asked.x).mean - asked.y).mean()
     own = fitted(Coregional(iterations=100, components=False))
     assert wrong < 0.5 * np.abs(own.predict(asked.x).mean - asked.y).mean()
     # The checks' own campaign: 240 pulses, and no more steps than the default allows.
-    one = fitted(Coregional(rank=3, iterations=60))
-    assert isinstance(one, Coregional)
-    assert one.maximisation_.truncation_bound < 1e-6 * 240 * 20
+    coregional = fitted(Coregional(rank=3, iterations=60))
+    assert isinstance(coregional, Coregional)
+    assert coregional.maximisation_.truncation_bound < 1e-6 * 240 * 20
 
 
 @pytest.mark.parametrize("constant", [0, 2, 4])

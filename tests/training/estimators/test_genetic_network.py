@@ -30,41 +30,41 @@ def fitted(rows: Rows, journal: Path | None = None, seed: int = 3, **settings: i
 
 def test_predicts_and_reports_what_it_found_and_searches_no_more() -> None:
     rows = known_law()[0]
-    one = fitted(rows)
-    layers, penalty = decoded(one.found_.genes)
-    assert (one.network_.layers, one.network_.penalty) == (layers, penalty)
-    assert one.arrays()["layers"].tolist() == list(layers)
-    again = one.refit(rows.x, rows.y, rows.groups, np.random.default_rng(8))
+    network = fitted(rows)
+    layers, penalty = decoded(network.found_.genes)
+    assert (network.network_.layers, network.network_.penalty) == (layers, penalty)
+    assert network.arrays()["layers"].tolist() == list(layers)
+    again = network.refit(rows.x, rows.y, rows.groups, np.random.default_rng(8))
     assert isinstance(again, GeneticNetwork)
     assert again.found_ is None
-    assert again.arrays()["layers"].tolist() == one.arrays()["layers"].tolist()
-    report = one.fit_report()
+    assert again.arrays()["layers"].tolist() == network.arrays()["layers"].tolist()
+    report = network.fit_report()
     assert report.settings["population"] == 4
     assert report.settings["generations"] == 2
     assert report.settings["neurons"] == "-".join(map(str, layers))
     assert report.settings["regularisation"] == penalty
-    assert report.settings["search_best"] == one.found_.value
-    assert report.histories["search_best"] == one.found_.best
+    assert report.settings["search_best"] == network.found_.value
+    assert report.histories["search_best"] == network.found_.best
     evaluated = report.histories["candidates_evaluated"]
     assert evaluated[0] <= 4
     assert list(evaluated) == sorted(evaluated)
-    assert evaluated[-1] == one.found_.evaluated
+    assert evaluated[-1] == network.found_.evaluated
     assert len(report.histories["loss"]) == 2
-    report = GeneticNetwork(**SMALL).restore(one.arrays()).fit_report()
-    assert report.settings["neurons"] == one.fit_report().settings["neurons"]
+    report = GeneticNetwork(**SMALL).restore(network.arrays()).fit_report()
+    assert report.settings["neurons"] == network.fit_report().settings["neurons"]
     assert "search_best" not in report.settings
     assert not report.histories
 
 
 def test_workers_do_not_change_it_and_progress_is_told() -> None:
     assert_same(fitted(known_law()[0], workers=1), fitted(known_law()[0], workers=3))
-    told: list[str] = []
-    one = GeneticNetwork(**SMALL)
-    one.progress = told.append
+    messages: list[str] = []
+    network = GeneticNetwork(**SMALL)
+    network.progress = messages.append
     rows = known_law()[0]
-    one.fit(rows.x, rows.y, rows.groups, np.random.default_rng(0))
-    assert len(told) == SMALL["generations"] + 1
-    assert "neurons" in told[0]
+    network.fit(rows.x, rows.y, rows.groups, np.random.default_rng(0))
+    assert len(messages) == SMALL["generations"] + 1
+    assert "neurons" in messages[0]
     # 2 layers of 144 neurons, lambda 0.2009 (Table 4.9; on newtons, not on standardised forces).
     assert LAYERS == (1, 2, 3)
     assert min(NEURONS) < 10 < 144 < max(NEURONS)

@@ -98,13 +98,13 @@ def test_holds_a_law_of_its_own_kind() -> None:
     network = Network(layers=(8,)).fit(x, y, np.arange(200), np.random.default_rng(0))
     np.testing.assert_allclose(network.predict(x).mean, y, atol=0.01)
     # Whatever it is asked with later: nothing is known of its effect.
-    learned, asked = known_law()
+    learned, new_inputs = known_law()
     x = learned.x.copy()
     x[:, 3] = 1234.5
     network = Network((10,), iterations=50).fit(x, learned.y, learned.groups, np.random.default_rng(0))
-    other = asked.x.copy()
+    other = new_inputs.x.copy()
     other[:, 3] = 1e9
-    unseen = asked.x.copy()
+    unseen = new_inputs.x.copy()
     unseen[:, 3] = 1234.5
     np.testing.assert_array_equal(network.predict(other).mean, network.predict(unseen).mean)
 

@@ -19,11 +19,11 @@ from support.checks.estimator_checks import fitted, known_law
 
 def standardised() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Predictors and forces of 240 pulses and predictors of 60 others, columns that vary over their deviation."""
-    learned, asked = known_law()
+    learned, new_inputs = known_law()
     varied = np.ptp(learned.x, axis=0) > 0
     mean, width = learned.x[:, varied].mean(axis=0), learned.x[:, varied].std(axis=0)
     targets = (learned.y - learned.y.mean(axis=0)) / output_widths()
-    return (learned.x[:, varied] - mean) / width, targets, (asked.x[:, varied] - mean) / width
+    return (learned.x[:, varied] - mean) / width, targets, (new_inputs.x[:, varied] - mean) / width
 
 
 def newtons(targets: np.ndarray) -> np.ndarray:
@@ -38,10 +38,10 @@ def output_widths() -> np.ndarray:
 
 
 def test_kernel_ridge_solves_the_ridge() -> None:
-    z, targets, asked = standardised()
+    z, targets, new_inputs = standardised()
     kernel = np.exp(-0.05 * cdist(z, z, "sqeuclidean"))
     weights = np.linalg.solve(kernel + 0.01 * np.eye(len(z)), targets)
-    truth = newtons(np.exp(-0.05 * cdist(asked, z, "sqeuclidean")) @ weights)
+    truth = newtons(np.exp(-0.05 * cdist(new_inputs, z, "sqeuclidean")) @ weights)
     learned, unseen = known_law()
     ridge = fitted(KernelRidge(gamma=0.05, alpha=0.01))
     predicted = ridge.predict(unseen.x).mean
@@ -56,8 +56,8 @@ def test_kernel_ridge_solves_the_ridge() -> None:
 
 
 def test_support_vectors_are_machines_of_each_output() -> None:
-    z, targets, asked = standardised()
-    peers = [SVR(gamma=0.05, C=5.0, epsilon=0.05).fit(z, target).predict(asked) for target in targets.T]
+    z, targets, new_inputs = standardised()
+    peers = [SVR(gamma=0.05, C=5.0, epsilon=0.05).fit(z, target).predict(new_inputs) for target in targets.T]
     predicted = fitted(SupportVectors(gamma=0.05, cost=5.0, epsilon=0.05)).predict(known_law()[1].x).mean
     # LIBSVM stops within 1e-3 of standardised outputs; how columns are summed decides where
     np.testing.assert_allclose(predicted, newtons(np.stack(peers, axis=1)), atol=5e-3 * output_widths().max())
@@ -68,10 +68,10 @@ def test_support_vectors_are_machines_of_each_output() -> None:
 
 def test_all_pulses_as_features_are_the_kernel() -> None:
     """As many as there are pulses, the inner product of the features is the kernel itself."""
-    one = fitted(SupportVectorKernel(features=1000, gamma=0.1, cost=1.0))
-    assert isinstance(one, SupportVectorKernel)
+    estimator_fit = fitted(SupportVectorKernel(features=1000, gamma=0.1, cost=1.0))
+    assert isinstance(estimator_fit, SupportVectorKernel)
     z, _, _ = standardised()
-    features = one.regressor_[:-1].transform(known_law()[0].x)
+    features = estimator_fit.regressor_[:-1].transform(known_law()[0].x)
     assert features.shape == (240, 240)
     np.testing.assert_allclose(features @ features.T, np.exp(-0.1 * cdist(z, z, "sqeuclidean")), atol=1e-6)
 
@@ -112,11 +112,11 @@ def test_kernel_ridge_chooses_the_least_left_out_error() -> None:
 )
 def test_refit_keeps_what_was_chosen(estimator: PipelineRegression, searched: tuple[str, ...]) -> None:
     """Also after a way through a file."""
-    one = fitted(estimator)
-    chosen = one.fit_report().settings
+    estimator_fit = fitted(estimator)
+    chosen = estimator_fit.fit_report().settings
     assert all(chosen[name] in estimator.grid[name] for name in searched)
     rows = known_law()[0].take(np.arange(240) % 3 != 0)
-    again = type(estimator)(**estimator.settings()).restore(one.arrays())
+    again = type(estimator)(**estimator.settings()).restore(estimator_fit.arrays())
     refitted = again.refit(rows.x, rows.y, rows.groups, np.random.default_rng(0))
     assert refitted.fit_report().settings == chosen
     assert not refitted.fit_report().histories
@@ -165,20 +165,20 @@ def test_spread_covers_new_measurements_and_grows_away_from_data() -> None:
 
 
 def test_components_are_scikit_learns() -> None:
-    learned, asked = known_law()
+    learned, new_inputs = known_law()
     kept = np.ptp(learned.x, axis=0) > 0
     for components in (1, 3, 6):
-        peer = PLSRegression(components).fit(learned.x[:, kept], learned.y).predict(asked.x[:, kept])
-        ours = fitted(PartialLeastSquares(components)).predict(asked.x).mean
+        peer = PLSRegression(components).fit(learned.x[:, kept], learned.y).predict(new_inputs.x[:, kept])
+        ours = fitted(PartialLeastSquares(components)).predict(new_inputs.x).mean
         np.testing.assert_allclose(ours, peer, rtol=1e-6, atol=1e-6)
     x, y = cubic(np.random.default_rng(0), noise=0.1)
     ours = PartialLeastSquares(3).fit(x, y, GROUPS, np.random.default_rng(0)).predict(x).mean
     plain = LinearPowers(powers=1).fit(x, y, GROUPS, np.random.default_rng(0)).predict(x).mean
     np.testing.assert_allclose(ours, plain, atol=1e-8)
     many, all_ = (fitted(PartialLeastSquares(number)) for number in (13, np.linalg.matrix_rank(learned.x).item()))
-    assert np.all(np.isfinite(many.predict(asked.x).mean))
+    assert np.all(np.isfinite(many.predict(new_inputs.x).mean))
     assert many.fit_report().settings["components"] == np.linalg.matrix_rank(standard_columns(learned.x))
-    np.testing.assert_array_equal(many.predict(asked.x).mean, all_.predict(asked.x).mean)
+    np.testing.assert_array_equal(many.predict(new_inputs.x).mean, all_.predict(new_inputs.x).mean)
 
 
 def standard_columns(x: np.ndarray) -> np.ndarray:
@@ -194,8 +194,8 @@ def test_components_are_chosen_from_left_out_configurations() -> None:
     y, new_y = (rows @ law + 0.5 * rng.standard_normal((400, 2)) for rows in (x, new_x))
 
     def error(components: int | None) -> float:
-        one = PartialLeastSquares(components).fit(x, y, GROUPS, np.random.default_rng(0))
-        return float(np.mean((one.predict(new_x).mean - new_y) ** 2))
+        estimator_fit = PartialLeastSquares(components).fit(x, y, GROUPS, np.random.default_rng(0))
+        return float(np.mean((estimator_fit.predict(new_x).mean - new_y) ** 2))
 
     fixed = [error(components) for components in range(1, 7)]
     assert error(None) < 1.02 * min(fixed)
@@ -207,19 +207,21 @@ def seed() -> int:
 
 
 def test_trees_and_ensembles_are_scikit_learns() -> None:
-    learned, asked = known_law()
+    learned, new_inputs = known_law()
     peer = DecisionTreeRegressor(min_samples_leaf=5, random_state=seed()).fit(learned.x, learned.y)
-    np.testing.assert_array_equal(fitted(DecisionTree(5)).predict(asked.x).mean, peer.predict(asked.x))
+    np.testing.assert_array_equal(fitted(DecisionTree(5)).predict(new_inputs.x).mean, peer.predict(new_inputs.x))
     peer = RandomForestRegressor(15, min_samples_leaf=3, random_state=seed()).fit(learned.x, learned.y)
-    np.testing.assert_allclose(fitted(TreeEnsemble(15, 3)).predict(asked.x).mean, peer.predict(asked.x), rtol=1e-12)
+    np.testing.assert_allclose(
+        fitted(TreeEnsemble(15, 3)).predict(new_inputs.x).mean, peer.predict(new_inputs.x), rtol=1e-12
+    )
 
 
 def test_leaves_hold_enough_pulses_and_their_standard_deviation() -> None:
     learned, _ = known_law()
     means = fitted(DecisionTree(36)).predict(learned.x).mean
     assert np.unique(means[:, 10], return_counts=True)[1].min() >= 36
-    learned, asked = known_law()
-    spread = fitted(DecisionTree(len(learned.x))).predict(asked.x[:1]).spread
+    learned, new_inputs = known_law()
+    spread = fitted(DecisionTree(len(learned.x))).predict(new_inputs.x[:1]).spread
     np.testing.assert_allclose(spread[0], learned.y.std(axis=0, ddof=1))
 
 
@@ -228,8 +230,8 @@ def test_spread_of_the_ensemble_covers_new_measurements() -> None:
     rng = np.random.default_rng(0)
     x, new_x = rng.uniform(-1, 1, (2, 2000, 1))
     law = lambda x: 10 * (x > 0) + np.where(x > 0, 3.0, 1.0) * rng.standard_normal(x.shape)  # noqa: E731
-    one = TreeEnsemble(30, 20).fit(x, law(x), np.arange(2000), np.random.default_rng(0))
-    answer, y = one.predict(new_x), law(new_x)
+    estimator_fit = TreeEnsemble(30, 20).fit(x, law(x), np.arange(2000), np.random.default_rng(0))
+    answer, y = estimator_fit.predict(new_x), law(new_x)
     assert np.mean(np.abs(y - answer.mean) < 1.645 * answer.spread) == pytest.approx(0.9, abs=0.03)
     right = new_x[:, 0] > 0.1
     assert np.median(answer.spread[right]) == pytest.approx(3, rel=0.15)
@@ -242,14 +244,14 @@ def test_spread_of_the_ensemble_covers_new_measurements() -> None:
 )
 def test_nodes_that_make_no_tree_are_refused(node: int, field: str, value: int) -> None:
     """A child before its parent would be walked for ever; scikit-learn follows whatever index stands there."""
-    one = fitted(DecisionTree(10))
-    assert isinstance(one, DecisionTree)
-    tree = one.regressor_.tree_
+    estimator_fit = fitted(DecisionTree(10))
+    assert isinstance(estimator_fit, DecisionTree)
+    tree = estimator_fit.regressor_.tree_
     state = tree.__getstate__()
     state["nodes"] = state["nodes"].copy()
     state["nodes"][field][node] = value
     tree.__setstate__(state)
-    arrays = one.arrays()
+    arrays = estimator_fit.arrays()
     with pytest.raises(ValueError, match="do not make trees"):
         DecisionTree(10).restore(arrays)
 

@@ -82,15 +82,15 @@ def test_repeated_eigenvalues_and_coarse_factors() -> None:
     y = np.random.default_rng(7).normal(size=(12, 5))
     k = np.kron(np.eye(6), np.ones((2, 2)))
     b, sigma = 0.7 * np.eye(5), 0.1 * np.eye(5)
-    found = coregional_likelihood(k, y, b, sigma)
-    assert abs(found.value - dense(k, y, b, sigma)) < 1e-10
-    assert_derivatives(lambda k, b, sigma: coregional_likelihood(k, y, b, sigma).value, found, (k, b, sigma))
+    coarse = coregional_likelihood(k, y, b, sigma)
+    assert abs(coarse.value - dense(k, y, b, sigma)) < 1e-10
+    assert_derivatives(lambda k, b, sigma: coregional_likelihood(k, y, b, sigma).value, coarse, (k, b, sigma))
     (x, y), at = pulses(90), some_parameters()
     k = kernel_matrix("rbf", x / at.lengthscales, x / at.lengthscales)
     exact = dense(k, y, at.b, at.sigma)
     for tolerance in (1e-3, 1e-5, 1e-7):
-        found = coregional_likelihood(k, y, at.b, at.sigma, tolerance)
-        assert 0 < abs(found.value - exact) <= found.bound
+        coarse = coregional_likelihood(k, y, at.b, at.sigma, tolerance)
+        assert 0 < abs(coarse.value - exact) <= coarse.bound
 
 
 def assert_derivatives(value: Callable[..., float], found: object, at: tuple[Floats, Floats, Floats]) -> None:

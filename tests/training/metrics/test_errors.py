@@ -70,11 +70,11 @@ def test_perfect_prediction_costs_what_reconstruction_costs() -> None:
     assert errors.impulse_error.max() < 0.005
     # sin^2: peak 1 in the middle, impulse half its duration, half of it before the peak. Its ends are bent, a natural
     # spline's are not: that costs 0.03 % of impulse.
-    found = figures(reconstruct(np.sin(np.pi * PHASE)[None] ** 2, 1001), np.array([4e-3]))
-    assert np.isclose(found.peak_force_n[0], 1.0, rtol=2e-3)
-    assert np.isclose(found.compression_time_s[0], 2e-3, rtol=2e-3)
-    assert np.isclose(found.impulse_n_s[0], 2e-3, rtol=5e-4)
-    assert np.isclose(found.compression_impulse_n_s[0], 1e-3, rtol=5e-3)
+    pulse_figures = figures(reconstruct(np.sin(np.pi * PHASE)[None] ** 2, 1001), np.array([4e-3]))
+    assert np.isclose(pulse_figures.peak_force_n[0], 1.0, rtol=2e-3)
+    assert np.isclose(pulse_figures.compression_time_s[0], 2e-3, rtol=2e-3)
+    assert np.isclose(pulse_figures.impulse_n_s[0], 2e-3, rtol=5e-4)
+    assert np.isclose(pulse_figures.compression_impulse_n_s[0], 1e-3, rtol=5e-3)
 
 
 def test_rows_do_not_depend_on_each_other(half_sines: PulseTable) -> None:

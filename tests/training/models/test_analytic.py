@@ -28,13 +28,13 @@ def _without(quantity: str) -> Inputs:
 @every_law
 def test_pulses_have_the_models_form_and_come_back_from_a_file(law: str) -> None:
     model = _fitted(law)
-    found = model.predict(TABLE.inputs)
-    assert found.force_n.shape == (len(TABLE), POINTS)
-    assert found.contact_time_s.shape == (len(TABLE),)
-    assert found.force_spread_n is None
-    assert found.contact_time_spread_s is None
+    prediction = model.predict(TABLE.inputs)
+    assert prediction.force_n.shape == (len(TABLE), POINTS)
+    assert prediction.contact_time_s.shape == (len(TABLE),)
+    assert prediction.force_spread_n is None
+    assert prediction.contact_time_spread_s is None
     again = Analytic(**model.settings()).restore(model.arrays())
-    assert np.array_equal(again.predict(TABLE.inputs).force_n, found.force_n)
+    assert np.array_equal(again.predict(TABLE.inputs).force_n, prediction.force_n)
 
 
 def test_quantities_of_the_bench_are_seen() -> None:

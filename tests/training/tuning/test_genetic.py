@@ -42,11 +42,11 @@ def test_finds_the_bottom_and_never_worsens() -> None:
     seen: list[Genes] = []
     run_search(SEARCH, lambda genes: seen.append(genes) or 0.0, 3, without_file())
     assert np.all((np.array(seen) >= 0) & (np.array(seen) < LEVELS))
-    told: list[str] = []
-    run_search(SEARCH, bowl, 1, without_file(), told.append, lambda genes: f"<{genes[0]}>")
-    assert len(told) == SEARCH.generations + 1
-    assert told[-1].startswith("generation 6 of 6: ")
-    assert "<1>" in told[-1]
+    messages: list[str] = []
+    run_search(SEARCH, bowl, 1, without_file(), messages.append, lambda genes: f"<{genes[0]}>")
+    assert len(messages) == SEARCH.generations + 1
+    assert messages[-1].startswith("generation 6 of 6: ")
+    assert "<1>" in messages[-1]
 
 
 def test_beats_chance() -> None:

@@ -170,8 +170,8 @@ def test_steps_modes_and_batches_change_nothing():
     velocity = np.array([0.5, 3.0, 12.0])
     point = square_plate(0.004, 8e3, damping=0.005)
     together = solved(impacts_of(velocity, tip="delrin", thickness_m=0.004), point)
-    for row, one in enumerate(velocity):
-        alone = solved(impacts_of(np.array([one]), tip="delrin", thickness_m=0.004), point)
+    for row, speed in enumerate(velocity):
+        alone = solved(impacts_of(np.array([speed]), tip="delrin", thickness_m=0.004), point)
         assert alone.peak_force_n[0] == together.peak_force_n[row]
         assert alone.impulse_n_s[0] == together.impulse_n_s[row]
 
@@ -252,11 +252,11 @@ def test_bar_on_a_wall():
     shape = np.where(count == 0, 1.0, np.sqrt(2)) / np.sqrt(mass)
     bar = PlatePoint(count * wave / (2 * length), np.zeros(400), shape, density * wave * section)
     contact = replace(impacts_of(np.array([speed]), mass_kg=1e6), exponent=np.ones(1), stiffness_n_mp=np.array([1e12]))
-    found = solved(contact, bar, steps=100, cycles=50.0)
+    solution = solved(contact, bar, steps=100, cycles=50.0)
     duration, force = 2 * length / wave, density * wave * section * speed
-    assert found.contact_time_s[0] == pytest.approx(duration, rel=0.01)
-    assert found.impulse_n_s[0] == pytest.approx(2 * mass * speed, rel=2e-3)
-    middle = found.force_at(np.linspace(0.2, 0.8, 200))[0]
+    assert solution.contact_time_s[0] == pytest.approx(duration, rel=0.01)
+    assert solution.impulse_n_s[0] == pytest.approx(2 * mass * speed, rel=2e-3)
+    middle = solution.force_at(np.linspace(0.2, 0.8, 200))[0]
     assert middle.mean() == pytest.approx(force, rel=2e-3)
 
 

@@ -84,7 +84,7 @@ def test_contact_time_is_hertz_for_the_sphere_and_compression_ends_at_the_peak(l
 def test_reeds_pulse_is_nearly_hertz_and_hunters_half_a_sine() -> None:
     pulse, his = reed(BALLS), hertz(BALLS)
     assert pulse.peak_force_n == pytest.approx(his.peak_force_n, rel=3e-4)
-    shape, his_shape = (one.force_n(201) / one.peak_force_n[:, None] for one in (pulse, his))
+    shape, his_shape = (law_pulse.force_n(201) / law_pulse.peak_force_n[:, None] for law_pulse in (pulse, his))
     assert shape == pytest.approx(his_shape, abs=0.03)
     assert pulse.impulse_n_s / (2 * BALL_MOMENTUM) == pytest.approx(1.023, abs=1e-3)
     assert impulse(pulse.contact_time_s, pulse.force_n(2001)) == pytest.approx(pulse.impulse_n_s, rel=1e-6)

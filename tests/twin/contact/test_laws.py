@@ -88,9 +88,9 @@ def test_a_campaign_in_one_call(law: Law) -> None:
 
 def test_unknown_names_and_phases_are_refused_and_ends_have_no_force() -> None:
     for name in ("hunter", "reed", "hertz"):
-        found = LAWS[name](impacts()).restitution
-        assert found.value == pytest.approx(1.0)
-        assert not found.clipped.any()
+        restitution = LAWS[name](impacts()).restitution
+        assert restitution.value == pytest.approx(1.0)
+        assert not restitution.clipped.any()
     bodies = impacts(impact_velocity_m_s=90.0)
     times = [float(contact_law("hann", name)(bodies).contact_time_s[0]) for name in (None, *RESTITUTIONS)]
     assert times[0] == times[1] != times[2]

@@ -47,11 +47,11 @@ def test_without_loss_it_is_hertz_and_any_restitution_lies_between_those_solved(
     assert pulse.compression_time_s < 0.5 * pulse.contact_time_s
     assert np.argmax(pulse.force_n(1001)) < 1000 * pulse.compression_time_s / pulse.contact_time_s
     # 1,800 restitutions in one call; the impulse of each force is that of momentum.
-    asked = np.linspace(0.02, 1, 1800)
+    restitutions = np.linspace(0.02, 1, 1800)
     bodies = impacts(impact_velocity_m_s=np.full(1800, VELOCITY))
-    pulse = hunt_crossley(bodies, lambda one: type(constant(1)(one)).bounded(asked))
-    found = impulse(pulse.contact_time_s, pulse.force_n(2001)) / (MASS * VELOCITY) - 1
-    assert found == pytest.approx(asked, abs=5e-4)
+    pulse = hunt_crossley(bodies, lambda one: type(constant(1)(one)).bounded(restitutions))
+    impulse_restitution = impulse(pulse.contact_time_s, pulse.force_n(2001)) / (MASS * VELOCITY) - 1
+    assert impulse_restitution == pytest.approx(restitutions, abs=5e-4)
 
 
 def test_damping_gives_its_restitution_or_more_by_eq_1_20() -> None:

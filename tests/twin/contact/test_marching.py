@@ -48,8 +48,8 @@ def test_what_creeps_stays_or_parts_at_one_step_comes_to_its_own_end() -> None:
     both = march(_numbers(1.5, damping=[*np.concatenate(damped)]))
     assert both.parted.tolist() == [False] * 20 + [True] * 40
     apart = [march(_numbers(1.5, damping=[*some])) for some in damped]
-    assert both.contact_time == pytest.approx(np.concatenate([one.contact_time for one in apart]), rel=1e-12)
-    assert both.velocity == pytest.approx(np.concatenate([one.velocity for one in apart]), rel=1e-12)
+    assert both.contact_time == pytest.approx(np.concatenate([single.contact_time for single in apart]), rel=1e-12)
+    assert both.velocity == pytest.approx(np.concatenate([single.velocity for single in apart]), rel=1e-12)
 
 
 @pytest.mark.parametrize("inelasticity", [10.0, 30.0, 100.0])
@@ -109,14 +109,14 @@ def _contacts(**values: float | list[float]) -> Numbers:
 )
 def test_own_time_follows_the_way_of_the_loading(numbers: Numbers, within: float) -> None:
     """1.4 times the deepest approach, where one thing governs it: there the balance of energy has a closed form."""
-    found = march(numbers, 24)
-    forces = found.deepest**numbers.exponent
+    march_end = march(numbers, 24)
+    forces = march_end.deepest**numbers.exponent
     layers = [
         kernel.layer(kernel.Law(1.5, 1.0, 0.0, np.inf, 0.0, 0.0, beta, h), force)
         for beta, h, force in zip(numbers.compliance, numbers.stiffening, forces, strict=True)
     ]
-    way = found.deepest + layers
-    assert own_time(numbers) / 1.4 == pytest.approx(way, rel=within)
+    approach = march_end.deepest + layers
+    assert own_time(numbers) / 1.4 == pytest.approx(approach, rel=within)
 
 
 def test_own_time_grows_from_yield_on_and_steps_are_equal_in_its_power() -> None:

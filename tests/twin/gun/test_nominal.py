@@ -131,9 +131,9 @@ def test_trajectory_says_how_and_where_it_ended() -> None:
     # A tank small enough that a shot may start and still not arrive.
     bench = replace(BENCH, tank_volume_m3=0.005, friction_coefficient=1.0)
     least = float(tank_pressure_for(bench, 0.0, 0.5))
-    still, stopped, left = (trajectory(bench, fraction * least, 0.5) for fraction in (0.5, 0.97, 1.05))
-    assert [shot.status for shot in (still, stopped, left)] == ["did not start", "stopped in the barrel", "left"]
-    assert [math.isnan(shot.exit_time_s) for shot in (still, stopped, left)] == [True, True, False]
+    still, stopped, exited = (trajectory(bench, fraction * least, 0.5) for fraction in (0.5, 0.97, 1.05))
+    assert [shot.status for shot in (still, stopped, exited)] == ["did not start", "stopped in the barrel", "left"]
+    assert [math.isnan(shot.exit_time_s) for shot in (still, stopped, exited)] == [True, True, False]
     assert (still.muzzle_velocity_m_s, stopped.muzzle_velocity_m_s) == (0.0, 0.0)
     assert [still.time_s.tolist(), still.position_m.tolist(), still.velocity_m_s.tolist()] == [[0.0]] * 3
     assert still.pressure_pa.tolist() == [0.5 * least]

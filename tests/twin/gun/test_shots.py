@@ -39,12 +39,12 @@ def test_an_effect_off_leaves_shots_nominal_and_is_scipys_elsewhere_for_each_tra
     # Integrated steps hang on rounding.
     np.testing.assert_allclose(velocity(mixed), np.where([True, False, True, False], velocity(), acting), rtol=1e-6)
     travel = np.array([0.5, 0.7, 0.885, 1.2])
-    found = gun_velocity(THESIS_GUN, PRESSURE, MASS, [kind()], travel_m=travel).velocity_m_s
+    exit_velocity = gun_velocity(THESIS_GUN, PRESSURE, MASS, [kind()], travel_m=travel).velocity_m_s
     alone = [
         gun_velocity(replace(THESIS_GUN, travel_m=float(t)), p, m, [kind()]).velocity_m_s[0]
         for t, p, m in zip(travel, PRESSURE, MASS, strict=True)
     ]
-    assert found == pytest.approx(alone, rel=1e-5)
+    assert exit_velocity == pytest.approx(alone, rel=1e-5)
 
 
 def mixture(rng):
@@ -168,10 +168,10 @@ def test_gauge_leak_follows_the_balances_at_every_pressure(ahead_pa, mass_kg):
         effect("gun.blow_by", discharge_coefficient=0.0, gauge_discharge_coefficient=0.6),
         effect("gun.back_pressure", atmosphere_pa=ahead_pa),
     ]
-    found = gun_velocity(THESIS_GUN, LOW_PRESSURE, mass_kg, effects).velocity_m_s
+    exit_velocity = gun_velocity(THESIS_GUN, LOW_PRESSURE, mass_kg, effects).velocity_m_s
     expected = by_scipy(LOW_PRESSURE, np.full(LOW_PRESSURE.size, mass_kg), effects, "DOP853", 1e-9)
-    np.testing.assert_allclose(found, expected, rtol=1e-5)
-    assert np.all(np.diff(found[found > 0]) > 0) and found[-1] > 10
+    np.testing.assert_allclose(exit_velocity, expected, rtol=1e-5)
+    assert np.all(np.diff(exit_velocity[exit_velocity > 0]) > 0) and exit_velocity[-1] > 10
 
 
 def test_tank_at_the_surroundings_pressure_does_not_leak():

@@ -128,14 +128,14 @@ def test_points_of_sides_become_corners_and_of_stretches_and_triangles_are_found
     places = np.array([[0.1, 0.2], [0.8, 0.9], [1.0, 1.0], [1 + 1e-8, 0.5]])
     local, where = _located(mesh, places)
     corners = mesh.p[:, mesh.t[:, where]]
-    found = corners[:, 0] + sum(local[i, :, 0] * (corners[:, i + 1] - corners[:, 0]) for i in range(2))
-    np.testing.assert_allclose(found.T, places, atol=1e-12)
+    outline_corners = corners[:, 0] + sum(local[i, :, 0] * (corners[:, i + 1] - corners[:, 0]) for i in range(2))
+    np.testing.assert_allclose(outline_corners.T, places, atol=1e-12)
     with pytest.raises(ValueError, match="2 of 3 points lie off the plate"):
         _located(mesh, np.array([[1 + 1e-4, 0.5], [0.5, 0.5], [0.2, -0.3]]))
     corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])
-    found = with_corners(corners, np.array([[2.0, 0.5], [0.5, 0.0], [0.0, 1.0], [0.0, 0.25]]))
+    outline_corners = with_corners(corners, np.array([[2.0, 0.5], [0.5, 0.0], [0.0, 1.0], [0.0, 0.25]]))
     expected = [[0, 0], [0.5, 0], [2, 0], [2, 0.5], [2, 1], [0, 1], [0, 0.25]]
-    np.testing.assert_allclose(found, expected)
+    np.testing.assert_allclose(outline_corners, expected)
     # On a side in line with another one, which ends before.
     for start in range(8):
         turned = np.roll(np.array(BRIDGE), start, axis=0)
@@ -162,8 +162,8 @@ def test_outlines_that_are_no_polygon_are_refused(outline: tuple[tuple[float, fl
     with pytest.raises(ValueError, match=message):
         checked_outline(outline)
     for in_line in (BRIDGE, ((0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))):
-        for way in (in_line, in_line[::-1]):
-            checked_outline(way)
+        for corner_order in (in_line, in_line[::-1]):
+            checked_outline(corner_order)
 
 
 def test_outlines_are_the_same_from_any_corner_and_cross_from_any() -> None:
@@ -180,9 +180,9 @@ def test_outlines_are_the_same_from_any_corner_and_cross_from_any() -> None:
     assert areas(points, counter_clockwise(points, triangles)).tolist() == [3.0, 3.0]
     bow = np.array([[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]])
     for start in range(4):
-        for way in (1, -1):
+        for direction in (1, -1):
             with pytest.raises(ValueError, match="touch or cross"):
-                checked_outline(tuple(map(tuple, np.roll(bow, start, axis=0)[::way].tolist())))
+                checked_outline(tuple(map(tuple, np.roll(bow, start, axis=0)[::direction].tolist())))
 
 
 def test_a_plate_knows_its_mass_and_its_rigidity_and_where_a_stretch_lies() -> None:
@@ -192,9 +192,11 @@ def test_a_plate_knows_its_mass_and_its_rigidity_and_where_a_stretch_lies() -> N
     assert build.mass_kg == pytest.approx(156.0)
     assert build.rigidity_n_m == pytest.approx(200e9 * 8e-6 / 12 / 0.91, rel=1e-12)
     outline = ((0.0, 0.0), (1.0, 0.0), (1.0, 2.0), (0.0, 1.0))
-    found = [stretch(replace(plate(0.01), outline_m=outline), Clamped(side, 0.25, 0.5)).tolist() for side in range(4)]
+    stretches = [
+        stretch(replace(plate(0.01), outline_m=outline), Clamped(side, 0.25, 0.5)).tolist() for side in range(4)
+    ]
     expected = [[[0.25, 0], [0.5, 0]], [[1, 0.5], [1, 1]], [[0.75, 1.75], [0.5, 1.5]], [[0, 0.75], [0, 0.5]]]
-    assert found == expected
+    assert stretches == expected
 
 
 @pytest.mark.parametrize(

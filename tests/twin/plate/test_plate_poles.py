@@ -55,13 +55,13 @@ def test_lines_are_found_without_a_guess() -> None:
     rng = np.random.default_rng(2)
     records = ringing(poles_of(FREQUENCY, RATIO), some(rng), offset=0.2)
     records = records + 0.01 * rng.standard_normal(records.shape)
-    found = search_poles(records, STEP_S, (200.0, 4000.0), 0.005, 10)
-    assert frequencies_hz(found) == pytest.approx(FREQUENCY, rel=1e-3)
-    assert damping_ratios(found) == pytest.approx(RATIO, rel=0.05)
+    poles = search_poles(records, STEP_S, (200.0, 4000.0), 0.005, 10)
+    assert frequencies_hz(poles) == pytest.approx(FREQUENCY, rel=1e-3)
+    assert damping_ratios(poles) == pytest.approx(RATIO, rel=0.05)
     rng = np.random.default_rng(3)
     damped = ringing(poles_of(FREQUENCY, 6 * RATIO), some(rng)) + 0.002 * rng.standard_normal((SAMPLES, 4))
-    found = search_poles(damped, STEP_S, (200.0, 4000.0), 0.005, 10)
-    assert frequencies_hz(found) == pytest.approx(FREQUENCY, rel=5e-3)
+    poles = search_poles(damped, STEP_S, (200.0, 4000.0), 0.005, 10)
+    assert frequencies_hz(poles) == pytest.approx(FREQUENCY, rel=5e-3)
     noise = np.random.default_rng(4).standard_normal((SAMPLES, 8))
     assert search_poles(noise, STEP_S, (200.0, 4000.0), 0.005, 10).size == 0
 

@@ -68,10 +68,10 @@ def test_a_rigid_plate_moves_as_newton_says_and_slow_modes_lose_no_precision():
     force = np.random.default_rng(1).normal(size=50)
     np.testing.assert_allclose(respond(rigid, force, 1e-4)[0], force / mass, rtol=1e-14)
     # omega dt = 6e-9: a two-step recursion would have lost all of its digits. The answer is F - (omega^2 q + ...) = F.
-    found = respond(oscillator(1e-3, 0.01), np.ones(1000), 1e-6)[0]
+    acceleration = respond(oscillator(1e-3, 0.01), np.ones(1000), 1e-6)[0]
     time, omega = 1e-6 * np.arange(1000), 2e-3 * np.pi
     np.testing.assert_allclose(
-        1 - found, 0.02 * omega * time + (omega * time) ** 2 * (0.5 - 2e-4), rtol=1e-3, atol=1e-15
+        1 - acceleration, 0.02 * omega * time + (omega * time) ** 2 * (0.5 - 2e-4), rtol=1e-3, atol=1e-15
     )
 
 
@@ -107,8 +107,8 @@ def test_a_finer_grid_changes_nothing_and_hit_and_sensor_change_places():
     knock[0, 0], knock[1, 1] = 2.5, -1.0
     few = plate([100.0, 700.0])
     exact = respond(few, knock, 1e-4)
-    found = PlateResponse.of(few, "#1", None, 1e-4, 64).accelerations(knock)
-    np.testing.assert_allclose(found, exact, atol=1e-12 * np.abs(exact).max())
+    accelerations = PlateResponse.of(few, "#1", None, 1e-4, 64).accelerations(knock)
+    np.testing.assert_allclose(accelerations, exact, atol=1e-12 * np.abs(exact).max())
     there = plate(np.linspace(50, 4000, 33), sensors=1)
     back = ModalPlate(there.frequency_hz, there.damping_ratio, there.shapes, there.shape_impact, ("#1",), ("a",))
     half = half_sine(400, 1e-3, 1e-4)

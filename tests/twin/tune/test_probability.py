@@ -46,8 +46,8 @@ def test_lines_for_themselves_multiply_and_scores_are_log_probabilities():
     scores = line_scores(np.array([[0.0, -8.0, 300.0]]), np.array([2.0, 3.0, 1.0]), goal)[0]
     expected = [np.log(norm.cdf(3) - norm.cdf(-3)), np.log(norm.cdf(14 / 3) - norm.cdf(2 / 3)), norm.logcdf(-294.0)]
     assert scores == pytest.approx(expected)
-    one = np.ones((4, 4))
-    assert root(one) @ root(one).T == pytest.approx(one)
+    ones = np.ones((4, 4))
+    assert root(ones) @ root(ones).T == pytest.approx(ones)
 
 
 def test_worst_line_is_named_and_better_ones_come_first():

@@ -86,12 +86,12 @@ def test_port_opens_by_equal_percentage_from_nothing_to_all() -> None:
 
 
 def test_kinks_are_where_the_port_begins_to_open_and_where_the_ball_turns_otherwise() -> None:
-    way = ValveWay((0.1, 0.5, 0.6, 0.8), (0.0, 1.0, 1.0, 0.1))
+    valve = ValveWay((0.1, 0.5, 0.6, 0.8), (0.0, 1.0, 1.0, 0.1))
     begin, end = 0.1 + 0.4 * DEAD_SHARE, 0.6 + 0.2 * (1 - DEAD_SHARE) / 0.9
-    assert way.kinks_s == pytest.approx((0.1, begin, 0.5, 0.6, end, 0.8))
+    assert valve.kinks_s == pytest.approx((0.1, begin, 0.5, 0.6, end, 0.8))
     for moment, opens in ((begin - 1e-9, False), (begin + 1e-3, True), (end - 1e-3, True), (end + 1e-9, False)):
-        assert (open_share(way.position(moment)) > 0.0) is opens
-    assert [way.position(t) for t in (0.0, 0.3, 0.55, 0.7, 5.0)] == pytest.approx([0.0, 0.5, 1.0, 0.55, 0.1])
+        assert (open_share(valve.position(moment)) > 0.0) is opens
+    assert [valve.position(t) for t in (0.0, 0.3, 0.55, 0.7, 5.0)] == pytest.approx([0.0, 0.5, 1.0, 0.55, 0.1])
     for moments, positions in (
         ((), ()),
         ((0.0, 0.0), (0.0, 1.0)),

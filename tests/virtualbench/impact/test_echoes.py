@@ -75,13 +75,13 @@ def test_surface_moves_as_the_modes_do_under_that_force():
 
 def test_echoes_change_the_force_also_through_an_anvil_and_finer_steps_little():
     speeds = [2.0, 8.0]
-    silent, same, heard = (truths("polyurethane", speeds, each) for each in (None, None, echoes()))
+    silent, same, heard = (truths("polyurethane", speeds, wave) for wave in (None, None, echoes()))
     for a, b, c in zip(silent, same, heard, strict=True):
         assert np.array_equal(a.force_n, b.force_n)
         assert abs(c.peak_force_n / a.peak_force_n - 1) > 1e-3
         assert 0.5 < c.peak_force_n / a.peak_force_n < 1.5
     struck = target("aluminum", 0.010, anvil_material="steel")
-    silent, heard = (truths("polyurethane", [5.0], each, ELASTIC, struck)[0] for each in (None, echoes()))
+    silent, heard = (truths("polyurethane", [5.0], wave, ELASTIC, struck)[0] for wave in (None, echoes()))
     assert heard.restitution != silent.restitution
     assert heard.peak_force_n == pytest.approx(silent.peak_force_n, rel=0.2)
     coarse, fine = (truths("delrin", [5.0], echoes(), steps_per_contact=n)[0] for n in (250, 1000))

@@ -88,12 +88,12 @@ def _navier(thickness_m: float, m: int, n: int) -> float:
 def test_simply_supported_square_is_navier_s(thickness_m: float) -> None:
     """And Kirchhoff's where it is thin; the wavenumber of a mode is that of its half waves."""
     expected = sorted(_navier(thickness_m, m, n) for m in range(1, 5) for n in range(1, 5))[:6]
-    found = _simply_supported(thickness_m, 3, 8, 6)
-    assert found == pytest.approx(expected, rel=2e-5)
+    frequencies = _simply_supported(thickness_m, 3, 8, 6)
+    assert frequencies == pytest.approx(expected, rel=2e-5)
     if thickness_m == THIN_M:
         rigidity = STEEL.young_modulus_pa * thickness_m**3 / (12 * (1 - 0.3**2))
         unit = math.pi / 2 * math.sqrt(rigidity / (STEEL.density_kg_m3 * thickness_m))
-        assert found[:4] == pytest.approx([2 * unit, 5 * unit, 5 * unit, 8 * unit], rel=2e-5)
+        assert frequencies[:4] == pytest.approx([2 * unit, 5 * unit, 5 * unit, 8 * unit], rel=2e-5)
     wavenumber = flexural_wavenumber(_plate(0.1), _navier(0.1, 2, 3))
     assert wavenumber == pytest.approx(math.pi * math.hypot(2, 3), rel=1e-12)
 

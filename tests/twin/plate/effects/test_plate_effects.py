@@ -74,13 +74,13 @@ def test_values_by_part_are_as_many_as_the_parts(identity, plate):
 
 
 def test_damping_is_scaled_then_added_and_supports_lift_the_low_modes_most(plate):
-    found = of_plate("plate.damping", factor=2.0, added_ratio=0.003).apply(plate)
-    np.testing.assert_allclose(found.damping_ratio, 0.013)
+    supported = of_plate("plate.damping", factor=2.0, added_ratio=0.003).apply(plate)
+    np.testing.assert_allclose(supported.damping_ratio, 0.013)
     most = of_plate("plate.damping", factor=20.0, added_ratio=0.5)
-    np.testing.assert_allclose(most.apply(found).damping_ratio, 20 * 0.013 + 0.5)
-    assert most.apply(most.apply(found)).damping_ratio.max() < 1
-    found = of_plate("plate.boundary", support_frequency_hz=20.0).apply(plate)
-    rise = found.frequency_hz - plate.frequency_hz
+    np.testing.assert_allclose(most.apply(supported).damping_ratio, 20 * 0.013 + 0.5)
+    assert most.apply(most.apply(supported)).damping_ratio.max() < 1
+    supported = of_plate("plate.boundary", support_frequency_hz=20.0).apply(plate)
+    rise = supported.frequency_hz - plate.frequency_hz
     np.testing.assert_allclose(rise[:3], 20.0)
     assert np.all(np.diff(rise) <= 1e-9)
 
