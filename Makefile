@@ -14,7 +14,7 @@ export PIP_ROOT_USER_ACTION := ignore
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test fuzz mutants test-clients test-faults test-slow test-browser screenshots gallery bench bench-full bench-models bench-tuning bench-scale blind-check coverage check format format-check lint types imports licences audit docs notebooks links docs-links clean
+.PHONY: help setup demo test fuzz mutants test-clients test-faults test-slow test-browser screenshots page-pictures gallery bench bench-full bench-models bench-tuning bench-scale blind-check coverage check format format-check lint types imports licences audit docs notebooks links docs-links clean
 
 help: ## list these commands
 	@grep -hE '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)/make \1	\2/' | expand -t 18
@@ -58,6 +58,11 @@ test-browser: .venv/.pyroshock-test ## every page in headless Chromium (apt-get 
 
 screenshots: .venv/.pyroshock-test ## the same, and the pages' pictures in docs/images made anew
 	@PYROSHOCK_SCREENSHOTS=docs/images $(PYTEST) -m slow $(filter-out %_pages.py,$(BROWSER))
+
+PICTURES ?= results/pages
+
+page-pictures: .venv/.pyroshock-test ## every page at 1400 and 390 pixels, light and dark, into PICTURES (results/pages)
+	@mkdir -p $(PICTURES) && PYROSHOCK_PAGE_PICTURES=$(abspath $(PICTURES)) $(PYTEST) -m slow tests/app/web/test_browser_pages.py -k any_width
 
 gallery: .venv/.pyroshock-test ## the thesis's figures that the software can draw, anew into docs/images/gallery: some minutes
 	@$(BIN)/python -m examples.gallery --out docs/images/gallery

@@ -16,6 +16,8 @@ import click
 from ...parallel.executor import BACKENDS, LOCAL, ExecutorConfig
 from ...schema.addresses import HIDDEN, AddressError, address_for_display, parse_address, without_secrets
 from ..common.default_store import DEFAULT_DB
+from ..common.number_format import format_number
+from ..common.quantities import SYSTEMS, VARIABLE, System, display_of, shown_in
 
 if TYPE_CHECKING:
     from ...schema.session import Store
@@ -45,8 +47,8 @@ def db_option(function: Function) -> Function:
 
 
 def json_option(function: Function) -> Function:
-    """`--json [FILE]`: JSON on standard output and nothing else there, or into a file."""
-    return click.option(
+    """`--json [FILE]`: JSON on standard output and nothing else there, or into a file; `--units` of the tables else."""
+    function = click.option(
         "--json",
         "json_to",
         is_flag=False,
@@ -55,6 +57,26 @@ def json_option(function: Function) -> Function:
         metavar="[FILE]",
         help="Print JSON and nothing else on standard output, or write it to FILE.",
     )(function)
+    return units_option(function)
+
+
+def units_option(function: Function) -> Function:
+    """`--units bench|si`: in which units tables and pictures show quantities; the command gets no argument of it."""
+    return click.option(
+        "--units",
+        type=click.Choice(SYSTEMS),
+        default=None,
+        envvar=VARIABLE,
+        show_envvar=True,
+        expose_value=False,
+        callback=_show_in,
+        help="Show quantities in bar, g, kN, ms and mm (bench) or in SI units. [default: bench]",
+    )(function)
+
+
+def _show_in(ctx: click.Context, _: click.Parameter, system: System | None) -> None:
+    if system is not None:
+        ctx.with_resource(shown_in(system))
 
 
 def data_option(function: Function) -> Function:
@@ -172,26 +194,30 @@ def write_json(data: Any, json_to: str) -> None:
 
 
 def print_table(rows: Iterable[dict[str, Any]], empty: str) -> None:
-    """Rows as aligned text; the header is the first row's keys, extended by later ones'."""
-    cells = [{key: format_cell(value) for key, value in row.items()} for row in rows]
-    if not cells:
+    """Rows as aligned text; the header is the first row's keys, extended by later ones'.
+
+    A key with an SI unit at its end (`peak_force_n`) is headed by its words and the unit that is shown, and its numbers
+    are in that unit.
+    """
+    rows = list(rows)
+    if not rows:
         click.echo(empty)
         return
-    columns: dict[str, None] = {}
+    displays = {key: display_of(key) for row in rows for key in row}
+    cells = [{key: format_cell(value, displays[key].scale) for key, value in row.items()} for row in rows]
+    headings = {key: display.heading if display.unit else key for key, display in displays.items()}
+    widths = {key: max(len(head), *(len(row.get(key, "")) for row in cells)) for key, head in headings.items()}
+    click.echo("  ".join(head.ljust(widths[key]) for key, head in headings.items()).rstrip())
     for row in cells:
-        columns |= dict.fromkeys(row)
-    widths = {key: max(len(key), *(len(row.get(key, "")) for row in cells)) for key in columns}
-    click.echo("  ".join(key.ljust(widths[key]) for key in columns).rstrip())
-    for row in cells:
-        click.echo("  ".join(row.get(key, "").ljust(widths[key]) for key in columns).rstrip())
+        click.echo("  ".join(row.get(key, "").ljust(widths[key]) for key in headings).rstrip())
 
 
-def format_cell(value: Any) -> str:
-    """A value for a person: five digits are more than any of our measurements holds."""
+def format_cell(value: Any, scale: float = 1.0) -> str:
+    """A value for a person; a number in the unit of which the SI unit has `scale`."""
     if value is None:
         return "-"
     if isinstance(value, float):
-        return f"{value:.5g}"
+        return format_number(value * scale)
     return str(value)
 
 

@@ -9,6 +9,37 @@ from typing import Any
 NOTHING = "–"
 
 
+def format_number(value: float | None, digits: int = 4) -> str:
+    """A number for a person: `digits` significant digits, no exponent between 0.0001 and 1e9, no negative zero.
+
+    A dash stands for None and for what is no number.
+    """
+    if value is None or math.isnan(value):
+        return NOTHING
+    if math.isinf(value):
+        return "infinite" if value > 0 else "-infinite"
+    rounded = float(f"{value:.{digits}g}")
+    if rounded == 0:
+        return "0"
+    size = math.floor(math.log10(abs(rounded)))
+    if not -4 <= size < 9:
+        return f"{value:.{digits}g}"
+    text = f"{rounded:.{max(0, digits - 1 - size)}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def format_measured(value: float, uncertainty: float) -> str:
+    """A number to the digits that its standard uncertainty leaves, the second of the uncertainty the last (GUM 7.2.6).
+
+    Four significant digits where the uncertainty is zero or no number.
+    """
+    if not (math.isfinite(value) and math.isfinite(uncertainty) and uncertainty > 0):
+        return format_number(value)
+    last = math.floor(math.log10(uncertainty)) - 1
+    rounded = round(value / 10.0**last) * 10.0**last + 0.0  # no negative zero
+    return f"{rounded:.{max(0, -last)}f}"
+
+
 def number(value: float) -> str:
     """Three digits; a dash for what is no number."""
     if math.isnan(value):

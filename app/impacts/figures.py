@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from ...array_types import Floats
+from ..common.quantities import display_of
 from ..web.figures_base import COLOURS, Figure, Trace, band, figure, line, points
-from ..web.rendering import HEADINGS, number
+from ..web.rendering import number
 from .curves import PulseCurve, PulseView
 from .overlays import ImpactSpectrum, PulseOverlay, ReferenceBand, SpectrumOverlay
 from .signals import SignalWindow
@@ -88,9 +89,8 @@ def level_words(factor: str, level: float | str | None) -> str:
         return "not recorded"
     if isinstance(level, str):
         return level
-    heading, scale = HEADINGS.get(factor, ("", 1.0))
-    unit = heading.partition("(")[2].rstrip(")")
-    return f"{number(level * scale)} {unit}".strip()
+    display = display_of(factor)
+    return f"{number(level * display.scale)} {display.unit}".strip()
 
 
 def signal_figure(window: SignalWindow) -> Figure:

@@ -14,13 +14,14 @@ from starlette.responses import Response
 
 from ...ingest.settings import ExtractionSettings
 from ...schema.session import Store
+from ..common.quantities import display_of
 from ..jobs.queue import JobView
 from ..plan.pages import coverage_figure
 from ..web.dependencies import Configured, Name, OpenStore, Running
 from ..web.figures_base import Figure, figure, line, points
 from ..web.jobs import Jobs
 from ..web.jobs_pages import followed
-from ..web.rendering import HEADINGS, cell, heading, page, query
+from ..web.rendering import cell, heading, page, query
 from ..web.settings import Settings
 from .campaign_overview import KINDS, campaign_overview, list_campaigns_page
 from .job import discard, make_scratch
@@ -30,7 +31,7 @@ from .uploads import MOST_FILES, UploadError, campaigns_below, confined, ingest_
 def achieved_figure(rows: Sequence[Mapping[str, Any]], quantity: str) -> Figure:
     """Achieved (mean, least and largest of a run) over planned, of one quantity of `achieved.achieved_settings`."""
     quantity_rows = [row for row in rows if row["quantity"] == quantity]
-    scale = HEADINGS.get(quantity, ("", 1.0))[1]
+    scale = display_of(quantity).scale
     planned = [row["planned"] * scale for row in quantity_rows]
     mean = [row["mean"] * scale for row in quantity_rows]
     bars = {

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager
 from http import HTTPStatus
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit, urlunsplit
 
 from fastapi import Depends, FastAPI
 from fastapi.exceptions import RequestValidationError
@@ -47,6 +48,7 @@ from ..validate import api as validate_api
 from ..validate import pages as validate_pages
 from ..web import csrf, jobs_api, jobs_pages
 from ..web.csrf import require_csrf
+from ..web.forms import faults_of, field_of, is_form, where_next
 from ..web.guard import Guard
 from ..web.jobs import Jobs
 from ..web.rendering import HERE, page
@@ -187,31 +189,61 @@ def _tell_errors(app: FastAPI) -> None:
 
     async def unreadable(request: Request, error: Exception) -> Response:
         assert isinstance(error, RequestValidationError)
-        return error_response(request, 422, "; ".join(map(_complaint, error.errors())))
+        return _invalid(request, error.errors())
 
+    async def failed(request: Request, error: Exception) -> Response:
+        return error_response(request, 500, f"The software has a fault: {type(error).__name__}: {error}")
+
+    app.add_exception_handler(Exception, failed)
     app.add_exception_handler(HTTPException, refused)
     app.add_exception_handler(RequestValidationError, unreadable)
 
     @app.middleware("http")
     async def mended(request: Request, go_on: Callable[[Request], Awaitable[Response]]) -> Response:
         try:
-            return await go_on(request)
+            answer = await go_on(request)
+            return where_next(answer) if is_form(request) and answer.status_code == 303 else answer
         except ValidationError as error:  # of a record that a page makes of its form
-            return error_response(request, 422, "; ".join(map(_complaint, error.errors())))
+            return _invalid(request, error.errors())
         except Exception as error:
             if not is_for_the_user(error):
                 raise
-            return error_response(request, status_of(error), str(error))
+            return error_response(request, status_of(error), str(error), field=field_of(error))
 
 
-def error_response(request: Request, status: int, why: str, headers: dict[str, str] | None = None) -> Response:
-    """An error as who asked can read it."""
+def _invalid(request: Request, errors: Sequence[Any]) -> Response:
+    if is_form(request):
+        return JSONResponse({"faults": faults_of(errors)}, 422)
+    return error_response(request, 422, "; ".join(map(_complaint, errors)))
+
+
+def error_response(
+    request: Request, status: int, why: str, headers: dict[str, str] | None = None, *, field: str = ""
+) -> Response:
+    """An error as who asked can read it: a page, JSON for the API, and for a form with the field that it is about."""
     why = without_secrets(why)
+    if is_form(request):
+        return JSONResponse({"faults": [{"field": field, "message": why}]}, status, headers)
     if request.url.path.startswith("/api"):
         return JSONResponse({"detail": why}, status, headers)
-    answer = page(request, "error.html", status, why=why, name=HTTPStatus(status).phrase)
+    answer = page(
+        request,
+        "error.html",
+        status,
+        why=why,
+        name=HTTPStatus(status).phrase,
+        status_code=status,
+        back=_page_before(request),
+    )
     answer.headers.update(headers or {})
     return answer
+
+
+def _page_before(request: Request) -> str:
+    """The page of ours that led here, empty where there is none."""
+    before = urlsplit(request.headers.get("referer", ""))
+    ours = before.netloc == request.headers.get("host") and before.path and before.path != request.url.path
+    return urlunsplit(("", "", before.path, before.query, "")) if ours else ""
 
 
 def _complaint(error: Any) -> str:

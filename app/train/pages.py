@@ -11,9 +11,10 @@ from starlette.responses import Response
 
 from ...dataset.catalog import list_withdrawals
 from ..common.model_registry import models_extra, reader_of, withdrawn_words
+from ..common.quantities import display_of
 from ..web.dependencies import Configured, Key, Name, OpenStore
 from ..web.figures_base import COLOURS, Figure, categories, figure, line, points
-from ..web.rendering import HEADINGS, page
+from ..web.rendering import page
 from .api import chosen_versions, needed, promote, registry_at
 from .figures import held_out_figures, listed_versions, side_by_side, version_rows
 
@@ -42,7 +43,8 @@ def errors_figure(rows: Sequence[Mapping[str, Any]], metric: str) -> Figure:
 def against_figure(held_out: Mapping[str, Any], quantity: str) -> Figure:
     """Predicted over measured of held-out pulses, by tip material (`model_figures.held_out_figures`)."""
     columns = held_out["points"]
-    name, scale = HEADINGS[quantity]
+    display = display_of(quantity)
+    name, scale = display.heading, display.scale
     values, tips = columns[quantity], columns["tip_material"]
     traces = []
     for i, tip in enumerate(dict.fromkeys(tips)):

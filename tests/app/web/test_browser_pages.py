@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from typing import Any
 
@@ -45,7 +46,9 @@ PAGES = {
     "report-diagnosis": "/reports/diagnosis/1.html",
     "report-model": "/reports/model/linear/1.html",
 }
-WIDTHS = {390: 844, 1920: 1080}
+WIDTHS = {390: 844, 1400: 900, 1920: 1080}
+#: The folder that pictures of every page go to, to be looked at; none are taken without it.
+PICTURES = os.environ.get("PYROSHOCK_PAGE_PICTURES")
 #: A sheet of paper is as wide as it is; at the bench there is /plans/NAME/sheet.
 OF_PAPER = ("sheet-print",)
 RULES = {"runOnly": {"type": "tag", "values": ["wcag2a", "wcag2aa"]}}
@@ -97,6 +100,8 @@ def test_page_is_read_by_everyone_at_any_width(browser, lab, address, name):
                 page.set_viewport_size({"width": width, "height": height})
                 until(lambda: not page.evaluate(_SCROLLS), 10 * SLOW)  # charts follow the window in a moment
                 assert not page.evaluate(_SCROLLS), f"{scheme}, {width} wide: the page scrolls sideways"
+                if PICTURES and width != 1920:
+                    page.screenshot(path=f"{PICTURES}/{name}-{width}-{scheme}.png", full_page=True)
 
 
 @pytest.mark.parametrize("name", ["campaigns", "impact", "compare", "twin", "plan-new", "diagnosis"])

@@ -1,0 +1,136 @@
+"""The units in which people read quantities: bar, g, kN, ms, mm and m/s, or SI where `--units si` asks for it.
+
+Rows of data name their quantities with the SI unit in the key (`peak_force_n`). Tables, pages and reports take label,
+unit and scale of a key from here; JSON and files stay in SI.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, Literal
+
+from .number_format import NOTHING, format_number
+
+#: g, which pages and tables show accelerations in (ISO 80000-3). The twin's own constant would bring numpy along.
+STANDARD_GRAVITY_M_S2 = 9.80665
+
+#: "bench": the units of the field. "si": SI.
+System = Literal["bench", "si"]
+SYSTEMS: tuple[System, ...] = ("bench", "si")
+#: Sets the units where no option does.
+VARIABLE = "PYROSHOCK_UNITS"
+
+
+@dataclass(frozen=True)
+class Display:
+    """What a key of data is called, and the unit that it is shown in: shown value = `scale` times the SI value."""
+
+    label: str
+    unit: str
+    scale: float
+
+    @property
+    def heading(self) -> str:
+        """`contact time (ms)`; without brackets where there is no unit."""
+        return f"{self.label} ({self.unit})" if self.unit else self.label
+
+
+#: Ending of a key -> SI unit, unit of the field, units of the field in one SI unit. The longest ending comes first.
+_UNITS: tuple[tuple[str, str, str, float], ...] = (
+    ("_m_s2", "m/s²", "g", 1 / STANDARD_GRAVITY_M_S2),
+    ("_m_s", "m/s", "m/s", 1.0),
+    ("_n_s", "N s", "N s", 1.0),
+    ("_hz", "Hz", "Hz", 1.0),
+    ("_db", "dB", "dB", 1.0),
+    ("_kg", "kg", "kg", 1.0),
+    ("_pa", "Pa", "bar", 1e-5),
+    ("_s", "s", "ms", 1e3),
+    ("_n", "N", "kN", 1e-3),
+    ("_m", "m", "mm", 1e3),
+)
+#: Keys whose label or unit does not follow from their words.
+_LABELS = {
+    "id": "impact",
+    "impact_velocity_u_m_s": "uncertainty of the velocity",
+    "measured_velocity_u_m_s": "uncertainty of the velocity",
+    "predicted_velocity_m_s": "velocity of the model",
+    "velocity_m_s": "impact velocity",
+    "width_half_s": "width at half of the peak",
+    "spline_peak_force_n": "peak of the spline",
+    "mean_peak_n": "mean peak",
+    "deviation_n": "standard deviation",
+    "deviation_s": "standard deviation",
+    "peak_time_s": "time of the peak",
+    "worst_frequency_hz": "worst frequency",
+}
+#: Keys whose unit on the bench is another one than that of their ending.
+_OTHER_UNITS = {"sampling_rate_hz": ("kHz", 1e-3), "seconds": ("s", 1.0), "duration_s": ("s", 1.0)}
+#: Factors that stand without a unit in their key.
+_FACTORS = {"tip_radius": "tip_radius_m", "bullet_mass": "bullet_mass_kg", "tank_pressure": "tank_pressure_pa"}
+
+
+_chosen: ContextVar[System | None] = ContextVar("units", default=None)
+
+
+def units() -> System:
+    """The units that are in use: those of `shown_in`, else those that PYROSHOCK_UNITS names, else the field's.
+
+    Raises `ValueError` where the variable has another word.
+    """
+    return _chosen.get() or _named(os.environ.get(VARIABLE) or "bench")
+
+
+@contextmanager
+def shown_in(system: System) -> Iterator[None]:
+    """Show quantities in these units within the block."""
+    token = _chosen.set(system)
+    try:
+        yield
+    finally:
+        _chosen.reset(token)
+
+
+def _named(text: str) -> System:
+    for system in SYSTEMS:
+        if text == system:
+            return system
+    raise ValueError(f"{VARIABLE} is {text!r}; expected one of {', '.join(SYSTEMS)}")
+
+
+def display_of(key: str) -> Display:
+    """What a key of data is called and shown in: `contact_time_s` is the contact time in ms, in SI in s."""
+    return _display_of(key, units())
+
+
+@cache
+def _display_of(key: str, system: System) -> Display:
+    key = _FACTORS.get(key, key)
+    for ending, si_unit, unit, scale in _UNITS:
+        if key.endswith(ending) and len(key) > len(ending):
+            label = _LABELS.get(key) or key.removesuffix(ending).replace("_", " ")
+            if system == "si":
+                return Display(label, si_unit, 1.0)
+            unit, scale = _OTHER_UNITS.get(key, (unit, scale))
+            return Display(label, unit, scale)
+    return Display(_LABELS.get(key) or key.replace("_", " "), "", 1.0)
+
+
+def heading(key: str) -> str:
+    """`contact_time_s` -> `contact time (ms)`."""
+    return display_of(key).heading
+
+
+def cell(key: str, value: Any) -> str:
+    """A value of a row of data below its heading: a number in the shown unit to four digits, a dash for none."""
+    if value is None or value == "":
+        return NOTHING
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return format_number(value * display_of(key).scale)
+    return str(value)

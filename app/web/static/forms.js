@@ -1,0 +1,66 @@
+// Sends a form that writes without leaving its page: an error stands beside its field, and what was typed stays.
+"use strict";
+document.addEventListener("DOMContentLoaded", () => {
+  const clear = (form) => {
+    form.querySelectorAll(".field-error").forEach((message) => message.remove());
+    form.querySelectorAll("[aria-invalid]").forEach((control) => {
+      control.removeAttribute("aria-invalid");
+      if (control.dataset.describedby === undefined) return;
+      control.setAttribute("aria-describedby", control.dataset.describedby);
+      if (!control.dataset.describedby) control.removeAttribute("aria-describedby");
+    });
+  };
+  const message = (id, text) => {
+    const line = document.createElement("span");
+    line.className = "field-error error"; line.id = id; line.setAttribute("role", "alert"); line.textContent = text;
+    return line;
+  };
+  // A fault without a field that this form has stands at its top.
+  const show = (form, faults) => {
+    clear(form);
+    faults.forEach(({ field, message: text }, place) => {
+      const named = field ? form.elements.namedItem(field) : null;
+      const control = named instanceof RadioNodeList ? named[0] : named;
+      if (!control || control.type === "hidden") { form.prepend(message(`${form.id || "form"}-error-${place}`, text)); return; }
+      for (let box = control.closest("details"); box; box = box.parentElement.closest("details")) box.open = true;
+      const line = message(`${control.id || field}-error`, text);
+      (control.closest(".field") || control.parentElement).append(line);
+      const before = control.getAttribute("aria-describedby") || "";
+      control.dataset.describedby = before;
+      control.setAttribute("aria-invalid", "true");
+      control.setAttribute("aria-describedby", `${before} ${line.id}`.trim());
+    });
+    const first = form.querySelector("[aria-invalid]") || form.querySelector(".field-error");
+    if (first) { first.tabIndex = first.tabIndex < 0 ? -1 : first.tabIndex; first.focus(); first.scrollIntoView({ block: "center" }); }
+  };
+  const busy = (form, on) => form.querySelectorAll("button").forEach((button) => { button.disabled = on; });
+  document.querySelectorAll('form[method="post"]').forEach((form) => form.addEventListener("submit", async (event) => {
+    if (event.defaultPrevented) return;
+    event.preventDefault();
+    const data = new FormData(form, event.submitter);
+    const plain = form.enctype !== "multipart/form-data";
+    busy(form, true);
+    try {
+      const answer = await fetch((event.submitter && event.submitter.getAttribute("formaction")) || form.action, {
+        method: "POST", headers: { Accept: "application/json", "X-Pyroshock-Form": "1" },
+        body: plain ? new URLSearchParams(data) : data });
+      const result = await answer.json();
+      if (answer.ok && result.location) {
+        const here = location.href;
+        location.assign(result.location);
+        if (location.href.split("#")[0] === here.split("#")[0] && result.location.includes("#")) location.reload();
+        return;
+      }
+      show(form, result.faults || [{ field: "", message: result.detail || answer.statusText }]);
+    } catch (error) {
+      show(form, [{ field: "", message: `The server did not answer (${error.message}). Nothing of the form is lost; send it again.` }]);
+    }
+    busy(form, false);
+  }));
+});
+// A telephone shows the main columns of a table; its button shows all.
+document.addEventListener("DOMContentLoaded", () => document.querySelectorAll("[data-unfold]").forEach((button) =>
+  button.addEventListener("click", () => {
+    button.closest("p").previousElementSibling.querySelector("table").classList.remove("folded");
+    button.closest("p").remove();
+  })));
