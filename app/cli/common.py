@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
@@ -27,6 +27,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 #: An error shows the value that it is about, which in a damaged file may be pages long.
 LONGEST_LINE = 1000
+
+#: A table of few rows and many columns that is wider than so many letters stands upright, a line for each column.
+WIDEST_TABLE = 160
 
 #: What `--json` is when given without a file.
 STDOUT = "-"
@@ -207,9 +210,28 @@ def print_table(rows: Iterable[dict[str, Any]], empty: str) -> None:
     cells = [{key: format_cell(value, displays[key].scale) for key, value in row.items()} for row in rows]
     headings = {key: display.heading if display.unit else key for key, display in displays.items()}
     widths = {key: max(len(head), *(len(row.get(key, "")) for row in cells)) for key, head in headings.items()}
+    if len(cells) <= 6 and len(headings) >= 10 and sum(widths.values()) + 2 * len(widths) > WIDEST_TABLE:
+        _print_upright(headings, cells)
+        return
     click.echo("  ".join(head.ljust(widths[key]) for key, head in headings.items()).rstrip())
     for row in cells:
         click.echo("  ".join(row.get(key, "").ljust(widths[key]) for key in headings).rstrip())
+
+
+def _print_upright(headings: Mapping[str, str], rows: Sequence[Mapping[str, str]]) -> None:
+    """A line for each column, the rows beside each other: few rows of many columns would not fit a terminal."""
+    lines = [[head, *(row.get(key, "") for row in rows)] for key, head in headings.items()]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    for line in lines:
+        click.echo("  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip())
+
+
+def print_facts(facts: Mapping[str, Any]) -> None:
+    """Each fact on a line, behind its words and unit; the width is that of the longest words."""
+    displays = {key: display_of(key) for key in facts}
+    width = max((len(display.heading) for display in displays.values()), default=0)
+    for key, value in facts.items():
+        click.echo(f"{displays[key].heading.ljust(width)}  {format_cell(value, displays[key].scale)}")
 
 
 def format_cell(value: Any, scale: float = 1.0) -> str:

@@ -42,6 +42,7 @@ class Display:
 
 #: Ending of a key -> SI unit, unit of the field, units of the field in one SI unit. The longest ending comes first.
 _UNITS: tuple[tuple[str, str, str, float], ...] = (
+    ("_m2_s3", "m²/s³", "m²/s³", 1.0),
     ("_m_s2", "m/s²", "g", 1 / STANDARD_GRAVITY_M_S2),
     ("_m_s", "m/s", "m/s", 1.0),
     ("_n_s", "N s", "N s", 1.0),
@@ -67,6 +68,11 @@ _LABELS = {
     "deviation_s": "standard deviation",
     "peak_time_s": "time of the peak",
     "worst_frequency_hz": "worst frequency",
+    "duration_10_90_s": "duration from 10 to 90 %",
+    "duration_5_95_s": "duration from 5 to 95 %",
+    "rms_duration_s": "rms duration",
+    "q": "Q",
+    "centroid_s": "centroid in time",
 }
 #: Keys whose unit on the bench is another one than that of their ending.
 _OTHER_UNITS = {"sampling_rate_hz": ("kHz", 1e-3), "seconds": ("s", 1.0), "duration_s": ("s", 1.0)}

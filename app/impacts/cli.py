@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from ..cli.common import db_option, format_cell, json_option, note, open_command_store, print_table, write_json
+from ..cli.common import db_option, json_option, note, open_command_store, print_facts, print_table, write_json
 from ..cli.completion import campaign_names
 from ..cli.listed import Listing, column_names, listing_options
 
@@ -43,12 +43,11 @@ def show(impact: int, db: str, json_to: str | None, plot: Path | None) -> None:
         if json_to is not None:
             write_json(page, json_to)
             return
+    print_facts({key: value for key, value in page.items() if not isinstance(value, list) and value is not None})
     for key, value in page.items():
         if isinstance(value, list):
-            click.echo(f"\n{key}")
+            click.echo(f"\n{key.replace('_', ' ')}")
             print_table(value, "  none")
-        else:
-            click.echo(f"{key:24} {format_cell(value)}")
 
 
 _CAMPAIGN = click.option(

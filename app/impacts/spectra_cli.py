@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..cli.common import errors_as_one_line, format_cell, json_option, note, print_table, write_json
+from ..cli.common import errors_as_one_line, json_option, note, print_facts, print_table, write_json
 
 if TYPE_CHECKING:
     from ...twin.srs.target import Target
@@ -170,8 +170,7 @@ def _full_scale(text: str | None) -> float | None:
 def _print(measured: MeasuredSpectrum) -> None:
     from .spectrum_tables import rows_of, summary
 
-    for key, value in summary(measured).items():
-        click.echo(f"{key:28} {format_cell(value)}")
+    print_facts(summary(measured))
     click.echo("")
     print_table(rows_of(measured), "no lines")
     click.echo("\nchecks")

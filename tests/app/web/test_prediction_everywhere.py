@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pyroshock.app.common.number_format import format_number
 from pyroshock.app.predict.shots import VELOCITY_M_S
 from pyroshock.app.twins import building
 from pyroshock.app.twins.benches import bench_of_campaign
@@ -143,7 +144,7 @@ def test_command_api_and_page_say_the_same(filled: Lab, name: str) -> None:
         numbers = [scale * value["mean"], *(scale * end for end in value["ci90"])]
         assert [rows[quantity][key] for key in ("mean", "low", "high")] == pytest.approx(numbers)
         (line,) = [line for line in printed.stdout.splitlines() if line.startswith(quantity)]
-        assert all(f"{number:.5g}" in line.split() for number in numbers)
+        assert all(format_number(number) in line.split() for number in numbers)
     html = filled.client.get("/twin", params=question(name))
     assert html.status_code == 200, html.text
     visible = " ".join(Page(html.text).text.split())
