@@ -7,25 +7,28 @@ findings), and `conditions` cuts them so that a listing costs what it returns an
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Any
 
-from sqlalchemy import Integer, func, select, true
+from sqlalchemy import Integer, Select, case, func, or_, select, true
 from sqlalchemy.orm import Session
 
 from .base import in_batches
-from .campaigns import Campaign, PlannedRun
+from .campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel, PlannedRun
 from .conditions import (
+    CAMPAIGN,
     CHANNEL_COLUMNS,
     IMPACT_COLUMNS,
     IN_USE,
     LARGEST,
     OPERATORS,
+    QUALITY,
     SHOT_COLUMNS,
     Condition,
     UnknownFieldError,
     get_campaign_id,
+    get_factor_id,
     iter_pages,
     listing_key,
     restricted,
@@ -95,6 +98,11 @@ def iter_impacts(
     Raises `UnknownFieldError` for a condition on nothing known, `LookupError` for an unknown campaign, `ValueError` for
     a column that is compared with a word.
     """
+    query, span = restricted(session, _impacts(), Impact, IMPACT_COLUMNS, campaign, where)
+    yield from _impact_rows(session, iter_pages(session, query, Impact.id, span.beyond(after), page))
+
+
+def _impacts() -> Select[Any]:
     columns = (
         Campaign.name.label("campaign"),
         Impact.configuration_id,
@@ -103,10 +111,13 @@ def iter_impacts(
         *_labelled(IMPACT_COLUMNS),
     )
     query = select(*columns).select_from(Impact).join(Campaign, Impact.campaign_id == Campaign.id)
-    query = query.outerjoin(Pulse, IN_USE).outerjoin(ChannelFigures, LARGEST)
-    query, span = restricted(session, query, Impact, IMPACT_COLUMNS, campaign, where)
+    return query.outerjoin(Pulse, IN_USE).outerjoin(ChannelFigures, LARGEST)
+
+
+def _impact_rows(session: Session, pages: Iterable[list[dict[str, Any]]]) -> Iterator[dict[str, Any]]:
+    """Rows of a listing from pages of rows of `_impacts`."""
     configurations = _Configurations(session)
-    for rows in iter_pages(session, query, Impact.id, span.beyond(after), page):
+    for rows in pages:
         quality = _quality(session, rows)
         configurations.learn({row["configuration_id"] for row in rows})
         for row in rows:
@@ -143,6 +154,79 @@ def iter_shots(
 
 
 Rows = list[dict[str, Any]]
+
+
+def list_impacts_sorted(
+    session: Session,
+    campaign: str | None,
+    where: tuple[Condition, ...],
+    column: str,
+    *,
+    descending: bool = False,
+    offset: int = 0,
+    limit: int = 100,
+) -> tuple[Rows, bool]:
+    """`limit` impacts in order of a column of the listing or of a factor, and whether more follow.
+
+    Impacts without a value come last; equal ones are in order of their key. Raises as `iter_impacts`, and
+    `UnknownFieldError` for a column that there is not.
+    """
+    _check_limit(limit)
+    query = select(Impact.id).select_from(Impact).join(Campaign, Impact.campaign_id == Campaign.id)
+    query = query.outerjoin(Pulse, IN_USE).outerjoin(ChannelFigures, LARGEST)
+    query, span = restricted(session, query, Impact, IMPACT_COLUMNS, campaign, where)
+    query, orders = _ordered(session, query.where(Impact.id.between(span.first, span.last)), column)
+    keys_of_order = [part for order in orders for part in (order.is_(None), order.desc() if descending else order)]
+    keys = list(session.scalars(query.order_by(*keys_of_order, Impact.id).offset(offset).limit(limit + 1)))
+    query = _impacts().where(Impact.id.in_(keys[:limit]))
+    rows = [dict(row) for row in session.execute(query).mappings()]
+    by_key = {row["id"]: row for row in _impact_rows(session, [rows] if rows else [])}
+    return [by_key[key] for key in keys[:limit]], len(keys) > limit
+
+
+def _ordered(session: Session, query: Select[Any], column: str) -> tuple[Select[Any], list[Any]]:
+    """The query with what the order needs, and the expressions of the order."""
+    if column in IMPACT_COLUMNS:
+        return query, [IMPACT_COLUMNS[column]]
+    if column == CAMPAIGN:
+        return query, [Campaign.name]
+    if column == QUALITY:
+        return query, [_quality_rank()]
+    factor = get_factor_id(session, column, {*IMPACT_COLUMNS, CAMPAIGN, QUALITY})
+    levels = (
+        select(ConfigurationLevel.configuration_id.label("configuration"), FactorLevel.number, FactorLevel.label)
+        .join(FactorLevel, ConfigurationLevel.level_id == FactorLevel.id)
+        .where(FactorLevel.factor_id == factor)
+        .subquery()
+    )
+    return query.outerjoin(levels, levels.c.configuration == Impact.configuration_id), [levels.c.number, levels.c.label]
+
+
+def _quality_rank() -> Any:
+    """0 where nothing was found, higher the graver the worst finding is."""
+    ranks = {severity: rank for rank, severity in enumerate(SEVERITIES)}
+    its_own = or_(QualityFinding.impact_id == Impact.id, QualityFinding.impact_id.is_(None))
+    worst = select(func.max(case(ranks, value=QualityFinding.severity, else_=0)))
+    worst = worst.where(QualityFinding.recording_id == Impact.recording_id, its_own)
+    return func.coalesce(worst.correlate(Impact).scalar_subquery(), 0)
+
+
+def list_levels(session: Session, most: int = 60) -> dict[str, list[float | str]]:
+    """Levels that the store has of each factor, by its key in a listing; without factors of more levels."""
+    query = select(Factor.name, Factor.si_unit, FactorLevel.number, FactorLevel.label)
+    query = query.join(FactorLevel, FactorLevel.factor_id == Factor.id).order_by(
+        Factor.id, FactorLevel.number, FactorLevel.label
+    )
+    levels: dict[str, list[float | str]] = {}
+    for name, si_unit, number, label in session.execute(query):
+        levels.setdefault(listing_key(name, si_unit), []).append(label if number is None else number)
+    return {key: values for key, values in levels.items() if 1 < len(values) <= most}
+
+
+def list_thumbnails(session: Session, impacts: Sequence[int]) -> dict[int, list[float]]:
+    """The 20 forces (N) of the pulse in use of each of these impacts; none for one without a pulse."""
+    query = select(Pulse.impact_id, Pulse.force_points_n).where(Pulse.impact_id.in_(impacts), Pulse.current)
+    return {impact: list(forces) for impact, forces in session.execute(query)}
 
 
 def list_impacts_page(

@@ -126,6 +126,14 @@ def _display_of(key: str, system: System) -> Display:
     return Display(_LABELS.get(key) or key.replace("_", " "), "", 1.0)
 
 
+def display_of_unit(unit: str) -> Display:
+    """How a channel in this SI unit is shown: `m/s2` in g, `N` in kN; a unit that is not known stays as it is."""
+    endings = {"m/s2": "_m_s2", "m/s": "_m_s", "N": "_n", "Pa": "_pa", "m": "_m", "s": "_s"}
+    if unit in endings:
+        return display_of(f"channel{endings[unit]}")
+    return Display("channel", "1" if unit == "dimensionless" else unit, 1.0)
+
+
 def heading(key: str) -> str:
     """`contact_time_s` -> `contact time (ms)`."""
     return display_of(key).heading

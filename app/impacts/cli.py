@@ -36,7 +36,7 @@ def show(impact: int, db: str, json_to: str | None, plot: Path | None) -> None:
 
         page = impact_page(session, impact)
         if plot is not None:
-            from .impact import plot_impact
+            from .impact_plot import plot_impact
 
             plot_impact(session, impact, plot)
             note(f"plot: {plot}")

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ...array_types import Floats
-from ..common.quantities import display_of
-from ..web.figures_base import COLOURS, Figure, Trace, band, figure, line, points
+from ..common.quantities import STANDARD_GRAVITY_M_S2, display_of, display_of_unit
+from ..web.figures_base import COLOURS, DASHES, Figure, Trace, band, figure, line, points
 from ..web.rendering import number
 from .curves import PulseCurve, PulseView
 from .overlays import ImpactSpectrum, PulseOverlay, ReferenceBand, SpectrumOverlay
@@ -24,7 +24,7 @@ def segmentation_figure(view: PulseView) -> Figure:
     """Force about the contact in N over ms since the contact of the version in use, each version over it."""
     used = next((version for version in view.versions if version.in_use), view.versions[-1])
     zero = used.start_s
-    traces = [points(_ms(view.time_s, zero), view.force_n, "record", "quiet", hoverinfo="x+y")]
+    traces = [points(_ms(view.time_s, zero), _kilo(view.force_n), "record", "quiet", hoverinfo="x+y")]
     traces[0]["marker"]["size"] = 4
     shapes: list[dict[str, Any]] = []
     shown = [*view.versions, *([view.preview] if view.preview else [])]
@@ -33,22 +33,26 @@ def segmentation_figure(view: PulseView) -> Figure:
         traces += _version(curve, zero, colour)
         if curve.in_use or curve.key is None:
             shapes += [_edge((instant - zero) * 1e3, colour) for instant in (curve.start_s, curve.stop_s)]
-    return figure(traces, "time since contact (ms)", "force (N)", shapes=shapes)
+    return figure(traces, "time since contact (ms)", "force (kN)", shapes=shapes)
 
 
 def _version(curve: PulseCurve, zero: float, colour: str) -> list[Trace]:
     name = "preview" if curve.key is None else f"version {curve.key}" + (", in use" if curve.in_use else "")
     dash = "dash" if curve.key is None else "solid" if curve.in_use else "dot"
     return [
-        line(_ms(curve.time_s, zero), curve.force_n, name, colour, dash=dash),
+        line(_ms(curve.time_s, zero), _kilo(curve.force_n), name, colour, dash=dash),
         points(
-            _ms(curve.points_time_s, zero), curve.points_n, f"points of {name}", colour, visible="legendonly"
+            _ms(curve.points_time_s, zero), _kilo(curve.points_n), f"points of {name}", colour, visible="legendonly"
         ),  # what the models take
     ]
 
 
 def _ms(time_s: Any, zero: float) -> Any:
     return (np.asarray(time_s) - zero) * 1e3
+
+
+def _kilo(force_n: Any) -> Any:
+    return np.asarray(force_n, dtype=np.float64) * 1e-3
 
 
 def _edge(at: float, colour: str) -> dict[str, Any]:
@@ -95,14 +99,14 @@ def level_words(factor: str, level: float | str | None) -> str:
 
 def signal_figure(window: SignalWindow) -> Figure:
     """A channel over ms of the recording's clock; the page fetches more samples as one zooms in (impact.js)."""
-    curve = line(window.time_s * 1e3, window.values, window.channel, "c0", width=1.2)
-    unit = window.unit.replace("m/s2", "m/s²").replace("dimensionless", "1")
-    return figure([curve], "time (ms)", f"{window.quantity} ({unit})", showlegend=False)
+    display = display_of_unit(window.unit)
+    curve = line(window.time_s * 1e3, window.values * display.scale, window.channel, "c0", width=1.2)
+    return figure([curve], "time (ms)", f"{window.quantity} ({display.unit})", showlegend=False)
 
 
 #: Under a cursor: the level, and how far it is from the reference.
-_CURSOR = "%{y:.4g} m/s², %{customdata:+.1f} dB<extra>%{fullData.name}</extra>"
-_HELD = "shock response (m/s²)"
+_CURSOR = "%{y:.4g} g, %{customdata:+.1f} dB<extra>%{fullData.name}</extra>"
+_HELD = "shock response (g)"
 
 
 def spectra_figure(overlay: SpectrumOverlay, sides: bool = False) -> Figure:
@@ -111,25 +115,30 @@ def spectra_figure(overlay: SpectrumOverlay, sides: bool = False) -> Figure:
     lines = overlay.comparison.frequency_hz
     traces: list[Trace] = []
     for overlaid_band in sorted(overlay.bands, key=_width, reverse=True):
-        traces += band(lines, overlaid_band.lower_m_s2, overlaid_band.upper_m_s2, _band_name(overlaid_band), "c7")
-    shown = "%{y:.4g} m/s²<extra>reference</extra>"
-    reference = line(lines, target.level_m_s2, "reference", "quiet", dash="dash", hovertemplate=shown)
+        edges = (overlaid_band.lower_m_s2 / STANDARD_GRAVITY_M_S2, overlaid_band.upper_m_s2 / STANDARD_GRAVITY_M_S2)
+        traces += band(lines, *edges, _band_name(overlaid_band), "c7")
+    shown = "%{y:.4g} g<extra>reference</extra>"
+    reference = line(
+        lines, target.level_m_s2 / STANDARD_GRAVITY_M_S2, "reference", "quiet", dash="dash", hovertemplate=shown
+    )
     traces.append(reference)
     for i, overlaid in enumerate(overlay.spectra):
-        traces += _curves(overlay, overlaid, COLOURS[i % len(COLOURS)], sides)
+        traces += _curves(overlay, overlaid, COLOURS[i % len(COLOURS)], DASHES[i % len(DASHES)], sides)
     return figure(traces, "frequency (Hz)", _HELD, log_x=True, log_y=True, hovermode="x")
 
 
-def _curves(overlay: SpectrumOverlay, impact_spectrum: ImpactSpectrum, colour: str, sides: bool) -> list[Trace]:
+def _curves(
+    overlay: SpectrumOverlay, impact_spectrum: ImpactSpectrum, colour: str, dash: str, sides: bool
+) -> list[Trace]:
     name = f"impact {impact_spectrum.impact}, {impact_spectrum.channel}"
     spectrum = impact_spectrum.spectrum
-    shown = {"": (spectrum.maximax, "solid")}
+    shown = {"": (spectrum.maximax, dash)}
     if sides:
         shown = {" positive": (spectrum.positive, "solid"), " negative": (spectrum.negative, "dot")}
     x = overlay.frequency_hz
     return [
         {
-            **line(x, _above(level), name + side, colour, dash=dash),
+            **line(x, _above(level) / STANDARD_GRAVITY_M_S2, name + side, colour, dash=dash),
             "customdata": _decibels(overlay, level),
             "hovertemplate": _CURSOR,
         }
@@ -166,7 +175,13 @@ def four_coordinate_figure(overlay: SpectrumOverlay) -> Figure:
     x = overlay.frequency_hz
     curves = [overlaid.spectrum.pseudo_velocity_m_s for overlaid in overlay.spectra]
     traces = [
-        line(x, _above(curve), f"impact {overlaid.impact}, {overlaid.channel}", COLOURS[i % len(COLOURS)])
+        line(
+            x,
+            _above(curve),
+            f"impact {overlaid.impact}, {overlaid.channel}",
+            COLOURS[i % len(COLOURS)],
+            dash=DASHES[i % len(DASHES)],
+        )
         for i, (overlaid, curve) in enumerate(zip(overlay.spectra, curves, strict=True))
     ]
     positive = np.concatenate([curve[curve > 0] for curve in curves])
@@ -187,9 +202,9 @@ def paper_lines(lowest: float, right: float, low: float, high: float) -> tuple[l
     traces: list[Trace] = []
     words: list[dict[str, Any]] = []
     corners = [(f, v) for f in (lowest, right) for v in (low, high)]
-    for exponent in _decades([2 * math.pi * f * v for f, v in corners]):
-        acceleration = 10.0**exponent
-        _diagonal(traces, words, acceleration / (2 * math.pi), -1, (lowest, right, low, high), f"{acceleration:g} m/s²")
+    for exponent in _decades([2 * math.pi * f * v / STANDARD_GRAVITY_M_S2 for f, v in corners]):
+        acceleration = 10.0**exponent * STANDARD_GRAVITY_M_S2
+        _diagonal(traces, words, acceleration / (2 * math.pi), -1, (lowest, right, low, high), f"{10.0**exponent:g} g")
     for exponent in _decades([v / (2 * math.pi * f) for f, v in corners]):
         displacement = 10.0**exponent
         _diagonal(traces, words, 2 * math.pi * displacement, 1, (lowest, right, low, high), _length(displacement))

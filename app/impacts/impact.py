@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,8 +21,6 @@ from ...schema.impacts import ChannelFigures, Impact, Pulse, velocity_kind
 from ...schema.listings import Condition, iter_impacts
 from ...schema.provenance import Provenance
 from ...schema.recordings import QualityFinding, RecordedChannel
-from ...schema.series import as_floats
-from ..common.plots import MEASURED, MODEL, QUIET, new_figure, save
 
 #: Figures of a pulse, SI with the unit in the name.
 PULSE_FIGURES = (
@@ -209,36 +206,3 @@ def _window(session: Session, impact: Impact) -> tuple[float, float]:
     start_of_impact = starts[impact.id]
     later = [start for start in starts.values() if start > start_of_impact]
     return start_of_impact - REST_S, min(later) - CLEAR_S if later else math.inf
-
-
-def plot_impact(session: Session, key: int, path: Path) -> None:
-    """The recorded force about a contact, its spline and its 20 points. `LookupError` where there is no pulse."""
-    impact = get_impact(session, key)
-    pulse = session.scalars(select(Pulse).where(Pulse.impact_id == key, Pulse.current)).one_or_none()
-    if pulse is None or impact.recording_id is None:
-        raise LookupError(f"impact {key} has no pulse to draw")
-    figure = new_figure(7, 4)
-    draw_pulse(figure.subplots(), session, impact.recording_id, pulse)
-    save(figure, path)
-
-
-def draw_pulse(axes: Any, session: Session, recording: int, pulse: Pulse) -> None:
-    """One pulse on `axes`: recorded samples with a margin of half a contact, spline, equidistant points."""
-    margin = 0.5 * pulse.contact_time_s
-    for row in list_channels(session, recording):
-        if row.quantity != "force":
-            continue
-        first = round((pulse.start_s - margin - row.start_s) * row.sampling_rate_hz)
-        last = round((pulse.start_s + pulse.contact_time_s + margin - row.start_s) * row.sampling_rate_hz)
-        channel = read_channel(session, row, max(0, first), min(row.samples, last + 1))
-        time = channel.start_s + np.arange(channel.si.size) / channel.sampling_rate_hz - pulse.start_s
-        axes.plot(time * 1e3, channel.si, "o", color=MEASURED, ms=4, label=f"recorded {row.name}")
-    fine = as_floats(pulse.fine_force_n, f"the force of pulse {pulse.id}")
-    axes.plot(np.arange(fine.size) * pulse.fine_period_s * 1e3, fine, color=MODEL, lw=1.5, label="smoothing spline")
-    points = np.asarray(pulse.force_points_n)
-    at = np.linspace(0, pulse.contact_time_s, points.size) * 1e3
-    axes.plot(at, points, "|", color="black", ms=9, label=f"{points.size} points")
-    axes.axvspan(0, pulse.contact_time_s * 1e3, color=QUIET, alpha=0.15, lw=0, label="contact")
-    axes.set_xlabel("time since first contact (ms)")
-    axes.set_ylabel("force (N)")
-    axes.legend(frameon=False, loc="center right")

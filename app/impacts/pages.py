@@ -1,5 +1,4 @@
-"""Impacts and shots: lists that are paged in the database, one impact with its record and its pulse, and pulses and
-shock response spectra of many over each other."""
+"""One impact with its record and its pulse, and pulses and shock response spectra of many over each other."""
 
 from __future__ import annotations
 
@@ -16,14 +15,14 @@ from starlette.responses import RedirectResponse, Response
 
 from ...ingest.reextraction import preview_impacts, reextract_recording
 from ...ingest.settings import ExtractionSettings
-from ...schema.campaigns import Factor
-from ...schema.conditions import list_campaign_names
-from ...schema.impacts import Pulse
-from ...schema.listings import list_impacts_page, list_pulse_keys, list_shots_page
+from ...schema.campaigns import Campaign, Factor
+from ...schema.conditions import QUALITY, Condition, list_campaign_names
+from ...schema.impacts import Impact, Pulse
+from ...schema.listings import list_pulse_keys
 from ...schema.series import SeriesError
 from ...schema.session import Store
 from ..common.filters import parse_where
-from ..common.nominal_velocity import with_predictions
+from ..common.quantities import display_of_unit
 from ..web.dependencies import Key, OpenStore
 from ..web.figures_base import Figure
 from ..web.rendering import page, query
@@ -36,60 +35,14 @@ from .figures import (
     signal_figure,
     spectra_figure,
 )
-from .impact import get_impact, impact_page, without_empty_figures
+from .impact import get_impact, impact_page
 from .overlays import PulseOverlay, pulse_overlay, spectrum_overlay
 from .signals import channel_window, list_signals
 from .spectra import target_from_upload
 
 router = APIRouter()
-PAGE = 100
 #: Of a whole channel on a page; zooming in fetches the rest.
 POINTS = 2000
-Where = Annotated[list[str], Query(max_length=20)]
-After = Annotated[int | None, Query(ge=1, le=2**31 - 1)]
-
-
-@router.get("/impacts")
-def impacts(request: Request, store: OpenStore, where: Where = [], campaign: str = "", after: After = None) -> Response:  # noqa: B006
-    where = [condition for condition in where if condition.strip()]
-    with store.reading() as session:
-        rows, following = list_impacts_page(session, campaign or None, parse_where(tuple(where)), after, PAGE)
-    return _listed(
-        request, "impacts", without_empty_figures(rows), {"campaign": campaign, "where": where}, following, after
-    )
-
-
-@router.get("/shots")
-def shots(request: Request, store: OpenStore, where: Where = [], campaign: str = "", after: After = None) -> Response:  # noqa: B006
-    where = [condition for condition in where if condition.strip()]
-    with store.reading() as session:
-        shots, following = list_shots_page(session, campaign or None, parse_where(tuple(where)), after, PAGE)
-        rows = list(with_predictions(session, shots))
-    return _listed(request, "shots", rows, {"campaign": campaign, "where": where}, following, after)
-
-
-def _listed(
-    request: Request,
-    what: str,
-    rows: list[dict[str, Any]],
-    parameters: dict[str, Any],
-    following: int | None,
-    after: int | None,
-) -> Response:
-    columns: dict[str, None] = {}
-    for row in rows:
-        columns |= dict.fromkeys(row)
-    return page(
-        request,
-        "impacts.html",
-        what=what,
-        rows=rows,
-        columns=list(columns),
-        **parameters,
-        following=query({**parameters, "after": following}) if following else "",
-        beginning=(query(parameters) or f"/{what}") if after else "",
-        compared=query({"campaign": parameters["campaign"], "where": parameters["where"]}),
-    )
 
 
 @router.get("/impacts/{impact}")
@@ -109,7 +62,10 @@ def impact(
     view, why_not = _viewed(store, impact, recording, settings if preview else None)
     with store.reading() as session:
         signals = [] if recording is None else list_signals(session, recording)
-        figures, damaged = _channel_charts(session, signals)
+        contact = contact_span(impact_view)
+        figures, damaged = _channel_charts(session, signals, contact)
+        before, after = neighbours(session, impact)
+    scales = {signal["key"]: display_of_unit(signal["unit"]).scale for signal in signals}
     lists = ("pulses", "channel_figures", "findings", "channels")
     return page(
         request,
@@ -119,6 +75,9 @@ def impact(
         **{key: impact_view[key] for key in lists},
         signals=signals,
         figures=figures,
+        scales=scales,
+        before=before,
+        after=after,
         damaged=damaged,
         segmentation=None if view is None else segmentation_figure(view),
         previewed=view.preview if view else None,
@@ -129,12 +88,39 @@ def impact(
     )
 
 
-def _channel_charts(session: Session, signals: list[dict[str, Any]]) -> tuple[dict[int, Figure], dict[int, str]]:
-    """Channels as charts, and why one is none: a damaged series keeps no page from being shown."""
-    figures, damaged = {}, {}
+def contact_span(impact_view: dict[str, Any]) -> tuple[float, float] | None:
+    """From a contact time before the pulse in use to two after it, in s of the recording; None without a pulse."""
+    used = next((pulse for pulse in impact_view["pulses"] if pulse["in_use"] == "yes"), None)
+    if used is None:
+        return None
+    return used["start_s"] - used["contact_time_s"], used["start_s"] + 3 * used["contact_time_s"]
+
+
+def neighbours(session: Session, impact: int) -> tuple[int | None, int | None]:
+    """The impacts before and after this one in its campaign; None where there is none."""
+    campaign = select(Impact.campaign_id).where(Impact.id == impact).scalar_subquery()
+    of_campaign = select(Impact.id).where(Impact.campaign_id == campaign)
+    before = of_campaign.where(Impact.id < impact).order_by(Impact.id.desc()).limit(1)
+    after = of_campaign.where(Impact.id > impact).order_by(Impact.id).limit(1)
+    return session.scalar(before), session.scalar(after)
+
+
+def _channel_charts(
+    session: Session, signals: list[dict[str, Any]], contact: tuple[float, float] | None
+) -> tuple[dict[int, tuple[Figure, Figure | None]], dict[int, str]]:
+    """Channels as charts of the whole record and of the contact, and why one is none.
+
+    A damaged series keeps no page from being shown.
+    """
+    figures: dict[int, tuple[Figure, Figure | None]] = {}
+    damaged = {}
     for signal in signals:
         try:
-            figures[signal["key"]] = signal_figure(channel_window(session, signal["key"], points=POINTS))
+            whole = signal_figure(channel_window(session, signal["key"], points=POINTS))
+            near = None
+            if contact is not None and signal["quantity"] in ("force", "acceleration"):
+                near = signal_figure(channel_window(session, signal["key"], *contact, points=POINTS))
+            figures[signal["key"]] = whole, near
         except SeriesError as error:
             damaged[signal["key"]] = str(error)
     return figures, damaged
@@ -188,6 +174,8 @@ def extract(
     return RedirectResponse(f"/impacts/{impact}", 303)
 
 
+#: Stands in the address for all campaigns together.
+EVERY = "*"
 #: Pulses on the page, of all that match: enough for a mean, and drawn at once.
 PULSES = 400
 #: Spectra that are taken of a filter where no impacts are named.
@@ -199,23 +187,32 @@ def compare(
     request: Request,
     store: OpenStore,
     where: Annotated[list[str], Query(max_length=20)] = [],  # noqa: B006
-    campaign: str = "",
+    campaign: str | None = None,
     factor: str = "tip_material",
     normalised: bool = False,
+    rejected: bool = False,
 ) -> Response:
-    where = [condition for condition in where if condition.strip()]
+    where, overlay, spectra, error = [condition for condition in where if condition.strip()], None, [], ""
     with store.reading() as session:
         factors = list(session.scalars(select(Factor.name).order_by(Factor.name).limit(200)))
         campaigns = list_campaign_names(session)
-        overlay = None
-        if factors:
-            conditions = parse_where(tuple(where))
-            chosen = factor if factor in factors else factors[0]
-            overlay = pulse_overlay(session, campaign or None, conditions, chosen, normalised=normalised, most=PULSES)
-        spectra = _some_of(overlay) if overlay is not None else _some_impacts(session, campaign, where)
+        if campaign is None:  # pulses of several campaigns are compared only where somebody asks for it
+            campaign = EVERY if where else _newest_with_pulses(session)
+        of_campaign = None if campaign in ("", EVERY) else campaign
+        try:
+            conditions = parse_where(tuple(where)) + (() if rejected else (Condition(QUALITY, "!=", "reject"),))
+            if factors:
+                chosen = factor if factor in factors else factors[0]
+                overlay = pulse_overlay(session, of_campaign, conditions, chosen, normalised=normalised, most=PULSES)
+            spectra = _some_of(overlay) if overlay is not None else _some_impacts(session, of_campaign, conditions)
+        except (ValueError, LookupError) as why:
+            error = str(why)
     return page(
         request,
         "compare.html",
+        status=422 if error else 200,
+        error=error,
+        rejected=rejected,
         campaigns=campaigns,
         campaign=campaign,
         where=where,
@@ -254,8 +251,15 @@ def _some_of(overlay: PulseOverlay) -> list[int]:
     return impacts[:: max(1, -(-len(impacts) // SPECTRA))]
 
 
-def _some_impacts(session: Session, campaign: str, where: list[str]) -> list[int]:
-    keys, _ = list_pulse_keys(session, campaign or None, parse_where(tuple(where)), SPECTRA)
+def _newest_with_pulses(session: Session) -> str:
+    """The newest campaign with a pulse in use; empty where no pulse was extracted."""
+    newest = select(Pulse.impact_id).where(Pulse.current).order_by(Pulse.impact_id.desc()).limit(1).scalar_subquery()
+    campaign = select(Campaign.name).join(Impact, Impact.campaign_id == Campaign.id).where(Impact.id == newest)
+    return session.scalar(campaign) or ""
+
+
+def _some_impacts(session: Session, campaign: str | None, conditions: tuple[Condition, ...]) -> list[int]:
+    keys, _ = list_pulse_keys(session, campaign, conditions, SPECTRA)
     return list(session.scalars(select(Pulse.impact_id).where(Pulse.id.in_(keys)).order_by(Pulse.impact_id)))
 
 

@@ -28,6 +28,7 @@ from ..diagnose import api as diagnose_api
 from ..diagnose import pages as diagnose_pages
 from ..documents.line_styles import COLOURS, PARTS
 from ..impacts import api as impacts_api
+from ..impacts import list_pages as impact_list_pages
 from ..impacts import pages as impacts_pages
 from ..ingest import api as ingest_api
 from ..ingest import pages as ingest_pages
@@ -69,6 +70,7 @@ _API = (
 )
 _PAGES = (
     ingest_pages,
+    impact_list_pages,
     impacts_pages,
     diagnose_pages,
     jobs_pages,

@@ -11,6 +11,9 @@ from numpy.typing import ArrayLike
 Trace = dict[str, Any]
 Figure = dict[str, Any]
 COLOURS = tuple(f"c{i}" for i in range(8))
+#: Beside the colours, for those who cannot tell all of them apart: five and eight have no common divisor, so that 40
+#: curves differ in colour or dashes.
+DASHES = ("solid", "dash", "dot", "dashdot", "longdash")
 
 
 def spelled(value: Any) -> Any:

@@ -41,12 +41,61 @@ const pyroshock = (() => {
     const usual = parseFloat(getComputedStyle(element).minHeight);
     element.style.minHeight = `${usual + 19 * (Math.ceil(names.length / across) - 1)}px`;
   };
+  // What is shown, as a table: a column of x and of y for each curve, headed as axes and legend are.
+  const csvOf = (element) => {
+    const layout = element.figure.layout || {}, quote = (text) => `"${String(text).replaceAll('"', '""')}"`;
+    const title = (axis) => ((layout[axis] || {}).title || {}).text || axis;
+    const curves = element.data.filter((trace) => trace.x && trace.y && trace.hoverinfo !== "skip");
+    const columns = curves.flatMap((trace, place) => {
+      const name = trace.name || `curve ${place + 1}`, [x, y] = ["x", "y"].map((key) => (trace[key + "axis"] || key).replace(/^([xy])/, "$1axis"));
+      return [[`${name}: ${title(x)}`, ...trace.x], [`${name}: ${title(y)}`, ...trace.y]];
+    });
+    const length = Math.max(0, ...columns.map((column) => column.length));
+    return Array.from({ length }, (_, row) => columns.map((column) => row < column.length && column[row] !== null ? (row ? column[row] : quote(column[row])) : "").join(",")).join("\n");
+  };
+  const save = (name, content) => {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([content], { type: "text/csv" })); link.download = name; link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  };
+  // Buttons below a chart, which the keyboard reaches; plotly's own bar is for the mouse alone.
+  const tools = (element) => {
+    const box = element.closest("figure");
+    if (!box || box.querySelector(".chart-tools")) return;
+    const row = document.createElement("div"), name = `pyroshock-${box.id || "chart"}`;
+    row.className = "chart-tools no-print"; row.setAttribute("role", "group"); row.setAttribute("aria-label", "Save this chart");
+    const size = () => ({ filename: name, width: element.clientWidth, height: element.clientHeight });
+    [["PNG", () => Plotly.downloadImage(element, { ...size(), format: "png", scale: 2 })],
+     ["SVG", () => Plotly.downloadImage(element, { ...size(), format: "svg" })],
+     ["CSV", () => save(`${name}.csv`, csvOf(element))]].forEach(([words, act]) => {
+      const button = document.createElement("button");
+      button.type = "button"; button.className = "second"; button.textContent = words; button.addEventListener("click", act);
+      row.append(button);
+    });
+    box.append(row);
+  };
+  // Charts of one group show the same stretch: what one is zoomed to, the others follow.
+  const link = (element) => {
+    const group = element.dataset.link;
+    if (!group || element.linked || !element.on) return;
+    element.linked = true;
+    element.on("plotly_relayout", (event) => {
+      const [from, to] = [event["xaxis.range[0]"], event["xaxis.range[1]"]];
+      if (element.following || (from === undefined && !event["xaxis.autorange"])) return;
+      document.querySelectorAll(`[data-link="${group}"]`).forEach((other) => {
+        if (other === element || !other.on) return;
+        other.following = true;
+        Plotly.relayout(other, from === undefined ? { "xaxis.autorange": true } : { "xaxis.range": [from, to] })
+          .then(() => { other.following = false; });
+      });
+    });
+  };
   const draw = (element, figure) => {
     element.figure = figure;
     spacious(element, figure);
     return Plotly.react(element, coloured(figure.data), themed(figure.layout || {}),
-      { responsive: true, displaylogo: false, scrollZoom: false, modeBarButtonsToRemove: ["lasso2d", "select2d"] })
-      .then(() => { element.dataset.drawn = "yes"; return element; });
+      { responsive: true, displaylogo: false, scrollZoom: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage"] })
+      .then(() => { element.dataset.drawn = "yes"; tools(element); link(element); return element; });
   };
   const all = () => document.querySelectorAll("[data-figure]");
   const drawAll = () => all().forEach((element) => {

@@ -33,6 +33,12 @@ document.addEventListener("DOMContentLoaded", () => {
     const first = form.querySelector("[aria-invalid]") || form.querySelector(".field-error");
     if (first) { first.tabIndex = first.tabIndex < 0 ? -1 : first.tabIndex; first.focus(); first.scrollIntoView({ block: "center" }); }
   };
+  // The address of a filter holds what was chosen, and nothing of what was left open.
+  document.querySelectorAll('form[method="get"]').forEach((form) => form.addEventListener("submit", () => {
+    const empty = [...form.elements].filter((control) => control.name && control.value === "" && !control.disabled);
+    empty.forEach((control) => { control.disabled = true; });
+    setTimeout(() => empty.forEach((control) => { control.disabled = false; }), 0);
+  }));
   const busy = (form, on) => form.querySelectorAll("button").forEach((button) => { button.disabled = on; });
   document.querySelectorAll('form[method="post"]').forEach((form) => form.addEventListener("submit", async (event) => {
     if (event.defaultPrevented) return;

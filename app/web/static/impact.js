@@ -12,7 +12,7 @@ document.addEventListener("DOMContentLoaded", () => {
       try {
         const found = await pyroshock.asked(`/api/channels/${element.dataset.channel}?${query}`);
         if (number !== asked) return;  // a later zoom is on its way
-        await Plotly.restyle(element, { x: [found.time_s.map((t) => t * 1e3)], y: [found.values] }, [0]);
+        await Plotly.restyle(element, { x: [found.time_s.map((t) => t * 1e3)], y: [found.values.map((value) => value === null ? null : value * Number(element.dataset.scale))] }, [0]);
         element.dataset.samples = found.time_s.length;
         element.dataset.exact = String(!found.decimated);
         said.textContent = found.decimated
@@ -29,4 +29,10 @@ document.addEventListener("DOMContentLoaded", () => {
     };
     const ready = setInterval(() => { if (element.on) { clearInterval(ready); element.on("plotly_relayout", zoomed); element.dataset.zoomable = "yes"; } }, 30);
   });
+});
+// The keys k and j go to the previous and the next impact, but not while something is typed.
+document.addEventListener("keydown", (event) => {
+  if (event.target.closest("input, select, textarea") || event.ctrlKey || event.metaKey || event.altKey) return;
+  const link = document.getElementById({ k: "previous", j: "next" }[event.key] || "");
+  if (link) link.click();
 });

@@ -1,0 +1,206 @@
+"""Lists of impacts and shots: filtered and sorted in the database, with actions on the impacts that are ticked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Form, Query
+from starlette.requests import Request
+from starlette.responses import RedirectResponse, Response
+
+from ...schema.conditions import QUALITIES, QUALITY, list_campaign_names
+from ...schema.listings import (
+    list_impacts_page,
+    list_impacts_sorted,
+    list_levels,
+    list_shots_page,
+    list_thumbnails,
+)
+from ...schema.session import Store
+from ..common.filters import parse_where
+from ..common.nominal_velocity import with_predictions
+from ..common.quantities import cell, heading
+from ..ingest.removal import discard_recording
+from ..ingest.removal_pages import recording_of
+from ..web.dependencies import Configured, OpenStore, Text
+from ..web.forms import FieldError
+from ..web.rendering import page, query
+from .impact import without_empty_figures
+
+router = APIRouter()
+PAGE = 100
+Where = Annotated[list[str], Query(max_length=40)]
+Columns = Annotated[list[str], Query(max_length=60)]
+After = Annotated[int | None, Query(ge=1, le=2**31 - 1)]
+#: Rows that are passed over in a sorted list; beyond, a filter is the better way.
+Offset = Annotated[int, Query(ge=0, le=100_000)]
+#: What a telephone shows beside the thumbnail of the pulse.
+MAIN = ("id", "quality", "peak_force_n", "contact_time_s")
+#: Width and height of a thumbnail, in its own units.
+_WIDTH, _HEIGHT = 76.0, 24.0
+
+
+@dataclass(frozen=True)
+class Menu:
+    """The choices of one factor, or of the quality: conditions of the address and the words of each."""
+
+    label: str
+    options: tuple[tuple[str, str], ...]
+    chosen: str
+
+
+@router.get("/impacts")
+def impacts(
+    request: Request,
+    store: OpenStore,
+    where: Where = [],  # noqa: B006
+    campaign: str = "",
+    sort: str = "",
+    offset: Offset = 0,
+    after: After = None,
+    columns: Columns = [],  # noqa: B006
+) -> Response:
+    where = [condition for condition in where if condition.strip()]
+    error, rows, following, thumbnails = "", [], None, {}
+    address = {"campaign": campaign, "where": where, "sort": sort, "columns": columns}
+    with store.reading() as session:
+        campaigns, levels = list_campaign_names(session), list_levels(session)
+        try:
+            conditions = parse_where(tuple(where))
+            if sort:
+                column, falling = sort.removeprefix("-"), sort.startswith("-")
+                rows, more = list_impacts_sorted(
+                    session, campaign or None, conditions, column, descending=falling, offset=offset, limit=PAGE
+                )
+                following = query({**address, "offset": offset + PAGE}) if more else None
+            else:
+                rows, last = list_impacts_page(session, campaign or None, conditions, after, PAGE)
+                following = query({**address, "after": last}) if last else None
+            thumbnails = list_thumbnails(session, [row["id"] for row in rows])
+        except (ValueError, LookupError) as why:
+            error = str(why)
+    rows = without_empty_figures(rows)
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    shown = [name for name in names if name in columns] if columns else _varied(rows, names)
+    menus = _menus(levels, where)
+    return page(
+        request,
+        "impacts.html",
+        status=422 if error else 200,
+        rows=rows,
+        names=[name for name in names if name not in ("id", QUALITY)],
+        shown=[name for name in shown if name not in ("id", QUALITY)],
+        main=MAIN,
+        thumbnails={key: thumbnail_points(forces) for key, forces in thumbnails.items()},
+        size=(_WIDTH, _HEIGHT),
+        campaigns=campaigns,
+        campaign=campaign,
+        menus=menus,
+        conditions=[condition for condition in where if condition not in {menu.chosen for menu in menus}],
+        error=error,
+        sort=sort,
+        sorts={name: _sorted_address(address, sort, name) for name in names},
+        following=following or "",
+        beginning=(query(address) or "/impacts") if after or offset else "",
+        compared=query({"campaign": campaign, "where": where}),
+    )
+
+
+def _varied(rows: Sequence[Mapping[str, Any]], names: Iterable[str]) -> list[str]:
+    """Columns that are worth their place: those whose values differ, and those that people look for first."""
+    always = {"campaign", "run", "repetition", "peak_force_n", "contact_time_s"}
+    return [name for name in names if name in always or len({str(row.get(name)) for row in rows}) > 1]
+
+
+def _sorted_address(address: Mapping[str, Any], sort: str, column: str) -> str:
+    """The list in order of a column, the largest first; the other way round where it is sorted so."""
+    return query({**address, "sort": column if sort == f"-{column}" else f"-{column}"}) or "/impacts"
+
+
+def _menus(levels: Mapping[str, Sequence[float | str]], where: Sequence[str]) -> list[Menu]:
+    """A menu for the quality and one for each factor with levels to choose from."""
+    choices = {QUALITY: [(f"{QUALITY}={name}", name) for name in QUALITIES]}
+    for key, values in levels.items():
+        choices[key] = [(f"{key}={value}", cell(key, value)) for value in values]
+    return [
+        Menu(heading(key), tuple(options), next((text for text, _ in options if text in where), ""))
+        for key, options in choices.items()
+    ]
+
+
+def thumbnail_points(forces_n: Sequence[float]) -> str:
+    """The points of an SVG polyline of a pulse (n,), as high as its peak; empty for a pulse without force."""
+    peak = max(forces_n, default=0.0)
+    if peak <= 0:
+        return ""
+    step = _WIDTH / max(1, len(forces_n) - 1)
+    heights = (min(_HEIGHT, max(1.0, 1 + (_HEIGHT - 2) * (1 - force / peak))) for force in forces_n)
+    return " ".join(f"{i * step:.1f},{height:.1f}" for i, height in enumerate(heights))
+
+
+@router.get("/shots")
+def shots(request: Request, store: OpenStore, where: Where = [], campaign: str = "", after: After = None) -> Response:  # noqa: B006
+    where = [condition for condition in where if condition.strip()]
+    error, rows, following = "", [], None
+    with store.reading() as session:
+        campaigns = list_campaign_names(session)
+        try:
+            found, following = list_shots_page(session, campaign or None, parse_where(tuple(where)), after, PAGE)
+            rows = list(with_predictions(session, found))
+        except (ValueError, LookupError) as why:
+            error = str(why)
+    address = {"campaign": campaign, "where": where}
+    return page(
+        request,
+        "shots.html",
+        status=422 if error else 200,
+        rows=rows,
+        campaigns=campaigns,
+        campaign=campaign,
+        where=where,
+        error=error,
+        following=query({**address, "after": following}) if following else "",
+        beginning=(query(address) or "/shots") if after else "",
+    )
+
+
+Ticked = Annotated[list[int], Form(max_length=PAGE)]
+
+
+@router.post("/impacts/compare")
+def compare_ticked(impact: Ticked = []) -> Response:  # noqa: B006
+    """On to the spectra and pulses of the impacts that are ticked."""
+    return RedirectResponse(f"/compare/spectra?impacts={','.join(map(str, _ticked(impact)))}", 303)
+
+
+@router.post("/impacts/reject")
+def reject_ticked(
+    store: OpenStore,
+    settings: Configured,
+    impact: Ticked = [],  # noqa: B006
+    reason: Annotated[Text, Form(max_length=4000)] = "",
+) -> Response:
+    """Discard the recordings of the impacts that are ticked; the reason stays with each."""
+    keys = _ticked(impact)
+    if not reason.strip():
+        raise FieldError("reason", "Say why these recordings are rejected; the reason is kept with each of them.")
+    for campaign, path in _recordings(store, keys):
+        from ...schema.removal.part import recording_part
+
+        with store.reading() as session:
+            chosen = recording_part(session, campaign, path)
+        discard_recording(store, settings.db, chosen, reason)
+    return RedirectResponse("/impacts", 303)
+
+
+def _recordings(store: Store, impacts: Iterable[int]) -> list[tuple[str, str]]:
+    """Campaign and path of the recordings that impacts are of, each once. Raises `LookupError` before any is gone."""
+    return list(dict.fromkeys(recording_of(store, impact) for impact in impacts))
+
+
+def _ticked(impacts: Sequence[int]) -> list[int]:
+    if not impacts:
+        raise FieldError("", "No impact is ticked. Tick one or more in the first column of the table.")
+    return list(impacts)
