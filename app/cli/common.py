@@ -28,9 +28,6 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 #: An error shows the value that it is about, which in a damaged file may be pages long.
 LONGEST_LINE = 1000
 
-#: A table of few rows and many columns that is wider than so many letters stands upright, a line for each column.
-WIDEST_TABLE = 160
-
 #: What `--json` is when given without a file.
 STDOUT = "-"
 
@@ -196,11 +193,11 @@ def write_json(data: Any, json_to: str) -> None:
         click.echo(f"written: {json_to}", err=True)
 
 
-def print_table(rows: Iterable[dict[str, Any]], empty: str) -> None:
+def print_table(rows: Iterable[dict[str, Any]], empty: str, *, upright: bool = False) -> None:
     """Rows as aligned text; the header is the first row's keys, extended by later ones'.
 
     A key with an SI unit at its end (`peak_force_n`) is headed by its words and the unit that is shown, and its numbers
-    are in that unit.
+    are in that unit. `upright`: a line for each column, the rows beside each other.
     """
     rows = list(rows)
     if not rows:
@@ -210,7 +207,7 @@ def print_table(rows: Iterable[dict[str, Any]], empty: str) -> None:
     cells = [{key: format_cell(value, displays[key].scale) for key, value in row.items()} for row in rows]
     headings = {key: display.heading if display.unit else key for key, display in displays.items()}
     widths = {key: max(len(head), *(len(row.get(key, "")) for row in cells)) for key, head in headings.items()}
-    if len(cells) <= 6 and len(headings) >= 10 and sum(widths.values()) + 2 * len(widths) > WIDEST_TABLE:
+    if upright:
         _print_upright(headings, cells)
         return
     click.echo("  ".join(head.ljust(widths[key]) for key, head in headings.items()).rstrip())

@@ -47,7 +47,7 @@ def show(impact: int, db: str, json_to: str | None, plot: Path | None) -> None:
     for key, value in page.items():
         if isinstance(value, list):
             click.echo(f"\n{key.replace('_', ' ')}")
-            print_table(value, "  none")
+            print_table(value, "  none", upright=key in ("pulses", "channel_figures"))
 
 
 _CAMPAIGN = click.option(

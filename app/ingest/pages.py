@@ -14,14 +14,14 @@ from starlette.responses import Response
 
 from ...ingest.settings import ExtractionSettings
 from ...schema.session import Store
-from ..common.quantities import display_of
+from ..common.quantities import cell, display_of, heading
 from ..jobs.queue import JobView
 from ..plan.pages import coverage_figure
 from ..web.dependencies import Configured, Name, OpenStore, Running
 from ..web.figures_base import Figure, figure, line, points
 from ..web.jobs import Jobs
 from ..web.jobs_pages import followed
-from ..web.rendering import cell, heading, page, query
+from ..web.rendering import page, query
 from ..web.settings import Settings
 from .campaign_overview import KINDS, campaign_overview, list_campaigns_page
 from .job import discard, make_scratch

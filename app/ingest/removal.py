@@ -59,7 +59,7 @@ def models_on(url: str, datasets: Sequence[dict[str, Any]]) -> list[dict[str, An
     return [
         {"model": version.label, "dataset": version.dataset.name, "hash": version.dataset.hash}
         for version in reversed(versions)
-        if version.dataset.hash in hashes
+        if version.dataset.hash in hashes and version.is_served
     ]
 
 

@@ -15,10 +15,11 @@ from ...doe.designs.methods import METHODS
 from ...doe.plans import StoredPlan, list_plans, read_plan, tick_run
 from ...doe.sheet import sheet_of, write_sheet
 from ...doe.space import shipped_factors
+from ..common.quantities import cell, heading
 from ..web.dependencies import Key, Name, OpenStore, Running
 from ..web.figures_base import COLOURS, Figure, bars, categories
 from ..web.jobs_pages import followed
-from ..web.rendering import cell, heading, named_file, page, part
+from ..web.rendering import named_file, page, part
 from .api import plan_job
 from .job import PlanArguments
 from .quality import plan_page

@@ -51,11 +51,11 @@ def damaged_models(registry: Registry) -> Iterator[IntegrityFinding]:
     """Versions whose model or held-out predictions are missing or damaged; a registry that nobody made has none."""
     from ...training.registry.intact_models import damages
 
-    versions = {version.label: version for version in registry.versions()}
-    for label, what in damages(registry, versions.values()).items():
-        version = versions[label]
+    versions = {version.run_id: version for version in registry.versions()}
+    for run, what in damages(registry, versions.values()).items():
+        version = versions[run]
         again = f"pyroshock train {version.dataset.name} --models {version.name} --split {version.split}"
-        yield IntegrityFinding("models", what, f"train it anew: {again}", {"model": label})
+        yield IntegrityFinding("models", what, f"train it anew: {again}", {"model": version.label})
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from ...training.registry.registry import Registry
 
 
+#: In the order in which figures are read.
+USUAL_SPLITS = ("repetitions", "configurations", "treatments")
 #: Versions beside each other on one page.
 MOST_COMPARED = 8
 
@@ -47,12 +49,20 @@ def needed(db: str) -> Registry:
     return registry
 
 
-def chosen_versions(registry: Registry, labels: list[str]) -> list[Version]:
-    """Versions by their labels. Raises `LookupError` for unknown ones, `ValueError` for too many."""
+def chosen_versions(registry: Registry, labels: list[str], split: str | None = None) -> list[Version]:
+    """Versions by their labels, as they were judged on `split`; without one, on the first that all have in common.
+
+    Raises `LookupError` for unknown ones, `ValueError` for too many.
+    """
     if len(labels) > MOST_COMPARED:
         raise ValueError(f"{len(labels)} versions to compare; expected at most {MOST_COMPARED}")
     every = registry.versions()
-    return [chosen(every, label) for label in dict.fromkeys(labels)]
+    served = [chosen(every, label, split) for label in dict.fromkeys(labels)]
+    if split is not None or len(served) < 2:
+        return served
+    splits = [{v.split: v for v in every if v.label == version.label} for version in served]
+    common = [name for name in (*USUAL_SPLITS, *sorted(splits[0])) if all(name in records for records in splits)]
+    return [records[common[0]] for records in splits] if common else served
 
 
 def promote(

@@ -283,7 +283,7 @@ def models(
                 return
             versions = registry.versions()
             if version is not None:
-                _tell_version(registry, chosen(versions, version), listing.json_to)
+                _tell_version(registry, chosen(versions, version, split), listing.json_to)
                 return
             versions = of_dataset(versions, dataset) if dataset is not None else versions
             versions = [version for version in versions if split in (None, version.split)]
@@ -299,13 +299,14 @@ def models(
         if listing.json_to is not None:
             rows = ((version, json_row(version, floors[version.dataset.hash, version.seed])) for version in listed)
             write_json(
-                [row | _damaged(wrong.get(version.label)) | _lost_pulses(version, withdrawn) for version, row in rows],
+                [row | _damaged(wrong.get(version.run_id)) | _lost_pulses(version, withdrawn) for version, row in rows],
                 listing.json_to,
             )
             return
         _tell(versions, floors, every)
-        for label, what in wrong.items():
-            note(f"{label} is damaged: {what}")
+        for row in listed:
+            if row.run_id in wrong:
+                note(f"{row.label} is damaged: {wrong[row.run_id]}")
         for words in withdrawn_words(withdrawn, listed):
             note(words)
 

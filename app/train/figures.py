@@ -53,7 +53,7 @@ def version_rows(registry: Registry, versions: Sequence[Version]) -> list[dict[s
     floors = floors_by_ground(registry, versions)
     wrong = damages(registry, versions)
     rows = (version_row(version, floors[version.dataset.hash, version.seed]) for version in versions)
-    return [row | {"damaged": wrong.get(row["label"])} for row in rows]
+    return [row | {"damaged": wrong.get(row["run_id"])} for row in rows]
 
 
 def version_row(version: Version, floors: Mapping[str, str]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from starlette.responses import Response
 from ...dataset.catalog import list_withdrawals
 from ..common.model_registry import models_extra, reader_of, withdrawn_words
 from ..common.quantities import display_of
-from ..web.dependencies import Configured, Key, Name, OpenStore
+from ..web.dependencies import Configured, Key, Name, OpenStore, Word
 from ..web.figures_base import COLOURS, Figure, categories, figure, line, points
 from ..web.rendering import page
 from .api import chosen_versions, needed, promote, registry_at
@@ -148,14 +148,19 @@ def compare(
 
 
 @router.get("/models/{name}/{version}")
-def model(request: Request, name: Name, version: Key, store: OpenStore, settings: Configured) -> Response:
-    return _page(request, store, settings.db, name, version, None)
+def model(
+    request: Request, name: Name, version: Key, store: OpenStore, settings: Configured, split: Word = ""
+) -> Response:
+    return _page(request, store, settings.db, name, version, None, split)
 
 
-def _page(request: Request, store: OpenStore, db: str, name: str, version: int, decision: Any) -> Response:
+def _page(
+    request: Request, store: OpenStore, db: str, name: str, version: int, decision: Any, split: str = ""
+) -> Response:
     with models_extra():
         registry = needed(db)
-        chosen = chosen_versions(registry, [f"{name}@{version}"])[0]
+        chosen = chosen_versions(registry, [f"{name}@{version}"], split or None)[0]
+        splits = sorted(record.split for record in registry.versions() if record.label == chosen.label)
         row = version_rows(registry, [chosen])[0]
         try:
             figures, why_not = held_out_figures(registry, chosen, reader_of(store)), ""
@@ -168,6 +173,7 @@ def _page(request: Request, store: OpenStore, db: str, name: str, version: int, 
         "model.html",
         status=200 if decision is None or decision.promoted else 409,
         row=row,
+        splits=splits,
         found=figures,
         why_not=why_not,
         against={} if figures is None else {q: against_figure(figures, q) for q in ("peak_force_n", "contact_time_s")},

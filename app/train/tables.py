@@ -154,7 +154,8 @@ def _short(value: float) -> str:
 
 
 def _joined(versions: Iterable[Version | None]) -> str:
-    return " ".join("-" if version is None else str(version.version) for version in versions)
+    numbers = ["-" if version is None else str(version.version) for version in versions]
+    return numbers[0] if len(set(numbers)) == 1 else " ".join(numbers)
 
 
 def _joined_numbers(versions: Iterable[Version | None]) -> str | None:

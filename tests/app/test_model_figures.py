@@ -38,28 +38,35 @@ def read(trained):
     return lambda _hash: trained[1]
 
 
-def version_of(trained, label: str):
-    return next(version for version in trained[0].versions() if version.label == label)
+def version_of(trained, label: str, split: str = "repetitions"):
+    records = trained[0].versions()
+    return next(record for record in records if (record.label, record.split) == (label, split))
 
 
 def test_rows_tell_what_the_command_line_tells_and_are_filtered(trained):
     registry, _ = trained
-    rows = {row["label"]: row for row in listed_versions(registry)}
-    assert rows.keys() == {"tree@1", "linear@1", "hann@1", "linear@2"}
+    by_split = {(row["label"], row["split"]): row for row in listed_versions(registry)}
+    assert by_split.keys() == {(f"{name}@1", "repetitions") for name in ("tree", "linear", "hann")} | {
+        ("linear@1", "configurations")
+    }
     for version in registry.versions():
-        told, row = json_row(version, registry.floors(version.dataset.hash, version.seed)), rows[version.label]
+        told, row = (
+            json_row(version, registry.floors(version.dataset.hash, version.seed)),
+            by_split[version.label, version.split],
+        )
         for name in METRICS:
             assert row["metrics"][name]["mean"] == told["metrics"][name]
             assert row["metrics"][name]["ci90"] == told["ci90"][name]
             assert row["metrics"][name]["floor"]["treatment"] == told["floor"]["treatment"][name]
             assert row["metrics"][name]["thesis"] == (told["thesis"] or {}).get(name)
         assert row["dataset_hash"] == version.dataset.hash
+    rows = {label: row for (label, split), row in by_split.items() if split == "repetitions"}
     assert rows["linear@1"]["metrics"]["force_nrmse"]["thesis"] == 0.9932  # Table 4.5
     assert [label for label, row in rows.items() if row["champion"]] == ["tree@1"]
     assert rows["tree@1"]["champion_of"] == "hammer"
     json.dumps(list(rows.values()), allow_nan=False)
     registry, _ = trained
-    assert {row["label"] for row in listed_versions(registry, split="configurations")} == {"linear@2"}
+    assert {row["label"] for row in listed_versions(registry, split="configurations")} == {"linear@1"}
     assert len(listed_versions(registry, dataset="spring", every=True)) == 4
     with pytest.raises(LookupError, match="no model of a dataset 'winter'"):
         listed_versions(registry, dataset="winter")

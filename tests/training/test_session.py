@@ -21,6 +21,7 @@ from pyroshock.training.fitting.run_tasks import TimeSettings
 from pyroshock.training.fitting.session import Progress, train
 from pyroshock.training.models import training_task
 from pyroshock.training.models.catalogue import MODEL_SPECS, BuildOptions, entry_of, models_of
+from pyroshock.training.registry.listing import chosen
 from pyroshock.training.registry.locks import locked
 from pyroshock.training.registry.registry import Registry
 from support.records.pulse_tables import pulse_table
@@ -43,13 +44,16 @@ from pyroshock.training.registry.registry import Registry
 from support.stores.registries import context_in
 fitting._figures = lambda *_: {"pulses.png": b"drawn"}
 session.summary_figures = lambda *_: {}
-register, left = mlflow.register_model, [int(os.environ.get("KILL", "-1"))]
-def counted(*args, **extra):
-    if left[0] == 0:
-        os.kill(os.getpid(), signal.SIGKILL)
-    left[0] -= 1
-    return register(*args, **extra)
-mlflow.register_model = counted
+left = [int(os.environ.get("KILL", "-1"))]
+def counted(write):
+    def counting(*args, **extra):
+        if left[0] == 0:
+            os.kill(os.getpid(), signal.SIGKILL)
+        left[0] -= 1
+        return write(*args, **extra)
+    return counting
+mlflow.register_model = counted(mlflow.register_model)
+mlflow.MlflowClient.set_model_version_tag = counted(mlflow.MlflowClient.set_model_version_tag)
 registry = Registry(storage_for(f"sqlite:///{sys.argv[2]}/lab.db", {}))
 done = session.train(registry, context_in(registry), ["hann", "hertz", "linear"], ["repetitions", "configurations"])
 print(done.trained)
@@ -77,6 +81,7 @@ def test_session_registers_every_model_once_on_every_split(registry, tmp_path):
     assert sorted(v.label for v in registry.versions()) == sorted(v.label for v in session.versions)
     again = train(registry, training_context, MODELS, SPLITS)
     assert (again.trained, again.versions) == (0, session.versions)
+    assert {version.label for version in session.versions} == {"hann@1", "hertz@1", "linear@1"}
     floors = registry.floors(training_context.dataset.hash, 0)
     assert set(floors) == set(SPLITS)
     # Times scatter by 2 %, and a mean of two or three repetitions adds its own.
@@ -88,6 +93,35 @@ def test_session_registers_every_model_once_on_every_split(registry, tmp_path):
     (alone,) = train(other, replace(training_context, work=other.place.work), ["linear"], ["configurations"]).versions
     among = next(v for v in session.versions if (v.name, v.split) == ("linear", "configurations"))
     assert alone.sha256 == among.sha256
+
+
+def test_version_holds_the_figures_of_all_its_splits_and_serves_the_model_of_the_first(registry):
+    training_context = context_in(registry)
+    train(registry, training_context, ["linear"], ["repetitions"])
+    train(registry, training_context, ["linear"], ["configurations"])  # later: another split of the same training
+    records = {record.split: record for record in registry.versions()}
+    assert {record.label for record in records.values()} == {"linear@1"} and records.keys() == set(SPLITS)
+    assert [split for split, record in records.items() if record.is_served] == ["repetitions"]
+    sides = {split: registry.held_out(record) for split, record in records.items()}
+    assert set(sides["repetitions"].keys) != set(sides["configurations"].keys)
+    for split, record in records.items():
+        registered = registry.load(record)
+        rows = np.isin(training_context.table.key, sides[split].keys)
+        prediction = registered.predict(training_context.table.take(rows).inputs).prediction
+        held_out_force = sides[split].prediction.force_n[np.argsort(sides[split].keys)]
+        keys = training_context.table.take(rows).key
+        np.testing.assert_array_equal(prediction.force_n[np.argsort(keys)], held_out_force)
+    crowned = records["repetitions"]
+    registry.set_champion(crowned)
+    assert registry.champion("hammer").run_id == crowned.run_id
+    chosen_labels = [chosen(registry.versions(), text, split).split for text, split in (
+        ("linear@1", None), ("linear@1", "configurations"), ("linear@champion", None), ("linear", "configurations"),
+    )]  # fmt: skip
+    assert chosen_labels == ["repetitions", "configurations", "repetitions", "configurations"]
+    again = train(registry, training_context, ["linear"], SPLITS, retrain=True)
+    assert [record.label for record in again.versions] == ["linear@2", "linear@2"]
+    other = train(registry, replace(training_context, seed=1), ["linear"], ["configurations"])
+    assert [record.label for record in other.versions] == ["linear@3"]
 
 
 def test_retrain_adds_versions_of_the_same_numbers_and_open_runs_are_closed(registry):

@@ -30,6 +30,12 @@ class TrainingTask:
         return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
     @property
+    def training_key(self) -> str:
+        """The same for every split of one training: they are the figures of one version."""
+        parts = [TRAINING_VERSION, self.model, self.settings, self.dataset_hash, self.seed]
+        return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+
+    @property
     def rng(self) -> np.random.Generator:
         """Fresh at each call; independent of the other models, so that each comes out alike alone and among all."""
         return rng_of(self.model, self.dataset_hash, self.split, self.seed)

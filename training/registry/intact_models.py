@@ -9,9 +9,9 @@ from .registry import Registry
 
 
 def damages(registry: Registry, versions: Iterable[Version]) -> dict[str, str]:
-    """Label ("hybrid@3") -> what is wrong, of those whose files are not whole."""
-    damages = ((version.label, registry.damage(version)) for version in versions)
-    return {label: wrong for label, wrong in damages if wrong is not None}
+    """Run of the training -> what is wrong, of those whose files are not whole."""
+    damages = ((version.run_id, registry.damage(version)) for version in versions)
+    return {run: wrong for run, wrong in damages if wrong is not None}
 
 
 def intact_versions(
@@ -20,6 +20,7 @@ def intact_versions(
     """Those whose files are whole; `tell` is told of each other one that it is left out, and why."""
     every = list(versions)
     wrong = damages(registry, every)
-    for label, what in wrong.items():
-        tell(f"{label} is left out: {what}")
-    return [version for version in every if version.label not in wrong]
+    for version in every:
+        if version.run_id in wrong:
+            tell(f"{version.label} is left out: {wrong[version.run_id]}")
+    return [version for version in every if version.run_id not in wrong]

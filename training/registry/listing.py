@@ -19,8 +19,8 @@ def newest(versions: Iterable[Version]) -> list[Version]:
     newest_by_name: dict[tuple[str, str, str, int], Version] = {}
     for version in sorted(every, key=lambda version: version.version):  # numbers rise, clocks may go back
         newest_by_name[version.name, version.dataset.hash, version.split, version.seed] = version
-    labels = {version.label for version in newest_by_name.values()}
-    return [version for version in every if version.label in labels or version.champion_of is not None]
+    runs = {version.run_id for version in newest_by_name.values()}
+    return [version for version in every if version.run_id in runs or version.champion_of is not None]
 
 
 def of_dataset(versions: Iterable[Version], dataset: str) -> list[Version]:
@@ -38,7 +38,8 @@ def of_dataset(versions: Iterable[Version], dataset: str) -> list[Version]:
 def chosen(versions: Sequence[Version], text: str, split: str | None = None) -> Version:
     """The version that "hybrid@3", "hybrid@champion" or "hybrid" (the newest of `split`) names.
 
-    Raises `LookupError` that names what there is.
+    Of a version's splits it is `split`, else the one whose model is put in use. Raises `LookupError` that names what
+    there is.
     """
     name, _, which = text.partition("@")
     named = [version for version in versions if version.name == name]
@@ -52,11 +53,18 @@ def chosen(versions: Sequence[Version], text: str, split: str | None = None) -> 
     else:
         matches = [version for version in named if split is None or version.split == split]
     if not matches:
-        version_names = ", ".join(f"{version.version} ({version.split})" for version in named[:12])
+        version_names = ", ".join(f"{number} ({', '.join(splits)})" for number, splits in _splits_by_number(named))
         raise LookupError(
             f"no {text!r}{f' of split {split!r}' if split and not which else ''}; versions: {version_names}"
         )
-    return max(matches, key=lambda version: version.version)
+    return max(matches, key=lambda version: (version.version, version.split == split, version.is_served))
+
+
+def _splits_by_number(versions: Sequence[Version], most: int = 12) -> list[tuple[int, list[str]]]:
+    splits: dict[int, list[str]] = {}
+    for version in versions:
+        splits.setdefault(version.version, []).append(version.split)
+    return list(splits.items())[:most]
 
 
 def in_order(versions: Iterable[Version]) -> list[Version]:

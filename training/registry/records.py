@@ -71,7 +71,12 @@ class Trained:
 
 @dataclass(frozen=True)
 class Version:
-    """A registered model's version; `metrics` are means over its held-out pulses with 90 % intervals.
+    """A registered model's version as judged on one split; `metrics` are means over its held-out pulses with 90 %
+    intervals.
+
+    A version is a training. It has a record for each split that it was judged on, and each record has the model that
+    was fitted without the split's held-out pulses. The model of the first split is the one that is put in use: its
+    record has an empty `model_id`, the others have the id of their own logged model.
 
     `order` rises with each registration, whatever the clock says that `registered_at` was read from; 0 before there
     was one. `promoted_at` is the time of its last promotion as text that sorts; empty before the first.
@@ -91,6 +96,12 @@ class Version:
     champion_of: str | None = None
     order: int = 0
     promoted_at: str = ""
+    model_id: str = ""
+
+    @property
+    def is_served(self) -> bool:
+        """Whether its model is the one that is put in use with the version."""
+        return not self.model_id
 
     @property
     def label(self) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import tempfile
+import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr
 from io import StringIO
@@ -27,19 +28,22 @@ from .model_storage import ModelStorage
 from .records import DatasetName, Decision, HeldOutPredictions, RegisteredModel, Trained, Version
 from .tags import (
     FIT,
-    ORDER_TAG,
     PREFIX,
     TASK_TAG,
+    TRAINING_TAG,
     HeldOutError,
     fit_settings,
+    further_splits,
     read_about,
     read_held_out,
+    split_tag,
     version_from,
     version_tags,
 )
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
+    from mlflow.entities.model_registry import ModelVersion
 
 _SESSION_TAG, _FLOOR_TAG = PREFIX + "session", PREFIX + "floor"
 
@@ -53,7 +57,7 @@ class Registry:
 
     @patient
     def versions(self) -> list[Version]:
-        """All registered versions, the newest first."""
+        """All registered versions, each with a record for every split, the newest first."""
         if self.connection.nothing_there:
             return []
         with self.connection.client() as client:
@@ -61,14 +65,17 @@ class Registry:
             model_versions = client.search_model_versions(max_results=10_000)
         rows = [(v, int(v.version), v.tags) for v in model_versions if TASK_TAG in v.tags]
         champion_of = champions_of({(v.name, number): tags for v, number, tags in rows}, aliases)
-        return in_order(
-            version_from(v.name, number, v.run_id, v.creation_timestamp, tags, champion_of.get((v.name, number)))
-            for v, number, tags in rows
-        )
+        records = []
+        for v, number, tags in rows:
+            of_set = champion_of.get((v.name, number))
+            version = version_from(v.name, number, v.run_id, v.creation_timestamp, tags, of_set)
+            records += [version, *further_splits(version, tags)]
+        return in_order(records)
 
     def champion(self, predictor_set: str) -> Version | None:
         """The version in use for impacts described by this predictor set, or None."""
-        return next((version for version in self.versions() if version.champion_of == predictor_set), None)
+        served = (version for version in self.versions() if version.is_served)
+        return next((version for version in served if version.champion_of == predictor_set), None)
 
     @patient
     def load(self, version: Version) -> RegisteredModel:
@@ -123,7 +130,7 @@ class Registry:
         import mlflow
 
         with self.connection.client() as client:
-            uri = client.get_model_version_download_uri(version.name, str(version.version))
+            uri = _address_of_model(client, version)
             files = [*mlflow.artifacts.list_artifacts(f"{uri}/data/model"), *client.list_artifacts(version.run_id)]
         names = {Path(file.path).name for file in files}
         if missing := [name for name in (MODEL_FILE, ARRAYS_FILE, HELD_OUT) if name not in names]:
@@ -165,10 +172,17 @@ class Registry:
             log_files(client, run.info.run_id, trained, room / "files")
             # MLflow counts a name's versions, and gives up after three races.
             with exclusive_lock(self.place, "registering"):
-                own = version_tags(trained, sha256, _next_order(client))
-                with redirect_stderr(StringIO()):  # MLflow announces every version there
-                    written = mlflow.register_model(model_uri, task.model, tags=own)
-        return version_from(task.model, int(written.version), written.run_id, written.creation_timestamp, own, None)
+                order = _next_order(client)
+                earlier = _version_without_split(client, trained)
+                if earlier is None:
+                    own = version_tags(trained, sha256, order)
+                    with redirect_stderr(StringIO()):  # MLflow announces every version there
+                        earlier = mlflow.register_model(model_uri, task.model, tags=own)
+                else:
+                    key, value = split_tag(trained, sha256, order, run.info.run_id, model_id, time.time())
+                    client.set_model_version_tag(task.model, earlier.version, key, value)
+                    own = {**earlier.tags, key: value}
+        return _record_of_task(earlier, own, task.key)
 
     @patient
     def close_runs(self, versions: Iterable[Version]) -> None:
@@ -260,7 +274,7 @@ class Registry:
     def _forget_unfinished(self, client: MlflowClient, task_key: str) -> None:
         """Take back what a killed training of the same task has left."""
         running = f"tags.`{TASK_TAG}` = '{task_key}' AND attributes.status != 'FINISHED'"
-        registered = {version.run_id for version in client.search_model_versions(f"tags.`{TASK_TAG}` = '{task_key}'")}
+        registered = {record.run_id for record in _all_records(client) if record.task_key == task_key}
         for run in client.search_runs([self.connection.experiment], running):
             if run.info.run_id in registered:
                 client.set_terminated(run.info.run_id)
@@ -274,7 +288,7 @@ class Registry:
     def _model_of(self, version: Version) -> Iterator[Path]:
         """The folder with a version's model."""
         with self._files_of(version) as (client, room):
-            uri = client.get_model_version_download_uri(version.name, str(version.version))
+            uri = _address_of_model(client, version)
             yield self._fetched(uri, room, version) / "data" / "model"
 
     @contextmanager
@@ -309,18 +323,47 @@ def _again(version: Version) -> str:
 
 def _registered(client: MlflowClient, runs: Sequence[str]) -> Version | None:
     """The version that one of these runs has registered, though nobody was told."""
-    for run in runs:
-        for model_version in client.search_model_versions(f"run_id = '{run}'"):
-            number, created_ms = int(model_version.version), model_version.creation_timestamp
-            return version_from(model_version.name, number, run, created_ms, model_version.tags, None)
+    return next((record for record in _all_records(client) if record.run_id in runs), None) if runs else None
+
+
+def _all_records(client: MlflowClient) -> list[Version]:
+    """Every version's records, without what is in use."""
+    versions = client.search_model_versions(max_results=10_000)
+    return [record for version in versions if TASK_TAG in version.tags for record in _records(version, version.tags)]
+
+
+def _records(model_version: ModelVersion, tags: Mapping[str, str]) -> list[Version]:
+    """A version's records of all of its splits, that of the model in use first; without what is in use."""
+    number, created_ms = int(model_version.version), model_version.creation_timestamp
+    version = version_from(model_version.name, number, model_version.run_id, created_ms, tags, None)
+    return [version, *further_splits(version, tags)]
+
+
+def _record_of_task(model_version: ModelVersion, tags: Mapping[str, str], task_key: str) -> Version:
+    return next(version for version in _records(model_version, tags) if version.task_key == task_key)
+
+
+def _version_without_split(client: MlflowClient, trained: Trained) -> ModelVersion | None:
+    """The newest version of the same training that was not judged on this split yet."""
+    wanted = f"name = '{trained.task.model}'"
+    versions = [v for v in client.search_model_versions(wanted, max_results=10_000) if TASK_TAG in v.tags]
+    same = [v for v in versions if v.tags.get(TRAINING_TAG) == trained.task.training_key]
+    for version in sorted(same, key=lambda version: int(version.version), reverse=True):
+        if all(record.split != trained.task.split for record in _records(version, version.tags)):
+            return version
     return None
+
+
+def _address_of_model(client: MlflowClient, version: Version) -> str:
+    """Where the files of a version's model are: those of the registered one, or of a further split's."""
+    if version.is_served:
+        return str(client.get_model_version_download_uri(version.name, str(version.version)))
+    return str(client.get_logged_model(version.model_id).artifact_location)
 
 
 def _next_order(client: MlflowClient) -> int:
     """In the turn of those who register; of a tracking server's other machines one may get the same: clocks tell."""
-    models = client.search_registered_models(max_results=1000)
-    orders = [int(version.tags.get(ORDER_TAG, "0")) for model in models for version in model.latest_versions]
-    return max(orders, default=0) + 1
+    return max((record.order for record in _all_records(client)), default=0) + 1
 
 
 def _floor_tag(split: str) -> str:

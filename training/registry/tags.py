@@ -37,6 +37,11 @@ TASK_TAG = PREFIX + "task"
 ORDER_TAG = PREFIX + "order"
 
 
+#: The same for every split of one training.
+TRAINING_TAG = PREFIX + "training"
+#: Start of the tags that hold the records of further splits.
+_SPLIT_TAG = PREFIX + "split."
+
 #: When a version was made champion, the last time.
 PROMOTED_TAG = PREFIX + "promoted_at"
 #: Fields of `DatasetName` that versions of older software do not have.
@@ -47,6 +52,7 @@ def version_tags(trained: Trained, sha256: str, order: int) -> dict[str, str]:
     """Everything that a listing tells of a version: it is written in one go with the version itself."""
     return {
         TASK_TAG: trained.task.key,
+        TRAINING_TAG: trained.task.training_key,
         PREFIX + "dataset": trained.dataset.name,
         PREFIX + "dataset_hash": trained.dataset.hash,
         PREFIX + "predictor_set": trained.dataset.predictor_set,
@@ -83,6 +89,43 @@ def version_from(
         order=int(own.get("order", "0")),
         promoted_at=tags.get(PROMOTED_TAG, ""),
     )
+
+
+def split_tag(trained: Trained, sha256: str, order: int, run_id: str, model_id: str, seconds: float) -> tuple[str, str]:
+    """Name and value of the tag that holds the record of a further split, registered at `seconds` since 1970."""
+    digest = hashlib.sha256(trained.task.split.encode()).hexdigest()[:16]
+    record = {
+        "split": trained.task.split,
+        "metrics": {name: asdict(value) for name, value in trained.metrics.items()},
+        "cost": asdict(trained.cost),
+        "task": trained.task.key,
+        "sha256": sha256,
+        "order": order,
+        "run_id": run_id,
+        "model_id": model_id,
+        "registered_at": seconds,
+    }
+    return _SPLIT_TAG + digest, json.dumps(record)
+
+
+def further_splits(version: Version, tags: Mapping[str, str]) -> list[Version]:
+    """The records of a version's further splits, from the tags of the version."""
+    records = [json.loads(text) for name, text in tags.items() if name.startswith(_SPLIT_TAG)]
+    return [
+        replace(
+            version,
+            split=record["split"],
+            metrics={key: Estimate(**value) for key, value in record["metrics"].items()},
+            cost=Cost(**record["cost"]),
+            task_key=record["task"],
+            run_id=record["run_id"],
+            sha256=record["sha256"],
+            registered_at=datetime.fromtimestamp(record["registered_at"], UTC),
+            order=record["order"],
+            model_id=record["model_id"],
+        )
+        for record in records
+    ]
 
 
 def about(trained: Trained) -> dict[str, Any]:

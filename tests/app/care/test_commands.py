@@ -64,7 +64,9 @@ def test_a_dataset_whose_pulses_were_changed_is_named(care_copy):
 
 def test_a_registered_model_without_its_files_is_named():
     versions = [
-        SimpleNamespace(label=f"{name}@1", name=name, split="repetitions", dataset=SimpleNamespace(name="small"))
+        SimpleNamespace(
+            label=f"{name}@1", name=name, run_id=name, split="repetitions", dataset=SimpleNamespace(name="small")
+        )
         for name in ("tree", "linear")
     ]
     wrong = {"linear@1": "linear@1: no model.json"}
