@@ -147,8 +147,8 @@ def shots(request: Request, store: OpenStore, where: Where = [], campaign: str =
     with store.reading() as session:
         campaigns = list_campaign_names(session)
         try:
-            found, following = list_shots_page(session, campaign or None, parse_where(tuple(where)), after, PAGE)
-            rows = list(with_predictions(session, found))
+            shot_rows, following = list_shots_page(session, campaign or None, parse_where(tuple(where)), after, PAGE)
+            rows = list(with_predictions(session, shot_rows))
         except (ValueError, LookupError) as why:
             error = str(why)
     address = {"campaign": campaign, "where": where}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from pyroshock.app.demo.demo import HIT
@@ -104,15 +106,74 @@ def test_preview_left_alone_keeps_the_version_in_use(browser, lab):
     assert versions(lab, impact) == before
 
 
+def test_ticked_impacts_are_compared_and_an_empty_choice_stays_on_the_page(browser, lab):
+    with page_of(browser, lab) as page:
+        at(page, "/impacts?campaign=rehearsal")
+        page.click("#bulk-compare")
+        page.wait_for_selector("#bulk .field-error")
+        assert "No impact is ticked" in page.locator("#bulk .field-error").inner_text()
+        boxes = page.locator("#rows tbody input[type=checkbox]")
+        keys = [boxes.nth(place).get_attribute("value") for place in (0, 2)]
+        for place in (0, 2):
+            boxes.nth(place).check()
+        page.click("#bulk-reject")
+        page.wait_for_selector("#reason-error")
+        assert "Say why" in page.locator("#reason-error").inner_text()
+        assert page.locator("#reason").get_attribute("aria-invalid") == "true" and boxes.nth(2).is_checked()
+        page.click("#bulk-compare")
+        page.wait_for_url(f"**/compare/spectra?impacts={keys[0]},{keys[1]}")
+        wait_drawn(page)
+
+
+def test_ticked_impacts_are_rejected_with_their_reason(browser, lab):
+    with page_of(browser, lab) as page:
+        at(page, "/impacts?campaign=rehearsal&sort=-run")
+        key = page.locator("#rows tbody td:first-child a").first.inner_text()
+        before = page.locator("#rows tbody tr").count()
+        page.locator("#rows tbody input[type=checkbox]").first.check()
+        page.fill("#reason", "the bullet hit the rim")
+        page.click("#bulk-reject")
+        page.wait_for_url("**/impacts")
+        at(page, "/impacts?campaign=rehearsal&sort=-run")
+        assert page.locator("#rows tbody tr").count() == before - 1
+        assert page.locator("#rows tbody td:first-child a").first.inner_text() != key
+
+
+def test_keys_go_through_the_impacts_of_a_campaign(browser, lab):
+    with page_of(browser, lab) as page:
+        at(page, "/impacts?campaign=rehearsal")
+        first, second = page.locator("#rows tbody td:first-child a").all_inner_texts()[:2]
+        at(page, f"/impacts/{first}")
+        page.keyboard.press("j")
+        page.wait_for_url(f"**/impacts/{second}")
+        wait_drawn(page)
+        page.keyboard.press("k")
+        page.wait_for_url(f"**/impacts/{first}")
+        wait_drawn(page)
+
+
+def test_chart_is_saved_as_csv_with_headed_columns(browser, lab):
+    with page_of(browser, lab) as page:
+        at(page, f"/impacts/{hit(lab)}")
+        with page.expect_download() as download:
+            page.locator("#segmentation .chart-tools button", has_text="CSV").click()
+        lines = Path(download.value.path()).read_text(encoding="utf-8").splitlines()
+        (record, *_) = drawn(page, "segmentation")
+    assert lines[0].startswith('"record: time since contact (ms)","record: force (kN)"')
+    x, y = (float(text) for text in lines[1].split(",")[:2])
+    assert (x, y) == (record["x"][0], record["y"][0])
+
+
 def test_conditions_narrow_the_list_as_the_api_does(browser, lab):
     from support.processes.browsers import asked
 
     with page_of(browser, lab) as page:
         at(page, "/impacts")
         every = page.locator("#rows tbody tr").count()
-        page.fill("#where-1", "tip_material=steel")
-        page.press("#where-1", "Enter")
-        page.wait_for_url("**where=*")
+        steel = page.locator("option[value='tip_material=steel']")
+        page.locator("#filter select").filter(has=steel).select_option("tip_material=steel")
+        page.click("#filter button")
+        page.wait_for_url("**/impacts?where=tip_material%3Dsteel")
         few = [int(api_row) for api_row in page.locator("#rows tbody tr td:first-child a").all_inner_texts()]
         found = asked(page, "/api/impacts?where=tip_material%3Dsteel")
         assert few == [api_row["id"] for api_row in found] and 0 < len(few) < every

@@ -1,0 +1,104 @@
+"""The list of impacts: menus, order, columns, thumbnails, and what is done with the ticked ones."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from pyroshock.app.impacts.list_pages import thumbnail_points
+from pyroshock.schema.impacts import Impact
+from pyroshock.schema.listings import iter_impacts
+from sqlalchemy import func, select
+from support.checks.well_formed import Page
+from support.processes.web_client import post
+from support.stores.web_stores import HAMMER, Lab
+
+pytestmark = pytest.mark.timeout(600)
+
+
+def shown(lab: Lab, address: str) -> list[int]:
+    """The impacts that a list shows, in its order."""
+    answer = lab.client.get(address)
+    assert answer.status_code == 200, answer.text
+    return [int(key) for key in re.findall(r'<td><a href="/impacts/(\d+)">', answer.text)]
+
+
+def stored(lab: Lab) -> list[dict]:
+    with lab.store.reading() as session:
+        return list(iter_impacts(session))
+
+
+@pytest.mark.parametrize("column", ["peak_force_n", "contact_time_s", "tip_radius_m", "tip_material", "quality", "run"])
+def test_list_is_sorted_by_any_column_and_impacts_without_a_value_come_last(filled: Lab, column: str) -> None:
+    rows = {row["id"]: row for row in stored(filled)}
+    ranks = {"ok": 0, "not judged": 0, "warning": 1, "reject": 2}
+    for sort, falling in ((column, False), (f"-{column}", True)):
+        keys = shown(filled, f"/impacts?sort={sort}")
+        assert sorted(keys) == sorted(rows)
+        values = [rows[key].get(column) for key in keys]
+        there = [ranks.get(value, 0) if column == "quality" else value for value in values if value is not None]
+        assert there == sorted(there, reverse=falling)
+        if column != "quality":
+            assert values[len(there) :] == [None] * (len(values) - len(there))
+
+
+def test_sorted_list_goes_through_all_impacts_page_by_page(filled: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyroshock.app.impacts.list_pages.PAGE", 6)
+    address, keys = "/impacts?sort=-peak_force_n", []
+    while address:
+        keys += shown(filled, address)
+        following = re.search(r'id="next-page" href="([^"]+)"', filled.client.get(address).text)
+        address = "/impacts" + following[1].replace("&amp;", "&") if following else ""
+    assert sorted(keys) == sorted(row["id"] for row in stored(filled))
+    answer = filled.client.get("/impacts?sort=hardness")
+    assert answer.status_code == 422 and "no column or factor &#39;hardness&#39;" in answer.text
+
+
+def test_menus_narrow_the_list_and_their_choice_stands_in_the_address(filled: Lab) -> None:
+    rows = stored(filled)
+    page = Page(filled.client.get("/impacts").text)
+    values = [given.get("value", "") for tag, given in page.elements if tag == "option"]
+    radius = next(value for value in values if value and value.startswith("tip_radius_m="))
+    number = float(radius.partition("=")[2])
+    wanted = [row["id"] for row in rows if row.get("tip_radius_m") == pytest.approx(number)]
+    assert shown(filled, f"/impacts?where={radius}") == wanted and 0 < len(wanted) < len(rows)
+    assert f'value="{radius}" selected' in filled.client.get(f"/impacts?where={radius}").text
+
+
+def test_columns_are_chosen_and_a_bad_condition_keeps_the_page(filled: Lab) -> None:
+    text = filled.client.get("/impacts?columns=peak_force_n&columns=tip_material").text
+    heads = re.findall(r'<th scope="col"[^>]*>(?:<a[^>]*>)?([^<]*)', text)
+    assert [head.strip() for head in heads if head.strip()] == [
+        "impact",
+        "quality",
+        "pulse",
+        "tip material",
+        "peak force (kN)",
+    ]
+    answer = filled.client.get("/impacts?where=hardness%3D3&where=tip_material%3Dsteel")
+    assert answer.status_code == 422 and 'value="hardness=3"' in answer.text and "field-error" in answer.text
+
+
+def test_thumbnail_is_as_high_as_its_peak_and_as_wide_as_its_contact() -> None:
+    points = [tuple(map(float, pair.split(","))) for pair in thumbnail_points([0.0, 50.0, 100.0, 0.0]).split()]
+    assert points[0] == (0.0, 23.0) and points[2][1] == 1.0 and points[-1] == (76.0, 23.0)
+    assert thumbnail_points([]) == thumbnail_points([0.0, 0.0]) == ""
+
+
+def test_ticked_impacts_are_compared_and_rejected_with_a_reason(filled: Lab) -> None:
+    first, second = shown(filled, f"/impacts?campaign={HAMMER}")[:2]
+    answer = post(filled.client, "/impacts/compare", {"impact": [first, second]})
+    assert answer.status_code == 303 and answer.headers["location"] == f"/compare/spectra?impacts={first},{second}"
+    form = {"X-Pyroshock-Form": "1"}
+    refused = post(filled.client, "/impacts/reject", {"impact": [first], "reason": " "}, headers=form)
+    assert refused.status_code == 422 and refused.json()["faults"][0]["field"] == "reason"
+    refused = post(filled.client, "/impacts/reject", {"reason": "double hit"}, headers=form)
+    assert refused.status_code == 422 and "No impact is ticked" in refused.json()["faults"][0]["message"]
+    before = {row["id"] for row in stored(filled)}
+    with filled.store.reading() as session:
+        recording = session.get_one(Impact, first).recording_id
+        together = session.scalar(select(func.count()).where(Impact.recording_id == recording))
+    gone = post(filled.client, "/impacts/reject", {"impact": [first], "reason": "double hit"}, headers=form)
+    assert gone.status_code == 200 and gone.json() == {"location": "/impacts"}
+    after = {row["id"] for row in stored(filled)}
+    assert first not in after and len(before - after) == together
