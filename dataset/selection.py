@@ -11,7 +11,7 @@ Facts that predictors ask for and impacts lack: how many lack which, and where e
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -187,8 +187,9 @@ def select_pulses(
     quality: str,
     extraction: str | None,
     velocity: str | None = None,
+    impacts: Collection[int] | None = None,
 ) -> DatasetDraft:
-    """The usable pulses of `campaigns`. Raises as `snapshot.build_snapshot`."""
+    """The usable pulses of `campaigns`, of all or only of these `impacts`. Raises as `snapshot.build_snapshot`."""
     names = sorted(set(campaigns))
     if not names:
         raise ValueError("no campaign is named; expected at least one")
@@ -196,6 +197,8 @@ def select_pulses(
     chosen = _fitting(session, names, predictors)
     _check_factors(session, chosen)
     rows = rows_of_campaigns(session, keys, _extraction_id(session, extraction))
+    if impacts is not None:
+        rows = [row for row in rows if row["impact_id"] in set(impacts)]
     materials = materials_of(session)
     bad = {key: f"quality: {text}" for key, text in verdicts(session, keys, rows, quality).items()}
     changed = None
@@ -219,6 +222,7 @@ def select_pulses(
     definition = {
         "format": FORMAT,
         "campaigns": names,
+        **({} if impacts is None else {"impacts": sorted(impacts)}),
         "kind": chosen.kind,
         "predictors": chosen.as_json(),
         "targets": {"force_n": POINTS, "contact_time_s": 1},

@@ -5,7 +5,7 @@ From a pulse of a dataset back to the raw file that it was cut from.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -70,10 +70,12 @@ def build_snapshot(
     quality: str = "reject",
     extraction: str | None = None,
     velocity: str | None = None,
+    impacts: Collection[int] | None = None,
 ) -> Built:
     """Freeze the usable pulses of `campaigns`: those in use, or those of one extraction (its fingerprint, or the start
     of it). `predictors` are the shipped ones of the campaigns' kind where none are given. `velocity`, one of
-    `velocities.CHOICES`, converts impact velocities to one kind; without it they must be of one kind.
+    `velocities.CHOICES`, converts impact velocities to one kind; without it they must be of one kind. `impacts` limits
+    the pulses to those of these impacts.
 
     The same content again is the snapshot that exists, whatever its name. Raises `SnapshotError` where the name is
     taken by other content, `LookupError` for a campaign or extraction that is unknown, `ValueError` for campaigns
@@ -81,7 +83,7 @@ def build_snapshot(
     """
     _check_name(name)
     with store.reading() as session:
-        draft = select_pulses(session, campaigns, predictors, quality, extraction, velocity)
+        draft = select_pulses(session, campaigns, predictors, quality, extraction, velocity, impacts)
     digest = content_hash(draft.predictors, draft.table)
 
     def freeze(session: Session) -> _Known | None:

@@ -7,10 +7,14 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Form, Query
+from sqlalchemy import Select, select
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
+from ...dataset.snapshot import build_snapshot
+from ...schema.campaigns import Campaign
 from ...schema.conditions import QUALITIES, QUALITY, list_campaign_names
+from ...schema.impacts import Impact
 from ...schema.listings import (
     list_impacts_page,
     list_impacts_sorted,
@@ -26,7 +30,7 @@ from ..ingest.removal import discard_recording
 from ..ingest.removal_pages import recording_of
 from ..web.dependencies import Configured, OpenStore, Text
 from ..web.forms import FieldError
-from ..web.rendering import page, query
+from ..web.rendering import page, part, query
 from .impact import without_empty_figures
 
 router = APIRouter()
@@ -193,6 +197,31 @@ def reject_ticked(
             chosen = recording_part(session, campaign, path)
         discard_recording(store, settings.db, chosen, reason)
     return RedirectResponse("/impacts", 303)
+
+
+@router.post("/impacts/dataset")
+def freeze_ticked(
+    store: OpenStore,
+    impact: Ticked = [],  # noqa: B006
+    dataset: Annotated[Text, Form(max_length=200)] = "",
+) -> Response:
+    """Freeze the pulses of the impacts that are ticked as a dataset, which models can be trained on."""
+    keys = _ticked(impact)
+    if not dataset.strip():
+        raise FieldError(
+            "dataset", "Name the new dataset. Pulses are not added to one that exists: it is frozen."
+        )
+    with store.reading() as session:
+        campaigns = session.scalars(select(Campaign.name).where(Campaign.id.in_(_campaigns(keys)))).all()
+    try:
+        built = build_snapshot(store, dataset.strip(), campaigns, impacts=keys)
+    except (ValueError, LookupError) as error:
+        raise FieldError("dataset", str(error)) from error
+    return RedirectResponse(f"/datasets/{part(built.snapshot.name)}", 303)
+
+
+def _campaigns(impacts: Sequence[int]) -> Select[tuple[int]]:
+    return select(Impact.campaign_id).where(Impact.id.in_(impacts)).distinct()
 
 
 def _recordings(store: Store, impacts: Iterable[int]) -> list[tuple[str, str]]:

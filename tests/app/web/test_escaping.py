@@ -46,7 +46,7 @@ NAME = " ".join(EVIL)
 #: As long as a form takes a name.
 SHORT = " ".join(EVIL[:4])
 #: Elements that our pages are made of no instance of.
-_ACTION = "/impacts/reject"  # the only button that sends its form elsewhere
+_ACTIONS = ("/impacts/reject", "/impacts/dataset")  # the only buttons that send their form elsewhere
 _STRANGE = {"iframe", "object", "embed", "base", "img"}
 
 
@@ -75,7 +75,7 @@ class ShownPage(Page):
 def _is_ours(tag: str, given: dict[str, str | None]) -> bool:
     if tag in _STRANGE or any(name.startswith("on") or name == "srcdoc" for name in given):
         return False
-    if given.get("formaction", _ACTION) != _ACTION:
+    if given.get("formaction", _ACTIONS[0]) not in _ACTIONS:
         return False
     return (
         tag != "script" or str(given.get("src", "")).startswith("/static/") or given.get("type") == "application/json"

@@ -6,6 +6,7 @@ import re
 
 import pytest
 from pyroshock.app.impacts.list_pages import thumbnail_points
+from pyroshock.dataset.snapshot import read_snapshot
 from pyroshock.schema.impacts import Impact
 from pyroshock.schema.listings import iter_impacts
 from sqlalchemy import func, select
@@ -94,6 +95,12 @@ def test_ticked_impacts_are_compared_and_rejected_with_a_reason(filled: Lab) -> 
     assert refused.status_code == 422 and refused.json()["faults"][0]["field"] == "reason"
     refused = post(filled.client, "/impacts/reject", {"reason": "double hit"}, headers=form)
     assert refused.status_code == 422 and "No impact is ticked" in refused.json()["faults"][0]["message"]
+    refused = post(filled.client, "/impacts/dataset", {"impact": [first], "dataset": " "}, headers=form)
+    assert refused.status_code == 422 and refused.json()["faults"][0]["field"] == "dataset"
+    frozen = post(filled.client, "/impacts/dataset", {"impact": [first, second], "dataset": "a pair"}, headers=form)
+    assert frozen.json() == {"location": "/datasets/a%20pair"}
+    snapshot = read_snapshot(filled.store, "a pair")
+    assert snapshot.definition["impacts"] == [first, second] and len(snapshot.table) == 2
     before = {row["id"] for row in stored(filled)}
     with filled.store.reading() as session:
         recording = session.get_one(Impact, first).recording_id
