@@ -208,9 +208,7 @@ def freeze_ticked(
     """Freeze the pulses of the impacts that are ticked as a dataset, which models can be trained on."""
     keys = _ticked(impact)
     if not dataset.strip():
-        raise FieldError(
-            "dataset", "Name the new dataset. Pulses are not added to one that exists: it is frozen."
-        )
+        raise FieldError("dataset", "Name the new dataset. Pulses are not added to one that exists: it is frozen.")
     with store.reading() as session:
         campaigns = session.scalars(select(Campaign.name).where(Campaign.id.in_(_campaigns(keys)))).all()
     try:

@@ -87,6 +87,7 @@ def test_preview_stores_nothing_and_storing_it_makes_the_version_in_use(browser,
         assert versions(lab, impact) == before
         screenshot(page, "impact", 1150)
         page.click("#store-extraction button")
+        page.wait_for_url(f"**/impacts/{impact}")
         wait_drawn(page)
         assert page.locator("#preview").count() == 0
         rows = page.locator("#versions tbody tr").all_inner_texts()
