@@ -4,28 +4,18 @@ upload or by the path of a folder on the server's machine."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Literal, cast
+from typing import Any
 
-from fastapi import APIRouter, Form
-from fastapi.concurrency import run_in_threadpool
-from starlette.datastructures import UploadFile
+from fastapi import APIRouter
 from starlette.requests import Request
 from starlette.responses import Response
 
-from ...ingest.settings import ExtractionSettings
-from ...schema.session import Store
 from ..common.quantities import display_of
-from ..jobs.queue import JobView
 from ..plan.pages import coverage_figure
-from ..web.dependencies import Configured, Name, OpenStore, Running
+from ..web.dependencies import Name, OpenStore
 from ..web.figures_base import Figure, figure, line, points
-from ..web.jobs import Jobs
-from ..web.jobs_pages import followed
 from ..web.rendering import cell, heading, page, query
-from ..web.settings import Settings
 from .campaign_overview import KINDS, campaign_overview, list_campaigns_page
-from .job import discard, make_scratch
-from .uploads import MOST_FILES, UploadError, campaigns_below, confined, ingest_job, unpacked
 
 
 def achieved_figure(rows: Sequence[Mapping[str, Any]], quantity: str) -> Figure:
@@ -106,69 +96,3 @@ def _deviation(row: dict[str, Any]) -> dict[str, Any]:
 def _bench(parts: dict[str, dict[str, Any]]) -> list[tuple[str, str, Any]]:
     every = [(part, key, value) for part, figures in parts.items() for key, value in figures.items()]
     return [entry for entry in every if entry[2] is not None]
-
-
-Way = Literal["walk", "mask"]
-
-
-@router.get("/ingest")
-def ingest(request: Request, settings: Configured) -> Response:
-    return page(
-        request,
-        "ingest.html",
-        folders=campaigns_below(settings.folders),
-        roots=[str(root) for root in settings.folders],
-        most_megabytes=settings.max_upload_bytes // 1_000_000,
-        extraction=ExtractionSettings(),
-    )
-
-
-@router.post("/ingest/path")
-def by_path(
-    store: OpenStore,
-    jobs: Running,
-    settings: Configured,
-    path: Annotated[str, Form(max_length=4000)],
-    segmentation: Annotated[Literal["walk", "mask"], Form()] = "walk",
-    threshold: Annotated[float, Form()] = 0.005,
-    plan: Annotated[str, Form()] = "",
-) -> Response:
-    chosen = ExtractionSettings(segmentation=segmentation, threshold=threshold)
-    return followed(ingest_job(jobs, store, confined(path, settings.folders), chosen, plan or None))
-
-
-@router.post("/ingest/upload")
-async def by_upload(request: Request, store: OpenStore, jobs: Running, settings: Configured) -> Response:
-    return followed(await uploaded(request, store, jobs, settings))
-
-
-async def uploaded(request: Request, store: Store, jobs: Jobs, settings: Settings) -> JobView:
-    """The job that ingests what a form brings: `files`, and settings of the extraction. Raises `UploadError`."""
-    async with request.form(max_files=MOST_FILES) as form:
-        plan, segmentation, threshold = (form.get(name) for name in ("plan", "segmentation", "threshold"))
-        chosen = ExtractionSettings(segmentation=_method_of(segmentation), threshold=_number(threshold, 0.005))
-        sent = [
-            (upload.filename or "", upload.file) for upload in form.getlist("files") if isinstance(upload, UploadFile)
-        ]
-        files = [file for file in sent if file[0]]
-        scratch = make_scratch()
-        try:
-            folder = await run_in_threadpool(unpacked, files, scratch, settings.max_upload_bytes)
-            return ingest_job(jobs, store, folder, chosen, str(plan) if plan else None, scratch)
-        except BaseException:
-            discard(scratch)
-            raise
-
-
-def _method_of(text: object) -> Way:
-    """Checked by the settings themselves."""
-    return cast(Way, text or "walk")
-
-
-def _number(text: object, default: float) -> float:
-    if text is None or text == "":
-        return default
-    try:
-        return float(str(text))
-    except ValueError as error:
-        raise UploadError(f"threshold {text!r} is no number; expected a share of the peak such as 0.005") from error

@@ -28,6 +28,7 @@ class KindTable(UserDict[str, Any]):
 KINDS = KindTable(
     {
         "ingest": (".app.ingest.job", "INGEST"),
+        "check": (".app.ingest.job", "CHECK"),
         "extract": (".app.ingest.job", "EXTRACT"),
         "plan": (".app.plan.job", "PLAN"),
         "train": (".app.train.job", "TRAIN"),

@@ -30,8 +30,8 @@ from ..documents.line_styles import COLOURS, PARTS
 from ..impacts import api as impacts_api
 from ..impacts import pages as impacts_pages
 from ..ingest import api as ingest_api
-from ..ingest import pages as ingest_pages
-from ..ingest import removal_pages
+from ..ingest import ingest_pages, removal_pages
+from ..ingest import pages as campaign_pages
 from ..jobs.worker import Worker
 from ..plan import api as plan_api
 from ..plan import pages as plan_pages
@@ -68,6 +68,7 @@ _API = (
     validate_api,
 )
 _PAGES = (
+    campaign_pages,
     ingest_pages,
     impacts_pages,
     diagnose_pages,
