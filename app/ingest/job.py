@@ -134,6 +134,8 @@ def _check_do(work: RunningJob, arguments: IngestArguments) -> Ending:
     folder = _readable(work, arguments)
     options = IngestOptions(ExtractionSettings(**arguments.settings), plan=arguments.plan, dry_run=True)
     checked = dry_run(work.store, folder, options, work.step)
+    if checked.faults:
+        _after(arguments)  # nobody can store it
     return ending_of(Result(f"/ingest/checks/{work.job}", checked.sentence, checked.as_json()))
 
 
