@@ -1,21 +1,23 @@
-"""Campaigns: the list, one campaign's design coverage, settings achieved and findings with their charts, and ingest by
-upload or by the path of a folder on the server's machine."""
+"""Campaigns: the list, and one campaign with its quality, planned against achieved settings, and charts."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from fastapi import APIRouter
 from starlette.requests import Request
 from starlette.responses import Response
 
+from ...schema.conditions import get_campaign_id
 from ..common.quantities import display_of
 from ..plan.pages import coverage_figure
 from ..web.dependencies import Name, OpenStore
 from ..web.figures_base import Figure, figure, line, points
-from ..web.rendering import cell, heading, page, query
+from ..web.rendering import heading, page, query
 from .campaign_overview import KINDS, campaign_overview, list_campaigns_page
+from .planned_achieved import bench_facts, constant_settings, planned_achieved_rows, several_levels
+from .recording_quality import list_finding_rows, recording_quality
 
 
 def achieved_figure(rows: Sequence[Mapping[str, Any]], quantity: str) -> Figure:
@@ -50,16 +52,26 @@ PAGE = 50
 
 @router.get("/campaigns")
 def campaigns(request: Request, store: OpenStore, kind: str = "", name: str = "", after: str = "") -> Response:
+    fault, rows, following = "", [], None
     with store.reading() as session:
-        rows, following = list_campaigns_page(session, kind=kind or None, text=name, after=after or None, limit=PAGE)
+        try:
+            rows, following = list_campaigns_page(
+                session, kind=kind or None, text=name, after=after or None, limit=PAGE
+            )
+        except (ValueError, LookupError) as error:
+            fault = str(error)
+        keys = {row["name"]: get_campaign_id(session, row["name"]) for row in rows}
+        quality = recording_quality(session, list(keys.values()))
     filters = {"kind": kind, "name": name}
     return page(
         request,
         "campaigns.html",
-        rows=rows,
+        status=422 if fault else 200,
+        rows=[{**row, "quality": quality[keys[row["name"]]].words} for row in rows],
         kinds=KINDS,
         kind=kind,
         name=name,
+        fault=fault,
         following=query({**filters, "after": following}) if following else "",
         beginning=(query(filters) or "/campaigns") if after else "",
     )
@@ -69,30 +81,36 @@ def campaigns(request: Request, store: OpenStore, kind: str = "", name: str = ""
 def campaign(request: Request, name: Name, store: OpenStore) -> Response:
     with store.reading() as session:
         overview = campaign_overview(session, name)
+        key = get_campaign_id(session, name)
+        quality = recording_quality(session, [key])[key]
+        findings = list_finding_rows(session, key, overview["findings"])
     levels, achieved = overview["levels"], overview["achieved"]
-    factors = dict.fromkeys(row["factor"] for row in levels) if overview["plans"] else {}
+    several = several_levels(levels)
+    factors = dict.fromkeys(row["factor"] for row in levels if row["factor"] in several) if overview["plans"] else {}
     quantities = [summary["quantity"] for summary in overview["achieved_summary"]]
+    shown = {**overview, "findings": findings, "first_impacts": _short(overview["first_impacts"], several)}
     return page(
         request,
         "campaign.html",
-        **overview,
+        **shown,
+        quality_words=quality.sentence(overview["counts"]["recordings"]),
+        poor=bool(quality.rejected or quality.set_aside),
         coverage={factor: coverage_figure(levels, factor) for factor in factors},
         achieved_figures={quantity: achieved_figure(achieved, quantity) for quantity in quantities},
-        levels_shown=[_level(row) for row in levels],
-        achieved_shown=[_deviation(row) for row in overview["achieved_summary"]],
-        bench=list(_bench(overview["campaign"]["bench"])),
+        planned_achieved=planned_achieved_rows(levels, achieved),
+        constant=constant_settings(levels),
+        bench=list(bench_facts(overview["campaign"]["bench"])),
     )
 
 
-def _level(row: dict[str, Any]) -> dict[str, Any]:
-    return {**row, "factor": heading(row["factor"]), "level": cell(row["factor"], row["level"])}
+#: What the table of the first impacts has beside the factors that change.
+_IMPACT_COLUMNS = ("impact_velocity_m_s", "peak_force_n", "contact_time_s", "peak_acceleration_m_s2", "quality")
+_FIRST_IMPACTS = 8
 
 
-def _deviation(row: dict[str, Any]) -> dict[str, Any]:
-    shares = ("mean_deviation", "mean_magnitude", "worst_deviation")
-    return {**row, "quantity": heading(row["quantity"]), **{key: f"{row[key]:+.1%}" for key in shares}}
-
-
-def _bench(parts: dict[str, dict[str, Any]]) -> list[tuple[str, str, Any]]:
-    every = [(part, key, value) for part, figures in parts.items() for key, value in figures.items()]
-    return [entry for entry in every if entry[2] is not None]
+def _short(impacts: Sequence[Mapping[str, Any]], several: Collection[str]) -> list[dict[str, Any]]:
+    """The first impacts with run, the factors that change, and the figures that any of them has."""
+    rows = impacts[:_FIRST_IMPACTS]
+    wanted = ("id", "run", "repetition", *several, *_IMPACT_COLUMNS)
+    columns = [name for name in wanted if any(row.get(name) is not None for row in rows)]
+    return [{name: row.get(name) for name in columns} for row in rows]

@@ -17,17 +17,15 @@ def planned_achieved_rows(levels: Rows, achieved: Rows) -> list[dict[str, Any]]:
 
     `levels` and `achieved` are those of `campaign_overview`. The deviation is that of the mean, with its worst run.
     """
-    counts: dict[str, int] = {}
-    for row in levels:
-        counts[row["factor"]] = counts.get(row["factor"], 0) + 1
+    several = several_levels(levels)
     recorded = "shots" if sum(row["shots"] for row in levels) > sum(row["impacts"] for row in levels) else "impacts"
     rows = []
     for row in levels:
-        if counts[row["factor"]] > 1:
+        if row["factor"] in several:
             runs = [run for run in achieved if run["quantity"] == row["factor"] and _same(run["planned"], row["level"])]
             states = {state: row[state] for state in ("planned", "done", "discarded")}
             rows.append(_row(row["factor"], row["level"], {**states, recorded: row[recorded]}, runs))
-    others = [run for run in achieved if counts.get(run["quantity"], 0) < 2]
+    others = [run for run in achieved if run["quantity"] not in several]
     for quantity, planned in sorted({(run["quantity"], run["planned"]) for run in others}):
         runs = [run for run in others if (run["quantity"], run["planned"]) == (quantity, planned)]
         number = {recorded: sum(run["recorded"] for run in runs)}
@@ -52,6 +50,14 @@ def _percent(share: float) -> str:
     """With a sign, and without one for nothing: 0.0 %."""
     text = f"{100 * share:+.1f}"
     return ("0.0" if float(text) == 0 else text.replace("-", "−")) + " %"
+
+
+def several_levels(levels: Rows) -> list[str]:
+    """Factors that change within the campaign, in their order."""
+    counts: dict[str, int] = {}
+    for row in levels:
+        counts[row["factor"]] = counts.get(row["factor"], 0) + 1
+    return [factor for factor, count in counts.items() if count > 1]
 
 
 def constant_settings(levels: Rows) -> list[str]:

@@ -94,7 +94,7 @@ _ADVICE: dict[str, tuple[str, str]] = {
     "double-hit": ("The hammer touched twice", "Leave the impact out, or repeat it."),
     "missing-channel": (
         "A channel of campaign.toml is not in the file",
-        "Correct campaign.toml, or record the channel.",
+        "Correct campaign.toml, or record it.",
     ),
     "undeclared-channel": ("A channel is not declared in campaign.toml", "Declare it, if it is to be stored."),
     "threshold-raised": ("Noise hides the ends of a contact", "Extract the pulses again with a higher threshold."),
