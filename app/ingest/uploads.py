@@ -124,7 +124,7 @@ def _written(files: Sequence[tuple[str, IO[bytes]]], target: Path, most_bytes: i
     paths = _distinct([safe_path(name) for name, _ in files])
     remaining_bytes = most_bytes
     for path, (_, content) in zip(paths, files, strict=True):
-        remaining_bytes = _copied(content, target / path, remaining_bytes)
+        remaining_bytes = copy_file(content, target / path, remaining_bytes)
 
 
 def _unzipped(content: IO[bytes], target: Path, most_bytes: int) -> None:
@@ -140,7 +140,7 @@ def _unzipped(content: IO[bytes], target: Path, most_bytes: int) -> None:
             remaining_bytes = most_bytes
             for path, member in zip(paths, members, strict=True):
                 with archive.open(member) as packed_file:
-                    remaining_bytes = _copied(packed_file, target / path, remaining_bytes)
+                    remaining_bytes = copy_file(packed_file, target / path, remaining_bytes)
     except UploadError:
         raise
     # zipfile, of a damaged archive: BadZipFile, NotImplementedError (another compression), RuntimeError (a password),
@@ -167,8 +167,11 @@ def _distinct(paths: Sequence[PurePosixPath]) -> Sequence[PurePosixPath]:
     return paths
 
 
-def _copied(content: IO[bytes], path: Path, remaining_bytes: int) -> int:
-    """How many bytes may still come. The declared size may be wrong, hence they are counted."""
+def copy_file(content: IO[bytes], path: Path, remaining_bytes: int) -> int:
+    """Write `content` to the new file `path`; how many bytes may still come.
+
+    The declared size may be wrong, hence they are counted. Raises `UploadError` where it is more than may come.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("xb") as out:
         while block := content.read(1 << 20):

@@ -31,7 +31,7 @@ from ..home import pages as home_pages
 from ..impacts import api as impacts_api
 from ..impacts import pages as impacts_pages
 from ..ingest import api as ingest_api
-from ..ingest import ingest_pages, removal_pages
+from ..ingest import archive_pages, export_pages, extract_pages, ingest_pages, removal_pages
 from ..ingest import pages as campaign_pages
 from ..jobs.worker import Worker
 from ..plan import api as plan_api
@@ -80,6 +80,9 @@ _PAGES = (
     tune_pages,
     plan_pages,
     removal_pages,
+    archive_pages,
+    export_pages,
+    extract_pages,
     report_pages,
     validate_pages,
 )
