@@ -35,7 +35,7 @@ FIELDS = ("segmentation", "threshold", "smoothing", "event_share", "separation_s
 
 @dataclass(frozen=True)
 class ExtractionPreview:
-    """What the settings give on some recordings. `changes` are the peaks' changes as shares of those in use."""
+    """What the settings give on some recordings. `changes` of the contact times are shares of those in use."""
 
     recordings: int
     tried: int
@@ -54,7 +54,7 @@ class ExtractionPreview:
         if self.changes:
             largest = max(map(abs, self.changes))
             text += (
-                f". The peak forces change by {median(self.changes):+.2%} in the median, and by {largest:.2%} at most"
+                f". The contact times change by {median(self.changes):+.2%} in the median, and by {largest:.2%} at most"
             )
         return text.replace("-", "−") + "."
 
@@ -96,15 +96,15 @@ def preview_campaign(store: Store, campaign: str, settings: ExtractionSettings) 
             continue
         impacts += len(extracted.impacts)
         with store.reading() as session:
-            before = _peaks(session, list(extracted.impacts))
+            before = _contact_times(session, list(extracted.impacts))
         for impact, pulse in zip(extracted.impacts, extracted.pulses, strict=True):
             if before.get(impact):
-                changes.append(float(pulse.peak_force_n) / before[impact] - 1)
+                changes.append(float(pulse.contact_time_s) / before[impact] - 1)
     return ExtractionPreview(len(recordings), len(chosen), impacts, skipped, changes)
 
 
-def _peaks(session: Session, impacts: list[int]) -> dict[int, float]:
-    query = select(Pulse.impact_id, Pulse.peak_force_n).where(Pulse.impact_id.in_(impacts), Pulse.current)
+def _contact_times(session: Session, impacts: list[int]) -> dict[int, float]:
+    query = select(Pulse.impact_id, Pulse.contact_time_s).where(Pulse.impact_id.in_(impacts), Pulse.current)
     return dict(iter(session.execute(query)))
 
 

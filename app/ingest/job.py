@@ -157,7 +157,7 @@ def _do(work: RunningJob, arguments: ExtractArguments) -> Ending:
 
     report = reextract(work.store, arguments.campaign, ExtractionSettings(**arguments.settings), work.step)
     skipped_text = f"; {len(report.skipped)} recordings left as they were" if report.skipped else ""
-    words = f"{report.added} pulses cut, {report.reused} earlier ones put back in use{skipped_text}"
+    words = f"{report.added} pulses extracted, {report.reused} earlier ones put back in use{skipped_text}"
     return ending_of(Result(f"/campaigns/{quote(arguments.campaign, safe='')}", words, report.as_json()))
 
 

@@ -52,21 +52,21 @@ PAGE = 50
 
 @router.get("/campaigns")
 def campaigns(request: Request, store: OpenStore, kind: str = "", name: str = "", after: str = "") -> Response:
-    fault, rows, following = "", [], None
+    fault, status, rows, following = "", 200, [], None
     with store.reading() as session:
         try:
             rows, following = list_campaigns_page(
                 session, kind=kind or None, text=name, after=after or None, limit=PAGE
             )
         except (ValueError, LookupError) as error:
-            fault = str(error)
+            fault, status = str(error), 404 if isinstance(error, LookupError) else 422
         keys = {row["name"]: get_campaign_id(session, row["name"]) for row in rows}
         quality = recording_quality(session, list(keys.values()))
     filters = {"kind": kind, "name": name}
     return page(
         request,
         "campaigns.html",
-        status=422 if fault else 200,
+        status=status,
         rows=[{**row, "quality": quality[keys[row["name"]]].words} for row in rows],
         kinds=KINDS,
         kind=kind,
@@ -93,7 +93,7 @@ def campaign(request: Request, name: Name, store: OpenStore) -> Response:
         request,
         "campaign.html",
         **shown,
-        quality_words=quality.sentence(overview["counts"]["recordings"]),
+        quality_words=quality.sentence,
         poor=bool(quality.rejected or quality.set_aside),
         coverage={factor: coverage_figure(levels, factor) for factor in factors},
         achieved_figures={quantity: achieved_figure(achieved, quantity) for quantity in quantities},

@@ -11,7 +11,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from ...schema.impacts import Impact
-from ...schema.recordings import SET_ASIDE, QualityFinding, Recording
+from ...schema.recordings import SET_ASIDE, STORED, QualityFinding, Recording
 
 #: Impacts that a row of the summary links to.
 _NAMED = 6
@@ -19,8 +19,10 @@ _NAMED = 6
 
 @dataclass(frozen=True)
 class RecordingQuality:
-    """Recordings of a campaign that a check rejects, that it warns of, and that could not be read."""
+    """Recordings of a campaign: those that are stored, and of these that a check rejects or warns of; and those that
+    could not be read."""
 
+    stored: int = 0
     rejected: int = 0
     warned: int = 0
     set_aside: int = 0
@@ -28,11 +30,15 @@ class RecordingQuality:
     @property
     def words(self) -> str:
         """For a cell of a table."""
+        if not self.stored and not self.set_aside:
+            return "no recordings"
         counts = {"rejected": self.rejected, "set aside": self.set_aside, "with warnings": self.warned}
         return ", ".join(f"{count} {words}" for words, count in counts.items() if count) or "good"
 
-    def sentence(self, recordings: int) -> str:
-        """For the head of a campaign's page; `recordings` that are stored."""
+    @property
+    def sentence(self) -> str:
+        """For the head of a campaign's page."""
+        recordings = self.stored
         if not recordings and not self.set_aside:
             return "The campaign has no recordings, so that nothing could be checked."
         parts = []
@@ -59,13 +65,16 @@ def recording_quality(session: Session, campaigns: Sequence[int]) -> dict[int, R
             query.where(of_these, QualityFinding.severity == severity).distinct()
         ):
             keys.setdefault(campaign, set()).add(recording)
-    aside = select(Recording.campaign_id, func.count()).where(of_these, Recording.status == SET_ASIDE)
-    set_aside: dict[int, int] = dict(iter(session.execute(aside.group_by(Recording.campaign_id))))
+    counted = select(Recording.campaign_id, Recording.status, func.count()).where(of_these)
+    counts: dict[tuple[int, str], int] = {}
+    for campaign, status, count in session.execute(counted.group_by(Recording.campaign_id, Recording.status)):
+        counts[campaign, status] = count
     quality = {}
     for key in campaigns:
         rejected = by_severity["reject"].get(key, set())
         warned = by_severity["warning"].get(key, set()) - rejected
-        quality[key] = RecordingQuality(len(rejected), len(warned), set_aside.get(key, 0))
+        stored, set_aside = (counts.get((key, status), 0) for status in (STORED, SET_ASIDE))
+        quality[key] = RecordingQuality(stored, len(rejected), len(warned), set_aside)
     return quality
 
 
