@@ -95,15 +95,8 @@ def _facts(session: Session, campaign: str) -> dict[str, Any]:
 def _recordings(session: Session, campaign: str) -> list[dict[str, Any]]:
     """Those that would be in the store, in their order."""
     key = get_campaign_id(session, campaign)
-    impacts: dict[int, int] = dict(
-        iter(
-            session.execute(
-                select(Impact.recording_id, func.count())
-                .where(Impact.campaign_id == key, Impact.recording_id.is_not(None))
-                .group_by(Impact.recording_id)
-            )
-        )
-    )
+    of_recordings = select(Impact.recording_id, func.count()).where(Impact.campaign_id == key)
+    impacts: dict[int | None, int] = dict(iter(session.execute(of_recordings.group_by(Impact.recording_id))))
     counted = (
         select(QualityFinding.recording_id, QualityFinding.severity, func.count())
         .join(Recording, QualityFinding.recording_id == Recording.id)

@@ -10,11 +10,11 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from ...schema.conditions import get_campaign_id
-from ..common.quantities import display_of
+from ..common.quantities import display_of, heading
 from ..plan.pages import coverage_figure
 from ..web.dependencies import Name, OpenStore
 from ..web.figures_base import Figure, figure, line, points
-from ..web.rendering import heading, page, query
+from ..web.rendering import page, query
 from .campaign_overview import KINDS, campaign_overview, list_campaigns_page
 from .planned_achieved import bench_facts, constant_settings, planned_achieved_rows, several_levels
 from .recording_quality import list_finding_rows, recording_quality
@@ -52,7 +52,8 @@ PAGE = 50
 
 @router.get("/campaigns")
 def campaigns(request: Request, store: OpenStore, kind: str = "", name: str = "", after: str = "") -> Response:
-    fault, status, rows, following = "", 200, [], None
+    rows: list[dict[str, Any]] = []
+    fault, status, following = "", 200, None
     with store.reading() as session:
         try:
             rows, following = list_campaigns_page(
