@@ -14,7 +14,7 @@ from ...schema.removal.part import recording_part
 from ..common.number_format import finite
 from ..web.dependencies import Configured, Name, OpenStore, Running, Text
 from .campaign_overview import campaign_overview, list_campaigns_page
-from .pages import uploaded
+from .ingest_pages import uploaded
 from .removal import delete_campaign, discard_recording, list_tombstones, standing_on
 from .uploads import campaigns_below, confined, ingest_job
 

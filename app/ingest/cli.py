@@ -249,7 +249,7 @@ def extract(campaign: str, executor: ExecutorConfig, db: str, json_to: str | Non
         settings = settings_from(given)
         with progress_bar(campaign, "recordings") as step:
             report = reextract(store, campaign, settings, executor=executor, progress=step)
-    note(f"{campaign}: {report.added} pulses cut, {report.reused} earlier ones put back in use")
+    note(f"{campaign}: {report.added} pulses extracted, {report.reused} earlier ones put back in use")
     for item in report.skipped:
         note(f"  left as it was: {item['recording']}: {item['reason']}")
     if json_to is not None:

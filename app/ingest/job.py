@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import shutil
 import tempfile
+import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
@@ -21,24 +23,52 @@ if TYPE_CHECKING:
     from ...ingest.report import IngestReport
 
 
-_PREFIX = "pyroshock-upload-"
+_UPLOAD, _CHECKED = "pyroshock-upload-", "pyroshock-checked-"
+#: A checked upload that nobody stored or discarded is removed after a day.
+_KEPT_S = 24 * 3600.0
 
 
-def make_scratch() -> Path:
-    """A folder that nobody else can read; it outlives this process, so that another can take up what is in it."""
-    return Path(tempfile.mkdtemp(prefix=_PREFIX))
+def make_scratch(*, dry_run: bool = False) -> Path:
+    """A folder that nobody else can read; it outlives this process, so that another can take up what is in it.
+
+    That of a dry run stays until it is stored or discarded; those of which nobody wanted anything for a day go now.
+    """
+    if dry_run:
+        for old in Path(tempfile.gettempdir()).glob(f"{_CHECKED}*"):
+            with suppress(OSError):
+                if time.time() - old.stat().st_mtime > _KEPT_S:
+                    discard(old)
+    return Path(tempfile.mkdtemp(prefix=_CHECKED if dry_run else _UPLOAD))
 
 
 def is_scratch(path: Path) -> bool:
     """Whether `path` is such a folder of this machine."""
     here = Path(tempfile.gettempdir()).resolve()
-    return path.parent.resolve() == here and path.name.startswith(_PREFIX) and not path.is_symlink()
+    return path.parent.resolve() == here and path.name.startswith((_UPLOAD, _CHECKED)) and not path.is_symlink()
 
 
 def discard(path: Path) -> None:
     """Remove such a folder, whatever state it is in; another path is left alone."""
     if is_scratch(path):
         shutil.rmtree(path, ignore_errors=True)
+
+
+def take_checked(arguments: IngestArguments) -> IngestArguments:
+    """The arguments that store what a dry run has checked; its upload now goes when the ingest is over.
+
+    Raises `LookupError` where the upload was stored or discarded meanwhile.
+    """
+    if arguments.scratch is None:
+        return arguments
+    checked = Path(arguments.scratch)
+    kept = checked.with_name(checked.name.replace(_CHECKED, _UPLOAD, 1))
+    try:
+        if not is_scratch(checked) or kept == checked:
+            raise FileNotFoundError(checked)
+        checked.rename(kept)
+    except OSError as error:
+        raise LookupError("the checked files were stored or discarded already; upload the folder again") from error
+    return replace(arguments, folder=str(kept / Path(arguments.folder).relative_to(checked)), scratch=str(kept))
 
 
 @dataclass(frozen=True)
@@ -96,6 +126,23 @@ def _after(arguments: IngestArguments) -> None:
 INGEST = Kind("ingest", IngestArguments, _ingest_do, _after)
 
 
+def _check_do(work: RunningJob, arguments: IngestArguments) -> Ending:
+    from ...ingest.settings import ExtractionSettings
+    from .dry_run import dry_run
+    from .service import IngestOptions
+
+    folder = _readable(work, arguments)
+    options = IngestOptions(ExtractionSettings(**arguments.settings), plan=arguments.plan, dry_run=True)
+    checked = dry_run(work.store, folder, options, work.step)
+    if checked.faults:
+        _after(arguments)  # nobody can store it
+    return ending_of(Result(f"/ingest/checks/{work.job}", checked.sentence, checked.as_json()))
+
+
+#: Its upload stays, so that it can be stored.
+CHECK = Kind("check", IngestArguments, _check_do)
+
+
 @dataclass(frozen=True)
 class ExtractArguments:
     """`settings` as `ExtractionSettings.as_json`; what is left out is as usual."""
@@ -110,7 +157,7 @@ def _do(work: RunningJob, arguments: ExtractArguments) -> Ending:
 
     report = reextract(work.store, arguments.campaign, ExtractionSettings(**arguments.settings), work.step)
     skipped_text = f"; {len(report.skipped)} recordings left as they were" if report.skipped else ""
-    words = f"{report.added} pulses cut, {report.reused} earlier ones put back in use{skipped_text}"
+    words = f"{report.added} pulses extracted, {report.reused} earlier ones put back in use{skipped_text}"
     return ending_of(Result(f"/campaigns/{quote(arguments.campaign, safe='')}", words, report.as_json()))
 
 

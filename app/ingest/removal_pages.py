@@ -13,6 +13,7 @@ from ...schema.removal.part import recording_part
 from ...schema.session import Store
 from ..impacts.impact import get_impact, impact_page
 from ..web.dependencies import Configured, Key, Name, OpenStore, Text
+from ..web.forms import FieldError
 from ..web.rendering import page, part
 from .removal import delete_campaign, discard_recording, standing_lines, standing_on
 
@@ -27,7 +28,7 @@ def ask_campaign(request: Request, name: Name, store: OpenStore, settings: Confi
 
 @router.post("/campaigns/{name}/delete")
 def delete(name: Name, store: OpenStore, settings: Configured, reason: Reason) -> Response:
-    delete_campaign(store, settings.db, name, reason)
+    delete_campaign(store, settings.db, name, _stated(reason))
     return RedirectResponse("/campaigns", 303)
 
 
@@ -42,8 +43,15 @@ def discard(impact: Key, store: OpenStore, settings: Configured, reason: Reason)
     campaign, path = recording_of(store, impact)
     with store.reading() as session:
         chosen = recording_part(session, campaign, path)
-    discard_recording(store, settings.db, chosen, reason)
+    discard_recording(store, settings.db, chosen, _stated(reason))
     return RedirectResponse(f"/campaigns/{part(campaign)}", 303)
+
+
+def _stated(reason: str) -> str:
+    """Raises `FieldError` for a reason of blanks alone."""
+    if not reason.strip():
+        raise FieldError("reason", "The reason is empty; say why it is deleted.")
+    return reason
 
 
 def recording_of(store: Store, impact: int) -> tuple[str, str]:

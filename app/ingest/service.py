@@ -109,24 +109,32 @@ def ingest_campaign(
 
     Raises as `ingest.load.ingest_folder`.
     """
-    from ...ingest.load import ingest_folder
-    from ...ingest.plan_link import link_to_plan
     from ...schema.rehearsal import run_rehearsal
 
     with run_rehearsal(store) if options.dry_run else nullcontext(store) as target:
-        report = ingest_folder(
-            target,
-            folder,
-            options.settings,
-            jobs=options.jobs,
-            progress=progress,
-            free_factors=options.free_factors,
-            confirmed=options.confirmed,
-            again=options.again,
-            target_motion=add_plate_motion if options.target_motion == "plate" else None,
-        )
-        links = link_to_plan(target, report.campaign, options.plan)
-        report.findings += training_notes(target, report.campaign)
+        return ingest_into(target, folder, options, progress)
+
+
+def ingest_into(
+    target: Store, folder: Path, options: IngestOptions, progress: Callable[[int, int, str], None] | None = None
+) -> IngestedCampaign:
+    """`ingest_campaign` into a store that is open already: for a dry run, the one of a rehearsal."""
+    from ...ingest.load import ingest_folder
+    from ...ingest.plan_link import link_to_plan
+
+    report = ingest_folder(
+        target,
+        folder,
+        options.settings,
+        jobs=options.jobs,
+        progress=progress,
+        free_factors=options.free_factors,
+        confirmed=options.confirmed,
+        again=options.again,
+        target_motion=add_plate_motion if options.target_motion == "plate" else None,
+    )
+    links = link_to_plan(target, report.campaign, options.plan)
+    report.findings += training_notes(target, report.campaign)
     return IngestedCampaign(report, links, options.dry_run)
 
 

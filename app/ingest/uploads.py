@@ -17,7 +17,7 @@ from ...ingest.settings import ExtractionSettings
 from ...schema.session import Store
 from ..jobs.queue import JobView, this_host
 from ..web.jobs import Jobs
-from .job import INGEST, IngestArguments
+from .job import CHECK, INGEST, IngestArguments
 
 FILE = "campaign.toml"
 #: A tree of a million files is not walked through for a list of suggestions.
@@ -25,7 +25,9 @@ _DEPTH, _MOST = 3, 200
 
 
 class PathError(ValueError):
-    """A path is not one that may be read; nothing of it is told but what was given."""
+    """A path is not one that may be read; nothing of it is told but what was given. `field`: of the form."""
+
+    field = "path"
 
 
 def confined(path: str, roots: Sequence[Path]) -> Path:
@@ -80,7 +82,12 @@ MOST_TIMES, SMALL_BYTES = 100, 10_000_000
 
 
 class UploadError(ValueError):
-    """An upload is refused, and nothing of it was kept; the message names the file and what was expected."""
+    """An upload is refused, and nothing of it was kept; the message names the file and what was expected.
+
+    `field`: of the form.
+    """
+
+    field = "files"
 
 
 def unpacked(files: Sequence[tuple[str, IO[bytes]]], target: Path, most_bytes: int) -> Path:
@@ -117,7 +124,7 @@ def _written(files: Sequence[tuple[str, IO[bytes]]], target: Path, most_bytes: i
     paths = _distinct([safe_path(name) for name, _ in files])
     remaining_bytes = most_bytes
     for path, (_, content) in zip(paths, files, strict=True):
-        remaining_bytes = _copied(content, target / path, remaining_bytes)
+        remaining_bytes = copy_file(content, target / path, remaining_bytes)
 
 
 def _unzipped(content: IO[bytes], target: Path, most_bytes: int) -> None:
@@ -133,7 +140,7 @@ def _unzipped(content: IO[bytes], target: Path, most_bytes: int) -> None:
             remaining_bytes = most_bytes
             for path, member in zip(paths, members, strict=True):
                 with archive.open(member) as packed_file:
-                    remaining_bytes = _copied(packed_file, target / path, remaining_bytes)
+                    remaining_bytes = copy_file(packed_file, target / path, remaining_bytes)
     except UploadError:
         raise
     # zipfile, of a damaged archive: BadZipFile, NotImplementedError (another compression), RuntimeError (a password),
@@ -160,8 +167,11 @@ def _distinct(paths: Sequence[PurePosixPath]) -> Sequence[PurePosixPath]:
     return paths
 
 
-def _copied(content: IO[bytes], path: Path, remaining_bytes: int) -> int:
-    """How many bytes may still come. The declared size may be wrong, hence they are counted."""
+def copy_file(content: IO[bytes], path: Path, remaining_bytes: int) -> int:
+    """Write `content` to the new file `path`; how many bytes may still come.
+
+    The declared size may be wrong, hence they are counted. Raises `UploadError` where it is more than may come.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("xb") as out:
         while block := content.read(1 << 20):
@@ -188,7 +198,13 @@ def ingest_job(
     settings: ExtractionSettings,
     plan: str | None = None,
     scratch: Path | None = None,
+    *,
+    dry_run: bool = False,
 ) -> JobView:
-    """Queue the ingest of `folder`; `scratch` is removed however it ends. The result is `command-line.md`'s JSON."""
+    """Queue the ingest of `folder`, or its dry run; the result of an ingest is `command-line.md`'s JSON.
+
+    `scratch` is removed however the ingest ends; that of a dry run is kept until somebody stores or discards it.
+    """
     arguments = IngestArguments(str(folder), settings.as_json(), plan, None if scratch is None else str(scratch))
-    return jobs.ask(store, INGEST, f"Ingest of {folder.name}", arguments, host=this_host())
+    kind, label = (CHECK, f"Check of {folder.name}") if dry_run else (INGEST, f"Ingest of {folder.name}")
+    return jobs.ask(store, kind, label, arguments, host=this_host())

@@ -28,6 +28,9 @@ class KindTable(UserDict[str, Any]):
 KINDS = KindTable(
     {
         "ingest": (".app.ingest.job", "INGEST"),
+        "check": (".app.ingest.job", "CHECK"),
+        "archive": (".app.ingest.archive_job", "ARCHIVE"),
+        "restore": (".app.ingest.archive_job", "RESTORE"),
         "extract": (".app.ingest.job", "EXTRACT"),
         "plan": (".app.plan.job", "PLAN"),
         "train": (".app.train.job", "TRAIN"),

@@ -15,7 +15,7 @@ from pydantic import BaseModel, ValidationError
 from sqlalchemy.exc import DataError
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, RedirectResponse, Response
+from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 
@@ -27,12 +27,13 @@ from ..common.errors import is_for_the_user
 from ..diagnose import api as diagnose_api
 from ..diagnose import pages as diagnose_pages
 from ..documents.line_styles import COLOURS, PARTS
+from ..home import pages as home_pages
 from ..impacts import api as impacts_api
 from ..impacts import list_pages as impact_list_pages
 from ..impacts import pages as impacts_pages
 from ..ingest import api as ingest_api
-from ..ingest import pages as ingest_pages
-from ..ingest import removal_pages
+from ..ingest import archive_pages, export_pages, extract_pages, ingest_pages, removal_pages
+from ..ingest import pages as campaign_pages
 from ..jobs.worker import Worker
 from ..plan import api as plan_api
 from ..plan import pages as plan_pages
@@ -69,6 +70,8 @@ _API = (
     validate_api,
 )
 _PAGES = (
+    home_pages,
+    campaign_pages,
     ingest_pages,
     impact_list_pages,
     impacts_pages,
@@ -79,6 +82,9 @@ _PAGES = (
     tune_pages,
     plan_pages,
     removal_pages,
+    archive_pages,
+    export_pages,
+    extract_pages,
     report_pages,
     validate_pages,
 )
@@ -149,16 +155,11 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
         app.include_router(module.router, prefix="/api", responses=PROBLEMS)
     for module in _PAGES:
         app.include_router(module.router, include_in_schema=False)
-    app.get("/", include_in_schema=False)(_first_page)
     app.get("/static/plotly.min.js", include_in_schema=False)(_plotly)
     app.get("/static/report.css", include_in_schema=False)(_report_style)
     app.mount("/static", StaticFiles(directory=HERE / "static"), name="static")
     _tell_errors(app)
     return Guard(app, settings)
-
-
-def _first_page() -> Response:
-    return RedirectResponse("/campaigns", 303)
 
 
 def _plotly() -> Response:

@@ -17,6 +17,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from .forms import is_form
 from .settings import Settings, is_loopback
 
 #: Stands within a path for a slash that belongs to a name; a private character of Unicode.
@@ -174,7 +175,7 @@ class Guard:
 
 def refusal(request: Request, status: int, why: str, headers: dict[str, str] | None = None) -> Response:
     """Why not, as JSON for the API and as text for a person."""
-    if request.url.path.startswith("/api"):
+    if request.url.path.startswith("/api") or is_form(request):
         return JSONResponse({"detail": why}, status, headers)
     return PlainTextResponse(f"pyroshock: {why}\n", status, headers)
 

@@ -39,17 +39,28 @@ document.addEventListener("DOMContentLoaded", () => {
     empty.forEach((control) => { control.disabled = true; });
     setTimeout(() => empty.forEach((control) => { control.disabled = false; }), 0);
   }));
+  // `fetch` does not tell how much of an upload has left; the progress bar of a form with files shows it.
+  const send = (form, address, headers, data) => form.enctype !== "multipart/form-data"
+    ? fetch(address, { method: "POST", headers, body: new URLSearchParams(data) })
+    : new Promise((resolve, reject) => {
+      const request = new XMLHttpRequest(), bar = form.querySelector("progress");
+      request.open("POST", address);
+      Object.entries(headers).forEach(([name, value]) => request.setRequestHeader(name, value));
+      if (bar) request.upload.onprogress = (event) => { bar.hidden = false; bar.max = event.total; bar.value = event.loaded; };
+      request.onload = () => resolve({ ok: request.status < 400, statusText: request.statusText, json: async () => JSON.parse(request.responseText) });
+      request.onerror = () => reject(new Error("the connection ended"));
+      request.onloadend = () => { if (bar) bar.hidden = true; };
+      request.send(data);
+    });
   const busy = (form, on) => form.querySelectorAll("button").forEach((button) => { button.disabled = on; });
   document.querySelectorAll('form[method="post"]').forEach((form) => form.addEventListener("submit", async (event) => {
     if (event.defaultPrevented) return;
     event.preventDefault();
     const data = new FormData(form, event.submitter);
-    const plain = form.enctype !== "multipart/form-data";
     busy(form, true);
     try {
-      const answer = await fetch((event.submitter && event.submitter.getAttribute("formaction")) || form.action, {
-        method: "POST", headers: { Accept: "application/json", "X-Pyroshock-Form": "1" },
-        body: plain ? new URLSearchParams(data) : data });
+      const address = (event.submitter && event.submitter.getAttribute("formaction")) || form.action;
+      const answer = await send(form, address, { Accept: "application/json", "X-Pyroshock-Form": "1" }, data);
       const result = await answer.json();
       if (answer.ok && result.location) {
         const here = location.href;

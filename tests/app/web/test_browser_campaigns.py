@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import shutil
 from pathlib import Path
 from typing import Any
@@ -9,10 +10,10 @@ from typing import Any
 import pytest
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.impacts import Impact
-from pyroshock.schema.recordings import Recording
+from pyroshock.schema.recordings import QualityFinding, Recording
 from sqlalchemy import func, select
 from support.processes.browsers import Lab, asked, at, ended, page_of, screenshot
-from support.records.campaigns import hammer_campaign
+from support.records.campaigns import hammer_campaign, recording_name, replace_in
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
@@ -58,21 +59,72 @@ def test_campaign_page_holds_its_plan_against_the_shots(browser, lab):
         screenshot(page, "campaign", 1150)
 
 
-def test_campaign_is_ingested_by_its_path(browser, lab):
-    hammer_campaign(lab.folder / "by-path", 3, 2, "by-path")
+CHECK, STORE = 'button[name="dry_run"]', "button.second"
+#: Files that are dropped: a script cannot make the entries of a folder, hence their names hold the path.
+_DROP = """async (files) => {
+  const transfer = new DataTransfer();
+  for (const [name, content] of files)
+    transfer.items.add(new File([Uint8Array.from(atob(content), c => c.charCodeAt(0))], name));
+  const options = { dataTransfer: transfer, bubbles: true, cancelable: true };
+  const zone = document.getElementById("drop");
+  zone.dispatchEvent(new DragEvent("dragover", options)); zone.dispatchEvent(new DragEvent("drop", options)); }"""
+
+
+def dropped(page: Any, folder: Path) -> str:
+    """Drop a folder, and wait for what its check says."""
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    content = [[f"{folder.name}/{f.relative_to(folder)}", base64.b64encode(f.read_bytes()).decode()] for f in files]
+    page.evaluate(_DROP, content)
+    page.wait_for_url("**/ingest/checks/*")
+    return verdict(page)
+
+
+def verdict(page: Any) -> str:
+    page.wait_for_selector("#verdict")
+    return str(page.inner_text("#verdict"))
+
+
+def error_at(page: Any, field: str) -> str:
+    """The message beside a field, which is marked."""
+    page.wait_for_selector(f"{field}[aria-invalid]")
+    return str(page.locator(".field", has=page.locator(field)).last.locator(".field-error").inner_text())
+
+
+def test_dropped_folder_is_checked_then_stored(browser, lab, tmp_path):
+    folder = hammer_campaign(tmp_path / "dropped", 3, 2, "dropped")
+    damaged = folder / recording_name(2)
+    damaged.write_bytes(damaged.read_bytes()[:100])
     with page_of(browser, lab) as page:
-        at(page, "/campaigns")
-        page.click("#to-ingest")
-        page.fill("#path", str(lab.folder / "by-path"))
-        page.click("#by-path button")
-        job = ended(page)
-        assert (job["state"], job["done"], job["total"]) == ("done", 3, 3) and stored(lab, "by-path") == (3, 6)
+        at(page, "/ingest")
+        said = dropped(page, folder)
+        assert (
+            "Nothing is stored yet" in said and "4 impacts would be stored" in said and stored(lab, "dropped") == (0, 0)
+        )
+        assert page.locator("#recordings tbody tr").count() == 3
+        assert recording_name(2) in page.inner_text("#set-aside")
+        screenshot(page, "check", 1000)
+        page.click("#store button")
+        assert ended(page)["state"] == "done" and stored(lab, "dropped") == (3, 4)
         page.click("#job-result")
-        assert "6 impacts, 0 shots, 3 recordings" in page.inner_text("#counts")
+        assert "could not be read and was set aside" in page.inner_text("#quality-words")
+
+
+def test_dropped_folder_with_faults_names_all_of_them(browser, lab, tmp_path):
+    folder = hammer_campaign(tmp_path / "faulty", 2, 2, "faulty")
+    replace_in(folder / "campaign.toml", "kind =", "knid =")
+    replace_in(folder / "runs.csv", "\n1,1,", "\nx,one,")
+    with page_of(browser, lab) as page:
+        at(page, "/ingest")
+        assert "faults" in dropped(page, folder)
+        faults = page.locator(".faults li").all_inner_texts()
+        assert any("knid" in fault for fault in faults) and sum("'x'" in f or "'one'" in f for f in faults) == 2
+        assert page.locator("#store").count() == 0
+        page.click("#again")
+        assert page.url.endswith("/ingest")
 
 
 @pytest.mark.parametrize("way", ["folder", "zip"])
-def test_campaign_is_ingested_by_upload(browser, lab, tmp_path, way):
+def test_chosen_folder_is_checked_and_discarded_or_stored(browser, lab, tmp_path, way):
     name = f"uploaded-{way}"
     sent = hammer_campaign(tmp_path / way, 2, 2, name)
     if way == "zip":
@@ -80,21 +132,133 @@ def test_campaign_is_ingested_by_upload(browser, lab, tmp_path, way):
     with page_of(browser, lab) as page:
         at(page, "/ingest")
         page.set_input_files(f"#upload-{way}", sent)
-        page.click("#upload button")
+        assert "MB" in page.inner_text("#upload-chosen")
+        page.click(f"#upload {CHECK}")
+        assert "4 impacts would be stored" in verdict(page)
+        page.click("#discard button")
+        page.wait_for_url("**/ingest")
+        page.set_input_files(f"#upload-{way}", sent)
+        page.click(f"#upload {STORE}")
         job = ended(page)
         assert (job["state"], job["error"]) == ("done", None) and stored(lab, name) == (2, 4)
         assert asked(page, f"/api/impacts?campaign={name}&limit=9")[3]["campaign"] == name
 
 
-def test_path_outside_the_folders_is_refused_and_nothing_is_stored(browser, lab, tmp_path):
+def test_campaign_is_ingested_by_its_path(browser, lab):
+    hammer_campaign(lab.folder / "by-path", 3, 2, "by-path")
+    with page_of(browser, lab) as page:
+        at(page, "/campaigns")
+        page.click("#to-ingest")
+        page.fill("#path", str(lab.folder / "by-path"))
+        page.press("#path", "Enter")  # checks first
+        assert "6 impacts would be stored" in verdict(page) and stored(lab, "by-path") == (0, 0)
+        page.click("#store button")
+        job = ended(page)
+        assert (job["state"], job["done"], job["total"]) == ("done", 3, 3) and stored(lab, "by-path") == (3, 6)
+        page.click("#job-result")
+        assert "6 impacts, 0 shots, 3 recordings" in page.inner_text("#counts")
+
+
+def test_wrong_input_stands_at_its_field_and_nothing_typed_is_lost(browser, lab, tmp_path):
     hammer_campaign(tmp_path / "elsewhere", 1, 1)
     with lab.reading() as session:
         before = session.scalar(select(func.count()).select_from(Campaign))
     with page_of(browser, lab) as page:
         at(page, "/ingest")
+        page.click("#by-path summary")
+        page.fill("#path-threshold", "much")
         page.fill("#path", str(tmp_path / "elsewhere"))
-        with page.expect_navigation() as gone:
-            page.press("#path", "Enter")
-        assert gone.value.status >= 400 and page.inner_text("#error")
+        page.press("#path", "Enter")
+        assert "'much' is no number" in error_at(page, "#path-threshold")
+        page.fill("#path-threshold", "0.01")
+        page.press("#path-threshold", "Enter")
+        assert "no campaign folder" in error_at(page, "#path")
+        assert page.input_value("#path") == str(tmp_path / "elsewhere")
+        assert page.input_value("#path-threshold") == "0.01"
+        page.click(f"#upload {CHECK}")
+        assert "no file was sent" in error_at(page, "#upload-folder")
     with lab.reading() as session:
         assert session.scalar(select(func.count()).select_from(Campaign)) == before
+
+
+@pytest.mark.parametrize(("page_name", "field"), [("delete", "#reason"), ("archive", "#reason")])
+def test_blank_reason_is_refused_at_its_field(browser, lab, page_name, field):
+    with page_of(browser, lab) as page:
+        at(page, f"/campaigns/first-shots/{page_name}")
+        page.fill(field, "   ")
+        page.click("#removal button")
+        assert "The reason is empty" in error_at(page, field) and page.input_value(field) == "   "
+    assert stored(lab, "first-shots") == (0, 0)
+
+
+@pytest.mark.parametrize(("address", "field", "typed", "button", "words"), [
+    ("/campaigns/rehearsal/extract", "#threshold", "much", "#try button", "is no number"),
+    ("/campaigns/rehearsal/extract", "#smoothing", "7", "#try button", "smoothing is 7"),
+    ("/campaigns/rehearsal/export", "#where", "hardness=3", "#export button", "hardness"),
+])  # fmt: skip
+def test_form_that_only_asks_shows_the_fault_at_its_field(browser, lab, address, field, typed, button, words):
+    with page_of(browser, lab) as page:
+        at(page, address)
+        page.fill(field, typed)
+        page.click(button)
+        assert words in error_at(page, field) and page.input_value(field) == typed
+
+
+def test_campaign_is_extracted_again_after_a_trial(browser, lab):
+    with page_of(browser, lab) as page:
+        at(page, "/campaigns/modal-hammer-hit")
+        page.click("#extract")
+        page.fill("#threshold", "0.03")
+        page.click("#try button")
+        assert "Of 1 recordings 1 were tried" in page.inner_text("#preview")
+        page.click("#extract button")
+        assert ended(page)["state"] == "done"
+
+
+def test_campaign_is_saved_archived_and_restored(browser, lab):
+    hammer_campaign(lab.folder / "shelf", 1, 2, "shelf")
+    with page_of(browser, lab) as page:
+        at(page, "/ingest")
+        page.fill("#path", "shelf")
+        page.click(f"#by-path {STORE}")
+        ended(page)
+        at(page, "/campaigns/shelf/export")
+        with page.expect_download() as table:
+            page.click("#export button")
+        assert Path(table.value.path()).read_text().count("\n") == 3
+        at(page, "/campaigns/shelf")
+        page.click("#archive")
+        page.fill("#reason", "finished")
+        page.click("#removal button")
+        assert ended(page)["state"] == "done" and stored(lab, "shelf") == (0, 0)
+        page.click("#job-result")
+        page.click("#deleted button")
+        assert ended(page)["state"] == "done" and stored(lab, "shelf") == (1, 2)
+
+
+def test_telephone_shows_name_impacts_and_quality(browser, lab):
+    with page_of(browser, lab, width=390, height=844) as page:
+        for address, table in (("/", "#recent"), ("/campaigns", "#campaigns")):
+            at(page, address)
+            heads = page.locator(f"{table} thead th").evaluate_all(
+                "all => all.filter(h => h.offsetWidth).map(h => h.innerText)"
+            )
+            assert heads == ["campaign", "impacts", "quality"]
+            assert page.evaluate("table => document.querySelector(table).getBoundingClientRect().right", table) <= 390
+        page.click("[data-unfold]")
+        assert page.locator("#campaigns thead th").last.is_visible()
+
+
+def test_first_page_leads_to_where_one_acts(browser, lab):
+    with lab.store.writing() as session:
+        campaign = select(Campaign.id).where(Campaign.name == "rehearsal").scalar_subquery()
+        recording = session.scalars(select(Recording.id).where(Recording.campaign_id == campaign).limit(1)).one()
+        finding = {"check": "clipping", "severity": "reject", "message": "clipped", "evidence": {}}
+        session.add(QualityFinding(recording_id=recording, **finding))
+    with page_of(browser, lab) as page:
+        at(page, "/campaigns")
+        page.click(".brand")
+        assert page.url.rstrip("/") == lab.origin and "rehearsal" in page.inner_text("#recent")
+        page.click("#attention li:has-text('rehearsal') a")
+        assert page.url.endswith("/campaigns/rehearsal#quality")
+        screenshot(page, "campaign-quality", 900)

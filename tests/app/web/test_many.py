@@ -19,6 +19,8 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 LIMIT_S = 1.0
 RECORDED = IMPACTS + 1
 PAGES = (
+    "/", "/deleted", "/campaigns/campaign-0001/extract", "/campaigns/campaign-0001/export",
+    "/campaigns/campaign-0001/archive",
     "/campaigns", "/campaigns?kind=hammer&name=005", "/campaigns?after=campaign-0040",
     "/campaigns/campaign-0001", "/campaigns/campaign-0050", "/campaigns/shots",
     "/impacts", "/impacts?after=50000", "/impacts?after=99900", "/impacts?campaign=campaign-0050",

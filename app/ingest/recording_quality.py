@@ -1,0 +1,155 @@
+"""The quality of campaigns in words: how many recordings the checks reject, which impacts they concern, and what to do
+about each kind of finding."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from ...schema.impacts import Impact
+from ...schema.recordings import SET_ASIDE, STORED, QualityFinding, Recording
+
+#: Impacts that a row of the summary links to.
+_NAMED = 6
+
+
+@dataclass(frozen=True)
+class RecordingQuality:
+    """Recordings of a campaign: those that are stored, and of these that a check rejects or warns of; and those that
+    could not be read."""
+
+    stored: int = 0
+    rejected: int = 0
+    warned: int = 0
+    set_aside: int = 0
+
+    @property
+    def words(self) -> str:
+        """For a cell of a table."""
+        if not self.stored and not self.set_aside:
+            return "no recordings"
+        counts = {"rejected": self.rejected, "set aside": self.set_aside, "with warnings": self.warned}
+        return ", ".join(f"{count} {words}" for words, count in counts.items() if count) or "good"
+
+    @property
+    def sentence(self) -> str:
+        """For the head of a campaign's page."""
+        recordings = self.stored
+        if not recordings and not self.set_aside:
+            return "The campaign has no recordings, so that nothing could be checked."
+        parts = []
+        if self.rejected:
+            parts.append(f"{self.rejected} of {recordings} recordings should not be used as they are")
+        if self.warned:
+            parts.append(f"{self.warned} {'others have' if self.rejected else f'of {recordings} have'} warnings")
+        if self.set_aside:
+            parts.append(f"{self.set_aside} could not be read and {'was' if self.set_aside == 1 else 'were'} set aside")
+        text = "; ".join(parts) or f"All {recordings} recordings passed the checks"
+        return f"{text}."
+
+
+def recording_quality(session: Session, campaigns: Sequence[int]) -> dict[int, RecordingQuality]:
+    """By key of the campaign. A recording counts once, with its worst finding."""
+    of_these = Recording.campaign_id.in_(campaigns)
+    by_severity: dict[str, dict[int, set[int]]] = {}
+    for severity in ("reject", "warning"):
+        query = select(Recording.campaign_id, Recording.id).join(
+            QualityFinding, QualityFinding.recording_id == Recording.id
+        )
+        keys = by_severity.setdefault(severity, {})
+        for campaign, recording in session.execute(
+            query.where(of_these, QualityFinding.severity == severity).distinct()
+        ):
+            keys.setdefault(campaign, set()).add(recording)
+    counted = select(Recording.campaign_id, Recording.status, func.count()).where(of_these)
+    counts: dict[tuple[int, str], int] = {}
+    for campaign, status, count in session.execute(counted.group_by(Recording.campaign_id, Recording.status)):
+        counts[campaign, status] = count
+    quality = {}
+    for key in campaigns:
+        rejected = by_severity["reject"].get(key, set())
+        warned = by_severity["warning"].get(key, set()) - rejected
+        stored, set_aside = (counts.get((key, status), 0) for status in (STORED, SET_ASIDE))
+        quality[key] = RecordingQuality(stored, len(rejected), len(warned), set_aside)
+    return quality
+
+
+_LOOK = "Look at the impact, and discard its recording if the fault is real."
+#: Check -> what it says in the words of a bench, and what to do about it.
+_ADVICE: dict[str, tuple[str, str]] = {
+    "clipping": ("The record is cut off at its extreme", "Choose a larger range of the amplifier; repeat the run."),
+    "saturation": ("The sensor or amplifier saturates", "Choose a larger range or a stiffer sensor; repeat the run."),
+    "zero-shift": (
+        "The level after the shock differs from the level before it",
+        "Check the mounting and the cable of the sensor; do not use its low frequencies.",
+    ),
+    "dropouts": ("Samples are missing or stand still", "Check the connection and the converter; repeat the run."),
+    "rest-level": ("The sensor does not rest at zero", "Check its offset and its mounting."),
+    "noise-floor": ("Low lines of the spectrum show noise", "Use the spectrum above the frequency of the finding."),
+    "no-shock": ("The channel shows no shock", "Check the sensor, its cable and the trigger."),
+    "no-contact": ("The force shows no contact", "Check the force sensor and the trigger, or discard the recording."),
+    "velocity": ("The integrated acceleration does not come to rest", "Do not use low frequencies of this channel."),
+    "displacement": ("The integrated acceleration moves too far", "Do not use low frequencies of this channel."),
+    "truncation": ("The record ends while the structure rings", "Record for longer."),
+    "truncated-contact": ("The record begins or ends within the contact", "Set a longer record or an earlier trigger."),
+    "balance": ("Positive and negative spectrum differ", "Check for zero shift and saturation."),
+    "pre-trigger-noise": ("The record is noisy before the contact", "Check earthing and cables."),
+    "few-samples": ("A contact has few samples", "Choose a higher sampling rate."),
+    "sampling": ("The highest line is too fast for the sampling rate", "Choose a higher sampling rate."),
+    "double-hit": ("The hammer touched twice", "Leave the impact out, or repeat it."),
+    "missing-channel": (
+        "A channel of campaign.toml is not in the file",
+        "Correct campaign.toml, or record it.",
+    ),
+    "undeclared-channel": ("A channel is not declared in campaign.toml", "Declare it, if it is to be stored."),
+    "threshold-raised": ("Noise hides the ends of a contact", "Extract the pulses again with a higher threshold."),
+    "same-recording": ("The samples are those of another recording", "Check which of the two files is right."),
+    "no-impact-velocity": ("The velocity of an impact is unknown", "Add impact_velocity_m_s to runs.csv."),
+}
+
+
+@dataclass(frozen=True)
+class FindingRow:
+    """Findings of one cause and severity; `impacts` are the first of `count` impacts that they concern."""
+
+    check: str
+    cause: str
+    severity: str
+    findings: int
+    channels: str
+    count: int
+    impacts: tuple[int, ...]
+    action: str
+
+
+def list_finding_rows(session: Session, campaign: int, findings: Sequence[dict[str, Any]]) -> list[FindingRow]:
+    """Rows of the quality summary, from what `count_findings` gives; those without an advice of their own are named by
+    their check."""
+    rows = []
+    for row in findings:
+        check, severity = row["check"], row["severity"]
+        cause, action = _ADVICE.get(check, (check.replace("-", " ").capitalize(), _LOOK))
+        if severity == "note":
+            action = "This is for information. " + action
+        keys = _impacts(session, campaign, check, severity)
+        named = (len(keys), keys[:_NAMED])
+        rows.append(FindingRow(check, cause, severity, row["findings"], row["channels"] or "", *named, action))
+    return rows
+
+
+def _impacts(session: Session, campaign: int, check: str, severity: str) -> tuple[int, ...]:
+    """Impacts that findings name, or that are in the recordings that they are of."""
+    named = (
+        select(Impact.id)
+        .join(
+            QualityFinding,
+            (QualityFinding.recording_id == Impact.recording_id)
+            & (QualityFinding.impact_id.is_(None) | (QualityFinding.impact_id == Impact.id)),
+        )
+        .where(Impact.campaign_id == campaign, QualityFinding.check == check, QualityFinding.severity == severity)
+    )
+    return tuple(session.scalars(named.distinct().order_by(Impact.id)))

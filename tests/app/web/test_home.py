@@ -1,0 +1,120 @@
+"""The first page: what was recorded, what needs attention with a link to where one acts, what runs."""
+
+from __future__ import annotations
+
+import datetime as dt
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from pyroshock.app.home.overview import list_attention, list_recent_campaigns, list_running
+from pyroshock.app.jobs.queue import ask
+from pyroshock.app.plan.planning import make_plan
+from pyroshock.dataset.catalog import list_snapshots
+from pyroshock.doe.plans import tick_run
+from pyroshock.schema.diagnoses import Diagnosis
+from pyroshock.schema.jobs import DONE, FAILED, Job
+from pyroshock.schema.recordings import SET_ASIDE, QualityFinding, Recording
+from sqlalchemy import select, update
+from support.processes.odd_jobs import claimed
+from support.processes.web_client import sqlite, window
+from support.stores.web_stores import DATASET, FACTORS, GUN, HAMMER, PLAN, Lab
+
+pytestmark = pytest.mark.timeout(600)
+
+
+def sentences(lab: Lab, versions: Any = (), now: dt.datetime | None = None) -> dict[str, str]:
+    with lab.store.reading() as session:
+        return {item.sentence: item.address for item in list_attention(session, versions, now)}
+
+
+def test_the_campaigns_stored_last_come_with_counts_and_quality(filled: Lab) -> None:
+    with filled.store.reading() as session:
+        rows = {row["campaign"]: row for row in list_recent_campaigns(session)}
+    assert (rows[HAMMER]["impacts"], rows[GUN]["shots"], rows[GUN]["quality"]) == (20, 5, "no recordings")
+
+
+def test_rejected_and_set_aside_recordings_need_attention(filled: Lab) -> None:
+    assert not any(HAMMER in sentence for sentence in sentences(filled))
+    with filled.store.writing() as session:
+        first, second = session.scalars(select(Recording).limit(2)).all()
+        second.status, second.reason = SET_ASIDE, "cut off"
+        session.add(
+            QualityFinding(recording_id=first.id, check="clipping", severity="reject", message="clipped", evidence={})
+        )
+    found = sentences(filled)
+    said = f"{HAMMER}: 1 recording could not be read and was set aside; 1 recording was rejected by the quality checks."
+    assert found[said] == f"/campaigns/{HAMMER}#quality"
+    page = filled.client.get(f"/campaigns/{HAMMER}").text
+    assert "1 of 3 recordings should not be used as they are; 1 could not be read and was set aside." in page
+    assert "The record is cut off at its extreme" in page and "repeat the run" in page
+    assert "1 rejected, 1 set aside" in filled.client.get("/campaigns").text
+
+
+def test_a_plan_that_is_half_done_names_its_runs(filled: Lab) -> None:
+    make_plan(filled.store, "factorial", "half", kind="hammer", factors=FACTORS, seed=2)
+    tick_run(filled.store, "half", 1, status="done")
+    found = sentences(filled)
+    assert found["Plan half: 1 of 4 runs are done."] == "/plans/half/sheet" and not any(PLAN in each for each in found)
+
+
+def test_a_model_in_use_that_is_older_than_its_data_is_named(filled: Lab) -> None:
+    with filled.store.reading() as session:
+        digest = next(row["hash"] for row in list_snapshots(session) if row["name"] == DATASET)
+    dataset = SimpleNamespace(hash=digest)
+    model = SimpleNamespace(label="tree@1", name="tree", version=1, champion_of="hammer", dataset=dataset)
+    (sentence,) = [each for each in sentences(filled, [model]) if "tree@1" in each]
+    assert "has not learned from 1 pulse that came after dataset pulses was frozen" in sentence
+    assert not any("tree@1" in each for each in sentences(filled, [SimpleNamespace(champion_of=None)]))
+
+
+def test_a_drift_of_the_newest_diagnosis_is_told(filled: Lab) -> None:
+    def drifting(*words: str) -> dict[str, str]:
+        with filled.store.writing() as session:
+            report = session.scalars(select(Diagnosis.report)).first()
+            changed = {**report, "where": {**report["where"], "drift": list(words)}}
+            session.execute(update(Diagnosis).values(report=changed))
+        return {each: address for each, address in sentences(filled).items() if "changes while" in each}
+
+    sentence = f"{GUN} changes while the campaign goes on: the force falls by 4 %."
+    assert drifting("the force falls by 4 %", "and more") == {sentence: "/diagnoses/1"}
+    assert drifting() == {}
+
+
+def test_a_failed_job_stays_until_the_same_succeeds_or_a_week_is_over(filled: Lab) -> None:
+    now = dt.datetime.now(dt.UTC)
+
+    def add(state: str, error: str | None) -> None:
+        with filled.store.writing() as session:
+            ended = {"ended_at": now, "asked_at": now, "address": "/", "error": error}
+            session.add(Job(kind="ingest", label="Ingest of monday", arguments={}, state=state, **ended))
+
+    add(FAILED, "runs.csv: 1 fault\n  row 2")
+    assert "“Ingest of monday” failed: runs.csv: 1 fault" in sentences(filled)
+    assert not any("monday" in each for each in sentences(filled, now=now + dt.timedelta(days=8)))
+    add(DONE, None)
+    assert not any("monday" in each for each in sentences(filled))
+
+
+def test_running_and_waiting_jobs_are_shown_with_their_progress(tmp_path) -> None:
+    from pyroshock.app.ingest.job import EXTRACT, ExtractArguments
+
+    with window(sqlite(tmp_path), works=False) as (client, store):
+        ask(store, EXTRACT, "Extraction of spring", ExtractArguments("spring"))
+        ask(store, EXTRACT, "Extraction of autumn", ExtractArguments("autumn"))
+        claimed(store)
+        with store.writing() as session:
+            session.execute(update(Job).where(Job.id == 1).values(done=3, total=4))
+        with store.reading() as session:
+            assert [job.label for job in list_running(session)] == ["Extraction of spring", "Extraction of autumn"]
+        page = client.get("/").text
+        assert "3 of 4" in page and "waits" in page and '<progress max="4" value="3"' in page
+
+
+def test_a_registry_that_cannot_be_read_is_told_and_hides_nothing(filled: Lab, monkeypatch: Any) -> None:
+    def broken(_: str) -> None:
+        raise ValueError("the registry is of another version")
+
+    monkeypatch.setattr("pyroshock.app.home.pages.registry_at", broken)
+    page = filled.client.get("/")
+    assert page.status_code == 200 and "the registry is of another version" in page.text and HAMMER in page.text
