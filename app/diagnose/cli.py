@@ -12,6 +12,7 @@ import click
 
 from ..cli.common import db_option, json_option, note, open_command_store, open_if_exists, print_table, write_json
 from ..cli.completion import campaign_names, effect_ids
+from ..cli.options import split_names
 
 if TYPE_CHECKING:
     from ...diagnosis.verdict import Verdict
@@ -59,16 +60,18 @@ _STAGES = ("gun", "contact", "plate")
     "--tolerance",
     "tolerances",
     multiple=True,
+    callback=split_names,
     metavar="STAGE=SIZE",
-    help="Set the tolerance of a stage: gun=1%, contact=3% or plate=0.5dB.",
+    help="Set the tolerance of a stage: gun=1%, contact=3% or plate=0.5dB. Repeat the option, or give a list: a,b.",
 )
 @click.option(
     "--uncertain",
     multiple=True,
+    callback=split_names,
     metavar="NUMBER=SD",
     help=(
-        "Set the standard deviation of a number, in SI: bullet_mass_kg=0.001. Those of the "
-        "contact are shares. The option can be repeated."
+        "Set the standard deviation of a number, in SI: bullet_mass_kg=0.001. Those of the contact are shares. Repeat "
+        "the option, or give a list: a,b."
     ),
 )
 @click.option(

@@ -10,7 +10,8 @@ import click
 
 from ..cli.common import db_option, format_cell, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names
-from ..cli.listed import Listing, column_names, listing_options
+from ..cli.listed import Listing, listing_options
+from ..cli.options import split_names
 
 
 @click.command()
@@ -138,7 +139,14 @@ def shots(db: str, listing: Listing, campaign: str | None, where: tuple[str, ...
     help="Export the series of this recording only, given by its path in the campaign folder.",
 )
 @click.option(
-    "--columns", metavar="A,B,…", help="Write only these columns, in this order. [default: all that the selection has]"
+    "--columns",
+    multiple=True,
+    callback=split_names,
+    metavar="A,B,…",
+    help=(
+        "Write only these columns, in this order. Repeat the option, or give a list: a,b. [default: all that the "
+        "selection has]"
+    ),
 )
 @click.option("--skip-damaged", is_flag=True, help="Leave out damaged series, and name them.")
 def export(
@@ -148,7 +156,7 @@ def export(
     campaign: str | None,
     where: tuple[str, ...],
     recording: str | None,
-    columns: str | None,
+    columns: tuple[str, ...],
     skip_damaged: bool,
 ) -> None:
     """Write impacts, shots, pulses, figures of the acceleration channels, or series to a file.
@@ -175,7 +183,7 @@ def export(
             parse_where(where),
             recording,
             left_out if skip_damaged else None,
-            column_names(columns),
+            list(columns),
         )
     for column in left_out:
         note(f"left out: {column}")

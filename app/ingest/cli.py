@@ -15,6 +15,7 @@ from ..cli.common import (
     STDOUT,
     db_option,
     errors_as_one_line,
+    jobs_option,
     json_option,
     note,
     open_command_store,
@@ -83,15 +84,7 @@ def settings_from(given: dict[str, Any]) -> ExtractionSettings:
 @click.argument("folders", nargs=-1, type=click.Path(path_type=Path), metavar="FOLDER…")
 @db_option
 @json_option
-@click.option(
-    "--jobs",
-    type=click.IntRange(1),
-    default=None,
-    help=(
-        "Set the number of processes that read and extract. [default: the number of cores, at "
-        "most 4; 1 for small files]"
-    ),
-)
+@jobs_option("Set the number of processes that read and extract; small files need only one.")
 @click.option(
     "--plan",
     default=None,

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import click
 
-from ..cli.common import db_option, json_option, note, open_command_store, print_table, write_json
-from ..cli.completion import campaign_names, plan_names
+from ..cli.common import db_option, jobs_option, json_option, note, open_command_store, print_table, write_json
+from ..cli.completion import campaign_names, effect_ids, plan_names
 from ..cli.listed import Listing, listing_options
+from ..cli.options import split_names
 from ..common.progress import progress_bar
 from .designs_cli import DesignCommands, augment, tell_plan
 
@@ -211,11 +212,13 @@ for command in (augment, discriminate):
     "--effect",
     "effects",
     multiple=True,
+    callback=split_names,
     metavar="NAME=STRENGTH",
     help=(
-        "Set the strength of an effect: 0 removes it, 1 is the strength of a realistic bench. "
-        "The option can be repeated."
+        "Set the strength of an effect: 0 removes it, 1 is the strength of a realistic bench. Repeat the option, or "
+        "give a list: a=2,b=3."
     ),
+    shell_complete=effect_ids,
 )
 @click.option("--echoes", is_flag=True, help="Let reflections from the edges of the plate act on the contact.")
 @click.option("--name", default=None, help="Name the campaign. [default: the name of the plan]")
@@ -237,12 +240,7 @@ for command in (augment, discriminate):
     default=None,
     help="Set the time that is recorded before the trigger. [default: 300ms]",
 )
-@click.option(
-    "--jobs",
-    type=click.IntRange(1),
-    default=None,
-    help="Set the number of processes. [default: the number of cores, at most 4]",
-)
+@jobs_option("Set the number of processes.")
 @db_option
 @json_option
 def simulate(

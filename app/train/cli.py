@@ -22,6 +22,7 @@ from ..cli.common import (
 )
 from ..cli.completion import dataset_names, model_versions
 from ..cli.listed import Listing, listing_options
+from ..cli.options import split_names
 
 if TYPE_CHECKING:
     from ...dataset.catalog import Withdrawal
@@ -35,18 +36,26 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("dataset", shell_complete=dataset_names)
 @click.option(
-    "--models", default="all", show_default=True, metavar="A,B|all", help="Train these models, given by name."
+    "--models",
+    multiple=True,
+    callback=split_names,
+    metavar="A,B|all",
+    default=["all"],
+    show_default=True,
+    help="Train these models. Repeat the option, or give a list: a,b.",
 )
 @click.option(
     "--split",
     "splits",
-    default="repetitions,configurations",
+    multiple=True,
+    callback=split_names,
+    default=["repetitions", "configurations"],
     show_default=True,
     metavar="S,T",
     help=(
-        "Choose what is held out: repetitions, configurations, treatments, materials, "
-        "campaigns, material=NAME or campaign=NAME. Held-out repetitions flatter a model; "
-        "read them beside held-out configurations."
+        "Choose what is held out: repetitions, configurations, treatments, materials, campaigns, material=NAME or "
+        "campaign=NAME. Held-out repetitions flatter a model; read them beside held-out configurations. Repeat the "
+        "option, or give a list: s,t."
     ),
 )
 @click.option(
@@ -69,8 +78,8 @@ if TYPE_CHECKING:
 @json_option
 def train(
     dataset: str,
-    models: str,
-    splits: str,
+    models: tuple[str, ...],
+    splits: tuple[str, ...],
     seed: int,
     budget: Budget,
     retrain: bool,
@@ -98,8 +107,8 @@ def train(
         with progress_bar("training", "models") as step:
             progress = Progress(step, tell_beside_bar)
             session, floors = train_models(
-                store, db, dataset, [models], splits, seed=seed, budget=budget, retrain=retrain, executor=executor,
-                progress=progress,
+                store, db, dataset, models, ",".join(splits), seed=seed, budget=budget, retrain=retrain,
+                executor=executor, progress=progress,
             )  # fmt: skip
         earlier = len(session.versions) - session.trained
         note(f"{session.trained} trained, {earlier} found as they were trained before")
@@ -142,7 +151,10 @@ def _train_tell(session: Session, floors: dict[str, str], json_to: str | None) -
     metavar="M|all",
     help="Compare by this measure, or by all eight.",
 )
-@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Draw the first comparison into FILE.png.")
+@click.option(
+    "--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw the first comparison into FILE.png."
+)
+@click.option("--out", "plot_as_before", type=click.Path(path_type=Path, dir_okay=False), hidden=True)
 @db_option
 @json_option
 def compare(
@@ -150,7 +162,8 @@ def compare(
     dataset: str | None,
     split: str,
     metric: str,
-    out: Path | None,
+    plot: Path | None,
+    plot_as_before: Path | None,
     db: str,
     json_to: str | None,
 ) -> None:
@@ -163,7 +176,7 @@ def compare(
     \b
     Example:
         pyroshock compare hybrid coregional-gp --metric cost
-        pyroshock compare hybrid@3 hybrid@7 --out difference.png
+        pyroshock compare hybrid@3 hybrid@7 --plot difference.png
     """
     with open_command_store(db) as store:
         from .comparing import comparison_sentences, draw, metrics_named, rows_of
@@ -171,9 +184,9 @@ def compare(
 
         wanted = metrics_named(metric)
         comparison = compare_versions(store, db, names, dataset=dataset, split=split, metric=wanted[0], note=note)
-        if out is not None:
-            draw(comparison.comparisons[0], wanted[0], out)
-            note(f"plot: {out}")
+        if (file := plot or plot_as_before) is not None:
+            draw(comparison.comparisons[0], wanted[0], file)
+            note(f"plot: {file}")
         if json_to is not None:
             write_json(rows_of(comparison, wanted), json_to)
             return
@@ -359,6 +372,6 @@ def _tell_promotions(decisions: list[Any], listing: Listing) -> None:
     )  # fmt: skip
     listing.show(
         [asdict(decision) for decision in decisions],
-        "nothing was promoted yet: pyroshock promote MODEL VERSION",
+        "nothing was promoted yet: pyroshock promote MODEL@VERSION",
         lambda row: {name: row[name] for name in columns} | {"when": f"{row['when']:%Y-%m-%d %H:%M}"},
     )

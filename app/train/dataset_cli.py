@@ -11,6 +11,7 @@ import click
 from ..cli.common import CommandGroup, db_option, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names, dataset_names
 from ..cli.listed import Listing, listing_options
+from ..cli.options import split_names
 
 if TYPE_CHECKING:
     from ...dataset.catalog import Withdrawal
@@ -85,8 +86,9 @@ class _Campaigns(click.Command):
     "campaigns",
     multiple=True,
     required=True,
+    callback=split_names,
     metavar="CAMPAIGN…",
-    help="Take the pulses of these campaigns.",
+    help="Take the pulses of these campaigns. Repeat the option, or give a list: a,b.",
     shell_complete=campaign_names,
 )
 @click.option(

@@ -9,6 +9,7 @@ import click
 
 from ..cli.common import db_option, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names
+from ..cli.options import split_names
 
 if TYPE_CHECKING:
     from .service import TunedSettings
@@ -31,8 +32,9 @@ if TYPE_CHECKING:
 @click.option(
     "--measured",
     multiple=True,
+    callback=split_names,
     metavar="CAMPAIGN",
-    help="Learn from the measured shots of this campaign. The option can be repeated.",
+    help="Learn from the measured shots of these campaigns. Repeat the option, or give a list: a,b.",
     shell_complete=campaign_names,
 )
 @click.option(
