@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import click
 from click.core import ParameterSource
 from click.shell_completion import CompletionItem
@@ -39,3 +42,24 @@ class NounGroup(CommandGroup):
             return items
         command = self.commands[self.otherwise]
         return items + command.params[0].shell_complete(click.Context(command, parent=ctx), incomplete)
+
+
+def noun_group(
+    listing: click.Command, commands: Mapping[str, click.Command], text: str, *, otherwise: str | None = None
+) -> NounGroup:
+    """The group of a noun: alone it does what `listing` does, with its options, and `list` is the same command."""
+
+    def alone(context: click.Context, /, **given: Any) -> None:
+        if context.invoked_subcommand is None:
+            assert listing.callback is not None
+            listing.callback(**given)
+
+    group = NounGroup(
+        callback=click.pass_context(alone),
+        params=listing.params,
+        help=text,
+        invoke_without_command=True,
+        commands={"list": listing, **commands},
+    )
+    group.otherwise = otherwise
+    return group

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..cli.common import db_option, json_option, note, open_command_store, open_if_exists, print_table, write_json
-from ..cli.completion import campaign_names, effect_ids
+from ..cli.completion import campaign_names, effect_ids, model_versions
+from ..cli.next_step import suggest_next
 from ..cli.options import split_names
 
 if TYPE_CHECKING:
@@ -26,9 +27,10 @@ _STAGES = ("gun", "contact", "plate")
 @click.argument("target", metavar="CAMPAIGN_OR_FOLDER", shell_complete=campaign_names)
 @click.option(
     "--simulator",
-    metavar="nominal|models:/NAME@VERSION",
+    metavar="nominal|MODEL@VERSION",
     default=None,
-    help="Choose the simulator of the contact. [default: nominal]",
+    help="Choose the simulator of the contact; models:/MODEL@VERSION is accepted, too. [default: nominal]",
+    shell_complete=model_versions,
 )
 @click.option(
     "--html", type=click.Path(dir_okay=False, path_type=Path), default=None, help="Write the result to FILE as a page."
@@ -129,7 +131,19 @@ def diagnose(
     if json_to is not None:
         write_json(diagnosis.to_json(), json_to)
     else:
-        _tell(diagnosis)
+        tell_diagnosis(diagnosis)
+    _suggest(diagnosis, target)
+
+
+def _suggest(diagnosis: GapDiagnosis, target: str) -> None:
+    """What tells the causes apart, else the report; a folder is not in the store, and goes there first."""
+    name = diagnosis.verdict.campaign
+    if diagnosis.number is None:
+        suggest_next("ingest", target)
+    elif diagnosis.verdict.next_runs:
+        suggest_next("plan", "discriminate", name)
+    else:
+        suggest_next("report", f"diagnosis:{name}", "--out", f"{name}-diagnosis.html")
 
 
 def _tell_adopted(verdict: Verdict, row: TwinVersion, wanted: str) -> None:
@@ -153,7 +167,7 @@ def _tell_past(campaign: str, db: str, json_to: str | None) -> None:
         print_table(rows, f"no diagnoses of {campaign}; make one: pyroshock diagnose {campaign}")
 
 
-def _tell(diagnosis: GapDiagnosis) -> None:
+def tell_diagnosis(diagnosis: GapDiagnosis) -> None:
     """The first sentences and what to do next, then effects, path and the rest of the report."""
     from ..common.number_format import percent
     from .report import FIRST_SECTIONS, sentence_sections

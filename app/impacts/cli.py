@@ -11,6 +11,7 @@ import click
 from ..cli.common import db_option, format_cell, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names
 from ..cli.listed import Listing, listing_options
+from ..cli.next_step import suggest_next
 from ..cli.options import split_names
 
 
@@ -188,3 +189,5 @@ def export(
     for column in left_out:
         note(f"left out: {column}")
     note(f"{rows} rows written: {out}")
+    if campaign is not None:
+        suggest_next("report", campaign, "--out", f"{campaign}.html")

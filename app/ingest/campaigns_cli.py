@@ -8,13 +8,23 @@ from typing import Any
 
 import click
 
-from ..cli.common import CommandGroup, db_option, errors_as_one_line, json_option, note, open_command_store, write_json
+from ..cli.common import (
+    db_option,
+    errors_as_one_line,
+    format_cell,
+    json_option,
+    note,
+    open_command_store,
+    print_table,
+    write_json,
+)
 from ..cli.completion import campaign_names, plan_names
 from ..cli.listed import Listing, listing_options
+from ..cli.nouns import NounGroup
 from ..common.progress import progress_bar
 
 
-@click.group(cls=CommandGroup, invoke_without_command=True)
+@click.group(cls=NounGroup, invoke_without_command=True)
 @db_option
 @listing_options
 @click.pass_context
@@ -42,6 +52,35 @@ def _list(db: str, listing: Listing) -> None:
 
 
 campaigns.command("list")(db_option(listing_options(_list)))
+
+
+@campaigns.command()
+@click.argument("name", shell_complete=campaign_names)
+@db_option
+@json_option
+def show(name: str, db: str, json_to: str | None) -> None:
+    """Show a campaign: bench, counts, plans, levels of its factors, achieved settings, findings and first rows.
+
+    \b
+    Example:
+        pyroshock campaigns show rehearsal
+    """
+    with open_command_store(db) as store, store.reading() as session:
+        from .campaign_overview import campaign_overview
+
+        overview = campaign_overview(session, name)
+    if json_to is not None:
+        from ..common.number_format import finite
+
+        write_json(finite(overview), json_to)
+        return
+    for title in ("campaign", "counts"):
+        for key, value in overview[title].items():
+            if not isinstance(value, list | dict):
+                click.echo(f"{key:24} {format_cell(value)}")
+    for title in ("findings", "first_impacts", "first_shots"):
+        click.echo(f"\n{title.replace('_', ' ')}")
+        print_table(overview[title], "  none")
 
 
 @campaigns.command()

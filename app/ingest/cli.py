@@ -25,6 +25,7 @@ from ..cli.common import (
     write_json,
 )
 from ..cli.completion import campaign_names, plan_names
+from ..cli.next_step import suggest_next
 from ..common.frames import parse_quantity
 from ..common.progress import progress_bar
 
@@ -165,7 +166,7 @@ def ingest(
         folders, json_to = (Path(json_to or ""), *folders), STDOUT
     if not folders:
         raise click.UsageError("no campaign folder given; try: pyroshock ingest my-campaign/")
-    reports = []
+    reports: list[dict[str, Any]] = []
     with open_for_dry_run(db) if dry_run else open_command_store(db, create=True) as store:
         from .service import IngestOptions, ingest_campaign
 
@@ -181,6 +182,17 @@ def ingest(
                 _tell_links(ingested.links)
     if json_to is not None:
         write_json(reports[0] if len(reports) == 1 else reports, json_to)
+    _suggest(folders, reports, dry_run)
+
+
+def _suggest(folders: tuple[Path, ...], reports: list[dict[str, Any]], dry_run: bool) -> None:
+    names = [report["campaign"] for report in reports]
+    if dry_run:
+        suggest_next("ingest", *map(str, folders))
+    elif any(report["impacts"] for report in reports):
+        suggest_next("dataset", "build", names[0], "--from", ",".join(names))
+    else:
+        suggest_next("diagnose", names[0])
 
 
 #: Notes on the campaign, of which there is one.
@@ -247,6 +259,7 @@ def extract(campaign: str, executor: ExecutorConfig, db: str, json_to: str | Non
         note(f"  left as it was: {item['recording']}: {item['reason']}")
     if json_to is not None:
         write_json(report.as_json(), json_to)
+    suggest_next("dataset", "build", campaign, "--from", campaign)
 
 
 @click.command()

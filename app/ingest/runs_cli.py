@@ -8,18 +8,19 @@ from typing import Any
 
 import click
 
-from ..cli.common import CommandGroup, db_option, fail, json_option, note, open_command_store, write_json
+from ..cli.common import db_option, fail, format_cell, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names, plan_names
 from ..cli.listed import Listing, listing_options
+from ..cli.nouns import NounGroup
 from .cli import settings_from, settings_options
 
-_REASON = click.option("--reason", required=True, metavar="TEXT", help="Say why. The store keeps the reason.")
-_DRY_RUN = click.option(
+REASON = click.option("--reason", required=True, metavar="TEXT", help="Say why. The store keeps the reason.")
+DRY_RUN = click.option(
     "--dry-run", is_flag=True, help="Report what would be removed and what depends on it, and change nothing."
 )
 
 
-@click.group(cls=CommandGroup)
+@click.group(cls=NounGroup)
 def runs() -> None:
     """List the recordings of a campaign with their runs; take one out of the store, or replace it by a corrected one.
 
@@ -50,6 +51,33 @@ def list_(campaign: str, db: str, listing: Listing) -> None:
 
 @runs.command()
 @click.argument("campaign", shell_complete=campaign_names)
+@click.argument("recording")
+@db_option
+@json_option
+def show(campaign: str, recording: str, db: str, json_to: str | None) -> None:
+    """Show one RECORDING of CAMPAIGN: its impacts and shots with the run and repetition of each, and its findings.
+
+    \b
+    Example:
+        pyroshock runs show rehearsal recordings/0001-01.npz
+    """
+    with open_command_store(db) as store, store.reading() as session:
+        from .recording_contents import recording_contents
+
+        contents = recording_contents(session, campaign, recording)
+    if json_to is not None:
+        write_json(contents, json_to)
+        return
+    for key, value in contents.items():
+        if isinstance(value, list):
+            click.echo(f"\n{key}")
+            print_table(value, "  none")
+        else:
+            click.echo(f"{key:24} {format_cell(value)}")
+
+
+@runs.command()
+@click.argument("campaign", shell_complete=campaign_names)
 @click.argument("recording", required=False)
 @db_option
 @json_option
@@ -64,8 +92,8 @@ def list_(campaign: str, db: str, listing: Listing) -> None:
 @click.option(
     "--repetition", type=int, metavar="M", help="Take the recording of this repetition. This needs exactly one --run."
 )
-@_REASON
-@_DRY_RUN
+@REASON
+@DRY_RUN
 def discard(
     campaign: str,
     recording: str | None,
@@ -112,6 +140,9 @@ def discard(
         write_json(stone, json_to)
 
 
+runs.add_command(discard, "delete")
+
+
 @runs.command()
 @click.argument("campaign", shell_complete=campaign_names)
 @click.argument("recording")
@@ -145,8 +176,8 @@ def discard(
     metavar="RULE",
     help="This is the same option as that of `ingest`. It can be repeated.",
 )
-@_REASON
-@_DRY_RUN
+@REASON
+@DRY_RUN
 @settings_options
 def replace(
     campaign: str,

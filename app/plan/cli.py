@@ -10,6 +10,7 @@ import click
 from ..cli.common import db_option, jobs_option, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names, effect_ids, plan_names
 from ..cli.listed import Listing, listing_options
+from ..cli.next_step import suggest_next
 from ..cli.options import split_names
 from ..common.progress import progress_bar
 from .designs_cli import DesignCommands, augment, tell_plan
@@ -51,9 +52,10 @@ def discriminate(
         stored, left_out = store_experiment(store, campaign, report["next_runs"], name or plan_name(campaign))
     for words in (*(run["why"] for run in report["next_runs"]), *left_out):
         note(words)
-    note(f"plan {stored.name}: {len(stored.runs)} runs; pyroshock plan sheet {stored.name} --out {stored.name}.html")
+    note(f"plan {stored.name}: {len(stored.runs)} runs")
     rows = ({"run": run.run, **run.row, "repetitions": run.repetitions} for run in stored.runs)
     tell_plan(stored, rows, json_to, out)
+    suggest_next("plan", "sheet", stored.name, "--out", f"{stored.name}.html")
 
 
 @click.group(cls=DesignCommands, invoke_without_command=True)
@@ -96,7 +98,8 @@ def discard(name: str, run: int, reason: str, db: str) -> None:
 
     with open_command_store(db) as store:
         discard_run(store, name, run, reason)
-    note(f"plan {name}: run {run} discarded; pyroshock plan augment {name} replaces it")
+    note(f"plan {name}: run {run} discarded")
+    suggest_next("plan", "augment", name)
 
 
 @plan.command()
@@ -184,8 +187,10 @@ def sheet(name: str, out: Path, db: str) -> None:
     from ...doe.sheet import write_sheet
 
     with open_command_store(db) as store, store.reading() as session:
-        write_sheet(read_plan(session, name), out)
+        stored = read_plan(session, name)
+        write_sheet(stored, out)
     note(f"written: {out}")
+    suggest_next("campaigns", "init", name, "--kind", stored.space.kind, "--plan", name)
 
 
 for command in (augment, discriminate):
@@ -294,6 +299,7 @@ def simulate(
             {"folder": str(made.folder), "recordings": made.recordings, "hits": made.hits, "seal": str(made.seal)},
             json_to,
         )
+    suggest_next("ingest", str(made.folder))
 
 
 def _strengths(texts: tuple[str, ...]) -> dict[str, float]:

@@ -20,6 +20,7 @@ from ..cli.common import (
     write_json,
 )
 from ..cli.completion import plan_names
+from ..cli.next_step import suggest_next
 
 if TYPE_CHECKING:
     from ...doe.designs.methods import DesignMethod, Option
@@ -176,6 +177,7 @@ def _make(name: str, method: str, given: dict[str, Any], options: dict[str, Any]
     for line in made.aliases():
         note(f"aliased: {line}")
     _tell(stored, given["json_to"], given["out"])
+    suggest_next("plan", "sheet", name, "--out", f"{name}.html")
 
 
 @click.command()
@@ -237,6 +239,7 @@ def augment(
             stored = read_plan(session, name)
     note(f"plan {name}: added runs {', '.join(map(str, numbers))}")
     _tell(stored, json_to, out)
+    suggest_next("plan", "sheet", name, "--out", f"{name}.html")
 
 
 def _tell(stored: StoredPlan, json_to: str | None, out: Path | None) -> None:

@@ -22,6 +22,7 @@ from ..cli.common import (
 )
 from ..cli.completion import dataset_names, model_versions
 from ..cli.listed import Listing, listing_options
+from ..cli.next_step import suggest_next
 from ..cli.options import split_names
 
 if TYPE_CHECKING:
@@ -113,11 +114,20 @@ def train(
         earlier = len(session.versions) - session.trained
         note(f"{session.trained} trained, {earlier} found as they were trained before")
         _train_tell(session, floors, json_to)
+        _suggest_after_training(session)
         if session.failures:
             fail(
                 "not trained: "
                 + "; ".join(f"{failure.model} ({failure.split}): {failure.reason}" for failure in session.failures)
             )
+
+
+def _suggest_after_training(session: Session) -> None:
+    versions = session.versions
+    if len({version.name for version in versions}) > 1:
+        suggest_next("compare", "--dataset", versions[0].dataset.name, "--split", versions[-1].split)
+    elif versions:
+        suggest_next("promote", versions[-1].label)
 
 
 def _train_tell(session: Session, floors: dict[str, str], json_to: str | None) -> None:
@@ -197,6 +207,7 @@ def compare(
         if settings := comparison.settings_table():
             click.echo("What each training searched and found:")
             print_table(settings, "")
+        suggest_next("promote", comparison.versions[0].label)
 
 
 @click.command()
@@ -239,12 +250,15 @@ def promote(
         if json_to is not None:
             write_json(decision.to_json(), json_to)
         note(decision.sentence)
+        if decision.promoted:
+            suggest_next("predict")
+        elif (champion := decision.decision.champion) is not None:
+            suggest_next("compare", decision.decision.candidate, champion)
         if not decision.promoted:
             raise click.exceptions.Exit(1)
 
 
 @click.command()
-@click.argument("version", required=False, metavar="[MODEL@VERSION]", shell_complete=model_versions)
 @click.option(
     "--dataset",
     default=None,
@@ -259,8 +273,7 @@ def promote(
 )
 @db_option
 @listing_options
-def models(
-    version: str | None,
+def list_models(
     dataset: str | None,
     split: str | None,
     every: bool,
@@ -268,10 +281,10 @@ def models(
     db: str,
     listing: Listing,
 ) -> None:
-    """List the registered models, the best first, with their figures on both splits.
+    """List the registered models, the best first, with their figures on both splits; show or delete one.
 
-    The list names the floor that repetitions set, and the figures of the thesis. With MODEL@VERSION, one version is
-    shown with its figures and the settings that its training searched and chose.
+    The list names the floor that repetitions set, and the figures of the thesis. `pyroshock models MODEL@VERSION`
+    shows one version with its figures and the settings that its training searched and chose.
 
     A star marks the model in use. Errors are shares, as means over held-out pulses; --json gives all metrics with
     intervals. With --csv, --sort or --columns there is one row for each version, with its metrics as columns.
@@ -285,7 +298,7 @@ def models(
     """
     with errors_as_one_line():
         from ...training.registry.intact_models import damages
-        from ...training.registry.listing import chosen, flat_row, newest, of_dataset
+        from ...training.registry.listing import flat_row, newest, of_dataset
         from ..common.model_registry import models_extra, registry_of, withdrawals_at, withdrawn_words
         from .tables import floors_by_ground, json_row
 
@@ -295,9 +308,6 @@ def models(
                 _tell_promotions(registry.decisions(), listing)
                 return
             versions = registry.versions()
-            if version is not None:
-                _tell_version(registry, chosen(versions, version), listing.json_to)
-                return
             versions = of_dataset(versions, dataset) if dataset is not None else versions
             versions = [version for version in versions if split in (None, version.split)]
             floors = floors_by_ground(registry, versions)
@@ -323,7 +333,7 @@ def models(
             note(words)
 
 
-def _tell_version(registry: Registry, version: Version, json_to: str | None) -> None:
+def tell_version(registry: Registry, version: Version, json_to: str | None) -> None:
     """One version's figures and settings; its histories, by step, stand in the JSON alone."""
     from .tables import json_row
 

@@ -11,6 +11,7 @@ import click
 from ..cli.common import CommandGroup, db_option, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names, dataset_names
 from ..cli.listed import Listing, listing_options
+from ..cli.next_step import suggest_next
 from ..cli.options import split_names
 
 if TYPE_CHECKING:
@@ -166,6 +167,7 @@ def build(
             note(f"  {facts}")
     if json_to is not None:
         write_json(summary, json_to)
+    suggest_next("train", built.snapshot.name)
 
 
 def _split_or_note(table: Any, text: str, seed: int) -> Any:

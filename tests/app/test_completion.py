@@ -36,9 +36,12 @@ def store(tmp_path_factory) -> str:
             connection.execute(f"insert into {table} values (?)", [name])
         connection.commit()
     with closing(sqlite3.connect(folder / "lab-models.db")) as connection:
-        connection.execute("create table model_versions (name text, version int)")
+        connection.execute("create table model_versions (name text, version int, current_stage text)")
         connection.execute("create table registered_model_aliases (alias text, name text, version int)")
-        connection.executemany("insert into model_versions values (?, ?)", [("tree", 1), ("tree", 2), ("linear", 1)])
+        connection.executemany(
+            "insert into model_versions values (?, ?, ?)",
+            [("tree", 1, None), ("tree", 2, "None"), ("linear", 1, "None"), ("linear", 2, "Deleted_Internal")],
+        )
         connection.execute("insert into registered_model_aliases values ('champion', 'tree', 2)")
         connection.commit()
     return f"sqlite:///{folder / 'lab.db'}"
@@ -50,7 +53,7 @@ def test_the_tables_have_these_columns():
 
     assert all("name" in metadata.tables[table].columns for table in NAMED)
     versions, aliases = models.SqlModelVersion.__table__, models.SqlRegisteredModelAlias.__table__
-    assert versions.name == "model_versions" and {"name", "version"} <= set(versions.columns.keys())
+    assert versions.name == "model_versions" and {"name", "version", "current_stage"} <= set(versions.columns.keys())
     assert aliases.name == "registered_model_aliases" and {"name", "alias"} <= set(aliases.columns.keys())
 
 
