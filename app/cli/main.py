@@ -158,6 +158,6 @@ def main() -> None:
     \b
     Example:
         pyroshock demo
-        pyroshock ingest my-campaign/
+        pyroshock ingest results/rehearsal/
         pyroshock impacts --where tip_material=steel
     """

@@ -91,9 +91,7 @@ def blind_check(
 
     \b
     Example:
-        pyroshock blind-check --cases 20 --seed 7 --tier strong
-        pyroshock blind-check --cases 8 --tier realistic --split development
-        pyroshock blind-check --pool monday --pool tuesday
+        pyroshock blind-check --cases 8 --seed 7 --tier realistic --split development
     """
     with errors_as_one_line():
         if pool:

@@ -109,8 +109,7 @@ def diagnose(
     \b
     Example:
         pyroshock diagnose examples/first-shots --html gap.html
-        pyroshock diagnose spring --with gun.valve_flow,gun.blow_by
-        pyroshock diagnose spring --adopt gun.valve_flow
+        pyroshock diagnose slow-valve --with gun.valve_flow,gun.blow_by
     """
     if listed:
         _tell_past(target, db, json_to)

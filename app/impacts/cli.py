@@ -31,7 +31,7 @@ def show(impact: int, db: str, json_to: str | None, plot: Path | None) -> None:
 
     \b
     Example:
-        pyroshock show 12 --plot impact-12.png
+        pyroshock impacts show 12 --plot impact-12.png
     """
     with open_command_store(db) as store, store.reading() as session:
         from .impact import impact_page
@@ -81,8 +81,7 @@ def impacts(db: str, listing: Listing, campaign: str | None, where: tuple[str, .
 
     \b
     Example:
-        pyroshock impacts --campaign spring --where tip_material=steel --where "peak_force_n>1000"
-        pyroshock impacts --where "peak_acceleration_m_s2>1000"
+        pyroshock impacts --campaign rehearsal --where tip_material=steel --where "peak_force_n>1000"
         pyroshock impacts --sort -peak_force_n --columns id,tip_material,peak_force_n --csv
     """
     with open_command_store(db) as store, store.reading() as session:
@@ -168,7 +167,7 @@ def export(
     \b
     Example:
         pyroshock export impacts --out impacts.csv --columns run,tip_material,peak_force_n
-        pyroshock export series --campaign spring --recording recordings/0001.mat --out 0001.parquet
+        pyroshock export series --campaign rehearsal --recording recordings/0001-01.npz --out 0001-01.parquet
     """
     from .export import export_table
 

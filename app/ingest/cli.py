@@ -157,9 +157,8 @@ def ingest(
 
     \b
     Example:
-        pyroshock ingest my-campaign/ --dry-run
-        pyroshock ingest my-campaign/ --db sqlite:///lab.db
-        pyroshock ingest hammer-campaign/ --velocity-target-motion plate
+        pyroshock ingest results/rehearsal/ --dry-run
+        pyroshock ingest results/slow-valve/ --velocity-target-motion plate --db sqlite:///lab.db
     """
     # `--json FOLDER`: the folder is the argument, not where the JSON goes.
     if json_to not in (None, STDOUT) and Path(json_to or "").is_dir():
@@ -246,7 +245,7 @@ def extract(campaign: str, executor: ExecutorConfig, db: str, json_to: str | Non
 
     \b
     Example:
-        pyroshock extract spring --segmentation mask --threshold 0.01
+        pyroshock extract rehearsal --segmentation mask --threshold 0.01
     """
     with open_command_store(db) as store:
         from ...ingest.reextraction import reextract
@@ -308,7 +307,7 @@ def calibrate(
 
     \b
     Example:
-        pyroshock calibrate transducer.csv --unit bar --common-u 5mbar --date 2026-03-02
+        pyroshock calibrate examples/transducer-calibration/points.csv --unit bar --common-u 5mbar
     """
     with errors_as_one_line():
         from ...ingest.calibration_points import read_points

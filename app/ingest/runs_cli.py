@@ -26,9 +26,9 @@ def runs() -> None:
 
     \b
     Example:
-        pyroshock runs list spring
-        pyroshock runs discard spring recordings/test-07.mat --reason "the plate had come loose"
-        pyroshock runs replace spring recordings/test-08.mat --from spring/ --reason "tip radius was mistyped"
+        pyroshock runs list rehearsal
+        pyroshock runs show rehearsal recordings/0001-01.npz
+        pyroshock runs discard rehearsal --run 7 --reason "the plate had come loose" --dry-run
     """
 
 
@@ -37,7 +37,12 @@ def runs() -> None:
 @db_option
 @listing_options
 def list_(campaign: str, db: str, listing: Listing) -> None:
-    """List the recordings of CAMPAIGN: path, status, hash of the file, runs with their repetitions."""
+    """List the recordings of CAMPAIGN: path, status, hash of the file, runs with their repetitions.
+
+    \b
+    Example:
+        pyroshock runs list rehearsal
+    """
     with open_command_store(db) as store, store.reading() as session:
         from ...schema.removal.part import list_recordings
 
@@ -113,8 +118,8 @@ def discard(
 
     \b
     Example:
-        pyroshock runs discard spring recordings/test-07.mat --reason "the plate had come loose" --dry-run
-        pyroshock runs discard spring --run 7 --reason "the plate had come loose"
+        pyroshock runs discard rehearsal recordings/0007-01.npz --reason "the plate had come loose" --dry-run
+        pyroshock runs discard rehearsal --run 7 --reason "the plate had come loose"
     """
     if (recording is None) == (not numbers):
         raise click.UsageError("name one recording: its path as in runs.csv, or --run N")
@@ -201,8 +206,7 @@ def replace(
 
     \b
     Example:
-        pyroshock runs replace spring recordings/test-08.mat --from spring/ --reason "tip radius was mistyped"
-        pyroshock runs replace spring recordings/test-08.mat spring/recordings/test-08b.mat --reason "exported anew"
+        pyroshock runs replace rehearsal recordings/0008-01.npz --from corrected/ --reason "tip radius corrected"
     """
     if (file is None) == (folder is None):
         raise click.UsageError("say what replaces it: --from FOLDER, or another FILE of the campaign folder")

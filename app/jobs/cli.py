@@ -38,7 +38,7 @@ def work(db: str, once: bool, lease: str, folders: tuple[Path, ...]) -> None:
 
     \b
     Example:
-        pyroshock work --db postgresql+psycopg://lab@server/lab
+        pyroshock work --once
     """
     with open_command_store(db, create=True) as store:
         from .worker import Worker
@@ -116,7 +116,7 @@ def show(job: int, db: str, json_to: str | None) -> None:
 
     \b
     Example:
-        pyroshock jobs show 12
+        pyroshock jobs show 1
     """
     with open_command_store(db) as store:
         from .queue import get_job
@@ -138,8 +138,8 @@ def delete(job: int, db: str, dry_run: bool) -> None:
 
     \b
     Example:
-        pyroshock jobs stop 12
-        pyroshock jobs delete 12 --yes
+        pyroshock jobs stop 1
+        pyroshock jobs delete 1 --yes
     """
     with open_command_store(db) as store:
         from .queue import delete_job, ended_job
@@ -161,7 +161,7 @@ def stop(job: int, db: str) -> None:
 
     \b
     Example:
-        pyroshock jobs stop 12
+        pyroshock jobs stop 1
     """
     with open_command_store(db) as store:
         from .claims import stop as stop_job
@@ -178,6 +178,5 @@ jobs = noun_group(
     \b
     Example:
         pyroshock jobs --last 50
-        pyroshock jobs show 12
     """,
 )

@@ -31,8 +31,8 @@ def discriminate(
 
     \b
     Example:
-        pyroshock plan discriminate spring
-        pyroshock plan sheet spring-discriminate --out spring.html
+        pyroshock plan discriminate slow-valve
+        pyroshock plan sheet slow-valve-discriminate --out runs.html
     """
     with open_command_store(db) as store:
         from ..diagnose.diagnosing import keep, last_report, report_json, run_diagnosis
@@ -67,16 +67,21 @@ def plan(ctx: click.Context, db: str, listing: Listing) -> None:
 
     \b
     Example:
-        pyroshock plan lhs spring --runs 105
-        pyroshock plan sheet spring --out spring.html
-        pyroshock plan status spring
+        pyroshock plan lhs autumn --runs 12
+        pyroshock plan sheet autumn --out autumn.html
+        pyroshock plan status autumn
     """
     if ctx.invoked_subcommand is None:
         _list(db, listing)
 
 
 def _list(db: str, listing: Listing) -> None:
-    """List the plans with their counts of runs."""
+    """List the plans with their counts of runs.
+
+    \b
+    Example:
+        pyroshock plan list
+    """
     with open_command_store(db) as store, store.reading() as session:
         from ...doe.plans import list_plans
 
@@ -93,7 +98,12 @@ plan.command("list")(db_option(listing_options(_list)))
 @click.option("--reason", required=True, help="Say why. The plan keeps the reason with the run.")
 @db_option
 def discard(name: str, run: int, reason: str, db: str) -> None:
-    """Take a run out of a plan, for example because a part broke or its records are bad."""
+    """Take a run out of a plan, for example because a part broke or its records are bad.
+
+    \b
+    Example:
+        pyroshock plan discard rehearsal 17 --reason "tip broke"
+    """
     from ...doe.plans import discard_run
 
     with open_command_store(db) as store:
@@ -122,7 +132,7 @@ def quality(name: str, against: str | None, plot: Path | None, db: str, json_to:
 
     \b
     Example:
-        pyroshock plan quality spring --against table_a1_lhs_105_runs.csv --plot quality.png
+        pyroshock plan quality rehearsal --against slow-valve --plot quality.png
     """
     from .quality import designs_of, draw, figures_as_json, tables
 
@@ -144,7 +154,12 @@ def quality(name: str, against: str | None, plot: Path | None, db: str, json_to:
 @db_option
 @json_option
 def status(name: str, db: str, json_to: str | None) -> None:
-    """Show which runs of a plan are done, still to do, or discarded."""
+    """Show which runs of a plan are done, still to do, or discarded.
+
+    \b
+    Example:
+        pyroshock plan status rehearsal
+    """
     from ...doe.plans import read_plan
     from ..common.plan_tables import plan_as_json, run_counts
 
@@ -181,7 +196,7 @@ def sheet(name: str, out: Path, db: str) -> None:
 
     \b
     Example:
-        pyroshock plan sheet spring --out spring.html
+        pyroshock plan sheet rehearsal --out rehearsal.html
     """
     from ...doe.plans import read_plan
     from ...doe.sheet import write_sheet
@@ -269,9 +284,8 @@ def simulate(
 
     \b
     Example:
-        pyroshock plan lhs spring --runs 105
-        pyroshock simulate spring --out spring/ --effect gun.blow_by=3
-        pyroshock ingest spring/
+        pyroshock simulate slow-valve --out autumn/ --name autumn --effect gun.blow_by=3
+        pyroshock ingest autumn/
     """
     with open_command_store(db) as store:
         from ...doe.plans import read_plan

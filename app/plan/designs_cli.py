@@ -139,7 +139,8 @@ def _method_command(name: str, method: DesignMethod) -> click.Command:
     if "table" in method.takes:
         command = click.argument("table", type=click.Path(path_type=Path))(command)
     command = click.argument("name")(command)
-    example = f"\n\n\b\nExample:\n    pyroshock {method.example}" if method.example else ""
+    lines = "".join(f"\n    pyroshock {line}" for line in method.example.splitlines())
+    example = f"\n\n\b\nExample:{lines}" if lines else ""
     return click.command(name, help=f"{method.help}{example}")(command)
 
 
@@ -221,8 +222,8 @@ def augment(
 
     \b
     Example:
-        pyroshock plan discard spring 17 --reason "tip broke"
-        pyroshock plan augment spring
+        pyroshock plan discard rehearsal 17 --reason "tip broke"
+        pyroshock plan augment rehearsal
     """
     from ...doe.plans import read_plan
     from .planning import augment_plan, gun_bench

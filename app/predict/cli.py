@@ -338,10 +338,8 @@ def predict(
     \b
     Example:
         pyroshock predict --tank-pressure 5bar --bullet-mass 0.5kg --tip steel
-        pyroshock predict --tank-pressure 5bar --valve-profile '0:0 0.1:1 0.3:1 0.4:0'
-        pyroshock predict --velocity 8m/s --tip delrin --effect plate.damping:factor=2 --plot shot.png
-        pyroshock predict --campaign hammer --velocity 1.5m/s --tip delrin --tip-radius 30mm --boundary-conditions fixed
-        pyroshock predict --plan spring --out predicted.csv --jobs 2
+        pyroshock predict --velocity 8m/s --tip steel --effect plate.damping:factor=2 --plot shot.png
+        pyroshock predict --plan slow-valve --draws 8 --out predicted.csv
     """
     from ..common.model_registry import models_extra
 

@@ -25,9 +25,9 @@ def report(subject: str, db: str, out: Path) -> None:
 
     \b
     Example:
-        pyroshock report spring --out spring.html
-        pyroshock report diagnosis:spring --out gap.pdf
-        pyroshock report models:/hybrid@3 --out hybrid.pdf
+        pyroshock report rehearsal --out rehearsal.html
+        pyroshock report diagnosis:slow-valve --out gap.pdf
+        pyroshock report gp@1 --out gp.pdf
     """
     with open_command_store(db) as store:
         from ..documents.write import check_ending, write_report

@@ -50,13 +50,11 @@ if TYPE_CHECKING:
     "splits",
     multiple=True,
     callback=split_names,
-    default=["repetitions", "configurations"],
-    show_default=True,
     metavar="S,T",
     help=(
         "Choose what is held out: repetitions, configurations, treatments, materials, campaigns, material=NAME or "
         "campaign=NAME. Held-out repetitions flatter a model; read them beside held-out configurations. Repeat the "
-        "option, or give a list: s,t."
+        "option, or give a list: s,t. [default: repetitions and configurations, as far as the dataset can be split so]"
     ),
 )
 @click.option(
@@ -95,9 +93,8 @@ def train(
 
     \b
     Example:
-        pyroshock train spring
-        pyroshock train spring --models hybrid,gp --split materials
-        pyroshock train spring --backend dask --scheduler tcp://lab-1:8786
+        pyroshock train rehearsal-pulses --models linear,hann
+        pyroshock train rehearsal-pulses --models linear --split material=steel
     """
     with open_command_store(db) as store:
         from ...training.fitting.session import Progress
@@ -108,7 +105,7 @@ def train(
         with progress_bar("training", "models") as step:
             progress = Progress(step, tell_beside_bar)
             session, floors = train_models(
-                store, db, dataset, models, ",".join(splits), seed=seed, budget=budget, retrain=retrain,
+                store, db, dataset, models, ",".join(splits) or None, seed=seed, budget=budget, retrain=retrain,
                 executor=executor, progress=progress,
             )  # fmt: skip
         earlier = len(session.versions) - session.trained
@@ -150,9 +147,11 @@ def _train_tell(session: Session, floors: dict[str, str], json_to: str | None) -
 )
 @click.option(
     "--split",
-    default="repetitions",
-    show_default=True,
-    help="Choose the split of models that are named without a version.",
+    default=None,
+    help=(
+        "Choose the split of models that are named without a version. [default: repetitions, or that of the newest "
+        "model where none was judged on repetitions]"
+    ),
 )
 @click.option(
     "--metric",
@@ -170,7 +169,7 @@ def _train_tell(session: Session, floors: dict[str, str], json_to: str | None) -
 def compare(
     names: tuple[str, ...],
     dataset: str | None,
-    split: str,
+    split: str | None,
     metric: str,
     plot: Path | None,
     plot_as_before: Path | None,
@@ -185,8 +184,8 @@ def compare(
 
     \b
     Example:
-        pyroshock compare hybrid coregional-gp --metric cost
-        pyroshock compare hybrid@3 hybrid@7 --plot difference.png
+        pyroshock train rehearsal-pulses --models linear --split configurations
+        pyroshock compare gp@1 linear@1 --metric cost --plot difference.png
     """
     with open_command_store(db) as store:
         from .comparing import comparison_sentences, draw, metrics_named, rows_of
@@ -238,8 +237,8 @@ def promote(
 
     \b
     Example:
-        pyroshock promote hybrid@3
-        pyroshock promote hybrid@5 --on autumn --reason "new tips"
+        pyroshock promote gp@1
+        pyroshock promote gp@1 --on slow-valve --reason "new tips"
     """
     with open_command_store(db) as store:
         from .service import promote_version
@@ -291,8 +290,8 @@ def list_models(
 
     \b
     Example:
-        pyroshock models --dataset spring
-        pyroshock models hybrid@3
+        pyroshock models --dataset rehearsal-pulses
+        pyroshock models gp@1
         pyroshock models --sort force_nrmse --columns model,version,split,force_nrmse
         pyroshock models --promotions
     """

@@ -31,15 +31,20 @@ def dataset(ctx: click.Context, db: str, listing: Listing) -> None:
 
     \b
     Example:
-        pyroshock dataset build spring --from spring-hammer
-        pyroshock dataset show spring --plot spring.png
+        pyroshock dataset build both --from rehearsal,slow-valve
+        pyroshock dataset show both --plot both.png
     """
     if ctx.invoked_subcommand is None:
         _list(db, listing)
 
 
 def _list(db: str, listing: Listing) -> None:
-    """List the datasets with their name, hash, pulses and campaigns."""
+    """List the datasets with their name, hash, pulses and campaigns.
+
+    \b
+    Example:
+        pyroshock dataset list
+    """
     with open_command_store(db) as store, store.reading() as session:
         from ...dataset.catalog import list_snapshots, list_withdrawals
 
@@ -136,9 +141,8 @@ def build(
 
     \b
     Example:
-        pyroshock dataset build spring --from spring-hammer
-        pyroshock dataset build both --from spring autumn --quality warning --json
-        pyroshock dataset build true --from spring-hammer --velocity before-contact
+        pyroshock dataset build both --from rehearsal,slow-valve --quality warning
+        pyroshock dataset build before --from rehearsal --velocity before-contact
     """
     with open_command_store(db) as store:
         from ...dataset.predictors import predictors_named
@@ -204,7 +208,7 @@ def show(name: str, db: str, json_to: str | None, seed: int, plot: Path | None) 
 
     \b
     Example:
-        pyroshock dataset show spring --plot spring.png
+        pyroshock dataset show rehearsal-pulses --plot pulses.png
     """
     with open_command_store(db) as store:
         from ...dataset.snapshot import read_snapshot
@@ -255,8 +259,7 @@ def trace(name: str, key: str | None, db: str, json_to: str | None) -> None:
 
     \b
     Example:
-        pyroshock dataset trace spring
-        pyroshock dataset trace spring 5350e6044256
+        pyroshock dataset trace rehearsal-pulses
     """
     with open_command_store(db) as store, store.reading() as session:
         from ...dataset.snapshot import raw_files, read_snapshot
@@ -283,7 +286,7 @@ def export(name: str, db: str, out: Path) -> None:
 
     \b
     Example:
-        pyroshock dataset export spring --out spring.parquet
+        pyroshock dataset export rehearsal-pulses --out pulses.parquet
     """
     with open_command_store(db) as store:
         from ...dataset.snapshot import read_snapshot

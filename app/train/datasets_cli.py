@@ -22,7 +22,7 @@ def delete(name: str, db: str, dry_run: bool) -> None:
 
     \b
     Example:
-        pyroshock dataset build autumn --from rehearsal --quality none
+        pyroshock dataset build autumn --from slow-valve
         pyroshock datasets delete autumn --yes
     """
     with open_command_store(db) as store:

@@ -171,8 +171,7 @@ def tune(
 
     \b
     Example:
-        pyroshock tune --target spec.csv --tolerance 6dB
-        pyroshock tune --target spec.csv --measured monday --avoid avoid.json --plot spec.png
+        pyroshock tune --target examples/specifications/component.csv --measured rehearsal --plot spectra.png
     """
     with open_command_store(db) as store:
         from ..common.progress import progress_bar

@@ -64,8 +64,7 @@ def validate(
 
     \b
     Example:
-        pyroshock validate spring
-        pyroshock validate spring --contact hybrid@3 --html validation.html
+        pyroshock validate rehearsal --folds 2 --draws 20 --html validation.html
     """
     with open_command_store(db) as store:
         from ..common.progress import progress_bar
