@@ -28,8 +28,13 @@ _PATIENCE_S = 2
 def _names(table: str) -> Completion:
     statement = f"SELECT name FROM {table} ORDER BY name"  # noqa: S608  # a table of ours
 
-    def complete(context: click.Context, _: click.Parameter, incomplete: str) -> list[str]:
-        return _begun((name for (name,) in _rows(_address(context), statement)), incomplete)
+    def complete(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
+        """Behind a comma where the option takes a list."""
+        before, comma, last = (
+            incomplete.rpartition(",") if getattr(parameter, "multiple", False) else ("", "", incomplete)
+        )
+        names = _begun((name for (name,) in _rows(_address(context), statement)), last)
+        return [f"{before}{comma}{name}" for name in names]
 
     return complete
 

@@ -22,7 +22,6 @@ def _store(context: click.Context) -> str:
 
     from ...schema.addresses import address_for_display
 
-    typed = (ParameterSource.COMMANDLINE, ParameterSource.DEFAULT_MAP)
-    if context.get_parameter_source("db") not in typed:
+    if context.get_parameter_source("db") is not ParameterSource.COMMANDLINE:
         return ""
     return f" --db {shlex.quote(address_for_display(context.params['db']))}"

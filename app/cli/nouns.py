@@ -26,14 +26,7 @@ class NounGroup(CommandGroup):
         if self.otherwise is not None and args[0] not in self.commands:
             args = [self.otherwise, *args]
         name, command, rest = super().resolve_command(ctx, args)
-        typed = {
-            key: value
-            for key, value in ctx.params.items()
-            if ctx.get_parameter_source(key) is ParameterSource.COMMANDLINE
-        }
-        if name is not None and typed:
-            ctx.default_map = {name: typed}
-        return name, command, rest
+        return name, command, [*_typed_before(ctx, command), *rest]
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
         """Commands and options, and what the command `otherwise` takes first."""
@@ -42,6 +35,23 @@ class NounGroup(CommandGroup):
             return items
         command = self.commands[self.otherwise]
         return items + command.params[0].shell_complete(click.Context(command, parent=ctx), incomplete)
+
+
+def _typed_before(ctx: click.Context, command: click.Command | None) -> list[str]:
+    """The words of the group's options that were typed, as far as the command has options of the same names."""
+    words: list[str] = []
+    taken = {option.name for option in command.params if isinstance(option, click.Option)} if command else set()
+    for option in ctx.command.params:
+        name = option.name or ""
+        if name not in taken or ctx.get_parameter_source(name) is not ParameterSource.COMMANDLINE:
+            continue
+        value = ctx.params.get(name)
+        if isinstance(option, click.Option) and option.is_flag:
+            words.append(option.opts[-1])
+        else:
+            for item in value if isinstance(value, tuple) else (value,):
+                words += [option.opts[-1], str(item)]
+    return words
 
 
 def noun_group(

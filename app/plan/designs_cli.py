@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from ..cli.common import (
-    CommandGroup,
     db_option,
     errors_as_one_line,
     json_option,
@@ -21,6 +20,7 @@ from ..cli.common import (
 )
 from ..cli.completion import plan_names
 from ..cli.next_step import suggest_next
+from ..cli.nouns import NounGroup
 
 if TYPE_CHECKING:
     from ...doe.designs.methods import DesignMethod, Option
@@ -44,7 +44,7 @@ def tell_plan(stored: StoredPlan, rows: Iterable[dict[str, Any]], json_to: str |
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-class DesignCommands(CommandGroup):
+class DesignCommands(NounGroup):
     """The group `plan`: what is no command of its own is a method of design, made a command when it is asked for.
 
     The methods know NumPy, which `--help` of another command does not pay for.

@@ -6,14 +6,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..cli.common import CommandGroup, db_option, note, open_command_store
+from ..cli.common import db_option, note, open_command_store
 from ..cli.listed import Listing, listing_options
+from ..cli.nouns import NounGroup
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
 
-@click.group(cls=CommandGroup, invoke_without_command=True)
+@click.group(cls=NounGroup, invoke_without_command=True)
 @db_option
 @listing_options
 @click.pass_context

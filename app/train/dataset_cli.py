@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..cli.common import CommandGroup, db_option, json_option, note, open_command_store, print_table, write_json
+from ..cli.common import db_option, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names, dataset_names
 from ..cli.listed import Listing, listing_options
 from ..cli.next_step import suggest_next
+from ..cli.nouns import NounGroup
 from ..cli.options import split_names
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ _SEED = click.option(
 )
 
 
-@click.group(cls=CommandGroup, invoke_without_command=True)
+@click.group(cls=NounGroup, invoke_without_command=True)
 @db_option
 @listing_options
 @click.pass_context

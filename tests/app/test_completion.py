@@ -11,7 +11,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from click.shell_completion import BashComplete, ShellComplete
+from click.shell_completion import BashComplete, ShellComplete, get_completion_class
 from click.testing import CliRunner
 from pyroshock.app.cli.main import COMMANDS, main
 from pyroshock.schema.tables import metadata
@@ -34,6 +34,8 @@ def store(tmp_path_factory) -> str:
         for table, name in NAMED.items():
             connection.execute(f"create table {table} (name text)")
             connection.execute(f"insert into {table} values (?)", [name])
+        connection.execute("create table diagnoses (id int)")
+        connection.execute("insert into diagnoses values (7)")
         connection.commit()
     with closing(sqlite3.connect(folder / "lab-models.db")) as connection:
         connection.execute("create table model_versions (name text, version int, current_stage text)")
@@ -70,6 +72,14 @@ def _clean(monkeypatch, tmp_path):
     (("impacts", "--campaign", "other"), []),
     (("runs", "list", ""), ["first-shots"]),
     (("dataset", "build", "x", "--from", ""), ["first-shots"]),
+    (("dataset", "build", "x", "--from", "spring,fi"), ["spring,first-shots"]),
+    (("campaigns", "show", ""), ["first-shots"]),
+    (("plans", "delete", ""), ["spring"]),
+    (("datasets", "show", ""), ["both"]),
+    (("models", "tree@"), ["tree@champion", "tree@2", "tree@1"]),
+    (("models", "delete", "linear"), ["linear@1"]),
+    (("predict", "--contact", "l"), ["linear@1"]),
+    (("diagnoses", "show", ""), ["7"]),
     (("plan", "sheet", ""), ["spring"]),
     (("ingest", "--plan", "s"), ["spring"]),
     (("train", ""), ["both"]),
@@ -90,7 +100,11 @@ def test_the_option_goes_before_the_environment_and_commands_and_effects_are_off
     assert completed("dataset", "--db", store, "build", "x", "--from", "") == ["first-shots"]
     assert sorted(completed("diagnose", "x", "--with", "")) == sorted(catalogue())
     assert completed("diagnose", "x", "--without", "gun.leak,sensor.zero") == ["gun.leak,sensor.zero_shift"]
-    assert completed("") == list(COMMANDS) and completed("pl") == ["plan"] and "--sort" in completed("impacts", "--s")
+    assert (
+        completed("") == list(COMMANDS)
+        and completed("pl") == ["plan", "plans"]
+        and "--sort" in completed("impacts", "--s")
+    )
 
 
 @pytest.mark.parametrize(
@@ -132,6 +146,33 @@ def test_bash_completes(store, tmp_path):
     environment = program(tmp_path) | {"PYROSHOCK_DB": store}
     ran = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=60)
     assert (ran.stdout.strip(), ran.stderr) == ("first-shots", "")
+
+
+@pytest.mark.parametrize(("shell", "asked"), [
+    ("zsh", "autoload -U compinit; compinit -D; {script}; whence -w _pyroshock_completion"),
+    ("fish", "{script}; complete -C 'pyroshock validate fi'"),
+])  # fmt: skip
+def test_zsh_and_fish_take_the_script_of_the_documentation(shell, asked, store, tmp_path):
+    """Where the shell is installed; its script is made everywhere, and names the program."""
+    script = get_completion_class(shell)(main, {}, "pyroshock", "_PYROSHOCK_COMPLETE").source()
+    assert f"_PYROSHOCK_COMPLETE={shell}_complete" in script and "pyroshock" in script
+    if shutil.which(shell) is None:
+        pytest.skip(f"no {shell}")
+    environment = program(tmp_path) | {"PYROSHOCK_DB": store}
+    words = [shell, "-c", asked.format(script=script)]
+    ran = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=60)
+    assert ran.returncode == 0 and ("first-shots" in ran.stdout or "function" in ran.stdout), ran.stderr
+
+
+@pytest.mark.parametrize(("shell", "typed", "expected"), [
+    ("bash", {"COMP_WORDS": "pyroshock validate fi", "COMP_CWORD": "2"}, "plain,first-shots"),
+    ("zsh", {"COMP_WORDS": "pyroshock validate fi", "COMP_CWORD": "2"}, "plain\nfirst-shots\n_"),
+    ("fish", {"COMP_WORDS": "pyroshock validate fi", "COMP_CWORD": "fi"}, "plain"),
+])  # fmt: skip
+def test_each_shell_gets_its_answer_in_its_own_form(shell, typed, expected, store, tmp_path):
+    environment = program(tmp_path) | {"PYROSHOCK_DB": store, "_PYROSHOCK_COMPLETE": f"{shell}_complete"} | typed
+    ran = subprocess.run([str(tmp_path / "pyroshock")], env=environment, capture_output=True, text=True, timeout=60)
+    assert ran.stdout.startswith(expected) and "first-shots" in ran.stdout, ran.stderr
 
 
 def test_completion_imports_neither_sqlalchemy_nor_mlflow(store):

@@ -93,7 +93,7 @@ def working_folder(demo_folder: Path, tmp_path: Path, monkeypatch: pytest.Monkey
 def _correct_tip_radius(campaign: Path, corrected: Path) -> None:
     """The campaign's folder with another tip radius in run 8, as `runs replace` reads it."""
     corrected.mkdir()
-    (corrected / "recordings").symlink_to(campaign / "recordings")
+    shutil.copytree(campaign / "recordings", corrected / "recordings", copy_function=os.link)
     shutil.copy2(campaign / "campaign.toml", corrected)
     header, *rows = (campaign / "runs.csv").read_text(encoding="utf-8").splitlines()
     column = header.split(",").index("tip_radius_mm")

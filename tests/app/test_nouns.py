@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 from pathlib import Path
 
 import pytest
@@ -12,18 +11,28 @@ from pyroshock.app.diagnose.diagnosing import keep
 from pyroshock.app.jobs.queue import ask
 from pyroshock.app.plan.job import PLAN
 from support.records.verdicts import verdict
+from support.stores.hammer_stores import copied, filled_store, full_campaign
+from support.stores.registries import fresh_registry, without_figures
 from support.stores.stores import opened, refusal, run_pyroshock
 
 NOUNS = ("campaigns", "plans", "runs", "impacts", "datasets", "models", "diagnoses", "jobs")
 
 
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A store with the hammer campaign "spring": two recordings of several impacts."""
+    root = tmp_path_factory.mktemp("campaigns")
+    return filled_store(root, full_campaign(root / "a"))
+
+
 @pytest.fixture
-def lab(spring_lab: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """The address of a store with the gun campaign "spring", the one that commands take by default."""
-    shutil.copytree(spring_lab, tmp_path, dirs_exist_ok=True)
+def lab(filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """The address of a copy of that store, the one that commands take by default."""
+    url = copied(filled, tmp_path)
+    fresh_registry(tmp_path)
+    without_figures(monkeypatch)
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
-    url = f"sqlite:///{tmp_path / 'lab.db'}"
     monkeypatch.setenv("PYROSHOCK_DB", url)
     return url
 
@@ -71,11 +80,11 @@ def test_a_plan_with_recorded_runs_is_kept(lab, tmp_path):
     run_pyroshock("plan", "lhs", "autumn", "--runs", "4", "--repetitions", "1")
     with opened(lab) as store:
         from pyroshock.schema.campaigns import PlannedRun
-        from pyroshock.schema.impacts import Shot
+        from pyroshock.schema.impacts import Impact
         from sqlalchemy import select
 
         def link(session):
-            session.scalars(select(Shot)).first().planned_run_id = session.scalars(select(PlannedRun.id)).first()
+            session.scalars(select(Impact)).first().planned_run_id = session.scalars(select(PlannedRun.id)).first()
 
         store.write(link)
     assert "recorded in campaign spring" in refusal("plans", "delete", "autumn", "--yes")
@@ -128,10 +137,12 @@ def test_an_impact_is_deleted_with_its_recording_and_a_reason(lab):
     impact = rows("impacts")[0]["id"]
     assert "Missing option '--reason'" in refusal("impacts", "delete", str(impact))
     words = ("impacts", "delete", str(impact), "--reason", "the plate had come loose")
+    assert "holds other impacts too" in refusal(*words)
+    words += ("--all-of-recording",)
     assert "would delete" in run_pyroshock(*words, "--dry-run").stderr
     before = len(rows("impacts"))
     run_pyroshock(*words)
-    assert len(rows("impacts")) == before - 1
+    assert 0 < len(rows("impacts")) < before
     assert rows("campaigns", "deleted")[0]["reason"] == "the plate had come loose"
 
 
