@@ -30,9 +30,9 @@ def _names(table: str) -> Completion:
 
     def complete(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
         """Behind a comma where the option takes a list."""
-        before, comma, last = (
-            incomplete.rpartition(",") if getattr(parameter, "multiple", False) else ("", "", incomplete)
-        )
+        before, comma, last = incomplete.rpartition(",")
+        if not getattr(parameter, "multiple", False):
+            before, comma, last = "", "", incomplete
         names = _begun((name for (name,) in _rows(_address(context), statement)), last)
         return [f"{before}{comma}{name}" for name in names]
 
