@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from importlib.util import find_spec
 
@@ -9,6 +10,11 @@ LOCAL, DASK = "local", "dask"
 
 
 BACKENDS = (LOCAL, DASK)
+
+
+def usual_jobs() -> int:
+    """Processes where nobody says how many: one per core that this process may use, four at most."""
+    return min(4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
+from .executor import usual_jobs
 from .task import ended_after
 from .working_directory import working_directory_closed
 
@@ -31,7 +32,7 @@ def default_jobs(total_bytes: int) -> int:
     """Processes for files of `total_bytes`: reading and compressing scale, the one writer soon does not."""
     if total_bytes < _WORTH_PROCESSES_BYTES:
         return 1
-    return min(4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
+    return usual_jobs()
 
 
 def _nothing() -> None:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+# Starting processes costs more than the small work of tests takes.
+os.environ.setdefault("PYROSHOCK_JOBS", "1")
 
 pytest_plugins = ["support.stores.databases", "support.stores.web_stores"]
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from ...parallel.executor import BACKENDS, LOCAL, ExecutorConfig
+from ...parallel.executor import BACKENDS, LOCAL, ExecutorConfig, usual_jobs
 from ...schema.addresses import HIDDEN, AddressError, address_for_display, parse_address, without_secrets
 from ..common.default_store import DEFAULT_DB
 from ..common.number_format import format_number
@@ -275,11 +275,24 @@ def _hide_secret(word: str, before: str) -> str:
 Command = Callable[..., Any]
 
 
-def worker_options(jobs_help: str, jobs: int = 1) -> Callable[[Command], Command]:
-    """The command gets one argument `executor`, of a cluster that answers; `jobs` are the processes by default."""
+def jobs_option(jobs_help: str) -> Callable[[Command], Command]:
+    """`--jobs N`, the same of every command: None where neither the option nor PYROSHOCK_JOBS says how many."""
+    return click.option(
+        "--jobs",
+        type=click.IntRange(1),
+        default=None,
+        metavar="N",
+        envvar="PYROSHOCK_JOBS",
+        show_envvar=True,
+        help=f"{jobs_help} [default: the number of cores, at most 4]",
+    )
+
+
+def worker_options(jobs_help: str) -> Callable[[Command], Command]:
+    """The command gets one argument `executor`, of a cluster that answers."""
 
     def decorated(command: Command) -> Command:
-        @click.option("--jobs", type=click.IntRange(1), default=jobs, show_default=True, help=jobs_help)
+        @jobs_option(jobs_help)
         @click.option(
             "--backend",
             type=click.Choice(BACKENDS),
@@ -294,12 +307,12 @@ def worker_options(jobs_help: str, jobs: int = 1) -> Callable[[Command], Command
             help="Give the address of the cluster's scheduler, such as tcp://HOST:8786.",
         )
         @wraps(command)
-        def with_crew(*args: Any, jobs: int, backend: str, scheduler: str | None, **others: Any) -> Any:
+        def with_workers(*args: Any, jobs: int | None, backend: str, scheduler: str | None, **others: Any) -> Any:
             with errors_as_one_line():
-                executor = ExecutorConfig(backend, jobs, scheduler)
+                executor = ExecutorConfig(backend, jobs or usual_jobs(), scheduler)
                 executor.check()
             return command(*args, executor=executor, **others)
 
-        return with_crew
+        return with_workers
 
     return decorated

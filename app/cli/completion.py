@@ -28,8 +28,13 @@ _PATIENCE_S = 2
 def _names(table: str) -> Completion:
     statement = f"SELECT name FROM {table} ORDER BY name"  # noqa: S608  # a table of ours
 
-    def complete(context: click.Context, _: click.Parameter, incomplete: str) -> list[str]:
-        return _begun((name for (name,) in _rows(_address(context), statement)), incomplete)
+    def complete(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
+        """Behind a comma where the option takes a list."""
+        before, comma, last = incomplete.rpartition(",")
+        if not getattr(parameter, "multiple", False):
+            before, comma, last = "", "", incomplete
+        names = _begun((name for (name,) in _rows(_address(context), statement)), last)
+        return [f"{before}{comma}{name}" for name in names]
 
     return complete
 
@@ -40,13 +45,28 @@ dataset_names = _names("dataset_snapshots")
 material_names = _names("materials")
 
 
+def diagnosis_numbers(context: click.Context, _: click.Parameter, incomplete: str) -> list[str]:
+    """Numbers of the diagnoses, the newest first."""
+    rows = _rows(_address(context), "SELECT CAST(id AS VARCHAR) FROM diagnoses ORDER BY id DESC")
+    return _begun((number for (number,) in rows), incomplete)
+
+
 def model_versions(context: click.Context, _: click.Parameter, incomplete: str) -> list[str]:
     """`NAME@VERSION` of the registered models, and `NAME@champion`; of a registry in a database, not of a server."""
     address = _registry(_address(context))
-    versions = _rows(address, "SELECT name, version FROM model_versions ORDER BY name, version DESC")
+    versions = _rows(
+        address,
+        "SELECT name, version FROM model_versions WHERE COALESCE(current_stage, '') <> 'Deleted_Internal' "
+        "ORDER BY name, version DESC",
+    )
     aliases = _rows(address, "SELECT name, alias FROM registered_model_aliases ORDER BY name, alias")
     champions = dict.fromkeys(f"{name}@champion" for name, alias in aliases if alias.startswith("champion"))
     return _begun([*champions, *(f"{name}@{version}" for name, version in versions)], incomplete)
+
+
+def contact_models(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
+    """What `--contact` takes by name: `prior`, `registered`, and registered models."""
+    return [*_begun(("prior", "registered"), incomplete), *model_versions(context, parameter, incomplete)]
 
 
 def effect_ids(_context: click.Context, _: click.Parameter, incomplete: str) -> list[str]:

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 import click
 
 from .common import json_option, print_table, write_json
+from .options import split_names
 
 Row = dict[str, Any]
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -26,7 +27,7 @@ class Listing:
     csv: bool = False
     sort: str | None = None
     descending: bool = False
-    columns: str | None = None
+    columns: tuple[str, ...] = ()
 
     @property
     def is_chosen(self) -> bool:
@@ -44,11 +45,11 @@ class Listing:
         listed = list(rows)
         if listed:
             columns_of_rows = list(dict.fromkeys(name for row in listed for name in row))
-            check_columns([name for name in (self._sort_column, *column_names(self.columns)) if name], columns_of_rows)
+            check_columns([name for name in (self._sort_column, *self.columns) if name], columns_of_rows)
             listed = self._sorted(listed)
-            wanted = column_names(self.columns) or columns_of_rows
+            wanted = list(self.columns) or columns_of_rows
         else:
-            wanted = column_names(self.columns)
+            wanted = list(self.columns)
         if self.json_to is not None:
             write_json([_chosen(row, self.columns) for row in listed], self.json_to)
         elif self.csv:
@@ -78,7 +79,13 @@ def listing_options(command: Command) -> Command:
     @click.option("--csv", is_flag=True, help="Print CSV on standard output.")
     @click.option("--sort", metavar="COLUMN", help="Sort by this column; -COLUMN begins with the largest.")
     @click.option("--descending", is_flag=True, help="Sort from the largest to the smallest.")
-    @click.option("--columns", metavar="A,B,…", help="Show only these columns, in this order.")
+    @click.option(
+        "--columns",
+        multiple=True,
+        callback=split_names,
+        metavar="A,B,…",
+        help="Show only these columns, in this order. Repeat the option, or give a list: a,b.",
+    )
     @wraps(command)
     def with_listing(
         *args: Any,
@@ -86,7 +93,7 @@ def listing_options(command: Command) -> Command:
         csv: bool,
         sort: str | None,
         descending: bool,
-        columns: str | None,
+        columns: tuple[str, ...],
         **others: Any,
     ) -> Any:
         if csv and json_to is not None:
@@ -98,17 +105,11 @@ def listing_options(command: Command) -> Command:
     return with_listing  # type: ignore[return-value]  # click replaces its signature anyway
 
 
-def column_names(text: str | None) -> list[str]:
-    """Names from a list with commas."""
-    return [name.strip() for name in (text or "").split(",") if name.strip()]
+def _chosen(row: Row, columns: tuple[str, ...]) -> Row:
+    return {name: row.get(name) for name in columns} if columns else row
 
 
-def _chosen(row: Row, columns: str | None) -> Row:
-    names = column_names(columns)
-    return {name: row.get(name) for name in names} if names else row
-
-
-def _for_table(row: Row, short: Row, columns: str | None) -> Row:
+def _for_table(row: Row, short: Row, columns: tuple[str, ...]) -> Row:
     return _chosen(row | short, columns) if columns else short
 
 

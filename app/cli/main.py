@@ -20,11 +20,11 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
         "campaigns": (
             ".app.ingest.campaigns_cli",
             "campaigns",
-            "List the campaigns; begin, delete, archive or restore one.",
+            "List the campaigns; begin, show, delete, archive or restore one.",
         ),
         "ingest": (".app.ingest.cli", "ingest", "Read campaign folders into the store."),
-        "runs": (".app.ingest.runs_cli", "runs", "List the recordings of a campaign; discard or replace one."),
-        "impacts": (".app.impacts.cli", "impacts", "List impacts with their factors and figures."),
+        "runs": (".app.ingest.runs_cli", "runs", "List the recordings of a campaign; show, discard or replace one."),
+        "impacts": (".app.ingest.impacts_cli", "impacts", "List impacts with their figures; show or delete one."),
         "shots": (".app.impacts.cli", "shots", "List the shots of the gun beside the velocity of the model."),
         "show": (".app.impacts.cli", "show", "Show one impact, and draw its record and pulse."),
         "srs": (".app.impacts.spectra_cli", "srs", "Compute the shock response spectrum of any recording."),
@@ -34,12 +34,18 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
     },
     "Plans": {
         "plan": (".app.plan.cli", "plan", "Design a campaign, write its run sheet, and see what is still to do."),
+        "plans": (".app.plan.plans_cli", "plans", "List the plans; show or delete one."),
         "simulate": (".app.plan.cli", "simulate", "Fire a plan on the virtual bench."),
     },
     "Models": {
         "dataset": (".app.train.dataset_cli", "dataset", "Freeze pulses for training, and see what a dataset holds."),
+        "datasets": (".app.train.datasets_cli", "datasets", "List the datasets; show or delete one."),
         "train": (".app.train.cli", "train", "Train models on a dataset and register them."),
-        "models": (".app.train.cli", "models", "List the registered models with their figures, or show one."),
+        "models": (
+            ".app.train.models_cli",
+            "models",
+            "List the registered models with their figures; show or delete one.",
+        ),
         "compare": (".app.train.cli", "compare", "Compare models on the same held-out pulses."),
         "promote": (".app.train.cli", "promote", "Put a version of a model in use, if it is better."),
     },
@@ -54,6 +60,7 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "diagnose",
             "Find where the gap lies, what causes it, and how far it shrinks.",
         ),
+        "diagnoses": (".app.diagnose.diagnoses_cli", "diagnoses", "List the diagnoses; show or delete one."),
         "blind-check": (
             ".app.diagnose.blind_check_cli",
             "blind_check",
@@ -68,7 +75,7 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
     "Operation": {
         "serve": (".app.server.cli", "serve", "Start the web application."),
         "work": (".app.jobs.cli", "work", "Do the long work that was asked for."),
-        "jobs": (".app.jobs.cli", "jobs", "List the long work, or stop some of it."),
+        "jobs": (".app.jobs.cli", "jobs", "List the long work; show, stop or delete a job."),
         "db": (".app.store.cli", "db", "Check, copy and upgrade a store; carry campaigns."),
         "demo": (".app.demo.cli", "demo", "Show the product in five chapters."),
     },
@@ -151,6 +158,6 @@ def main() -> None:
     \b
     Example:
         pyroshock demo
-        pyroshock ingest my-campaign/
+        pyroshock ingest results/rehearsal/
         pyroshock impacts --where tip_material=steel
     """

@@ -85,6 +85,27 @@ def splits_of(table: PulseTable, texts: str) -> list[str]:
     return list(dict.fromkeys(chosen))
 
 
+#: What a training holds out where nobody says it.
+USUAL_SPLITS = ("repetitions", "configurations")
+
+
+def usual_splits(table: PulseTable) -> str:
+    """Those of `USUAL_SPLITS` that hold pulses of this dataset out, as a comma list. Raises as `split_of` for none."""
+    from ...dataset.table import split_of
+
+    possible = []
+    for text in USUAL_SPLITS:
+        try:
+            split_of(table, text)
+        except ValueError as error:
+            refusal = error
+        else:
+            possible.append(text)
+    if not possible:
+        raise refusal
+    return ",".join(possible)
+
+
 def reader_of(store: Store) -> Callable[[str], PulseTable]:
     """Gives a dataset's pulses by its name or hash."""
     from ...dataset.snapshot import read_snapshot

@@ -64,7 +64,6 @@ def demo(out: Path, db: str | None, chapters: int, json_to: str | None) -> None:
 
     \b
     Example:
-        pyroshock demo --out results
         pyroshock demo --chapters 2
     """
     try:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..cli.common import errors_as_one_line, json_option, worker_options, write_json
+from ..cli.options import split_names
 
 if TYPE_CHECKING:
     from ...parallel.executor import ExecutorConfig
@@ -22,15 +23,17 @@ if TYPE_CHECKING:
     "--tier",
     "tiers",
     multiple=True,
+    callback=split_names,
     metavar="NAME",
-    help="Take only this tier. The option can be repeated. [default: all]",
+    help="Take only this tier. Repeat the option, or give a list: a,b. [default: all]",
 )
 @click.option(
     "--kind",
     "kinds",
     multiple=True,
+    callback=split_names,
     metavar="NAME",
-    help="Take only this kind of campaign, where a tier has several. The option can be repeated.",
+    help="Take only this kind of campaign, where a tier has several. Repeat the option, or give a list: a,b.",
 )
 @click.option(
     "--split",
@@ -46,7 +49,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="Stop a case after this number of seconds.",
 )
-@worker_options("Set the number of processes.", jobs=2)
+@worker_options("Set the number of processes.")
 @click.option(
     "--folder",
     type=click.Path(file_okay=False, path_type=Path),
@@ -88,9 +91,7 @@ def blind_check(
 
     \b
     Example:
-        pyroshock blind-check --cases 20 --seed 7 --tier strong
-        pyroshock blind-check --cases 8 --tier realistic --split development
-        pyroshock blind-check --pool monday --pool tuesday
+        pyroshock blind-check --cases 8 --seed 7 --tier realistic --split development
     """
     with errors_as_one_line():
         if pool:

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..cli.common import db_option, json_option, note, open_command_store, open_if_exists, print_table, write_json
-from ..cli.completion import campaign_names, effect_ids
+from ..cli.completion import campaign_names, effect_ids, model_versions
+from ..cli.next_step import suggest_next
+from ..cli.options import split_names
 
 if TYPE_CHECKING:
     from ...diagnosis.verdict import Verdict
@@ -25,9 +27,10 @@ _STAGES = ("gun", "contact", "plate")
 @click.argument("target", metavar="CAMPAIGN_OR_FOLDER", shell_complete=campaign_names)
 @click.option(
     "--simulator",
-    metavar="nominal|models:/NAME@VERSION",
+    metavar="nominal|MODEL@VERSION",
     default=None,
-    help="Choose the simulator of the contact. [default: nominal]",
+    help="Choose the simulator of the contact; models:/MODEL@VERSION is accepted, too. [default: nominal]",
+    shell_complete=model_versions,
 )
 @click.option(
     "--html", type=click.Path(dir_okay=False, path_type=Path), default=None, help="Write the result to FILE as a page."
@@ -59,16 +62,18 @@ _STAGES = ("gun", "contact", "plate")
     "--tolerance",
     "tolerances",
     multiple=True,
+    callback=split_names,
     metavar="STAGE=SIZE",
-    help="Set the tolerance of a stage: gun=1%, contact=3% or plate=0.5dB.",
+    help="Set the tolerance of a stage: gun=1%, contact=3% or plate=0.5dB. Repeat the option, or give a list: a,b.",
 )
 @click.option(
     "--uncertain",
     multiple=True,
+    callback=split_names,
     metavar="NUMBER=SD",
     help=(
-        "Set the standard deviation of a number, in SI: bullet_mass_kg=0.001. Those of the "
-        "contact are shares. The option can be repeated."
+        "Set the standard deviation of a number, in SI: bullet_mass_kg=0.001. Those of the contact are shares. Repeat "
+        "the option, or give a list: a,b."
     ),
 )
 @click.option(
@@ -104,8 +109,7 @@ def diagnose(
     \b
     Example:
         pyroshock diagnose examples/first-shots --html gap.html
-        pyroshock diagnose spring --with gun.valve_flow,gun.blow_by
-        pyroshock diagnose spring --adopt gun.valve_flow
+        pyroshock diagnose slow-valve --with gun.valve_flow,gun.blow_by
     """
     if listed:
         _tell_past(target, db, json_to)
@@ -126,7 +130,19 @@ def diagnose(
     if json_to is not None:
         write_json(diagnosis.to_json(), json_to)
     else:
-        _tell(diagnosis)
+        tell_diagnosis(diagnosis)
+    _suggest(diagnosis, target)
+
+
+def _suggest(diagnosis: GapDiagnosis, target: str) -> None:
+    """What tells the causes apart, else the report; a folder is not in the store, and goes there first."""
+    name = diagnosis.verdict.campaign
+    if diagnosis.number is None:
+        suggest_next("ingest", target)
+    elif diagnosis.verdict.next_runs:
+        suggest_next("plan", "discriminate", name)
+    else:
+        suggest_next("report", f"diagnosis:{name}", "--out", f"{name}-diagnosis.html")
 
 
 def _tell_adopted(verdict: Verdict, row: TwinVersion, wanted: str) -> None:
@@ -150,7 +166,7 @@ def _tell_past(campaign: str, db: str, json_to: str | None) -> None:
         print_table(rows, f"no diagnoses of {campaign}; make one: pyroshock diagnose {campaign}")
 
 
-def _tell(diagnosis: GapDiagnosis) -> None:
+def tell_diagnosis(diagnosis: GapDiagnosis) -> None:
     """The first sentences and what to do next, then effects, path and the rest of the report."""
     from ..common.number_format import percent
     from .report import FIRST_SECTIONS, sentence_sections

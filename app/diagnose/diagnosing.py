@@ -122,8 +122,8 @@ def simulator_of(store: Store | None, db: str, kind: str, text: str | None) -> C
     if text in (None, "nominal"):
         return None
     assert text is not None
-    if not text.startswith(MODELS):
-        raise ValueError(f"--simulator is {text!r}; expected nominal, or {MODELS}NAME@VERSION of a registered model")
+    if not text.startswith(MODELS) and "@" not in text:
+        raise ValueError(f"--simulator is {text!r}; expected nominal, or MODEL@VERSION of a registered model")
     from ..twins.building import registered_contact
 
     name = text.removeprefix(MODELS)

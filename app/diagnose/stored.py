@@ -74,7 +74,7 @@ def _adopted(session: Session, keys: Iterable[int]) -> dict[int, str]:
 
 def kept_report(session: Session, diagnosis_id: int) -> dict[str, Any]:
     """The report as scripts read it, of any diagnosis. Raises `LookupError` for an unknown one."""
-    return _row(session, diagnosis_id).report
+    return get_diagnosis_row(session, diagnosis_id).report
 
 
 def kept_verdict(session: Session, diagnosis_id: int) -> Verdict:
@@ -83,7 +83,7 @@ def kept_verdict(session: Session, diagnosis_id: int) -> Verdict:
     Raises `LookupError` for an unknown one, and for one that an older store keeps without what its page draws;
     `ValueError` for one that a newer software has kept.
     """
-    row = _row(session, diagnosis_id)
+    row = get_diagnosis_row(session, diagnosis_id)
     if row.details is None:
         name = row.campaign.name
         raise LookupError(
@@ -98,14 +98,15 @@ def kept_options(session: Session, diagnosis_id: int) -> dict[str, Any]:
 
     An option that another version had is left out. Raises `LookupError` for an unknown diagnosis.
     """
-    options = (_row(session, diagnosis_id).details or {}).get("options", {})
+    options = (get_diagnosis_row(session, diagnosis_id).details or {}).get("options", {})
     return {item.name: options[item.name] for item in fields(DiagnosisRequest) if item.name in options}
 
 
-def _row(session: Session, diagnosis_id: int) -> Diagnosis:
+def get_diagnosis_row(session: Session, diagnosis_id: int) -> Diagnosis:
+    """The row of a diagnosis by its number. Raises `LookupError` for an unknown one."""
     row = session.get(Diagnosis, diagnosis_id)
     if row is None:
-        raise LookupError(f"no diagnosis {diagnosis_id} in the store; pyroshock diagnose CAMPAIGN --list shows them")
+        raise LookupError(f"no diagnosis {diagnosis_id} in the store; pyroshock diagnoses lists them")
     return row
 
 

@@ -10,7 +10,9 @@ import click
 
 from ..cli.common import db_option, json_option, note, open_command_store, print_facts, print_table, write_json
 from ..cli.completion import campaign_names
-from ..cli.listed import Listing, column_names, listing_options
+from ..cli.listed import Listing, listing_options
+from ..cli.next_step import suggest_next
+from ..cli.options import split_names
 
 
 @click.command()
@@ -29,7 +31,7 @@ def show(impact: int, db: str, json_to: str | None, plot: Path | None) -> None:
 
     \b
     Example:
-        pyroshock show 12 --plot impact-12.png
+        pyroshock impacts show 12 --plot impact-12.png
     """
     with open_command_store(db) as store, store.reading() as session:
         from .impact import impact_page
@@ -78,8 +80,7 @@ def impacts(db: str, listing: Listing, campaign: str | None, where: tuple[str, .
 
     \b
     Example:
-        pyroshock impacts --campaign spring --where tip_material=steel --where "peak_force_n>1000"
-        pyroshock impacts --where "peak_acceleration_m_s2>1000"
+        pyroshock impacts --campaign rehearsal --where tip_material=steel --where "peak_force_n>1000"
         pyroshock impacts --sort -peak_force_n --columns id,tip_material,peak_force_n --csv
     """
     with open_command_store(db) as store, store.reading() as session:
@@ -137,7 +138,14 @@ def shots(db: str, listing: Listing, campaign: str | None, where: tuple[str, ...
     help="Export the series of this recording only, given by its path in the campaign folder.",
 )
 @click.option(
-    "--columns", metavar="A,B,…", help="Write only these columns, in this order. [default: all that the selection has]"
+    "--columns",
+    multiple=True,
+    callback=split_names,
+    metavar="A,B,…",
+    help=(
+        "Write only these columns, in this order. Repeat the option, or give a list: a,b. [default: all that the "
+        "selection has]"
+    ),
 )
 @click.option("--skip-damaged", is_flag=True, help="Leave out damaged series, and name them.")
 def export(
@@ -147,7 +155,7 @@ def export(
     campaign: str | None,
     where: tuple[str, ...],
     recording: str | None,
-    columns: str | None,
+    columns: tuple[str, ...],
     skip_damaged: bool,
 ) -> None:
     """Write impacts, shots, pulses, figures of the acceleration channels, or series to a file.
@@ -158,7 +166,7 @@ def export(
     \b
     Example:
         pyroshock export impacts --out impacts.csv --columns run,tip_material,peak_force_n
-        pyroshock export series --campaign spring --recording recordings/0001.mat --out 0001.parquet
+        pyroshock export series --campaign rehearsal --recording recordings/0001-01.npz --out 0001-01.parquet
     """
     from .export import export_table
 
@@ -174,8 +182,10 @@ def export(
             parse_where(where),
             recording,
             left_out if skip_damaged else None,
-            column_names(columns),
+            list(columns),
         )
     for column in left_out:
         note(f"left out: {column}")
     note(f"{rows} rows written: {out}")
+    if campaign is not None:
+        suggest_next("report", campaign, "--out", f"{campaign}.html")

@@ -89,7 +89,8 @@ def srs(
 
     \b
     Example:
-        pyroshock srs shot.csv --target spec.csv --tolerance 6dB --plot shot.png
+        pyroshock srs results/rehearsal/recordings/0001-01.npz --channel acceleration_1 --unit g --out spec.csv \\
+            --plot shot.png
     """
     with errors_as_one_line():
         from .spectra import measure, parse_lines, read_acceleration

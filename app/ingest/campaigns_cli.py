@@ -8,13 +8,23 @@ from typing import Any
 
 import click
 
-from ..cli.common import CommandGroup, db_option, errors_as_one_line, json_option, note, open_command_store, write_json
+from ..cli.common import (
+    db_option,
+    errors_as_one_line,
+    format_cell,
+    json_option,
+    note,
+    open_command_store,
+    print_table,
+    write_json,
+)
 from ..cli.completion import campaign_names, plan_names
 from ..cli.listed import Listing, listing_options
+from ..cli.nouns import NounGroup
 from ..common.progress import progress_bar
 
 
-@click.group(cls=CommandGroup, invoke_without_command=True)
+@click.group(cls=NounGroup, invoke_without_command=True)
 @db_option
 @listing_options
 @click.pass_context
@@ -25,15 +35,20 @@ def campaigns(ctx: click.Context, db: str, listing: Listing) -> None:
     \b
     Example:
         pyroshock campaigns --json
-        pyroshock campaigns delete spring --reason "wrong sensor, repeated as spring-2"
-        pyroshock campaigns archive spring --out spring.pyroshock --reason "finished"
+        pyroshock campaigns show rehearsal
+        pyroshock campaigns delete first-shots --reason "wrong sensor, repeated in autumn" --dry-run
     """
     if ctx.invoked_subcommand is None:
         _list(db, listing)
 
 
 def _list(db: str, listing: Listing) -> None:
-    """List the campaigns with their counts."""
+    """List the campaigns with their counts.
+
+    \b
+    Example:
+        pyroshock campaigns list --sort -shots --columns name,kind,shots
+    """
     with open_command_store(db) as store, store.reading() as session:
         from ...schema.listings import list_campaigns
 
@@ -42,6 +57,35 @@ def _list(db: str, listing: Listing) -> None:
 
 
 campaigns.command("list")(db_option(listing_options(_list)))
+
+
+@campaigns.command()
+@click.argument("name", shell_complete=campaign_names)
+@db_option
+@json_option
+def show(name: str, db: str, json_to: str | None) -> None:
+    """Show a campaign: bench, counts, plans, levels of its factors, achieved settings, findings and first rows.
+
+    \b
+    Example:
+        pyroshock campaigns show rehearsal
+    """
+    with open_command_store(db) as store, store.reading() as session:
+        from .campaign_overview import campaign_overview
+
+        overview = campaign_overview(session, name)
+    if json_to is not None:
+        from ..common.number_format import finite
+
+        write_json(finite(overview), json_to)
+        return
+    for title in ("campaign", "counts"):
+        for key, value in overview[title].items():
+            if not isinstance(value, list | dict):
+                click.echo(f"{key:24} {format_cell(value)}")
+    for title in ("findings", "first_impacts", "first_shots"):
+        click.echo(f"\n{title.replace('_', ' ')}")
+        print_table(overview[title], "  none")
 
 
 @campaigns.command()
@@ -73,8 +117,8 @@ def init(folder: Path, db: str, kind: str, plan: str | None, recordings: str | N
 
     \b
     Example:
-        pyroshock campaigns init spring --kind hammer --plan spring
-        pyroshock campaigns init drops --kind drop --recordings "recordings/*.tdms"
+        pyroshock plan lhs autumn --runs 12
+        pyroshock campaigns init autumn --kind gun --plan autumn
     """
     with errors_as_one_line(), open_command_store(db) if plan is not None else nullcontext() as store:
         from .service import start_campaign
@@ -105,7 +149,8 @@ def delete(name: str, db: str, json_to: str | None, reason: str, dry_run: bool) 
 
     \b
     Example:
-        pyroshock campaigns delete spring --reason "wrong sensor, repeated as spring-2" --dry-run
+        pyroshock campaigns delete first-shots --reason "wrong sensor, repeated in autumn" --dry-run
+        pyroshock campaigns delete first-shots --reason "wrong sensor, repeated in autumn"
     """
     with open_command_store(db) as store:
         from ...schema.rehearsal import run_rehearsal
@@ -137,7 +182,7 @@ def archive(name: str, db: str, json_to: str | None, out: Path, reason: str) -> 
 
     \b
     Example:
-        pyroshock campaigns archive spring --out spring.pyroshock --reason "finished, kept on the shelf"
+        pyroshock campaigns archive first-shots --out first-shots.pyroshock --reason "finished, kept on the shelf"
     """
     with open_command_store(db) as store:
         from .archiving import archive_campaign
@@ -163,7 +208,8 @@ def restore(file: Path, db: str, json_to: str | None) -> None:
 
     \b
     Example:
-        pyroshock campaigns restore spring.pyroshock
+        pyroshock campaigns archive first-shots --out first-shots.pyroshock --reason "finished"
+        pyroshock campaigns restore first-shots.pyroshock
     """
     with open_command_store(db) as store:
         from .archiving import restore_campaign
@@ -183,7 +229,12 @@ def restore(file: Path, db: str, json_to: str | None) -> None:
 @db_option
 @listing_options
 def deleted(db: str, listing: Listing) -> None:
-    """List what was deleted: campaigns and recordings with time, reason, hash, and what depended on them."""
+    """List what was deleted: campaigns and recordings with time, reason, hash, and what depended on them.
+
+    \b
+    Example:
+        pyroshock campaigns deleted
+    """
     with open_command_store(db) as store, store.reading() as session:
         from .removal import list_tombstones
 

@@ -15,6 +15,7 @@ from ..cli.common import (
     STDOUT,
     db_option,
     errors_as_one_line,
+    jobs_option,
     json_option,
     note,
     open_command_store,
@@ -24,6 +25,7 @@ from ..cli.common import (
     write_json,
 )
 from ..cli.completion import campaign_names, plan_names
+from ..cli.next_step import suggest_next
 from ..common.frames import parse_quantity
 from ..common.progress import progress_bar
 
@@ -83,15 +85,7 @@ def settings_from(given: dict[str, Any]) -> ExtractionSettings:
 @click.argument("folders", nargs=-1, type=click.Path(path_type=Path), metavar="FOLDER…")
 @db_option
 @json_option
-@click.option(
-    "--jobs",
-    type=click.IntRange(1),
-    default=None,
-    help=(
-        "Set the number of processes that read and extract. [default: the number of cores, at "
-        "most 4; 1 for small files]"
-    ),
-)
+@jobs_option("Set the number of processes that read and extract; small files need only one.")
 @click.option(
     "--plan",
     default=None,
@@ -163,16 +157,15 @@ def ingest(
 
     \b
     Example:
-        pyroshock ingest my-campaign/ --dry-run
-        pyroshock ingest my-campaign/ --db sqlite:///lab.db
-        pyroshock ingest hammer-campaign/ --velocity-target-motion plate
+        pyroshock ingest results/rehearsal/ --dry-run
+        pyroshock ingest results/slow-valve/ --velocity-target-motion plate --db sqlite:///lab.db
     """
     # `--json FOLDER`: the folder is the argument, not where the JSON goes.
     if json_to not in (None, STDOUT) and Path(json_to or "").is_dir():
         folders, json_to = (Path(json_to or ""), *folders), STDOUT
     if not folders:
         raise click.UsageError("no campaign folder given; try: pyroshock ingest my-campaign/")
-    reports = []
+    reports: list[dict[str, Any]] = []
     with open_for_dry_run(db) if dry_run else open_command_store(db, create=True) as store:
         from .service import IngestOptions, ingest_campaign
 
@@ -188,6 +181,17 @@ def ingest(
                 _tell_links(ingested.links)
     if json_to is not None:
         write_json(reports[0] if len(reports) == 1 else reports, json_to)
+    _suggest(folders, reports, dry_run)
+
+
+def _suggest(folders: tuple[Path, ...], reports: list[dict[str, Any]], dry_run: bool) -> None:
+    names = [report["campaign"] for report in reports]
+    if dry_run:
+        suggest_next("ingest", *map(str, folders))
+    elif any(report["impacts"] for report in reports):
+        suggest_next("dataset", "build", names[0], "--from", ",".join(names))
+    else:
+        suggest_next("diagnose", names[0])
 
 
 #: Notes on the campaign, of which there is one.
@@ -241,7 +245,7 @@ def extract(campaign: str, executor: ExecutorConfig, db: str, json_to: str | Non
 
     \b
     Example:
-        pyroshock extract spring --segmentation mask --threshold 0.01
+        pyroshock extract rehearsal --segmentation mask --threshold 0.01
     """
     with open_command_store(db) as store:
         from ...ingest.reextraction import reextract
@@ -254,6 +258,7 @@ def extract(campaign: str, executor: ExecutorConfig, db: str, json_to: str | Non
         note(f"  left as it was: {item['recording']}: {item['reason']}")
     if json_to is not None:
         write_json(report.as_json(), json_to)
+    suggest_next("dataset", "build", campaign, "--from", campaign)
 
 
 @click.command()
@@ -302,7 +307,7 @@ def calibrate(
 
     \b
     Example:
-        pyroshock calibrate transducer.csv --unit bar --common-u 5mbar --date 2026-03-02
+        pyroshock calibrate examples/transducer-calibration/points.csv --unit bar --common-u 5mbar
     """
     with errors_as_one_line():
         from ...ingest.calibration_points import read_points

@@ -8,26 +8,27 @@ from typing import Any
 
 import click
 
-from ..cli.common import CommandGroup, db_option, fail, json_option, note, open_command_store, write_json
+from ..cli.common import db_option, fail, format_cell, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names, plan_names
 from ..cli.listed import Listing, listing_options
+from ..cli.nouns import NounGroup
 from .cli import settings_from, settings_options
 
-_REASON = click.option("--reason", required=True, metavar="TEXT", help="Say why. The store keeps the reason.")
-_DRY_RUN = click.option(
+REASON = click.option("--reason", required=True, metavar="TEXT", help="Say why. The store keeps the reason.")
+DRY_RUN = click.option(
     "--dry-run", is_flag=True, help="Report what would be removed and what depends on it, and change nothing."
 )
 
 
-@click.group(cls=CommandGroup)
+@click.group(cls=NounGroup)
 def runs() -> None:
     """List the recordings of a campaign with their runs; take one out of the store, or replace it by a corrected one.
 
     \b
     Example:
-        pyroshock runs list spring
-        pyroshock runs discard spring recordings/test-07.mat --reason "the plate had come loose"
-        pyroshock runs replace spring recordings/test-08.mat --from spring/ --reason "tip radius was mistyped"
+        pyroshock runs list rehearsal
+        pyroshock runs show rehearsal recordings/0001-01.npz
+        pyroshock runs discard rehearsal --run 7 --reason "the plate had come loose" --dry-run
     """
 
 
@@ -36,7 +37,12 @@ def runs() -> None:
 @db_option
 @listing_options
 def list_(campaign: str, db: str, listing: Listing) -> None:
-    """List the recordings of CAMPAIGN: path, status, hash of the file, runs with their repetitions."""
+    """List the recordings of CAMPAIGN: path, status, hash of the file, runs with their repetitions.
+
+    \b
+    Example:
+        pyroshock runs list rehearsal
+    """
     with open_command_store(db) as store, store.reading() as session:
         from ...schema.removal.part import list_recordings
 
@@ -46,6 +52,33 @@ def list_(campaign: str, db: str, listing: Listing) -> None:
         f"campaign {campaign} has no recordings",
         lambda row: {**row, "sha256": row["sha256"][:12], "runs": ", ".join(row["runs"])},
     )
+
+
+@runs.command()
+@click.argument("campaign", shell_complete=campaign_names)
+@click.argument("recording")
+@db_option
+@json_option
+def show(campaign: str, recording: str, db: str, json_to: str | None) -> None:
+    """Show one RECORDING of CAMPAIGN: its impacts and shots with the run and repetition of each, and its findings.
+
+    \b
+    Example:
+        pyroshock runs show rehearsal recordings/0001-01.npz
+    """
+    with open_command_store(db) as store, store.reading() as session:
+        from .recording_contents import recording_contents
+
+        contents = recording_contents(session, campaign, recording)
+    if json_to is not None:
+        write_json(contents, json_to)
+        return
+    for key, value in contents.items():
+        if isinstance(value, list):
+            click.echo(f"\n{key}")
+            print_table(value, "  none")
+        else:
+            click.echo(f"{key:24} {format_cell(value)}")
 
 
 @runs.command()
@@ -64,8 +97,8 @@ def list_(campaign: str, db: str, listing: Listing) -> None:
 @click.option(
     "--repetition", type=int, metavar="M", help="Take the recording of this repetition. This needs exactly one --run."
 )
-@_REASON
-@_DRY_RUN
+@REASON
+@DRY_RUN
 def discard(
     campaign: str,
     recording: str | None,
@@ -85,8 +118,8 @@ def discard(
 
     \b
     Example:
-        pyroshock runs discard spring recordings/test-07.mat --reason "the plate had come loose" --dry-run
-        pyroshock runs discard spring --run 7 --reason "the plate had come loose"
+        pyroshock runs discard rehearsal recordings/0007-01.npz --reason "the plate had come loose" --dry-run
+        pyroshock runs discard rehearsal --run 7 --reason "the plate had come loose"
     """
     if (recording is None) == (not numbers):
         raise click.UsageError("name one recording: its path as in runs.csv, or --run N")
@@ -110,6 +143,9 @@ def discard(
         note(f"  to store it again: pyroshock ingest FOLDER --again {stone['recording']}")
     if json_to is not None:
         write_json(stone, json_to)
+
+
+runs.add_command(discard, "delete")
 
 
 @runs.command()
@@ -145,8 +181,8 @@ def discard(
     metavar="RULE",
     help="This is the same option as that of `ingest`. It can be repeated.",
 )
-@_REASON
-@_DRY_RUN
+@REASON
+@DRY_RUN
 @settings_options
 def replace(
     campaign: str,
@@ -170,8 +206,7 @@ def replace(
 
     \b
     Example:
-        pyroshock runs replace spring recordings/test-08.mat --from spring/ --reason "tip radius was mistyped"
-        pyroshock runs replace spring recordings/test-08.mat spring/recordings/test-08b.mat --reason "exported anew"
+        pyroshock runs replace rehearsal recordings/0008-01.npz --from corrected/ --reason "tip radius corrected"
     """
     if (file is None) == (folder is None):
         raise click.UsageError("say what replaces it: --from FOLDER, or another FILE of the campaign folder")

@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import click
-from click.core import ParameterSource
 
-from ..cli.common import CommandGroup, data_option, db_option, note, open_command_store
+from ..cli.common import data_option, db_option, format_cell, json_option, note, open_command_store, write_json
 from ..cli.listed import Listing, listing_options
+from ..cli.nouns import noun_group
+from ..cli.options import confirm_deletion, deletion_options
 
 #: Shorter, and a busy machine loses jobs that it is at work on.
 _SHORTEST_LEASE_S = 1.0
@@ -37,7 +38,7 @@ def work(db: str, once: bool, lease: str, folders: tuple[Path, ...]) -> None:
 
     \b
     Example:
-        pyroshock work --db postgresql+psycopg://lab@server/lab
+        pyroshock work --once
     """
     with open_command_store(db, create=True) as store:
         from .worker import Worker
@@ -68,7 +69,7 @@ def _lease_s(text: str) -> float:
     return seconds
 
 
-@click.group(cls=CommandGroup, invoke_without_command=True)
+@click.command()
 @db_option
 @listing_options
 @click.option(
@@ -78,18 +79,13 @@ def _lease_s(text: str) -> float:
     show_default=True,
     help="List at most this number of jobs, the newest first.",
 )
-@click.pass_context
-def jobs(context: click.Context, db: str, listing: Listing, last: int) -> None:
+def list_(db: str, listing: Listing, last: int) -> None:
     """List the long work: which jobs wait, which run and where, and with which result they ended.
 
     \b
     Example:
         pyroshock jobs --last 50
-        pyroshock jobs stop 12
     """
-    if context.invoked_subcommand is not None:
-        context.obj = db
-        return
     with open_command_store(db) as store:
         from .queue import list_jobs
 
@@ -111,20 +107,76 @@ def _row(job: Any) -> dict[str, Any]:
     }
 
 
-@jobs.command()
+@click.command()
 @click.argument("job", type=click.IntRange(1))
 @db_option
-@click.pass_context
-def stop(context: click.Context, job: int, db: str) -> None:
+@json_option
+def show(job: int, db: str, json_to: str | None) -> None:
+    """Show the job with number JOB: its state, its times, and its result or the error that ended it.
+
+    \b
+    Example:
+        pyroshock jobs show 1
+    """
+    with open_command_store(db) as store:
+        from .queue import get_job
+
+        row = get_job(store, job).as_json()
+    if json_to is not None:
+        write_json(row, json_to)
+        return
+    for key, value in row.items():
+        click.echo(f"{key:24} {format_cell(value)}")
+
+
+@click.command()
+@click.argument("job", type=click.IntRange(1))
+@db_option
+@deletion_options
+def delete(job: int, db: str, dry_run: bool) -> None:
+    """Delete the job with number JOB from the list. What it has stored stays. A job that has not ended is refused.
+
+    \b
+    Example:
+        pyroshock jobs stop 1
+        pyroshock jobs delete 1 --yes
+    """
+    with open_command_store(db) as store:
+        from .queue import delete_job, ended_job
+
+        what = f"job {job}, {ended_job(store, job).label}"
+        if dry_run:
+            note(f"{what}: can be deleted; nothing was deleted")
+            return
+        confirm_deletion(what)
+        delete_job(store, job)
+    note(f"{what}: deleted")
+
+
+@click.command()
+@click.argument("job", type=click.IntRange(1))
+@db_option
+def stop(job: int, db: str) -> None:
     """Ask JOB to end: at once if it waits, at its next step if it runs. What it has stored is complete.
 
     \b
     Example:
-        pyroshock jobs stop 12
+        pyroshock jobs stop 1
     """
-    own = context.get_parameter_source("db") is ParameterSource.COMMANDLINE
-    with open_command_store(db if own else context.obj) as store:
+    with open_command_store(db) as store:
         from .claims import stop as stop_job
 
         job_record = stop_job(store, job)
     note(f"job {job}, {job_record.label}: " + (job_record.state if job_record.ended else "asked to stop"))
+
+
+jobs = noun_group(
+    list_,
+    {"show": show, "stop": stop, "delete": delete},
+    """List the long work; show, stop or delete a job. Without a command, list the jobs.
+
+    \b
+    Example:
+        pyroshock jobs --last 50
+    """,
+)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
-from sqlalchemy import select, update
+from sqlalchemy import delete, select, update
 from sqlalchemy.orm import Session, undefer
 
 from ...schema.base import to_plain
@@ -109,6 +109,26 @@ def stop_job(store: Store, key: int) -> JobView:
     get_job(store, key)
     store.write(lambda session: _stop(session, key), idempotent=True)
     return get_job(store, key)
+
+
+class JobNotEndedError(ValueError):
+    """The job waits or runs, and cannot be deleted."""
+
+
+def ended_job(store: Store, key: int) -> JobView:
+    """A job that may be deleted. Raises `UnknownJobError`, and `JobNotEndedError` for one that waits or runs."""
+    job = get_job(store, key)
+    if not job.ended:
+        raise JobNotEndedError(
+            f"job {key} cannot be deleted: it is {job.state}; stop it first: pyroshock jobs stop {key}"
+        )
+    return job
+
+
+def delete_job(store: Store, key: int) -> None:
+    """Delete the row of a job that has ended. Raises as `ended_job`."""
+    ended_job(store, key)
+    store.write(lambda session: session.execute(delete(Job).where(Job.id == key, Job.state.in_(ENDED))))
 
 
 def _stop(session: Session, key: int) -> None:

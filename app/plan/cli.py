@@ -7,9 +7,11 @@ from pathlib import Path
 
 import click
 
-from ..cli.common import db_option, json_option, note, open_command_store, print_table, write_json
-from ..cli.completion import campaign_names, plan_names
+from ..cli.common import db_option, jobs_option, json_option, note, open_command_store, print_table, write_json
+from ..cli.completion import campaign_names, effect_ids, plan_names
 from ..cli.listed import Listing, listing_options
+from ..cli.next_step import suggest_next
+from ..cli.options import split_names
 from ..common.progress import progress_bar
 from .designs_cli import DesignCommands, augment, tell_plan
 
@@ -29,8 +31,8 @@ def discriminate(
 
     \b
     Example:
-        pyroshock plan discriminate spring
-        pyroshock plan sheet spring-discriminate --out spring.html
+        pyroshock plan discriminate slow-valve
+        pyroshock plan sheet slow-valve-discriminate --out runs.html
     """
     with open_command_store(db) as store:
         from ..diagnose.diagnosing import keep, last_report, report_json, run_diagnosis
@@ -50,9 +52,10 @@ def discriminate(
         stored, left_out = store_experiment(store, campaign, report["next_runs"], name or plan_name(campaign))
     for words in (*(run["why"] for run in report["next_runs"]), *left_out):
         note(words)
-    note(f"plan {stored.name}: {len(stored.runs)} runs; pyroshock plan sheet {stored.name} --out {stored.name}.html")
+    note(f"plan {stored.name}: {len(stored.runs)} runs")
     rows = ({"run": run.run, **run.row, "repetitions": run.repetitions} for run in stored.runs)
     tell_plan(stored, rows, json_to, out)
+    suggest_next("plan", "sheet", stored.name, "--out", f"{stored.name}.html")
 
 
 @click.group(cls=DesignCommands, invoke_without_command=True)
@@ -64,16 +67,21 @@ def plan(ctx: click.Context, db: str, listing: Listing) -> None:
 
     \b
     Example:
-        pyroshock plan lhs spring --runs 105
-        pyroshock plan sheet spring --out spring.html
-        pyroshock plan status spring
+        pyroshock plan lhs autumn --runs 12
+        pyroshock plan sheet autumn --out autumn.html
+        pyroshock plan status autumn
     """
     if ctx.invoked_subcommand is None:
         _list(db, listing)
 
 
 def _list(db: str, listing: Listing) -> None:
-    """List the plans with their counts of runs."""
+    """List the plans with their counts of runs.
+
+    \b
+    Example:
+        pyroshock plan list
+    """
     with open_command_store(db) as store, store.reading() as session:
         from ...doe.plans import list_plans
 
@@ -90,12 +98,18 @@ plan.command("list")(db_option(listing_options(_list)))
 @click.option("--reason", required=True, help="Say why. The plan keeps the reason with the run.")
 @db_option
 def discard(name: str, run: int, reason: str, db: str) -> None:
-    """Take a run out of a plan, for example because a part broke or its records are bad."""
+    """Take a run out of a plan, for example because a part broke or its records are bad.
+
+    \b
+    Example:
+        pyroshock plan discard rehearsal 17 --reason "tip broke"
+    """
     from ...doe.plans import discard_run
 
     with open_command_store(db) as store:
         discard_run(store, name, run, reason)
-    note(f"plan {name}: run {run} discarded; pyroshock plan augment {name} replaces it")
+    note(f"plan {name}: run {run} discarded")
+    suggest_next("plan", "augment", name)
 
 
 @plan.command()
@@ -118,7 +132,7 @@ def quality(name: str, against: str | None, plot: Path | None, db: str, json_to:
 
     \b
     Example:
-        pyroshock plan quality spring --against table_a1_lhs_105_runs.csv --plot quality.png
+        pyroshock plan quality rehearsal --against slow-valve --plot quality.png
     """
     from .quality import designs_of, draw, figures_as_json, tables
 
@@ -140,7 +154,12 @@ def quality(name: str, against: str | None, plot: Path | None, db: str, json_to:
 @db_option
 @json_option
 def status(name: str, db: str, json_to: str | None) -> None:
-    """Show which runs of a plan are done, still to do, or discarded."""
+    """Show which runs of a plan are done, still to do, or discarded.
+
+    \b
+    Example:
+        pyroshock plan status rehearsal
+    """
     from ...doe.plans import read_plan
     from ..common.plan_tables import plan_as_json, run_counts
 
@@ -177,14 +196,16 @@ def sheet(name: str, out: Path, db: str) -> None:
 
     \b
     Example:
-        pyroshock plan sheet spring --out spring.html
+        pyroshock plan sheet rehearsal --out rehearsal.html
     """
     from ...doe.plans import read_plan
     from ...doe.sheet import write_sheet
 
     with open_command_store(db) as store, store.reading() as session:
-        write_sheet(read_plan(session, name), out)
+        stored = read_plan(session, name)
+        write_sheet(stored, out)
     note(f"written: {out}")
+    suggest_next("campaigns", "init", name, "--kind", stored.space.kind, "--plan", name)
 
 
 for command in (augment, discriminate):
@@ -211,11 +232,13 @@ for command in (augment, discriminate):
     "--effect",
     "effects",
     multiple=True,
+    callback=split_names,
     metavar="NAME=STRENGTH",
     help=(
-        "Set the strength of an effect: 0 removes it, 1 is the strength of a realistic bench. "
-        "The option can be repeated."
+        "Set the strength of an effect: 0 removes it, 1 is the strength of a realistic bench. Repeat the option, or "
+        "give a list: a=2,b=3."
     ),
+    shell_complete=effect_ids,
 )
 @click.option("--echoes", is_flag=True, help="Let reflections from the edges of the plate act on the contact.")
 @click.option("--name", default=None, help="Name the campaign. [default: the name of the plan]")
@@ -237,12 +260,7 @@ for command in (augment, discriminate):
     default=None,
     help="Set the time that is recorded before the trigger. [default: 300ms]",
 )
-@click.option(
-    "--jobs",
-    type=click.IntRange(1),
-    default=None,
-    help="Set the number of processes. [default: the number of cores, at most 4]",
-)
+@jobs_option("Set the number of processes.")
 @db_option
 @json_option
 def simulate(
@@ -266,9 +284,8 @@ def simulate(
 
     \b
     Example:
-        pyroshock plan lhs spring --runs 105
-        pyroshock simulate spring --out spring/ --effect gun.blow_by=3
-        pyroshock ingest spring/
+        pyroshock simulate slow-valve --out autumn/ --name autumn --effect gun.blow_by=3
+        pyroshock ingest autumn/
     """
     with open_command_store(db) as store:
         from ...doe.plans import read_plan
@@ -296,6 +313,7 @@ def simulate(
             {"folder": str(made.folder), "recordings": made.recordings, "hits": made.hits, "seal": str(made.seal)},
             json_to,
         )
+    suggest_next("ingest", str(made.folder))
 
 
 def _strengths(texts: tuple[str, ...]) -> dict[str, float]:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from ..cli.common import (
-    CommandGroup,
     db_option,
     errors_as_one_line,
     json_option,
@@ -20,6 +19,8 @@ from ..cli.common import (
     write_json,
 )
 from ..cli.completion import plan_names
+from ..cli.next_step import suggest_next
+from ..cli.nouns import NounGroup
 
 if TYPE_CHECKING:
     from ...doe.designs.methods import DesignMethod, Option
@@ -43,7 +44,7 @@ def tell_plan(stored: StoredPlan, rows: Iterable[dict[str, Any]], json_to: str |
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-class DesignCommands(CommandGroup):
+class DesignCommands(NounGroup):
     """The group `plan`: what is no command of its own is a method of design, made a command when it is asked for.
 
     The methods know NumPy, which `--help` of another command does not pay for.
@@ -138,7 +139,8 @@ def _method_command(name: str, method: DesignMethod) -> click.Command:
     if "table" in method.takes:
         command = click.argument("table", type=click.Path(path_type=Path))(command)
     command = click.argument("name")(command)
-    example = f"\n\n\b\nExample:\n    pyroshock {method.example}" if method.example else ""
+    lines = "".join(f"\n    pyroshock {line}" for line in method.example.splitlines())
+    example = f"\n\n\b\nExample:{lines}" if lines else ""
     return click.command(name, help=f"{method.help}{example}")(command)
 
 
@@ -176,6 +178,7 @@ def _make(name: str, method: str, given: dict[str, Any], options: dict[str, Any]
     for line in made.aliases():
         note(f"aliased: {line}")
     _tell(stored, given["json_to"], given["out"])
+    suggest_next("plan", "sheet", name, "--out", f"{name}.html")
 
 
 @click.command()
@@ -219,8 +222,8 @@ def augment(
 
     \b
     Example:
-        pyroshock plan discard spring 17 --reason "tip broke"
-        pyroshock plan augment spring
+        pyroshock plan discard rehearsal 17 --reason "tip broke"
+        pyroshock plan augment rehearsal
     """
     from ...doe.plans import read_plan
     from .planning import augment_plan, gun_bench
@@ -237,6 +240,7 @@ def augment(
             stored = read_plan(session, name)
     note(f"plan {name}: added runs {', '.join(map(str, numbers))}")
     _tell(stored, json_to, out)
+    suggest_next("plan", "sheet", name, "--out", f"{name}.html")
 
 
 def _tell(stored: StoredPlan, json_to: str | None, out: Path | None) -> None:

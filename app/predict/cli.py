@@ -12,7 +12,8 @@ import click
 from click.core import ParameterSource
 
 from ..cli.common import Function, db_option, json_option, note, open_if_exists, print_table, worker_options, write_json
-from ..cli.completion import campaign_names, material_names, plan_names
+from ..cli.completion import campaign_names, contact_models, material_names, plan_names
+from ..cli.next_step import suggest_next
 
 if TYPE_CHECKING:
     from ...parallel.executor import ExecutorConfig
@@ -147,7 +148,11 @@ _SET = (
         "--tip-radius", metavar="45mm", default="45mm", show_default=True, help="Set the radius of the ball of the tip."
     ),
     click.option(
-        "--plate", metavar="MATERIAL", default=None, help="Name the material of the plate. [default: that of the bench]"
+        "--plate",
+        metavar="MATERIAL",
+        default=None,
+        help="Name the material of the plate. [default: that of the bench]",
+        shell_complete=material_names,
     ),
     click.option(
         "--anvil",
@@ -220,9 +225,10 @@ _MADE_OF = (
     ),
     click.option(
         "--contact",
-        metavar="LAW|prior|registered|NAME@VERSION",
+        metavar="LAW|prior|registered|MODEL@VERSION",
         default=None,
         help="Choose the contact model. [default: the model in use, else prior]",
+        shell_complete=contact_models,
     ),
     click.option(
         "--effect",
@@ -332,10 +338,8 @@ def predict(
     \b
     Example:
         pyroshock predict --tank-pressure 5bar --bullet-mass 0.5kg --tip steel
-        pyroshock predict --tank-pressure 5bar --valve-profile '0:0 0.1:1 0.3:1 0.4:0'
-        pyroshock predict --velocity 8m/s --tip delrin --effect plate.damping:factor=2 --plot shot.png
-        pyroshock predict --campaign hammer --velocity 1.5m/s --tip delrin --tip-radius 30mm --boundary-conditions fixed
-        pyroshock predict --plan spring --out predicted.csv --jobs 2
+        pyroshock predict --velocity 8m/s --tip steel --effect plate.damping:factor=2 --plot shot.png
+        pyroshock predict --plan slow-valve --draws 8 --out predicted.csv
     """
     from ..common.model_registry import models_extra
 
@@ -353,6 +357,8 @@ def predict(
                 with progress_bar("predicting", "shots") as step:
                     predicted_shots = predict_batch(bench, rows, executor, step)
             many.tell(predicted_shots, json_to)
+            if plan is not None:
+                suggest_next("plan", "sheet", plan, "--out", f"{plan}.html")
             return
         from ..twins.building import twin_of
         from .predicting import domain_warnings, predict_shot, prediction_json
@@ -381,6 +387,7 @@ def predict(
         print_table(({"stage": stage, "answered": answer} for stage, answer in prediction.models.items()), "")
         for warning in domain_warnings(prediction):
             note(warning)
+        suggest_next("validate", asked["campaign"] or "CAMPAIGN")
 
 
 _SETTING = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "anvil", "insulator", "impact_position",

@@ -8,6 +8,7 @@ import click
 
 from ..cli.common import db_option, note, open_command_store
 from ..cli.completion import subject_names
+from ..cli.next_step import suggest_next
 
 
 @click.command()
@@ -24,9 +25,9 @@ def report(subject: str, db: str, out: Path) -> None:
 
     \b
     Example:
-        pyroshock report spring --out spring.html
-        pyroshock report diagnosis:spring --out gap.pdf
-        pyroshock report models:/hybrid@3 --out hybrid.pdf
+        pyroshock report rehearsal --out rehearsal.html
+        pyroshock report diagnosis:slow-valve --out gap.pdf
+        pyroshock report gp@1 --out gp.pdf
     """
     with open_command_store(db) as store:
         from ..documents.write import check_ending, write_report
@@ -35,3 +36,12 @@ def report(subject: str, db: str, out: Path) -> None:
         check_ending(out)
         write_report(report_on(store, db, subject), out)
     note(f"written: {out}")
+    suggest_next(*_after(subject))
+
+
+def _after(subject: str) -> tuple[str, ...]:
+    """A diagnosis leads to runs that tell its causes apart, a model to its rivals, a campaign to a copy of it."""
+    kind, _, name = subject.rpartition(":")
+    if kind == "diagnosis":
+        return ("diagnoses", "list") if name.isdecimal() else ("plan", "discriminate", name)
+    return ("compare",) if "@" in name else ("db", "export", name, "--out", f"{name}.pyroshock")

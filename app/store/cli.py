@@ -34,7 +34,7 @@ def export(campaign: str, db: str, out: Path) -> None:
 
     \b
     Example:
-        pyroshock db export spring --out spring.pyroshock
+        pyroshock db export rehearsal --out rehearsal.pyroshock
     """
     with open_command_store(db) as store:
         from ...schema.transfer.export import export_campaign
@@ -57,7 +57,8 @@ def import_(file: Path, db: str, json_to: str | None) -> None:
 
     \b
     Example:
-        pyroshock db import spring.pyroshock --db sqlite:///lab.db
+        pyroshock db export first-shots --out first-shots.pyroshock
+        pyroshock db import first-shots.pyroshock --db sqlite:///lab.db
     """
     with open_command_store(db, create=True) as store:
         from ...schema.transfer.merging import import_file
@@ -98,8 +99,8 @@ def check(db: str, json_to: str | None, campaign: str | None, fast: bool, repair
 
     \b
     Example:
-        pyroshock db check --db sqlite:///lab.db
-        pyroshock db check --repair my-campaign/
+        pyroshock db check --fast
+        pyroshock db check --campaign rehearsal
     """
     with open_command_store(db) as store:
         from ...schema.engine import describe
@@ -175,7 +176,7 @@ def copy(source: str, target: str, json_to: str | None) -> None:
 
     \b
     Example:
-        pyroshock db copy sqlite:///lab.db postgresql+psycopg://lab@server/lab
+        pyroshock db copy sqlite:///results/demo.db sqlite:///copy.db
     """
     with open_command_store(source) as store:
         from ...schema.engine import describe, make_engine
@@ -228,7 +229,12 @@ def init(db: str) -> None:
 
 @click.group(cls=CommandGroup)
 def db() -> None:
-    """Check, copy and upgrade a store, and carry campaigns from one store to another."""
+    """Check, copy and upgrade a store, and carry campaigns from one store to another.
+
+    \b
+    Example:
+        pyroshock db check --fast
+    """
 
 
 for command in (check, copy, export, import_, roles):
@@ -242,7 +248,7 @@ def upgrade(db: str) -> None:
 
     \b
     Example:
-        pyroshock db upgrade --db sqlite:///lab.db
+        pyroshock db upgrade
     """
     with errors_as_one_line():
         from sqlalchemy.exc import DBAPIError

@@ -6,14 +6,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..cli.common import CommandGroup, db_option, note, open_command_store
+from ..cli.common import db_option, note, open_command_store
 from ..cli.listed import Listing, listing_options
+from ..cli.nouns import NounGroup
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
 
-@click.group(cls=CommandGroup, invoke_without_command=True)
+@click.group(cls=NounGroup, invoke_without_command=True)
 @db_option
 @listing_options
 @click.pass_context
@@ -22,9 +23,7 @@ def materials(ctx: click.Context, db: str, listing: Listing) -> None:
 
     \b
     Example:
-        pyroshock materials
-        pyroshock materials add titanium --youngs-modulus 114GPa --poisson-ratio 0.34 \\
-            --density 4430kg/m3 --yield-strength 880MPa --source "data sheet 12-7"
+        pyroshock materials --columns name,density_kg_m3
     """
     if ctx.invoked_subcommand is not None:
         return
@@ -59,7 +58,13 @@ def materials(ctx: click.Context, db: str, listing: Listing) -> None:
 def add(
     name: str, db: str, youngs_modulus: str, poisson_ratio: float, density: str, yield_strength: str, source: str
 ) -> None:
-    """Add a material. A name that exists is refused."""
+    """Add a material. A name that exists is refused.
+
+    \b
+    Example:
+        pyroshock materials add titanium --youngs-modulus 114GPa --poisson-ratio 0.34 \\
+            --density 4430kg/m3 --yield-strength 880MPa --source "data sheet 12-7"
+    """
     with open_command_store(db) as store:
         from ...schema.benches import Material, material_names
         from ..common.frames import parse_quantity

@@ -22,6 +22,8 @@ from ..cli.common import (
 )
 from ..cli.completion import dataset_names, model_versions
 from ..cli.listed import Listing, listing_options
+from ..cli.next_step import suggest_next
+from ..cli.options import split_names
 
 if TYPE_CHECKING:
     from ...dataset.catalog import Withdrawal
@@ -35,18 +37,24 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("dataset", shell_complete=dataset_names)
 @click.option(
-    "--models", default="all", show_default=True, metavar="A,B|all", help="Train these models, given by name."
+    "--models",
+    multiple=True,
+    callback=split_names,
+    metavar="A,B|all",
+    default=["all"],
+    show_default=True,
+    help="Train these models. Repeat the option, or give a list: a,b.",
 )
 @click.option(
     "--split",
     "splits",
-    default="repetitions,configurations",
-    show_default=True,
+    multiple=True,
+    callback=split_names,
     metavar="S,T",
     help=(
-        "Choose what is held out: repetitions, configurations, treatments, materials, "
-        "campaigns, material=NAME or campaign=NAME. Held-out repetitions flatter a model; "
-        "read them beside held-out configurations."
+        "Choose what is held out: repetitions, configurations, treatments, materials, campaigns, material=NAME or "
+        "campaign=NAME. Held-out repetitions flatter a model; read them beside held-out configurations. Repeat the "
+        "option, or give a list: s,t. [default: repetitions and configurations, as far as the dataset can be split so]"
     ),
 )
 @click.option(
@@ -69,8 +77,8 @@ if TYPE_CHECKING:
 @json_option
 def train(
     dataset: str,
-    models: str,
-    splits: str,
+    models: tuple[str, ...],
+    splits: tuple[str, ...],
     seed: int,
     budget: Budget,
     retrain: bool,
@@ -85,9 +93,8 @@ def train(
 
     \b
     Example:
-        pyroshock train spring
-        pyroshock train spring --models hybrid,gp --split materials
-        pyroshock train spring --backend dask --scheduler tcp://lab-1:8786
+        pyroshock train rehearsal-pulses --models linear,hann
+        pyroshock train rehearsal-pulses --models linear --split material=steel
     """
     with open_command_store(db) as store:
         from ...training.fitting.session import Progress
@@ -98,17 +105,26 @@ def train(
         with progress_bar("training", "models") as step:
             progress = Progress(step, tell_beside_bar)
             session, floors = train_models(
-                store, db, dataset, [models], splits, seed=seed, budget=budget, retrain=retrain, executor=executor,
-                progress=progress,
+                store, db, dataset, models, ",".join(splits) or None, seed=seed, budget=budget, retrain=retrain,
+                executor=executor, progress=progress,
             )  # fmt: skip
         earlier = len(session.versions) - session.trained
         note(f"{session.trained} trained, {earlier} found as they were trained before")
         _train_tell(session, floors, json_to)
+        _suggest_after_training(session)
         if session.failures:
             fail(
                 "not trained: "
                 + "; ".join(f"{failure.model} ({failure.split}): {failure.reason}" for failure in session.failures)
             )
+
+
+def _suggest_after_training(session: Session) -> None:
+    versions = session.versions
+    if len({version.name for version in versions}) > 1:
+        suggest_next("compare", "--dataset", versions[0].dataset.name, "--split", versions[-1].split)
+    elif versions:
+        suggest_next("promote", versions[-1].label)
 
 
 def _train_tell(session: Session, floors: dict[str, str], json_to: str | None) -> None:
@@ -131,9 +147,11 @@ def _train_tell(session: Session, floors: dict[str, str], json_to: str | None) -
 )
 @click.option(
     "--split",
-    default="repetitions",
-    show_default=True,
-    help="Choose the split of models that are named without a version.",
+    default=None,
+    help=(
+        "Choose the split of models that are named without a version. [default: repetitions, or that of the newest "
+        "model where none was judged on repetitions]"
+    ),
 )
 @click.option(
     "--metric",
@@ -142,15 +160,19 @@ def _train_tell(session: Session, floors: dict[str, str], json_to: str | None) -
     metavar="M|all",
     help="Compare by this measure, or by all eight.",
 )
-@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Draw the first comparison into FILE.png.")
+@click.option(
+    "--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw the first comparison into FILE.png."
+)
+@click.option("--out", "plot_as_before", type=click.Path(path_type=Path, dir_okay=False), hidden=True)
 @db_option
 @json_option
 def compare(
     names: tuple[str, ...],
     dataset: str | None,
-    split: str,
+    split: str | None,
     metric: str,
-    out: Path | None,
+    plot: Path | None,
+    plot_as_before: Path | None,
     db: str,
     json_to: str | None,
 ) -> None:
@@ -162,8 +184,8 @@ def compare(
 
     \b
     Example:
-        pyroshock compare hybrid coregional-gp --metric cost
-        pyroshock compare hybrid@3 hybrid@7 --out difference.png
+        pyroshock train rehearsal-pulses --models linear --split configurations
+        pyroshock compare gp@1 linear@1 --metric cost --plot difference.png
     """
     with open_command_store(db) as store:
         from .comparing import comparison_sentences, draw, metrics_named, rows_of
@@ -171,9 +193,9 @@ def compare(
 
         wanted = metrics_named(metric)
         comparison = compare_versions(store, db, names, dataset=dataset, split=split, metric=wanted[0], note=note)
-        if out is not None:
-            draw(comparison.comparisons[0], wanted[0], out)
-            note(f"plot: {out}")
+        if (file := plot or plot_as_before) is not None:
+            draw(comparison.comparisons[0], wanted[0], file)
+            note(f"plot: {file}")
         if json_to is not None:
             write_json(rows_of(comparison, wanted), json_to)
             return
@@ -184,6 +206,7 @@ def compare(
         if settings := comparison.settings_table():
             click.echo("What each training searched and found:")
             print_table(settings, "")
+        suggest_next("promote", comparison.versions[0].label)
 
 
 @click.command()
@@ -214,8 +237,8 @@ def promote(
 
     \b
     Example:
-        pyroshock promote hybrid@3
-        pyroshock promote hybrid@5 --on autumn --reason "new tips"
+        pyroshock promote gp@1
+        pyroshock promote gp@1 --on slow-valve --reason "new tips"
     """
     with open_command_store(db) as store:
         from .service import promote_version
@@ -226,12 +249,15 @@ def promote(
         if json_to is not None:
             write_json(decision.to_json(), json_to)
         note(decision.sentence)
+        if decision.promoted:
+            suggest_next("predict")
+        elif (champion := decision.decision.champion) is not None:
+            suggest_next("compare", decision.decision.candidate, champion)
         if not decision.promoted:
             raise click.exceptions.Exit(1)
 
 
 @click.command()
-@click.argument("version", required=False, metavar="[MODEL@VERSION]", shell_complete=model_versions)
 @click.option(
     "--dataset",
     default=None,
@@ -246,8 +272,7 @@ def promote(
 )
 @db_option
 @listing_options
-def models(
-    version: str | None,
+def list_models(
     dataset: str | None,
     split: str | None,
     every: bool,
@@ -255,24 +280,24 @@ def models(
     db: str,
     listing: Listing,
 ) -> None:
-    """List the registered models, the best first, with their figures on both splits.
+    """List the registered models, the best first, with their figures on both splits; show or delete one.
 
-    The list names the floor that repetitions set, and the figures of the thesis. With MODEL@VERSION, one version is
-    shown with its figures and the settings that its training searched and chose.
+    The list names the floor that repetitions set, and the figures of the thesis. `pyroshock models MODEL@VERSION`
+    shows one version with its figures and the settings that its training searched and chose.
 
     A star marks the model in use. Errors are shares, as means over held-out pulses; --json gives all metrics with
     intervals. With --csv, --sort or --columns there is one row for each version, with its metrics as columns.
 
     \b
     Example:
-        pyroshock models --dataset spring
-        pyroshock models hybrid@3
+        pyroshock models --dataset rehearsal-pulses
+        pyroshock models gp@1
         pyroshock models --sort force_nrmse --columns model,version,split,force_nrmse
         pyroshock models --promotions
     """
     with errors_as_one_line():
         from ...training.registry.intact_models import damages
-        from ...training.registry.listing import chosen, flat_row, newest, of_dataset
+        from ...training.registry.listing import flat_row, newest, of_dataset
         from ..common.model_registry import models_extra, registry_of, withdrawals_at, withdrawn_words
         from .tables import floors_by_ground, json_row
 
@@ -282,9 +307,6 @@ def models(
                 _tell_promotions(registry.decisions(), listing)
                 return
             versions = registry.versions()
-            if version is not None:
-                _tell_version(registry, chosen(versions, version, split), listing.json_to)
-                return
             versions = of_dataset(versions, dataset) if dataset is not None else versions
             versions = [version for version in versions if split in (None, version.split)]
             floors = floors_by_ground(registry, versions)
@@ -311,7 +333,7 @@ def models(
             note(words)
 
 
-def _tell_version(registry: Registry, version: Version, json_to: str | None) -> None:
+def tell_version(registry: Registry, version: Version, json_to: str | None) -> None:
     """One version's figures and settings; its histories, by step, stand in the JSON alone."""
     from .tables import json_row
 
@@ -360,6 +382,6 @@ def _tell_promotions(decisions: list[Any], listing: Listing) -> None:
     )  # fmt: skip
     listing.show(
         [asdict(decision) for decision in decisions],
-        "nothing was promoted yet: pyroshock promote MODEL VERSION",
+        "nothing was promoted yet: pyroshock promote MODEL@VERSION",
         lambda row: {name: row[name] for name in columns} | {"when": f"{row['when']:%Y-%m-%d %H:%M}"},
     )

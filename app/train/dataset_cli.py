@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..cli.common import CommandGroup, db_option, json_option, note, open_command_store, print_table, write_json
+from ..cli.common import db_option, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names, dataset_names
 from ..cli.listed import Listing, listing_options
+from ..cli.next_step import suggest_next
+from ..cli.nouns import NounGroup
+from ..cli.options import split_names
 
 if TYPE_CHECKING:
     from ...dataset.catalog import Withdrawal
@@ -20,7 +23,7 @@ _SEED = click.option(
 )
 
 
-@click.group(cls=CommandGroup, invoke_without_command=True)
+@click.group(cls=NounGroup, invoke_without_command=True)
 @db_option
 @listing_options
 @click.pass_context
@@ -29,15 +32,20 @@ def dataset(ctx: click.Context, db: str, listing: Listing) -> None:
 
     \b
     Example:
-        pyroshock dataset build spring --from spring-hammer
-        pyroshock dataset show spring --plot spring.png
+        pyroshock dataset build both --from rehearsal,slow-valve
+        pyroshock dataset show both --plot both.png
     """
     if ctx.invoked_subcommand is None:
         _list(db, listing)
 
 
 def _list(db: str, listing: Listing) -> None:
-    """List the datasets with their name, hash, pulses and campaigns."""
+    """List the datasets with their name, hash, pulses and campaigns.
+
+    \b
+    Example:
+        pyroshock dataset list
+    """
     with open_command_store(db) as store, store.reading() as session:
         from ...dataset.catalog import list_snapshots, list_withdrawals
 
@@ -85,8 +93,9 @@ class _Campaigns(click.Command):
     "campaigns",
     multiple=True,
     required=True,
+    callback=split_names,
     metavar="CAMPAIGN…",
-    help="Take the pulses of these campaigns.",
+    help="Take the pulses of these campaigns. Repeat the option, or give a list: a,b.",
     shell_complete=campaign_names,
 )
 @click.option(
@@ -133,9 +142,8 @@ def build(
 
     \b
     Example:
-        pyroshock dataset build spring --from spring-hammer
-        pyroshock dataset build both --from spring autumn --quality warning --json
-        pyroshock dataset build true --from spring-hammer --velocity before-contact
+        pyroshock dataset build both --from rehearsal,slow-valve --quality warning
+        pyroshock dataset build before --from rehearsal --velocity before-contact
     """
     with open_command_store(db) as store:
         from ...dataset.predictors import predictors_named
@@ -164,6 +172,7 @@ def build(
             note(f"  {facts}")
     if json_to is not None:
         write_json(summary, json_to)
+    suggest_next("train", built.snapshot.name)
 
 
 def _split_or_note(table: Any, text: str, seed: int) -> Any:
@@ -200,7 +209,7 @@ def show(name: str, db: str, json_to: str | None, seed: int, plot: Path | None) 
 
     \b
     Example:
-        pyroshock dataset show spring --plot spring.png
+        pyroshock dataset show rehearsal-pulses --plot pulses.png
     """
     with open_command_store(db) as store:
         from ...dataset.snapshot import read_snapshot
@@ -251,8 +260,7 @@ def trace(name: str, key: str | None, db: str, json_to: str | None) -> None:
 
     \b
     Example:
-        pyroshock dataset trace spring
-        pyroshock dataset trace spring 5350e6044256
+        pyroshock dataset trace rehearsal-pulses
     """
     with open_command_store(db) as store, store.reading() as session:
         from ...dataset.snapshot import raw_files, read_snapshot
@@ -279,7 +287,7 @@ def export(name: str, db: str, out: Path) -> None:
 
     \b
     Example:
-        pyroshock dataset export spring --out spring.parquet
+        pyroshock dataset export rehearsal-pulses --out pulses.parquet
     """
     with open_command_store(db) as store:
         from ...dataset.snapshot import read_snapshot

@@ -15,6 +15,7 @@ from ..common.model_registry import (
     reader_of,
     registry_of,
     splits_of,
+    usual_splits,
     withdrawn_words,
 )
 
@@ -215,7 +216,7 @@ def train_models(
     url: str,
     dataset: str,
     models: Sequence[str],
-    splits: str,
+    splits: str | None,
     *,
     seed: int = 0,
     budget: Budget = "reduced",
@@ -225,6 +226,7 @@ def train_models(
 ) -> tuple[Session, dict[str, str]]:
     """Train models on splits of a dataset and register them: the session, and the repeatability floor by split.
 
+    `splits` is a comma list; None: repetitions and configurations, as far as the dataset can be split so.
     Raises as `model_catalogue.models_of`, `splits_of` and `read_snapshot`.
     """
     from ...parallel.executor import HERE
@@ -234,7 +236,7 @@ def train_models(
     names = models_of(",".join(models))
     registry = registry_of(url)
     context = context_of(store, dataset, registry, seed, budget)
-    wanted = splits_of(context.table, splits)
+    wanted = splits_of(context.table, usual_splits(context.table) if splits is None else splits)
     with models_extra():
         session = training_session.train(
             registry,
@@ -278,12 +280,13 @@ def compare_versions(
     names: Sequence[str],
     *,
     dataset: str | None = None,
-    split: str = "repetitions",
+    split: str | None = None,
     metric: str = "force_nrmse",
     note: Callable[[str], None] = lambda _: None,
 ) -> Comparisons:
     """Versions compared on the held-out pulses they have in common, each with each; without names, the best of the
-    split with all others. `note` is told what was left out and which pulses were withdrawn.
+    split with all others. Without `split` it is repetitions, or that of the newest model where none was judged on
+    repetitions. `note` is told what was left out and which pulses were withdrawn.
 
     Raises as `comparing.versions_named` and `comparing.comparisons_of`.
     """
@@ -291,10 +294,18 @@ def compare_versions(
 
     with models_extra():
         registry = registry_of(url)
-        versions = served(registry, versions_named(registry.versions(), names, dataset, split), names, note)
+        registered = registry.versions()
+        versions = served(
+            registry, versions_named(registered, names, dataset, split or _usual_split(registered)), names, note
+        )
         for words in withdrawn_words(store.read(list_withdrawals), versions):
             note(words)
         return comparisons_of(registry, versions, metric, each_with_each=bool(names), read=reader_of(store))
+
+
+def _usual_split(versions: Sequence[Version]) -> str:
+    splits = [version.split for version in versions]
+    return "repetitions" if "repetitions" in splits or not splits else splits[0]
 
 
 def promote_version(

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..cli.common import db_option, json_option, note, open_command_store, print_table, write_json
-from ..cli.completion import campaign_names
+from ..cli.completion import campaign_names, contact_models, material_names
+from ..cli.next_step import suggest_next
+from ..cli.options import split_names
 
 if TYPE_CHECKING:
     from .service import TunedSettings
@@ -31,8 +33,9 @@ if TYPE_CHECKING:
 @click.option(
     "--measured",
     multiple=True,
+    callback=split_names,
     metavar="CAMPAIGN",
-    help="Learn from the measured shots of this campaign. The option can be repeated.",
+    help="Learn from the measured shots of these campaigns. Repeat the option, or give a list: a,b.",
     shell_complete=campaign_names,
 )
 @click.option(
@@ -40,6 +43,7 @@ if TYPE_CHECKING:
     default=None,
     metavar="MATERIAL",
     help="Name the material of the mounted plate. [default: that of the bench]",
+    shell_complete=material_names,
 )
 @click.option(
     "--campaign",
@@ -77,7 +81,11 @@ if TYPE_CHECKING:
     help="Describe gun and plate by a TOML file.",
 )
 @click.option(
-    "--contact", default=None, metavar="LAW", help="Choose a contact law, or `registered`. [default: the model in use]"
+    "--contact",
+    default=None,
+    metavar="LAW|prior|registered|MODEL@VERSION",
+    help="Choose the contact model as `predict` does. [default: the model in use, else prior]",
+    shell_complete=contact_models,
 )
 @click.option(
     "--no-adopted", is_flag=True, help="Leave out the effects that were adopted for the bench after a diagnosis."
@@ -163,8 +171,7 @@ def tune(
 
     \b
     Example:
-        pyroshock tune --target spec.csv --tolerance 6dB
-        pyroshock tune --target spec.csv --measured monday --avoid avoid.json --plot spec.png
+        pyroshock tune --target examples/specifications/component.csv --measured rehearsal --plot spectra.png
     """
     with open_command_store(db) as store:
         from ..common.progress import progress_bar
@@ -198,8 +205,22 @@ def tune(
             plot_tuned(tuned, settings.goal, plot)
             note(f"plot: {plot}")
     _show(settings, avoid, json_to)
+    _suggest(settings)
     if not settings.attainable:
         raise click.exceptions.Exit(1)
+
+
+def _suggest(settings: TunedSettings) -> None:
+    """The best setting, predicted whole."""
+    rows = settings.to_json()
+    if rows and settings.attainable:
+        best = _words(rows[0]["settings"])
+        anvil = () if best["anvil"] in (None, "none") else ("--anvil", best["anvil"], "--insulator", best["insulator"])
+        suggest_next(
+            "predict", "--tank-pressure", f"{best['bar']:.4g}bar", "--bullet-mass", f"{best['kg']:.4g}kg",
+            "--tip", best["tip"], "--tip-radius", f"{best['radius_mm']:.4g}mm", *anvil,
+            "--impact-position", best["position"],
+        )  # fmt: skip
 
 
 def _show(settings: TunedSettings, avoid: Path | None, json_to: str | None) -> None:

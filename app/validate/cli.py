@@ -8,16 +8,18 @@ from typing import Any
 import click
 
 from ..cli.common import db_option, json_option, note, open_command_store, print_table, write_json
-from ..cli.completion import campaign_names
+from ..cli.completion import campaign_names, contact_models
+from ..cli.next_step import suggest_next
 
 
 @click.command()
 @click.argument("campaign", shell_complete=campaign_names)
 @click.option(
     "--contact",
-    metavar="LAW|prior|registered|NAME@VERSION",
+    metavar="LAW|prior|registered|MODEL@VERSION",
     default=None,
     help="Choose the contact model as `predict` does.",
+    shell_complete=contact_models,
 )
 @click.option(
     "--folds",
@@ -62,8 +64,7 @@ def validate(
 
     \b
     Example:
-        pyroshock validate spring
-        pyroshock validate spring --contact hybrid@3 --html validation.html
+        pyroshock validate rehearsal --folds 2 --draws 20 --html validation.html
     """
     with open_command_store(db) as store:
         from ..common.progress import progress_bar
@@ -82,6 +83,10 @@ def validate(
             write_json(data, json_to)
         else:
             _show(data)
+        if validation.calibrated:
+            suggest_next("tune", "--target", "SPEC.csv", "--measured", campaign)
+        else:
+            suggest_next("diagnose", campaign)
         if not validation.calibrated:
             raise click.exceptions.Exit(1)
 

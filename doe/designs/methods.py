@@ -155,7 +155,7 @@ METHODS: Mapping[str, DesignMethod] = {
             )
         ],
         repeats=True,
-        example="plan lhs spring --runs 105 --seed 1 --out spring.csv",
+        example="plan lhs spring --runs 24 --seed 1 --out spring.csv",
     ),
     "sobol": DesignMethod(
         "Sobol' sequence",
@@ -286,7 +286,7 @@ METHODS: Mapping[str, DesignMethod] = {
         _import,
         ("table",),
         repeats=True,
-        example="plan import thesis table_a1_lhs_105_runs.csv",
+        example="plan lhs spring --runs 12 --out table.csv\nplan import own table.csv",
     ),
 }
 

@@ -68,7 +68,7 @@ def test_json_goes_to_a_file_and_listings_have_the_contracts_keys(filled, tmp_pa
 
 
 @pytest.mark.parametrize(("words", "said"), [
-    (("plann",), "No such command 'plann'; did you mean plan?"),
+    (("plann",), "No such command 'plann'; did you mean plan, plans?"),
     (("qqq",), "No such command 'qqq'; pyroshock --help lists them"),
     (("plan", "show"), "No such command 'show'; augment, box-behnken, central-composite, discard, discriminate,"),
 ])  # fmt: skip

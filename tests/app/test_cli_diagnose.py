@@ -162,7 +162,7 @@ def test_every_answer_is_a_finished_diagnosis(monkeypatch: pytest.MonkeyPatch, l
 
 @pytest.mark.parametrize(("words", "message"), [
     (("summer",), "no campaign and no folder 'summer'; campaigns: spring"),
-    (("spring", "--simulator", "magic"), "--simulator is 'magic'; expected nominal, or models:/NAME@VERSION"),
+    (("spring", "--simulator", "magic"), "--simulator is 'magic'; expected nominal, or MODEL@VERSION"),
     (("spring", "--simulator", "models:/hybrid@1"), "no registered model 'hybrid@1'"),
     (("spring", "--tolerance", "gun=1"), "--tolerance is 'gun=1'; expected gun=1%"),
     (("spring", "--tolerance", "laser=1%"), "--tolerance is 'laser=1%'"),

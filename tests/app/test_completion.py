@@ -11,7 +11,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from click.shell_completion import BashComplete, ShellComplete
+from click.shell_completion import BashComplete, ShellComplete, get_completion_class
 from click.testing import CliRunner
 from pyroshock.app.cli.main import COMMANDS, main
 from pyroshock.schema.tables import metadata
@@ -34,11 +34,16 @@ def store(tmp_path_factory) -> str:
         for table, name in NAMED.items():
             connection.execute(f"create table {table} (name text)")
             connection.execute(f"insert into {table} values (?)", [name])
+        connection.execute("create table diagnoses (id int)")
+        connection.execute("insert into diagnoses values (7)")
         connection.commit()
     with closing(sqlite3.connect(folder / "lab-models.db")) as connection:
-        connection.execute("create table model_versions (name text, version int)")
+        connection.execute("create table model_versions (name text, version int, current_stage text)")
         connection.execute("create table registered_model_aliases (alias text, name text, version int)")
-        connection.executemany("insert into model_versions values (?, ?)", [("tree", 1), ("tree", 2), ("linear", 1)])
+        connection.executemany(
+            "insert into model_versions values (?, ?, ?)",
+            [("tree", 1, None), ("tree", 2, "None"), ("linear", 1, "None"), ("linear", 2, "Deleted_Internal")],
+        )
         connection.execute("insert into registered_model_aliases values ('champion', 'tree', 2)")
         connection.commit()
     return f"sqlite:///{folder / 'lab.db'}"
@@ -50,7 +55,7 @@ def test_the_tables_have_these_columns():
 
     assert all("name" in metadata.tables[table].columns for table in NAMED)
     versions, aliases = models.SqlModelVersion.__table__, models.SqlRegisteredModelAlias.__table__
-    assert versions.name == "model_versions" and {"name", "version"} <= set(versions.columns.keys())
+    assert versions.name == "model_versions" and {"name", "version", "current_stage"} <= set(versions.columns.keys())
     assert aliases.name == "registered_model_aliases" and {"name", "alias"} <= set(aliases.columns.keys())
 
 
@@ -67,6 +72,14 @@ def _clean(monkeypatch, tmp_path):
     (("impacts", "--campaign", "other"), []),
     (("runs", "list", ""), ["first-shots"]),
     (("dataset", "build", "x", "--from", ""), ["first-shots"]),
+    (("dataset", "build", "x", "--from", "spring,fi"), ["spring,first-shots"]),
+    (("campaigns", "show", ""), ["first-shots"]),
+    (("plans", "delete", ""), ["spring"]),
+    (("datasets", "show", ""), ["both"]),
+    (("models", "tree@"), ["tree@champion", "tree@2", "tree@1"]),
+    (("models", "delete", "linear"), ["linear@1"]),
+    (("predict", "--contact", "l"), ["linear@1"]),
+    (("diagnoses", "show", ""), ["7"]),
     (("plan", "sheet", ""), ["spring"]),
     (("ingest", "--plan", "s"), ["spring"]),
     (("train", ""), ["both"]),
@@ -87,7 +100,8 @@ def test_the_option_goes_before_the_environment_and_commands_and_effects_are_off
     assert completed("dataset", "--db", store, "build", "x", "--from", "") == ["first-shots"]
     assert sorted(completed("diagnose", "x", "--with", "")) == sorted(catalogue())
     assert completed("diagnose", "x", "--without", "gun.leak,sensor.zero") == ["gun.leak,sensor.zero_shift"]
-    assert completed("") == list(COMMANDS) and completed("pl") == ["plan"] and "--sort" in completed("impacts", "--s")
+    assert completed("") == list(COMMANDS) and completed("pl") == ["plan", "plans"]
+    assert "--sort" in completed("impacts", "--s")
 
 
 @pytest.mark.parametrize(
@@ -129,6 +143,33 @@ def test_bash_completes(store, tmp_path):
     environment = program(tmp_path) | {"PYROSHOCK_DB": store}
     ran = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=60)
     assert (ran.stdout.strip(), ran.stderr) == ("first-shots", "")
+
+
+@pytest.mark.parametrize(("shell", "asked"), [
+    ("zsh", "autoload -U compinit; compinit -D; {script}; whence -w _pyroshock_completion"),
+    ("fish", "{script}; complete -C 'pyroshock validate fi'"),
+])  # fmt: skip
+def test_zsh_and_fish_take_the_script_of_the_documentation(shell, asked, store, tmp_path):
+    """Where the shell is installed; its script is made everywhere, and names the program."""
+    script = get_completion_class(shell)(main, {}, "pyroshock", "_PYROSHOCK_COMPLETE").source()
+    assert f"_PYROSHOCK_COMPLETE={shell}_complete" in script and "pyroshock" in script
+    if shutil.which(shell) is None:
+        pytest.skip(f"no {shell}")
+    environment = program(tmp_path) | {"PYROSHOCK_DB": store}
+    words = [shell, "-c", asked.format(script=script)]
+    ran = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=60)
+    assert ran.returncode == 0 and ("first-shots" in ran.stdout or "function" in ran.stdout), ran.stderr
+
+
+@pytest.mark.parametrize(("shell", "typed", "expected"), [
+    ("bash", {"COMP_WORDS": "pyroshock validate fi", "COMP_CWORD": "2"}, "plain,first-shots"),
+    ("zsh", {"COMP_WORDS": "pyroshock validate fi", "COMP_CWORD": "2"}, "plain\nfirst-shots\n_"),
+    ("fish", {"COMP_WORDS": "pyroshock validate fi", "COMP_CWORD": "fi"}, "plain"),
+])  # fmt: skip
+def test_each_shell_gets_its_answer_in_its_own_form(shell, typed, expected, store, tmp_path):
+    environment = program(tmp_path) | {"PYROSHOCK_DB": store, "_PYROSHOCK_COMPLETE": f"{shell}_complete"} | typed
+    ran = subprocess.run([str(tmp_path / "pyroshock")], env=environment, capture_output=True, text=True, timeout=60)
+    assert ran.stdout.startswith(expected) and "first-shots" in ran.stdout, ran.stderr
 
 
 def test_completion_imports_neither_sqlalchemy_nor_mlflow(store):

@@ -9,7 +9,7 @@ import click
 import pandas as pd
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.listed import Listing, column_names, listing_options
+from pyroshock.app.cli.listed import Listing, listing_options
 from pyroshock.app.cli.main import main
 from support.records.campaigns import hammer_campaign
 
@@ -72,9 +72,9 @@ def test_options_that_do_not_go_together_are_refused(words, expected):
 def test_rows_keep_their_order_or_are_sorted_and_columns_are_chosen():
     rows = [{"a": "9"}, {"a": 10}, {"a": "x"}, {"a": 9}]
     assert Listing(sort="a")._sorted(rows) == [{"a": 9}, {"a": 10}, {"a": "9"}, {"a": "x"}]
-    assert column_names(" a, b,,c ") == ["a", "b", "c"] and column_names(None) == []
     assert [line[0] for line in shown().splitlines()] == ["n", *"BACDE"]
     assert shown("--columns", "force_n, name").splitlines()[:2] == ["force (kN)  name", "0.01        B"]
+    assert shown("--columns", "force_n,", "--columns", "name") == shown("--columns", "force_n, name")
     assert json.loads(shown("--columns", "name", "--sort", "-force_n", "--json"))[0] == {"name": "b"}
     assert shown("--columns", "name,force_n", "--csv").splitlines()[:3] == ["name,force_n", "b,10.0", "a,"]
     header, first, *_ = csv.reader(shown("--csv").splitlines())

@@ -46,7 +46,8 @@ def page() -> str:
 def _method(name: str, method: DesignMethod) -> str:
     rows = [(code(option.name), _values(option), _default(option), escaped(option.help)) for option in method.options]
     options = table(["option", "values", "default", "what it is"], rows) if rows else ""
-    return joined(f"## {name}", escaped(method.help), f"```sh\npyroshock {method.example}\n```", options)
+    lines = "\n".join(f"pyroshock {line}" for line in method.example.splitlines())
+    return joined(f"## {name}", escaped(method.help), f"```sh\n{lines}\n```", options)
 
 
 def _values(option: Option) -> str:

@@ -242,6 +242,16 @@ class Registry:
         with self.connection.client() as client:
             crown(client, version, next_stamp(client))
 
+    def delete(self, version: Version) -> None:
+        """Take a version out of the registry with its files; its number is not given again. Within `promoting`."""
+        with self.connection.client() as client:
+            number = str(version.version)
+            model_id = client.get_model_version(version.name, number).model_id
+            client.delete_model_version(version.name, number)
+            if model_id is not None:
+                client.delete_logged_model(model_id)
+            client.delete_run(version.run_id)
+
     def settle(self) -> None:
         """Complete what a killed promotion has begun, or take it back. Within `promoting`."""
         versions = self.versions()

@@ -1,0 +1,62 @@
+"""`models`: list, show or delete the registered models."""
+
+from __future__ import annotations
+
+import click
+
+from ..cli.common import db_option, errors_as_one_line, json_option, note
+from ..cli.completion import model_versions
+from ..cli.nouns import noun_group
+from ..cli.options import confirm_deletion, deletion_options
+from .cli import list_models, tell_version
+
+
+@click.command()
+@click.argument("model", metavar="MODEL@VERSION", shell_complete=model_versions)
+@db_option
+@json_option
+def show(model: str, db: str, json_to: str | None) -> None:
+    """Show one version of a model: its figures, and the settings that its training searched and chose.
+
+    `MODEL@champion` is the version in use, and MODEL alone is the newest version.
+
+    \b
+    Example:
+        pyroshock models show gp@1
+    """
+    with errors_as_one_line():
+        from ...training.registry.listing import chosen
+        from ..common.model_registry import models_extra, registry_of
+
+        registry = registry_of(db)
+        with models_extra():
+            tell_version(registry, chosen(registry.versions(), model), json_to)
+
+
+@click.command()
+@click.argument("model", metavar="MODEL@VERSION", shell_complete=model_versions)
+@db_option
+@deletion_options
+def delete(model: str, db: str, dry_run: bool) -> None:
+    """Delete one version of a model from the registry. The model in use is refused.
+
+    The number of a deleted version is not given again. Predictions, diagnoses and reports that were made with it stay.
+
+    \b
+    Example:
+        pyroshock train rehearsal-pulses --models linear --split configurations
+        pyroshock models delete linear@1 --yes
+    """
+    with errors_as_one_line():
+        from .deletion import delete_version, unused_version
+
+        label = unused_version(db, model).label
+        if dry_run:
+            note(f"model {label} can be deleted; nothing was deleted")
+            return
+        confirm_deletion(f"model {label}")
+        delete_version(db, label)
+    note(f"model {label} is deleted")
+
+
+models = noun_group(list_models, {"show": show, "delete": delete}, list_models.help or "", otherwise="show")

@@ -1,0 +1,124 @@
+"""The examples of every command's help run as they stand, in a folder where `pyroshock demo` was called."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from support.records.verdicts import verdict
+from support.stores.stores import opened, pyroshock, run_pyroshock
+
+from tools.reference.blocks import blocks_of
+from tools.reference.commands import commands
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+#: Commands whose examples are not run, with the reason.
+NOT_RUN = {
+    "pyroshock": "its lines are those of `demo`, `ingest` and `impacts`",
+    "pyroshock demo": "it takes minutes; tests/app/test_demo.py runs it",
+    "pyroshock serve": "it serves until it is stopped; tests/app/test_serve_cli.py runs it",
+    "pyroshock blind-check": "it takes minutes; tests/app/test_cli_blind_check.py runs it",
+    "pyroshock db roles": "it needs PostgreSQL; tests/schema/access run it",
+    "pyroshock diagnose": "it takes half a minute; tests/app/test_cli_diagnose.py runs it",
+    "pyroshock tune": "it takes a minute; tests/app/test_cli_tune.py runs it",
+}
+#: Commands whose answer may be no: exit code 1.
+CHECKS = ("validate", "promote")
+COMMANDS = [(context.command_path, command) for context, command in commands()]
+
+
+def example_lines(text: str) -> list[str]:
+    """The lines below `Example:`, those that end with a backslash joined with the next."""
+    blocks = blocks_of(text)
+    titles = [number for number, block in enumerate(blocks) if block.text.strip() == "Example:"]
+    code = "\n".join(blocks[number + 1].text for number in titles)
+    return [line.strip() for line in code.replace("\\\n", " ").splitlines() if line.strip()]
+
+
+@pytest.fixture(scope="session")
+def demo_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What the demo leaves, with the names that it gives; its plates have few modes, and its diagnosis is made up."""
+    from pyroshock.app.demo.chapters import CHANGED
+    from pyroshock.app.demo.virtual_campaign import fire_campaign
+    from pyroshock.app.diagnose.diagnosing import keep
+    from pyroshock.app.ingest.job import EXTRACT, ExtractArguments
+    from pyroshock.app.jobs.queue import ask
+    from pyroshock.training.fitting import fitting
+    from pyroshock.virtualbench.campaigns import ringing
+
+    place = tmp_path_factory.mktemp("examples")
+    out, url = place / "results", f"sqlite:///{place / 'results' / 'demo.db'}"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ringing, "MAX_FREQUENCY_HZ", 500.0)
+        patch.setattr(fitting, "_figures", lambda *_: {})
+        patch.setattr("pyroshock.training.fitting.session.summary_figures", lambda *_: {})
+        patch.delenv("MLFLOW_TRACKING_URI", raising=False)
+        run_pyroshock("demo", "--out", out, "--chapters", "3")
+        with opened(url) as store:
+            fire_campaign(store, CHANGED, out / CHANGED.name, lambda *_: None)
+            keep(store, verdict(campaign=CHANGED.name))
+            ask(store, EXTRACT, "Extraction", ExtractArguments(CHANGED.name, {}))
+    return place
+
+
+@pytest.fixture
+def working_folder(demo_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A copy of the stores, the current folder; recordings are only read."""
+    from pyroshock.app.twins import building
+    from support.records.twin_parts import unsolved
+
+    results = tmp_path / "results"
+    results.mkdir()
+    for path in (demo_folder / "results").iterdir():
+        if path.is_file():
+            shutil.copy2(path, results)
+        elif path.name.endswith("-models"):
+            shutil.copytree(path, results / path.name)
+        else:
+            (results / path.name).symlink_to(path)
+    (tmp_path / "examples").symlink_to(REPOSITORY / "examples")
+    _correct_tip_radius(results / "rehearsal", tmp_path / "corrected")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PYROSHOCK_DB", "sqlite:///results/demo.db")
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    monkeypatch.setattr(building, "solved", unsolved)
+    yield tmp_path
+    os.chdir(REPOSITORY)
+
+
+def _correct_tip_radius(campaign: Path, corrected: Path) -> None:
+    """The campaign's folder with another tip radius in run 8, as `runs replace` reads it."""
+    corrected.mkdir()
+    shutil.copytree(campaign / "recordings", corrected / "recordings", copy_function=os.link)
+    shutil.copy2(campaign / "campaign.toml", corrected)
+    header, *rows = (campaign / "runs.csv").read_text(encoding="utf-8").splitlines()
+    column = header.split(",").index("tip_radius_mm")
+    lines = [row.split(",") for row in rows]
+    for cells in lines:
+        if cells[0] == "8":
+            cells[column] = "45"
+    text = "\n".join([header, *(",".join(cells) for cells in lines)])
+    (corrected / "runs.csv").write_text(f"{text}\n", encoding="utf-8")
+
+
+def test_every_command_has_an_example_and_a_help_of_whole_sentences():
+    without = [path for path, command in COMMANDS if not example_lines(command.help or "")]
+    assert without == []
+    listed = [text for _, command in COMMANDS for text in [command.get_short_help_str(1000)] if "..." in text]
+    assert listed == [] and set(NOT_RUN) <= {path for path, _ in COMMANDS}
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize("path", [path for path, _ in COMMANDS if path not in NOT_RUN])
+def test_examples_run_in_a_fresh_demo_store(path: str, working_folder: Path):
+    for line in example_lines(dict(COMMANDS)[path].help or ""):
+        program, *words = shlex.split(line)
+        assert program == "pyroshock", line
+        result = pyroshock(*words)
+        allowed = (0, 1) if words[0] in CHECKS else (0,)
+        assert result.exit_code in allowed, f"{line}\n{result.output}{result.stderr}"
