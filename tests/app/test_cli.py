@@ -185,7 +185,7 @@ def test_material_is_added_once_and_extract_keeps_the_old_version(tmp_path):
     words = ["materials", "add", "titanium", "--youngs-modulus", "114GPa", "--poisson-ratio", "0.34"]
     words += ["--density", "4430kg/m3", "--yield-strength", "880MPa", "--source", "data sheet", "--db", url]
     bare = [word.removesuffix("GPa") for word in words]
-    assert "'114'; expected a number with a unit, such as 1Pa" in run(*bare, code=2).stderr
+    assert "'114'; expected a number with a unit: did you mean 114GPa?" in run(*bare, code=2).stderr
     run(*words)
     found = next(m for m in json_of("materials", "--db", url) if m["name"] == "titanium")
     assert (found["youngs_modulus_pa"], found["density_kg_m3"]) == (114e9, 4430.0)

@@ -175,7 +175,7 @@ def test_solved_plate_end_to_end(tmp_path, monkeypatch):
         ("--coupled", "--contact", "hunter"),
         "--coupled with the contact 'hunter', which is not solved in time: expected --contact",
     ),
-    (("--tank-pressure", "5"), "--tank-pressure is '5'; expected a number with a unit"),
+    (("--tank-pressure", "5"), "--tank-pressure is '5'; expected a number with a unit: did you mean 5bar?"),
     (("--tank-pressure", "5bar", "--velocity", "3m/s"), "--velocity and --tank-pressure: expected one of them"),
     (("--tip", "cheese"), "no material 'cheese'; there are: aluminum"),
     (("--insulator", "polymeric"), "without an anvil"),

@@ -155,7 +155,7 @@ def test_table_of_runs_is_predicted_as_the_command_line_predicts_it(url: str, tw
 
 
 @pytest.mark.parametrize(("function", "arguments", "message"), [
-    ("predict", {"tank_pressure": "5 kg"}, "tank_pressure is '5 kg'; expected a unit such as 'Pa'"),
+    ("predict", {"tank_pressure": "5 kg"}, "tank_pressure is '5 kg'; expected a unit such as 'bar'"),
     ("predict", {"tank_pressure": "5"}, "tank_pressure is '5'; expected a number with a unit"),
     ("predict", {"bullet_mass": "1 bar"}, "bullet_mass is '1 bar'"),
     ("predict", {"tank_pressure": 1e5, "velocity": 2.0}, "velocity and tank_pressure: expected one of them"),
