@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..cli.common import errors_as_one_line, json_option, worker_options, write_json
+from ..common.progress import progress_bar
 
 if TYPE_CHECKING:
     from ...parallel.executor import ExecutorConfig
@@ -98,11 +99,11 @@ def blind_check(
             return
         if cases is None:
             raise ValueError("--cases is missing; give it, or --pool FOLDER for checks that are finished")
+        progress = progress_bar(f"Diagnosing {cases} campaigns of known cause", "cases")
         from ...validation.blind_check import OPTIONS, run
         from ...validation.case_plan import SEEDS
-        from ..common.progress import progress_bar
 
-        with progress_bar("blind check", "cases") as step:
+        with progress as step:
             report = run(
                 cases,
                 SEEDS[split] if seed is None else seed,

@@ -11,6 +11,7 @@ import click
 from ..cli.common import db_option, format_cell, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names
 from ..cli.listed import Listing, column_names, listing_options
+from ..common.progress import progress_bar
 
 
 @click.command()
@@ -161,9 +162,10 @@ def export(
         pyroshock export impacts --out impacts.csv --columns run,tip_material,peak_force_n
         pyroshock export series --campaign spring --recording recordings/0001.mat --out 0001.parquet
     """
+    progress = progress_bar(f"Exporting {what}")
     from .export import export_table
 
-    with open_command_store(db) as store, store.reading() as session:
+    with open_command_store(db) as store, store.reading() as session, progress:
         from ..common.filters import parse_where
 
         left_out: list[str] = []

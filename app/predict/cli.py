@@ -13,6 +13,7 @@ from click.core import ParameterSource
 
 from ..cli.common import Function, db_option, json_option, note, open_if_exists, print_table, worker_options, write_json
 from ..cli.completion import campaign_names, material_names, plan_names
+from ..common.progress import progress_bar
 
 if TYPE_CHECKING:
     from ...parallel.executor import ExecutorConfig
@@ -339,18 +340,18 @@ def predict(
     """
     from ..common.model_registry import models_extra
 
+    many = Many(plan, shots, out, spectra)
+    progress = progress_bar("Predicting the shots" if plan or shots else "Predicting the shot", "shots")
     with open_if_exists(db) as store:
-        many = Many(plan, shots, out, spectra)
         if many.asked:
             refuse_typed(*_SETTING, "plot")
-            from ..common.progress import progress_bar
             from .batch import bench_of_rows, predict_batch
 
             with models_extra():
                 bench, rows, remarks = bench_of_rows(store, db, _request(asked), many.rows(store), draws, seed)
                 for remark in remarks:
                     note(remark)
-                with progress_bar("predicting", "shots") as step:
+                with progress as step:
                     predicted_shots = predict_batch(bench, rows, executor, step)
             many.tell(predicted_shots, json_to)
             return
@@ -359,7 +360,7 @@ def predict(
         from .tables import quantity_rows, spectrum_rows
 
         request = _request(asked)
-        with models_extra():
+        with models_extra(), progress:
             built = twin_of(store, db, request)
             prediction = predict_shot(built, _shot(asked), draws=draws, seed=seed)
         for remark in built.notes:

@@ -22,6 +22,7 @@ from ..cli.common import (
 )
 from ..cli.completion import dataset_names, model_versions
 from ..cli.listed import Listing, listing_options
+from ..common.progress import progress_bar
 
 if TYPE_CHECKING:
     from ...dataset.catalog import Withdrawal
@@ -89,13 +90,13 @@ def train(
         pyroshock train spring --models hybrid,gp --split materials
         pyroshock train spring --backend dask --scheduler tcp://lab-1:8786
     """
+    bar = progress_bar(f"Training models on {dataset}", "models")
     with open_command_store(db) as store:
         from ...training.fitting.session import Progress
         from ..common.model_registry import tell_beside_bar
-        from ..common.progress import progress_bar
         from .service import train_models
 
-        with progress_bar("training", "models") as step:
+        with bar as step:
             progress = Progress(step, tell_beside_bar)
             session, floors = train_models(
                 store, db, dataset, [models], splits, seed=seed, budget=budget, retrain=retrain, executor=executor,
