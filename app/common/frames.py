@@ -119,6 +119,7 @@ _NUMBER = re.compile(r"\s*[-+]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?\s*")
 _MEANT: dict[str, tuple[tuple[float, str], ...]] = {
     "Pa": ((100, "bar"), (1e4, "kPa"), (math.inf, "Pa")),
     "kg": ((10, "kg"), (math.inf, "g")),
+    "N": ((100, "kN"), (math.inf, "N")),
     "m": ((0.999, "m"), (math.inf, "mm")),
     "s": ((0.099, "s"), (math.inf, "ms")),
     "Hz": ((999, "kHz"), (math.inf, "Hz")),

@@ -7,7 +7,7 @@ unit and scale of a key from here; JSON and files stay in SI.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -42,6 +42,7 @@ class Display:
 
 #: Ending of a key -> SI unit, unit of the field, units of the field in one SI unit. The longest ending comes first.
 _UNITS: tuple[tuple[str, str, str, float], ...] = (
+    ("_kg_m3", "kg/m³", "kg/m³", 1.0),
     ("_m_s2", "m/s²", "g", 1 / STANDARD_GRAVITY_M_S2),
     ("_m_s", "m/s", "m/s", 1.0),
     ("_n_s", "N s", "N s", 1.0),
@@ -69,7 +70,13 @@ _LABELS = {
     "worst_frequency_hz": "worst frequency",
 }
 #: Keys whose unit on the bench is another one than that of their ending.
-_OTHER_UNITS = {"sampling_rate_hz": ("kHz", 1e-3), "seconds": ("s", 1.0), "duration_s": ("s", 1.0)}
+_OTHER_UNITS = {
+    "youngs_modulus_pa": ("GPa", 1e-9),
+    "yield_strength_pa": ("MPa", 1e-6),
+    "sampling_rate_hz": ("kHz", 1e-3),
+    "seconds": ("s", 1.0),
+    "duration_s": ("s", 1.0),
+}
 #: Factors that stand without a unit in their key.
 _FACTORS = {"tip_radius": "tip_radius_m", "bullet_mass": "bullet_mass_kg", "tank_pressure": "tank_pressure_pa"}
 
@@ -118,6 +125,28 @@ def _display_of(key: str, system: System) -> Display:
             unit, scale = _OTHER_UNITS.get(key, (unit, scale))
             return Display(label, unit, scale)
     return Display(_LABELS.get(key) or key.replace("_", " "), "", 1.0)
+
+
+def si_unit_of(key: str) -> str:
+    """The SI unit that the end of a key says, or "" where it says none."""
+    return _display_of(key, "si").unit
+
+
+def key_of(name: str, keys: Iterable[str]) -> str:
+    """The key that a person names: itself, or the words of its heading, with or without unit (`"peak force (kN)"`).
+
+    `name` itself where no key is meant.
+    """
+    known = list(keys)
+    if name in known:
+        return name
+    words = name.partition("(")[0].strip().lower().replace("_", " ")
+    return next((key for key in known if words in (_display_of(key, "si").label, _words(key))), name)
+
+
+def _words(key: str) -> str:
+    ending = next((entry[0] for entry in _UNITS if key.endswith(entry[0]) and len(key) > len(entry[0])), "")
+    return key.removesuffix(ending).replace("_", " ")
 
 
 def heading(key: str) -> str:

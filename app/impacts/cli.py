@@ -12,6 +12,7 @@ from ..cli.common import db_option, format_cell, json_option, note, open_command
 from ..cli.completion import campaign_names
 from ..cli.listed import Listing, column_names, listing_options
 from ..common.progress import progress_bar
+from ..common.quantities import display_of, heading
 
 
 @click.command()
@@ -46,10 +47,10 @@ def show(impact: int, db: str, json_to: str | None, plot: Path | None) -> None:
             return
     for key, value in page.items():
         if isinstance(value, list):
-            click.echo(f"\n{key}")
+            click.echo(f"\n{heading(key)}")
             print_table(value, "  none")
         else:
-            click.echo(f"{key:24} {format_cell(value)}")
+            click.echo(f"{heading(key):36} {format_cell(value, display_of(key).scale)}")
 
 
 _CAMPAIGN = click.option(

@@ -24,6 +24,7 @@ from ...schema.provenance import Provenance
 from ...schema.recordings import QualityFinding, RecordedChannel
 from ...schema.series import as_floats
 from ..common.plots import MEASURED, MODEL, QUIET, new_figure, save
+from ..common.quantities import display_of
 
 #: Figures of a pulse, SI with the unit in the name.
 PULSE_FIGURES = (
@@ -225,6 +226,7 @@ def plot_impact(session: Session, key: int, path: Path) -> None:
 def draw_pulse(axes: Any, session: Session, recording: int, pulse: Pulse) -> None:
     """One pulse on `axes`: recorded samples with a margin of half a contact, spline, equidistant points."""
     margin = 0.5 * pulse.contact_time_s
+    force, shown_time = display_of("force_n"), display_of("time_since_first_contact_s")
     for row in list_channels(session, recording):
         if row.quantity != "force":
             continue
@@ -232,13 +234,16 @@ def draw_pulse(axes: Any, session: Session, recording: int, pulse: Pulse) -> Non
         last = round((pulse.start_s + pulse.contact_time_s + margin - row.start_s) * row.sampling_rate_hz)
         channel = read_channel(session, row, max(0, first), min(row.samples, last + 1))
         time = channel.start_s + np.arange(channel.si.size) / channel.sampling_rate_hz - pulse.start_s
-        axes.plot(time * 1e3, channel.si, "o", color=MEASURED, ms=4, label=f"recorded {row.name}")
+        axes.plot(
+            time * shown_time.scale, channel.si * force.scale, "o", color=MEASURED, ms=4, label=f"recorded {row.name}"
+        )
     fine = as_floats(pulse.fine_force_n, f"the force of pulse {pulse.id}")
-    axes.plot(np.arange(fine.size) * pulse.fine_period_s * 1e3, fine, color=MODEL, lw=1.5, label="smoothing spline")
+    fine_time = np.arange(fine.size) * pulse.fine_period_s * shown_time.scale
+    axes.plot(fine_time, fine * force.scale, color=MODEL, lw=1.5, label="smoothing spline")
     points = np.asarray(pulse.force_points_n)
-    at = np.linspace(0, pulse.contact_time_s, points.size) * 1e3
-    axes.plot(at, points, "|", color="black", ms=9, label=f"{points.size} points")
-    axes.axvspan(0, pulse.contact_time_s * 1e3, color=QUIET, alpha=0.15, lw=0, label="contact")
-    axes.set_xlabel("time since first contact (ms)")
-    axes.set_ylabel("force (N)")
+    at = np.linspace(0, pulse.contact_time_s, points.size) * shown_time.scale
+    axes.plot(at, points * force.scale, "|", color="black", ms=9, label=f"{points.size} points")
+    axes.axvspan(0, pulse.contact_time_s * shown_time.scale, color=QUIET, alpha=0.15, lw=0, label="contact")
+    axes.set_xlabel(shown_time.heading)
+    axes.set_ylabel(force.heading)
     axes.legend(frameon=False, loc="center right")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..cli.common import errors_as_one_line, format_cell, json_option, note, print_table, write_json
+from ..common.quantities import display_of
 
 if TYPE_CHECKING:
     from ...twin.srs.target import Target
@@ -171,7 +172,8 @@ def _print(measured: MeasuredSpectrum) -> None:
     from .spectrum_tables import rows_of, summary
 
     for key, value in summary(measured).items():
-        click.echo(f"{key:28} {format_cell(value)}")
+        shown = display_of(key)
+        click.echo(f"{shown.heading:36} {format_cell(value, shown.scale)}")
     click.echo("")
     print_table(rows_of(measured), "no lines")
     click.echo("\nchecks")

@@ -14,6 +14,7 @@ from starlette.responses import Response
 
 from ...ingest.settings import ExtractionSettings
 from ...schema.session import Store
+from ..common.number_format import signed_percent
 from ..common.quantities import display_of
 from ..jobs.queue import JobView
 from ..plan.pages import coverage_figure
@@ -100,7 +101,7 @@ def _level(row: dict[str, Any]) -> dict[str, Any]:
 
 def _deviation(row: dict[str, Any]) -> dict[str, Any]:
     shares = ("mean_deviation", "mean_magnitude", "worst_deviation")
-    return {**row, "quantity": heading(row["quantity"]), **{key: f"{row[key]:+.1%}" for key in shares}}
+    return {**row, "quantity": heading(row["quantity"]), **{key: signed_percent(row[key]) for key in shares}}
 
 
 def _bench(parts: dict[str, dict[str, Any]]) -> list[tuple[str, str, Any]]:

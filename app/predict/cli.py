@@ -14,6 +14,7 @@ from click.core import ParameterSource
 from ..cli.common import Function, db_option, json_option, note, open_if_exists, print_table, worker_options, write_json
 from ..cli.completion import campaign_names, material_names, plan_names
 from ..common.progress import progress_bar
+from ..common.quantities import cell, display_of
 
 if TYPE_CHECKING:
     from ...parallel.executor import ExecutorConfig
@@ -111,8 +112,8 @@ def refuse_typed(*names: str) -> None:
 def _short(shot: PredictedShot) -> dict[str, object]:
     row: dict[str, object] = {name: shot.figures[name] for name in _SHOWN if name in shot.figures}
     for name in _FIGURES:
-        low, high = (shot.figures[f"predicted_{name}_{end}"] for end in ("low", "high"))
-        row |= {name: shot.figures[f"predicted_{name}"], f"{name} 90 %": f"{low:.4g} to {high:.4g}"}
+        low, high = (cell(name, shot.figures[f"predicted_{name}_{end}"]) for end in ("low", "high"))
+        row |= {name: shot.figures[f"predicted_{name}"], f"{display_of(name).label} 90 %": f"{low} to {high}"}
     return row | {name: shot.figures[name] for name in ("rests_on_shots", "extrapolation")}
 
 

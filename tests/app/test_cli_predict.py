@@ -69,7 +69,7 @@ def test_given_velocity_needs_no_gun_and_words_and_plot_are_for_people(quick, tm
     assert quick("--json").stdout == quick("--json", "--seed", "0").stdout != quick("--json", "--seed", "1").stdout
     result = quick("--velocity", "8m/s", "--plot", "shot.png")
     assert result.exit_code == 0, result.stderr
-    assert "impact velocity" in result.stdout and "acceleration_1 (m/s2)" in result.stdout
+    assert "impact velocity" in result.stdout and "acceleration_1 (g)" in result.stdout
     assert (tmp_path / "shot.png").read_bytes().startswith(b"\x89PNG")
 
 

@@ -74,7 +74,7 @@ def test_rows_keep_their_order_or_are_sorted_and_columns_are_chosen():
     assert Listing(sort="a")._sorted(rows) == [{"a": 9}, {"a": 10}, {"a": "9"}, {"a": "x"}]
     assert column_names(" a, b,,c ") == ["a", "b", "c"] and column_names(None) == []
     assert [line[0] for line in shown().splitlines()] == ["n", *"BACDE"]
-    assert shown("--columns", "force_n, name").splitlines()[:2] == ["force_n  name", "10       B"]
+    assert shown("--columns", "force_n, name").splitlines()[:2] == ["force (kN)  name", "0.01        B"]
     assert json.loads(shown("--columns", "name", "--sort", "-force_n", "--json"))[0] == {"name": "b"}
     assert shown("--columns", "name,force_n", "--csv").splitlines()[:3] == ["name,force_n", "b,10.0", "a,"]
     header, first, *_ = csv.reader(shown("--csv").splitlines())

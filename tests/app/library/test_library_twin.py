@@ -93,7 +93,7 @@ def test_plots_name_their_axes_and_draw_on_given_ones(shot: ShotPrediction) -> N
     assert len(spectrum.collections) == len(shot.srs)  # the bands
     assert force.get_xlabel() == "time (s)" and force.get_ylabel() == "force (N)"
     panel = shot.plot()
-    assert [axes.get_ylabel().rpartition(" ")[2] for axes in panel] == ["(kN)", "(m/s2)", "(m/s2)"]
+    assert [axes.get_ylabel().rpartition(" ")[2] for axes in panel] == ["(kN)", "(g)", "(g)"]
     import matplotlib.pyplot as plt
 
     axes, count = plt.figure().subplots(), len(plt.get_fignums())
