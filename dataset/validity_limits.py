@@ -48,6 +48,8 @@ def unmet(met: Integers, requested: Integers) -> Integers:
 
 #: A number of so few distinct values was never varied: between two settings, nothing is known.
 LEVELS_UP_TO = 2
+#: Why such a number lies outside.
+BETWEEN_LEVELS = "is none of the values that were recorded"
 #: A number of at most so many distinct values, each recorded so many times on average, was set and not measured.
 _MOST_LEVELS, _LEAST_REPEATS = 12, 5
 _ROUND_OFF = 1e-9
@@ -134,7 +136,7 @@ class Limit:
     def _why(self) -> str:
         if self.predictor.levels:
             return "was never recorded"
-        return "is none of the values that were recorded" if self._is_level else "lies beyond what was recorded"
+        return BETWEEN_LEVELS if self._is_level else "lies beyond what was recorded"
 
     def as_json(self) -> dict[str, Any]:
         """What `from_json` reads back."""

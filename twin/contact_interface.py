@@ -30,6 +30,10 @@ class OutOfDomain:
     predictor: str
     value: float | str
     range: str
+    #: What a registered model says of the value, such as "was never recorded"; of laws none.
+    reason: str = ""
+    #: The two ends of what was recorded, SI; none of words and of laws.
+    ends: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

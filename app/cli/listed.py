@@ -6,12 +6,13 @@ import json
 import math
 import sys
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import wraps
 from typing import Any, TypeVar
 
 import click
 
+from ..common.quantities import key_of
 from .common import json_option, print_table, write_json
 from .options import split_names
 
@@ -40,22 +41,32 @@ class Listing:
         `shortened` makes a row of the table for people; cells of chosen columns that it does not have are the row's
         own. Raises `LookupError` for a column that no row has.
         """
+        listed = list(rows)
+        listing = self._in_keys(list(dict.fromkeys(name for row in listed for name in row))) if listed else self
+        listing._print(listed, empty, shortened)
+
+    def _print(self, rows: list[Row], empty: str, shortened: Callable[[Row], Row]) -> None:
+        wanted = list(self.columns)
+        if rows:
+            wanted = wanted or list(dict.fromkeys(name for row in rows for name in row))
+            rows = self._sorted(rows)
+        if self.json_to is not None:
+            write_json([_chosen(row, self.columns) for row in rows], self.json_to)
+        elif self.csv:
+            _print_csv(rows, wanted)
+        else:
+            print_table((_for_table(row, shortened(row), self.columns) for row in rows), empty)
+
+    def _in_keys(self, keys: list[str]) -> Listing:
+        """With keys for what is named by the words of its heading. Raises `LookupError` for what names none."""
         from ..common.table_files import check_columns
 
-        listed = list(rows)
-        if listed:
-            columns_of_rows = list(dict.fromkeys(name for row in listed for name in row))
-            check_columns([name for name in (self._sort_column, *self.columns) if name], columns_of_rows)
-            listed = self._sorted(listed)
-            wanted = list(self.columns) or columns_of_rows
-        else:
-            wanted = list(self.columns)
-        if self.json_to is not None:
-            write_json([_chosen(row, self.columns) for row in listed], self.json_to)
-        elif self.csv:
-            _print_csv(listed, wanted)
-        else:
-            print_table((_for_table(row, shortened(row), self.columns) for row in listed), empty)
+        columns = tuple(key_of(name, keys) for name in self.columns)
+        column = self._sort_column
+        sign = "-" if (self.sort or "").startswith("-") else ""
+        column = column and key_of(column, keys)
+        check_columns([name for name in (column, *columns) if name], keys)
+        return replace(self, columns=columns, sort=column and sign + column)
 
     @property
     def _sort_column(self) -> str | None:
@@ -77,14 +88,21 @@ def listing_options(command: Command) -> Command:
 
     @json_option
     @click.option("--csv", is_flag=True, help="Print CSV on standard output.")
-    @click.option("--sort", metavar="COLUMN", help="Sort by this column; -COLUMN begins with the largest.")
+    @click.option(
+        "--sort",
+        metavar="COLUMN",
+        help="Sort by this column, named as in JSON or as in the heading; -COLUMN begins with the largest.",
+    )
     @click.option("--descending", is_flag=True, help="Sort from the largest to the smallest.")
     @click.option(
         "--columns",
         multiple=True,
         callback=split_names,
         metavar="A,B,…",
-        help="Show only these columns, in this order. Repeat the option, or give a list: a,b.",
+        help=(
+            "Show only these columns, named as in JSON or as in the heading, in this order. Repeat the option, or give "
+            "a list: a,b."
+        ),
     )
     @wraps(command)
     def with_listing(

@@ -115,6 +115,30 @@ def facts_table(title: str, facts: dict[str, Any]) -> str:
 
 
 _NUMBER = re.compile(r"\s*[-+]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?\s*")
+#: SI unit -> units that a bare number may be meant in, each up to the largest number that is plausible in it.
+_MEANT: dict[str, tuple[tuple[float, str], ...]] = {
+    "Pa": ((100, "bar"), (1e4, "kPa"), (math.inf, "Pa")),
+    "kg": ((10, "kg"), (math.inf, "g")),
+    "N": ((100, "kN"), (math.inf, "N")),
+    "m": ((0.999, "m"), (math.inf, "mm")),
+    "s": ((0.099, "s"), (math.inf, "ms")),
+    "Hz": ((999, "kHz"), (math.inf, "Hz")),
+    "m/s**2": ((math.inf, "g"),),
+    "kg/m^3": ((30, "g/cm3"), (math.inf, "kg/m3")),
+}
+#: Words of a name whose quantity has another size than the others of its unit.
+_MEANT_OF_WORD: dict[str, tuple[tuple[float, str], ...]] = {
+    "modulus": ((1000, "GPa"), (1e6, "MPa"), (math.inf, "Pa")),
+    "strength": ((1e4, "MPa"), (math.inf, "Pa")),
+    "timeout": ((math.inf, "s"),),
+    "lease": ((math.inf, "s"),),
+}
+
+
+def suggested_unit(number: float, si_unit: str, name: str) -> str:
+    """The unit that a bare number of the quantity `name` is most likely meant in: bar for a tank pressure of 5."""
+    units = next((units for word, units in _MEANT_OF_WORD.items() if word in name), _MEANT.get(si_unit, ()))
+    return next((unit for largest, unit in units if abs(number) <= largest), si_unit)
 
 
 def parse_quantity(text: str, si_unit: str, name: str) -> float:
@@ -128,13 +152,19 @@ def parse_quantity(text: str, si_unit: str, name: str) -> float:
 
     number = _NUMBER.match(text)
     unit = text[number.end() :].strip() if number else ""
-    if number is None or not unit:
-        raise ValueError(f"{name} is {text!r}; expected a number with a unit, such as 1{si_unit}")
+    if number is None:
+        example = f"1{suggested_unit(1, si_unit, name)}"
+        raise ValueError(f"{name} is {text!r}; expected a number with a unit, such as {example}")
+    if not unit:
+        given = text.strip()
+        meant = suggested_unit(float(given.replace(",", ".")), si_unit, name)
+        raise ValueError(f"{name} is {text!r}; expected a number with a unit: did you mean {given}{meant}?")
     try:
-        scale: Any = registry().Quantity(unit_spelling(unit))
+        spelled = "gram" if (unit, si_unit) == ("g", "kg") else unit_spelling(unit)  # a mass in g is no acceleration
+        scale: Any = registry().Quantity(spelled)
         value = (float(number.group().replace(",", ".")) * scale).to(si_unit).magnitude
     except (PintError, AttributeError, TypeError, ValueError) as error:
-        raise ValueError(f"{name} is {text!r}; expected a unit such as {si_unit!r}") from error
+        raise ValueError(f"{name} is {text!r}; expected a unit such as {suggested_unit(1, si_unit, name)!r}") from error
     if not math.isfinite(value):
         raise ValueError(f"{name} is {text!r}; expected a finite number")
     return float(value)
@@ -155,7 +185,8 @@ def si(value: Quantity, si_unit: str, name: str) -> float:
         try:
             number = float(to_unit(si_unit).magnitude)
         except (PintError, AttributeError, TypeError, ValueError) as error:
-            raise ValueError(f"{name} is {value}; expected a unit such as {si_unit!r}") from error
+            unit = suggested_unit(1, si_unit, name)
+            raise ValueError(f"{name} is {value}; expected a unit such as {unit!r}") from error
     else:
         try:
             number = float(value)

@@ -59,6 +59,14 @@ def percent(share: float) -> str:
     return f"{100 * share:.0f} %"
 
 
+def signed_percent(share: float) -> str:
+    """`+1.2 %`, `−0.3 %`; no sign where nothing is left of the number, a dash for what is no number."""
+    if not math.isfinite(share):
+        return NOTHING
+    text = f"{100 * share:+.1f} %"
+    return "0.0 %" if text in ("+0.0 %", "-0.0 %") else text.replace("-", "−")
+
+
 def percent_range(low: float, high: float) -> str:
     """`52 to 68 %`."""
     if not math.isfinite(low + high):

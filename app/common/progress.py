@@ -1,44 +1,130 @@
-"""Progress bars: on standard error of a terminal, silent where nobody watches, and in notebooks."""
+"""Progress of long work on standard error: bars on terminals, a line every ten seconds in logs, notebook widgets."""
 
 from __future__ import annotations
 
+import os
 import sys
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from threading import Event, Thread
 from typing import Any
 
 Step = Callable[[int, int, str], None]
 
+#: Where standard error is no terminal: work that ends earlier is not told, and this long between two lines.
+SILENT_S, BETWEEN_LINES_S = 2.0, 10.0
+_SIZE_OF_NO_TERMINAL: dict[str, Any] = {"ncols": 80, "nrows": 25}
+_BEFORE_THE_FIRST_STEP = "{desc} [{elapsed}]"
+_STEPS = "{percentage:3.0f} %|{bar}| {n_fmt} of {total_fmt}{unit} [{elapsed}, about {remaining} left]{postfix}"
 
-@contextmanager
-def progress_bar(label: str, unit: str) -> Iterator[Step]:
-    """Gives `step(done, total, what)`. The bar appears once work takes half a second, on a terminal only."""
-    from tqdm import tqdm
 
-    bar = tqdm(desc=label, unit=f" {unit}", delay=0.5, disable=not sys.stderr.isatty(), leave=False)
-    with _stepping(bar) as step:
-        yield step
+class TerminalProgress:
+    """Says what is done as soon as it is made, before imports and the first step; within its block, how far it is.
+
+    On a terminal a line and below it a bar, whose clock runs whether or not a step ends. Elsewhere, as in a log, lines
+    at the beginning, every ten seconds and at the end, and nothing for work of less than two seconds.
+    """
+
+    def __init__(self, label: str, unit: str = "") -> None:
+        self._label, self._unit = label, unit
+        self._start_s = time.monotonic()
+        self._done, self._total, self._has_lines = 0, 0, False
+        self._end = Event()
+        self._bar: Any = None
+        self._thread: Thread | None = None
+        if sys.stderr.isatty():
+            print(f"{label} …", file=sys.stderr, flush=True)
+
+    def __enter__(self) -> Step:
+        if sys.stderr.isatty():
+            from tqdm import tqdm
+
+            self._bar = tqdm(
+                desc="working",
+                unit=f" {self._unit}",
+                leave=False,
+                bar_format=_BEFORE_THE_FIRST_STEP,
+                **({"dynamic_ncols": True} if _has_size() else _SIZE_OF_NO_TERMINAL),
+            )
+        self._thread = Thread(target=self._tick if self._bar is not None else self._tell_lines, daemon=True)
+        self._thread.start()
+        return self._step
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        self._end.set()
+        assert self._thread is not None
+        self._thread.join()
+        if self._bar is not None:
+            self._bar.close()
+        elif self._has_lines and kind is None:
+            self._tell(f"done in {_duration(time.monotonic() - self._start_s)}")
+
+    def _step(self, done: int, total: int, what: str) -> None:
+        self._done, self._total = done, total
+        if self._bar is not None:
+            _count(self._bar, done, total, what)
+
+    def _tick(self) -> None:
+        while not self._end.wait(1.0):
+            self._bar.refresh()
+
+    def _tell_lines(self) -> None:
+        pause = SILENT_S - (time.monotonic() - self._start_s)
+        while not self._end.wait(max(pause, 0.0)):
+            self._tell(self._state() if self._has_lines else "…")
+            self._has_lines, pause = True, BETWEEN_LINES_S
+
+    def _state(self) -> str:
+        elapsed = time.monotonic() - self._start_s
+        if not self._done or not self._total:
+            return f"{_duration(elapsed)} elapsed"
+        remaining = _duration(elapsed * (self._total - self._done) / self._done)
+        steps = f"{self._done} of {self._total} {self._unit}".strip()
+        return f"{steps}, {_duration(elapsed)} elapsed, about {remaining} left"
+
+    def _tell(self, words: str) -> None:
+        separator = " " if words == "…" else ": "
+        with suppress(OSError, ValueError):  # nobody reads any more: the work goes on
+            print(f"{self._label}{separator}{words}", file=sys.stderr, flush=True)
+
+
+def _has_size() -> bool:
+    """Whether the terminal says how wide it is; a pseudo-terminal may say 0, where tqdm draws nothing."""
+    with suppress(OSError, ValueError):
+        return min(os.get_terminal_size(sys.stderr.fileno())) > 0
+    return False
+
+
+def _duration(seconds: float) -> str:
+    whole = round(seconds)
+    return f"{whole} s" if whole < 120 else f"{whole // 60} min {whole % 60} s"
+
+
+def progress_bar(label: str, unit: str = "") -> TerminalProgress:
+    """Says `label` at once; its block gives `step(done, total, what)`. Work without steps shows the time that it took.
+
+    To be made before what takes time, imports and the store included; the block may begin later.
+    """
+    return TerminalProgress(label, unit)
 
 
 @contextmanager
 def notebook_bar(label: str, unit: str) -> Iterator[Step]:
-    """The same in a notebook, where the bar is a widget or text, and on a terminal; elsewhere it is silent."""
+    """A bar in a notebook, where it is a widget or text, and on a terminal; elsewhere it is silent."""
     from tqdm.auto import tqdm
 
     in_notebook = "ipykernel" in sys.modules
     bar = tqdm(desc=label, unit=f" {unit}", delay=0.5, disable=not (in_notebook or sys.stderr.isatty()), leave=False)
-    with _stepping(bar) as step:
-        yield step
-
-
-@contextmanager
-def _stepping(bar: Any) -> Iterator[Step]:
-    def step(done: int, total: int, what: str) -> None:
-        bar.total = total
-        bar.set_postfix_str(what, refresh=False)
-        bar.update(done - bar.n)
-
     try:
-        yield step
+        yield lambda done, total, what: _count(bar, done, total, what)
     finally:
         bar.close()
+
+
+def _count(bar: Any, done: int, total: int, what: str) -> None:
+    if done and bar.bar_format == _BEFORE_THE_FIRST_STEP:
+        bar.bar_format = _STEPS
+    bar.total = total
+    bar.set_postfix_str(what, refresh=False)
+    bar.update(done - bar.n)

@@ -7,7 +7,7 @@ unit and scale of a key from here; JSON and files stay in SI.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -43,6 +43,7 @@ class Display:
 #: Ending of a key -> SI unit, unit of the field, units of the field in one SI unit. The longest ending comes first.
 _UNITS: tuple[tuple[str, str, str, float], ...] = (
     ("_m2_s3", "m²/s³", "m²/s³", 1.0),
+    ("_kg_m3", "kg/m³", "kg/m³", 1.0),
     ("_m_s2", "m/s²", "g", 1 / STANDARD_GRAVITY_M_S2),
     ("_m_s", "m/s", "m/s", 1.0),
     ("_n_s", "N s", "N s", 1.0),
@@ -75,7 +76,13 @@ _LABELS = {
     "centroid_s": "centroid in time",
 }
 #: Keys whose unit on the bench is another one than that of their ending.
-_OTHER_UNITS = {"sampling_rate_hz": ("kHz", 1e-3), "seconds": ("s", 1.0), "duration_s": ("s", 1.0)}
+_OTHER_UNITS = {
+    "youngs_modulus_pa": ("GPa", 1e-9),
+    "yield_strength_pa": ("MPa", 1e-6),
+    "sampling_rate_hz": ("kHz", 1e-3),
+    "seconds": ("s", 1.0),
+    "duration_s": ("s", 1.0),
+}
 #: Factors that stand without a unit in their key.
 _FACTORS = {"tip_radius": "tip_radius_m", "bullet_mass": "bullet_mass_kg", "tank_pressure": "tank_pressure_pa"}
 
@@ -132,6 +139,28 @@ def display_of_unit(unit: str) -> Display:
     if unit in endings:
         return display_of(f"channel{endings[unit]}")
     return Display("channel", "1" if unit == "dimensionless" else unit, 1.0)
+
+
+def si_unit_of(key: str) -> str:
+    """The SI unit that the end of a key says, or "" where it says none."""
+    return _display_of(key, "si").unit
+
+
+def key_of(name: str, keys: Iterable[str]) -> str:
+    """The key that a person names: itself, or the words of its heading, with or without unit (`"peak force (kN)"`).
+
+    `name` itself where no key is meant.
+    """
+    names = list(keys)
+    if name in names:
+        return name
+    words = name.partition("(")[0].strip().lower().replace("_", " ")
+    return next((key for key in names if words in (_display_of(key, "si").label, _words(key))), name)
+
+
+def _words(key: str) -> str:
+    ending = next((entry[0] for entry in _UNITS if key.endswith(entry[0]) and len(key) > len(entry[0])), "")
+    return key.removesuffix(ending).replace("_", " ")
 
 
 def heading(key: str) -> str:

@@ -166,7 +166,7 @@ def _virtual_campaign(story: _Story) -> None:
     from ...doe.sheet import write_sheet
     from .virtual_campaign import REHEARSAL, draw_campaign, fire_campaign
 
-    with progress_bar(REHEARSAL.name, "recordings") as step:
+    with progress_bar(f"Simulating {REHEARSAL.name}", "recordings") as step:
         result = fire_campaign(story.store, REHEARSAL, story.out / REHEARSAL.name, step)
     with story.store.reading() as session:
         write_sheet(read_plan(session, REHEARSAL.name), story.out / SHEET)
@@ -187,7 +187,7 @@ def _contact_model(story: _Story) -> None:
     from .chapters import draw_model, train_model
 
     try:
-        with progress_bar("training", "models") as step:
+        with progress_bar("Training a model", "models") as step:
             model = train_model(story.store, story.url, step)
     except MissingExtraError as error:
         story.skipped |= {3, 4}
@@ -215,7 +215,7 @@ def _model_sentences(model: TrainedModel) -> tuple[str, str]:
 def _validation(story: _Story) -> None:
     from .chapters import draw_validation, validate_model, validation_json
 
-    with progress_bar("validation", "shots") as step:
+    with progress_bar("Validating the predictions", "shots") as step:
         validation = validate_model(story.store, story.url, step)
     draw_validation(validation, story.picture(4))
     story.data["validation"] = validation_json(validation)
@@ -231,9 +231,9 @@ def _gap(story: _Story) -> None:
     from .chapters import CHANGED, EFFECT, STRENGTH, diagnose_gap, diagnosis_json, draw_diagnosis
     from .virtual_campaign import fire_campaign
 
-    with progress_bar(CHANGED.name, "recordings") as step:
+    with progress_bar(f"Simulating {CHANGED.name}", "recordings") as step:
         result = fire_campaign(story.store, CHANGED, story.out / CHANGED.name, step)
-    with progress_bar("diagnosis", "steps") as step:
+    with progress_bar(f"Diagnosing {CHANGED.name}", "steps") as step:
         diagnosis = diagnose_gap(story.store, story.url, step)
     draw_diagnosis(diagnosis, story.picture(5))
     story.data["diagnosis"] = diagnosis_json(diagnosis)

@@ -10,6 +10,7 @@ import click
 
 from ..cli.common import errors_as_one_line, json_option, worker_options, write_json
 from ..cli.options import split_names
+from ..common.progress import progress_bar
 
 if TYPE_CHECKING:
     from ...parallel.executor import ExecutorConfig
@@ -99,11 +100,11 @@ def blind_check(
             return
         if cases is None:
             raise ValueError("--cases is missing; give it, or --pool FOLDER for checks that are finished")
+        progress = progress_bar(f"Diagnosing {cases} campaigns of known cause", "cases")
         from ...validation.blind_check import OPTIONS, run
         from ...validation.case_plan import SEEDS
-        from ..common.progress import progress_bar
 
-        with progress_bar("blind check", "cases") as step:
+        with progress as step:
             report = run(
                 cases,
                 SEEDS[split] if seed is None else seed,

@@ -14,6 +14,7 @@ from ..cli.common import db_option, json_option, note, open_command_store, open_
 from ..cli.completion import campaign_names, effect_ids, model_versions
 from ..cli.next_step import suggest_next
 from ..cli.options import split_names
+from ..common.progress import progress_bar
 
 if TYPE_CHECKING:
     from ...diagnosis.verdict import Verdict
@@ -114,11 +115,11 @@ def diagnose(
     if listed:
         _tell_past(target, db, json_to)
         return
+    progress = progress_bar(f"Diagnosing {target}", "steps")
     with open_if_exists(db, silent=True) as store:
-        from ..common.progress import progress_bar
         from .service import diagnose_campaign
 
-        with progress_bar("diagnose", "steps") as step:
+        with progress as step:
             diagnosis = diagnose_campaign(store, db, target, step, adopt=adopt, **_read(given))
         if html is not None:
             from .report import write_page

@@ -18,6 +18,7 @@ import numpy as np
 from ...array_types import Floats
 from ...schema.known_factors import BY_COLUMN, KNOWN_FACTORS, NONE
 from ...schema.listings import listing_key
+from ..common.number_format import format_number
 
 #: What a table's cell may hold; numbers are set right and told to four digits, None is a dash.
 Cell = str | float | None
@@ -132,8 +133,7 @@ def cell_text(cell: Cell) -> str:
         return NOTHING
     if isinstance(cell, str):
         return clean(cell)
-    text = f"{cell:.4g}" if isinstance(cell, float) else f"{cell}"
-    return f"{float(text):.0f}" if "e+" in text and abs(cell) < 1e7 else text
+    return format_number(cell) if isinstance(cell, float) else f"{cell}"
 
 
 def clean(text: str) -> str:

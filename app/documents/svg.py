@@ -14,6 +14,7 @@ from html import escape
 import numpy as np
 
 from ...array_types import Floats
+from ..common.number_format import format_number
 from .line_styles import series
 
 WIDTH, HEIGHT = 360.0, 220.0
@@ -118,8 +119,7 @@ def ticks(ends: tuple[float, float], logarithmic: bool = False) -> list[float]:
 
 def tick_text(value: float) -> str:
     """A number of an axis."""
-    text = f"{0.0 if abs(value) < 1e-12 else value:.4g}"
-    return f"{value:.0f}" if "e+" in text and abs(value) < 1e6 else text
+    return format_number(0.0 if abs(value) < 1e-12 else value)
 
 
 def line(frame: AxesFrame, x: Floats, y: Floats, kind: str) -> str:

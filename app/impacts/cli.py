@@ -13,6 +13,8 @@ from ..cli.completion import campaign_names
 from ..cli.listed import Listing, listing_options
 from ..cli.next_step import suggest_next
 from ..cli.options import split_names
+from ..common.progress import progress_bar
+from ..common.quantities import heading
 
 
 @click.command()
@@ -48,7 +50,7 @@ def show(impact: int, db: str, json_to: str | None, plot: Path | None) -> None:
     print_facts({key: value for key, value in page.items() if not isinstance(value, list) and value is not None})
     for key, value in page.items():
         if isinstance(value, list):
-            click.echo(f"\n{key.replace('_', ' ')}")
+            click.echo(f"\n{heading(key)}")
             print_table(value, "  none", upright=key in ("pulses", "channel_figures"))
 
 
@@ -168,9 +170,10 @@ def export(
         pyroshock export impacts --out impacts.csv --columns run,tip_material,peak_force_n
         pyroshock export series --campaign rehearsal --recording recordings/0001-01.npz --out 0001-01.parquet
     """
+    progress = progress_bar(f"Exporting {what}")
     from .export import export_table
 
-    with open_command_store(db) as store, store.reading() as session:
+    with open_command_store(db) as store, store.reading() as session, progress:
         from ..common.filters import parse_where
 
         left_out: list[str] = []

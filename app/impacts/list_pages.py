@@ -22,13 +22,10 @@ from ...schema.listings import (
     list_shots_page,
     list_thumbnails,
 )
-from ...schema.session import Store
 from ..common.filters import parse_where
 from ..common.nominal_velocity import with_predictions
 from ..common.quantities import cell, heading
-from ..ingest.removal import discard_recording
-from ..ingest.removal_pages import recording_of
-from ..web.dependencies import Configured, OpenStore, Text
+from ..web.dependencies import OpenStore, Text
 from ..web.forms import FieldError
 from ..web.rendering import page, part, query
 from .impact import without_empty_figures
@@ -67,7 +64,9 @@ def impacts(
     columns: Columns = [],  # noqa: B006
 ) -> Response:
     where = [condition for condition in where if condition.strip()]
-    error, rows, following, thumbnails = "", [], None, {}
+    error, following = "", None
+    rows: list[dict[str, Any]] = []
+    thumbnails: dict[int, list[float]] = {}
     address = {"campaign": campaign, "where": where, "sort": sort, "columns": columns}
     with store.reading() as session:
         campaigns, levels = list_campaign_names(session), list_levels(session)
@@ -147,7 +146,8 @@ def thumbnail_points(forces_n: Sequence[float]) -> str:
 @router.get("/shots")
 def shots(request: Request, store: OpenStore, where: Where = [], campaign: str = "", after: After = None) -> Response:  # noqa: B006
     where = [condition for condition in where if condition.strip()]
-    error, rows, following = "", [], None
+    error, following = "", None
+    rows: list[dict[str, Any]] = []
     with store.reading() as session:
         campaigns = list_campaign_names(session)
         try:
@@ -174,39 +174,19 @@ Ticked = Annotated[list[int], Form(max_length=PAGE)]
 
 
 @router.post("/impacts/compare")
-def compare_ticked(impact: Ticked = []) -> Response:  # noqa: B006
+def compareticked(impact: Ticked = []) -> Response:  # noqa: B006
     """On to the spectra and pulses of the impacts that are ticked."""
-    return RedirectResponse(f"/compare/spectra?impacts={','.join(map(str, _ticked(impact)))}", 303)
-
-
-@router.post("/impacts/reject")
-def reject_ticked(
-    store: OpenStore,
-    settings: Configured,
-    impact: Ticked = [],  # noqa: B006
-    reason: Annotated[Text, Form(max_length=4000)] = "",
-) -> Response:
-    """Discard the recordings of the impacts that are ticked; the reason stays with each."""
-    keys = _ticked(impact)
-    if not reason.strip():
-        raise FieldError("reason", "Say why these recordings are rejected; the reason is kept with each of them.")
-    for campaign, path in _recordings(store, keys):
-        from ...schema.removal.part import recording_part
-
-        with store.reading() as session:
-            chosen = recording_part(session, campaign, path)
-        discard_recording(store, settings.db, chosen, reason)
-    return RedirectResponse("/impacts", 303)
+    return RedirectResponse(f"/compare/spectra?impacts={','.join(map(str, ticked(impact)))}", 303)
 
 
 @router.post("/impacts/dataset")
-def freeze_ticked(
+def freezeticked(
     store: OpenStore,
     impact: Ticked = [],  # noqa: B006
     dataset: Annotated[Text, Form(max_length=200)] = "",
 ) -> Response:
     """Freeze the pulses of the impacts that are ticked as a dataset, which models can be trained on."""
-    keys = _ticked(impact)
+    keys = ticked(impact)
     if not dataset.strip():
         raise FieldError("dataset", "Name the new dataset. Pulses are not added to one that exists: it is frozen.")
     with store.reading() as session:
@@ -218,16 +198,12 @@ def freeze_ticked(
     return RedirectResponse(f"/datasets/{part(built.snapshot.name)}", 303)
 
 
-def _campaigns(impacts: Sequence[int]) -> Select[tuple[int]]:
+def _campaigns(impacts: Sequence[int]) -> Select[int]:
     return select(Impact.campaign_id).where(Impact.id.in_(impacts)).distinct()
 
 
-def _recordings(store: Store, impacts: Iterable[int]) -> list[tuple[str, str]]:
-    """Campaign and path of the recordings that impacts are of, each once. Raises `LookupError` before any is gone."""
-    return list(dict.fromkeys(recording_of(store, impact) for impact in impacts))
-
-
-def _ticked(impacts: Sequence[int]) -> list[int]:
+def ticked(impacts: Sequence[int]) -> list[int]:
+    """The impacts that a form ticks. Raises `FieldError` where it ticks none."""
     if not impacts:
         raise FieldError("", "No impact is ticked. Tick one or more in the first column of the table.")
     return list(impacts)

@@ -14,6 +14,7 @@ from ...signals.checks import Finding
 from ...twin.srs.target import SpectrumComparison, Target
 from ..common.number_format import finite
 from ..common.plots import MEASURED, MODEL, QUIET, new_figure, save
+from ..common.quantities import display_of
 from .spectra import Acceleration, MeasuredSpectrum
 
 _CURVES = ("maximax", "positive", "negative", "primary", "residual")
@@ -127,25 +128,27 @@ def plot_spectrum(measured: MeasuredSpectrum, path: Path) -> None:
 def draw_spectrum(axes: Any, measured: MeasuredSpectrum) -> None:
     """Positive, negative and maximax spectrum; lines outside of the target's tolerance are marked."""
     spectrum, held = measured.spectrum, measured.comparison
+    shown = display_of("acceleration_m_s2")
     if held is not None:
         draw_band(axes, held.target)
-    axes.loglog(spectrum.frequency_hz, spectrum.maximax, color="black", lw=1.6, label="maximax")
-    axes.loglog(spectrum.frequency_hz, spectrum.positive, color=MEASURED, lw=1, ls="--", label="positive")
-    axes.loglog(spectrum.frequency_hz, spectrum.negative, color=MODEL, lw=1, ls=":", label="negative")
+    axes.loglog(spectrum.frequency_hz, shown.scale * spectrum.maximax, color="black", lw=1.6, label="maximax")
+    axes.loglog(spectrum.frequency_hz, shown.scale * spectrum.positive, color=MEASURED, lw=1, ls="--", label="positive")
+    axes.loglog(spectrum.frequency_hz, shown.scale * spectrum.negative, color=MODEL, lw=1, ls=":", label="negative")
     if held is not None and not held.within:
         out = held.margin_db < 0
-        level = held.target.level_m_s2[out] * 10 ** (held.error_db[out] / 20)
+        level = shown.scale * held.target.level_m_s2[out] * 10 ** (held.error_db[out] / 20)
         axes.loglog(held.frequency_hz[out], level, "o", color=MODEL, ms=5, mfc="none", label="out of tolerance")
     axes.set_xlabel("natural frequency (Hz)")
-    axes.set_ylabel(f"absolute acceleration, Q = {spectrum.q:.3g} (m/s²)")
+    axes.set_ylabel(f"absolute acceleration, Q = {spectrum.q:.3g} ({shown.unit})")
     axes.grid(which="both", color=QUIET, alpha=0.25, lw=0.5)
     axes.legend(frameon=False)
 
 
 def draw_band(axes: Any, target: Target) -> None:
     """Level and tolerance; a side that is free has no edge."""
-    upper, lower = (target.level_m_s2 * 10 ** (db / 20) for db in (target.upper_db, -target.lower_db))
-    axes.loglog(target.frequency_hz, target.level_m_s2, color=QUIET, lw=1.2, label="target")
+    level = display_of("acceleration_m_s2").scale * target.level_m_s2
+    upper, lower = (level * 10 ** (db / 20) for db in (target.upper_db, -target.lower_db))
+    axes.loglog(target.frequency_hz, level, color=QUIET, lw=1.2, label="target")
     for edge in (upper, lower):
         good = np.isfinite(edge) & (edge > 0)
         axes.loglog(target.frequency_hz[good], edge[good], color=QUIET, lw=0.8, ls="--")
@@ -157,7 +160,8 @@ def draw_record(axes: Any, acceleration: Acceleration) -> None:
     """Acceleration against time."""
     values = acceleration.values_m_s2
     time = acceleration.start_s + np.arange(values.size) / acceleration.sampling_rate_hz
-    axes.plot(time * 1e3, values, color=MEASURED, lw=0.7)
-    axes.set_xlabel("time (ms)")
-    axes.set_ylabel(f"{acceleration.channel} (m/s²)")
+    shown, shown_time = display_of("acceleration_m_s2"), display_of("time_s")
+    axes.plot(time * shown_time.scale, values * shown.scale, color=MEASURED, lw=0.7)
+    axes.set_xlabel(shown_time.heading)
+    axes.set_ylabel(f"{acceleration.channel} ({shown.unit})")
     axes.margins(x=0)

@@ -184,10 +184,11 @@ def archive(name: str, db: str, json_to: str | None, out: Path, reason: str) -> 
     Example:
         pyroshock campaigns archive first-shots --out first-shots.pyroshock --reason "finished, kept on the shelf"
     """
+    progress = progress_bar(f"Archiving {name}", "rows")
     with open_command_store(db) as store:
         from .archiving import archive_campaign
 
-        with progress_bar("Archiving", "rows") as step:
+        with progress as step:
             stone = archive_campaign(store, db, name, out, reason, step)
     tell_deletion(stone, dry_run=False)
     note(f"  archived in {stone['archive_path']} (SHA-256 {stone['archive_sha256'][:12]})")
@@ -211,10 +212,11 @@ def restore(file: Path, db: str, json_to: str | None) -> None:
         pyroshock campaigns archive first-shots --out first-shots.pyroshock --reason "finished"
         pyroshock campaigns restore first-shots.pyroshock
     """
+    progress = progress_bar(f"Restoring {file.name}", "samples")
     with open_command_store(db) as store:
         from .archiving import restore_campaign
 
-        with progress_bar("Restoring", "samples") as step:
+        with progress as step:
             stone = restore_campaign(store, file, step)
     note(f"{stone['campaign']}: restored, {sum(stone['added'].values())} rows; content hash {stone['content_hash']}")
     for dataset, pulses in stone["returned"].items():

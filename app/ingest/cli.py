@@ -166,14 +166,17 @@ def ingest(
     if not folders:
         raise click.UsageError("no campaign folder given; try: pyroshock ingest my-campaign/")
     reports: list[dict[str, Any]] = []
+    progress = progress_bar(f"Reading {folders[0].name}", "recordings")
     with open_for_dry_run(db) if dry_run else open_command_store(db, create=True) as store:
         from .service import IngestOptions, ingest_campaign
 
         options = IngestOptions(
             settings_from(given), jobs, plan, free_factors, confirmed, again, target_motion, dry_run
         )
-        for folder in folders:
-            with progress_bar(folder.name, "recordings") as step:
+        for number, folder in enumerate(folders):
+            if number:
+                progress = progress_bar(f"Reading {folder.name}", "recordings")
+            with progress as step:
                 ingested = ingest_campaign(store, folder, options, step)
             reports.append(ingested.to_json())
             _tell(ingested.report, dry_run)
@@ -247,11 +250,12 @@ def extract(campaign: str, executor: ExecutorConfig, db: str, json_to: str | Non
     Example:
         pyroshock extract rehearsal --segmentation mask --threshold 0.01
     """
+    progress = progress_bar(f"Extracting the pulses of {campaign}", "recordings")
     with open_command_store(db) as store:
         from ...ingest.reextraction import reextract
 
         settings = settings_from(given)
-        with progress_bar(campaign, "recordings") as step:
+        with progress as step:
             report = reextract(store, campaign, settings, executor=executor, progress=step)
     note(f"{campaign}: {report.added} pulses extracted, {report.reused} earlier ones put back in use")
     for item in report.skipped:

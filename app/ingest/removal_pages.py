@@ -12,6 +12,7 @@ from ...schema.recordings import Recording
 from ...schema.removal.part import recording_part
 from ...schema.session import Store
 from ..impacts.impact import get_impact, impact_page
+from ..impacts.list_pages import Ticked, ticked
 from ..web.dependencies import Configured, Key, Name, OpenStore, Text
 from ..web.forms import FieldError
 from ..web.rendering import page, part
@@ -52,6 +53,25 @@ def _stated(reason: str) -> str:
     if not reason.strip():
         raise FieldError("reason", "The reason is empty; say why it is deleted.")
     return reason
+
+
+@router.post("/impacts/reject")
+def reject(
+    store: OpenStore,
+    settings: Configured,
+    impact: Ticked = [],  # noqa: B006
+    reason: Annotated[Text, Form(max_length=4000)] = "",
+) -> Response:
+    """Discard the recordings of the impacts that are ticked; the reason stays with each."""
+    impacts = ticked(impact)
+    if not reason.strip():
+        raise FieldError("reason", "Say why these recordings are rejected; the reason is kept with each of them.")
+    # all are looked up before any is gone
+    for campaign, path in dict.fromkeys([recording_of(store, key) for key in impacts]):
+        with store.reading() as session:
+            chosen = recording_part(session, campaign, path)
+        discard_recording(store, settings.db, chosen, reason)
+    return RedirectResponse("/impacts", 303)
 
 
 def recording_of(store: Store, impact: int) -> tuple[str, str]:

@@ -34,6 +34,7 @@ def discriminate(
         pyroshock plan discriminate slow-valve
         pyroshock plan sheet slow-valve-discriminate --out runs.html
     """
+    progress = progress_bar(f"Planning the runs that tell the causes in {campaign} apart", "steps")
     with open_command_store(db) as store:
         from ..diagnose.diagnosing import keep, last_report, report_json, run_diagnosis
         from ..diagnose.discriminating_plan import no_setting, plan_name, store_experiment
@@ -42,7 +43,7 @@ def discriminate(
         with store.reading() as session:
             report = None if anew else last_report(session, campaign)
         if report is None:
-            with progress_bar("diagnose", "steps") as step:
+            with progress as step:
                 verdict = run_diagnosis(store, db, DiagnosisRequest(campaign, seed=seed), step)
             keep(store, verdict)
             report = report_json(verdict)
@@ -287,13 +288,14 @@ def simulate(
         pyroshock simulate slow-valve --out autumn/ --name autumn --effect gun.blow_by=3
         pyroshock ingest autumn/
     """
+    progress = progress_bar(f"Simulating plan {plan} (the plate is solved first)", "recordings")
     with open_command_store(db) as store:
         from ...doe.plans import read_plan
         from .rehearsal import simulate_plan
 
         with store.reading() as session:
             stored = read_plan(session, plan)
-        with progress_bar(plan, "recordings") as step:
+        with progress as step:
             made = simulate_plan(
                 stored,
                 out,

@@ -14,6 +14,8 @@ from click.core import ParameterSource
 from ..cli.common import Function, db_option, json_option, note, open_if_exists, print_table, worker_options, write_json
 from ..cli.completion import campaign_names, contact_models, material_names, plan_names
 from ..cli.next_step import suggest_next
+from ..common.progress import progress_bar
+from ..common.quantities import cell, display_of
 
 if TYPE_CHECKING:
     from ...parallel.executor import ExecutorConfig
@@ -111,8 +113,8 @@ def refuse_typed(*names: str) -> None:
 def _short(shot: PredictedShot) -> dict[str, object]:
     row: dict[str, object] = {name: shot.figures[name] for name in _SHOWN if name in shot.figures}
     for name in _FIGURES:
-        low, high = (shot.figures[f"predicted_{name}_{end}"] for end in ("low", "high"))
-        row |= {name: shot.figures[f"predicted_{name}"], f"{name} 90 %": f"{low:.4g} to {high:.4g}"}
+        low, high = (cell(name, shot.figures[f"predicted_{name}_{end}"]) for end in ("low", "high"))
+        row |= {name: shot.figures[f"predicted_{name}"], f"{display_of(name).label} 90 %": f"{low} to {high}"}
     return row | {name: shot.figures[name] for name in ("rests_on_shots", "extrapolation")}
 
 
@@ -343,18 +345,18 @@ def predict(
     """
     from ..common.model_registry import models_extra
 
+    many = Many(plan, shots, out, spectra)
+    progress = progress_bar("Predicting the shots" if plan or shots else "Predicting the shot", "shots")
     with open_if_exists(db) as store:
-        many = Many(plan, shots, out, spectra)
         if many.asked:
             refuse_typed(*_SETTING, "plot")
-            from ..common.progress import progress_bar
             from .batch import bench_of_rows, predict_batch
 
             with models_extra():
                 bench, rows, remarks = bench_of_rows(store, db, _request(asked), many.rows(store), draws, seed)
                 for remark in remarks:
                     note(remark)
-                with progress_bar("predicting", "shots") as step:
+                with progress as step:
                     predicted_shots = predict_batch(bench, rows, executor, step)
             many.tell(predicted_shots, json_to)
             if plan is not None:
@@ -365,7 +367,7 @@ def predict(
         from .tables import quantity_rows, spectrum_rows
 
         request = _request(asked)
-        with models_extra():
+        with models_extra(), progress:
             built = twin_of(store, db, request)
             prediction = predict_shot(built, _shot(asked), draws=draws, seed=seed)
         for remark in built.notes:

@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...dataset.sources import STATED_PLATE_MASS
+from ...dataset.validity_limits import BETWEEN_LEVELS
 from ...delimited_text import parse_number
 from ...schema.known_factors import BY_NAME
 from ...signals.valve_profile import ValveProfile
 from ...twin.contact_interface import Extrapolation, OutOfDomain
 from ...twin.prediction import Prediction
-from ..common.number_format import finite
+from ..common.number_format import finite, format_number
+from ..common.quantities import units
 
 if TYPE_CHECKING:
     from ...schema.session import Store
@@ -245,7 +247,7 @@ def domain_warnings(prediction: Prediction) -> tuple[str, ...]:
 def extrapolation_text(item: Extrapolation) -> str:
     """As a sentence in the units of the lab."""
     name, unit, scale = _in_lab_units(item.quantity)
-    value_text, low, high = (f"{scale * value:.4g}" for value in (item.asked, item.low, item.high))
+    value_text, low, high = (format_number(scale * value) for value in (item.asked, item.low, item.high))
     learned = low if low == high else f"{low} to {high}"
     text = f"{name} {value_text}{unit} is beyond the {learned}{unit} of the shots that were learned from."
     return text[0].upper() + text[1:]
@@ -273,20 +275,36 @@ def _of_number(prediction: Prediction, number: str) -> Iterator[str]:
 
 
 def _outside_text(item: OutOfDomain, contact: str) -> str:
-    """The range is the contact's own text in SI, so that the value is in SI as well."""
-    name = _base(item.predictor)
-    unit = next((f" {si}" for ending, (si, _, _) in _UNITS.items() if name.endswith(ending)), "")
-    value = item.value if isinstance(item.value, str) else f"{item.value:.4g}{unit}"
-    text = f"{name.replace('_', ' ')} {value} lies outside of the domain of the contact"
-    return f"{text[0].upper()}{text[1:]} ({contact}): {item.range}."
+    """What a registered model never met, in the units of the lab; the range of a law is its own text in SI."""
+    name, unit, scale = _in_lab_units(item.predictor)
+    model = contact.removeprefix("models:/")
+    value = item.value if isinstance(item.value, str) else f"{format_number(scale * item.value)}{unit}"
+    if not item.reason:
+        if not isinstance(item.value, str):
+            value = f"{format_number(item.value)}{_si_unit(item.predictor)}"
+        text = f"{name} {value} lies outside of the domain of the contact ({contact}): {item.range}."
+    elif item.ends and item.ends[0] < item.ends[-1] and item.reason == BETWEEN_LEVELS:
+        low, high = (format_number(scale * end) for end in item.ends)
+        text = f"{name} {value} lies between the measured {low} and {high}{unit}; {model} was not trained there."
+    else:
+        ends = " to ".join(dict.fromkeys(format_number(scale * end) for end in item.ends))
+        learned = f"{ends}{unit}" if ends else item.range
+        text = f"{name} {value} {item.reason}; {model} was trained on {learned}."
+    return f"{text[0].upper()}{text[1:]}"
+
+
+def _si_unit(quantity: str) -> str:
+    name = _base(quantity)
+    return next((f" {si}" for ending, (si, _, _) in _UNITS.items() if name.endswith(ending)), "")
 
 
 def _in_lab_units(quantity: str) -> tuple[str, str, float]:
     name = _base(quantity)
-    for ending, (_, unit, scale) in _UNITS.items():
+    words = name.replace("_", " ")
+    for ending, (si_unit, unit, scale) in _UNITS.items():
         if name.endswith(ending):
-            return name.replace("_", " "), f" {unit}", scale
-    return name.replace("_", " "), "", 1.0
+            return (words, f" {si_unit}", 1.0) if units() == "si" else (words, f" {unit}", scale)
+    return words, "", 1.0
 
 
 def _base(quantity: str) -> str:

@@ -9,43 +9,43 @@ from typing import Any
 
 from ...array_types import Floats
 from ...twin.prediction import Band, Prediction, Quantity
+from ..common.number_format import format_number
 from ..common.plots import MEASURED, MODEL, new_figure, save
+from ..common.quantities import Display, display_of
 from .predicting import warnings, warnings_of_number
 
-#: Field of the prediction: (what it is, unit, how many of them one SI unit is).
-_QUANTITIES = {
-    "velocity_m_s": ("impact velocity", "m/s", 1.0),
-    "contact_time_s": ("contact time", "ms", 1e3),
-    "compression_time_s": ("compression time", "ms", 1e3),
-    "peak_force_n": ("peak force", "kN", 1e-3),
-    "impulse_n_s": ("impulse", "N s", 1.0),
-}
+#: Numbers of the prediction, in their order.
+_QUANTITIES = ("velocity_m_s", "contact_time_s", "compression_time_s", "peak_force_n", "impulse_n_s")
+
+_ACCELERATION, _TIME = "acceleration_m_s2", "time_since_first_contact_s"
 
 
 def quantity_rows(prediction: Prediction) -> Iterator[dict[str, Any]]:
     """Named quantities with their 90 % intervals; with `warning` where an input is beyond what was learned."""
-    for field, (what, unit, scale) in _QUANTITIES.items():
+    for field in _QUANTITIES:
         warning = warnings_of_number(prediction, field)
-        yield _row(what, unit, getattr(prediction, field), scale) | ({"warning": warning} if warning else {})
+        shown = display_of(field)
+        yield _row(shown.label, shown, getattr(prediction, field)) | ({"warning": warning} if warning else {})
     for sensor in prediction.sensors:
-        yield _row(f"peak {sensor}", "m/s2", prediction.peak_acceleration_m_s2(sensor), 1.0)
+        yield _row(f"peak {sensor}", display_of(_ACCELERATION), prediction.peak_acceleration_m_s2(sensor))
 
 
-def _row(what: str, unit: str, quantity: Quantity, scale: float) -> dict[str, Any]:
-    low, high = (scale * end for end in quantity.ci90)
-    return {"quantity": what, "unit": unit, "mean": scale * quantity.mean, "low": low, "high": high}
+def _row(what: str, shown: Display, quantity: Quantity) -> dict[str, Any]:
+    low, high = (shown.scale * end for end in quantity.ci90)
+    return {"quantity": what, "unit": shown.unit, "mean": shown.scale * quantity.mean, "low": low, "high": high}
 
 
 def spectrum_rows(prediction: Prediction) -> Iterator[dict[str, Any]]:
-    """Lines of the spectra, m/s2: every third, and the last; nothing without a plate."""
+    """Lines of the spectra: every third, and the last; nothing without a plate."""
     if not prediction.sensors:
         return
-    last = prediction.frequency_hz.size - 1
+    last, shown = prediction.frequency_hz.size - 1, display_of(_ACCELERATION)
     for line in dict.fromkeys((*range(0, last, 3), last)):
         row: dict[str, Any] = {"Hz": float(prediction.frequency_hz[line])}
         for sensor, band in prediction.spectra_m_s2.items():
-            row[f"{sensor} (m/s2)"] = float(band.mean[line])
-            row[f"{sensor} 90 %"] = f"{band.lower[line]:.4g} to {band.upper[line]:.4g}"
+            low, high = (format_number(shown.scale * float(end[line])) for end in (band.lower, band.upper))
+            row[f"{sensor} ({shown.unit})"] = shown.scale * float(band.mean[line])
+            row[f"{sensor} 90 %"] = f"{low} to {high}"
         yield row
 
 
@@ -66,25 +66,28 @@ def plot_prediction(prediction: Prediction, path: Path) -> None:
 
 def draw_prediction(rows: Sequence[Any], prediction: Prediction) -> None:
     """Force, accelerations and spectra with their bands on three axes; on one, the force alone."""
-    _band(rows[0], prediction.time_s * 1e3, prediction.force_n, "force", MEASURED, 1e-3)
-    rows[0].set(xlabel="time since first contact (ms)", ylabel="force (kN)")
+    force, time = display_of("force_n"), display_of(_TIME)
+    _band(rows[0], prediction.time_s * time.scale, prediction.force_n, "force", MEASURED, force.scale)
+    rows[0].set(xlabel=time.heading, ylabel=force.heading)
     for axes, draw in zip(rows[1:], (_accelerations, _spectra), strict=False):
         draw(axes, prediction)
         axes.legend(frameon=False)
 
 
 def _accelerations(axes: Any, prediction: Prediction) -> None:
+    shown, shown_time = display_of(_ACCELERATION), display_of(_TIME)
     for sensor, colour in zip(prediction.sensors, _COLOURS, strict=False):
         time, band = prediction.acceleration(sensor, 0.005)
-        _band(axes, time * 1e3, band, sensor, colour)
-    axes.set(xlabel="time since first contact (ms)", ylabel="acceleration (m/s2)")
+        _band(axes, time * shown_time.scale, band, sensor, colour, shown.scale)
+    axes.set(xlabel=shown_time.heading, ylabel=shown.heading)
 
 
 def _spectra(axes: Any, prediction: Prediction) -> None:
+    shown = display_of(_ACCELERATION)
     for (sensor, band), colour in zip(prediction.spectra_m_s2.items(), _COLOURS, strict=False):
-        _band(axes, prediction.frequency_hz, band, sensor, colour)
+        _band(axes, prediction.frequency_hz, band, sensor, colour, shown.scale)
     axes.set(xscale="log", yscale="log", xlabel="natural frequency (Hz)")
-    axes.set_ylabel(f"maximax SRS, Q = {prediction.q:g} (m/s2)")
+    axes.set_ylabel(f"maximax SRS, Q = {prediction.q:g} ({shown.unit})")
 
 
 def _band(axes: Any, x: Floats, band: Band, label: str, colour: str, scale: float = 1.0) -> None:

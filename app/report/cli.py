@@ -9,6 +9,7 @@ import click
 from ..cli.common import db_option, note, open_command_store
 from ..cli.completion import subject_names
 from ..cli.next_step import suggest_next
+from ..common.progress import progress_bar
 
 
 @click.command()
@@ -29,12 +30,14 @@ def report(subject: str, db: str, out: Path) -> None:
         pyroshock report diagnosis:slow-valve --out gap.pdf
         pyroshock report gp@1 --out gp.pdf
     """
+    progress = progress_bar(f"Writing the report on {subject}")
     with open_command_store(db) as store:
         from ..documents.write import check_ending, write_report
         from .dispatch import report_on
 
         check_ending(out)
-        write_report(report_on(store, db, subject), out)
+        with progress:
+            write_report(report_on(store, db, subject), out)
     note(f"written: {out}")
     suggest_next(*_after(subject))
 

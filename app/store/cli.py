@@ -36,10 +36,11 @@ def export(campaign: str, db: str, out: Path) -> None:
     Example:
         pyroshock db export rehearsal --out rehearsal.pyroshock
     """
+    progress = progress_bar(f"Exporting {campaign}", "rows")
     with open_command_store(db) as store:
         from ...schema.transfer.export import export_campaign
 
-        with progress_bar("Exporting", "rows") as step:
+        with progress as step:
             rows = export_campaign(store, campaign, out, step)
     note(f"campaign {campaign}: {sum(rows.values())} rows, {out.stat().st_size / 1e6:.1f} MB: {out}")
 
@@ -60,10 +61,11 @@ def import_(file: Path, db: str, json_to: str | None) -> None:
         pyroshock db export first-shots --out first-shots.pyroshock
         pyroshock db import first-shots.pyroshock --db sqlite:///lab.db
     """
+    progress = progress_bar(f"Importing {file.name}", "samples")
     with open_command_store(db, create=True) as store:
         from ...schema.transfer.merging import import_file
 
-        with progress_bar("Importing", "samples") as step:
+        with progress as step:
             report = import_file(store, file, step)
         if json_to is not None:
             write_json(vars(report), json_to)
@@ -102,13 +104,14 @@ def check(db: str, json_to: str | None, campaign: str | None, fast: bool, repair
         pyroshock db check --fast
         pyroshock db check --campaign rehearsal
     """
+    progress = progress_bar("Checking the store", "samples")
     with open_command_store(db) as store:
         from ...schema.engine import describe
         from .check import Wanted, datasets_without_source, findings_of
 
         if repair is not None:
             _repair(store, repair)
-        with progress_bar("Checking", "samples") as step:
+        with progress as step:
             findings = list(findings_of(store, db, Wanted(campaign, fast), step))
         if json_to is not None:
             write_json({"sound": not findings, "findings": [finding.as_json() for finding in findings]}, json_to)
@@ -178,13 +181,14 @@ def copy(source: str, target: str, json_to: str | None) -> None:
     Example:
         pyroshock db copy sqlite:///results/demo.db sqlite:///copy.db
     """
+    progress = progress_bar("Copying the store", "rows")
     with open_command_store(source) as store:
         from ...schema.engine import describe, make_engine
         from ...schema.transfer.copying import copy_store
 
         engine = make_engine(target)
         try:
-            with progress_bar("Copying", "rows") as step:
+            with progress as step:
                 tables = copy_store(store, engine, step)
             note_missing_roles(engine)
         finally:

@@ -24,6 +24,7 @@ from ..cli.completion import dataset_names, model_versions
 from ..cli.listed import Listing, listing_options
 from ..cli.next_step import suggest_next
 from ..cli.options import split_names
+from ..common.progress import progress_bar
 
 if TYPE_CHECKING:
     from ...dataset.catalog import Withdrawal
@@ -96,13 +97,13 @@ def train(
         pyroshock train rehearsal-pulses --models linear,hann
         pyroshock train rehearsal-pulses --models linear --split material=steel
     """
+    bar = progress_bar(f"Training models on {dataset}", "models")
     with open_command_store(db) as store:
         from ...training.fitting.session import Progress
         from ..common.model_registry import tell_beside_bar
-        from ..common.progress import progress_bar
         from .service import train_models
 
-        with progress_bar("training", "models") as step:
+        with bar as step:
             progress = Progress(step, tell_beside_bar)
             session, floors = train_models(
                 store, db, dataset, models, ",".join(splits) or None, seed=seed, budget=budget, retrain=retrain,

@@ -157,7 +157,11 @@ def _points(judged: Evaluation, label: str, rows: Any) -> dict[str, Any]:
 
 
 def _against(measured: Floats, predicted: Floats, spread: Floats | None) -> dict[str, Any]:
-    low, high = (None, None) if spread is None else (predicted - _BAND * spread, predicted + _BAND * spread)
+    low, high = (
+        (None, None)
+        if spread is None
+        else (np.maximum(predicted - _BAND * spread, 0.0), predicted + _BAND * spread)  # neither is ever negative
+    )
     return {
         "measured": measured.tolist(),
         "predicted": predicted.tolist(),

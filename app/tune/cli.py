@@ -11,6 +11,7 @@ from ..cli.common import db_option, json_option, note, open_command_store, print
 from ..cli.completion import campaign_names, contact_models, material_names
 from ..cli.next_step import suggest_next
 from ..cli.options import split_names
+from ..common.progress import progress_bar
 
 if TYPE_CHECKING:
     from .service import TunedSettings
@@ -173,8 +174,8 @@ def tune(
     Example:
         pyroshock tune --target examples/specifications/component.csv --measured rehearsal --plot spectra.png
     """
+    progress = progress_bar(f"Searching settings for {Path(target).name}", "settings")
     with open_command_store(db) as store:
-        from ..common.progress import progress_bar
         from ..predict.arguments import option_name, twin_request
         from .service import factors_of, masses_of, search_settings, target_of
         from .session import Ask
@@ -194,7 +195,7 @@ def tune(
         masses = masses_of(bullet_mass, "--bullet-mass")
         wanted = target_of(target, tolerance)
         ask = Ask(wanted, request, factors_of(factors), measured, sensor, masses, share, extrapolate, seed, at_least)
-        with progress_bar("tune", "settings") as step:
+        with progress as step:
             settings = search_settings(store, db, ask, step)
         tuned = settings.tuned
         for line in settings.notes:

@@ -10,6 +10,7 @@ import click
 from ..cli.common import db_option, json_option, note, open_command_store, print_table, write_json
 from ..cli.completion import campaign_names, contact_models
 from ..cli.next_step import suggest_next
+from ..common.progress import progress_bar
 
 
 @click.command()
@@ -66,11 +67,11 @@ def validate(
     Example:
         pyroshock validate rehearsal --folds 2 --draws 20 --html validation.html
     """
+    progress = progress_bar(f"Predicting the shots of {campaign} from the others", "shots")
     with open_command_store(db) as store:
-        from ..common.progress import progress_bar
         from .service import validate_twin
 
-        with progress_bar("validate", "shots") as step:
+        with progress as step:
             validation = validate_twin(store, db, campaign, contact, folds, draws, seed, step)
         data = validation.to_json()
         if html is not None:

@@ -89,11 +89,31 @@ def test_where_filters_in_the_labs_units_and_in_si(filled, where, runs):
     ("tip_material=steel", Condition("tip_material", "=", "steel")),
     ("tip_radius_mm = 45", Condition("tip_radius", "=", 0.045)),
     ("peak_force_n>=1e3", Condition("peak_force_n", ">=", 1000.0)),
+    ("peak_force>1kN", Condition("peak_force_n", ">", 1000.0)),
+    ("peak force (kN) > 1 kN", Condition("peak_force_n", ">", 1000.0)),
+    ("peak_force_n>1kN", Condition("peak_force_n", ">", 1000.0)),
+    ("contact time<=0.5ms", Condition("contact_time_s", "<=", 0.0005)),
+    ("tank_pressure<=1.5bar", Condition("tank_pressure", "<=", 150000.0)),
+    ("tip radius=45mm", Condition("tip_radius", "=", 0.045)),
     ("note!=a=b", Condition("note", "!=", "a=b")),
     ("campaign=2024", Condition("campaign", "=", "2024")),
 ])  # fmt: skip
 def test_condition_is_parsed(text, condition):
     assert parse_where((text,)) == (condition,)
+
+
+@pytest.mark.parametrize(("text", "meant"), [
+    ("peak_force>1", "1kN"), ("tank_pressure<=1.5", "1.5bar"), ("tip radius=45", "45mm"),
+])  # fmt: skip
+def test_condition_without_a_unit_in_field_or_value_is_refused_with_the_one_that_was_meant(text, meant):
+    with pytest.raises(ValueError, match=f"expected a number with a unit: did you mean {meant}"):
+        parse_where((text,))
+
+
+@pytest.mark.parametrize("columns", ["peak_force_n", "peak_force", "peak force", "peak force (kN)"])
+def test_columns_are_named_by_their_key_or_the_words_of_their_heading(filled, columns):
+    listed = run("impacts", "--db", filled, "--columns", columns, "--sort", f"-{columns}").stdout
+    assert listed.startswith("peak force (kN)")
 
 
 @pytest.mark.parametrize("text", ["", "steel", "=steel", "tip_material=", "peak_force_n>many"])
@@ -185,7 +205,7 @@ def test_material_is_added_once_and_extract_keeps_the_old_version(tmp_path):
     words = ["materials", "add", "titanium", "--youngs-modulus", "114GPa", "--poisson-ratio", "0.34"]
     words += ["--density", "4430kg/m3", "--yield-strength", "880MPa", "--source", "data sheet", "--db", url]
     bare = [word.removesuffix("GPa") for word in words]
-    assert "'114'; expected a number with a unit, such as 1Pa" in run(*bare, code=2).stderr
+    assert "'114'; expected a number with a unit: did you mean 114GPa?" in run(*bare, code=2).stderr
     run(*words)
     found = next(m for m in json_of("materials", "--db", url) if m["name"] == "titanium")
     assert (found["youngs_modulus_pa"], found["density_kg_m3"]) == (114e9, 4430.0)

@@ -69,7 +69,7 @@ def test_given_velocity_needs_no_gun_and_words_and_plot_are_for_people(quick, tm
     assert quick("--json").stdout == quick("--json", "--seed", "0").stdout != quick("--json", "--seed", "1").stdout
     result = quick("--velocity", "8m/s", "--plot", "shot.png")
     assert result.exit_code == 0, result.stderr
-    assert "impact velocity" in result.stdout and "acceleration_1 (m/s2)" in result.stdout
+    assert "impact velocity" in result.stdout and "acceleration_1 (g)" in result.stdout
     assert (tmp_path / "shot.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -175,7 +175,7 @@ def test_solved_plate_end_to_end(tmp_path, monkeypatch):
         ("--coupled", "--contact", "hunter"),
         "--coupled with the contact 'hunter', which is not solved in time: expected --contact",
     ),
-    (("--tank-pressure", "5"), "--tank-pressure is '5'; expected a number with a unit"),
+    (("--tank-pressure", "5"), "--tank-pressure is '5'; expected a number with a unit: did you mean 5bar?"),
     (("--tank-pressure", "5bar", "--velocity", "3m/s"), "--velocity and --tank-pressure: expected one of them"),
     (("--tip", "cheese"), "no material 'cheese'; there are: aluminum"),
     (("--insulator", "polymeric"), "without an anvil"),

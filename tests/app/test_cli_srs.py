@@ -143,7 +143,7 @@ def test_unit_and_channel_are_the_files_or_asked_for(tmp_path):
     ("time_s,acc [g]", "--rate fast", "--rate is 'fast'; expected a number with a unit"),
     ("time_s,acc [g]", "--rate=-1", "--rate is '-1'; expected a number above zero"),
     ("time_s,acc [g]", "--rate nan", "--rate is 'nan'; expected a number above zero"),
-    ("time_s,acc [g]", "--rate '5 m'", "--rate is '5 m'; expected a unit such as 'Hz'"),
+    ("time_s,acc [g]", "--rate '5 m'", "--rate is '5 m'; expected a unit such as 'kHz'"),
     ("time_s,acc [g]", "--q 25 --damping 0.02", "expected one of them"),
 ])  # fmt: skip
 def test_what_contradicts_the_file_or_itself_is_refused(tmp_path, header, words, said):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import click
 import pytest
 from pyroshock.app.cli.main import main
 from pyroshock.app.diagnose.diagnosing import keep
@@ -43,7 +44,8 @@ def rows(*words: str) -> list[dict]:
 
 @pytest.mark.parametrize("noun", NOUNS)
 def test_every_noun_has_list_show_and_delete(noun):
-    group = main.get_command(None, noun)
+    group = main.get_command(click.Context(main), noun)
+    assert isinstance(group, click.Group)
     assert {"list", "show", "delete"} <= set(group.commands)
 
 
@@ -136,7 +138,7 @@ def test_a_job_is_deleted_when_it_has_ended(lab):
 def test_an_impact_is_deleted_with_its_recording_and_a_reason(lab):
     impact = rows("impacts")[0]["id"]
     assert "Missing option '--reason'" in refusal("impacts", "delete", str(impact))
-    words = ("impacts", "delete", str(impact), "--reason", "the plate had come loose")
+    words: tuple[str, ...] = ("impacts", "delete", str(impact), "--reason", "the plate had come loose")
     assert "holds other impacts too" in refusal(*words)
     words += ("--all-of-recording",)
     assert "would delete" in run_pyroshock(*words, "--dry-run").stderr

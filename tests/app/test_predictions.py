@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
+from pyroshock.app.common.quantities import shown_in
 from pyroshock.app.predict.predicting import (
     ShotRequest,
     domain_warnings,
@@ -22,6 +23,7 @@ from pyroshock.app.twins.benches import shipped_bench
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest, twin_of
 from pyroshock.dataset.domain import Domain
 from pyroshock.dataset.rows import by_name
+from pyroshock.dataset.validity_limits import BETWEEN_LEVELS
 from pyroshock.doe.space import hammer_space, shipped_factors, space_from_text
 from pyroshock.signals.srs.spectrum import octave_grid
 from pyroshock.training.models.analytic import Analytic
@@ -133,6 +135,16 @@ def test_warnings_are_told_in_words_once_by_the_field_that_sets_the_quantity(tmp
         "Impact velocity 22.13 m/s lies outside of the domain of the contact (half-sine): up to 5.2.",
         "Insulator foam lies outside of the domain of the contact (half-sine): none.",
     )
+    levels = OutOfDomain("tip_radius", 0.045, "0.03 to 0.06", BETWEEN_LEVELS, (0.03, 0.06))
+    tip = OutOfDomain("tip_material", "delrin", "PLA, steel", "was never recorded")
+    pair = OutOfDomain("impactor_mass", 0.4, "0.4 to 0.8", "was never recorded together with anvil none", (0.4, 0.8))
+    assert domain_warnings(prediction(outside=[levels, tip, pair])) == (
+        "Tip radius 45 mm lies between the measured 30 and 60 mm; half-sine was not trained there.",
+        "Tip material delrin was never recorded; half-sine was trained on PLA, steel.",
+        "Impactor mass 0.4 kg was never recorded together with anvil none; half-sine was trained on 0.4 to 0.8 kg.",
+    )
+    with shown_in("si"):
+        assert "0.045 m lies between the measured 0.03 and 0.06 m" in domain_warnings(prediction(outside=[levels]))[0]
     beyond = Extrapolation("impact_velocity_m_s", 22.0, 1.0, 9.0)
     shot = prediction(beyond, outside=[OutOfDomain("impact_velocity", 22.0, "1 to 9")])
     assert warnings(shot) == (extrapolation_text(beyond),) and domain_warnings(shot) == ()

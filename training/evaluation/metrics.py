@@ -101,6 +101,8 @@ METRICS = (
     "impulse_error",
     "compression_impulse_error",
 )
+#: Means that are shares, between 0 and 1; the others are errors, which are never negative.
+SHARES = ("force_covered", "time_covered")
 
 #: Standard deviations on either side of the mean that hold 90 % of a normal law.
 BAND = 1.6448536269514722

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
-from .metrics import PulseErrors
+from .metrics import SHARES, PulseErrors
 
 #: Of the intervals that are told.
 COVERAGE = 0.90
@@ -59,12 +59,59 @@ def bootstrap_interval(clusters: Clusters, rng: np.random.Generator, resamples: 
     k, mean = len(clusters), clusters.mean
     if k < 2:
         return np.full_like(mean, np.nan), np.full_like(mean, np.nan)
+    low, high = _percentiles(clusters, rng, resamples)
+    wider = np.sqrt(k / (k - 1))
+    return mean + wider * (low - mean), mean + wider * (high - mean)
+
+
+def _percentiles(clusters: Clusters, rng: np.random.Generator, resamples: int) -> tuple[Floats, Floats]:
+    k = len(clusters)
     drawn = rng.multinomial(k, np.full(k, 1.0 / k), size=resamples).astype(np.float64)
     means = (drawn @ clusters.sums) / (drawn @ clusters.sizes)[:, None]
     tail = (1 - COVERAGE) / 2
     low, high = np.quantile(means, [tail, 1 - tail], axis=0)
-    wider = np.sqrt(k / (k - 1))
-    return mean + wider * (low - mean), mean + wider * (high - mean)
+    return low, high
+
+
+def positive_interval(clusters: Clusters, rng: np.random.Generator, resamples: int) -> tuple[Floats, Floats]:
+    """The same for quantities that are never negative, such as errors: widened on the log scale, so that it is above 0.
+
+    Errors are skewed, and few configurations scatter too little: widened by Student's t over the normal quantile, too.
+    """
+    from scipy.stats import norm, t
+
+    k, mean = len(clusters), clusters.mean
+    if k < 2:
+        return np.full_like(mean, np.nan), np.full_like(mean, np.nan)
+    tail = (1 - COVERAGE) / 2
+    wider = np.sqrt(k / (k - 1)) * t.ppf(1 - tail, k - 1) / norm.ppf(1 - tail)
+    scale = np.where(mean > 0, mean, 1.0)  # of errors that are all zero, the interval is zero
+    low, high = (mean * (end / scale) ** wider for end in _percentiles(clusters, rng, resamples))
+    return np.asarray(low), np.asarray(high)
+
+
+def share_interval(clusters: Clusters) -> tuple[Floats, Floats]:
+    """The same for shares, such as coverages: within 0 and 1, and not empty where all pulses agree.
+
+    Wilson's interval (J. Am. Stat. Assoc. 22 (1927) 209) with as many independent trials as would scatter like the
+    clusters (Korn and Graubard, Survey Methodology 24 (1998) 193), as many as clusters where these do not differ, and
+    Student's t for the normal quantile.
+    """
+    from scipy.stats import t
+
+    k, share = len(clusters), clusters.mean
+    if k < 2:
+        return np.full_like(share, np.nan), np.full_like(share, np.nan)
+    deviation = clusters.sums - share * clusters.sizes[:, None]
+    variance = (deviation**2).sum(axis=0) / clusters.sizes.sum() ** 2 * k / (k - 1)
+    binomial = np.clip(share * (1 - share), 0.0, None)
+    differ = (variance > 1e-15) & (binomial > 0)
+    trials = np.where(differ, binomial / np.where(differ, variance, 1.0), k)
+    quantile = t.ppf(1 - (1 - COVERAGE) / 2, k - 1)
+    shrinkage = quantile**2 / trials
+    middle = (share + shrinkage / 2) / (1 + shrinkage)
+    half = quantile / (1 + shrinkage) * np.sqrt(binomial / trials + shrinkage / (4 * trials))
+    return np.clip(middle - half, 0.0, 1.0), np.clip(middle + half, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -85,11 +132,14 @@ def summary(
     """Mean over pulses of every metric there is, coverage included.
 
     The interval draws configurations (n,), not pulses: repetitions of a configuration err alike. It is that of the
-    mean over configurations like these with the model as it is; another training set is not drawn.
+    mean over configurations like these with the model as it is; another training set is not drawn. Intervals of errors
+    are above zero, those of shares within 0 and 1.
     """
     arrays = errors.arrays()
     clusters = clustered(np.stack(list(arrays.values()), axis=1), configuration)
-    low, high = bootstrap_interval(clusters, rng, resamples)
+    is_share = np.array([name in SHARES for name in arrays])
+    ends = zip(share_interval(clusters), positive_interval(clusters, rng, resamples), strict=True)
+    low, high = (np.where(is_share, of_share, of_error) for of_share, of_error in ends)
     rows = zip(arrays, clusters.mean, low, high, strict=True)
     return {name: Estimate(float(mean), float(least), float(most)) for name, mean, least, most in rows}
 

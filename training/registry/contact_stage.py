@@ -11,6 +11,7 @@ from ...array_types import Floats
 from ...dataset.predictors import PredictorSet, shipped
 from ...dataset.sources import FACTOR, STATED_PLATE_MASS, VELOCITY, ImpactSource, Properties, read_number, read_word
 from ...dataset.table import Inputs, Predictor
+from ...dataset.validity_limits import OutOfRange
 from ...schema.impacts import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED
 from ...schema.known_factors import NONE
 from ...twin.contact.effects_on_pulses import with_effects
@@ -88,7 +89,7 @@ class RegisteredContact:
     def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]:
         """For each strike, in the model's own kind of velocity."""
         listed = self.registered.domain.outside(self.inputs(strikes))
-        return [tuple(OutOfDomain(o.predictor, o.value, _range(o.range)) for o in items) for items in listed]
+        return [tuple(map(_out_of_domain, items)) for items in listed]
 
     def extrapolation(self, strikes: ImpactBatch) -> list[tuple[Extrapolation, ...]]:
         """For each strike, the numbers that lie below or above all that the model has learned from."""
@@ -215,6 +216,8 @@ def _momentum(strikes: ImpactBatch) -> Floats:
     return np.array([setting.impactor_mass_kg for setting in strikes.settings]) * strikes.impact_velocity_m_s
 
 
-def _range(ends: Sequence[float] | Sequence[str]) -> str:
-    words = [end if isinstance(end, str) else f"{end:.6g}" for end in ends]
-    return ", ".join(words) if isinstance(ends[0], str) else " to ".join(dict.fromkeys(words))
+def _out_of_domain(item: OutOfRange) -> OutOfDomain:
+    ends = tuple(end for end in item.range if not isinstance(end, str))
+    words = [end if isinstance(end, str) else f"{end:.6g}" for end in item.range]
+    text = " to ".join(dict.fromkeys(words)) if ends else ", ".join(words)
+    return OutOfDomain(item.predictor, item.value, text, item.reason, ends)

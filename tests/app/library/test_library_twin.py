@@ -93,7 +93,7 @@ def test_plots_name_their_axes_and_draw_on_given_ones(shot: ShotPrediction) -> N
     assert len(spectrum.collections) == len(shot.srs)  # the bands
     assert force.get_xlabel() == "time (s)" and force.get_ylabel() == "force (N)"
     panel = shot.plot()
-    assert [axes.get_ylabel().rpartition(" ")[2] for axes in panel] == ["(kN)", "(m/s2)", "(m/s2)"]
+    assert [axes.get_ylabel().rpartition(" ")[2] for axes in panel] == ["(kN)", "(g)", "(g)"]
     import matplotlib.pyplot as plt
 
     axes, count = plt.figure().subplots(), len(plt.get_fignums())
@@ -155,7 +155,7 @@ def test_table_of_runs_is_predicted_as_the_command_line_predicts_it(url: str, tw
 
 
 @pytest.mark.parametrize(("function", "arguments", "message"), [
-    ("predict", {"tank_pressure": "5 kg"}, "tank_pressure is '5 kg'; expected a unit such as 'Pa'"),
+    ("predict", {"tank_pressure": "5 kg"}, "tank_pressure is '5 kg'; expected a unit such as 'bar'"),
     ("predict", {"tank_pressure": "5"}, "tank_pressure is '5'; expected a number with a unit"),
     ("predict", {"bullet_mass": "1 bar"}, "bullet_mass is '1 bar'"),
     ("predict", {"tank_pressure": 1e5, "velocity": 2.0}, "velocity and tank_pressure: expected one of them"),

@@ -188,7 +188,7 @@ def test_fired_plan_is_ingested(store, tmp_path: Path) -> None:
 @pytest.mark.parametrize(("options", "message"), [
     ({"effects": {"gun.tea": 1.0}}, "unknown effect 'gun.tea'"),
     ({"trigger": "much"}, r"^trigger is 'much'; expected a share such as 5%"),
-    ({"pre_trigger": "5 kg"}, "^pre_trigger is '5 kg'; expected a unit such as 's'"),
+    ({"pre_trigger": "5 kg"}, "^pre_trigger is '5 kg'; expected a unit such as 'ms'"),
     ({"repetitions": 0}, "repetitions = 0"),
 ])  # fmt: skip
 def test_what_cannot_be_fired_is_refused(store, tmp_path: Path, options, message) -> None:

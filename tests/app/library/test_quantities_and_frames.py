@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pandas as pd
@@ -11,7 +12,7 @@ import pyroshock as ps
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.app.common.frames import si, unit_of
+from pyroshock.app.common.frames import parse_quantity, si, unit_of
 from pyroshock.benchmarks.library import frame_figure
 from pyroshock.schema.listings import iter_impacts
 from support.stores.large_store import fill
@@ -25,7 +26,7 @@ def test_one_pressure_given_five_ways(value):
 def test_a_gram_of_pint_is_no_gravity_and_another_dimension_is_refused():
     assert si(pint.UnitRegistry().Quantity(500, "g"), "kg", "bullet_mass") == pytest.approx(0.5)
     assert si("10 g", "m/s**2", "acceleration") == pytest.approx(98.0665)
-    with pytest.raises(ValueError, match="expected a unit such as 'Pa'"):
+    with pytest.raises(ValueError, match="expected a unit such as 'bar'"):
         si(pint.UnitRegistry().Quantity(5, "kg"), "Pa", "tank_pressure")
 
 
@@ -33,6 +34,22 @@ def test_a_gram_of_pint_is_no_gravity_and_another_dimension_is_refused():
 def test_what_is_no_pressure_is_refused_by_name(value):
     with pytest.raises(ValueError, match="tank_pressure is"):
         si(value, "Pa", "tank_pressure")
+
+
+@pytest.mark.parametrize(("number", "si_unit", "name", "meant"), [
+    ("5", "Pa", "--tank-pressure", "5bar"), ("500", "Pa", "tank_pressure", "500kPa"),
+    ("5e5", "Pa", "--tank-pressure", "5e5Pa"), ("114", "Pa", "--youngs-modulus", "114GPa"),
+    ("880", "Pa", "--yield-strength", "880MPa"), ("0.5", "kg", "--bullet-mass", "0.5kg"),
+    ("0,5", "kg", "--bullet-mass", "0,5kg"), ("500", "kg", "--bullet-mass", "500g"),
+    ("45", "m", "--tip-radius", "45mm"),
+    ("0.045", "m", "--tip-radius", "0.045m"), ("8", "m/s", "--velocity", "8m/s"), ("2", "s", "--separation", "2ms"),
+    ("30", "s", "--timeout", "30s"), ("100", "Hz", "--rate", "100kHz"), ("51200", "Hz", "--rate", "51200Hz"),
+    ("500", "m/s**2", "--range", "500g"), ("4.4", "kg/m^3", "--density", "4.4g/cm3"), ("1", "V", "--reading-u", "1V"),
+])  # fmt: skip
+def test_a_bare_number_is_refused_with_the_quantity_that_was_probably_meant(number, si_unit, name, meant):
+    with pytest.raises(ValueError, match=f"expected a number with a unit: did you mean {re.escape(meant)}\\?"):
+        parse_quantity(number, si_unit, name)
+    assert parse_quantity(meant, si_unit, name) > 0  # what is suggested is understood
 
 
 @pytest.mark.parametrize("value", [None, [1.0, 2.0], object()])

@@ -13,6 +13,8 @@ from pyroshock.training.evaluation.summary import (
     fraction,
     fraction_interval,
     holm,
+    positive_interval,
+    share_interval,
     sign_flip_p,
     summary,
 )
@@ -57,6 +59,49 @@ def test_interval_holds_the_truth_in_nine_of_ten(clusters: int) -> None:
         low, high = bootstrap_interval(clustered(values[:, None], labels), rng, 500)
         hits += bool(low[0] <= truth <= high[0])
     assert 0.90 - 5 * 0.0122 < hits / 600 < 0.90 + 5 * 0.0122
+
+
+@pytest.mark.parametrize("clusters", [3, 5, 8, 12, 30])
+def test_interval_of_skewed_errors_is_above_zero_and_holds_the_truth_more_often(clusters: int) -> None:
+    """Errors of a lognormal law with a deviation of 1, where the plain interval reaches below zero and is too short."""
+    rng = np.random.default_rng(clusters)
+    truth, hits, plain_hits, lowest = np.exp(0.5), 0, 0, np.inf
+    for _ in range(400):
+        of_clusters = clustered(rng.lognormal(0, 1, (clusters, 1)), np.arange(clusters))
+        low, high = positive_interval(of_clusters, rng, 500)
+        plain_low, plain_high = bootstrap_interval(of_clusters, rng, 500)
+        hits += bool(low[0] <= truth <= high[0])
+        plain_hits += bool(plain_low[0] <= truth <= plain_high[0])
+        lowest = min(lowest, low[0])
+    assert lowest > 0
+    assert hits >= plain_hits
+
+
+@pytest.mark.parametrize("share", [0.7, 0.9, 0.97])
+@pytest.mark.parametrize("clusters", [3, 5, 8, 12, 30])
+def test_interval_of_a_share_is_within_0_and_1_and_holds_the_truth_in_nine_of_ten(clusters: int, share: float) -> None:
+    """Configurations of four pulses that differ in their share: 600 campaigns, five standard errors below 90 %."""
+    rng = np.random.default_rng(clusters)
+    hits = plain_hits = 0
+    for _ in range(600):
+        chances = rng.beta(20 * share, 20 * (1 - share), clusters)
+        of_clusters = Clusters(rng.binomial(4, chances)[:, None].astype(float), np.full(clusters, 4.0))
+        low, high = share_interval(of_clusters)
+        assert 0 <= low[0] <= of_clusters.mean[0] <= high[0] <= 1
+        plain_low, plain_high = bootstrap_interval(of_clusters, rng, 200)
+        hits += bool(low[0] <= share <= high[0])
+        plain_hits += bool(plain_low[0] <= share <= plain_high[0])
+    assert hits / 600 > 0.90 - 5 * 0.0122
+    assert hits > plain_hits or clusters == 30
+
+
+def test_a_coverage_of_every_pulse_has_an_interval_and_errors_of_zero_have_zero() -> None:
+    found = summary(errors_of(np.zeros(8)), np.arange(8), np.random.default_rng(0))["cost"]
+    assert (found.low, found.high) == (0.0, 0.0)
+    errors = PulseErrors(**dict.fromkeys(METRICS, np.ones(8)), force_covered=np.ones(8))
+    covered = summary(errors, np.arange(8), np.random.default_rng(0))["force_covered"]
+    assert covered.mean == covered.high == 1.0
+    assert 0.6 < covered.low < 0.8  # t(7) = 1.89: 1 / (1 + 1.89² / 8)
 
 
 def gaussian_crps(mean: float, deviation: float, measured: np.ndarray) -> np.ndarray:
