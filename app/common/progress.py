@@ -19,7 +19,7 @@ _BEFORE_THE_FIRST_STEP = "{desc} [{elapsed}]"
 _STEPS = "{percentage:3.0f} %|{bar}| {n_fmt} of {total_fmt}{unit} [{elapsed}, about {remaining} left]{postfix}"
 
 
-class ProgressBar:
+class WorkProgress:
     """Says what is done as soon as it is made, before imports and the first step; within its block, how far it is.
 
     On a terminal a line and below it a bar, whose clock runs whether or not a step ends. Elsewhere, as in a log, lines
@@ -79,9 +79,9 @@ class ProgressBar:
         elapsed = time.monotonic() - self._start_s
         if not self._done or not self._total:
             return f"{_duration(elapsed)} elapsed"
-        left = _duration(elapsed * (self._total - self._done) / self._done)
+        remaining = _duration(elapsed * (self._total - self._done) / self._done)
         steps = f"{self._done} of {self._total} {self._unit}".strip()
-        return f"{steps}, {_duration(elapsed)} elapsed, about {left} left"
+        return f"{steps}, {_duration(elapsed)} elapsed, about {remaining} left"
 
     def _tell(self, words: str) -> None:
         separator = " " if words == "…" else ": "
@@ -101,12 +101,12 @@ def _duration(seconds: float) -> str:
     return f"{whole} s" if whole < 120 else f"{whole // 60} min {whole % 60} s"
 
 
-def progress_bar(label: str, unit: str = "") -> ProgressBar:
+def progress_bar(label: str, unit: str = "") -> WorkProgress:
     """Says `label` at once; its block gives `step(done, total, what)`. Work without steps shows the time that it took.
 
     To be made before what takes time, imports and the store included; the block may begin later.
     """
-    return ProgressBar(label, unit)
+    return WorkProgress(label, unit)
 
 
 @contextmanager

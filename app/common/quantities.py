@@ -137,11 +137,11 @@ def key_of(name: str, keys: Iterable[str]) -> str:
 
     `name` itself where no key is meant.
     """
-    known = list(keys)
-    if name in known:
+    key_list = list(keys)
+    if name in key_list:
         return name
     words = name.partition("(")[0].strip().lower().replace("_", " ")
-    return next((key for key in known if words in (_display_of(key, "si").label, _words(key))), name)
+    return next((key for key in key_list if words in (_display_of(key, "si").label, _words(key))), name)
 
 
 def _words(key: str) -> str:

@@ -179,7 +179,7 @@ def test_table_shows_lines_moments_and_findings_and_leaves_the_store_alone(tmp_p
     result = call(table(tmp_path / "a.csv"), *words)
     assert not (tmp_path / "lab.db").exists()
     rows = result.stdout.splitlines()
-    assert result.exit_code == 0 and any(row.startswith("rms_duration_s") for row in rows)
+    assert result.exit_code == 0 and any(row.startswith("rms duration (ms)") for row in rows)
     assert [row.split()[0] for row in rows if row.split()[:1] in (["100"], ["500"], ["8000"])] == ["100", "500", "8000"]
     assert {"saturation", "sampling"} <= {row.split()[0] for row in rows if row}
 
