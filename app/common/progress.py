@@ -19,7 +19,7 @@ _BEFORE_THE_FIRST_STEP = "{desc} [{elapsed}]"
 _STEPS = "{percentage:3.0f} %|{bar}| {n_fmt} of {total_fmt}{unit} [{elapsed}, about {remaining} left]{postfix}"
 
 
-class TerminalProgress:
+class WorkProgress:
     """Says what is done as soon as it is made, before imports and the first step; within its block, how far it is.
 
     On a terminal a line and below it a bar, whose clock runs whether or not a step ends. Elsewhere, as in a log, lines
@@ -101,12 +101,12 @@ def _duration(seconds: float) -> str:
     return f"{whole} s" if whole < 120 else f"{whole // 60} min {whole % 60} s"
 
 
-def progress_bar(label: str, unit: str = "") -> TerminalProgress:
+def progress_bar(label: str, unit: str = "") -> WorkProgress:
     """Says `label` at once; its block gives `step(done, total, what)`. Work without steps shows the time that it took.
 
     To be made before what takes time, imports and the store included; the block may begin later.
     """
-    return TerminalProgress(label, unit)
+    return WorkProgress(label, unit)
 
 
 @contextmanager

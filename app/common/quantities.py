@@ -151,11 +151,11 @@ def key_of(name: str, keys: Iterable[str]) -> str:
 
     `name` itself where no key is meant.
     """
-    names = list(keys)
-    if name in names:
+    key_list = list(keys)
+    if name in key_list:
         return name
     words = name.partition("(")[0].strip().lower().replace("_", " ")
-    return next((key for key in names if words in (_display_of(key, "si").label, _words(key))), name)
+    return next((key for key in key_list if words in (_display_of(key, "si").label, _words(key))), name)
 
 
 def _words(key: str) -> str:
