@@ -56,7 +56,8 @@ def force_figure(prediction: Prediction, shots: Sequence[MeasuredShot] = ()) -> 
         if shot.contact_time_s is not None and len(shot.force_n) > 1:
             times = np.linspace(0.0, shot.contact_time_s * per_s, len(shot.force_n))
             measured = np.asarray(shot.force_n, dtype=np.float64) * per_n
-            traces.append(line(times, measured, f"measured, {shot.name}", "c3", width=1, showlegend=shot is shots[0]))
+            name = "nearest measured shots" if shot is shots[0] else shot.name
+            traces.append(line(times, measured, name, "c3", width=1, showlegend=shot is shots[0]))
     mean = line(seconds, force.mean * per_n, "mean")
     return figure([*traces, mean], f"time since contact ({time_unit})", f"force ({unit})")
 

@@ -36,7 +36,7 @@ def read_address(pairs: Sequence[tuple[str, str]]) -> tuple[PredictionOptions, d
 
 
 def _message(name: str, kind: str, value: Any, message: str) -> str:
-    label = display_of(name).label
+    label = display_of(name).label.capitalize()
     if kind == "extra_forbidden":
         return f"{name} is no setting of a shot and is left out."
     reason = "expected a number" if kind.endswith("_parsing") else message
