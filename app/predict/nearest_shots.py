@@ -93,11 +93,11 @@ def _of_campaign(session: Session, campaign: str) -> Iterator[MeasuredShot]:
     factors = configuration_factors(session, list({row[3] for row in rows}))
     for impact, run, repetition, configuration, pressure, mass, velocity, time, peak, force in rows:
         own = factors[configuration]
-        known = {"tank_pressure_pa": pressure, "bullet_mass_kg": mass, "tip_radius_m": own.get("tip_radius")}
+        values = {"tank_pressure_pa": pressure, "bullet_mass_kg": mass, "tip_radius_m": own.get("tip_radius")}
         if pressure is None:
-            known["impact_velocity_m_s"] = velocity
-        known |= {name: own.get(name) for name in _WORDS}
-        setting = {name: value for name, value in known.items() if value is not None}
+            values["impact_velocity_m_s"] = velocity
+        values |= {name: own.get(name) for name in _WORDS}
+        setting = {name: value for name, value in values.items() if value is not None}
         yield MeasuredShot(impact, run, repetition, setting, velocity, time, peak, force or ())
 
 
@@ -127,12 +127,12 @@ def distance(wanted: Mapping[str, str | float], shot: MeasuredShot) -> float:
 
 
 def _steps(name: str, wanted: Mapping[str, str | float], shot: MeasuredShot) -> float:
-    asked, measured = wanted.get(name), _value(name, shot)
-    if asked is None or measured is None:
+    wanted_value, measured = wanted.get(name), _value(name, shot)
+    if wanted_value is None or measured is None:
         return 0.0
-    if isinstance(asked, str) or isinstance(measured, str):
-        return float(str(asked).lower() != str(measured).lower())
-    return math.log2(measured / asked) if measured > 0 and asked > 0 else 1.0
+    if isinstance(wanted_value, str) or isinstance(measured, str):
+        return float(str(wanted_value).lower() != str(measured).lower())
+    return math.log2(measured / wanted_value) if measured > 0 and wanted_value > 0 else 1.0
 
 
 def _value(name: str, shot: MeasuredShot) -> str | float | None:
@@ -148,14 +148,14 @@ def _difference_words(wanted: Mapping[str, str | float], shot: MeasuredShot) -> 
     for name in (*_NUMBERS, *_WORDS):
         if abs(_steps(name, wanted, shot)) < 0.005:
             continue
-        asked, measured = wanted[name], _value(name, shot)
-        if isinstance(asked, str) or isinstance(measured, str) or measured is None:
+        wanted_value, measured = wanted[name], _value(name, shot)
+        if isinstance(wanted_value, str) or isinstance(measured, str) or measured is None:
             yield f"{name.replace('_', ' ')} {measured}"
         else:
             more, less = _MORE_AND_LESS.get(name, ("more", "less"))
-            size = f"{cell(name, abs(measured - asked))} {display_of(name).unit}"
+            size = f"{cell(name, abs(measured - wanted_value))} {display_of(name).unit}"
             quantity = {"tank_pressure_pa": " pressure", "tip_radius_m": " tip radius"}.get(name, "")
-            yield f"{size} {more if measured > asked else less}{quantity}"
+            yield f"{size} {more if measured > wanted_value else less}{quantity}"
 
 
 def nearest(wanted: Mapping[str, str | float], shots: Sequence[MeasuredShot]) -> list[MeasuredShot]:

@@ -169,6 +169,7 @@ def twin(request: Request, twins: Twins, store: OpenStore) -> Response:
         plate=built.plate.name,
         campaigns=campaigns,
         laws=list(LAWS),
+        has_gun=built.bench.has_gun,
         answer=answer,
         why_not=why_not,
     )

@@ -156,7 +156,7 @@ def test_a_bad_address_is_answered_in_words(filled: Lab, address: str, status: i
 
 @pytest.mark.parametrize(("query", "status", "field", "words"), [
     ("campaign=winter", 404, "campaign", "winter"),
-    ("contact=gp@99", 404, "contact", "gp@99"),
+    ("contact=gp@99", 404, "contact", "gp"),
     ("plate=butter", 404, "plate", "butter"),
     ("tank_pressure_pa=abc", 422, "tank_pressure_pa", "Tank pressure is &#39;abc&#39;: expected a number."),
     ("tip_radius_m=0", 422, "tip_radius_m", "Tip radius is &#39;0&#39;"),
@@ -167,6 +167,12 @@ def test_the_twin_names_a_bad_value_at_its_control_and_lives(filled: Lab, query,
     assert answer.status_code == status
     assert f'id="{field}-error"' in answer.text and words in answer.text
     assert 'id="force-data"' in answer.text and 'value="0.25"' in answer.text
+
+
+def test_a_bench_without_a_gun_offers_no_search_of_settings(filled: Lab) -> None:
+    page = filled.client.get(f"/twin?campaign={HAMMER}&contact=hertz")
+    assert page.status_code == 200 and 'id="tune"' not in page.text and "needs a gun" in page.text
+    assert 'id="impact_velocity_m_s"' in page.text and 'id="velocity-data"' not in page.text
 
 
 def test_the_twin_names_a_setting_that_it_does_not_know(filled: Lab) -> None:
