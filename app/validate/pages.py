@@ -11,6 +11,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from ...schema.conditions import list_campaign_names
+from ..common.quantities import display_of
 from ..documents.page import html_of
 from ..web.dependencies import Key, OpenStore, Running
 from ..web.figures_base import COLOURS, Figure, bars, categories, figure, line, points
@@ -23,23 +24,25 @@ from .validation import COLUMNS, failure_lines, quantity_words, reason_lines, sc
 
 
 def coverage_figure(data: Mapping[str, Any]) -> Figure:
-    """Shares inside of the 50 and the 90 % bands by quantity, with 95 % intervals."""
+    """Shares inside of the 50 and the 90 % bands by quantity, with 95 % intervals and the nominal shares."""
     names = [quantity_words(row["name"]) for row in data["quantities"]]
-    traces = []
+    traces, nominal = [], []
     for band, colour in ((50, "c1"), (90, "c0")):
         shares = np.array([row[f"coverage{band}"] for row in data["quantities"]])
-        low, high = np.array([row[f"coverage{band}_ci95"] for row in data["quantities"]]).T
+        low, high = np.clip(np.array([row[f"coverage{band}_ci95"] for row in data["quantities"]]).T, 0.0, 1.0)
         error = {
             "type": "data",
             "symmetric": False,
-            "array": (100 * (high - shares)).tolist(),
-            "arrayminus": (100 * (shares - low)).tolist(),
+            "array": (100 * np.maximum(high - shares, 0)).tolist(),
+            "arrayminus": (100 * np.maximum(shares - low, 0)).tolist(),
         }
         traces.append(bars(names, 100 * shares, f"inside of the {band} % band", colour, error_y=error))
-        style = {"color": colour, "dash": "dash", "width": 1.2}
-        nominal = {"type": "scatter", "mode": "lines", "x": names, "y": [band] * len(names), "name": f"{band} %"}
-        traces.append({**nominal, "line": style, "showlegend": False})
-    return categories(traces, "quantity", "measured values inside (%)", barmode="group")
+        # a line through one quantity would be a point: the shape spans the chart
+        style = {"color": colour, "dash": "dash", "width": 1.5}
+        nominal.append({"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": band, "y1": band, "line": style})
+    chart = categories(traces, "quantity", "measured values inside (%)", barmode="group", shapes=nominal)
+    chart["layout"]["yaxis"] |= {"range": [0, 103]}
+    return chart
 
 
 def rank_figure(data: Mapping[str, Any]) -> Figure:
@@ -54,6 +57,12 @@ def rank_figure(data: Mapping[str, Any]) -> Figure:
     return figure(traces, "rank among the predicted draws", "share of measured values")
 
 
+def _shown_units() -> dict[str, tuple[str, float]]:
+    """SI unit of a quantity -> the unit on the page, and its scale."""
+    keys = {"m/s2": "value_m_s2", "m/s²": "value_m_s2", "N": "value_n", "s": "value_s", "Pa": "value_pa"}
+    return {unit: (display_of(key).unit, display_of(key).scale) for unit, key in keys.items()}
+
+
 def comparison_figures(data: Mapping[str, Any]) -> dict[str, Figure]:
     """Measured over predicted values with their 90 % bands, by quantity."""
     figures = {}
@@ -64,6 +73,8 @@ def comparison_figures(data: Mapping[str, Any]) -> dict[str, Figure]:
         measured, predicted, low, high = (
             np.array([shot[key] for shot in shots]) for key in ("measured", "predicted", "low90", "high90")
         )
+        unit, scale = _shown_units().get(row["quantity_unit"], (row["quantity_unit"], 1.0))
+        measured, predicted, low, high = (scale * values for values in (measured, predicted, low, high))
         ends = np.array([min(measured.min(), low.min()), max(measured.max(), high.max())])
         error = {
             "type": "data",
@@ -72,7 +83,7 @@ def comparison_figures(data: Mapping[str, Any]) -> dict[str, Figure]:
             "arrayminus": (predicted - low).tolist(),
             "thickness": 1,
         }
-        words, unit = quantity_words(row["name"]), row["quantity_unit"]
+        words = quantity_words(row["name"])
         traces = [
             line(ends, ends, "equal", "quiet", dash="dash", width=1.2),
             points(measured, predicted, "prediction with its 90 % band", "c0", error_y=error),
@@ -120,7 +131,12 @@ def validate(
     contact: Annotated[str, Form(max_length=200)] = "",
 ) -> Response:
     question = ValidationQuestion(campaign=campaign, contact=contact.strip() or None)
-    return followed(validate_job(running, store, question))
+    try:
+        job = validate_job(running, store, question)
+    except LookupError as error:
+        error.field = "campaign"  # type: ignore[attr-defined]  # `field_of` reads it
+        raise
+    return followed(job)
 
 
 @router.get("/validations/{job}")

@@ -21,18 +21,33 @@ document.addEventListener("DOMContentLoaded", () => {
       return item;
     }));
   };
+  // A line of cells for each row; `right`: columns of numbers, `headed`: the first cell names the row.
+  const rows = (table, lines, right, headed) => table.tBodies[0].replaceChildren(...lines.map((cells) => {
+    const line = document.createElement("tr");
+    cells.forEach((text, column) => {
+      const cell = document.createElement(headed && !column ? "th" : "td");
+      if (headed && !column) cell.scope = "row";
+      if (right.includes(column)) cell.className = "number";
+      cell.textContent = text;
+      line.append(cell);
+    });
+    return line;
+  }));
   const show = (answer) => {
     Object.entries(answer.figures).forEach(([name, figure]) => {
       const place = of(name) && of(name).querySelector(".plot");
       if (place) pyroshock.draw(place, figure);
     });
-    of("numbers").tBodies[0].replaceChildren(...answer.numbers.map((row) => {
-      const line = document.createElement("tr"), head = document.createElement("th");
-      head.scope = "row"; head.textContent = row.quantity; line.append(head);
-      [row.mean, row.low, row.high].forEach((value) => { const cell = line.insertCell(); cell.className = "number"; cell.textContent = short(value); });
-      line.insertCell().textContent = row.unit.replace("m/s2", "m/s²");
-      return line;
-    }));
+    rows(of("numbers"), answer.numbers.map((row) => [row.quantity, row.mean, row.unit, row.band]), [1, 3], true);
+    rows(of("nearest"), answer.nearest.map((row) => [row.shot, row.difference, row.velocity, row.peak_force, row.contact_time]), [2, 3, 4]);
+    [...of("nearest").tBodies[0].rows].forEach((line, place) => {
+      const address = answer.nearest[place].address;
+      if (!address) return;
+      const link = document.createElement("a");
+      link.href = address; link.textContent = line.cells[0].textContent; line.cells[0].replaceChildren(link);
+    });
+    of("nearest").hidden = !answer.nearest.length; of("no-nearest").hidden = Boolean(answer.nearest.length);
+    of("velocity-basis").textContent = answer.basis; of("velocity-basis").hidden = !answer.basis;
     const prediction = answer.prediction;
     of("rests-on").textContent = prediction.rests_on.sentence;
     of("rests-on").hidden = !prediction.rests_on.sentence;
@@ -68,6 +83,8 @@ document.addEventListener("DOMContentLoaded", () => {
   form.addEventListener("change", (event) => { if (event.target.type === "text") ask(); });
   form.addEventListener("input", (event) => {
     if (event.target.type === "text") return;
+    const fault = of(`${event.target.id}-error`);
+    if (fault) { fault.remove(); event.target.removeAttribute("aria-invalid"); }
     const shown = of(`${event.target.id}-shown`);
     if (shown) shown.textContent = short(Number(event.target.value));
     ask();

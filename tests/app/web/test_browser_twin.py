@@ -116,6 +116,34 @@ def test_visible_words_are_those_of_the_api_while_a_slider_moves(browser, lab, m
             assert numbers(page)["peak force"] == pytest.approx(api["peak_force_n"]["mean"] / 1e3, rel=1e-3)
 
 
+def test_wrong_lines_of_a_specification_are_named_beside_their_field(browser, lab):
+    with page_of(browser, lab) as page:
+        at(page, "/twin?campaign=first-shots&contact=hertz")
+        page.fill("#text", "frequency_hz,level_g\n100,30\n1000,loud\n")
+        page.fill("#tolerance", "3dB")
+        page.click("#tune button")
+        page.wait_for_selector("#text-error")
+        assert "line 3: level_g is 'loud'" in page.locator("#text-error").inner_text()
+        assert page.input_value("#tolerance") == "3dB" and "loud" in page.input_value("#text")
+
+
+def test_bad_value_of_the_address_is_named_until_its_slider_moves(browser, lab):
+    with page_of(browser, lab) as page:
+        at(page, f"{BULLET.replace('50000', 'abc')}")
+        assert "expected a number" in page.locator("#tank_pressure_pa-error").inner_text()
+        moved(page, "tank_pressure_pa", "ArrowLeft")
+        assert page.locator("#tank_pressure_pa-error").count() == 0 and "abc" not in page.url
+
+
+def test_nearest_measured_shots_follow_the_slider(browser, lab):
+    with page_of(browser, lab) as page:
+        at(page, BULLET)
+        moved(page, "tank_pressure_pa", "ArrowRight")
+        assert page.locator("#nearest tbody tr").count() == 5
+        assert page.locator("#nearest tbody a").first.get_attribute("href").startswith("/impacts/")
+        assert "measured shot" in page.locator("#velocity-basis").inner_text()
+
+
 def test_target_that_is_too_loud_is_refused_in_words(browser, lab):
     with page_of(browser, lab) as page:
         at(page, "/twin?campaign=first-shots&contact=hertz")
@@ -150,7 +178,7 @@ def test_uploaded_spectrum_is_tuned_to(browser, lab):
         proposals = job["result"]["proposals"]
         assert page.locator("#proposals tbody tr").count() == len(proposals) > 0
         (prescribed,) = [trace for trace in drawn(page, "tuned") if trace["name"] == "prescribed"]
-        assert prescribed["y"][0] == pytest.approx(30 * 9.80665, rel=1e-4)
+        assert prescribed["y"][0] == pytest.approx(30, rel=1e-4)
         page.click("#proposals tbody tr:first-child a")
         wait_drawn(page)
         mass = proposals[0]["settings"]["bullet_mass_kg"]

@@ -152,8 +152,6 @@ def test_a_sheet_is_saved_as_a_table_and_a_damaged_model_is_marked(filled: Lab) 
     ("/compare/spectra?impacts=21&specification=x", 422, "specification"),
     ("/models/forest/1", 404, "forest"),
     ("/models/compare?version=tree@1", 422, "1 versions to compare"),
-    ("/twin?campaign=winter", 404, "winter"),
-    ("/twin?tip_radius_m=0", 422, "tip_radius_m"),
     ("/tune/99", 404, "99"),
     ("/validations/99", 404, "99"),
     ("/plans/winter", 404, "winter"),
@@ -171,6 +169,50 @@ def test_a_bad_address_is_answered_in_words(filled: Lab, address: str, status: i
     answer = filled.client.get(address)
     assert answer.status_code == status, answer.text
     assert words in answer.text and ('id="error"' in answer.text or "field-error" in answer.text)
+
+
+@pytest.mark.parametrize(("query", "status", "field", "words"), [
+    ("campaign=winter", 404, "campaign", "winter"),
+    ("contact=gp@99", 404, "contact", "gp"),
+    ("plate=butter", 404, "plate", "butter"),
+    ("tank_pressure_pa=abc", 422, "tank_pressure_pa", "Tank pressure is &#39;abc&#39;: expected a number."),
+    ("tip_radius_m=0", 422, "tip_radius_m", "Tip radius is &#39;0&#39;"),
+    ("tip_material=butter", 200, "tip_material", "expected one of"),
+])  # fmt: skip
+def test_the_twin_names_a_bad_value_at_its_control_and_lives(filled: Lab, query, status, field, words) -> None:
+    answer = filled.client.get(f"/twin?contact=hertz&bullet_mass_kg=0.25&{query}")
+    assert answer.status_code == status
+    assert f'id="{field}-error"' in answer.text and words in answer.text
+    assert 'id="force-data"' in answer.text and 'value="0.25"' in answer.text
+
+
+def test_a_bench_without_a_gun_offers_no_search_of_settings(filled: Lab) -> None:
+    page = filled.client.get(f"/twin?campaign={HAMMER}&contact=hertz")
+    assert page.status_code == 200 and 'id="tune"' not in page.text and "needs a gun" in page.text
+    assert 'id="impact_velocity_m_s"' in page.text and 'id="velocity-data"' not in page.text
+
+
+def test_the_twin_names_a_setting_that_it_does_not_know(filled: Lab) -> None:
+    answer = filled.client.get("/twin?contact=hertz&colour=red")
+    assert answer.status_code == 422 and "colour is no setting of a shot" in answer.text
+
+
+@pytest.mark.parametrize(("form", "field", "words"), [
+    ({}, "text", "There is no specification"),
+    ({"text": "frequency_hz,level_g\n100,30\n1000,x\n"}, "text", "line 3: level_g is 'x'"),
+    ({"text": SPECIFICATION, "tolerance": "much"}, "tolerance", "much"),
+    ({"text": SPECIFICATION, "measured": "winter"}, "measured", "winter"),
+    ({"text": SPECIFICATION, "campaign": "winter"}, "campaign", "winter"),
+    ({"text": SPECIFICATION, "share": "2"}, "share", "less than or equal to 1"),
+])  # fmt: skip
+def test_a_fault_of_a_search_stands_at_its_field(filled: Lab, form, field, words) -> None:
+    token = {
+        **form,
+        "csrf": filled.client.get("/twin?contact=hertz").text.split('name="csrf" value="')[1].split('"')[0],
+    }
+    answer = filled.client.post("/tune", data=token, headers={"X-Pyroshock-Form": "1"})
+    (fault,) = answer.json()["faults"]
+    assert answer.status_code == 422 and fault["field"] == field and words in fault["message"]
 
 
 @pytest.mark.parametrize(("address", "form", "status", "words"), [
@@ -219,7 +261,7 @@ def test_a_bad_address_is_answered_in_words(filled: Lab, address: str, status: i
     ("/diagnoses", {"campaign": GUN, "without": "gun.magic"}, 404, "gun.magic"),
     ("/diagnoses/99/plan", {"name": "x"}, 404, "99"),
     ("/validations", {"campaign": "winter"}, 404, "winter"),
-    ("/tune", {}, 422, "no specification"),
+    ("/tune", {}, 422, "There is no specification"),
     ("/tune", {"text": "loud"}, 422, "specification"),
     ("/tune", {"text": SPECIFICATION, "tolerance": "much"}, 422, "much"),
     ("/tune", {"text": SPECIFICATION, "measured": "x" * 300}, 422, "measured"),
@@ -436,6 +478,8 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
     likely = "has a probability of 90 % that every line lies within tolerance."
     sentence = f"One proposal meets the target: the setting {likely}"
     assert job["words"] == sentence and sentence in page.text
+    assert "With 4 bar, 0.5 kg, steel tip of 45 mm radius, no anvil, position #1, every line" in page.text
+    assert "The worst line is 100 Hz: the expected level is" in page.text and "What to try next" in page.text
     assert "titanium, 45 mm, 0.5 kg, 4 bar, anvil none, #1" in page.text
     assert (asked[0].at_least, asked[0].share) == (0.6, 0.95) and filled.added(before) == {}
 
