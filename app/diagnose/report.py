@@ -63,7 +63,7 @@ _WORTH_A_ROW = 0.005
 #: The section whose table the web application shows with boxes to tick, and those before it.
 EFFECTS = "Effects"
 FIRST_SECTIONS = ("What to do next", "How far the error shrinks, and what causes it")
-NEXT_EXPERIMENT, ASSUMPTIONS = "The next experiment", "Assumptions"
+CAUSES, NEXT_EXPERIMENT, ASSUMPTIONS = "Causes", "The next experiment", "Assumptions"
 
 
 def write_page(verdict: Verdict, path: Path) -> None:
@@ -120,7 +120,7 @@ def sections(verdict: Verdict, most_figures: int | None = None) -> tuple[Section
         listed(FIRST_SECTIONS[0], "None."),
         Section(FIRST_SECTIONS[1], _path_and_shares(verdict)),
         Section(EFFECTS, _effects(verdict)),
-        Section("Causes", [Bars([_bar(cause) for cause in verdict.causes])]),
+        Section(CAUSES, [Bars([_bar(cause) for cause in verdict.causes])]),
         listed("Where the error lies", "No place stands out.", _size(verdict)),
         Section("Residuals before and after", _pictures(verdict.pictures, most_figures)),
         listed("On configurations that the fit has not seen", "Not measured.", *_unseen_figures(verdict.shrinkage)),
