@@ -173,6 +173,9 @@ def _words(element: ElementTree.Element, font: str, ink: SeriesStyle) -> Any:
     at = element.attrib
     turned = _TURNED.fullmatch(at.get("transform", ""))
     x, y = (float(turned[1]), float(turned[2])) if turned else (float(at["x"]), float(at["y"]))
+    from .pdf_sheet import letters_font
+
+    font = letters_font(element.text or "") or font
     text = shapes.String(
         0, 0, element.text or "", fontName=font, fontSize=_FONT_SIZE, textAnchor=at["text-anchor"], **_fill(ink)
     )

@@ -3,6 +3,7 @@ their words ask for, all within the margins."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
@@ -35,6 +36,62 @@ def fonts() -> tuple[str, str]:
     for name in _NAMES:
         pdfmetrics.registerFont(TTFont(name, Path(matplotlib.get_data_path()) / "fonts" / "ttf" / f"{name}.ttf"))
     return _NAMES
+
+
+class MissingLettersError(ValueError):
+    """No font of this machine that a PDF can hold has the letters of a report."""
+
+
+def letters_font(text: str) -> str | None:
+    """The font, registered, for the letters of `text` that DejaVu lacks, such as Chinese and Japanese ones; None where
+    it lacks none.
+
+    Raises `MissingLettersError` where no TrueType font of this machine has them: ReportLab embeds no others.
+    """
+    missing = _missing(text)
+    return _font_with(missing) if missing else None
+
+
+def _missing(text: str) -> frozenset[str]:
+    return frozenset(letter for letter in set(text) if ord(letter) > 0xFF and ord(letter) not in _own_letters())
+
+
+@cache
+def _own_letters() -> frozenset[int]:
+    fonts()
+    return frozenset(pdfmetrics.getFont(_NAMES[0]).face.charToGlyph)
+
+
+@cache
+def _font_with(letters: frozenset[str]) -> str:
+    from matplotlib.font_manager import findSystemFonts
+    from matplotlib.ft2font import FT2Font
+    from reportlab.pdfbase.ttfonts import TTFError
+
+    for path in sorted(findSystemFonts()):
+        try:
+            if not {ord(letter) for letter in letters} <= set(FT2Font(path).get_charmap()):
+                continue
+            name = f"letters-{Path(path).stem}"
+            pdfmetrics.registerFont(TTFont(name, path))
+        except (RuntimeError, TTFError, OSError):  # a damaged font, or one with outlines that ReportLab cannot embed
+            continue
+        return name
+    shown = "".join(sorted(letters)[:8])
+    raise MissingLettersError(
+        f"no TrueType font of this machine has the letters {shown} of the report. Install one, such as "
+        "fonts-droid-fallback or fonts-wqy-microhei (apt-get install), or write the report as HTML (--out FILE.html)."
+    )
+
+
+def marked_letters(markup: str) -> str:
+    """Escaped text in which the letters that DejaVu lacks bear their font."""
+    letters = _missing(markup)
+    if not letters:
+        return markup
+    name = letters_font(markup)
+    pattern = re.compile(f"[{''.join(map(re.escape, sorted(letters)))}]+")
+    return pattern.sub(lambda match: f'<font name="{name}">{match[0]}</font>', markup)
 
 
 def styles_of(font: str, bold: str, *, dense: bool = False) -> dict[str, ParagraphStyle]:
@@ -78,7 +135,7 @@ def table_of(table: Table, width: float, font: str, bold: str, *, dense: bool = 
     numbers = [table.is_number(i) for i in range(len(table.columns))]
     styles = [[_style(name, size, number) for number in numbers] for name in (bold, font)]
     cells = [
-        [Paragraph(escape(text), style) for text, style in zip(row, styles[number > 0], strict=True)]
+        [_cell(text, style) for text, style in zip(row, styles[number > 0], strict=True)]
         for number, row in enumerate(texts)
     ]
     rule = HexColor(light()["rule"])
@@ -94,6 +151,12 @@ def table_of(table: Table, width: float, font: str, bold: str, *, dense: bool = 
     ]
     widths = column_widths(texts, width, lambda text: float(stringWidth(text, bold, size)))
     return LongTable(cells, colWidths=widths, repeatRows=1, hAlign="LEFT", style=look, spaceAfter=3 if dense else 8)
+
+
+def _cell(text: str, style: ParagraphStyle) -> Paragraph:
+    markup = escape(text)
+    marked = marked_letters(markup)
+    return Paragraph(marked, style if marked == markup else ParagraphStyle("letters", style, wordWrap="CJK"))
 
 
 def needed_width(table: Table, bold: str) -> float:
@@ -188,7 +251,9 @@ class PdfDocument:
 
     def text(self, markup: str, style: str = "text") -> Any:
         """Words; `markup` is escaped already."""
-        return Words(markup, self._styles[style])
+        marked = marked_letters(markup)
+        look = self._styles[style]
+        return Words(marked, look if marked == markup else ParagraphStyle(f"{style} letters", look, wordWrap="CJK"))
 
     @property
     def lines_height(self) -> float:
@@ -264,6 +329,8 @@ class PdfDocument:
         title = clean(self._document.name)
         while title and canvas.stringWidth(title, self.font, 7) > 0.8 * self.width:
             title = title[: int(0.9 * len(title))]
+        canvas.setFont(letters_font(title) or self.font, 7)
         canvas.drawString(self._margin + _PADDING, self._margin / 2, title)
+        canvas.setFont(self.font, 7)
         canvas.drawRightString(self._page[0] - self._margin - _PADDING, self._margin / 2, f"page {template.page}")
         canvas.restoreState()

@@ -12,7 +12,7 @@ from pyroshock.app.diagnose.page_parts import stage_cards
 from pyroshock.diagnosis.verdict import EffectShare
 from pyroshock.schema.session import Store
 from starlette.testclient import TestClient
-from support.processes.web_client import sqlite, token, window
+from support.processes.web_client import post, sqlite, token, window
 from support.records import verdicts
 from support.records.campaigns import gun_campaign
 from support.stores.stores import ingested, opened
