@@ -173,12 +173,17 @@ def _words(element: ElementTree.Element, font: str, ink: SeriesStyle) -> Any:
     at = element.attrib
     turned = _TURNED.fullmatch(at.get("transform", ""))
     x, y = (float(turned[1]), float(turned[2])) if turned else (float(at["x"]), float(at["y"]))
-    from .pdf_sheet import letters_font
+    from reportlab.pdfbase.pdfmetrics import stringWidth
 
-    font = letters_font(element.text or "") or font
-    text = shapes.String(
-        0, 0, element.text or "", fontName=font, fontSize=_FONT_SIZE, textAnchor=at["text-anchor"], **_fill(ink)
-    )
+    from .pdf_sheet import font_runs
+
+    runs = font_runs(element.text or "", font)
+    widths = [stringWidth(piece, name, _FONT_SIZE) for name, piece in runs]
+    start = -sum(widths) * {"start": 0.0, "middle": 0.5, "end": 1.0}[at["text-anchor"]]
+    text = shapes.Group()
+    for (name, piece), width in zip(runs, widths, strict=True):
+        text.add(shapes.String(start, 0, piece, fontName=name, fontSize=_FONT_SIZE, **_fill(ink)))
+        start += width
     # letters stand upright again in axes that count downwards; turned ones read upwards
     return shapes.Group(text, transform=(0, -1, -1, 0, x, y) if turned else (1, 0, 0, -1, x, y))
 

@@ -84,6 +84,14 @@ def _font_with(letters: frozenset[str]) -> str:
     )
 
 
+def font_runs(text: str, font: str) -> list[tuple[str, str]]:
+    """`text` in pieces with the font of each: `font`, or the one that has the letters that DejaVu lacks."""
+    letters = _missing(text)
+    other = letters_font(text) or font
+    pieces = re.findall(f"[{''.join(map(re.escape, sorted(letters)))}]+|.", text) if letters else [text]
+    return [(other if set(piece) & letters else font, piece) for piece in pieces]
+
+
 def marked_letters(markup: str) -> str:
     """Escaped text in which the letters that DejaVu lacks bear their font."""
     letters = _missing(markup)
@@ -329,8 +337,11 @@ class PdfDocument:
         title = clean(self._document.name)
         while title and canvas.stringWidth(title, self.font, 7) > 0.8 * self.width:
             title = title[: int(0.9 * len(title))]
-        canvas.setFont(letters_font(title) or self.font, 7)
-        canvas.drawString(self._margin + _PADDING, self._margin / 2, title)
+        x = self._margin + _PADDING
+        for font, piece in font_runs(title, self.font):
+            canvas.setFont(font, 7)
+            canvas.drawString(x, self._margin / 2, piece)
+            x += stringWidth(piece, font, 7)
         canvas.setFont(self.font, 7)
         canvas.drawRightString(self._page[0] - self._margin - _PADDING, self._margin / 2, f"page {template.page}")
         canvas.restoreState()

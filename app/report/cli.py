@@ -29,9 +29,10 @@ def report(subject: str, db: str, out: Path) -> None:
         pyroshock report models:/hybrid@3 --out hybrid.pdf
     """
     with open_command_store(db) as store:
-        from ..documents.write import check_ending, write_report
+        from ..documents.write import check_ending, check_letters, write_report
         from .dispatch import report_on
 
         check_ending(out)
+        check_letters(out, subject)
         write_report(report_on(store, db, subject), out)
     note(f"written: {out}")
