@@ -144,5 +144,5 @@ def shown_unit(si_unit: str) -> tuple[str, float]:
     """The unit that a value in `si_unit` is shown in, and how many of them one SI unit is: `Pa` is shown in bar."""
     if units() == "si":
         return si_unit, 1.0
-    known = {known_unit: (unit, scale) for _, known_unit, unit, scale in _UNITS}
-    return known.get(si_unit) or _COMPOUND_UNITS.get(si_unit) or (si_unit, 1.0)
+    table = {from_si: (unit, scale) for _, from_si, unit, scale in _UNITS}
+    return table.get(si_unit) or _COMPOUND_UNITS.get(si_unit) or (si_unit, 1.0)

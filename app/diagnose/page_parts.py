@@ -48,9 +48,9 @@ def stage_cards(verdict: Verdict) -> list[StageCard]:
     cards = []
     for stage, name, quantity in _STAGES[:-1]:
         if stage in shares:
-            found = shares[stage]
-            note = f"90 % interval {percent_range(*found.ci90)}; error {number(found.own)} times the tolerance"
-            cards.append(StageCard(name, quantity, _drawn(found.share), percent(found.share), note))
+            share = shares[stage]
+            note = f"90 % interval {percent_range(*share.ci90)}; error {number(share.own)} times the tolerance"
+            cards.append(StageCard(name, quantity, _drawn(share.share), percent(share.share), note))
         else:
             cards.append(StageCard(name, quantity, None, "not compared"))
     sensors = [effect.share for effect in verdict.effects if effect.effect.startswith(f"{_STAGES[-1][0]}.")]

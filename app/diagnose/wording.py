@@ -183,8 +183,8 @@ def cause_name(cause: Cause) -> str:
 
 def _alternatives(cause: Cause) -> list[tuple[str, str]]:
     """Each answer of a group, with its share of the probability in brackets where it is known."""
-    known = len(cause.split) == len(cause.effects) > 1
-    shares = [f" ({percent(share)})" for share in cause.split] if known else [""] * len(cause.effects)
+    has_shares = len(cause.split) == len(cause.effects) > 1
+    shares = [f" ({percent(share)})" for share in cause.split] if has_shares else [""] * len(cause.effects)
     return list(zip(cause.effects, shares, strict=True))
 
 

@@ -85,8 +85,8 @@ def _resolved(document: Json, schema: Json) -> Json:
     """A schema itself in the place of a reference to it."""
     if "$ref" not in schema:
         return schema
-    found: Json = document["components"]["schemas"][schema["$ref"].rsplit("/", 1)[1]]
-    return found
+    target: Json = document["components"]["schemas"][schema["$ref"].rsplit("/", 1)[1]]
+    return target
 
 
 def _parameters(document: Json, operation: Json) -> Iterator[ApiField]:
