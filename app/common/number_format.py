@@ -56,7 +56,8 @@ def percent(share: float) -> str:
         return "> 99 %"
     if 0 < share < 0.005:
         return "< 1 %"
-    return f"{100 * share:.0f} %"
+    text = f"{100 * share:.0f}"
+    return f"{'0' if text == '-0' else text} %"
 
 
 def signed_percent(share: float) -> str:

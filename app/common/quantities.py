@@ -177,3 +177,15 @@ def cell(key: str, value: Any) -> str:
     if isinstance(value, float):
         return format_number(value * display_of(key).scale)
     return str(value)
+
+
+#: SI unit of a parameter that no key names -> unit of the field, units of the field in one SI unit.
+_COMPOUND_UNITS = {"m/N": ("mm/kN", 1e6), "1/N": ("1/kN", 1e3), "m3": ("cm³", 1e6)}
+
+
+def shown_unit(si_unit: str) -> tuple[str, float]:
+    """The unit that a value in `si_unit` is shown in, and how many of them one SI unit is: `Pa` is shown in bar."""
+    if units() == "si":
+        return si_unit, 1.0
+    table = {from_si: (unit, scale) for _, from_si, unit, scale in _UNITS}
+    return table.get(si_unit) or _COMPOUND_UNITS.get(si_unit) or (si_unit, 1.0)

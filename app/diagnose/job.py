@@ -26,4 +26,12 @@ def _do(work: RunningJob, arguments: DiagnoseArguments) -> Ending:
     return ending
 
 
-DIAGNOSE = Kind("diagnose", DiagnoseArguments, _do)
+def _form(arguments: DiagnoseArguments) -> str:
+    from urllib.parse import urlencode
+
+    from .form import fields_of
+
+    return f"/diagnoses?{urlencode(fields_of(vars(arguments)))}#diagnose"
+
+
+DIAGNOSE = Kind("diagnose", DiagnoseArguments, _do, form=_form)

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from html import escape
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Form, Query
 from pydantic import Field
@@ -15,22 +11,21 @@ from starlette.responses import RedirectResponse, Response
 
 from ...schema.conditions import list_campaign_names
 from ...schema.diagnoses import Diagnosis
-from ..twins.adopted_effects import adopt, adoptable_names, effects_of_stages
-from ..web.dependencies import Key, OpenStore, Running, Text
+from ..twins.adopted_effects import adopt
+from ..web.dependencies import Configured, Key, OpenStore, Running, Text
+from ..web.forms import FieldError
 from ..web.jobs_pages import followed
 from ..web.rendering import page, part, query
 from .api import diagnose_job
 from .discriminating_plan import plan_name, store_experiment_of
-from .request import DiagnoseArguments, restrictions_among
-from .stored import kept_options, kept_report, kept_verdict, list_diagnoses
-
-if TYPE_CHECKING:
-    from ...diagnosis.verdict import Verdict
+from .form import FIELDS, STAGES, UnknownValueError, arguments_of, check_simulator
+from .page_parts import DiagnosisParts, list_row, parts_of
+from .request import DiagnoseArguments
+from .stored import kept_options, kept_report, kept_summary, kept_verdict, list_diagnoses
 
 router = APIRouter()
 EffectId = Annotated[Text, Field(max_length=200)]
-PAGE = 50
-_STAGES = (("gun", "gun: velocity", "%"), ("contact", "contact: force", "%"), ("plate", "plate: spectrum", "dB"))
+PAGE = 25
 
 
 @router.get("/diagnoses")
@@ -41,16 +36,21 @@ def diagnoses(
     after: Annotated[int | None, Query(ge=1, le=2**31 - 1)] = None,
 ) -> Response:
     with store.reading() as session:
-        rows = list_diagnoses(session, campaign or None, PAGE + 1, after)
         campaigns = list_campaign_names(session)
-    following = query({"campaign": campaign, "after": rows[PAGE - 1]["id"]}) if len(rows) > PAGE else ""
+        unknown = bool(campaign) and campaign not in campaigns
+        listed = [] if unknown else list_diagnoses(session, campaign or None, PAGE + 1, after)
+        rows = [list_row(row, kept_summary(session, row["id"])) for row in listed[:PAGE]]
+    following = query({"campaign": campaign, "after": rows[-1]["id"]}) if len(listed) > PAGE else ""
     return page(
         request,
         "diagnoses.html",
-        rows=rows[:PAGE],
+        404 if unknown else 200,
+        rows=rows,
         campaigns=campaigns,
         campaign=campaign,
-        stages=_STAGES,
+        unknown=unknown,
+        stages=STAGES,
+        given={name: request.query_params.get(name, "") for name in FIELDS},
         following=following,
         beginning=query({"campaign": campaign}) or "/diagnoses" if after else "",
     )
@@ -60,6 +60,7 @@ def diagnoses(
 def diagnose(
     store: OpenStore,
     jobs: Running,
+    settings: Configured,
     campaign: Annotated[str, Form(max_length=1000)],
     simulator: Annotated[str, Form(max_length=300)] = "",
     gun: Annotated[str, Form()] = "",
@@ -70,16 +71,13 @@ def diagnose(
     only: Annotated[list[EffectId], Form(alias="with")] = [],  # noqa: B006 - a form's default, which nobody changes
     without: Annotated[list[EffectId], Form()] = [],  # noqa: B006
 ) -> Response:
-    arguments = DiagnoseArguments(
-        campaign,
-        simulator=simulator or None,
-        tolerances=_tolerances({"gun": gun, "contact": contact, "plate": plate}),
-        uncertain=_uncertain(uncertain),
-        seed=seed,
-        with_effects=only,
-        without_effects=without,
-    )
-    return followed(diagnose_job(jobs, store, arguments))
+    form = {"simulator": simulator, "gun": gun, "contact": contact, "plate": plate, "uncertain": uncertain}
+    arguments = arguments_of(campaign, form, seed, only, without)
+    check_simulator(settings.db, arguments.simulator)
+    try:
+        return followed(diagnose_job(jobs, store, arguments))
+    except LookupError as error:
+        raise UnknownValueError("with" if only or without else "campaign", str(error)) from error
 
 
 @router.post("/diagnoses/{diagnosis}/what-if")
@@ -94,37 +92,10 @@ def what_if(
     with store.reading() as session:
         campaign = kept_report(session, diagnosis)["campaign"]
         options = kept_options(session, diagnosis)
+    if (set(only), set(without)) == tuple(set(options.get(f"{name}_effects", ())) for name in ("with", "without")):
+        raise FieldError("with", "This page shows the diagnosis with these effects. Tick other effects first.")
     arguments = DiagnoseArguments(**{**options, "target": campaign, "with_effects": only, "without_effects": without})
     return followed(diagnose_job(jobs, store, arguments))
-
-
-def _tolerances(given: dict[str, str]) -> dict[str, float]:
-    """Shares from percent, dB as they are."""
-    tolerances = {
-        stage: _positive(text, f"the tolerance of the {stage}") for stage, text in given.items() if text.strip()
-    }
-    return {stage: size if stage == "plate" else size / 100 for stage, size in tolerances.items()}
-
-
-def _uncertain(text: str) -> dict[str, float]:
-    """`gun.friction_coefficient=0.05`, one a line."""
-    values = {}
-    for line in filter(None, map(str.strip, text.splitlines())):
-        name, _, size = (part.strip() for part in line.partition("="))
-        if "." not in name:
-            raise ValueError(f"{line!r} names no number of the twin; expected gun.friction_coefficient=0.05")
-        values[name] = _positive(size, name)
-    return values
-
-
-def _positive(text: str, what: str) -> float:
-    try:
-        value = float(text.replace(",", "."))
-    except ValueError:
-        value = math.nan
-    if not 0 < value < 100:
-        raise ValueError(f"{what} is {text!r}; expected a number above 0 and below 100")
-    return value
 
 
 @router.get("/diagnoses/{diagnosis}")
@@ -135,10 +106,10 @@ def diagnosis(request: Request, diagnosis: Key, store: OpenStore) -> Response:
         facts: dict[str, Any] = {"diagnosed_at": row.diagnosed_at, "written_by": row.simulator}
         options = kept_options(session, diagnosis)
         try:
-            drawn = _charts_of(kept_verdict(session, diagnosis))
+            drawn = parts_of(kept_verdict(session, diagnosis))
             older = ""
         except LookupError as error:
-            drawn, older = _Drawn(), str(error)
+            drawn, older = DiagnosisParts(), str(error)
     return page(
         request,
         "diagnosis.html",
@@ -152,57 +123,12 @@ def diagnosis(request: Request, diagnosis: Key, store: OpenStore) -> Response:
     )
 
 
-@dataclass(frozen=True)
-class _Drawn:
-    """What the page shows of a verdict: sections as HTML (escaped where they are made) before and after the table of
-    effects, the rows of that table (`explained`: with their figures), and what can be adopted."""
-
-    sentence: str = ""
-    restriction: str = ""
-    before: str = ""
-    after: str = ""
-    explained: bool = False
-    columns: Sequence[str] = ()
-    rows: Sequence[Sequence[Any]] = ()
-    adoptable: Sequence[str] = ()
-
-
-def _charts_of(verdict: Verdict) -> _Drawn:
-    from .report import EFFECT_COLUMNS, EFFECTS, FIRST_SECTIONS, section_html, sections
-    from .summary import summary
-
-    titled = [
-        (section.title, f"<section><h2>{escape(section.title)}</h2>{section_html(section)}</section>")
-        for section in sections(verdict)
-        if section.title != EFFECTS
-    ]
-    return _Drawn(
-        sentence=summary(verdict),
-        restriction=" ".join(restrictions_among(verdict.assumptions)),
-        before="".join(html for title, html in titled if title in FIRST_SECTIONS),
-        after="".join(html for title, html in titled if title not in FIRST_SECTIONS),
-        explained=bool(verdict.effects),
-        columns=EFFECT_COLUMNS if verdict.effects else EFFECT_COLUMNS[:2],
-        rows=_rows(verdict),
-        adoptable=adoptable_names(verdict),
-    )
-
-
-def _rows(verdict: Verdict) -> list[tuple[Any, ...]]:
-    """The effects with their figures, then those that the diagnosis did not look at, and what is unexplained."""
-    from .report import EFFECT_COLUMNS, effect_rows
-    from .wording import effect_subject
-
-    rows = effect_rows(verdict)
-    shown = {effect.effect for effect in verdict.effects}
-    blank = ("",) * (len(EFFECT_COLUMNS) - 2 if shown else 0)
-    others = [(name, effect_subject(name), *blank) for name in effects_of_stages(verdict) if name not in shown]
-    return [*rows[: len(shown)], *others, *rows[len(shown) :]]
-
-
 @router.post("/diagnoses/{diagnosis}/plan")
 def plan(diagnosis: Key, store: OpenStore, name: Annotated[str, Form(max_length=200)] = "") -> Response:
-    stored, _ = store_experiment_of(store, diagnosis, name.strip())
+    try:
+        stored, _ = store_experiment_of(store, diagnosis, name.strip())
+    except ValueError as error:
+        raise FieldError("name", str(error)) from error
     return RedirectResponse(f"/plans/{part(stored.name)}", 303)
 
 

@@ -4,18 +4,29 @@ share. A kept diagnosis comes with all that its page draws, one of an older stor
 from __future__ import annotations
 
 import datetime as dt
-import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from sqlalchemy.orm import Session
 
-from ...diagnosis.verdict import NONE, UNKNOWN, Cause, EffectShare, Pictures, Shrinkage, Verdict
+from ...diagnosis.verdict import (
+    CORRECTED,
+    NONE,
+    UNKNOWN,
+    Cause,
+    EffectShare,
+    Pictures,
+    ResidualPicture,
+    Shrinkage,
+    Verdict,
+)
 from ...schema.atomic_write import write_text
 from ...schema.diagnoses import Diagnosis
-from ..common.number_format import number, percent, percent_range
+from ..common.number_format import join_words, number, percent, percent_range, percent_with_range
 from ..documents.document import (
     Bars,
     Block,
@@ -35,13 +46,24 @@ from .report_charts import curve_chart, legend_keys, path_chart, residual_chart,
 from .request import restrictions_among
 from .stored import FORMAT, kept_report, kept_verdict, verdict_from_json
 from .summary import summary
-from .wording import cause_name, effect_subject, effect_title, fitted_words, shrinkage_line, single_effects, where_lines
+from .wording import (
+    cause_lines,
+    cause_title,
+    effect_subject,
+    fitted_words,
+    shrinkage_line,
+    single_effects,
+    where_lines,
+)
 
-#: Causes from this probability on come with their equations.
-_EXPLAINED = 0.05
+#: Figures of a file: with them a diagnosis fits two pages of A4.
+_MOST_FIGURES = 6
+#: Of the effects that no answer names, those from this share on have a row in the table of a file.
+_WORTH_A_ROW = 0.005
 #: The section whose table the web application shows with boxes to tick, and those before it.
 EFFECTS = "Effects"
 FIRST_SECTIONS = ("What to do next", "How far the error shrinks, and what causes it")
+CAUSES, NEXT_EXPERIMENT, ASSUMPTIONS = "Causes", "The next experiment", "Assumptions"
 
 
 def write_page(verdict: Verdict, path: Path) -> None:
@@ -65,8 +87,9 @@ def document_of(verdict: Verdict, name: str, date: dt.date | None) -> Document:
         title=verdict.campaign,
         lead=summary(verdict),
         facts=facts,
-        sections=sections(verdict),
+        sections=sections(verdict, _MOST_FIGURES),
         date=date,
+        dense=True,
     )
 
 
@@ -76,29 +99,33 @@ def sentence_sections(verdict: Verdict) -> dict[str, tuple[str, ...]]:
         FIRST_SECTIONS[0]: recommendations(verdict),
         "Where the error lies": tuple(where_lines(verdict.where)),
         "On configurations that the fit has not seen": tuple(map(shrinkage_line, verdict.shrinkage)),
-        "The next experiment": next_experiment(verdict),
-        "Assumptions": verdict.assumptions,
+        NEXT_EXPERIMENT: next_experiment(verdict),
+        ASSUMPTIONS: verdict.assumptions,
     }
 
 
-def sections(verdict: Verdict) -> tuple[Section, ...]:
-    """All of the report but its title; sections without anything to show are left out."""
+def sections(verdict: Verdict, most_figures: int | None = None) -> tuple[Section, ...]:
+    """All of the report but its title; sections without anything to show are left out.
+
+    With `most_figures` only the residuals that are largest beside their tolerance are drawn.
+    """
     sentences = sentence_sections(verdict)
+
+    further = [line for line in sentences[NEXT_EXPERIMENT] if line not in sentences[FIRST_SECTIONS[0]]]
 
     def listed(title: str, empty: str, *further: Block) -> Section:
         return Section(title, [Bullets(sentences[title], empty), *further])
 
     every = (
-        Section(FIRST_SECTIONS[0], [Paragraph(" ".join(sentences[FIRST_SECTIONS[0]]))]),
+        listed(FIRST_SECTIONS[0], "None."),
         Section(FIRST_SECTIONS[1], _path_and_shares(verdict)),
         Section(EFFECTS, _effects(verdict)),
-        Section("Causes", [Bars([_bar(cause) for cause in verdict.causes])]),
-        Section("The model error, stage by stage", _gap(verdict)),
-        listed("Where the error lies", "No place stands out."),
-        Section("Residuals before and after", _pictures(verdict.pictures)),
-        listed("On configurations that the fit has not seen", "Not measured.", *_further_figures(verdict.shrinkage)),
-        listed("The next experiment", "None."),
-        listed("Assumptions", "None beyond the campaign's own numbers."),
+        Section(CAUSES, [Bars([_bar(cause) for cause in verdict.causes])]),
+        listed("Where the error lies", "No place stands out.", _size(verdict)),
+        Section("Residuals before and after", _pictures(verdict.pictures, most_figures)),
+        listed("On configurations that the fit has not seen", "Not measured.", *_unseen_figures(verdict.shrinkage)),
+        Section(NEXT_EXPERIMENT, [Bullets(further, "None.")] if further else []),
+        Section(ASSUMPTIONS, [Bullets(verdict.assumptions, "None beyond the campaign's own numbers.", quiet=True)]),
     )
     return tuple(section for section in every if section.blocks)
 
@@ -160,10 +187,36 @@ EFFECTS_CAPTION = (
 
 
 def _effects(verdict: Verdict) -> list[Block]:
+    """The effects that matter with a row each; the others in a sentence, so that a printed report stays short."""
     if not verdict.effects:
         return []
-    rows = [[_unbroken(cell) for cell in row] for row in effect_rows(verdict)]
-    return [Table(EFFECTS_CAPTION, EFFECT_COLUMNS, rows)]
+    shown = [effect for effect in verdict.effects if effect.named or effect.share >= _WORTH_A_ROW]
+    sizes = Counter(effect.credible_set for effect in verdict.effects)
+    rows = [[_unbroken(cell) for cell in _printed_row(effect, sizes[effect.credible_set] > 1)] for effect in shown]
+    if verdict.unexplained is not None:
+        interval = percent_with_range(verdict.unexplained.share, verdict.unexplained.ci90)
+        rows.append([_unbroken(cell) for cell in ("unexplained", interval, "", "", "")])
+    blocks: list[Block] = [Table(EFFECTS_CAPTION, _PRINTED_COLUMNS, rows)]
+    others = [effect_subject(effect.effect) for effect in verdict.effects if effect not in shown]
+    if others:
+        blocks.append(
+            Paragraph(f"Each of these explains less than 1 % of the error: {join_words(others)}.", quiet=True)
+        )
+    return blocks
+
+
+_PRINTED_COLUMNS = ("effect", "share (90 % interval)", "probability", "held out", "cause")
+
+
+def _printed_row(effect: EffectShare, grouped: bool) -> tuple[Cell, ...]:
+    group = f" (set {effect.credible_set})" if grouped and effect.credible_set is not None else ""
+    return (
+        f"{effect.effect}, {effect_subject(effect.effect)}{group}",
+        percent_with_range(effect.share, effect.ci90),
+        percent(effect.inclusion),
+        percent(effect.held_out_gain),
+        "yes" if effect.named else "no",
+    )
 
 
 def _unbroken(cell: Cell) -> Cell:
@@ -171,66 +224,79 @@ def _unbroken(cell: Cell) -> Cell:
     return cell.replace(" %", "\u00a0%") if isinstance(cell, str) else cell
 
 
-def waterfall(verdict: Verdict) -> tuple[ShareBar, ...]:
-    """The squared gap (squares add up), less each stage's part of what is above the floor, down to the floor."""
-    gap = verdict.gap
-    whole = gap.before**2
-    floor = min(gap.noise_floor**2 / whole, 1.0) if whole > 0 else 1.0
-    bars = [ShareBar("model error", number(gap.before), 0.0, 1.0, "other")]
-    level = 1.0
-    for stage in verdict.where.stage:
-        part = stage.share * (1 - floor)
-        bars.append(
-            ShareBar(stage.name, percent(stage.share), min(level, level - part), max(level, level - part), "named")
-        )
-        level -= part
-    if verdict.where.stage and abs(level - floor) > 0.005:
-        rest = (level - floor) / (1 - floor) if floor < 1 else 0.0
-        bars.append(ShareBar("of no single stage", percent(rest), min(level, floor), max(level, floor), "other"))
-    bars.append(ShareBar("measurement noise", number(gap.noise_floor), 0.0, floor, "floor"))
-    low, high = min(bar.start for bar in bars), max(bar.end for bar in bars)
-    return tuple(
-        replace(bar, start=(bar.start - low) / (high - low), end=(bar.end - low) / (high - low)) for bar in bars
-    )
-
-
-def _gap(verdict: Verdict) -> list[Block]:
+def _size(verdict: Verdict) -> Paragraph:
     gap = verdict.gap
     verb = "exceeds" if gap.beyond_noise else "lies within"
-    size = (
+    return Paragraph(
         f"{gap.metric}: {number(gap.before)}; measurement noise {number(gap.noise_floor)}, tolerance "
-        f"{number(gap.tolerance)}. The error {verb} both together. Bars are of the squared error, whose parts add up."
+        f"{number(gap.tolerance)}. The error {verb} both together.",
+        quiet=True,
     )
-    if not math.isfinite(gap.before + gap.noise_floor):
-        return [Paragraph(size)]
-    return [Bars(list(waterfall(verdict))), Paragraph(size, quiet=True)]
 
 
 def _bar(cause: Cause) -> ShareBar:
     kind = "other" if cause.effects[0] in (NONE, UNKNOWN) else "named"
-    explained = cause.effects if cause.probability >= _EXPLAINED else ()
-    laws = map(effect_title, single_effects(explained))
-    about = "; ".join(filter(None, (", ".join(map(fitted_words, cause.parameters)), *laws)))
-    return ShareBar(cause_name(cause), percent(cause.probability), 0.0, cause.probability, kind, about)
+    value = percent(cause.probability)
+    return ShareBar(cause_title(cause), value, 0.0, cause.probability, kind, lines=cause_lines(cause))
 
 
-def _pictures(pictures: Pictures) -> list[Block]:
+def _pictures(pictures: Pictures, most: int | None) -> list[Block]:
     if not (pictures.residuals or pictures.curves):
         return [Paragraph("No pictures are kept with this diagnosis.", quiet=True)]
+    whole = pictures
+    if most is not None:
+        room = max(most - len(pictures.curves), 1)
+        largest = sorted(pictures.residuals, key=_size_of_residual, reverse=True)[:room]
+        kept = tuple(picture for picture in pictures.residuals if any(picture is item for item in largest))
+        pictures = replace(pictures, residuals=kept)
     figures = [Figure(residual_title(p), residual_chart(p, pictures.configurations)) for p in pictures.residuals]
-    figures += [Figure(picture.title, curve_chart(picture)) for picture in pictures.curves]
+    figures += [Figure(picture.title.partition(", ")[0], curve_chart(picture)) for picture in pictures.curves]
     blocks: list[Block] = [ChartRow(figures, legend_keys(pictures))]
     if pictures.residuals and pictures.configurations:
-        rows: list[list[Cell]] = [[i, name] for i, name in enumerate(pictures.configurations, 1)]
-        blocks.append(Table("The configurations of the residuals.", ("configuration", "settings"), rows))
+        names = "; ".join(f"{i}: {name}" for i, name in enumerate(pictures.configurations, 1))
+        blocks.append(Paragraph(f"The configurations of the residuals are {names}.", quiet=True))
+    blocks += [
+        Paragraph(f"Record: {picture.title}.", quiet=True) for picture in pictures.curves if "," in picture.title
+    ]
+    if hidden := len(whole.residuals) - len(pictures.residuals):
+        blocks.append(Paragraph(f"{hidden} smaller residuals are drawn on the page of the diagnosis.", quiet=True))
     return blocks
 
 
-def _further_figures(entries: Sequence[Shrinkage]) -> Iterator[Block]:
-    for entry in entries:
-        rows: list[list[Cell]] = [[name, before, after] for name, (before, after) in entry.more.items()]
-        if rows:
-            yield Table(f"Held out by {entry.held_out_by}.", ("figure", "before", "after"), rows)
+def _size_of_residual(picture: ResidualPicture) -> float:
+    """The rms residual of the nominal model in tolerances; that of no number is the smallest."""
+    finite_values = picture.before[np.isfinite(picture.before)]
+    if not finite_values.size or not picture.tolerance > 0:
+        return 0.0
+    return float(np.sqrt(np.mean(finite_values**2)) / picture.tolerance)
+
+
+def _unseen_figures(entries: Sequence[Shrinkage]) -> list[Block]:
+    """Before and after on configurations that the fit has not seen: a row for each figure, two columns for a test."""
+    if not entries:
+        return []
+    values = [{_WHOLE: (entry.before, entry.after), **entry.more} for entry in entries]
+    names = dict.fromkeys(name for row in values for name in row)
+    rows: list[list[Cell]] = [
+        [_FIGURES.get(name, name), *(size for row in values for size in row.get(name, (None, None)))] for name in names
+    ]
+    tests = [entry.held_out_by.partition(":")[0] for entry in entries]
+    columns = [f"{when}, {test}" for test in tests for when in ("before", "after")]
+    return [Table(_UNSEEN, ("figure", *columns), rows)]
+
+
+_UNSEEN = (
+    "Error before and after. Configuration: each configuration in turn was left out of the fit. Corner: all "
+    "configurations of a corner of the settings were left out."
+)
+
+
+_WHOLE = "error of all stages"
+#: Figures of a diagnosis in words; `rms of STAGE` is in tolerances.
+_FIGURES = {
+    CORRECTED: "error with a learned correction of the rest",
+    "ISO 18571 rating of the force": ("ISO 18571 rating of the force (1 is best)"),
+} | {f"rms of {stage}": f"rms error of the {stage} (in tolerances)" for stage in ("gun", "contact", "plate")}
 
 
 def diagnosis_document(session: Session, diagnosis_id: int) -> Document:

@@ -93,6 +93,16 @@ def kept_verdict(session: Session, diagnosis_id: int) -> Verdict:
     return verdict_from_json(row.report, row.details)
 
 
+def kept_summary(session: Session, diagnosis_id: int) -> Verdict:
+    """A kept diagnosis without its pictures and fits, for a row of a list. Raises `LookupError` and `ValueError`."""
+    row = _row(session, diagnosis_id)
+    report, details = row.report, row.details or {"format": FORMAT}
+    causes = [{} for _ in report["causes"]]
+    effects = details.get("effects") or [{} for _ in report.get("effects", ())]
+    small = {"format": details["format"], "lost": details.get("lost", ()), "causes": causes, "effects": effects}
+    return verdict_from_json(report, small)
+
+
 def kept_options(session: Session, diagnosis_id: int) -> dict[str, Any]:
     """The request of a kept diagnosis, by the names of `DiagnosisRequest`; {} for one that is kept without it.
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from ...diagnosis.verdict import CORRECTED, NONE, UNKNOWN, Cause, Fitted, FrequencyBand, Shrinkage, TimeWindow, Where
 from ...twin.effects import catalogue
 from ..common.number_format import number, number_beside, percent, percent_with_range
+from ..common.quantities import shown_unit
 
 STAGE_NAMES = {"gun": "the gun", "contact": "the contact", "plate": "the plate"}
 
@@ -147,28 +148,87 @@ def span_label(span: TimeWindow | FrequencyBand) -> str:
     return f"the {span.channel.replace('_', ' ')} from {number(low)} to {number(high)} {unit}"
 
 
+def parameter_label(name: str, unit: str) -> str:
+    """`gun.valve_flow.opening_time_s` -> `opening time`: without its effect and its unit."""
+    own = name
+    for identity in catalogue():
+        own = own.removeprefix(f"{identity}.")
+    word, bracket, group = own.partition(" (")
+    endings = {"m/N": "_m_n", "s/m": "_s_m", "1/N": "_1_n", "1/s": "_1_s", "m3": "_m3"}
+    ending = endings.get(unit, f"_{unit.lower()}")
+    return f"{word.removesuffix(ending) if unit else word}{bracket}{group}".replace("_", " ")
+
+
 def fitted_words(parameter: Fitted) -> str:
-    """`compliance_m_n = 3.4e-08 m/N (2.6e-08 to 4.1e-08)`."""
-    low, high = parameter.ci90
-    value, low_text, high_text = (number_beside(item, high - low) for item in (parameter.value, low, high))
-    return f"{parameter.name} = {f'{value} {parameter.unit}'.rstrip()} ({low_text} to {high_text})"
+    """`opening time = 255 ms (237 to 274 ms)`, in the units of the field; the brackets hold the 90 % interval."""
+    unit, scale = shown_unit(parameter.unit)
+    low, high = (scale * end for end in parameter.ci90)
+    numbers = (number_beside(item, high - low) for item in (scale * parameter.value, low, high))
+    value, low_text, high_text = (_plain(text) for text in numbers)
+    label = parameter_label(parameter.name, parameter.unit)
+    return f"{label} = {f'{value} {unit}'.rstrip()} ({low_text} to {f'{high_text} {unit}'.rstrip()})"
+
+
+def _plain(text: str) -> str:
+    """`9.65e+04` as `96500`."""
+    return f"{float(text):.0f}" if "e+" in text and abs(float(text)) < 1e9 else text
 
 
 def cause_name(cause: Cause) -> str:
     """The ids of an entry; a group's with their shares."""
     if len(cause.effects) == 1:
         return cause.effects[0]
-    if len(cause.split) != len(cause.effects):
-        return " or ".join(cause.effects)
-    return " or ".join(f"{name} ({percent(share)})" for name, share in zip(cause.effects, cause.split, strict=True))
+    return " or ".join(f"{name}{share}" for name, share in _alternatives(cause))
 
 
-def effect_title(identity: str) -> str:
-    """The equation of an effect; what "none" and "unknown" mean."""
-    words: Mapping[str, str] = {NONE: "agreement within tolerance", UNKNOWN: "nothing in the catalogue"}
-    if identity in words:
-        return words[identity]
-    return f"{identity}: {catalogue()[identity].law}" if identity in catalogue() else ""
+def _alternatives(cause: Cause) -> list[tuple[str, str]]:
+    """Each answer of a group, with its share of the probability in brackets where it is known."""
+    has_shares = len(cause.split) == len(cause.effects) > 1
+    shares = [f" ({percent(share)})" for share in cause.split] if has_shares else [""] * len(cause.effects)
+    return list(zip(cause.effects, shares, strict=True))
+
+
+def cause_title(cause: Cause) -> str:
+    """What an entry of the causes says, without its effects: they are listed below it."""
+    if cause.effects[0] in (NONE, UNKNOWN):
+        return {NONE: "Model and measurement agree", UNKNOWN: "A cause that is not in the catalogue"}[cause.effects[0]]
+    if len(cause.effects) > 1:
+        return f"One of {len(cause.effects)} answers, which these runs cannot tell apart"
+    count = len(cause.effects[0].split("+"))
+    return f"{count} effects together" if count > 1 else _sentence_start(effect_subject(cause.effects[0]))
+
+
+def _sentence_start(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}"
+
+
+def cause_lines(cause: Cause) -> list[str]:
+    """A line for each effect: its id, what it is, and its parameters; of several answers each, with its share."""
+    if cause.effects[0] in (NONE, UNKNOWN):
+        return []
+    if len(cause.effects) == 1:
+        return [_effect_line(name, cause) for name in cause.effects[0].split("+")]
+    shared = [name for name in single_effects(cause.effects) if all(name in a.split("+") for a in cause.effects)]
+    lines = [f"In every answer: {_effect_line(name, cause)}" for name in shared]
+    for number_of_answer, (name, share) in enumerate(_alternatives(cause), 1):
+        own = [part for part in name.split("+") if part not in shared]
+        effects = "; ".join(_effect_line(part, cause) for part in own) or "no further effect"
+        lines.append(f"Answer {number_of_answer}{share}: {effects}")
+    return lines
+
+
+def _effect_line(identity: str, cause: Cause) -> str:
+    """Parameters that bear no effect's name are those of the first effect."""
+    first = single_effects(cause.effects)[0]
+    owned = [item for item in cause.parameters if item.name.startswith(f"{identity}.")]
+    owned += [item for item in cause.parameters if identity == first and not _names_an_effect(item.name)]
+    values = f": {', '.join(map(fitted_words, owned))}" if owned else ""
+    subject = effect_subject(identity)
+    return f"{identity}{f', {subject}' if subject != identity else ''}{values}"
+
+
+def _names_an_effect(name: str) -> bool:
+    return any(name.startswith(f"{identity}.") for identity in catalogue())
 
 
 def where_lines(where: Where) -> Iterator[str]:
@@ -193,7 +253,8 @@ def where_lines(where: Where) -> Iterator[str]:
 
 def shrinkage_line(entry: Shrinkage) -> str:
     """One sentence on configurations that the fit has not seen."""
-    what = " + ".join(entry.effects) or "No effect"
+    count = len(entry.effects)
+    what = "No effect" if not count else entry.effects[0] if count == 1 else f"{count} effects"
     sizes = f"{number(entry.before)} before, {number(entry.after)} after, held out by {entry.held_out_by}"
     if entry.fraction is None:
         return f"{what}: {sizes}; there was no error to reduce."

@@ -39,10 +39,11 @@ class Paragraph:
 
 @dataclass(frozen=True)
 class Bullets:
-    """A line for each item; `empty` is said where there is none."""
+    """A line for each item; `empty` is said where there is none. `quiet` for remarks."""
 
     lines: Sequence[str]
     empty: str
+    quiet: bool = False
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,8 @@ class Table:
 
 @dataclass(frozen=True)
 class ShareBar:
-    """A bar from `start` to `end`, shares of its track; `kind` is "named", "other" or "floor"."""
+    """A bar from `start` to `end`, shares of its track; `kind` is "named", "other" or "floor". `lines` stand as a list
+    below it."""
 
     name: str
     value: str
@@ -70,6 +72,7 @@ class ShareBar:
     end: float
     kind: str
     about: str = ""
+    lines: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -111,7 +114,7 @@ class Section:
 class Document:
     """A report on one thing. `kind` says what it is ("Campaign"), `title` which one, `lead` tells it in a sentence.
 
-    `date` is its own and not that of printing: the same thing gives the same file.
+    `date` is its own and not that of printing: the same thing gives the same file. `dense`: smaller on paper.
     """
 
     kind: str
@@ -120,6 +123,7 @@ class Document:
     facts: Mapping[str, str]
     sections: Sequence[Section]
     date: dt.date | None = None
+    dense: bool = False
 
     @property
     def name(self) -> str:

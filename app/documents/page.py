@@ -88,6 +88,8 @@ def _cells(kinds: Sequence[str], row: Iterable[object]) -> str:
 def _bar(bar: ShareBar) -> str:
     low, high = (100 * min(max(edge, 0.0), 1.0) for edge in (bar.start, bar.end))
     note = f'<span class="about quiet">{_text(bar.about)}</span>' if bar.about else ""
+    lines = "".join(f"<li>{_text(line)}</li>" for line in bar.lines)
+    note += f'<ul class="about">{lines}</ul>' if lines else ""
     return (
         f'<div class="row"><span>{_text(bar.name)}</span><span class="value">{_text(bar.value)}</span>'
         f'<span class="track"><i class="{escape(bar.kind)}" style="left:{low:.1f}%;width:{high - low:.1f}%"></i></span>'

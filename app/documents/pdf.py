@@ -19,10 +19,6 @@ if TYPE_CHECKING:
     from .pdf_sheet import PdfDocument
 
 
-#: Of some lines, in points.
-_HEIGHT = 36.0
-
-
 class MissingPdfError(ValueError):
     """The library that writes PDFs is not installed."""
 
@@ -47,7 +43,7 @@ def _story(document: Document, sheet: PdfDocument) -> list[Any]:
     story = [sheet.text(_safe(document.kind.upper()), "quiet"), sheet.text(_safe(document.title), "title")]
     if document.lead:
         story.append(sheet.text(_safe(document.lead)))
-    facts = "<br/>".join(
+    facts = ("; " if document.dense else "<br/>").join(
         f'<font color="{light()["quiet"]}">{_safe(name)}</font>&nbsp; {_safe(value)}'
         for name, value in document.facts.items()
     )
@@ -62,11 +58,11 @@ def _story(document: Document, sheet: PdfDocument) -> list[Any]:
 
 def _start(blocks: Sequence[Block], sheet: PdfDocument) -> float:
     """Points that a heading needs: up to the first rows or charts, from which no page break should part it."""
-    height = _HEIGHT
+    height = sheet.lines_height
     for block in blocks:
         if not isinstance(block, Paragraph):
-            return height + (sheet.figure_height(block) if isinstance(block, ChartRow) else 2 * _HEIGHT)
-        height += _HEIGHT
+            return height + (sheet.figure_height(block) if isinstance(block, ChartRow) else 2 * sheet.lines_height)
+        height += sheet.lines_height
     return height
 
 
@@ -79,7 +75,8 @@ def _flowables(block: Block, sheet: PdfDocument) -> list[Any]:
         case Paragraph():
             return [sheet.text(_safe(block.text), "quiet" if block.quiet else "text")]
         case Bullets():
-            lines = [sheet.text(f"•&nbsp; {_safe(line)}", "bullet") for line in block.lines]
+            style = "remark" if block.quiet else "bullet"
+            lines = [sheet.text(f"•&nbsp; {_safe(line)}", style) for line in block.lines]
             return lines or [sheet.text(_safe(block.empty), "quiet")]
         case Table():
             return _table(block, sheet)
@@ -94,7 +91,7 @@ def _flowables(block: Block, sheet: PdfDocument) -> list[Any]:
 def _table(table: Table, sheet: PdfDocument) -> list[Any]:
     if not table.rows:
         return [sheet.text(_safe(table.empty), "quiet")]
-    return [sheet.room(2 * _HEIGHT), sheet.text(_safe(table.caption), "caption"), sheet.table(table)]
+    return [sheet.room(2 * sheet.lines_height), sheet.text(_safe(table.caption), "caption"), sheet.table(table)]
 
 
 def _figure(figure: Figure, sheet: PdfDocument, count: int) -> list[Any]:
@@ -176,9 +173,17 @@ def _words(element: ElementTree.Element, font: str, ink: SeriesStyle) -> Any:
     at = element.attrib
     turned = _TURNED.fullmatch(at.get("transform", ""))
     x, y = (float(turned[1]), float(turned[2])) if turned else (float(at["x"]), float(at["y"]))
-    text = shapes.String(
-        0, 0, element.text or "", fontName=font, fontSize=_FONT_SIZE, textAnchor=at["text-anchor"], **_fill(ink)
-    )
+    from reportlab.pdfbase.pdfmetrics import stringWidth
+
+    from .pdf_sheet import font_runs
+
+    runs = font_runs(element.text or "", font)
+    widths = [stringWidth(piece, name, _FONT_SIZE) for name, piece in runs]
+    start = -sum(widths) * {"start": 0.0, "middle": 0.5, "end": 1.0}[at["text-anchor"]]
+    text = shapes.Group()
+    for (name, piece), width in zip(runs, widths, strict=True):
+        text.add(shapes.String(start, 0, piece, fontName=name, fontSize=_FONT_SIZE, **_fill(ink)))
+        start += width
     # letters stand upright again in axes that count downwards; turned ones read upwards
     return shapes.Group(text, transform=(0, -1, -1, 0, x, y) if turned else (1, 0, 0, -1, x, y))
 

@@ -3,6 +3,7 @@ their words ask for, all within the margins."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
@@ -37,8 +38,86 @@ def fonts() -> tuple[str, str]:
     return _NAMES
 
 
-def styles_of(font: str, bold: str) -> dict[str, ParagraphStyle]:
+class MissingLettersError(ValueError):
+    """No font of this machine that a PDF can hold has the letters of a report."""
+
+
+def letters_font(text: str) -> str | None:
+    """The font, registered, for the letters of `text` that DejaVu lacks, such as Chinese and Japanese ones; None where
+    it lacks none.
+
+    Raises `MissingLettersError` where no TrueType font of this machine has them: ReportLab embeds no others.
+    """
+    missing = _missing(text)
+    return _font_with(missing) if missing else None
+
+
+def _missing(text: str) -> frozenset[str]:
+    return frozenset(letter for letter in set(text) if ord(letter) > 0xFF and ord(letter) not in _own_letters())
+
+
+@cache
+def _own_letters() -> frozenset[int]:
+    fonts()
+    return frozenset(pdfmetrics.getFont(_NAMES[0]).face.charToGlyph)
+
+
+@cache
+def _font_with(letters: frozenset[str]) -> str:
+    from matplotlib.font_manager import findSystemFonts
+    from matplotlib.ft2font import FT2Font
+    from reportlab.pdfbase.ttfonts import TTFError
+
+    for path in sorted(findSystemFonts()):
+        try:
+            if not {ord(letter) for letter in letters} <= set(FT2Font(path).get_charmap()):
+                continue
+            name = f"letters-{Path(path).stem}"
+            pdfmetrics.registerFont(TTFont(name, path))
+        except (RuntimeError, TTFError, OSError):  # a damaged font, or one with outlines that ReportLab cannot embed
+            continue
+        return name
+    shown = "".join(sorted(letters)[:8])
+    raise MissingLettersError(
+        f"no TrueType font of this machine has the letters {shown} of the report. Install one, such as "
+        "fonts-droid-fallback or fonts-wqy-microhei (apt-get install), or write the report as HTML (--out FILE.html)."
+    )
+
+
+def font_runs(text: str, font: str) -> list[tuple[str, str]]:
+    """`text` in pieces with the font of each: `font`, or the one that has the letters that DejaVu lacks."""
+    letters = _missing(text)
+    other = letters_font(text) or font
+    pieces = re.findall(f"[{''.join(map(re.escape, sorted(letters)))}]+|.", text) if letters else [text]
+    return [(other if set(piece) & letters else font, piece) for piece in pieces]
+
+
+def marked_letters(markup: str) -> str:
+    """Escaped text in which the letters that DejaVu lacks bear their font."""
+    letters = _missing(markup)
+    if not letters:
+        return markup
+    name = letters_font(markup)
+    pattern = re.compile(f"[{''.join(map(re.escape, sorted(letters)))}]+")
+    return pattern.sub(lambda match: f'<font name="{name}">{match[0]}</font>', markup)
+
+
+def styles_of(font: str, bold: str, *, dense: bool = False) -> dict[str, ParagraphStyle]:
     """How each kind of text stands, by name."""
+    if dense:
+        smaller = {
+            "text": (8, 10),
+            "title": (13, 16),
+            "heading": (9.5, 12),
+            "quiet": (6.5, 8),
+            "caption": (6.5, 8),
+            "remark": (6.5, 8),
+        }
+        styles = styles_of(font, bold)
+        for name, style in styles.items():
+            style.fontSize, style.leading = smaller.get(name, smaller["text"])
+            style.spaceAfter, style.spaceBefore = style.spaceAfter / 2, style.spaceBefore / 2
+        return styles
     ink, quiet = HexColor(light()["ink"]), HexColor(light()["quiet"])
     text = ParagraphStyle("text", fontName=font, fontSize=9, leading=13, textColor=ink, spaceAfter=4)
     made = {
@@ -48,6 +127,7 @@ def styles_of(font: str, bold: str) -> dict[str, ParagraphStyle]:
         "quiet": {"fontSize": 8, "leading": 11, "textColor": quiet},
         "caption": {"fontSize": 8, "leading": 11, "textColor": quiet, "spaceBefore": 6, "spaceAfter": 2},
         "bullet": {"leftIndent": 10, "firstLineIndent": -10, "spaceAfter": 2},
+        "remark": {"fontSize": 8, "leading": 11, "leftIndent": 10, "firstLineIndent": -10, "spaceAfter": 2},
         "bar": {"spaceAfter": 0, "spaceBefore": 3},
     }
     return {"text": text} | {name: ParagraphStyle(name, parent=text, **changed) for name, changed in made.items()}
@@ -57,13 +137,13 @@ _ROOM = 8.0  # of a cell beside its words
 _LONGEST = 120.0
 
 
-def table_of(table: Table, width: float, font: str, bold: str) -> LongTable:
+def table_of(table: Table, width: float, font: str, bold: str, *, dense: bool = False) -> LongTable:
     """Rows under headings that each page repeats, no wider than `width` points."""
     size, texts = _size(table), _texts(table)
     numbers = [table.is_number(i) for i in range(len(table.columns))]
     styles = [[_style(name, size, number) for number in numbers] for name in (bold, font)]
     cells = [
-        [Paragraph(escape(text), style) for text, style in zip(row, styles[number > 0], strict=True)]
+        [_cell(text, style) for text, style in zip(row, styles[number > 0], strict=True)]
         for number, row in enumerate(texts)
     ]
     rule = HexColor(light()["rule"])
@@ -74,11 +154,17 @@ def table_of(table: Table, width: float, font: str, bold: str) -> LongTable:
         ("LINEBELOW", (0, 0), (-1, 0), 1.2, rule),
         ("LEFTPADDING", (0, 0), (-1, -1), 1),
         ("RIGHTPADDING", (0, 0), (-1, -1), 6),
-        ("TOPPADDING", (0, 0), (-1, -1), 1.5),
-        ("BOTTOMPADDING", (0, 0), (-1, -1), 2.5),
+        ("TOPPADDING", (0, 0), (-1, -1), 0.5 if dense else 1.5),
+        ("BOTTOMPADDING", (0, 0), (-1, -1), 1.5 if dense else 2.5),
     ]
     widths = column_widths(texts, width, lambda text: float(stringWidth(text, bold, size)))
-    return LongTable(cells, colWidths=widths, repeatRows=1, hAlign="LEFT", style=look, spaceAfter=8)
+    return LongTable(cells, colWidths=widths, repeatRows=1, hAlign="LEFT", style=look, spaceAfter=3 if dense else 8)
+
+
+def _cell(text: str, style: ParagraphStyle) -> Paragraph:
+    markup = escape(text)
+    marked = marked_letters(markup)
+    return Paragraph(marked, style if marked == markup else ParagraphStyle("letters", style, wordWrap="CJK"))
 
 
 def needed_width(table: Table, bold: str) -> float:
@@ -126,10 +212,13 @@ def _style(font: str, size: float, right: bool) -> ParagraphStyle:
     )
 
 
-_MARGIN = 48.0
+_MARGIN, _DENSE_MARGIN = 48.0, 28.0
 _PADDING = 6.0  # that ReportLab's frames have
 _GAP = 12.0
 _ALONE = 300.0  # a figure by itself
+_SMALLER = 0.78  # one of two figures of a dense report
+_BAR_NAME = 0.5  # of the width: the name of a bar, before its track
+_PADDINGS = ("LEFTPADDING", "RIGHTPADDING", "TOPPADDING", "BOTTOMPADDING")
 
 
 class PdfDocument:
@@ -139,17 +228,18 @@ class PdfDocument:
         self.font, self._bold = fonts()
         self._document = document
         tables = [block for section in document.sections for block in section.blocks if isinstance(block, Table)]
-        upright = A4[0] - 2 * _MARGIN - 2 * _PADDING
+        self._margin = _DENSE_MARGIN if document.dense else _MARGIN
+        upright = A4[0] - 2 * self._margin - 2 * _PADDING
         wide = any(needed_width(table, self._bold) > upright for table in tables)
         self._page: tuple[float, float] = landscape(A4) if wide else A4
-        self._styles = styles_of(self.font, self._bold)
+        self._styles = styles_of(self.font, self._bold, dense=document.dense)
         self._template = SimpleDocTemplate(
             into,
             pagesize=self._page,
-            leftMargin=_MARGIN,
-            rightMargin=_MARGIN,
-            topMargin=_MARGIN,
-            bottomMargin=_MARGIN,
+            leftMargin=self._margin,
+            rightMargin=self._margin,
+            topMargin=self._margin,
+            bottomMargin=self._margin,
             title=clean(document.name),
             subject=clean(document.lead),
             author="",
@@ -161,7 +251,7 @@ class PdfDocument:
     @property
     def width(self) -> float:
         """Of what stands on a page, in points."""
-        return self._page[0] - 2 * _MARGIN - 2 * _PADDING
+        return self._page[0] - 2 * self._margin - 2 * _PADDING
 
     def write(self, story: list[Any]) -> None:
         """Set the pages."""
@@ -169,7 +259,14 @@ class PdfDocument:
 
     def text(self, markup: str, style: str = "text") -> Any:
         """Words; `markup` is escaped already."""
-        return Words(markup, self._styles[style])
+        marked = marked_letters(markup)
+        look = self._styles[style]
+        return Words(marked, look if marked == markup else ParagraphStyle(f"{style} letters", look, wordWrap="CJK"))
+
+    @property
+    def lines_height(self) -> float:
+        """Points that some lines need."""
+        return 22.0 if self._document.dense else 36.0
 
     def room(self, height: float) -> Any:
         """The next page begins here where fewer points are left on this one."""
@@ -177,7 +274,8 @@ class PdfDocument:
 
     def figure_width(self, count: int) -> float:
         """Of one of `count` figures."""
-        return self.width / self._beside - _GAP if count > 1 else _ALONE
+        smaller = _SMALLER if self._document.dense and count == 2 else 1.0
+        return smaller * (self.width / self._beside(count) - _GAP) if count > 1 else _ALONE
 
     def figure_height(self, figures: ChartRow) -> float:
         """Of a chart with its title and its legend."""
@@ -188,7 +286,7 @@ class PdfDocument:
         """Figures beside each other; a single one by itself."""
         if len(figures) == 1:
             return [KeepTogether(list(figures[0])), Spacer(0, _GAP)]
-        many = self._beside
+        many = self._beside(len(figures))
         cells = [[list(figure) for figure in figures[i : i + many]] for i in range(0, len(figures), many)]
         cells[-1] += [[]] * (many - len(cells[-1]))
         look = [
@@ -198,28 +296,33 @@ class PdfDocument:
         ]
         return [LongTable(cells, colWidths=[self.width / many] * many, style=look, hAlign="LEFT")]
 
-    @property
-    def _beside(self) -> int:
-        """Figures in a row: two on an upright page, three on one on its side."""
-        return 2 if self._page == A4 else 3
+    def _beside(self, count: int) -> int:
+        """Figures in a row: two on an upright page, three on one on its side, and of many small ones."""
+        return 2 if self._page == A4 and not (self._document.dense and count > 2) else 3
 
     def bar(self, bar: ShareBar) -> list[Any]:
-        """A bar on its track, its name and value above."""
+        """A bar on its track, its name and value before it."""
         low, high = (min(max(edge, 0.0), 1.0) for edge in (bar.start, bar.end))
-        track = Drawing(self.width, 10)
-        track.add(Rect(0, 0, self.width, 8, fillColor=HexColor(light()["rule"]), strokeColor=None))
+        width = self.width * (1 - _BAR_NAME)
+        track = Drawing(width, 9)
+        track.add(Rect(0, 0, width, 7, fillColor=HexColor(light()["rule"]), strokeColor=None))
         colour = light()[{"named": "bar"}.get(bar.kind, bar.kind)]
-        long = max((high - low) * self.width, 1.5)
-        track.add(
-            Rect(min(low * self.width, self.width - long), 0, long, 8, fillColor=HexColor(colour), strokeColor=None)
-        )
+        long = max((high - low) * width, 1.5)
+        track.add(Rect(min(low * width, width - long), 0, long, 7, fillColor=HexColor(colour), strokeColor=None))
         name, value, about = (escape(clean(text)) for text in (bar.name, bar.value, bar.about))
+        row = LongTable(
+            [[self.text(f"{name} &nbsp; <b>{value}</b>", "bar"), track]],
+            colWidths=[self.width * _BAR_NAME, width],
+            style=[("VALIGN", (0, 0), (-1, -1), "MIDDLE"), *((side, (0, 0), (-1, -1), 0) for side in _PADDINGS)],
+            hAlign="LEFT",
+        )
         note = [self.text(about, "quiet")] if about else []
-        return [self.room(4 * track.height), self.text(f"{name} &nbsp; <b>{value}</b>", "bar"), track, *note]
+        note += [self.text(f"•&nbsp; {escape(clean(line))}", "bullet") for line in bar.lines]
+        return [self.room(4 * track.height), row, *note]
 
     def table(self, table: Table) -> Any:
         """Rows under headings that each page repeats."""
-        return table_of(table, self.width, self.font, self._bold)
+        return table_of(table, self.width, self.font, self._bold, dense=self._document.dense)
 
     def _first(self, canvas: Canvas, template: Any) -> None:
         date = self._document.date
@@ -234,6 +337,11 @@ class PdfDocument:
         title = clean(self._document.name)
         while title and canvas.stringWidth(title, self.font, 7) > 0.8 * self.width:
             title = title[: int(0.9 * len(title))]
-        canvas.drawString(_MARGIN + _PADDING, _MARGIN / 2, title)
-        canvas.drawRightString(self._page[0] - _MARGIN - _PADDING, _MARGIN / 2, f"page {template.page}")
+        x = self._margin + _PADDING
+        for font, piece in font_runs(title, self.font):
+            canvas.setFont(font, 7)
+            canvas.drawString(x, self._margin / 2, piece)
+            x += stringWidth(piece, font, 7)
+        canvas.setFont(self.font, 7)
+        canvas.drawRightString(self._page[0] - self._margin - _PADDING, self._margin / 2, f"page {template.page}")
         canvas.restoreState()

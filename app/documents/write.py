@@ -31,6 +31,18 @@ def check_ending(out: Path) -> None:
         raise ValueError(f"cannot write {out.name!r}; expected a name that ends in {' or '.join(_WRITERS)}")
 
 
+def check_letters(out: Path, words: str) -> None:
+    """Raises `ValueError` where a PDF is asked for and no font of this machine has the letters of `words`."""
+    if out.suffix.lower() != ".pdf" or words.isascii():
+        return
+    from importlib.util import find_spec
+
+    if find_spec("reportlab") is not None:  # without it another error says what to install
+        from .pdf_sheet import letters_font
+
+        letters_font(words)
+
+
 def _html(document: Document) -> bytes:
     from .page import html_of
 

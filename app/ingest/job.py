@@ -123,7 +123,7 @@ def _after(arguments: IngestArguments) -> None:
         discard(Path(arguments.scratch))
 
 
-INGEST = Kind("ingest", IngestArguments, _ingest_do, _after)
+INGEST = Kind("ingest", IngestArguments, _ingest_do, _after, lambda _: "/ingest")
 
 
 def _check_do(work: RunningJob, arguments: IngestArguments) -> Ending:
@@ -161,4 +161,6 @@ def _do(work: RunningJob, arguments: ExtractArguments) -> Ending:
     return ending_of(Result(f"/campaigns/{quote(arguments.campaign, safe='')}", words, report.as_json()))
 
 
-EXTRACT = Kind("extract", ExtractArguments, _do)
+EXTRACT = Kind(
+    "extract", ExtractArguments, _do, form=lambda arguments: f"/campaigns/{quote(arguments.campaign, safe='')}"
+)

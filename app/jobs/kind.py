@@ -61,6 +61,10 @@ def _nothing(_: Any) -> None:
     pass
 
 
+def _no_form(_: Any) -> str:
+    return ""
+
+
 @dataclass(frozen=True)
 class Kind(Generic[Arguments]):
     """`record` is a frozen dataclass of plain values; `do` may be begun again by another process, whatever ended it.
@@ -73,6 +77,8 @@ class Kind(Generic[Arguments]):
     record: type[Arguments]
     do: Callable[[RunningJob, Arguments], Ending]
     after: Callable[[Arguments], None] = _nothing
+    #: The address of the page whose form asks for such a job, with the arguments in those fields that it reads.
+    form: Callable[[Arguments], str] = _no_form
 
     def read(self, stored: Mapping[str, Any]) -> Arguments:
         """The arguments of a stored job. Raises `ValueError` for one that another version asked for."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
@@ -13,9 +14,11 @@ from sqlalchemy.orm import Session, undefer
 
 from ...schema.base import to_plain
 from ...schema.jobs import ENDED, RUNNING, STOPPED, WAITING, Job
+from ...schema.provenance import Provenance
 from ...schema.session import Store
 from ..common.number_format import finite
 from .kind import Arguments, Kind
+from .known_kinds import KINDS
 
 #: The name of this machine where the system's is of no use: a container's changes with every start.
 HOST_VARIABLE = "PYROSHOCK_HOST"
@@ -95,13 +98,52 @@ def get_job(store: Store, key: int) -> JobView:
         return _view(job, job.result)
 
 
-def list_jobs(store: Store, limit: int = 200, before: int | None = None) -> list[JobView]:
-    """The newest first, without their results: at most `limit`, of those older than number `before`."""
+def list_jobs(store: Store, limit: int = 200, before: int | None = None, state: str | None = None) -> list[JobView]:
+    """The newest first, without their results: at most `limit`, of those older than number `before`, in one `state`."""
     query = select(Job).order_by(Job.id.desc()).limit(limit)
+    if state is not None:
+        query = query.where(Job.state == state)
     if before is not None:
         query = query.where(Job.id < before)
     with store.reading() as session:
         return [_view(job, None) for job in session.scalars(query)]
+
+
+def users_of(store: Store, keys: Sequence[int]) -> dict[int, str]:
+    """Who asked for jobs: the login of the process that wrote each into the queue."""
+    query = select(Job.id, Provenance.user).join(Provenance, Job.written_by_id == Provenance.id)
+    with store.reading() as session:
+        return {row.id: row.user for row in session.execute(query.where(Job.id.in_(keys)))}
+
+
+def form_address(store: Store, key: int) -> str:
+    """The page whose form asks for a job again; "" where there is none. Raises `UnknownJobError`."""
+    kind, arguments = _asked(store, key)[:2]
+    return kind.form(kind.read(arguments))
+
+
+def is_repeatable(store: Store, key: int) -> bool:
+    """Whether a job can be asked for again as it was: the files of an upload are gone once their job is over."""
+    return not _asked(store, key)[1].get("scratch")
+
+
+def ask_again(store: Store, key: int) -> JobView:
+    """Put a job that has ended at the end of the queue again. Raises `UnknownJobError`, `ValueError`."""
+    kind, arguments, label, host = _asked(store, key)
+    if not get_job(store, key).ended:
+        raise ValueError(f"job {key} has not ended yet; stop it first")
+    if arguments.get("scratch"):
+        raise ValueError("the files that were uploaded for this job are gone; send them again")
+    return ask(store, kind, label, kind.read(arguments), host)
+
+
+def _asked(store: Store, key: int) -> tuple[Kind[Any], dict[str, Any], str, str | None]:
+    """Kind, arguments, label and host of a job."""
+    with store.reading() as session:
+        job = session.get(Job, key, options=[undefer(Job.arguments)])
+        if job is None:
+            raise UnknownJobError(f"no job {key} in the store; pyroshock jobs lists them")
+        return KINDS[job.kind], dict(job.arguments), job.label, job.host
 
 
 def stop_job(store: Store, key: int) -> JobView:

@@ -71,4 +71,4 @@ def _do(work: RunningJob, arguments: PlanArguments) -> Ending:
     return ending
 
 
-PLAN = Kind("plan", PlanArguments, _do)
+PLAN = Kind("plan", PlanArguments, _do, form=lambda arguments: f"/plans/new?kind={arguments.kind}")

@@ -48,7 +48,7 @@ from ..tune import pages as tune_pages
 from ..twins.twin_cache import TwinCache
 from ..validate import api as validate_api
 from ..validate import pages as validate_pages
-from ..web import csrf, jobs_api, jobs_pages
+from ..web import api_pages, csrf, jobs_api, jobs_pages
 from ..web.csrf import require_csrf
 from ..web.forms import faults_of, field_of, is_form, where_next
 from ..web.guard import Guard
@@ -77,6 +77,7 @@ _PAGES = (
     impacts_pages,
     diagnose_pages,
     jobs_pages,
+    api_pages,
     train_pages,
     predict_pages,
     tune_pages,

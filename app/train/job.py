@@ -61,7 +61,7 @@ def _rows(work: RunningJob, arguments: TrainArguments, session: Session) -> list
     return [json_row(version, floors) for version in session.versions]
 
 
-TRAIN = Kind("train", TrainArguments, _do)
+TRAIN = Kind("train", TrainArguments, _do, form=lambda _: "/models")
 
 
 class FencedRegistry(Registry):

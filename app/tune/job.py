@@ -91,4 +91,4 @@ def _answer(arguments: TuneArguments, session: TuningSession, tuning: Tuned) -> 
     }
 
 
-TUNE = Kind("tune", TuneArguments, _do)
+TUNE = Kind("tune", TuneArguments, _do, form=lambda _: "/twin")

@@ -28,4 +28,4 @@ def _do(work: RunningJob, arguments: ValidateArguments) -> Ending:
     return ending_of(Result(f"/validations/{work.job}", f"{arguments.campaign}: {data['verdict']}", data))
 
 
-VALIDATE = Kind("validate", ValidateArguments, _do)
+VALIDATE = Kind("validate", ValidateArguments, _do, form=lambda _: "/validations")

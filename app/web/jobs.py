@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Sequence
 
 from ...schema.engine import StoreRoleError
 from ...schema.session import Store
 from ..jobs.claims import stop
 from ..jobs.kind import Arguments, Kind
-from ..jobs.queue import JobView, ask, get_job, list_jobs
+from ..jobs.queue import JobView, ask, ask_again, form_address, get_job, is_repeatable, list_jobs, users_of
 from ..jobs.worker import Worker
 
 _log = logging.getLogger("pyroshock.web")
@@ -41,9 +42,30 @@ class Jobs:
         """Raises `LookupError` for a number that no job has."""
         return get_job(self._store, key)
 
-    def listed(self, limit: int = 200, before: int | None = None) -> list[JobView]:
-        """The newest first, without results: at most `limit`, of those older than `before`."""
-        return list_jobs(self._store, limit, before)
+    def listed(self, limit: int = 200, before: int | None = None, state: str | None = None) -> list[JobView]:
+        """The newest first, without results: at most `limit`, of those older than `before`, in one `state`."""
+        return list_jobs(self._store, limit, before, state)
+
+    def users_of(self, keys: Sequence[int]) -> dict[int, str]:
+        """Who asked for jobs."""
+        return users_of(self._store, keys)
+
+    def form_of(self, key: int) -> tuple[str, bool]:
+        """The page whose form asks for a job again, and whether it can be repeated as it was.
+
+        ("", False) for a kind or arguments of another version of this software.
+        """
+        try:
+            return form_address(self._store, key), is_repeatable(self._store, key)
+        except (KeyError, ValueError):
+            return "", False
+
+    def again(self, store: Store, key: int) -> JobView:
+        """Ask for an ended job once more, signed by the request's `store`. Raises `LookupError`, `ValueError`."""
+        job = ask_again(store, key)
+        if self._worker is not None:
+            self._worker.ask_now()
+        return job
 
     def stop(self, key: int) -> JobView:
         """Ask a job to end; one that has ended stays as it is."""

@@ -8,10 +8,11 @@ from fastapi import APIRouter, Query
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
-from ...schema.jobs import DONE
+from ...schema.jobs import DONE, FAILED, STATES, STOPPED
 from ..jobs.queue import JobView
-from .dependencies import Key, Running
-from .rendering import page
+from .dependencies import Key, OpenStore, Running
+from .job_words import duration_words, elapsed_s, kind_words, next_step_words, result_words, time_words
+from .rendering import page, query
 
 router = APIRouter()
 PAGE = 200
@@ -19,21 +20,58 @@ Before = Annotated[int | None, Query(ge=1, le=2**31 - 1)]
 
 
 @router.get("/jobs")
-def jobs(request: Request, running: Running, before: Before = None) -> Response:
-    listed = running.listed(PAGE + 1, before)
-    earlier = f"/jobs?before={listed[PAGE - 1].key}" if len(listed) > PAGE else ""
-    return page(request, "jobs.html", jobs=listed[:PAGE], earlier=earlier)
+def jobs(request: Request, running: Running, before: Before = None, state: str = "") -> Response:
+    unknown = state not in ("", *STATES)
+    listed = [] if unknown else running.listed(PAGE + 1, before, state or None)
+    users = running.users_of([job.key for job in listed])
+    rows = [(job, kind_words(job.kind), _duration(job), users.get(job.key, "")) for job in listed[:PAGE]]
+    earlier = f"/jobs{query({'before': listed[PAGE - 1].key, 'state': state})}" if len(listed) > PAGE else ""
+    return page(
+        request,
+        "jobs.html",
+        422 if unknown else 200,
+        rows=rows,
+        states=STATES,
+        state=state,
+        unknown=unknown,
+        earlier=earlier,
+    )
+
+
+def _duration(job: JobView) -> str:
+    elapsed = elapsed_s(job)
+    return "–" if elapsed is None else duration_words(elapsed)
 
 
 @router.get("/jobs/{job}")
 def job(request: Request, job: Key, running: Running) -> Response:
     job_row = running.get(job)
-    return page(request, "job.html", job=job_row, ended=job_row.ended)
+    unfinished = job_row.state in (FAILED, STOPPED)
+    form, repeatable = running.form_of(job) if unfinished else ("", False)
+    return page(
+        request,
+        "job.html",
+        job=job_row,
+        kind=kind_words(job_row.kind),
+        times=time_words(job_row),
+        result=result_words(job_row.address),
+        next_step=next_step_words(job_row, repeatable),
+        form=form,
+        repeatable=repeatable,
+        user=running.users_of([job]).get(job, ""),
+        ended=job_row.ended,
+    )
 
 
 @router.post("/jobs/{job}/stop")
 def stop(job: Key, running: Running) -> Response:
     return followed(running.stop(job))
+
+
+@router.post("/jobs/{job}/again")
+def again(job: Key, store: OpenStore, running: Running) -> Response:
+    """Ask for a job that failed or was stopped once more, with the same values."""
+    return followed(running.again(store, job))
 
 
 def finished_result(running: Running, key: int, kind: str, noun: str) -> Any:

@@ -75,7 +75,7 @@ def test_words_follow_the_verdict_and_not_finite_numbers_are_null(monkeypatch: p
         "Path of the model error on configurations that the fit has not seen",
     ]
     rows = [" ".join(line.split()) for line in told.splitlines()]
-    assert "gun.valve_flow 61 % 52 to 68 % 99 % 58 % 1 yes loss_coefficient = 31 (27 to 36)" in rows
+    assert "gun.valve_flow 61 % 52 to 68 % 99 % 58 % 1 yes loss coefficient = 31 (27 to 36)" in rows
     assert "unexplained 3 % 1 to 6 %" in rows
     assert [row for row in rows if row.startswith(("nominal model ", "+ ", "measurement noise "))] == [
         "nominal model 0.42", "+ gun.valve_flow 0.164 61 %", "+ gun.back_pressure 0.05 88 %",

@@ -5,14 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from pyroshock.app.common.quantities import shown_in
 from pyroshock.app.diagnose.recommendations import limit_of, next_experiment, recommendations, rest_sentence
 from pyroshock.app.diagnose.request import considered_effects, full_name, restriction_sentences, uncertain_numbers
 from pyroshock.app.diagnose.summary import held_out_fraction, named_groups, nearest_effects, summary
 from pyroshock.app.diagnose.wording import (
     EFFECT_CHECKS,
     EFFECT_SUBJECTS,
+    cause_lines,
+    cause_title,
     effect_check,
     effect_subject,
+    fitted_words,
     observable_label,
     with_labels,
 )
@@ -107,6 +111,40 @@ def test_restrictions_size_shares_and_what_the_fit_has_not_seen_are_told() -> No
     assert sentences.endswith("has not seen, 97 % of the error above the noise disappears.")
     path = (replace(verdicts.gun().path[0], fraction=-0.2),)
     assert "has not seen, none of the error" in summary(verdicts.gun(path=path))
+
+
+# --- parameters are shown in the units of the field, causes as lists ------------------------------------------------
+@pytest.mark.parametrize(("name", "unit", "value", "words"), [
+    ("gun.valve_flow.opening_time_s", "s", 0.25, "opening time = 250 ms (225 to 275 ms)"),
+    ("atmosphere_pa", "Pa", 96500.0, "atmosphere = 0.965 bar (0.869 to 1.06 bar)"),
+    ("compliance_m_n", "m/N", 3.4e-8, "compliance = 0.034 mm/kN (0.0306 to 0.0374 mm/kN)"),
+    ("contact.viscous_loss.loss_s_m (0.4)", "s/m", 0.1, "loss (0.4) = 0.1 s/m (0.09 to 0.11 s/m)"),
+    ("seal_share", "", 0.1, "seal share = 0.1 (0.09 to 0.11)"),
+])  # fmt: skip
+def test_parameters_are_shown_in_the_units_of_the_field(name: str, unit: str, value: float, words: str) -> None:
+    assert fitted_words(Fitted(name, value, unit, (0.9 * value, 1.1 * value))) == words
+
+
+def test_parameters_are_shown_in_si_where_it_is_asked_for() -> None:
+    with shown_in("si"):
+        assert fitted_words(Fitted("opening_time_s", 0.25, "s", (0.2, 0.3))) == "opening time = 0.25 s (0.2 to 0.3 s)"
+
+
+def test_causes_are_lists_of_effects_without_a_plus_sign() -> None:
+    joint, _, other, agreement = verdicts.gun().causes
+    assert cause_title(joint) == "3 effects together" and len(cause_lines(joint)) == 3
+    assert cause_lines(joint)[0] == (
+        "gun.valve_flow, the flow resistance of the valve: loss coefficient = 31 (27 to 36)"
+    )
+    assert cause_title(other) == "A cause that is not in the catalogue" and cause_lines(other) == []
+    assert cause_title(agreement) == "Model and measurement agree"
+    group = Cause(("gun.valve_flow+gun.blow_by", "gun.valve_flow"), 0.8, split=(0.7, 0.3))
+    assert cause_lines(group) == [
+        "In every answer: gun.valve_flow, the flow resistance of the valve",
+        "Answer 1 (70 %): gun.blow_by, the leak past the projectile",
+        "Answer 2 (30 %): no further effect",
+    ]
+    assert "+" not in "".join(cause_lines(group))
 
 
 # --- names of uncertain numbers: each has one owner, and a slip of the pen is answered with the right name ----------

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.app.common.number_format import join_words, number, percent, percent_range, times
-from pyroshock.app.diagnose.wording import effect_title, shrinkage_line, where_lines
+from pyroshock.app.diagnose.wording import shrinkage_line, where_lines
 from pyroshock.app.documents import pdf as pdf_module
 from pyroshock.app.documents.document import (
     Bars,
@@ -33,7 +33,6 @@ from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import MissingPdfError, pdf_of
 from pyroshock.app.documents.pdf_sheet import column_widths, needed_width
 from pyroshock.app.documents.svg import Curve, line_chart, line_keys
-from pyroshock.twin.effects import catalogue
 from support.checks.pdf_text import pages, pdf_text
 from support.checks.well_formed import Page, needs_nothing
 from support.records import verdicts
@@ -187,9 +186,3 @@ def test_mean_is_told_to_a_tenth_of_the_spread(values: list[float]) -> None:
     mean, _, spread = text.partition(" ± ")
     if spread:
         assert abs(float(mean) - array.mean()) <= 0.06 * array.std(ddof=1) + 0.5 * (array.std(ddof=1) > 10)
-
-
-# --- sentences of a diagnosis say what it found, and no more --------------------------------------------------------
-@pytest.mark.parametrize("identity", list(catalogue()))
-def test_every_effect_has_a_title(identity: str) -> None:
-    assert effect_title(identity).startswith(f"{identity}: ")
