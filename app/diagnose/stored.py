@@ -95,9 +95,9 @@ def kept_verdict(session: Session, diagnosis_id: int) -> Verdict:
 
 def kept_summary(session: Session, diagnosis_id: int) -> Verdict:
     """A kept diagnosis without its pictures and fits, for a row of a list. Raises `LookupError` and `ValueError`."""
-    row = _row(session, diagnosis_id)
+    row = get_diagnosis_row(session, diagnosis_id)
     report, details = row.report, row.details or {"format": FORMAT}
-    causes = [{} for _ in report["causes"]]
+    causes: list[Json] = [{} for _ in report["causes"]]
     effects = details.get("effects") or [{} for _ in report.get("effects", ())]
     small = {"format": details["format"], "lost": details.get("lost", ()), "causes": causes, "effects": effects}
     return verdict_from_json(report, small)

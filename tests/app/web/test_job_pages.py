@@ -133,7 +133,7 @@ def view(**changed: object) -> JobView:
         NOW - timedelta(0, 60),
         None,
     )
-    return replace(job, **changed)  # type: ignore[arg-type]
+    return replace(job, **changed)
 
 
 @pytest.mark.parametrize(("job", "words"), [
