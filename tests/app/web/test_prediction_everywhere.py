@@ -32,6 +32,8 @@ pytestmark = pytest.mark.timeout(600)
 LOWEST_PA, HIGHEST_PA, HEAVIEST_KG = 0.5e5, 6.7e5, 0.8
 #: Of a valve: 0.1 s to open, 0.1 s to close.
 PROFILE = "0:0 0.1:1 0.3:1 0.4:0"
+#: Standard gravity, m/s2.
+G = 9.80665
 SENTENCE = "The bands rest on 5 measured shots of first-shots."
 #: Options of the command, and the same question to the API and the page.
 SHOTS: dict[str, tuple[str, dict[str, Any]]] = {
@@ -130,26 +132,28 @@ def test_command_api_and_page_say_the_same(filled: Lab, name: str) -> None:
     assert 1e3 * np.array(force["y"]) == pytest.approx(command["force"]["mean"], rel=1e-4, abs=1e-2)
     for sensor in ("acceleration_1", "acceleration_2"):
         (spectrum,) = [trace for trace in figures["spectrum"]["data"] if trace.get("name") == sensor]
-        assert spectrum["y"] == pytest.approx(command["srs"][sensor]["mean"], rel=1e-4)
+        assert spectrum["y"] == pytest.approx([level / G for level in command["srs"][sensor]["mean"]], rel=1e-4)
     expected = {
         "impact velocity": (command["velocity_m_s"], 1.0),
         "contact time": (command["contact_time_s"], 1e3),
         "peak force": (command["peak_force_n"], 1e-3),
         "impulse": (command["impulse_n_s"], 1.0),
-        "peak acceleration_1": (command["acceleration"]["acceleration_1"]["peak_m_s2"], 1.0),
+        "peak acceleration_1": (command["acceleration"]["acceleration_1"]["peak_m_s2"], 1 / G),
     }
     rows = {row["quantity"]: row for row in answer["numbers"]}
     printed = of_command(filled, name)
     for quantity, (value, scale) in expected.items():
         numbers = [scale * value["mean"], *(scale * end for end in value["ci90"])]
-        assert [rows[quantity][key] for key in ("mean", "low", "high")] == pytest.approx(numbers)
+        mean, low, high = (format_number(number) for number in numbers)
+        shown = rows[quantity]["mean"], rows[quantity]["band"]
+        assert shown == tuple(text.replace("-", "−") for text in (mean, f"{low} to {high}"))
         (line,) = [line for line in printed.stdout.splitlines() if line.startswith(quantity)]
-        assert all(format_number(number) in line.split() for number in numbers)
+        assert {mean, low, high} <= set(line.split())
     html = filled.client.get("/twin", params=question(name))
     assert html.status_code == 200, html.text
     visible = " ".join(Page(html.text).text.split())
     assert SENTENCE == command["rests_on"]["sentence"] == printed.stdout.splitlines()[0]
-    assert visible.index(SENTENCE) < visible.index("This shot, with 90 % intervals")
+    assert visible.index("This shot, with 90 % bands") < visible.index(SENTENCE)
     for sentence in (*command["warnings"], *command["notes"]):
         assert sentence in visible and sentence in printed.stdout + printed.stderr
 
