@@ -40,6 +40,7 @@ from ..predict import pages as predict_pages
 from ..predict.shots import warm_up_in_thread
 from ..report import pages as report_pages
 from ..train import api as train_api
+from ..train import dataset_pages
 from ..train import pages as train_pages
 from ..tune import api as tune_api
 from ..tune import pages as tune_pages
@@ -73,6 +74,7 @@ _PAGES = (
     diagnose_pages,
     jobs_pages,
     train_pages,
+    dataset_pages,
     predict_pages,
     tune_pages,
     plan_pages,
