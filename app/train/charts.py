@@ -34,7 +34,7 @@ def difference_figure(rows: Sequence[Mapping[str, Any]], reference: str, metric:
             "color": colour,
         }
         traces.append(trace)
-    unit = " (percentage points)" if relative else ""
+    unit = " (% points)" if relative else ""
     zero = {"type": "line", "x0": 0, "x1": 0, "yref": "paper", "y0": 0, "y1": 1, "line": {"color": "ink", "width": 1}}
     chart = figure(traces, f"difference to {reference}{unit}", "", shapes=[zero])
     chart["layout"]["yaxis"] = {"type": "category", "autorange": "reversed"}

@@ -37,7 +37,7 @@ from .figures import (
     version_rows,
     worst_pulses,
 )
-from .wording import bounded, error_sentence, lead_sentence, share, share_with_range, unseen
+from .wording import bounded, error_sentence, lead_sentence, share, share_range, share_with_range, unseen
 
 router = APIRouter()
 #: Metrics in the list that are relative errors; a version's page has all.
@@ -55,6 +55,7 @@ _WORST = 10
 #: Functions of `wording` that the templates of models call.
 _WORDS: dict[str, Any] = {
     "share": share,
+    "share_range": share_range,
     "share_with_range": share_with_range,
     "bounded": bounded,
     "unseen": unseen,
@@ -128,12 +129,12 @@ def _differences(store: Store, db: str, rows: Sequence[Mapping[str, Any]]) -> di
                 differences = compared_to(registry, first, following, reader_of(store))
             except (ValueError, LookupError):  # pulses were deleted; the note of the page says so
                 continue
-        found = differences_to(first.label, differences, "force_nrmse")
-        near = [row for row in found if row["difference"] < _WORST * reference["metrics"]["force_nrmse"]["mean"]]
+        leads = differences_to(first.label, differences, "force_nrmse")
+        near = [row for row in leads if row["difference"] < _WORST * reference["metrics"]["force_nrmse"]["mean"]]
         return {
             "reference": reference,
             "figure": difference_figure(near, first.label, "force_nrmse"),
-            "beyond": [row["label"] for row in found if row not in near],
+            "beyond": [row["label"] for row in leads if row not in near],
         }
     return None
 
@@ -169,26 +170,26 @@ def compare(
     )
 
 
-def _comparison(found: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _comparison(comparison: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """What the page of a comparison says and draws: sentences, forest plots, and the versions that can be promoted."""
     metrics = ("force_nrmse", "contact_time_error")
-    means = {metric: {model["label"]: model["metrics"][metric] for model in found["models"]} for metric in metrics}
+    means = {metric: {model["label"]: model["metrics"][metric] for model in comparison["models"]} for metric in metrics}
     splits = {row["split"] for row in rows}
     split = splits.pop() if len(splits) == 1 else ""
-    best = found["models"][0]["label"]
-    paired = {row["a"] for row in found["differences"]} & {row["label"] for row in rows if row["champion"]}
+    best = comparison["models"][0]["label"]
+    paired = {row["a"] for row in comparison["differences"]} & {row["label"] for row in rows if row["champion"]}
     complete = len(rows) <= 4  # of more versions, the best alone was compared with all
     reference = next(iter(sorted(paired)), best) if complete else best
     return {
         "sentences": [
             lead_sentence(row, means[row["metric"]], split)
             for metric in metrics
-            for row in found["differences"]
+            for row in comparison["differences"]
             if row["metric"] == metric and best in (row["a"], row["b"])
         ],
         "reference": reference,
         "figures": {
-            metric: difference_figure(differences_to(reference, found["differences"], metric), reference, metric)
+            metric: difference_figure(differences_to(reference, comparison["differences"], metric), reference, metric)
             for metric in metrics
         },
         "rows": rows,
@@ -210,10 +211,6 @@ def model(
         fit_settings = registry.fit_settings(chosen)
         histories = registry.fit_histories(chosen)
         decisions = [entry for entry in registry.decisions() if entry.candidate == chosen.label]
-    in_store = {
-        "datasets": [entry["name"] for entry in store.read(list_snapshots)],
-        "campaigns": [entry["name"] for entry in store.read(list_campaigns)],
-    }
     return page(
         request,
         "model.html",
@@ -230,7 +227,8 @@ def model(
         decisions=decisions,
         decision=decisions[0] if decided and decisions else None,
         settings=fit_settings,
-        **in_store,
+        datasets=[entry["name"] for entry in store.read(list_snapshots)],
+        campaigns=[entry["name"] for entry in store.read(list_campaigns)],
         **_WORDS,
     )
 
@@ -250,7 +248,7 @@ def _with_impacts(store: Store, rows: list[dict[str, Any]]) -> list[dict[str, An
     keys = [row["pulse_id"] for row in rows]
     with store.reading() as session:
         query = select(Pulse.id, Pulse.impact_id).where(Pulse.id.in_(keys))
-        impacts: dict[int, int] = dict(iter(session.execute(query).tuples()))
+        impacts: dict[int, int] = dict(iter(session.execute(query)))
     return [
         {"impact": impacts.get(row["pulse_id"])} | {key: value for key, value in row.items() if key != "pulse_id"}
         for row in rows

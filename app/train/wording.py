@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..common.number_format import NOTHING, format_number
@@ -41,9 +41,14 @@ def _per_cent(value: float, digits: int = 2) -> str:
     return format_number(100 * value, max(digits, 3) if abs(value) >= 1 else digits)
 
 
-def bounded(ci90: tuple[float, float] | list[float] | None) -> list[float] | None:
+def bounded(ci90: Sequence[float] | None) -> list[float] | None:
     """An interval of a mean error, which is never negative: bootstrap and t intervals of few pulses may say so."""
     return None if ci90 is None else [max(0.0, ci90[0]), max(0.0, ci90[1])]
+
+
+def share_range(ends: Sequence[float]) -> str:
+    """`1.8 to 6.7 %` of the ends of an interval."""
+    return f"{_per_cent(ends[0])} to {_per_cent(ends[1])} %"
 
 
 def share_with_range(metric: Mapping[str, Any]) -> str:
@@ -51,8 +56,7 @@ def share_with_range(metric: Mapping[str, Any]) -> str:
     interval = bounded(metric["ci90"])
     if interval is None:
         return share(metric["mean"])
-    low, high = (_per_cent(end) for end in interval)
-    return f"{share(metric['mean'])} ({low} to {high} %)"
+    return f"{share(metric['mean'])} ({share_range(interval)})"
 
 
 def error_sentence(row: Mapping[str, Any]) -> str:
@@ -87,7 +91,7 @@ def lead_sentence(difference: Mapping[str, Any], means: Mapping[str, float], spl
     by = share(abs(delta) / base)
     if difference["ci90"]:
         ends = sorted(sign * end / base for end in difference["ci90"])
-        by += f" ({_per_cent(ends[0])} to {_per_cent(ends[1])} %)"
+        by += f" ({share_range(ends)})"
     text = f"{better} is better than {worse} by {by} in the {what}{where}"
     p_value = difference["p_value"]
     if p_value is not None and p_value < 0.05:

@@ -114,7 +114,8 @@ class Watch:
             self.found.append(f"asked elsewhere: {request.url}")
 
     def _answered(self, response: Any) -> None:
-        if response.status >= 400 and not response.request.is_navigation_request():
+        faults = response.status == 422 and "x-pyroshock-form" in response.request.headers  # the form shows them
+        if response.status >= 400 and not faults and not response.request.is_navigation_request():
             self.found.append(f"{response.status}: {response.url}")
 
 
