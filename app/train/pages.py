@@ -273,4 +273,4 @@ def promoted(
         promote(store, settings.db, name, version, other=on.strip() or None, forced=force, reason=reason.strip())
     except LookupError as error:
         raise FieldError("on", str(error)) from error
-    return RedirectResponse(f"/models/{part(name)}/{version}?decided=true#decision", 303)
+    return RedirectResponse(f"/models/{part(name)}/{version}?decided=true", 303)

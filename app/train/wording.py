@@ -37,8 +37,8 @@ def share(value: float | None, digits: int = 2) -> str:
 
 
 def _per_cent(value: float, digits: int = 2) -> str:
-    """Whole per cent from 100 on, where two digits would round 214 to 210."""
-    return format_number(100 * value, max(digits, 3) if abs(value) >= 1 else digits)
+    """Whole per cent from 100 on, where two digits would round 214 to 210; with a true minus sign."""
+    return format_number(100 * value, max(digits, 3) if abs(value) >= 1 else digits).replace("-", "−")
 
 
 def bounded(ci90: Sequence[float] | None) -> list[float] | None:

@@ -41,7 +41,9 @@ def test_repeatability_of_the_bench_stands_beside_the_error():
     assert "no force error" in error_sentence(row_of(None))
 
 
-@pytest.mark.parametrize(("value", "text"), [(None, "–"), (0.04153, "4.2 %"), (2.144, "214 %"), (0, "0 %")])
+@pytest.mark.parametrize(
+    ("value", "text"), [(None, "–"), (0.04153, "4.2 %"), (2.144, "214 %"), (0, "0 %"), (-0.0039, "−0.39 %")]
+)
 def test_shares_are_per_cent(value, text):
     assert share(value) == text
 
