@@ -42,6 +42,7 @@ from ..predict import pages as predict_pages
 from ..predict.shots import warm_up_in_thread
 from ..report import pages as report_pages
 from ..train import api as train_api
+from ..train import dataset_pages
 from ..train import pages as train_pages
 from ..tune import api as tune_api
 from ..tune import pages as tune_pages
@@ -79,6 +80,7 @@ _PAGES = (
     jobs_pages,
     api_pages,
     train_pages,
+    dataset_pages,
     predict_pages,
     tune_pages,
     plan_pages,

@@ -126,15 +126,74 @@ def held_out_figures(registry: Registry, version: Version, read: Read, most: int
     """
     from ...training.registry.evaluate import evaluate_held_out
 
-    judged = evaluate_held_out(registry, [version], read)
+    return evaluated_figures(evaluate_held_out(registry, [version], read), version.label, most)
+
+
+def evaluated_figures(judged: Evaluation, label: str, most: int = MOST_PULSES) -> dict[str, Any]:
+    """`held_out_figures` of a version that is evaluated already."""
     count = len(judged.pulses)
     rows = np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
     return {
-        "label": version.label,
+        "label": label,
         "pulses": count,
-        "points": _points(judged, version.label, rows),
-        "coverage": _coverage(judged, version.label),
+        "points": _points(judged, label, rows),
+        "coverage": _coverage(judged, label),
     }
+
+
+def residual_columns(judged: Evaluation, label: str) -> dict[str, Any]:
+    """The relative error of the peak force of each pulse, signed, beside the factors that may explain it.
+
+    `factors`: labels of the pulses by factor, as `comparison_groups` gives them but for the velocity.
+    """
+    from ...training.evaluation.comparison import comparison_groups
+
+    pulses, prediction = judged.pulses, judged.predictions[label]
+    peak = figures(reconstruct(prediction.force_n), prediction.contact_time_s).peak_force_n
+    groups = comparison_groups(pulses)
+    return {
+        "peak_force_error": (peak / pulses.peak_force_n - 1).tolist(),
+        "factors": {name: labels.tolist() for name, labels in groups.items() if name != "impact_velocity"},
+        "tip_material": pulses.tip_material.tolist(),
+        "impact_velocity_m_s": pulses.column("impact_velocity").tolist(),
+    }
+
+
+def worst_pulses(judged: Evaluation, label: str, count: int = 10) -> list[dict[str, Any]]:
+    """The held-out pulses with the largest force error, the worst first; `pulse_id` is the row in the store."""
+    pulses, prediction = judged.pulses, judged.predictions[label]
+    peak = figures(reconstruct(prediction.force_n), prediction.contact_time_s).peak_force_n
+    error = judged.errors[label].force_nrmse
+    velocity = pulses.column("impact_velocity")
+    return [
+        {
+            "pulse_id": int(pulses.pulse_id[row]),
+            "force error (%)": float(100 * error[row]),
+            "tip_material": str(pulses.tip_material[row]),
+            "impact_velocity_m_s": float(velocity[row]),
+            "measured_peak_force_n": float(pulses.peak_force_n[row]),
+            "predicted_peak_force_n": float(peak[row]),
+            "measured_contact_time_s": float(pulses.contact_time_s[row]),
+            "predicted_contact_time_s": float(prediction.contact_time_s[row]),
+            "campaign": str(pulses.campaign[row]),
+            "run": int(pulses.run[row]),
+            "repetition": int(pulses.repetition[row]),
+        }
+        for row in np.argsort(-error)[:count]
+    ]
+
+
+def compared_to(registry: Registry, reference: Version, others: Sequence[Version], read: Read) -> list[dict[str, Any]]:
+    """Differences of each of `others` to `reference` in every metric, on the held-out pulses that all have in common.
+
+    Rows as `side_by_side` gives its `differences`. Raises `ValueError` where they have none in common.
+    """
+    from ...training.registry.evaluate import evaluate_held_out
+    from ...training.registry.promotion import compared
+
+    judged = evaluate_held_out(registry, [reference, *others], read)
+    comparisons = [compared(judged, reference.label, other.label) for other in others]
+    return [row.row() for comparison in comparisons for row in comparison.overall]
 
 
 def _points(judged: Evaluation, label: str, rows: Any) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Models: versions side by side, one version's held-out pulses, promotions with their reasons, and their charts."""
+"""Models: those in use, versions side by side, one version's held-out pulses, and promotions with their reasons."""
 
 from __future__ import annotations
 
@@ -6,83 +6,60 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Form, Query
+from sqlalchemy import select
 from starlette.requests import Request
-from starlette.responses import Response
+from starlette.responses import RedirectResponse, Response
 
-from ...dataset.catalog import list_withdrawals
+from ...dataset.catalog import list_snapshots, list_withdrawals
+from ...schema.impacts import Pulse
+from ...schema.listings import list_campaigns
+from ...schema.session import Store
 from ..common.model_registry import models_extra, reader_of, withdrawn_words
-from ..common.quantities import display_of
 from ..web.dependencies import Configured, Key, Name, OpenStore, Word
-from ..web.figures_base import COLOURS, Figure, categories, figure, line, points
-from ..web.rendering import page
+from ..web.forms import FieldError
+from ..web.rendering import page, part
 from .api import chosen_versions, needed, promote, registry_at
-from .figures import held_out_figures, listed_versions, side_by_side, version_rows
-
-
-def errors_figure(rows: Sequence[Mapping[str, Any]], metric: str) -> Figure:
-    """One metric of versions with its 90 % interval, and the thesis's figure where there is one (`version_row`)."""
-    rated = [row for row in rows if row["metrics"][metric]["mean"] is not None]
-    means = [row["metrics"][metric]["mean"] for row in rated]
-    ends = [row["metrics"][metric]["ci90"] or (mean, mean) for row, mean in zip(rated, means, strict=True)]
-    high = [max(0.0, (end[1] or mean) - mean) for end, mean in zip(ends, means, strict=True)]
-    low = [max(0.0, mean - (end[0] or mean)) for end, mean in zip(ends, means, strict=True)]
-    bars = {
-        "type": "bar",
-        "x": [f"{row['label']} ({row['split']})" for row in rated],
-        "y": means,
-        "name": "mean with 90 % interval",
-        "marker": {"color": "c0"},
-        "error_y": {"type": "data", "symmetric": False, "array": high, "arrayminus": low, "color": "quiet"},
-    }
-    thesis = [row["metrics"][metric]["thesis"] for row in rated]
-    marks = {**points([], [], "thesis", "c1"), "x": bars["x"], "y": thesis}
-    traces = [bars, marks] if any(value is not None for value in thesis) else [bars]
-    return categories(traces, "", metric.replace("_", " "))
-
-
-def against_figure(held_out: Mapping[str, Any], quantity: str) -> Figure:
-    """Predicted over measured of held-out pulses, by tip material (`model_figures.held_out_figures`)."""
-    columns = held_out["points"]
-    display = display_of(quantity)
-    name, scale = display.heading, display.scale
-    values, tips = columns[quantity], columns["tip_material"]
-    traces = []
-    for i, tip in enumerate(dict.fromkeys(tips)):
-        places = [place for place, label in enumerate(tips) if label == tip]
-        measured, predicted = ([values[key][place] * scale for place in places] for key in ("measured", "predicted"))
-        trace = points(measured, predicted, str(tip), COLOURS[i % len(COLOURS)])
-        if values["low"] is not None:
-            wide = [(values["high"][place] - values["predicted"][place]) * scale for place in places]
-            trace["error_y"] = {
-                "type": "data",
-                "array": wide,
-                "color": f"{COLOURS[i % len(COLOURS)]}/0.4",
-                "thickness": 1,
-            }
-        traces.append(trace)
-    every = [value * scale for key in ("measured", "predicted") for value in values[key]]
-    ends = [min(every), max(every)]
-    traces.append(line(ends, ends, "measured", "quiet", dash="dash", showlegend=False))
-    return figure(traces, f"measured {name}", "predicted")
-
-
-def coverage_figure(held_out: Mapping[str, Any]) -> Figure | None:
-    """Share of held-out points within their intervals over the nominal share; None for a model without spread."""
-    coverage = held_out["coverage"]
-    traces = [
-        points(coverage["level"], coverage[key], name, colour, mode="lines+markers")
-        for key, name, colour in (("force", "force", "c0"), ("time", "contact time", "c1"))
-        if coverage[key] is not None
-    ]
-    if not traces:
-        return None
-    return figure([line([0.4, 1], [0.4, 1], "as promised", "quiet", dash="dash"), *traces], "nominal share", "held")
-
+from .charts import (
+    against_figure,
+    coverage_figure,
+    difference_figure,
+    differences_to,
+    history_figure,
+    residual_figures,
+    training_figures,
+)
+from .figures import (
+    compared_to,
+    evaluated_figures,
+    listed_versions,
+    residual_columns,
+    side_by_side,
+    version_rows,
+    worst_pulses,
+)
+from .wording import bounded, error_sentence, lead_sentence, share, share_range, share_with_range, unseen
 
 router = APIRouter()
-#: Metrics in the list; a version's page has all.
-_SHOWN = ("force_nrmse", "peak_force_error", "contact_time_error", "impulse_error", "cost")
+#: Metrics in the list that are relative errors; a version's page has all.
+_SHOWN = {
+    "force_nrmse": "force error",
+    "peak_force_error": "peak force error",
+    "contact_time_error": "contact time error",
+    "impulse_error": "impulse error",
+}
 _MOST = 300
+#: A chart of differences has so many versions besides the one that they are compared to.
+_MOST_DIFFERENCES = 12
+#: A version whose error is larger by so many errors of the reference would hide the differences of all others.
+_WORST = 10
+#: Functions of `wording` that the templates of models call.
+_WORDS: dict[str, Any] = {
+    "share": share,
+    "share_range": share_range,
+    "share_with_range": share_with_range,
+    "bounded": bounded,
+    "unseen": unseen,
+}
 
 
 @router.get("/models")
@@ -102,11 +79,13 @@ def models(
     datasets = list(dict.fromkeys(row["dataset"] for row in rows))
     splits = list(dict.fromkeys(row["split"] for row in rows))
     shown = [row for row in rows if dataset in ("", row["dataset"]) and split in ("", row["split"])]
-    shown.sort(key=lambda row: (row["dataset"], row["split"], _rank(row)))
+    shown.sort(key=lambda row: (not row["champion"], row["dataset"], row["split"], _rank(row)))
+    chart = _differences(store, settings.db, shown)
     return page(
         request,
         "models.html",
         rows=shown[:_MOST],
+        in_use=[row for row in rows if row["champion"]],
         left_out=max(0, len(shown) - _MOST),
         datasets=datasets,
         splits=splits,
@@ -116,13 +95,48 @@ def models(
         metrics=_SHOWN,
         decisions=decisions,
         withdrawn=withdrawn,
-        figure=errors_figure(shown[:24], "force_nrmse") if shown else None,
+        has_datasets=bool(store.read(list_snapshots)),
+        chart_=chart,
+        sentence=error_sentence,
+        **_WORDS,
     )
 
 
-def _rank(row: dict[str, Any]) -> float:
+def _rank(row: Mapping[str, Any]) -> float:
     mean = row["metrics"]["force_nrmse"]["mean"]
     return float("inf") if mean is None else float(mean)
+
+
+def _differences(store: Store, db: str, rows: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None:
+    """The version that the others of its dataset and split are compared to ("reference"), their differences as a chart
+    ("figure"), and the versions that are too bad for its axis ("beyond").
+
+    The reference is the one in use, else the first one; None where nothing can be compared to it.
+    """
+    whole = [row for row in rows if not row["damaged"]]
+    for reference in [row for row in whole if row["champion"]] or whole[:1]:
+        same = ("dataset_hash", "split", "seed")
+        others = [row for row in whole if row is not reference and all(row[name] == reference[name] for name in same)][
+            :_MOST_DIFFERENCES
+        ]
+        if not others:
+            continue
+        with models_extra():
+            registry = needed(db)
+            labels = [row["label"] for row in (reference, *others)]
+            first, *following = [version for label in labels for version in chosen_versions(registry, [label])]
+            try:
+                differences = compared_to(registry, first, following, reader_of(store))
+            except (ValueError, LookupError):  # pulses were deleted; the note of the page says so
+                continue
+        leads = differences_to(first.label, differences, "force_nrmse")
+        near = [row for row in leads if row["difference"] < _WORST * reference["metrics"]["force_nrmse"]["mean"]]
+        return {
+            "reference": reference,
+            "figure": difference_figure(near, first.label, "force_nrmse"),
+            "beyond": [row["label"] for row in leads if row not in near],
+        }
+    return None
 
 
 @router.get("/models/compare")
@@ -132,70 +146,140 @@ def compare(
     settings: Configured,
     version: Annotated[list[str], Query(max_length=20)] = [],  # noqa: B006
 ) -> Response:
+    status, fault, comparison, rows = 200, "", None, []
     with models_extra():
-        registry = needed(settings.db)
-        chosen = chosen_versions(registry, version)
-        rows = version_rows(registry, chosen)
-        comparison = side_by_side(registry, chosen, reader_of(store))
+        registry = registry_at(settings.db)
+        choices = [] if registry is None else listed_versions(registry, every=True)
+        if version and registry is not None:
+            try:
+                chosen = chosen_versions(registry, version)
+                comparison = side_by_side(registry, chosen, reader_of(store))
+                rows = version_rows(registry, chosen)
+            except (LookupError, ValueError) as error:
+                status, fault = (404 if isinstance(error, LookupError) else 422), str(error)
     return page(
         request,
         "models_compare.html",
-        rows=rows,
+        status=status,
+        choices=choices,
+        labels=version,
+        fault=fault,
         found=comparison,
-        metrics=list(rows[0]["metrics"]),
-        figures={name: errors_figure(rows, name) for name in ("force_nrmse", "contact_time_error")},
+        result=None if comparison is None else _comparison(comparison, rows),
+        **_WORDS,
     )
+
+
+def _comparison(comparison: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """What the page of a comparison says and draws: sentences, forest plots, and the versions that can be promoted."""
+    metrics = ("force_nrmse", "contact_time_error")
+    means = {metric: {model["label"]: model["metrics"][metric] for model in comparison["models"]} for metric in metrics}
+    splits = {row["split"] for row in rows}
+    split = splits.pop() if len(splits) == 1 else ""
+    best = comparison["models"][0]["label"]
+    paired = {row["a"] for row in comparison["differences"]} & {row["label"] for row in rows if row["champion"]}
+    complete = len(rows) <= 4  # of more versions, the best alone was compared with all
+    reference = next(iter(sorted(paired)), best) if complete else best
+    return {
+        "sentences": [
+            lead_sentence(row, means[row["metric"]], split)
+            for metric in metrics
+            for row in comparison["differences"]
+            if row["metric"] == metric and best in (row["a"], row["b"])
+        ],
+        "reference": reference,
+        "figures": {
+            metric: difference_figure(differences_to(reference, comparison["differences"], metric), reference, metric)
+            for metric in metrics
+        },
+        "rows": rows,
+        "candidates": [row for row in rows if not row["champion"]],
+    }
 
 
 @router.get("/models/{name}/{version}")
 def model(
-    request: Request, name: Name, version: Key, store: OpenStore, settings: Configured, split: Word = ""
-) -> Response:
-    return _page(request, store, settings.db, name, version, None, split)
-
-
-def _page(
-    request: Request, store: OpenStore, db: str, name: str, version: int, decision: Any, split: str = ""
-) -> Response:
-    with models_extra():
-        registry = needed(db)
-        chosen = chosen_versions(registry, [f"{name}@{version}"], split or None)[0]
-        splits = sorted(record.split for record in registry.versions() if record.label == chosen.label)
-        row = version_rows(registry, [chosen])[0]
-        try:
-            figures, why_not = held_out_figures(registry, chosen, reader_of(store)), ""
-        except ValueError as error:
-            figures, why_not = None, str(error)
-        settings = registry.fit_settings(chosen)
-        decisions = [decision for decision in registry.decisions() if decision.candidate == chosen.label]
-    return page(
-        request,
-        "model.html",
-        status=200 if decision is None or decision.promoted else 409,
-        row=row,
-        splits=splits,
-        found=figures,
-        why_not=why_not,
-        against={} if figures is None else {q: against_figure(figures, q) for q in ("peak_force_n", "contact_time_s")},
-        coverage=None if figures is None else coverage_figure(figures),
-        decisions=decisions,
-        decision=decision,
-        settings=settings,
-    )
-
-
-@router.post("/models/{name}/{version}/promote")
-def promoted(
     request: Request,
     name: Name,
     version: Key,
     store: OpenStore,
     settings: Configured,
-    reason: Annotated[str, Form(max_length=4000)],
+    decided: bool = False,
+    split: Word = "",
+) -> Response:
+    with models_extra():
+        registry = needed(settings.db)
+        chosen = chosen_versions(registry, [f"{name}@{version}"], split or None)[0]
+        versions = registry.versions()
+        splits = sorted(record.split for record in versions if record.label == chosen.label)
+        rows = version_rows(registry, [entry for entry in versions if entry.name == chosen.name])
+        row = next(entry for entry in rows if entry["run_id"] == chosen.run_id)
+        evaluation, why_not = _evaluation(registry, chosen, store)
+        figures = None if evaluation is None else evaluated_figures(evaluation, chosen.label)
+        fit_settings = registry.fit_settings(chosen)
+        histories = registry.fit_histories(chosen)
+        decisions = [entry for entry in registry.decisions() if entry.candidate == chosen.label]
+    return page(
+        request,
+        "model.html",
+        row=row,
+        splits=splits,
+        sentence=error_sentence(row),
+        found=figures,
+        why_not=why_not,
+        against={} if figures is None else {q: against_figure(figures, q) for q in ("peak_force_n", "contact_time_s")},
+        residuals={} if evaluation is None else residual_figures(residual_columns(evaluation, chosen.label)),
+        coverage=None if figures is None else coverage_figure(figures),
+        worst=[] if evaluation is None else _with_impacts(store, worst_pulses(evaluation, chosen.label)),
+        history=history_figure(rows),
+        training=training_figures(histories),
+        decisions=decisions,
+        decision=decisions[0] if decided and decisions else None,
+        settings=fit_settings,
+        datasets=[entry["name"] for entry in store.read(list_snapshots)],
+        campaigns=[entry["name"] for entry in store.read(list_campaigns)],
+        **_WORDS,
+    )
+
+
+def _evaluation(registry: Any, version: Any, store: Store) -> tuple[Any, str]:
+    """A version's held-out pulses with its predictions, or None and why not."""
+    from ...training.registry.evaluate import evaluate_held_out
+
+    try:
+        return evaluate_held_out(registry, [version], reader_of(store)), ""
+    except (ValueError, LookupError) as error:
+        return None, str(error)
+
+
+def _with_impacts(store: Store, rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The same with the impact of each pulse, which has a page, in place of the pulse."""
+    keys = [row["pulse_id"] for row in rows]
+    with store.reading() as session:
+        query = select(Pulse.id, Pulse.impact_id).where(Pulse.id.in_(keys))
+        impacts: dict[int, int] = dict(iter(session.execute(query)))
+    return [
+        {"impact": impacts.get(row["pulse_id"])} | {key: value for key, value in row.items() if key != "pulse_id"}
+        for row in rows
+    ]
+
+
+@router.post("/models/{name}/{version}/promote")
+def promoted(
+    name: Name,
+    version: Key,
+    store: OpenStore,
+    settings: Configured,
+    reason: Annotated[str, Form(max_length=4000)] = "",
     on: Annotated[str, Form(max_length=1000)] = "",
     force: Annotated[bool, Form()] = False,
 ) -> Response:
+    with models_extra():
+        chosen_versions(needed(settings.db), [f"{name}@{version}"])
     if not reason.strip():
-        raise ValueError("no reason given; a promotion is kept with its reason")
-    decision = promote(store, settings.db, name, version, other=on.strip() or None, forced=force, reason=reason.strip())
-    return _page(request, store, settings.db, name, version, decision)
+        raise FieldError("reason", "There is no reason given. The registry keeps every decision with its reason.")
+    try:
+        promote(store, settings.db, name, version, other=on.strip() or None, forced=force, reason=reason.strip())
+    except LookupError as error:
+        raise FieldError("on", str(error)) from error
+    return RedirectResponse(f"/models/{part(name)}/{version}?decided=true", 303)

@@ -25,11 +25,59 @@ def test_two_models_are_compared_on_pulses_in_common(browser, lab):
         assert sorted(heads) == ["hann@1", "linear@1"]
         found = {each["label"]: each for each in asked(page, "/api/models")}
         assert page.locator("#side-by-side tbody tr").count() == len(found["linear@1"]["metrics"])
-        verdicts = page.locator("#differences tbody tr td:last-child").all_inner_texts()
-        assert len(verdicts) == len(found["linear@1"]["metrics"]) and all(verdicts)
-        (bars,) = [trace for trace in drawn(page, "errors-1") if trace["type"] == "bar"]
-        means = {label.split(" ")[0]: value for label, value in zip(bars["x"], bars["y"], strict=True)}
-        assert means == pytest.approx({label: found[label]["metrics"]["force_nrmse"]["mean"] for label in heads})
+        assert page.locator("#differences tbody tr").count() == len(found["linear@1"]["metrics"])
+        best = min(heads, key=lambda label: found[label]["metrics"]["force_nrmse"]["mean"])
+        assert best in page.locator("#sentences li").first.inner_text()
+        (trace,) = drawn(page, "differences-1")
+        (other,) = trace["y"]
+        means = {label: found[label]["metrics"]["force_nrmse"]["mean"] for label in heads}
+        (difference,) = trace["x"]
+        assert difference == pytest.approx(100 * (means[other] - means[best]), rel=1e-4)
+
+
+def test_versions_are_picked_where_none_or_an_unknown_one_is_named(browser, lab):
+    with page_of(browser, lab) as page:
+        assert at(page, "/models/compare?version=linear@1").status == 422
+        assert "choose two or more" in page.inner_text("#picker-error")
+        assert page.is_checked("#picker input[value='linear@1']")
+        page.check("#picker input[value='hann@1']")
+        page.click("#compare-chosen")
+        page.wait_for_selector("#sentences")
+        page.locator("#promote-1 input[name=reason]").fill(" ")
+        page.click("#promote-1 button")
+        page.wait_for_selector("#promote-1 .field-error")
+        assert "no reason given" in page.inner_text("#promote-1 .field-error") and "/models/compare" in page.url
+
+
+def test_a_dataset_is_built_and_a_training_started_after_wrong_inputs(browser, lab):
+    with page_of(browser, lab) as page:
+        at(page, "/datasets")
+        page.fill("#name", "from the page")
+        page.click("#build button")
+        page.wait_for_selector("#build .field-error")
+        assert "at least one campaign" in page.inner_text("#build .field-error")
+        assert page.input_value("#name") == "from the page"
+        page.check("#build input[value=rehearsal]")
+        page.click("#build button")
+        page.wait_for_selector("#existing")  # the same pulses are frozen as guns
+        page.click("#to-train")
+        page.wait_for_selector("#train")
+        assert page.input_value("#dataset") == "guns"
+        page.click("#train button:has-text('Start')")
+        page.wait_for_selector("#train .field-error")
+        assert "at least one model" in page.inner_text("#train .field-error")
+        page.check("#model-linear")
+        page.select_option("#split", "configurations")
+        page.click("#train button:has-text('Start')")
+        page.wait_for_url("**/jobs/*")
+
+
+@pytest.mark.parametrize("address", ["/models", "/models/linear/1", "/models/compare?version=linear@1&version=hann@1",
+                                     "/models/train", "/datasets", "/datasets/guns"])  # fmt: skip
+def test_pages_of_models_fit_a_telephone(browser, lab, address):
+    with page_of(browser, lab, width=390, height=844) as page:
+        at(page, address)
+        assert page.evaluate("document.documentElement.scrollWidth <= document.documentElement.clientWidth")
 
 
 def test_promotions_are_refused_or_forced_with_their_reasons(browser, lab):

@@ -171,6 +171,8 @@ def test_evil_words_are_shown_and_are_no_html(evil: tuple[Any, Any], address: st
     f"/compare/spectra?impacts={quote(EVIL[5])}&specification={quote(EVIL[4])}&tolerance={quote(EVIL[1])}",
     f"/diagnoses?campaign={quote(NAME)}",
     f"/models?dataset={quote(EVIL[1])}",
+    f"/models/compare?version={quote(EVIL[1])}",
+    f"/models/train?dataset={quote(EVIL[1])}",
     f"/twin?tip_material={quote(EVIL[1])}",
     f"/twin?insulator={quote(EVIL[0])}&impact_position={quote(EVIL[2])}",
 ])  # fmt: skip

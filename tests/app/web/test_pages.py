@@ -40,6 +40,9 @@ SPECIFICATION = "frequency_hz,level_g\n100,30\n1000,1000\n10000,1000\n"
     ("/deleted", "Nothing was deleted"),
     ("/compare/spectra", "Enter the impacts"),
     ("/models", "No model is registered yet"),
+    ("/models/compare", "No model is registered yet"),
+    ("/models/train", "There is no dataset yet"),
+    ("/datasets", "There is no dataset yet"),
     ("/twin", 'id="tank_pressure_pa"'),
     ("/plans", "There is no plan yet"),
     ("/plans/new", 'id="make"'),
@@ -74,7 +77,12 @@ def test_an_empty_store_says_what_to_do(empty: Lab, address: str, words: str) ->
     ("/compare/spectra?impacts=21", 'id="paper-data"'),
     ("/models", "tree@1"),
     ("/models/tree/1", 'id="against-1-data"'),
+    ("/models/tree/1", 'id="worst"'),
     ("/models/compare?version=tree@1&version=linear@1", 'id="differences"'),
+    ("/models/compare", 'value="tree@1"'),
+    ("/models/train", 'id="model-tree"'),
+    ("/datasets", f'href="/datasets/{DATASET}"'),
+    (f"/datasets/{DATASET}", 'id="models"'),
     ("/twin?contact=hertz", 'id="force-data"'),
     ("/plans", f'href="/plans/{AT}"'),
     (f"/plans/{AT}", 'id="runs"'),
@@ -151,7 +159,7 @@ def test_a_sheet_is_saved_as_a_table_and_a_damaged_model_is_marked(filled: Lab) 
     ("/compare/spectra?impacts=777", 404, "777"),
     ("/compare/spectra?impacts=21&specification=x", 422, "specification"),
     ("/models/forest/1", 404, "forest"),
-    ("/models/compare?version=tree@1", 422, "1 versions to compare"),
+    ("/datasets/winter", 404, "winter"),
     ("/tune/99", 404, "99"),
     ("/validations/99", 404, "99"),
     ("/plans/winter", 404, "winter"),
@@ -248,8 +256,16 @@ def test_a_fault_of_a_search_stands_at_its_field(filled: Lab, form, field, words
     (f"/plans/{AT}/runs/9", {"status": "done"}, 422, "no run 9"),
     ("/plans/winter/runs/1", {"status": "done"}, 404, "winter"),
     ("/models/tree/1/promote", {"reason": "  "}, 422, "no reason given"),
-    ("/models/tree/1/promote", {"reason": "x", "on": "winter"}, 404, "winter"),
+    ("/models/tree/1/promote", {"reason": "x", "on": "winter"}, 422, "winter"),
     ("/models/forest/1/promote", {"reason": "x"}, 404, "forest"),
+    ("/datasets", {"name": " ", "campaigns": HAMMER}, 422, "Enter a name"),
+    ("/datasets", {"name": "x"}, 422, "at least one campaign"),
+    ("/datasets", {"name": "x", "campaigns": "winter"}, 422, "winter"),
+    ("/datasets", {"name": "x", "campaigns": HAMMER, "quality": "best"}, 422, "quality"),
+    ("/models/train", {"dataset": DATASET}, 422, "at least one model"),
+    ("/models/train", {"dataset": DATASET, "models": "forest"}, 422, "forest"),
+    ("/models/train", {"dataset": "winter", "models": "tree"}, 422, "winter"),
+    ("/models/train", {"dataset": DATASET, "models": "tree", "split": "halves"}, 422, "halves"),
     ("/diagnoses", {"campaign": "winter"}, 404, "winter"),
     ("/diagnoses", {"campaign": "/etc"}, 404, "/etc"),
     ("/diagnoses", {"campaign": GUN, "gun": "-1"}, 422, "-1"),
@@ -374,14 +390,58 @@ def test_a_model_is_promoted_and_a_worse_one_refused(filled: Lab) -> None:
     decisions = len(filled.client.get("/api/models/promotions").json())
     better, worse = "tree", "linear"
     answer = post(filled.client, f"/models/{better}/1/promote", {"reason": "the first one", "force": "true"})
-    assert answer.status_code == 200 and 'id="in-use"' in answer.text
+    page = filled.client.get(answer.headers["location"]).text
+    assert answer.status_code == 303 and 'id="in-use"' in page and "Promoted: the first one" in page
     answer = post(filled.client, f"/models/{worse}/1/promote", {"reason": "for a try"})
-    assert answer.status_code == 409, "a tree that memorised 16 pulses was to be better than a line"
-    assert "Refused" in answer.text and 'id="in-use"' not in answer.text
+    page = filled.client.get(answer.headers["location"]).text
+    assert "Refused" in page, "a tree that memorised 16 pulses was to be better than a line"
+    assert 'id="in-use"' not in page
     told = filled.client.get("/api/models/promotions").json()
     assert [each["promoted"] for each in told[: len(told) - decisions]] == [False, True]  # the newest first
     page = filled.client.get("/models").text
     assert 0 < page.index("for a try") < page.index("the first one")
+
+
+def test_the_model_in_use_stands_first_with_its_error_and_the_differences_to_it(filled: Lab) -> None:
+    post(filled.client, "/models/tree/1/promote", {"reason": "the first one", "force": "true"})
+    page = filled.client.get("/models").text
+    assert page.index('id="in-use"') < page.index("tree@1 predicts the force within") < page.index('id="models"')
+    assert 'id="differences-data"' in page and '<span class="badge">in use: hammer</span>' in page
+
+
+@pytest.mark.parametrize(("query", "status", "words"), [
+    ("", 200, "Choose two to eight versions"),
+    ("?version=tree@1", 422, "1 versions to compare"),
+    ("?version=tree@1&version=forest@1", 404, "forest"),
+])  # fmt: skip
+def test_versions_to_compare_are_picked_where_they_cannot_be_compared(
+    filled: Lab, query: str, status: int, words: str
+) -> None:
+    answer = filled.client.get(f"/models/compare{query}")
+    assert answer.status_code == status and words in answer.text and 'id="picker"' in answer.text
+    assert ('value="tree@1" checked' in answer.text) == ("tree@1" in query)
+
+
+def test_a_comparison_says_in_percent_which_version_is_better(filled: Lab) -> None:
+    page = filled.client.get("/models/compare?version=tree@1&version=linear@1").text
+    sentences = page.partition('id="sentences"')[2].partition("</ul>")[0]
+    assert "is better than" in sentences and "%" in sentences and "force error" in sentences
+
+
+def test_a_dataset_is_built_once_and_shown_with_what_was_left_out(filled: Lab) -> None:
+    form = {"name": "winter pulses", "campaigns": HAMMER, "quality": "none"}
+    answers = [post(filled.client, "/datasets", {**form, "name": name}) for name in ("winter pulses", "other name")]
+    addresses = [answer.headers["location"] for answer in answers]
+    assert [answer.status_code for answer in answers] == [303, 303] and addresses[1].endswith("?existing=true")
+    assert addresses[0].partition("?")[0] == addresses[1].partition("?")[0]
+    page = filled.client.get(addresses[1]).text
+    assert 'id="existing"' in page and 'id="left-out"' in page and HAMMER in page and 'id="files"' in page
+
+
+def test_the_form_of_a_training_starts_its_job(filled: Lab) -> None:
+    answer = post(filled.client, "/models/train", {"dataset": DATASET, "models": "linear", "split": "repetitions"})
+    assert answer.status_code == 303 and answer.headers["location"].startswith("/jobs/")
+    assert done(filled, answer)["words"] == "0 trained, 1 found as they were trained before"
 
 
 def test_a_campaign_is_diagnosed_and_again_with_the_ticked_effects_and_the_same_options(filled: Lab) -> None:

@@ -1,0 +1,83 @@
+"""Sentences and charts of registered models: errors never negative, and the better one named with its lead."""
+
+from __future__ import annotations
+
+import pytest
+from pyroshock.app.train.charts import difference_figure, differences_to, history_figure, training_figures
+from pyroshock.app.train.wording import MODEL_SENTENCES, bounded, error_sentence, lead_sentence, share, unseen
+from pyroshock.training.models.catalogue import MODEL_SPECS
+
+
+def row_of(mean: float | None = 0.042, floor: float | None = None, **more: object) -> dict:
+    metric = {"mean": mean, "ci90": None if mean is None else [-0.01, 0.08], "floor": {"configuration": floor}}
+    return {
+        "label": "gp@1",
+        "version": 1,
+        "split": "configurations",
+        "dataset": "spring",
+        "metrics": {"force_nrmse": metric, "contact_time_error": metric},
+        **more,
+    }
+
+
+def pair(difference: float, p_value: float | None = 0.01, ci90: list[float] | None = None) -> dict:
+    named = {"a": "gp@1", "b": "tree@1", "metric": "force_nrmse", "difference": difference, "p_value": p_value}
+    return {**named, "ci90": ci90}
+
+
+def test_each_model_that_can_be_trained_has_a_sentence():
+    assert list(MODEL_SENTENCES) == list(MODEL_SPECS)
+
+
+def test_an_error_is_told_with_an_interval_that_is_never_negative():
+    words = error_sentence(row_of())
+    assert words.startswith("gp@1 predicts the force within 4.2 % (0 to 8 %)")
+    assert words.endswith("on configurations that it has not seen.")
+    assert bounded([-0.5, -0.1]) == [0, 0] and bounded(None) is None
+
+
+def test_repeatability_of_the_bench_stands_beside_the_error():
+    assert error_sentence(row_of(floor=0.041)).endswith("repeated impacts of the bench differ by 4.1 % in force.")
+    assert "no force error" in error_sentence(row_of(None))
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(None, "–"), (0.04153, "4.2 %"), (2.144, "214 %"), (0, "0 %"), (-0.0039, "−0.39 %")]
+)
+def test_shares_are_per_cent(value, text):
+    assert share(value) == text
+
+
+def test_a_split_by_value_says_what_was_held_out():
+    assert unseen("material=steel") == "pulses of the material steel, none of which it has seen"
+    assert "odd" in unseen("odd")
+
+
+def test_the_better_version_is_named_with_its_lead_relative_to_the_other():
+    means = {"gp@1": 0.044, "tree@1": 0.05}
+    words = lead_sentence(pair(-0.006, ci90=[-0.0095, -0.0025]), means, "configurations")
+    assert words == (
+        "gp@1 is better than tree@1 by 12 % (5 to 19 %) in the force error on configurations that they have not seen."
+    )
+    assert lead_sentence(pair(0.006, 0.3), {"gp@1": 0.05, "tree@1": 0.044}).endswith("may be chance (p = 0.3).")
+    assert "have the same force error" in lead_sentence(pair(0.0), means)
+
+
+def test_differences_have_the_sign_of_the_other_version_minus_the_reference():
+    (row,) = differences_to("gp@1", [pair(-0.006, ci90=[-0.0095, -0.0025])], "force_nrmse")
+    assert row["label"] == "tree@1" and row["difference"] == 0.006 and row["ci90"] == [0.0025, 0.0095]
+    (same,) = differences_to("tree@1", [pair(-0.006, 0.3)], "force_nrmse")
+    assert (same["label"], same["difference"], same["beyond_chance"]) == ("gp@1", -0.006, False)
+    figure = difference_figure([row], "gp@1", "force_nrmse")
+    (trace,) = figure["data"]
+    assert trace["x"] == pytest.approx([0.6]) and trace["error_x"]["array"] == pytest.approx([0.35])
+    assert "% points" in figure["layout"]["xaxis"]["title"]["text"]
+
+
+def test_a_history_needs_two_versions_and_two_steps():
+    rows = [row_of(), row_of(0.03, label="gp@2", version=2)]
+    assert history_figure(rows[:1]) is None
+    (trace,) = history_figure(rows)["data"]
+    assert trace["x"] == ["gp@1", "gp@2"] and trace["y"] == pytest.approx([4.2, 3.0])
+    assert min(mean - low for mean, low in zip(trace["y"], trace["error_y"]["arrayminus"], strict=True)) >= 0
+    assert list(training_figures({"force.loss": [(0, 2.0), (1, 1.0)], "time.loss": [(0, 1.0)]})) == ["force loss"]
