@@ -82,7 +82,7 @@ def test_it_answers_who_may_ask_and_ends_when_it_is_told(db: str, tmp_path: Path
         with pytest.raises(urllib.error.HTTPError, match="401"):
             got(address)
     assert [row["name"] for row in json.loads(got(address + "api/campaigns", headers if word else None))] == ["spring"]
-    assert "<h1>Campaigns</h1>" in got(address, headers if word else None)
+    assert "<h1>Laboratory</h1>" in got(address, headers if word else None)
     asked = time.monotonic()
     server.send_signal(ending)
     out, err = server.communicate(timeout=PATIENCE_S)

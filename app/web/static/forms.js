@@ -63,9 +63,10 @@ document.addEventListener("DOMContentLoaded", () => {
       const answer = await send(form, address, { Accept: "application/json", "X-Pyroshock-Form": "1" }, data);
       const result = await answer.json();
       if (answer.ok && result.location) {
-        const here = location.href;
-        location.assign(result.location);
-        if (location.href.split("#")[0] === here.split("#")[0] && result.location.includes("#")) location.reload();
+        const [next, here] = [new URL(result.location, location.href), new URL(location.href)];
+        location.assign(next.href);
+        // an address that differs in its mark alone would only scroll
+        if (next.hash && next.pathname === here.pathname && next.search === here.search) location.reload();
         return;
       }
       show(form, result.faults || [{ field: "", message: result.detail || answer.statusText }]);

@@ -119,7 +119,7 @@ def test_damage_keeps_no_page_from_being_shown(damaged):
     execute(damaged, "UPDATE pulses SET fine_force_n = :nothing WHERE id IN (2, 13)", nothing=b"x" * 40)
     with window(damaged) as (client, _):
         broken, other, whole = (client.get(f"/impacts/{key}") for key in (1, 6, 2))
-        compared = client.get("/compare?factor=tip_material")
+        compared = client.get("/compare?factor=tip_material&campaign=*&rejected=true")
         zoomed = client.get("/api/channels/1?start_s=0&stop_s=0.01"), client.get("/api/channels/1")
     assert broken.status_code == 200 and SAID in broken.text and "pyroshock db check" in broken.text
     assert 'data-channel="2"' in broken.text and 'data-channel="1"' not in broken.text

@@ -283,5 +283,4 @@ def test_reasons_of_promotions_and_names_of_effects_are_words(filled: Lab) -> No
     answer = post(filled.client, "/diagnoses/1/adopt", {"effect": EVIL[0]})
     assert answer.status_code == 404 and ShownPage(answer.text).wrong == []
     answer = post(filled.client, "/diagnoses", {"campaign": GUN, "simulator": EVIL[1]})
-    ended(filled.client, answer)
-    assert ShownPage(filled.client.get(answer.headers["location"]).text).wrong == []
+    assert answer.status_code in (404, 422) and ShownPage(answer.text).wrong == []
