@@ -1,4 +1,4 @@
-"""The run sheet: a plan in order of run, for the wall of the laboratory, with a box to tick for each run."""
+"""The run sheet: a plan in order of run, for the wall of the laboratory, with a box for each repetition of a run."""
 
 from __future__ import annotations
 
@@ -14,46 +14,86 @@ from ..schema.atomic_write import atomic_file
 from .plans import StoredPlan, StoredRun
 from .space import Space
 
-TICK = "☐"
-_MARKS = {"planned": TICK, "done": "☑", "discarded": "✗"}
+TICK, TICKED, CROSS = "☐", "☑", "✗"
+#: Endings of columns, the longest first, and the units that they stand for.
+_UNITS = {"_m_s": "m/s", "_bar": "bar", "_mm": "mm", "_kg": "kg", "_ms": "ms", "_pa": "Pa", "_g": "g", "_m": "m"}
 
 
 @dataclass(frozen=True)
 class SheetRow:
-    """A run as a person reads it. `changes` names what has to be rebuilt before it."""
+    """A run as a person reads it.
+
+    `changes` names what has to be rebuilt before it; `differs` says of each cell whether it is a setting that differs
+    from the run before.
+    """
 
     cells: tuple[str, ...]
     changes: tuple[str, ...]
     status: str
+    differs: tuple[bool, ...]
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """The table of a plan: the same content for every format."""
+    """The table of a plan: the same content for every format. `labels` are the words and units of the `header`."""
 
     title: str
     subtitle: str
     header: tuple[str, ...]
+    labels: tuple[str, ...]
     rows: tuple[SheetRow, ...]
 
 
 def sheet_of(plan: StoredPlan) -> Sheet:
     """The sheet of a stored plan; discarded runs stay on it, crossed out."""
     settings = tuple(dict.fromkeys(key for run in plan.runs for key in run.settings))
-    header = ("order", "run", *plan.space.columns, *settings, "repetitions", "before it", "done", "remarks")
+    header = ("order", "run", *plan.space.columns, *settings, "repetitions", "set-up change", "done", "remarks")
     rows = []
     before: StoredRun | None = None
     for run in plan.runs:
         changes = _changes(plan.space, before, run)
-        rows.append(SheetRow(_cells(plan.space, settings, run, changes), changes, run.status))
+        cells = _cells(plan.space, settings, run, changes)
+        rows.append(SheetRow(cells, changes, run.status, _differs(plan.space, settings, before, run, len(cells))))
         if run.status != "discarded":
             before = run
     active = [run for run in plan.runs if run.status != "discarded"]
     shots = sum(run.repetitions for run in active)
     seed = "" if plan.seed is None else f", seed {plan.seed}"
     return Sheet(
-        f"Plan {plan.name}", f"{len(active)} runs, {shots} repetitions; {plan.method}{seed}", header, tuple(rows)
+        f"Plan {plan.name}",
+        f"{len(active)} runs, {shots} repetitions; {plan.method}{seed}",
+        header,
+        tuple(map(column_label, header)),
+        tuple(rows),
     )
+
+
+def column_label(column: str) -> str:
+    """`tip_radius_mm` -> `tip radius (mm)`."""
+    for ending, unit in _UNITS.items():
+        if column.endswith(ending) and len(column) > len(ending):
+            return f"{column.removesuffix(ending).replace('_', ' ')} ({unit})"
+    return column.replace("_", " ")
+
+
+def boxes(run: StoredRun) -> str:
+    """A box for each repetition, ticked where it is recorded; a cross for a run that was discarded."""
+    if run.status == "discarded":
+        return CROSS
+    recorded = min(run.recorded, run.repetitions)
+    return TICKED * recorded + TICK * (run.repetitions - recorded)
+
+
+def _differs(
+    space: Space, settings: Sequence[str], before: StoredRun | None, run: StoredRun, cells: int
+) -> tuple[bool, ...]:
+    """Of each cell of a row, whether it is a setting that has changed since the run before; of the first run, none."""
+    if before is None:
+        return (False,) * cells
+    factors = [run.row[column] != before.row[column] for column in space.columns]
+    numbers = [run.settings.get(key) != before.settings.get(key) for key in settings]
+    changed = [False, False, *factors, *numbers]
+    return (*changed, *(False,) * (cells - len(changed)))
 
 
 def write_sheet(plan: StoredPlan, path: Path) -> None:
@@ -91,7 +131,7 @@ def _cells(space: Space, settings: Sequence[str], run: StoredRun, changes: Seque
         *numbers,
         str(run.repetitions),
         "; ".join(changes),
-        _MARKS[run.status],
+        boxes(run),
         remarks,
     )
 
@@ -120,8 +160,10 @@ th, td { border: 1px solid #888; padding: 0.25em 0.5em; text-align: left; }
 thead { display: table-header-group; }
 tr { break-inside: avoid; }
 tr.change td { border-top: 3px solid #222; }
+td.differs { font-weight: bold; }
+p.fields span { display: inline-block; border-bottom: 1px solid #222; min-width: 14em; margin: 0 2em 0 0.5em; }
 tr.discarded td { text-decoration: line-through; color: #777; }
-td.done { text-align: center; font-size: 14pt; }
+td.done { text-align: center; font-size: 14pt; letter-spacing: 0.1em; min-width: 7em; }
 td.remarks { min-width: 10em; }
 @page { size: A4 landscape; margin: 1cm; }
 @media print { body { margin: 0; font-size: 9pt; } }
@@ -129,13 +171,15 @@ td.remarks { min-width: 10em; }
 
 
 def _write_html(sheet: Sheet, path: Path) -> None:
-    head = "".join(f"<th>{html.escape(name)}</th>" for name in sheet.header)
+    head = "".join(f"<th>{html.escape(label)}</th>" for label in sheet.labels)
     body = "\n".join(_html_row(sheet.header, row) for row in sheet.rows)
+    hint = "Bold settings differ from the run before; a thick line above a run is a set-up change."
+    fields = "<p class='fields'>Operator <span>&nbsp;</span> Date <span>&nbsp;</span></p>"
     path.write_text(
         f"<!doctype html>\n<html lang='en'><head><meta charset='utf-8'><title>{html.escape(sheet.title)}</title>"
         f"<style>{_STYLE}</style></head>\n<body><h1>{html.escape(sheet.title)}</h1>"
-        f"<p>{html.escape(sheet.subtitle)}</p>\n<table><thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n"
-        "</tbody></table></body></html>\n",
+        f"<p>{html.escape(sheet.subtitle)}. {hint}</p>\n{fields}\n<table><thead><tr>{head}</tr></thead>\n<tbody>\n"
+        f"{body}\n</tbody></table></body></html>\n",
         encoding="utf-8",
     )
 
@@ -143,8 +187,8 @@ def _write_html(sheet: Sheet, path: Path) -> None:
 def _html_row(header: Sequence[str], row: SheetRow) -> str:
     classes = " ".join([row.status, *(["change"] if row.changes else [])])
     cells = "".join(
-        f"<td class='{html.escape(name.replace(' ', '-'))}'>{html.escape(cell)}</td>"
-        for name, cell in zip(header, row.cells, strict=True)
+        f"<td class='{html.escape(name.replace(' ', '-'))}{' differs' if differs else ''}'>{html.escape(cell)}</td>"
+        for name, cell, differs in zip(header, row.cells, row.differs, strict=True)
     )
     return f"<tr class='{classes}'>{cells}</tr>"
 
@@ -169,6 +213,8 @@ def _write_xlsx(sheet: Sheet, path: Path) -> None:
                 cell.data_type = "s"  # also what looks like a formula
             if row.changes:
                 cell.fill = changed
+            if row.differs[cell.column - 1]:
+                cell.font = Font(bold=True)
     for column, name in enumerate(sheet.header, 1):
         widest = max([len(name), *(len(row.cells[column - 1]) for row in sheet.rows)])
         page.column_dimensions[get_column_letter(column)].width = min(widest + 2, 60)

@@ -13,7 +13,7 @@ from starlette.responses import RedirectResponse, Response
 
 from ...doe.designs.methods import METHODS
 from ...doe.plans import StoredPlan, list_plans, read_plan, tick_run
-from ...doe.sheet import sheet_of, write_sheet
+from ...doe.sheet import boxes, column_label, sheet_of, write_sheet
 from ...doe.space import shipped_factors
 from ..common.quantities import cell, heading
 from ..web.dependencies import Key, Name, OpenStore, Running
@@ -117,7 +117,17 @@ def sheet(request: Request, name: Name, store: OpenStore) -> Response:
     with store.reading() as session:
         plan = read_plan(session, name)
     rows = list(zip(plan.runs, sheet_of(plan).rows, strict=True))
-    return page(request, "sheet.html", plan=plan, rows=rows, columns=_settings(plan), following=_next(plan))
+    labels = {column: column_label(column) for column in _settings(plan)}
+    return page(
+        request,
+        "sheet.html",
+        plan=plan,
+        rows=rows,
+        columns=_settings(plan),
+        labels=labels,
+        boxes=boxes,
+        following=_next(plan),
+    )
 
 
 def _settings(plan: StoredPlan) -> list[str]:

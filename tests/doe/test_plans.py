@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from dataclasses import replace
 from datetime import date
 
@@ -20,7 +21,7 @@ from pyroshock.doe.plans import (
     read_plan,
     tick_run,
 )
-from pyroshock.doe.sheet import TICK, sheet_of, write_sheet
+from pyroshock.doe.sheet import TICK, boxes, column_label, sheet_of, write_sheet
 from pyroshock.doe.space import gun_space, shipped_factors
 from pyroshock.schema.campaigns import Campaign, PlannedRun
 from pyroshock.schema.impacts import Shot
@@ -209,12 +210,17 @@ def test_changeovers_are_told_before_the_run(plan, tmp_path):
         rows = list(csv.DictReader(file))
     assert [{key: row[key] for key in BASE} for row in rows] == [dict(r.row) for r in plan.runs]
     assert rows[0]["tank_pressure_bar"] == "1.235"
-    assert [row["done"] for row in rows] == [TICK, TICK, "✗", TICK]
+    assert [row["done"] for row in rows] == [10 * TICK, 10 * TICK, "✗", 10 * TICK]
+    recorded = replace(plan.runs[0], recorded=3)
+    assert boxes(recorded) == 3 * "☑" + 7 * TICK
     write_sheet(plan, tmp_path / "sheet.html")
     text = (tmp_path / "sheet.html").read_text(encoding="utf-8")
     assert "&lt;b&gt;broke" in text and "<b>broke" not in text
     assert text.count("<tr class='discarded") == 1 and text.count("<tr class='planned") == 3
-    assert "30 repetitions" in text
+    assert "30 repetitions" in text and "<th>tip radius (mm)</th>" in text and "Operator" in text
+    # only what differs from the run before it is bold; a discarded run is no run before
+    tip = BASE["tip_material"]
+    assert re.findall(r"differs'>([^<]*)", text) == ["PLA", "steel", tip, "steel", "steel", tip]
 
 
 def test_xlsx_holds_numbers_and_texts(plan, tmp_path):
@@ -233,3 +239,12 @@ def test_xlsx_holds_numbers_and_texts(plan, tmp_path):
     assert any(isinstance(cell, str) and "bolt broke, ±2 µm" in cell for cell in cells)
     with pytest.raises(ValueError, match=r"known: \.html, \.csv, \.xlsx"):
         write_sheet(plan, tmp_path / "sheet.pdf")
+
+
+@pytest.mark.parametrize(
+    ("column", "label"),
+    [("tip_radius_mm", "tip radius (mm)"), ("impact_velocity_m_s", "impact velocity (m/s)"), ("run", "run"),
+     ("tank_pressure_bar", "tank pressure (bar)"), ("set-up change", "set-up change")],
+)  # fmt: skip
+def test_column_of_a_sheet_is_named_in_words_with_its_unit(column, label):
+    assert column_label(column) == label
