@@ -91,7 +91,7 @@ class WorkProgress:
 
 def _has_size() -> bool:
     """Whether the terminal says how wide it is; a pseudo-terminal may say 0, where tqdm draws nothing."""
-    with suppress(OSError, ValueError):
+    with suppress(OSError, ValueError):  # it is no terminal, or it is closed: then it has no size
         return min(os.get_terminal_size(sys.stderr.fileno())) > 0
     return False
 

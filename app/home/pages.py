@@ -40,7 +40,7 @@ def _versions(db: str) -> tuple[list[Version], str]:
         with models_extra():
             registry = registry_at(db)
             return ([] if registry is None else list(registry.versions())), ""
-    except Exception as error:
+    except Exception as error:  # MLflow and its store raise many kinds; what is no matter of the user is raised again
         if not is_for_the_user(error):
             raise
         return [], str(error)

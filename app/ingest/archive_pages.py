@@ -107,7 +107,7 @@ async def restore_upload(request: Request, store: OpenStore, jobs: Running, sett
         except UploadError as error:
             discard(scratch)
             raise FieldError("file", str(error)) from error
-        except BaseException:
+        except BaseException:  # an interruption, too, leaves no upload behind; it is raised again
             discard(scratch)
             raise
     return followed(job)

@@ -92,7 +92,7 @@ def _saved(write: Callable[[Path], None], name: str) -> Response:
     try:
         out = folder / f"export{Path(name).suffix}"
         write(out)
-    except BaseException:
+    except BaseException:  # an interruption, too, leaves no file behind; it is raised again
         shutil.rmtree(folder, ignore_errors=True)
         raise
     done = BackgroundTask(shutil.rmtree, folder, ignore_errors=True)

@@ -93,7 +93,7 @@ async def uploaded(request: Request, store: Store, jobs: Jobs, settings: Setting
         try:
             folder = await run_in_threadpool(unpacked, files, scratch, settings.max_upload_bytes)
             return ingest_job(jobs, store, folder, chosen, plan_name, scratch, dry_run=dry_run)
-        except BaseException:
+        except BaseException:  # an interruption, too, leaves no upload behind; it is raised again
             discard(scratch)
             raise
 

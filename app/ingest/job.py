@@ -35,7 +35,7 @@ def make_scratch(*, dry_run: bool = False) -> Path:
     """
     if dry_run:
         for old in Path(tempfile.gettempdir()).glob(f"{_CHECKED}*"):
-            with suppress(OSError):
+            with suppress(OSError):  # another process removes it at the same time
                 if time.time() - old.stat().st_mtime > _KEPT_S:
                     discard(old)
     return Path(tempfile.mkdtemp(prefix=_CHECKED if dry_run else _UPLOAD))

@@ -145,18 +145,18 @@ def test_bash_completes(store, tmp_path):
     assert (ran.stdout.strip(), ran.stderr) == ("first-shots", "")
 
 
-@pytest.mark.parametrize(("shell", "asked"), [
+@pytest.mark.parametrize(("shell", "commands"), [
     ("zsh", "autoload -U compinit; compinit -D; {script}; whence -w _pyroshock_completion"),
     ("fish", "{script}; complete -C 'pyroshock validate fi'"),
 ])  # fmt: skip
-def test_zsh_and_fish_take_the_script_of_the_documentation(shell, asked, store, tmp_path):
+def test_zsh_and_fish_take_the_script_of_the_documentation(shell, commands, store, tmp_path):
     """Where the shell is installed; its script is made everywhere, and names the program."""
     script = get_completion_class(shell)(main, {}, "pyroshock", "_PYROSHOCK_COMPLETE").source()
     assert f"_PYROSHOCK_COMPLETE={shell}_complete" in script and "pyroshock" in script
     if shutil.which(shell) is None:
-        pytest.skip(f"no {shell}")
+        pytest.skip(f"{shell} is not installed: its script was made above, and is run where it is")
     environment = program(tmp_path) | {"PYROSHOCK_DB": store}
-    words = [shell, "-c", asked.format(script=script)]
+    words = [shell, "-c", commands.format(script=script)]
     ran = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=60)
     assert ran.returncode == 0 and ("first-shots" in ran.stdout or "function" in ran.stdout), ran.stderr
 

@@ -50,15 +50,15 @@ def test_rows_tell_what_the_command_line_tells_and_are_filtered(trained):
         ("linear@1", "configurations")
     }
     for version in registry.versions():
-        told, row = (
+        json_figures, row = (
             json_row(version, registry.floors(version.dataset.hash, version.seed)),
             by_split[version.label, version.split],
         )
         for name in METRICS:
-            assert row["metrics"][name]["mean"] == told["metrics"][name]
-            assert row["metrics"][name]["ci90"] == told["ci90"][name]
-            assert row["metrics"][name]["floor"]["treatment"] == told["floor"]["treatment"][name]
-            assert row["metrics"][name]["thesis"] == (told["thesis"] or {}).get(name)
+            assert row["metrics"][name]["mean"] == json_figures["metrics"][name]
+            assert row["metrics"][name]["ci90"] == json_figures["ci90"][name]
+            assert row["metrics"][name]["floor"]["treatment"] == json_figures["floor"]["treatment"][name]
+            assert row["metrics"][name]["thesis"] == (json_figures["thesis"] or {}).get(name)
         assert row["dataset_hash"] == version.dataset.hash
     rows = {label: row for (label, split), row in by_split.items() if split == "repetitions"}
     assert rows["linear@1"]["metrics"]["force_nrmse"]["thesis"] == 0.9932  # Table 4.5

@@ -49,9 +49,9 @@ def parsed(words: list[str]) -> click.Context:
     command: click.Command = main
     context = main.make_context("pyroshock", list(words))
     while isinstance(command, click.Group) and context._protected_args:
-        name, found, rest = command.resolve_command(context, [*context._protected_args, *context.args])
-        assert found is not None, f"pyroshock {' '.join(words)}: there is no such command"
-        command, context = found, found.make_context(name, rest, parent=context)
+        name, subcommand, rest = command.resolve_command(context, [*context._protected_args, *context.args])
+        assert subcommand is not None, f"pyroshock {' '.join(words)}: there is no such command"
+        command, context = subcommand, subcommand.make_context(name, rest, parent=context)
     return context
 
 

@@ -96,9 +96,11 @@ def test_dropped_folder_is_checked_then_stored(browser, lab, tmp_path):
     damaged.write_bytes(damaged.read_bytes()[:100])
     with page_of(browser, lab) as page:
         at(page, "/ingest")
-        said = dropped(page, folder)
+        words = dropped(page, folder)
         assert (
-            "Nothing is stored yet" in said and "4 impacts would be stored" in said and stored(lab, "dropped") == (0, 0)
+            "Nothing is stored yet" in words
+            and "4 impacts would be stored" in words
+            and stored(lab, "dropped") == (0, 0)
         )
         assert page.locator("#recordings tbody tr").count() == 3
         assert recording_name(2) in page.inner_text("#set-aside")
@@ -123,21 +125,21 @@ def test_dropped_folder_with_faults_names_all_of_them(browser, lab, tmp_path):
         assert page.url.endswith("/ingest")
 
 
-@pytest.mark.parametrize("way", ["folder", "zip"])
-def test_chosen_folder_is_checked_and_discarded_or_stored(browser, lab, tmp_path, way):
-    name = f"uploaded-{way}"
-    sent = hammer_campaign(tmp_path / way, 2, 2, name)
-    if way == "zip":
-        sent = Path(shutil.make_archive(str(tmp_path / "sent"), "zip", tmp_path, way))
+@pytest.mark.parametrize("upload", ["folder", "zip"])
+def test_chosen_folder_is_checked_and_discarded_or_stored(browser, lab, tmp_path, upload):
+    name = f"uploaded-{upload}"
+    sent = hammer_campaign(tmp_path / upload, 2, 2, name)
+    if upload == "zip":
+        sent = Path(shutil.make_archive(str(tmp_path / "sent"), "zip", tmp_path, upload))
     with page_of(browser, lab) as page:
         at(page, "/ingest")
-        page.set_input_files(f"#upload-{way}", sent)
+        page.set_input_files(f"#upload-{upload}", sent)
         assert "MB" in page.inner_text("#upload-chosen")
         page.click(f"#upload {CHECK}")
         assert "4 impacts would be stored" in verdict(page)
         page.click("#discard button")
         page.wait_for_url("**/ingest")
-        page.set_input_files(f"#upload-{way}", sent)
+        page.set_input_files(f"#upload-{upload}", sent)
         page.click(f"#upload {STORE}")
         job = ended(page)
         assert (job["state"], job["error"]) == ("done", None) and stored(lab, name) == (2, 4)

@@ -42,9 +42,11 @@ def test_rejected_and_set_aside_recordings_need_attention(filled: Lab) -> None:
         session.add(
             QualityFinding(recording_id=first.id, check="clipping", severity="reject", message="clipped", evidence={})
         )
-    found = sentences(filled)
-    said = f"{HAMMER}: 1 recording could not be read and was set aside; 1 recording was rejected by the quality checks."
-    assert found[said] == f"/campaigns/{HAMMER}#quality"
+    addresses = sentences(filled)
+    sentence = (
+        f"{HAMMER}: 1 recording could not be read and was set aside; 1 recording was rejected by the quality checks."
+    )
+    assert addresses[sentence] == f"/campaigns/{HAMMER}#quality"
     page = filled.client.get(f"/campaigns/{HAMMER}").text
     assert "1 of 3 recordings should not be used as they are; 1 could not be read and was set aside." in page
     assert "The record is cut off at its extreme" in page and "repeat the run" in page
@@ -54,8 +56,9 @@ def test_rejected_and_set_aside_recordings_need_attention(filled: Lab) -> None:
 def test_a_plan_that_is_half_done_names_its_runs(filled: Lab) -> None:
     make_plan(filled.store, "factorial", "half", kind="hammer", factors=FACTORS, seed=2)
     tick_run(filled.store, "half", 1, status="done")
-    found = sentences(filled)
-    assert found["Plan half: 1 of 4 runs are done."] == "/plans/half/sheet" and not any(PLAN in each for each in found)
+    addresses = sentences(filled)
+    assert addresses["Plan half: 1 of 4 runs are done."] == "/plans/half/sheet"
+    assert not any(PLAN in sentence for sentence in addresses)
 
 
 def test_a_model_in_use_that_is_older_than_its_data_is_named(filled: Lab) -> None:
@@ -63,9 +66,9 @@ def test_a_model_in_use_that_is_older_than_its_data_is_named(filled: Lab) -> Non
         digest = next(row["hash"] for row in list_snapshots(session) if row["name"] == DATASET)
     dataset = SimpleNamespace(hash=digest)
     model = SimpleNamespace(label="tree@1", name="tree", version=1, champion_of="hammer", dataset=dataset)
-    (sentence,) = [each for each in sentences(filled, [model]) if "tree@1" in each]
+    (sentence,) = [words for words in sentences(filled, [model]) if "tree@1" in words]
     assert "has not learned from 1 pulse that came after dataset pulses was frozen" in sentence
-    assert not any("tree@1" in each for each in sentences(filled, [SimpleNamespace(champion_of=None)]))
+    assert not any("tree@1" in words for words in sentences(filled, [SimpleNamespace(champion_of=None)]))
 
 
 def test_a_drift_of_the_newest_diagnosis_is_told(filled: Lab) -> None:
@@ -74,7 +77,7 @@ def test_a_drift_of_the_newest_diagnosis_is_told(filled: Lab) -> None:
             report = session.scalars(select(Diagnosis.report)).first()
             changed = {**report, "where": {**report["where"], "drift": list(words)}}
             session.execute(update(Diagnosis).values(report=changed))
-        return {each: address for each, address in sentences(filled).items() if "changes while" in each}
+        return {words: address for words, address in sentences(filled).items() if "changes while" in words}
 
     sentence = f"{GUN} changes while the campaign goes on: the force falls by 4 %."
     assert drifting("the force falls by 4 %", "and more") == {sentence: "/diagnoses/1"}
@@ -91,9 +94,9 @@ def test_a_failed_job_stays_until_the_same_succeeds_or_a_week_is_over(filled: La
 
     add(FAILED, "runs.csv: 1 fault\n  row 2")
     assert "“Ingest of monday” failed: runs.csv: 1 fault" in sentences(filled)
-    assert not any("monday" in each for each in sentences(filled, now=now + dt.timedelta(days=8)))
+    assert not any("monday" in words for words in sentences(filled, now=now + dt.timedelta(days=8)))
     add(DONE, None)
-    assert not any("monday" in each for each in sentences(filled))
+    assert not any("monday" in words for words in sentences(filled))
 
 
 def test_running_and_waiting_jobs_are_shown_with_their_progress(tmp_path) -> None:

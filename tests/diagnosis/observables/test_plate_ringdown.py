@@ -140,14 +140,14 @@ def test_moved_plates_keep_the_names_of_their_modes() -> None:
     )
     moved = effect("plate.stiffness", frequency_factor=1.07)
     assert isinstance(moved, PlateEffect)
-    matches = matched(lines(moved.apply(close)), [lines(each) for each in candidate_plates(close)])
+    matches = matched(lines(moved.apply(close)), [lines(candidate) for candidate in candidate_plates(close)])
     assert np.array_equal(matches, np.arange(10))
-    for each in (
+    for modes in (
         of_changed("plate.stiffness", frequency_factor=0.91),
         of_changed("plate.sensor_mass", mass_kg=0.28),
         of_changed("plate.boundary", support_frequency_hz=145.0),
     ):
-        assert np.array_equal(each, np.arange(10))
+        assert np.array_equal(modes, np.arange(10))
 
 
 def test_foreign_and_missing_lines_have_no_mode() -> None:

@@ -96,8 +96,8 @@ def test_interval_of_a_share_is_within_0_and_1_and_holds_the_truth_in_nine_of_te
 
 
 def test_a_coverage_of_every_pulse_has_an_interval_and_errors_of_zero_have_zero() -> None:
-    found = summary(errors_of(np.zeros(8)), np.arange(8), np.random.default_rng(0))["cost"]
-    assert (found.low, found.high) == (0.0, 0.0)
+    cost = summary(errors_of(np.zeros(8)), np.arange(8), np.random.default_rng(0))["cost"]
+    assert (cost.low, cost.high) == (0.0, 0.0)
     errors = PulseErrors(**dict.fromkeys(METRICS, np.ones(8)), force_covered=np.ones(8))
     covered = summary(errors, np.arange(8), np.random.default_rng(0))["force_covered"]
     assert covered.mean == covered.high == 1.0

@@ -49,7 +49,7 @@ def test_without_loss_it_is_hertz_and_any_restitution_lies_between_those_solved(
     # 1,800 restitutions in one call; the impulse of each force is that of momentum.
     restitutions = np.linspace(0.02, 1, 1800)
     bodies = impacts(impact_velocity_m_s=np.full(1800, VELOCITY))
-    pulse = hunt_crossley(bodies, lambda one: type(constant(1)(one)).bounded(restitutions))
+    pulse = hunt_crossley(bodies, lambda batch: type(constant(1)(batch)).bounded(restitutions))
     impulse_restitution = impulse(pulse.contact_time_s, pulse.force_n(2001)) / (MASS * VELOCITY) - 1
     assert impulse_restitution == pytest.approx(restitutions, abs=5e-4)
 
