@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
-
 import click
 
-from ..cli.common import db_option, json_option, note, open_command_store, write_json
+from ..cli.common import db_option, json_option, open_command_store
 from ..cli.nouns import noun_group
 from ..impacts.cli import impacts as list_impacts
 from ..impacts.cli import show
-from .runs_cli import DRY_RUN, REASON
+from .runs_cli import DRY_RUN, REASON, discard_part
 
 
 @click.command()
@@ -31,19 +29,11 @@ def delete(impact: int, db: str, json_to: str | None, all_of_recording: bool, re
         pyroshock impacts delete 2 --reason "the plate had come loose" --dry-run
     """
     with open_command_store(db) as store:
-        from ...schema.rehearsal import run_rehearsal
-        from .campaigns_cli import tell_deletion
-        from .removal import discard_recording, recording_of_impact
+        from .removal import recording_of_impact
 
         with store.reading() as session:
             part = recording_of_impact(session, impact, all_of_recording=all_of_recording)
-        with run_rehearsal(store) if dry_run else nullcontext(store) as target:
-            stone = discard_recording(target, db, part, reason)
-    tell_deletion(stone, dry_run)
-    if not dry_run:
-        note(f"  to store it again: pyroshock ingest FOLDER --again {stone['recording']}")
-    if json_to is not None:
-        write_json(stone, json_to)
+        discard_part(store, db, part, reason, dry_run, json_to)
 
 
 impacts = noun_group(list_impacts, {"show": show, "delete": delete}, list_impacts.help or "")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -13,6 +13,10 @@ from ..cli.completion import campaign_names, plan_names
 from ..cli.listed import Listing, listing_options
 from ..cli.nouns import NounGroup
 from .cli import settings_from, settings_options
+
+if TYPE_CHECKING:
+    from ...schema.removal.part import Part
+    from ...schema.session import Store
 
 REASON = click.option("--reason", required=True, metavar="TEXT", help="Say why. The store keeps the reason.")
 DRY_RUN = click.option(
@@ -126,18 +130,24 @@ def discard(
     if repetition is not None and len(numbers) != 1:
         raise click.UsageError("--repetition goes with exactly one --run")
     with open_command_store(db) as store:
-        from ...schema.rehearsal import run_rehearsal
         from ...schema.removal.part import recording_of_runs, recording_part
-        from .campaigns_cli import tell_deletion
-        from .removal import discard_recording
 
         with store.reading() as session:
             if recording is not None:
                 part = recording_part(session, campaign, recording)
             else:
                 part = recording_of_runs(session, campaign, numbers, repetition)
-        with run_rehearsal(store) if dry_run else nullcontext(store) as target:
-            stone = discard_recording(target, db, part, reason)
+        discard_part(store, db, part, reason, dry_run, json_to)
+
+
+def discard_part(store: Store, db: str, part: Part, reason: str, dry_run: bool, json_to: str | None) -> None:
+    """Discard a recording, or rehearse it; tell what went, what stood on it, and how it is stored again."""
+    from ...schema.rehearsal import run_rehearsal
+    from .campaigns_cli import tell_deletion
+    from .removal import discard_recording
+
+    with run_rehearsal(store) if dry_run else nullcontext(store) as target:
+        stone = discard_recording(target, db, part, reason)
     tell_deletion(stone, dry_run)
     if not dry_run:
         note(f"  to store it again: pyroshock ingest FOLDER --again {stone['recording']}")

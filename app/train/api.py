@@ -23,14 +23,13 @@ from ..web.jobs import Jobs
 from .figures import held_out_figures, listed_versions, side_by_side
 from .job import TRAIN, TrainArguments
 from .service import promote_version
+from .tables import USUAL_SPLITS
 
 if TYPE_CHECKING:
     from ...training.registry.records import Decision, Version
     from ...training.registry.registry import Registry
 
 
-#: In the order in which figures are read.
-USUAL_SPLITS = ("repetitions", "configurations", "treatments")
 #: Versions beside each other on one page.
 MOST_COMPARED = 8
 

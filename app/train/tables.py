@@ -22,6 +22,9 @@ from ...training.registry.listing import finite, newest, row_of
 from ...training.registry.records import Version
 from ...training.registry.registry import Registry
 
+#: In the order in which their figures are read.
+USUAL_SPLITS = ("repetitions", "configurations", "treatments")
+
 
 @dataclass(frozen=True)
 class ThesisFigure:
@@ -100,8 +103,11 @@ def _thesis(version: Version) -> dict[str, ThesisFigure]:
 
 
 def _in_usual_order(versions: Iterable[Version]) -> list[Version]:
-    usual = ("repetitions", "configurations", "treatments")
-    return sorted(versions, key=lambda v: (usual.index(v.split) if v.split in usual else len(usual), v.split))
+    return sorted(versions, key=lambda v: (_place(v.split), v.split))
+
+
+def _place(split: str) -> int:
+    return USUAL_SPLITS.index(split) if split in USUAL_SPLITS else len(USUAL_SPLITS)
 
 
 def _row(name: str, splits: Sequence[str], versions_by_split: Mapping[str, Version]) -> dict[str, Any]:
