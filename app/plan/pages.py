@@ -18,6 +18,7 @@ from ...doe.space import shipped_factors
 from ..common.quantities import cell, heading
 from ..web.dependencies import Key, Name, OpenStore, Running
 from ..web.figures_base import COLOURS, Figure, bars, categories
+from ..web.forms import FieldError
 from ..web.jobs_pages import followed
 from ..web.rendering import named_file, page, part
 from .api import plan_job
@@ -158,5 +159,7 @@ def tick(
     status: Annotated[Literal["planned", "done", "discarded"], Form()],
     note: Annotated[str, Form(max_length=2000)] = "",
 ) -> Response:
+    if status == "discarded" and not note.strip():
+        raise FieldError("note", f"no reason given; say why run {run} is discarded: the reason stays with it")
     tick_run(store, name, run, status=status, note=note or None)
     return RedirectResponse(f"/plans/{part(name)}/sheet#run-{run}", 303)
