@@ -2,7 +2,8 @@
 
 Random order spreads drift over all effects (Montgomery, section 1.3), but a plate weighs too much to be changed at
 random (thesis, appendix A). The plan becomes a split plot: the hard factors are the whole plots, and their effects
-are confounded with time as far as `time_confounding` says.
+are confounded with time as far as `time_confounding` says. Blocks visit every set-up more than once, which costs some
+changeovers and takes a steady drift out of the effects of the hard factors.
 
 How often the bench is rebuilt when runs follow each other, factor by factor.
 """
@@ -11,6 +12,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Sequence
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,21 +43,61 @@ _MOST_TRIED = 6
 _DRAWS = 12
 
 
-def order(space: Space, treatments: Levels, rng: np.random.Generator) -> Levels:
-    """The run order of treatments (n, axes): indices (n,), such that `treatments[order]` is fired from first to last.
+RunOrder = Literal["split-plot", "random"]
 
-    Axes with a `change` above 0 stay together, the hardest outermost: each of their combinations is one block, and
-    blocks follow each other with few changes, those of the hardest factors counted first. A block begins where the
-    one before ended, so that the second plate meets the anvils in reverse, which balances a steady drift. Within a
-    block the runs are in random order. Raises `ValueError` for rows that are no treatments.
+
+def run_order(
+    space: Space, treatments: Levels, rng: np.random.Generator, kind: RunOrder = "split-plot", blocks: int = 1
+) -> Levels:
+    """The run order of treatments (n, axes): indices (n,), such that `treatments[indices]` is fired from first to last.
+
+    "random" is full randomisation, whatever the work. In a "split-plot", axes with a `change` above 0 stay together,
+    the hardest outermost: each of their combinations is one block, and blocks follow each other with few changes,
+    those of the hardest factors counted first. A block begins where the one before ended, so that the second plate
+    meets the anvils in reverse, which balances a steady drift. Within a block the runs are in random order.
+
+    `blocks` cuts the runs into so many parts with the same share of every hard combination; each part is a split plot
+    of its own and begins where the one before ended: with two blocks, plates come as A B B A. Raises `ValueError` for
+    rows that are no treatments, an unknown kind, less than one block, more blocks than runs, and blocks in random
+    order.
     """
     rows = space.checked(treatments)
+    _check_order(kind, blocks, len(rows))
+    if kind == "random":
+        return rng.permutation(len(rows))
     weights = _weights(space, len(rows))
     hard = [index for index, axis in enumerate(space.axes) if axis.change > 0]
     hard.sort(key=lambda index: -space.axes[index].change)
     paths = [(index, _costs(space.axes[index], np.unique(rows[:, index]), weights)) for index in hard]
-    drawn = [_nested(rows, np.arange(len(rows)), paths, {}, rng) for _ in range(_DRAWS if hard else 1)]
-    return min(drawn, key=lambda one: _work(space, rows[one], weights))
+    drawn = [_blocked(rows, paths, blocks, rng) for _ in range(_DRAWS if hard else 1)]
+    return min(drawn, key=lambda indices: _work(space, rows[indices], weights))
+
+
+def _check_order(kind: str, blocks: int, runs: int) -> None:
+    if kind not in get_args(RunOrder):
+        raise ValueError(f"order is {kind!r}; expected one of {', '.join(get_args(RunOrder))}")
+    if not 1 <= blocks <= max(1, runs):
+        raise ValueError(f"blocks is {blocks}; expected 1 to {max(1, runs)}, the number of runs")
+    if kind == "random" and blocks > 1:
+        raise ValueError(f"blocks is {blocks}, but the order is random; expected the order split-plot with blocks")
+
+
+def _blocked(rows: Levels, paths: Sequence[tuple[int, Costs]], blocks: int, rng: np.random.Generator) -> Levels:
+    """Block after block, each as `_nested`, with what the block before left on the bench."""
+    at: dict[int, int] = {}
+    parts = [
+        _nested(rows, part, paths, at, rng) for part in _even_parts(rows, [axis for axis, _ in paths], blocks, rng)
+    ]
+    return np.concatenate(parts)
+
+
+def _even_parts(rows: Levels, hard: Sequence[int], blocks: int, rng: np.random.Generator) -> list[Levels]:
+    """Indices of the rows in `blocks` parts, the runs of each combination of the hard axes dealt out in turn."""
+    if blocks == 1:
+        return [np.arange(len(rows))]
+    shuffled = rng.permutation(len(rows))
+    dealt = shuffled[np.lexsort(tuple(rows[shuffled, axis] for axis in reversed(hard)))] if hard else shuffled
+    return [np.sort(dealt[part::blocks]) for part in range(blocks)]
 
 
 def time_confounding(space: Space, ordered: Levels) -> dict[str, float]:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..array_types import Floats, Levels
-from .merit.space_filling import cell_counts, deviations, worst_deviation
+from .merit.model_terms import interaction_terms, main_terms, term_correlations
+from .merit.space_filling import cell_counts, deviations
 from .space import Space
 
 if TYPE_CHECKING:
@@ -19,37 +20,42 @@ COLOUR, QUIET, MAP, LEVELS_MAP = "#1b6ca8", "#8d99ae", "RdBu_r", "viridis"
 
 
 def draw_quality(figure: Figure, space: Space, designs: Mapping[str, Levels]) -> None:
-    """Designs by name, treatments (n, axes) in order of run: a column each, on the same scales.
+    """Designs by name, treatments (n, axes) in order of run: a column each, on scales that no design sets.
 
-    From above: every pair of levels, counts minus share (the diagonal blocks show the levels themselves); how far the
-    cells of three axes are from their share; the levels run by run, where long stripes are what is seldom changed.
-    Raises `ValueError` where there is no design, a design has no run, or a row is no treatment.
+    From above: every pair of levels (`pair_matrix`); how far each two effects go together, from 0 to 1; how far the
+    cells of three axes are from their share, beside runs drawn at random; the levels run by run, where long stripes are
+    what is seldom changed. Raises `ValueError` where there is no design, a design has no run, or a row is no treatment.
     """
     if not designs:
         raise ValueError("designs is empty; expected at least one to draw")
-    checked = {name: space.in_strata(treatments) for name, treatments in designs.items()}
-    for name, rows in checked.items():
-        if not len(rows):
+    for name, treatments in designs.items():
+        if not len(space.checked(treatments)):
             raise ValueError(f"design {name!r}: no run; expected at least one")
-    sizes = [axis.strata for axis in space.axes]
-    scale = max(_largest_deviation(rows, sizes) for rows in checked.values())
-    reach = max(worst_deviation(rows, sizes, 3) for rows in checked.values()) or 1.0
-    panels = figure.subplots(3, len(checked), squeeze=False, height_ratios=(5, 2, 2))
-    for column, (name, rows) in enumerate(checked.items()):
-        picture = draw_pairs(panels[0, column], space, designs[name], scale)
-        panels[0, column].set_title(f"{name}: {len(rows)} runs")
-        _draw_triples(panels[1, column], sizes, rows, reach)
-        draw_runs(panels[2, column], space, designs[name])
-    top = max(axes.get_ylim()[1] for axes in panels[1])
-    for axes in panels[1]:
+    panels = figure.subplots(4, len(designs), squeeze=False, height_ratios=(5, 5, 2, 2))
+    for column, (name, treatments) in enumerate(designs.items()):
+        pairs = draw_pairs(panels[0, column], space, treatments)
+        panels[0, column].set_title(f"{name}: {len(treatments)} runs")
+        correlations = _draw_correlations(panels[1, column], space, treatments)
+        _draw_triples(panels[2, column], space, treatments)
+        draw_runs(panels[3, column], space, treatments)
+    top = max(axes.get_ylim()[1] for axes in panels[2])
+    for axes in panels[2]:
         axes.set_ylim(0.7, top)
-    figure.colorbar(picture, ax=panels[0].tolist(), label="runs above the share", shrink=0.8)
+    figure.colorbar(pairs, ax=panels[0].tolist(), label=PAIR_SCALE, shrink=0.8)
+    figure.colorbar(correlations, ax=panels[1].tolist(), label="correlation of two effects", shrink=0.8)
+
+
+#: What a colour of `draw_pairs` says.
+PAIR_SCALE = "runs beyond the balanced share, over the share"
 
 
 def pair_matrix(space: Space, treatments: Levels) -> Floats:
-    """Count minus share of each pair of levels, (levels, levels) of all axes in turn; NaN where levels exclude.
+    """How far each pair of levels is from its share, (levels, levels) of all axes in turn, from -1 for an empty cell.
 
-    A continuous factor has the parts of its range for levels.
+    It is the count less its share, over the share (over one run, where the share is smaller), and 0 where the count is
+    one of the whole numbers beside the share, which no plan can better. The blocks on the diagonal show the levels
+    themselves; NaN stands where levels of an axis exclude each other. A continuous factor has the parts of its range
+    for levels. Raises `ValueError` for rows that are no treatments (n, axes).
     """
     rows, sizes = space.in_strata(treatments), [axis.strata for axis in space.axes]
     starts = np.cumsum([0, *sizes])
@@ -59,40 +65,79 @@ def pair_matrix(space: Space, treatments: Levels) -> Floats:
             block = result[starts[a] : starts[a + 1], starts[b] : starts[b + 1]]
             counts = cell_counts(rows, sizes, (a, b) if a != b else (a,))
             if a == b:
-                np.fill_diagonal(block, counts - len(rows) / counts.size)
+                np.fill_diagonal(block, _beyond_share(counts))
             else:
-                block[:] = counts - len(rows) / counts.size
+                block[:] = _beyond_share(counts)
     return result
 
 
-def _largest_deviation(cells: Levels, sizes: list[int]) -> float:
-    """Of levels and pairs from their share; 1 where all are even."""
-    return max(worst_deviation(cells, sizes, order) for order in (1, 2)) or 1.0
+def _beyond_share(counts: Levels) -> Floats:
+    share = counts.sum() / counts.size
+    off = np.where(np.abs(counts - share) < 1, 0.0, counts - share)
+    return np.asarray(off / max(1.0, share), dtype=np.float64)
 
 
-def draw_pairs(axes: Any, space: Space, treatments: Levels, scale: float | None = None) -> Any:
-    """`pair_matrix` of treatments (n, axes) as a picture, which is returned; `scale` (runs) ends its colours."""
-    scale = scale or _largest_deviation(space.in_strata(treatments), [axis.strata for axis in space.axes])
-    picture = axes.imshow(pair_matrix(space, treatments), cmap=MAP, vmin=-scale, vmax=scale)
+def draw_pairs(axes: Any, space: Space, treatments: Levels) -> Any:
+    """`pair_matrix` of treatments (n, axes) as a picture, which is returned; its colours end at -1 and 1."""
+    picture = axes.imshow(pair_matrix(space, treatments), cmap=MAP, vmin=-1, vmax=1)
     space = space.stratified
     axes.set_facecolor(QUIET)  # where levels of one axis exclude each other
     for edge in np.cumsum([axis.size for axis in space.axes])[:-1] - 0.5:
         axes.axhline(edge, color="black", lw=0.5)
         axes.axvline(edge, color="black", lw=0.5)
-    labels = [label for axis in space.axes for label in axis.labels]
+    labels = level_labels(space)
     axes.set_xticks(range(len(labels)), labels, rotation=90, fontsize=6)
     axes.set_yticks(range(len(labels)), labels, fontsize=6)
     return picture
 
 
-def _draw_triples(axes: Any, sizes: list[int], rows: Levels, reach: float) -> None:
-    deviations_of_pairs = [deviation.ravel() for _, deviation in deviations(rows, sizes, 3)]
-    if deviations_of_pairs:
-        axes.hist(np.concatenate(deviations_of_pairs), bins=np.linspace(-reach, reach, 61), color=COLOUR)
-        axes.set_yscale("log")
+def level_labels(space: Space) -> list[str]:
+    """The rows of `pair_matrix`: "tip radius 30 mm", "tip material PLA", "steel/polymeric" of several factors."""
+    labels = []
+    for axis in space.stratified.axes:
+        (factor, *others) = axis.factors
+        name = "" if others else f"{factor.name.replace('_', ' ')} "
+        unit = f" {factor.unit}" if factor.unit and factor.numbers is not None and not others else ""
+        labels += [f"{name}{label}{unit}" for label in axis.labels]
+    return labels
+
+
+#: Names on the correlation map, beyond which they would be specks.
+_MOST_NAMES = 60
+
+
+def _draw_correlations(axes: Any, space: Space, treatments: Levels) -> Any:
+    """`model_terms.term_correlations` of main effects and, beyond the line, interactions of two factors."""
+    mains = main_terms(space, treatments)
+    terms = [*mains, *interaction_terms(mains)]
+    picture = axes.imshow(term_correlations(terms), cmap="Blues", vmin=0, vmax=1)
+    axes.axhline(len(mains) - 0.5, color="black", lw=0.5)
+    axes.axvline(len(mains) - 0.5, color="black", lw=0.5)
+    names = [term.name.replace("_", " ") for term in terms] if len(terms) <= _MOST_NAMES else []
+    axes.set_xticks(range(len(names)), names, rotation=90, fontsize=5)
+    axes.set_yticks(range(len(names)), names, fontsize=5)
+    return picture
+
+
+#: Runs above or below the share that the histogram of triples shows; what is further off is counted at its ends.
+_REACH = 5.0
+
+
+def _draw_triples(axes: Any, space: Space, treatments: Levels) -> None:
+    """Deviations of the cells of three axes, and in outline those of as many runs drawn at random (seed 0)."""
+    drawn = np.random.default_rng(0).integers(0, [axis.size for axis in space.axes], treatments.shape)
+    bins = np.linspace(-_REACH, _REACH, 51)
+    for rows, style in ((treatments, {"color": COLOUR}), (drawn, {"histtype": "step", "color": "black"})):
+        cells = space.in_strata(rows)
+        parts = [deviation.ravel() for _, deviation in deviations(cells, [axis.strata for axis in space.axes], 3)]
+        if parts:
+            label = "this plan" if rows is treatments else "runs drawn at random"
+            axes.hist(np.clip(np.concatenate(parts), -_REACH, _REACH), bins=bins, label=label, **style)
+            axes.set_yscale("log")
+            axes.legend(fontsize=6)
     axes.axvspan(-1, 1, color=QUIET, alpha=0.25, lw=0)
-    axes.set_xlim(-1.05 * max(1.0, reach), 1.05 * max(1.0, reach))
-    axes.set_xlabel("runs above the share, cells of three axes")
+    axes.set_xlim(-1.05 * _REACH, 1.05 * _REACH)
+    axes.set_xlabel("runs above the share, cells of three factors")
     axes.set_ylabel("cells")
 
 
@@ -100,5 +145,5 @@ def draw_runs(axes: Any, space: Space, treatments: Levels) -> None:
     """The level of each axis from run to run, lowest to highest, of treatments (n, axes)."""
     shares = space.checked(treatments) / np.maximum(1, [axis.size - 1 for axis in space.axes])
     axes.imshow(shares.T, cmap=LEVELS_MAP, aspect="auto", interpolation="nearest", vmin=0, vmax=1)
-    axes.set_yticks(range(len(space.axes)), [axis.name for axis in space.axes], fontsize=6)
+    axes.set_yticks(range(len(space.axes)), [axis.name.replace("_", " ") for axis in space.axes], fontsize=6)
     axes.set_xlabel("run")

@@ -79,6 +79,11 @@ class DesignMethod:
     repeats: bool = False  #: treatments may come twice: centre points, or levels that points are rounded to
     example: str = ""  #: of the command line
 
+    @property
+    def centre_points(self) -> bool:
+        """Whether centre points can be added: the design has none of its own, and is no table."""
+        return "table" not in self.takes and all(option.name != "centre" for option in self.options)
+
     def checked(self, given: Mapping[str, Any]) -> dict[str, OptionValue]:
         """Options with their values in their types, those without a value left out.
 

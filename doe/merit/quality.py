@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..order import changeovers
 from ..space import Space
 from . import space_filling
+from .model_terms import axis_words
 from .space_filling import centres
 
 Sense = Literal["less", "more", "neither"]
@@ -171,7 +172,7 @@ def aliases(space: Space, treatments: NDArray[np.int64]) -> tuple[Alias, ...]:
     signs = np.stack([np.where(rows[:, index] == used[index][1], 1.0, -1.0) for index in varied], axis=1)
     pairs = list(itertools.combinations(range(len(varied)), 2))
     effects = np.hstack([signs, np.stack([signs[:, a] * signs[:, b] for a, b in pairs], axis=1)])
-    names = [f"({name})" if "+" in name else name for name in (space.axes[index].name for index in varied)]
+    names = [axis_words(space.axes[index].name) for index in varied]
     words = [*names, *(f"{names[a]}*{names[b]}" for a, b in pairs)]
     cosines = effects.T @ effects / len(rows)  # of columns of 1 and -1
     first, second = np.nonzero(np.triu(np.abs(cosines) > _DIGITS, 1))

@@ -11,7 +11,7 @@ from pyroshock.doe.designs.space_filling import latin_hypercube
 from pyroshock.doe.factors import continuous_levels
 from pyroshock.doe.merit.quality import quality
 from pyroshock.doe.merit.space_filling import d_efficiency, d_efficiency_limit
-from pyroshock.doe.order import order, time_confounding
+from pyroshock.doe.order import run_order, time_confounding
 from pyroshock.doe.plots import pair_matrix
 from pyroshock.doe.space import STRATA, gun_space, shipped_factors, space_from_text
 from pyroshock.doe.toml_space import with_ranges
@@ -132,11 +132,11 @@ def test_factorial_takes_values_at_equal_distances() -> None:
 
 def test_order_takes_time_by_parts_and_changes_once_a_value() -> None:
     rows = balance_levels(SPACE, 45, np.random.default_rng(1)).treatments
-    ordered = rows[order(SPACE, rows, np.random.default_rng(1))]
+    ordered = rows[run_order(SPACE, rows, np.random.default_rng(1))]
     assert time_confounding(SPACE, ordered)["tank_pressure"] < 0.35  # (5 - 1) / (45 - 1) on average
     space = space_from_text(TEXT.replace("step = 0.05", "step = 1.3\nchange = 2"))
     rows = factorial(space, 5).treatments
-    ordered = rows[order(space, rows, np.random.default_rng(1))]
+    ordered = rows[run_order(space, rows, np.random.default_rng(1))]
     assert quality(space, ordered).changeovers["tank_pressure"] == 4
 
 

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from pyroshock.doe.designs.lhs import balance_levels
 from pyroshock.doe.merit import FIGURES, compare, quality
 from pyroshock.doe.merit.space_filling import (
     axis_centres,
@@ -29,7 +30,7 @@ from pyroshock.doe.merit.space_filling import (
     rms_deviation,
     worst_deviation,
 )
-from pyroshock.doe.plots import draw_quality, pair_matrix
+from pyroshock.doe.plots import draw_quality, level_labels, pair_matrix
 from pyroshock.doe.space import gun_space, hammer_space
 
 GUN, HAMMER = gun_space(), hammer_space()
@@ -144,9 +145,18 @@ def test_compare_names_the_better_of_two_and_the_matrix_their_pairs() -> None:
     assert (speed.a, speed.better) == ("", "")
     pairs = pair_matrix(GUN, every[:405])  # the first plate only
     assert pairs.shape == (sum(SIZES), sum(SIZES))
-    assert (pairs[0, 0], pairs[1, 1]) == (202.5, -202.5)
+    assert (pairs[0, 0], pairs[1, 1]) == (1.0, -1.0)  # twice its share, and never
     assert np.isnan(pairs[0, 1])
     np.testing.assert_array_equal(pairs, pairs.T)
+
+
+def test_design_as_even_as_whole_runs_can_be_is_drawn_white() -> None:
+    rows = balance_levels(GUN, 105, np.random.default_rng(1)).treatments
+    pairs = pair_matrix(GUN, rows)
+    assert np.nanmax(np.abs(pairs)) == 0.0
+    assert [label for label in level_labels(GUN) if "radius" in label] == [f"tip radius {r} mm" for r in (30, 45, 60)]
+    drawn = np.random.default_rng(0).integers(0, SIZES, (105, len(SIZES)))
+    assert np.nanmax(np.abs(pair_matrix(GUN, drawn))) > 0.5
 
 
 def test_quality_is_drawn_for_each_design() -> None:
@@ -154,8 +164,10 @@ def test_quality_is_drawn_for_each_design() -> None:
     draw_quality(figure, GUN, {"every": GUN.all_treatments(), "some": GUN.all_treatments()[::7]})
     assert [axes.get_title() for axes in figure.axes[:2]] == ["every: 810 runs", "some: 116 runs"]
     assert figure.axes[0].images[0].get_array().shape == (sum(SIZES), sum(SIZES))
-    limits = [axes.get_xlim() + axes.get_ylim() for axes in figure.axes[2:4]]
+    limits = [axes.get_xlim() + axes.get_ylim() for axes in figure.axes[4:6]]
     assert limits[0] == limits[1]
+    scales = {axes.images[0].get_clim() for axes in figure.axes[:4]}
+    assert scales == {(-1.0, 1.0), (0.0, 1.0)}  # whatever the designs are
     figure.canvas.draw()
     space = replace(GUN, factors=GUN.factors[:1], axes=GUN.axes[:1], rules=())
     draw_quality(figure, space, {"two": space.all_treatments()})

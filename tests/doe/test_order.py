@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from pyroshock.doe.designs.lhs import balance_levels
 from pyroshock.doe.factors import DesignFactor, Requirement
-from pyroshock.doe.order import changeovers, order, time_confounding
+from pyroshock.doe.order import changeovers, run_order, time_confounding
 from pyroshock.doe.space import Space, gun_space, hammer_space, space_of
 
 GUN, HAMMER = gun_space(), hammer_space()
@@ -23,7 +24,7 @@ def _some(space: Space, n: int, seed: int) -> NDArray[np.int64]:
 
 
 def _ordered(space: Space, treatments: NDArray[np.int64], seed: int) -> NDArray[np.int64]:
-    return treatments[order(space, treatments, np.random.default_rng(seed))]
+    return treatments[run_order(space, treatments, np.random.default_rng(seed))]
 
 
 def _word(name: str, levels: int, change: int) -> DesignFactor:
@@ -33,7 +34,7 @@ def _word(name: str, levels: int, change: int) -> DesignFactor:
 @given(st.integers(0, 60), st.integers(0, 100))
 @settings(max_examples=25)
 def test_every_run_stands_once(n: int, seed: int) -> None:
-    found = order(GUN, _some(GUN, n, seed), np.random.default_rng(seed))
+    found = run_order(GUN, _some(GUN, n, seed), np.random.default_rng(seed))
     assert sorted(found.tolist()) == list(range(n))
 
 
@@ -76,10 +77,10 @@ def test_few_changes_are_the_fewest_there_are(seed: int) -> None:
 
 def test_same_seed_gives_the_same_order() -> None:
     rows = _some(GUN, 105, 0)
-    first, again, other = (order(GUN, rows, np.random.default_rng(seed)) for seed in (7, 7, 8))
+    first, again, other = (run_order(GUN, rows, np.random.default_rng(seed)) for seed in (7, 7, 8))
     assert first.tolist() == again.tolist() != other.tolist()
     with pytest.raises(ValueError, match="plate_material is 2"):
-        order(GUN, np.full((1, 6), 2), np.random.default_rng(0))
+        run_order(GUN, np.full((1, 6), 2), np.random.default_rng(0))
 
 
 def test_easy_factors_change_as_often_as_by_chance() -> None:
@@ -108,3 +109,28 @@ def test_plate_in_two_halves_takes_three_quarters_of_time() -> None:
     rng, rows = np.random.default_rng(1), _some(GUN, 105, 0)
     mean = np.mean([time_confounding(GUN, rng.permutation(rows))["velocity_level"] for _ in range(800)])
     assert mean == pytest.approx(2 / 104, rel=0.15)
+
+
+@pytest.mark.parametrize("blocks", [2, 3, 4])
+def test_blocks_take_a_steady_drift_out_of_the_plate_for_one_change_each(blocks: int) -> None:
+    rows = balance_levels(GUN, 105, np.random.default_rng(0)).treatments
+    ordered = rows[run_order(GUN, rows, np.random.default_rng(1), blocks=blocks)]
+    assert changeovers(GUN, ordered)["plate_material"] == blocks
+    assert time_confounding(GUN, rows[run_order(GUN, rows, np.random.default_rng(1))])["plate_material"] > 0.7
+    assert time_confounding(GUN, ordered)["plate_material"] < 0.02
+    assert sorted(map(tuple, ordered.tolist())) == sorted(map(tuple, rows.tolist()))
+
+
+def test_random_order_changes_everything_and_bad_layouts_are_refused() -> None:
+    rows = _some(GUN, 200, 1)
+    shuffled = rows[run_order(GUN, rows, np.random.default_rng(1), kind="random")]
+    assert changeovers(GUN, shuffled)["plate_material"] > 60
+    assert max(time_confounding(GUN, shuffled).values()) < 0.1
+    for layout, message in (
+        ({"kind": "random", "blocks": 2}, "blocks is 2, but the order is random"),
+        ({"kind": "sorted"}, "order is 'sorted'; expected one of split-plot, random"),
+        ({"blocks": 0}, "blocks is 0; expected 1 to 200"),
+        ({"blocks": 201}, "blocks is 201; expected 1 to 200"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            run_order(GUN, rows, np.random.default_rng(1), **layout)
