@@ -56,7 +56,8 @@ router = APIRouter(tags=["plans"])
 class NewPlan(BaseModel):
     """`factors`: text of a factors file in TOML; `table`: text of a CSV to import. Empty: the shipped ones.
 
-    `options` are those of the method, such as {"criterion": "maximin"} of "lhs".
+    `options` are those of the method, such as {"criterion": "maximin"} of "lhs". The whole design comes `replicates`
+    times; `order` "random" is full randomisation, and `blocks` visit every heavy set-up so many times.
     """
 
     name: Text = Field(min_length=1, max_length=200)
@@ -69,6 +70,10 @@ class NewPlan(BaseModel):
     table: Text = Field("", max_length=800_000)
     description: Text = Field("", max_length=10_000)
     options: Annotated[dict[Text, Text | int | float], Field(max_length=20)] = {}
+    replicates: Annotated[int, Field(ge=1, le=100)] = 1
+    centre_points: Annotated[int, Field(ge=0, le=200)] = 0
+    order: Literal["split-plot", "random"] = "split-plot"
+    blocks: Annotated[int, Field(ge=1, le=100)] = 1
 
 
 class Tick(BaseModel):

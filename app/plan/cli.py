@@ -125,29 +125,43 @@ def discard(name: str, run: int, reason: str, db: str) -> None:
 @click.option(
     "--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw the quality of the plan into FILE.png."
 )
+@click.option(
+    "--effect",
+    type=click.FloatRange(0, min_open=True),
+    default=2.0,
+    show_default=True,
+    help="Show the power for an effect of this many standard deviations of a run.",
+)
 @db_option
 @json_option
-def quality(name: str, against: str | None, plot: Path | None, db: str, json_to: str | None) -> None:
-    """Measure how good a plan is: balance of levels, pairs and triples, space filling, changeovers, and confounding
-    with time.
+def quality(name: str, against: str | None, plot: Path | None, effect: float, db: str, json_to: str | None) -> None:
+    """Say whether a plan is good, with the reasons and their cures, and measure it: balance of levels, pairs and
+    triples, space filling, power, changeovers, and confounding with other effects and with time.
+
+    The figures stand between the best that any plan of so many runs can have, where a bound is known, and the median
+    of plans drawn at random. The power is the chance that the effect of a factor is seen, in a model of all main
+    effects at a significance of 5 %.
 
     \b
     Example:
         pyroshock plan quality rehearsal --against slow-valve --plot quality.png
     """
-    from .quality import designs_of, draw, figures_as_json, tables
+    from .quality import designs_of, draw, figures_as_json, judged_designs, tables, verdict_lines
 
     with open_command_store(db) as store:
         space, designs = designs_of(store, name, against)
+        judged = judged_designs(space, designs, effect)
         if plot is not None:
             draw(space, designs, plot)
             note(f"plot: {plot}")
     if json_to is not None:
-        write_json(figures_as_json(space, designs), json_to)
+        write_json(figures_as_json(space, judged), json_to)
         return
-    for rows in tables(space, designs):
+    for line in verdict_lines(judged):
+        click.echo(line)
+    for title, rows in tables(space, judged):
+        click.echo(f"\n{title}" if title else "")
         print_table(rows, "nothing to show")
-        click.echo()
 
 
 @plan.command()

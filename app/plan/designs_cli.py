@@ -124,6 +124,46 @@ def _design_options(function: Function) -> Function:
     return function
 
 
+def _layout_options(function: Function, centre_points: bool) -> Function:
+    """Options of every command whose runs and their order are made here."""
+    for option in (
+        click.option(
+            "--order",
+            type=click.Choice(["split-plot", "random"]),
+            default="split-plot",
+            show_default=True,
+            help="Choose the order of runs: a split plot changes heavy parts seldom; random is full randomisation.",
+        ),
+        click.option(
+            "--blocks",
+            type=click.IntRange(1),
+            default=1,
+            show_default=True,
+            help=(
+                "Visit every heavy set-up this many times, forwards and backwards in turn, so that a drift of the "
+                "bench can be told from its effect."
+            ),
+        ),
+        click.option(
+            "--replicates",
+            type=click.IntRange(1),
+            default=1,
+            show_default=True,
+            help="Plan every treatment this many times, as runs of their own.",
+        ),
+    ):
+        function = option(function)
+    if not centre_points:
+        return function
+    return click.option(
+        "--centre-points",
+        type=click.IntRange(0),
+        default=0,
+        show_default=True,
+        help="Add this many runs in the middle of all ordered factors, which show a curved response.",
+    )(function)
+
+
 def _method_command(name: str, method: DesignMethod) -> click.Command:
     """The command of a method: its own options, then those that all have."""
 
@@ -132,6 +172,8 @@ def _method_command(name: str, method: DesignMethod) -> click.Command:
         _make(given.pop("name"), name, given, own)
 
     command = _design_options(make)
+    if "table" not in method.takes:
+        command = _layout_options(command, method.centre_points)
     for option in reversed(method.options):
         command = click.option(f"--{option.name}", **_of_option(option))(command)
     if "runs" in method.takes:
@@ -167,6 +209,7 @@ def _make(name: str, method: str, given: dict[str, Any], options: dict[str, Any]
     with open_command_store(given["db"], create=True) as store:
         factors = _factors(given["factors"]) if given["factors"] else None
         common = {key: given[key] for key in ("kind", "repetitions", "seed")}
+        common |= {key: given[key] for key in ("order", "blocks", "replicates", "centre_points") if key in given}
         taken = {key: given[key] for key in ("runs", "table") if key in given}
         made = PlanCollection(store).make(
             name, method=method, factors=factors, gun=given["bench"], ranges=given["ranges"], options=options,

@@ -12,6 +12,7 @@ from urllib.parse import quote
 from ..jobs.kind import Ending, Kind, Result, RunningJob
 
 if TYPE_CHECKING:
+    from ...doe.order import RunOrder
     from ...doe.space import Kind as PlanKind
     from .planning import PlanDraft
 
@@ -34,6 +35,10 @@ class PlanArguments:
     table: str = ""
     description: str = ""
     options: Mapping[str, str | int | float] = field(default_factory=dict)
+    replicates: int = 1
+    centre_points: int = 0
+    order: RunOrder = "split-plot"
+    blocks: int = 1
 
     def draft(self) -> PlanDraft:
         """The design. Raises as `planning.draft_plan`."""
@@ -53,6 +58,10 @@ class PlanArguments:
                 seed=self.seed,
                 description=self.description or None,
                 options=self.options,
+                replicates=self.replicates,
+                centre_points=self.centre_points,
+                order=self.order,
+                blocks=self.blocks,
             )
 
 

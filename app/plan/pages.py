@@ -11,16 +11,18 @@ from fastapi import APIRouter, Depends, Form, HTTPException
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
-from ...doe.designs.methods import METHODS
+from ...doe.designs.methods import METHODS, get_method
+from ...doe.factors import DesignFactor
+from ...doe.order import RunOrder
 from ...doe.plans import StoredPlan, list_plans, read_plan, tick_run
 from ...doe.sheet import boxes, column_label, sheet_of, write_sheet
-from ...doe.space import shipped_factors
+from ...doe.space import shipped_factors, space_from_text
 from ..common.quantities import cell, heading
 from ..web.dependencies import Key, Name, OpenStore, Running
-from ..web.figures_base import COLOURS, Figure, bars, categories
+from ..web.figures_base import COLOURS, DIVERGING, Figure, bars, categories, heat_map
 from ..web.forms import FieldError
 from ..web.jobs_pages import followed
-from ..web.rendering import named_file, page, part
+from ..web.rendering import named_file, number, page, part
 from .api import plan_job
 from .job import PlanArguments
 from .quality import plan_page
@@ -34,6 +36,17 @@ def balance_figure(axis: Mapping[str, Any]) -> Figure:
     level = {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": share, "y1": share}
     rule = {**level, "line": {"color": "quiet", "dash": "dash"}}
     return categories(shown, axis["axis"].replace("_", " "), "runs", shapes=[rule], showlegend=False)
+
+
+def pairs_figure(judged: Mapping[str, Any]) -> Figure:
+    """Every pair of levels (`quality.plan_page`), from -1 for an empty one to 1 for twice its share."""
+    return heat_map(judged["pair_labels"], judged["pairs"], (-1, 1), "beyond the balanced share", DIVERGING)
+
+
+def correlation_figure(judged: Mapping[str, Any]) -> Figure:
+    """How far each two effects go together (`quality.plan_page`)."""
+    names = [term.replace("_", " ") for term in judged["terms"]]
+    return heat_map(names, judged["correlations"], (0, 1), "correlation")
 
 
 def coverage_figure(levels: Sequence[Mapping[str, Any]], factor: str) -> Figure:
@@ -64,7 +77,27 @@ def plans(request: Request, store: OpenStore) -> Response:
 
 @router.get("/plans/new")
 def new(request: Request, kind: Literal["gun", "hammer"] = "gun") -> Response:
-    return page(request, "plan_new.html", kind=kind, factors=shipped_factors(kind), methods=METHODS)
+    factors = shipped_factors(kind)
+    return page(
+        request,
+        "plan_new.html",
+        kind=kind,
+        factors=factors,
+        factor_rows=[_factor_row(factor) for factor in space_from_text(factors).factors],
+        methods=METHODS,
+        with_runs=[name for name, method in METHODS.items() if "runs" in method.takes],
+        made_here=[name for name, method in METHODS.items() if "table" not in method.takes],
+        with_centre=[name for name, method in METHODS.items() if method.centre_points],
+    )
+
+
+def _factor_row(factor: DesignFactor) -> dict[str, Any]:
+    effort = "easy" if factor.change == 0 else "heavy: changed seldom"
+    levels = factor.level_text
+    if factor.values is not None:
+        pairs = zip(factor.levels, factor.values, strict=True)
+        levels = ", ".join(f"{level} ({value:g} {factor.unit})" for level, value in pairs)
+    return {"factor": heading(factor.column), "levels": levels, "change": effort}
 
 
 async def _options(request: Request) -> dict[str, str]:
@@ -88,11 +121,32 @@ def make(
     factors: Annotated[str, Form(max_length=200_000)] = "",
     table: Annotated[str, Form(max_length=800_000)] = "",
     description: Annotated[str, Form(max_length=10_000)] = "",
+    replicates: Annotated[int, Form(ge=1, le=100)] = 1,
+    centre_points: Annotated[int, Form(ge=0, le=200)] = 0,
+    order: Annotated[RunOrder, Form()] = "split-plot",
+    blocks: Annotated[int, Form(ge=1, le=100)] = 1,
 ) -> Response:
     if seed and not seed.isdecimal():
-        raise ValueError(f"seed {seed!r} is no whole number; leave it empty to draw one")
+        raise FieldError("seed", f"seed {seed!r} is no whole number; leave it empty to draw one")
+    if order == "random" and blocks > 1:
+        raise FieldError("blocks", f"{blocks} blocks in random order; expected one block, or the order of a split plot")
+    if method == "import" and not table.strip():
+        raise FieldError("table", "no table is given; paste one with a column for each factor and a row for each run")
     wanted = PlanArguments(
-        name.strip(), method, kind, runs, repetitions, int(seed) if seed else None, factors, table, description, options
+        name=name.strip(),
+        method=method,
+        kind=kind,
+        runs=runs,
+        repetitions=repetitions,
+        seed=int(seed) if seed else None,
+        factors=factors,
+        table=table,
+        description=description,
+        options=options,
+        replicates=replicates,
+        centre_points=centre_points if get_method(method).centre_points else 0,
+        order=order,
+        blocks=blocks,
     )
     return followed(plan_job(jobs, store, wanted))
 
@@ -102,14 +156,48 @@ def plan(request: Request, name: Name, store: OpenStore) -> Response:
     with store.reading() as session:
         plan = read_plan(session, name)
     judged = plan_page(plan)
+    shares = {factor: f"{row['share']:.2f}" for row in judged["time"] for factor in [*row["axis"].split("+")]}
     return page(
         request,
         "plan.html",
         plan=plan,
         judged=judged,
         sheet=sheet_of(plan),
-        figures={axis["axis"]: balance_figure(axis) for axis in judged["levels"]},
+        figures=[_figure_row(row) for row in judged["figures"]],
+        power=[_power_row(term) for term in judged["power"]],
+        changes=[
+            {"factor": row["factor"].replace("_", " "), "changes": row["changes"], "work": row["work"]}
+            | {"share of variance with time": shares.get(row["factor"], "")}
+            for row in judged["changes"]
+        ],
+        pairs=pairs_figure(judged),
+        correlations=correlation_figure(judged),
+        balance={axis["axis"]: balance_figure(axis) for axis in judged["levels"]},
     )
+
+
+def _figure_row(row: Mapping[str, Any]) -> dict[str, Any]:
+    """A figure of `quality.plan_page`, with what is better where no bound says so."""
+    direction = "" if row["best_possible"] or row["better"] == "neither" else f", {row['better']} is better"
+    return {
+        "figure": f"{row['words']}{direction}",
+        "this plan": row["text"],
+        "best possible": row["best_possible"],
+        "random plan": row["random_plan"],
+    }
+
+
+def _power_row(term: Mapping[str, Any]) -> dict[str, Any]:
+    """A main effect of `quality.plan_page`; what cannot be estimated has neither a size nor an inflation."""
+    return {
+        "factor": term["term"].replace("_", " ").replace("+", " and "),
+        "levels": term["levels"],
+        "power": f"{100 * term['power']:.0f} %",
+        "seen with 80 %": "none" if term["smallest_effect"] is None else number(term["smallest_effect"], 2),
+        "variance inflation": "infinite"
+        if term["variance_inflation"] is None
+        else number(term["variance_inflation"], 3),
+    }
 
 
 @router.get("/plans/{name}/sheet")

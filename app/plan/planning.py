@@ -15,10 +15,11 @@ from ...doe.designs.base import Design
 from ...doe.designs.imported import ImportedDesign
 from ...doe.designs.lhs import balance_levels
 from ...doe.designs.methods import DesignRequest, get_method
+from ...doe.designs.repeats import replicated, with_centre_points
 from ...doe.guards import TANK_PRESSURE, planned_shots, pressures_for_levels, refuse_unsafe
 from ...doe.limits.bench import read_limits
 from ...doe.limits.contact_force import Elastic
-from ...doe.order import order
+from ...doe.order import RunOrder, run_order
 from ...doe.plans import StoredPlan, add_plan, extend_plan, read_plan
 from ...doe.space import Kind, Space, shipped_factors, space_from_text
 from ...doe.toml_space import with_ranges
@@ -125,20 +126,44 @@ def draft_plan(
     description: str | None = None,
     options: Mapping[str, Any] | None = None,
     ranges: Mapping[str, Sequence[float]] | None = None,
+    replicates: int = 1,
+    centre_points: int = 0,
+    order: RunOrder = "split-plot",
+    blocks: int = 1,
 ) -> PlanDraft:
     """Make a design, to be stored as plan `name`. The search for a balanced one takes seconds to minutes.
 
     `method` is one of `doe.designs.methods.METHODS`: "lhs" takes the number of `runs`, "import" a CSV `table`;
     `options` are those of the method. `factors` is the text of a factors file, else the shipped one of `kind`;
     `ranges` makes factors of it continuous (`doe.ranges.with_ranges`); `gun` is a campaign folder whose gun fires the
-    plan. Without a `seed` one is drawn, which the plan keeps. Raises `ValueError` for what the method lacks.
+    plan. Without a `seed` one is drawn, which the plan keeps. The whole design comes `replicates` times, with
+    `centre_points` beside it (`doe.designs.repeats`), in the `order` and `blocks` of `doe.order.run_order`; an imported
+    table keeps its own runs and order. Raises `ValueError` for what the method lacks.
     """
     if not name.strip():
         raise ValueError("the plan has no name; expected one")
     if repetitions < 1:
         raise ValueError(f"repetitions is {repetitions}; expected 1 or more")
     text = with_ranges(factors if factors is not None else shipped_factors(_checked_kind(kind)), ranges or {})
-    design, numbers = _design(method, space_from_text(text), runs, table, seed, options or {})
+    drawn = _seed(seed)
+    rng = np.random.default_rng(drawn)
+    design_method = get_method(method)
+    if centre_points and not design_method.centre_points:
+        raise ValueError(
+            f"centre_points is {centre_points}; expected 0, as {method!r} has an own number of them or none"
+        )
+    made = design_method.make(space_from_text(text), DesignRequest(runs, table, rng, options or {}))
+    numbers: Sequence[int] | None = None
+    design: Design
+    if isinstance(made, ImportedDesign):
+        if (replicates, centre_points, order, blocks) != (1, 0, "split-plot", 1):
+            raise ValueError(
+                "an imported table keeps its own runs and order; leave out replicates, centre points, order and blocks"
+            )
+        design, numbers = made, made.runs
+    else:
+        repeated = with_centre_points(replicated(made, replicates), centre_points, rng)
+        design = in_order(repeated, rng, drawn, order, blocks)
     return PlanDraft(name, text, design, gun_bench(gun), repetitions, numbers, description)
 
 
@@ -164,18 +189,13 @@ def _checked_kind(text: str) -> Kind:
     return cast(Kind, text)
 
 
-def _design(
-    method: str, space: Space, runs: int | None, table: Path | None, seed: int | None, options: Mapping[str, Any]
-) -> tuple[Design, Sequence[int] | None]:
-    """The design, and the numbers of its runs where a table tells them."""
+def _seed(seed: int | None) -> int:
     import secrets
 
     drawn = seed if seed is not None else secrets.randbelow(2**31)
     if drawn < 0:
         raise ValueError(f"seed is {drawn}; expected 0 or more")
-    rng = np.random.default_rng(drawn)
-    made = get_method(method).make(space, DesignRequest(runs, table, rng, options))
-    return (made, made.runs) if isinstance(made, ImportedDesign) else (in_order(made, rng, drawn), None)
+    return drawn
 
 
 def store_design(
@@ -204,9 +224,13 @@ def store_design(
     )
 
 
-def in_order(design: Design, rng: np.random.Generator, seed: int | None) -> Design:
-    """The design with its treatments in order of run: heavy changes rare, the rest at random."""
-    return Design(design.space, design.treatments[order(design.space, design.treatments, rng)], design.method, seed)
+def in_order(
+    design: Design, rng: np.random.Generator, seed: int | None, order: RunOrder = "split-plot", blocks: int = 1
+) -> Design:
+    """The design with its treatments in order of run, as `doe.order.run_order`; its method names what is unusual."""
+    treatments = design.treatments[run_order(design.space, design.treatments, rng, order, blocks)]
+    unusual = [f"order={order}"] * (order != "split-plot") + [f"blocks={blocks}"] * (blocks != 1)
+    return Design(design.space, treatments, " ".join([design.method, *unusual]), seed)
 
 
 def augment_plan(store: Store, plan: StoredPlan, runs: int, repetitions: int, seed: int, gun: GunBench) -> list[int]:

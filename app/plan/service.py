@@ -33,7 +33,9 @@ class PlanSettings(TypedDict, total=False):
     and, if wished, a step. A factor is named as in the store ("tank_pressure", numbers in SI) or as in tables
     ("tank_pressure_bar", numbers in bar); texts with units and quantities of pint go with both. `repetitions`: hits
     or shots of each run. `seed`: the same seed, the same plan; drawn and kept where it is left out. `gun`: a campaign
-    folder whose gun fires the plan.
+    folder whose gun fires the plan. `replicates`: copies of the whole design. `centre_points`: runs in the middle of
+    all ordered factors. `order`: "split-plot" changes heavy parts seldom, "random" is full randomisation. `blocks`:
+    visits of every heavy set-up, forwards and backwards in turn.
     """
 
     kind: Literal["gun", "hammer"]
@@ -43,6 +45,10 @@ class PlanSettings(TypedDict, total=False):
     seed: int | None
     gun: str | os.PathLike[str] | None
     description: str | None
+    replicates: int
+    centre_points: int
+    order: Literal["split-plot", "random"]
+    blocks: int
 
 
 class PlanQuality:
@@ -72,12 +78,12 @@ class PlanQuality:
         return pd.DataFrame(rows + changes).set_index("figure")
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Runs at each pair of levels, above or below their share, on `ax` or on axes that are made."""
-        from ...doe.plots import draw_pairs
+        """How far each pair of levels is from its share, on `ax` or on axes that are made."""
+        from ...doe.plots import PAIR_SCALE, draw_pairs
 
         ax = axes_or_new(ax, 8.0, 6.5)
         picture = draw_pairs(ax, self._stored.space, self._treatments)
-        ax.figure.colorbar(picture, ax=ax, label="runs above the share", shrink=0.8)
+        ax.figure.colorbar(picture, ax=ax, label=PAIR_SCALE, shrink=0.8)
         return ax
 
     def __repr__(self) -> str:

@@ -61,6 +61,38 @@ def bars(x: Sequence[str], y: ArrayLike, name: str, colour: str = "c0", **more: 
     return {"type": "bar", "x": list(x), "y": plain(y), "name": name, "marker": {"color": colour}, **more}
 
 
+#: Colours of a `heat_map`: from low over none to high, and from none to all.
+DIVERGING = ((0, "c0"), (0.5, "card"), (1, "c1"))
+RISING = ((0, "card"), (1, "c0"))
+
+
+def heat_map(
+    labels: Sequence[str],
+    values: Sequence[Sequence[float | None]],
+    scale: tuple[float, float],
+    title: str,
+    colours: Sequence[tuple[float, str]] = RISING,
+) -> Figure:
+    """A square matrix by name, the first row at the top; `scale` ends the colours, whatever the values are."""
+    trace: Trace = {
+        "type": "heatmap",
+        "x": spelled(list(labels)),
+        "y": spelled(list(labels)),
+        "z": [list(row) for row in values],
+        "zmin": scale[0],
+        "zmax": scale[1],
+        "colorscale": [list(pair) for pair in colours],
+        "colorbar": {"title": {"text": title, "side": "top"}, "orientation": "h", "thickness": 10, "x": 0.5, "y": 1.02}
+        | {"yanchor": "bottom", "len": 1},
+        "xgap": 1,
+        "ygap": 1,
+        "hovertemplate": "%{y}<br>%{x}<br>%{z:.2f}<extra></extra>",
+    }
+    small = {"type": "category", "tickfont": {"size": 9}, "showgrid": False}
+    axes = {"xaxis": {**small, "tickangle": -90}, "yaxis": {**small, "autorange": "reversed"}}
+    return {"data": [trace], "layout": {**axes, "plot_bgcolor": "rule", "margin": {"t": 76, "r": 8}}}
+
+
 def band(x: ArrayLike, lower: ArrayLike, upper: ArrayLike, name: str, colour: str = "c0") -> list[Trace]:
     """The area between two curves, under one entry of the legend."""
     edge: dict[str, Any] = {"mode": "lines", "line": {"width": 0, "color": colour}, "hoverinfo": "skip"}

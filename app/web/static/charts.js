@@ -18,7 +18,7 @@ const pyroshock = (() => {
     if (Array.isArray(node)) return node.length && typeof node[0] === "object" ? node.map(coloured) : node;
     if (node === null || typeof node !== "object") return node;
     return Object.fromEntries(Object.entries(node).map(([key, value]) =>
-      [key, /color$/.test(key) ? resolved(value) : coloured(value)]));
+      [key, /color(scale)?$/.test(key) ? resolved(value) : coloured(value)]));
   };
   const themed = (layout) => {
     // Only words may need more than the usual margin: measuring it takes as long as drawing.
@@ -45,6 +45,9 @@ const pyroshock = (() => {
   const csvOf = (element) => {
     const layout = element.figure.layout || {}, quote = (text) => `"${String(text).replaceAll('"', '""')}"`;
     const title = (axis) => ((layout[axis] || {}).title || {}).text || axis;
+    const map = element.data.find((trace) => trace.type === "heatmap");
+    if (map) return [["", ...map.x], ...map.z.map((row, place) => [map.y[place], ...row])]
+      .map((row) => row.map((value) => typeof value === "number" ? value : value === null ? "" : quote(value)).join(",")).join("\n");
     const curves = element.data.filter((trace) => trace.x && trace.y && trace.hoverinfo !== "skip");
     const columns = curves.flatMap((trace, place) => {
       const name = trace.name || `curve ${place + 1}`, [x, y] = ["x", "y"].map((key) => (trace[key + "axis"] || key).replace(/^([xy])/, "$1axis"));

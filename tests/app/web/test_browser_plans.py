@@ -20,6 +20,22 @@ def test_design_is_made_and_judged(browser, lab):
     with page_of(browser, lab) as page:
         at(page, "/plans")
         page.click("#new-plan")
+        assert "aluminum, steel" in page.inner_text("#factors-shown")
+        assert (
+            page.is_visible("#runs") and not page.is_visible("#table") and not page.is_visible("[id='optimal.degree']")
+        )
+        page.select_option("#method", "import")
+        assert page.is_visible("#table") and not page.is_visible("#runs") and not page.is_visible("#blocks")
+        page.fill("#name", "autumn")
+        page.click("#make button")
+        page.locator("#table-error").wait_for()
+        page.select_option("#method", "lhs")
+        page.select_option("#order", "random")
+        page.fill("#blocks", "2")
+        page.click("#make button")
+        page.locator("#blocks-error").wait_for()
+        assert page.input_value("#name") == "autumn"
+        page.select_option("#order", "split-plot")
         for name, value in (("name", "autumn"), ("runs", "20"), ("repetitions", "2"), ("seed", "3")):
             page.fill(f"#{name}", value)
         page.press("#seed", "Enter")
@@ -33,6 +49,11 @@ def test_design_is_made_and_judged(browser, lab):
         assert page.locator("#quality tbody tr").count() >= 3
         changes = [row.split("\t") for row in page.locator("#changeovers tbody tr").all_inner_texts()]
         assert changes and all(0 <= int(row[1]) < 20 for row in changes)
+        assert "The plan is" in page.inner_text("#verdict")
+        (pairs,) = drawn(page, "pairs")
+        assert (pairs["zmin"], pairs["zmax"]) == (-1, 1)
+        page.click("summary:has-text('Runs of each level')")
+        wait_drawn(page)
         (bars,) = drawn(page, "balance-1")
         assert sum(bars["y"]) == 20
         screenshot(page, "plan", 1250)
@@ -85,7 +106,6 @@ def test_import_of_a_bad_table_makes_no_plan(browser, lab):
         at(page, "/plans/new?kind=hammer")
         page.fill("#name", "broken")
         page.select_option("#method", "import")
-        page.click("text=A table to import (CSV)")
         page.fill("#table", "tip_material,unheard_of\nsteel,1\n")
         page.click("#make button")
         assert ended(page)["state"] == "failed" and "unheard_of" in page.inner_text("#job-error")
