@@ -211,8 +211,8 @@ def _quality_rank() -> Any:
     return func.coalesce(worst.correlate(Impact).scalar_subquery(), 0)
 
 
-def list_levels(session: Session, most: int = 60) -> dict[str, list[float | str]]:
-    """Levels that the store has of each factor, by its key in a listing; without factors of more levels."""
+def list_levels(session: Session, most: int = 60, fewest: int = 2) -> dict[str, list[float | str]]:
+    """Levels that the store has of each factor, by its key in a listing; without factors of more or fewer levels."""
     query = select(Factor.name, Factor.si_unit, FactorLevel.number, FactorLevel.label)
     query = query.join(FactorLevel, FactorLevel.factor_id == Factor.id).order_by(
         Factor.id, FactorLevel.number, FactorLevel.label
@@ -220,7 +220,7 @@ def list_levels(session: Session, most: int = 60) -> dict[str, list[float | str]
     levels: dict[str, list[float | str]] = {}
     for name, si_unit, number, label in session.execute(query):
         levels.setdefault(listing_key(name, si_unit), []).append(label if number is None else number)
-    return {key: values for key, values in levels.items() if 1 < len(values) <= most}
+    return {key: values for key, values in levels.items() if fewest <= len(values) <= most}
 
 
 def list_thumbnails(session: Session, impacts: Sequence[int]) -> dict[int, list[float]]:

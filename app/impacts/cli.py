@@ -3,8 +3,10 @@ series for any other program."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import islice
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -14,7 +16,12 @@ from ..cli.listed import Listing, listing_options
 from ..cli.next_step import suggest_next
 from ..cli.options import split_names
 from ..common.progress import progress_bar
-from ..common.quantities import heading
+from ..common.quantities import cell, heading
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session
+
+    from ...schema.conditions import Condition
 
 
 @click.command()
@@ -68,6 +75,16 @@ _WHERE = click.option(
 _LIMIT = click.option("--limit", type=click.IntRange(1), help="List at most this number of rows.")
 
 
+def _no_match(session: Session, conditions: Iterable[Condition]) -> str:
+    """That nothing matches, with the levels that the store has of each factor that was asked for."""
+    from ...schema.listings import list_levels
+
+    levels = list_levels(session, fewest=1)
+    fields = dict.fromkeys(condition.field for condition in conditions if condition.field in levels)
+    level_words = [f"{heading(field)} {', '.join(cell(field, level) for level in levels[field])}" for field in fields]
+    return "; the store has ".join(["no impacts match", *level_words])
+
+
 @click.command()
 @db_option
 @listing_options
@@ -90,8 +107,10 @@ def impacts(db: str, listing: Listing, campaign: str | None, where: tuple[str, .
         from ..common.filters import parse_where
         from .impact import without_empty_figures
 
-        rows = list(islice(iter_impacts(session, campaign, parse_where(where)), limit))
-        listing.show(rows if listing.is_chosen else without_empty_figures(rows), "no impacts match")
+        conditions = parse_where(where)
+        rows = list(islice(iter_impacts(session, campaign, conditions), limit))
+        no_match = "no impacts match" if rows else _no_match(session, conditions)
+        listing.show(rows if listing.is_chosen else without_empty_figures(rows), no_match)
 
 
 @click.command()

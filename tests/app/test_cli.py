@@ -122,6 +122,13 @@ def test_condition_that_is_none_is_refused(filled, text):
     assert len(result.stderr.strip().splitlines()) == 1 and repr(text) in result.stderr
 
 
+def test_condition_that_nothing_matches_is_answered_with_what_the_store_has(filled):
+    printed = run("impacts", "--db", filled, "--where", "tip_material=cheese", "--where", "run=1").stdout
+    levels = {row["tip_material"] for row in json_of("impacts", "--db", filled)}
+    assert printed.startswith("no impacts match; the store has tip material ")
+    assert set(printed.strip().split("tip material ")[1].split(", ")) >= levels
+
+
 @pytest.mark.parametrize("words", [
     ["impacts", "--db", "sqlite:///nowhere.db"],
     ["impacts", "--db", "nonsense"],
