@@ -18,7 +18,7 @@ class PlanInUseError(ValueError):
 
 def check_plan_unused(session: Session, name: str) -> None:
     """Raises `UnknownPlanError`, and `PlanInUseError` for a plan that a campaign has recorded repetitions of."""
-    recorded = sum(run.recorded for run in read_plan(session, name).runs)
+    recorded = sum(len(run.accepted) + len(run.rejected) for run in read_plan(session, name).runs)
     campaigns = _campaigns(session, name)
     if campaigns:
         raise PlanInUseError(

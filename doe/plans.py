@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import case, func, select
+from sqlalchemy import func, select, true
 from sqlalchemy.orm import Session
 
 from ..schema.benches import material_names
 from ..schema.campaigns import STATUSES, Plan, PlannedRun, plan_turn
 from ..schema.configurations import configuration_ids
-from ..schema.impacts import Impact, Shot
 from ..schema.known_factors import LevelError, MaterialNames, RunLevel, level_of
+from ..schema.run_states import asks_for_repeat, is_rejected, repetition_table, run_status
 from ..schema.session import Store
 from ..schema.transactions import take_advisory_lock
 from .designs.base import Design
@@ -32,9 +33,19 @@ class PlanExistsError(ValueError):
     """A plan of this name is in the store already."""
 
 
+class NoteMissingError(ValueError):
+    """What is decided about a run needs a reason."""
+
+    #: The control of a form that the reason is written into.
+    field = "note"
+
+
 @dataclass(frozen=True)
 class StoredRun:
-    """A planned run. `row` is the treatment as the plan's table writes it; `settings` are numbers that follow."""
+    """A planned run. `row` is the treatment as the plan's table writes it; `settings` are numbers that follow.
+
+    `accepted` and `rejected` are the numbers of the repetitions that were recorded, by the verdict of the checks.
+    """
 
     run: int
     position: int
@@ -43,7 +54,29 @@ class StoredRun:
     reason: str | None
     row: Mapping[str, str]
     settings: Settings
-    recorded: int  # repetitions that were recorded
+    accepted: tuple[int, ...] = ()
+    rejected: tuple[int, ...] = ()
+
+    @property
+    def repeats(self) -> int:
+        """How many repetitions are to be recorded again, because those that were recorded are rejected."""
+        return min(len(self.rejected), self.repetitions - len(self.accepted)) if self.status == "planned" else 0
+
+    @property
+    def state(self) -> str:
+        """The status in words, with what is recorded and what is to be repeated."""
+        count = f"{len(self.accepted)} of {self.repetitions}"
+        if self.status == "done":
+            return "done" if len(self.accepted) >= self.repetitions else f"done with {count}"
+        if self.status == "discarded" or not (self.accepted or self.rejected):
+            return self.status
+        words = [f"{count} recorded"] if len(self.accepted) + self.repeats < self.repetitions else []
+        if self.repeats:
+            noun = "repetition" if len(self.rejected) == 1 else "repetitions"
+            verb = "is" if len(self.rejected) == 1 else "are"
+            numbers = ", ".join(map(str, self.rejected))
+            words.append(f"repeat {self.repeats} of {self.repetitions}: {noun} {numbers} {verb} rejected")
+        return "; ".join(words)
 
 
 @dataclass(frozen=True)
@@ -126,27 +159,25 @@ def extend_plan(
 def read_plan(session: Session, name: str) -> StoredPlan:
     """The plan called `name`. Raises `UnknownPlanError`."""
     plan = _plan_row(session, name)
-    recorded = _recorded(session, plan)
-    rows = session.scalars(select(PlannedRun).where(PlannedRun.plan_id == plan.id).order_by(PlannedRun.position))
-    runs = tuple(_stored_run(row, recorded.get(row.id, 0)) for row in rows)
+    runs = tuple(_stored_runs(session, plan))
     space = space_from_text(plan.factors)
     return StoredPlan(plan.name, plan.method, plan.seed, plan.description, plan.factors, space, runs)
 
 
 def list_plans(session: Session) -> list[dict[str, Any]]:
-    """Every plan with its counts of runs by state, by name."""
-    states = {
-        state: func.sum(case((PlannedRun.status == state, 1), else_=0)).label(state)
-        for state in ("planned", "done", "discarded")
+    """Every plan with its counts of runs by state, by name; `repeat` are planned runs with rejected repetitions."""
+    columns = (Plan.id, Plan.name, Plan.kind, Plan.method, Plan.seed)
+    rows = {
+        row["id"]: {**row, "runs": 0, **dict.fromkeys(STATUSES, 0), "repeat": 0}
+        for row in session.execute(select(*columns).order_by(Plan.name)).mappings()
     }
-    query = (
-        select(Plan.name, Plan.kind, Plan.method, Plan.seed, func.count(PlannedRun.id).label("runs"), *states.values())
-        .outerjoin(PlannedRun, PlannedRun.plan_id == Plan.id)
-        .group_by(Plan.id)
-        .order_by(Plan.name)
-    )
-    rows = [dict(row) for row in session.execute(query).mappings()]
-    return [{**row, **{state: int(row[state] or 0) for state in states}} for row in rows]
+    states = select(PlannedRun.plan_id, run_status(), asks_for_repeat().label("repeat"), func.count())
+    for plan, state, repeat, count in session.execute(states.group_by(PlannedRun.plan_id, "run_status", "repeat")):
+        row = rows[plan]
+        row["runs"] += count
+        row[state] += count
+        row["repeat"] += count if repeat else 0
+    return [{key: value for key, value in row.items() if key != "id"} for row in rows.values()]
 
 
 def discard_run(store: Store, name: str, run: int, reason: str) -> None:
@@ -155,17 +186,19 @@ def discard_run(store: Store, name: str, run: int, reason: str) -> None:
 
 
 def tick_run(store: Store, plan_name: str, run: int, *, status: str, note: str | None = None) -> StoredRun:
-    """Mark a run at the bench as "done", "discarded", or "planned" again; `note` stays with it as its reason.
+    """Decide at the bench about a run: "discarded"; "done", although fewer repetitions than planned are accepted; or
+    "planned", which takes such a decision back. `note` stays with the run as its reason.
 
-    A discarded run needs a note, and so does one that goes back to planned though something was recorded of it. A
-    change of status without a note drops the old one; the same status again keeps it. Raises `UnknownPlanError`,
-    `ValueError` for another status, for a run that the plan has not, and where the note is missing.
+    A run whose repetitions are all accepted is done without it. A change of the decision without a note drops the old
+    one; the same decision again keeps it. Raises `UnknownPlanError`, `NoteMissingError` for a decision without its
+    reason, and `ValueError` for another status, for a run that the plan has not, for "done" where nothing is accepted,
+    and for "planned" where all is.
     """
     if status not in STATUSES:
         raise ValueError(f"status of run {run} is {status!r}; expected one of {', '.join(STATUSES)}")
     note_text = (note or "").strip() or None
     if status == "discarded" and note_text is None:
-        raise ValueError("no reason given; a discarded run needs one")
+        raise NoteMissingError(f"no reason given; say why run {run} is discarded: the reason stays with it")
 
     def tick(session: Session) -> StoredRun:
         take_advisory_lock(session, plan_turn(plan_name))
@@ -173,29 +206,64 @@ def tick_run(store: Store, plan_name: str, run: int, *, status: str, note: str |
         row = session.scalars(select(PlannedRun).filter_by(plan_id=plan.id, run=run)).one_or_none()
         if row is None:
             raise ValueError(f"plan {plan_name!r} has no run {run}")
-        recorded = _recorded(session, plan).get(row.id, 0)
-        if status == "planned" and row.status != "planned" and recorded and note_text is None:
+        (before,) = _stored_runs(session, plan, run)
+        complete = len(before.accepted) >= before.repetitions
+        if status == "planned" and before.status == "done" and complete:
             raise ValueError(
-                f"run {run} of plan {plan_name!r} has {recorded} recorded repetitions; say why it is to be run again"
+                f"run {run} of plan {plan_name!r} is done: {len(before.accepted)} of {before.repetitions} repetitions "
+                "are recorded. To record one again, discard its recording; the run then asks for a repeat"
             )
-        if status != row.status or note_text is not None:
-            row.status, row.reason = status, note_text
-        return _stored_run(row, recorded)
+        if status == "done":
+            _check_done(plan_name, before, note_text or (row.reason if row.status == "done" else None))
+        # What is recorded completely needs no decision: if a recording is rejected later, the run asks for a repeat.
+        decision = "planned" if status == "done" and complete else status
+        if decision != row.status or note_text is not None:
+            row.status, row.reason = decision, note_text
+            session.flush()
+        (after,) = _stored_runs(session, plan, run)
+        return after
 
     return store.write(tick, idempotent=True)
 
 
-def _stored_run(row: PlannedRun, recorded: int) -> StoredRun:
-    return StoredRun(
-        run=row.run,
-        position=row.position,
-        repetitions=row.repetitions,
-        status=row.status,
-        reason=row.reason,
-        row=row.treatment,
-        settings=row.settings,
-        recorded=recorded,
-    )
+def _check_done(plan: str, run: StoredRun, note: str | None) -> None:
+    """Raises `ValueError` for a run of which nothing is accepted, `NoteMissingError` where nobody says why it is done
+    with less than was planned."""
+    name = f"run {run.run} of plan {plan!r}"
+    if not run.accepted:
+        rejected = f" ({len(run.rejected)} rejected)" if run.rejected else ""
+        raise ValueError(
+            f"{name} is not done: 0 of {run.repetitions} repetitions are recorded and accepted{rejected}. Ingest its "
+            "recordings, or discard the run with a reason"
+        )
+    if len(run.accepted) < run.repetitions and note is None:
+        raise NoteMissingError(
+            f"{name} has {len(run.accepted)} of {run.repetitions} repetitions; ingest the others, or write a note that "
+            "says why these are enough"
+        )
+
+
+def _stored_runs(session: Session, plan: Plan, run: int | None = None) -> Iterator[StoredRun]:
+    """The runs of a plan in order of position, or one of them by its number."""
+    chosen = (PlannedRun.plan_id == plan.id, true() if run is None else PlannedRun.run == run)
+    table = repetition_table(plan.kind)
+    query = select(PlannedRun.id, table.repetition, is_rejected(table))
+    query = query.join(table, table.planned_run_id == PlannedRun.id).where(*chosen).order_by(table.id)
+    repetitions: defaultdict[tuple[int, bool], list[int]] = defaultdict(list)
+    for key, repetition, rejected in session.execute(query):
+        repetitions[key, bool(rejected)].append(repetition)
+    for row, status in session.execute(select(PlannedRun, run_status()).where(*chosen).order_by(PlannedRun.position)):
+        yield StoredRun(
+            run=row.run,
+            position=row.position,
+            repetitions=row.repetitions,
+            status=status,
+            reason=row.reason,
+            row=row.treatment,
+            settings=row.settings,
+            accepted=tuple(repetitions[row.id, False]),
+            rejected=tuple(repetitions[row.id, True]),
+        )
 
 
 def _plan_row(session: Session, name: str) -> Plan:
@@ -245,15 +313,3 @@ def _levels(number: int, row: Mapping[str, str], names: MaterialNames) -> list[R
         except LevelError as error:
             raise ValueError(f"run {number}: {column} is {text!r}; expected {error}") from error
     return levels
-
-
-def _recorded(session: Session, plan: Plan) -> dict[int, int]:
-    """Recorded repetitions by planned run: a gun's shots, a hammer's impacts."""
-    table: type[Impact] | type[Shot] = Shot if plan.kind == "gun" else Impact
-    query = (
-        select(table.planned_run_id, func.count())
-        .join(PlannedRun, table.planned_run_id == PlannedRun.id)
-        .where(PlannedRun.plan_id == plan.id)
-        .group_by(table.planned_run_id)
-    )
-    return {key: count for key, count in session.execute(query) if key is not None}

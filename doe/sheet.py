@@ -14,7 +14,7 @@ from ..schema.atomic_write import atomic_file
 from .plans import StoredPlan, StoredRun
 from .space import Space
 
-TICK, TICKED, CROSS = "☐", "☑", "✗"
+TICK, TICKED, REPEAT, CROSS = "☐", "☑", "↻", "✗"
 #: Endings of columns, the longest first, and the units that they stand for.
 _UNITS = {"_m_s": "m/s", "_bar": "bar", "_mm": "mm", "_kg": "kg", "_ms": "ms", "_pa": "Pa", "_g": "g", "_m": "m"}
 
@@ -42,6 +42,16 @@ class Sheet:
     header: tuple[str, ...]
     labels: tuple[str, ...]
     rows: tuple[SheetRow, ...]
+
+    @property
+    def setting_labels(self) -> tuple[str, ...]:
+        """Label with unit of each setting."""
+        return self.labels[2:-4]
+
+    def settings_of(self, row: SheetRow) -> list[tuple[str, str, bool]]:
+        """Label, value ("–" where the run has none), and whether it differs from the run before, of each setting."""
+        cells = (cell or "–" for cell in row.cells[2:-4])
+        return list(zip(self.setting_labels, cells, row.differs[2:-4], strict=True))
 
 
 def sheet_of(plan: StoredPlan) -> Sheet:
@@ -77,11 +87,17 @@ def column_label(column: str) -> str:
 
 
 def boxes(run: StoredRun) -> str:
-    """A box for each repetition, ticked where it is recorded; a cross for a run that was discarded."""
+    """A box for each repetition, ticked where it is recorded, with an arrow where it is rejected and to be repeated.
+
+    A cross for a run that was discarded.
+    """
     if run.status == "discarded":
         return CROSS
-    recorded = min(run.recorded, run.repetitions)
-    return TICKED * recorded + TICK * (run.repetitions - recorded)
+    numbered = [*((number, TICKED) for number in run.accepted), *((number, REPEAT) for number in run.rejected)]
+    marks = [mark for _, mark in sorted(numbered)]
+    while REPEAT in marks and marks.count(TICKED) + marks.count(REPEAT) > run.repetitions:
+        marks.remove(REPEAT)  # a further repetition has taken its place
+    return "".join(marks[: run.repetitions]).ljust(run.repetitions, TICK)
 
 
 def _differs(
@@ -116,14 +132,13 @@ def write_sheet(plan: StoredPlan, path: Path) -> None:
 def _changes(space: Space, before: StoredRun | None, run: StoredRun) -> tuple[str, ...]:
     """Factors that take work to change and differ from the run before, the heaviest first."""
     heavy = sorted((f for f in space.factors if f.change > 0), key=lambda f: -f.change)
-    if before is None:
-        return tuple(f"{f.name}: {run.row[f.column]}" for f in heavy)
-    return tuple(f"{f.name}: {run.row[f.column]}" for f in heavy if run.row[f.column] != before.row[f.column])
+    changed = [f.column for f in heavy if before is None or run.row[f.column] != before.row[f.column]]
+    return tuple(f"{column_label(column)}: {run.row[column]}" for column in changed)
 
 
 def _cells(space: Space, settings: Sequence[str], run: StoredRun, changes: Sequence[str]) -> tuple[str, ...]:
     numbers = [f"{run.settings[key]:.4g}" if key in run.settings else "" for key in settings]
-    remarks = run.reason or ""
+    remarks = "; ".join(words for words in (run.state if run.repeats else "", run.reason) if words)
     return (
         str(run.position),
         str(run.run),
@@ -173,7 +188,10 @@ td.remarks { min-width: 10em; }
 def _write_html(sheet: Sheet, path: Path) -> None:
     head = "".join(f"<th>{html.escape(label)}</th>" for label in sheet.labels)
     body = "\n".join(_html_row(sheet.header, row) for row in sheet.rows)
-    hint = "Bold settings differ from the run before; a thick line above a run is a set-up change."
+    hint = (
+        "Bold settings differ from the run before; a thick line above a run is a set-up change. "
+        f"{REPEAT} is a repetition that is rejected: record it again."
+    )
     fields = "<p class='fields'>Operator <span>&nbsp;</span> Date <span>&nbsp;</span></p>"
     path.write_text(
         f"<!doctype html>\n<html lang='en'><head><meta charset='utf-8'><title>{html.escape(sheet.title)}</title>"

@@ -10,12 +10,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from sqlalchemy import func, select, update
+from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel, Plan, PlannedRun, plan_turn
 from ..schema.impacts import Impact, Shot
 from ..schema.known_factors import BY_NAME
+from ..schema.run_states import done_runs, repetition_table
 from ..schema.session import Store
 from ..schema.transactions import take_advisory_lock
 from .errors import IngestError
@@ -59,7 +60,7 @@ def link_to_plan(store: Store, campaign: str, plan: str | None) -> PlanLinks | N
 
 
 def link_campaign(store: Store, campaign: str, plan: str) -> PlanLinks:
-    """Point the campaign's impacts and shots to the runs of `plan`, and mark as done those recorded often enough.
+    """Point the campaign's impacts and shots to the runs of `plan`, which makes those done that have enough of them.
 
     Safe to repeat: what is linked stays so. Raises `IngestError` for an unknown campaign or plan, or another kind.
     """
@@ -72,9 +73,11 @@ def link_within(session: Session, campaign: str, plan: str) -> PlanLinks:
     campaign_row, plan_row = _rows(session, campaign, plan)
     planned = {row.run: row for row in session.scalars(select(PlannedRun).filter_by(plan_id=plan_row.id))}
     wanted = _levels(session, {row.configuration_id for row in planned.values()})
+    keys = {row.id for row in planned.values()}
+    done_before = done_runs(session, keys)
     linked, mismatches = 0, {}
     for table in (Impact, Shot):  # a gun's hit on a load cell is both
-        counts = table is _counted(plan_row)
+        counts = table is repetition_table(plan_row.kind)
         recorded = select(table.run, table.configuration_id, table.planned_run_id)
         for run, configuration, link in session.execute(
             recorded.where(table.campaign_id == campaign_row.id).distinct()
@@ -84,7 +87,7 @@ def link_within(session: Session, campaign: str, plan: str) -> PlanLinks:
                 mismatches[run] = reason
             elif link is None:
                 linked += counts * _link(session, table, campaign_row, run, configuration, planned[run])
-    done = _mark_done(session, plan_row, planned)
+    done = len(done_runs(session, keys) - done_before)
     reported = tuple({"run": run, "reason": reason} for run, reason in sorted(mismatches.items()))
     return PlanLinks(plan, linked, done, reported)
 
@@ -154,22 +157,3 @@ def _link(
     of_run = (table.campaign_id == campaign.id, table.run == run, table.configuration_id == configuration)
     result = session.execute(update(table).where(*of_run).values(planned_run_id=planned.id))
     return int(result.rowcount)  # type: ignore[attr-defined]  # SQLAlchemy types `execute` for rows only
-
-
-def _counted(plan: Plan) -> type[Impact] | type[Shot]:
-    """What a repetition is: a gun's shot, a hammer's impact."""
-    return Shot if plan.kind == "gun" else Impact
-
-
-def _mark_done(session: Session, plan: Plan, planned: Mapping[int, PlannedRun]) -> int:
-    table = _counted(plan)
-    counts = session.execute(
-        select(table.planned_run_id, func.count())
-        .where(table.planned_run_id.in_(row.id for row in planned.values()))
-        .group_by(table.planned_run_id)
-    )
-    recorded = dict(counts.all())
-    done = [row for row in planned.values() if row.status == "planned" and recorded.get(row.id, 0) >= row.repetitions]
-    for row in done:
-        row.status = "done"
-    return len(done)

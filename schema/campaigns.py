@@ -122,6 +122,7 @@ class PlannedRun(HasId, WithProvenance, Base):
     configuration_id: Mapped[int] = mapped_column(ForeignKey("configurations.id"), index=True)
     treatment: Mapped[dict[str, Any]]  # column of the plan's table -> level, as written there
     settings: Mapped[dict[str, Any]]  # what follows from the treatment, such as tank_pressure_bar
+    #: What a person decided, see `run_states`: "planned" says nothing, also of a run that is recorded completely.
     status: Mapped[str] = mapped_column(default="planned")
     reason: Mapped[str | None]
     plan: Mapped[Plan] = relationship()

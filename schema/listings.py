@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Any
 
-from sqlalchemy import Integer, Select, case, func, or_, select, true
+from sqlalchemy import Select, case, func, or_, select, true
 from sqlalchemy.orm import Session
 
 from .base import in_batches
@@ -36,6 +36,7 @@ from .conditions import (
 from .configurations import iter_levels
 from .impacts import ChannelFigures, Impact, Pulse, Shot, velocity_kind
 from .recordings import NOT_JUDGED, SEVERITIES, QualityFinding
+from .run_states import run_status
 
 PAGE = 2000
 
@@ -76,7 +77,7 @@ def list_plan_counts(session: Session, campaigns: list[int] | None = None) -> di
             .distinct()
             .subquery()
         )
-        done = func.sum(func.coalesce((PlannedRun.status == "done").cast(Integer), 0))
+        done = func.sum(case((run_status() == "done", 1), else_=0))
         query = select(touched.c.campaign_id, func.count(), done).join(
             PlannedRun, PlannedRun.plan_id == touched.c.plan_id
         )

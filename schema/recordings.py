@@ -90,7 +90,8 @@ class SeriesChunk(WithProvenance, Base):
     frame: Mapped[bytes] = mapped_column(LargeBinary)
 
 
-SEVERITIES = ("note", "warning", "reject")
+REJECT = "reject"
+SEVERITIES = ("note", "warning", REJECT)
 #: What the listing says of an impact that no check has seen, because it has no recording.
 NOT_JUDGED = "not judged"
 

@@ -27,7 +27,8 @@ def plan_as_json(plan: StoredPlan) -> dict[str, Any]:
                 "position": run.position,
                 "status": run.status,
                 "repetitions": run.repetitions,
-                "recorded": run.recorded,
+                "recorded": len(run.accepted),
+                "rejected": list(run.rejected),
                 **settings_in_si(cells_of(run)),
                 **({"reason": run.reason} if run.reason else {}),
             }
@@ -42,10 +43,10 @@ def cells_of(run: StoredRun) -> dict[str, str]:
 
 
 def run_counts(plan: StoredPlan) -> dict[str, int]:
-    """Runs by state, and of those that are planned the ones that are "begun"."""
+    """Runs by state, and of those that are planned the ones that are "begun", and that ask for a "repeat"."""
     counts = {status: sum(run.status == status for run in plan.runs) for status in STATUSES}
-    begun = sum(run.status == "planned" and 0 < run.recorded < run.repetitions for run in plan.runs)
-    return {**counts, "begun": begun}
+    begun = sum(run.status == "planned" and bool(run.accepted) for run in plan.runs)
+    return {**counts, "begun": begun, "repeat": sum(run.repeats > 0 for run in plan.runs)}
 
 
 def settings_in_si(row: Mapping[str, str]) -> dict[str, Any]:

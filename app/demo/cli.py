@@ -172,9 +172,12 @@ def _virtual_campaign(story: _Story) -> None:
         write_sheet(read_plan(session, REHEARSAL.name), story.out / SHEET)
     draw_campaign(story.store, REHEARSAL.name, story.picture(2))
     story.data["rehearsal"] = result.as_row()
+    repeats = (
+        f", and {result.repeat} ask for a repeat because a check rejects their recordings" if result.repeat else ""
+    )
     story.tell(
         f"The software plans {result.planned} runs, fires {result.shots} shots on the virtual bench, ingests the "
-        f"recordings, and links them to the plan: {result.done} of {result.planned} runs are done."
+        f"recordings, and links them to the plan: {result.done} of {result.planned} runs are done{repeats}."
     )
     story.tell(
         f"The shots have {result.median_ratio:.2f} times the velocity of the nominal gun (median): the virtual bench "

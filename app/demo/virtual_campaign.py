@@ -103,6 +103,7 @@ def fire_campaign(store: Store, campaign: VirtualCampaign, folder: Path, step: S
     return RehearsalResult(
         planned=len(runs),
         done=sum(run.status == "done" for run in runs),
+        repeat=sum(run.repeats > 0 for run in runs),
         shots=len(shots),
         findings=len(report.findings),
         median_ratio=float(np.median(ratios)),

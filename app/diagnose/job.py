@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..jobs.kind import Ending, Kind, Result, RunningJob
+from ..jobs.kind import Ending, JobForm, Kind, Result, RunningJob
 from .request import DiagnoseArguments, DiagnosisRequest
 
 
@@ -26,12 +26,12 @@ def _do(work: RunningJob, arguments: DiagnoseArguments) -> Ending:
     return ending
 
 
-def _form(arguments: DiagnoseArguments) -> str:
+def _form(arguments: DiagnoseArguments) -> JobForm:
     from urllib.parse import urlencode
 
     from .form import fields_of
 
-    return f"/diagnoses?{urlencode(fields_of(vars(arguments)))}#diagnose"
+    return JobForm(f"/diagnoses?{urlencode(fields_of(vars(arguments)))}#diagnose")
 
 
 DIAGNOSE = Kind("diagnose", DiagnoseArguments, _do, form=_form)

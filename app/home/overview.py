@@ -147,11 +147,13 @@ def _drifts(session: Session) -> Iterator[AttentionItem]:
 
 
 def _half_done_plans(session: Session) -> Iterator[AttentionItem]:
-    open_plans = [row for row in list_plans(session) if row["done"] and row["planned"]]
+    open_plans = [row for row in list_plans(session) if row["planned"] and (row["done"] or row["repeat"])]
     for row in open_plans[:_LISTED]:
         runs = row["runs"] - row["discarded"]
+        repeats = row["repeat"]
+        words = f"; {_counted(repeats, 'run')} {'has' if repeats == 1 else 'have'} rejected repetitions to record again"
         yield AttentionItem(
-            f"Plan {row['name']}: {row['done']} of {runs} runs are done.",
+            f"Plan {row['name']}: {row['done']} of {runs} runs are done{words if repeats else ''}.",
             f"/plans/{quote(row['name'], safe='')}/sheet",
             "Go on at the run sheet",
         )

@@ -11,7 +11,7 @@ from sqlalchemy import select
 
 from ...schema.provenance import Tombstone
 from ...training.registry.model_storage import storage_for
-from ..jobs.kind import Ending, Kind, NotHereError, Result, RunningJob, ending_of
+from ..jobs.kind import Ending, JobForm, Kind, NotHereError, Result, RunningJob, ending_of
 from .job import discard, is_scratch
 
 
@@ -61,7 +61,12 @@ def _steps(work: RunningJob, noun: str) -> Any:
     return step
 
 
-ARCHIVE = Kind("archive", ArchiveArguments, _archive)
+def _archive_form(arguments: ArchiveArguments) -> JobForm:
+    address = f"/campaigns/{quote(arguments.campaign, safe='')}/archive"
+    return JobForm(address, "removal", {"reason": arguments.reason})
+
+
+ARCHIVE = Kind("archive", ArchiveArguments, _archive, form=_archive_form)
 
 
 @dataclass(frozen=True)
@@ -97,4 +102,5 @@ def _after_restore(arguments: RestoreArguments) -> None:
         discard(Path(arguments.scratch))
 
 
-RESTORE = Kind("restore", RestoreArguments, _restore, _after_restore)
+#: The page has the buttons of the kept archives, and the form for another file.
+RESTORE = Kind("restore", RestoreArguments, _restore, _after_restore, lambda _: JobForm("/deleted"))

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import ColumnElement, case, exists, func, or_, select
+from sqlalchemy import ColumnElement, exists, func, or_, select
 from sqlalchemy.orm import Session, aliased
 
 from ...doe.space import Space, space_from_text
@@ -16,8 +16,7 @@ from ...schema.campaigns import STATUSES, ConfigurationLevel, Factor, FactorLeve
 from ...schema.conditions import listing_key
 from ...schema.configurations import iter_levels
 from ...schema.impacts import Impact, Shot
-
-Table = type[Impact] | type[Shot]
+from ...schema.run_states import is_rejected, repetition_table, run_status
 
 
 def worked_off(campaign_key: int, name: str) -> ColumnElement[bool]:
@@ -34,33 +33,31 @@ def worked_off(campaign_key: int, name: str) -> ColumnElement[bool]:
 
 
 def plan_coverage(session: Session, campaign_key: int, name: str) -> list[dict[str, Any]]:
-    """A row for each plan: its runs by state, repetitions asked for, and those that this campaign has recorded."""
-    states = _runs_by_state()
-    query = (
-        select(Plan.id, Plan.name, Plan.kind, Plan.method, func.count(PlannedRun.id), *states)
-        .outerjoin(PlannedRun, PlannedRun.plan_id == Plan.id)
-        .where(worked_off(campaign_key, name))
-        .group_by(Plan.id)
-        .order_by(Plan.name)
-    )
+    """A row for each plan: its runs by state, repetitions asked for, and those that this campaign has recorded and that
+    no check rejects."""
+    query = select(Plan.id, Plan.name, Plan.kind, Plan.method).where(worked_off(campaign_key, name))
     gaps = []
-    for key, plan, kind, method, runs, *counts in session.execute(query).all():
+    for key, plan, kind, method in session.execute(query.order_by(Plan.name)).all():
+        counts = session.execute(
+            select(run_status(), func.count()).where(PlannedRun.plan_id == key).group_by("run_status")
+        )
+        states = dict.fromkeys(STATUSES, 0) | dict(iter(counts))
         wanted = select(func.sum(PlannedRun.repetitions)).where(
             PlannedRun.plan_id == key, PlannedRun.status != "discarded"
         )
-        table: Table = Shot if kind == "gun" else Impact
+        table = repetition_table(kind)
         recorded = (
             select(func.count())
             .select_from(PlannedRun)
             .join(table, table.planned_run_id == PlannedRun.id)
-            .where(PlannedRun.plan_id == key, table.campaign_id == campaign_key)
+            .where(PlannedRun.plan_id == key, table.campaign_id == campaign_key, ~is_rejected(table))
         )
         gaps.append(
             {
                 "plan": plan,
                 "method": method,
-                "runs": runs,
-                **{state: int(count or 0) for state, count in zip(STATUSES, counts, strict=True)},
+                "runs": sum(states.values()),
+                **states,
                 "repetitions": int(session.scalar(wanted) or 0),
                 "recorded": session.scalar(recorded) or 0,
             }
@@ -75,22 +72,18 @@ def level_coverage(session: Session, campaign_key: int, name: str) -> list[dict[
     """
     keys = [key for (key,) in session.execute(select(Plan.id).where(worked_off(campaign_key, name)))]
     runs = (
-        select(PlannedRun.configuration_id, *_runs_by_state())
+        select(PlannedRun.configuration_id, run_status(), func.count())
         .where(PlannedRun.plan_id.in_(keys))
-        .group_by(PlannedRun.configuration_id)
+        .group_by(PlannedRun.configuration_id, "run_status")
     )
     counted: dict[int, dict[str, int]] = {}
-    for configuration, *states in session.execute(runs).all():
-        counted[configuration] = {state: int(count or 0) for state, count in zip(STATUSES, states, strict=True)}
+    for configuration, state, count in session.execute(runs).all():
+        counted.setdefault(configuration, {})[state] = count
     for what, table in (("impacts", Impact), ("shots", Shot)):
         recorded = select(table.configuration_id, func.count()).where(table.campaign_id == campaign_key)
         for configuration, count in session.execute(recorded.group_by(table.configuration_id)).all():
             counted.setdefault(configuration, {})[what] = count
     return _by_level(session, counted)
-
-
-def _runs_by_state() -> list[ColumnElement[int]]:
-    return [func.sum(case((PlannedRun.status == state, 1), else_=0)) for state in STATUSES]
 
 
 def _by_level(session: Session, counted: dict[int, dict[str, int]]) -> list[dict[str, Any]]:

@@ -24,13 +24,11 @@ from ..web.dependencies import Name, OpenStore, Running
 from ..web.forms import FieldError
 from ..web.jobs_pages import followed
 from ..web.rendering import page
-from .job import EXTRACT, ExtractArguments
+from .job import EXTRACT, FIELDS, ExtractArguments
 
 router = APIRouter()
 #: Recordings that a preview reads, taken evenly from the campaign.
 TRIED = 12
-#: Settings that the form has; the others are as usual.
-FIELDS = ("segmentation", "threshold", "smoothing", "event_share", "separation_s")
 
 
 @dataclass(frozen=True)

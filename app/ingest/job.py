@@ -14,9 +14,9 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from urllib.parse import quote
+from urllib.parse import quote, urlencode
 
-from ..jobs.kind import Ending, Kind, NotHereError, Result, RunningJob, ending_of
+from ..jobs.kind import Ending, JobForm, Kind, NotHereError, Result, RunningJob, ending_of
 
 if TYPE_CHECKING:
     from ...ingest.plan_link import PlanLinks
@@ -123,7 +123,17 @@ def _after(arguments: IngestArguments) -> None:
         discard(Path(arguments.scratch))
 
 
-INGEST = Kind("ingest", IngestArguments, _ingest_do, _after, lambda _: "/ingest")
+def _ingest_form(arguments: IngestArguments) -> JobForm:
+    fields: dict[str, str | list[str]] = {
+        name: str(arguments.settings[name]) for name in ("segmentation", "threshold") if name in arguments.settings
+    }
+    fields["plan"] = arguments.plan or ""
+    if arguments.scratch is not None:  # the files are chosen again: a page cannot
+        return JobForm("/ingest", "upload", fields)
+    return JobForm("/ingest", "by-path", {"path": arguments.folder, **fields})
+
+
+INGEST = Kind("ingest", IngestArguments, _ingest_do, _after, _ingest_form)
 
 
 def _check_do(work: RunningJob, arguments: IngestArguments) -> Ending:
@@ -140,7 +150,7 @@ def _check_do(work: RunningJob, arguments: IngestArguments) -> Ending:
 
 
 #: Its upload stays, so that it can be stored.
-CHECK = Kind("check", IngestArguments, _check_do)
+CHECK = Kind("check", IngestArguments, _check_do, form=_ingest_form)
 
 
 @dataclass(frozen=True)
@@ -161,6 +171,13 @@ def _do(work: RunningJob, arguments: ExtractArguments) -> Ending:
     return ending_of(Result(f"/campaigns/{quote(arguments.campaign, safe='')}", words, report.as_json()))
 
 
-EXTRACT = Kind(
-    "extract", ExtractArguments, _do, form=lambda arguments: f"/campaigns/{quote(arguments.campaign, safe='')}"
-)
+#: Settings that the form of an extraction has; the others are as usual.
+FIELDS = ("segmentation", "threshold", "smoothing", "event_share", "separation_s")
+
+
+def _extract_form(arguments: ExtractArguments) -> JobForm:
+    settings = {name: arguments.settings[name] for name in FIELDS if arguments.settings.get(name) is not None}
+    return JobForm(f"/campaigns/{quote(arguments.campaign, safe='')}/extract?{urlencode(settings)}")
+
+
+EXTRACT = Kind("extract", ExtractArguments, _do, form=_extract_form)

@@ -16,6 +16,7 @@ from ...schema.impacts import Impact
 from ...schema.provenance import CAMPAIGN, Tombstone
 from ...schema.removal.part import Part, campaign_part, recording_part
 from ...schema.removal.removing import adopted_on, datasets_on, diagnoses_on, remove, row_counts
+from ...schema.run_states import run_status
 from ...schema.session import Store
 from ..common.model_registry import models_extra, registry_of
 from ..impacts.impact import get_impact
@@ -248,7 +249,7 @@ def _forget_done(session: Session, stone: Tombstone) -> None:
     """Runs that the new recording has done again are not to do."""
     session.flush()
     query = select(Plan.name, PlannedRun.run).join(Plan, PlannedRun.plan_id == Plan.id)
-    done = {(name, run) for name, run in session.execute(query.where(PlannedRun.status == "done"))}
+    done = {(name, run) for name, run in session.execute(query.where(run_status() == "done"))}
     open_runs = [run for run in stone.stood_on["reopened"] if (run["plan"], run["run"]) not in done]
     stone.stood_on = {**stone.stood_on, "reopened": open_runs}
     session.flush()

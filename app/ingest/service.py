@@ -15,7 +15,7 @@ from sqlalchemy import select
 from ...array_types import Floats
 from ...dataset.predictors import shipped
 from ...dataset.selection import missing_in_campaigns, missing_words
-from ...doe.plans import read_plan
+from ...doe.plans import StoredRun, read_plan
 from ...ingest.impact_speed import ImpactSpeed, StruckPlate
 from ...ingest.new_folder import KIND_OF_START, NewFolder, start_folder
 from ...schema.campaigns import Campaign
@@ -173,7 +173,7 @@ def start_campaign(
 
 
 def planned_rows(store: Store, name: str, start: str) -> list[dict[str, str]]:
-    """A row of runs.csv for each repetition of the plan's open runs, in their order, with factors and settings.
+    """A row of runs.csv for each missing repetition of the plan's open runs, in their order, with factors and settings.
 
     Raises `UnknownPlanError`, and `ValueError` for a plan of another kind or without an open run.
     """
@@ -185,8 +185,14 @@ def planned_rows(store: Store, name: str, start: str) -> list[dict[str, str]]:
         {"run": str(run.run), "repetition": str(repetition), **cells_of(run)}
         for run in plan.runs
         if run.status == "planned"
-        for repetition in range(1, run.repetitions + 1)
+        for repetition in _missing_repetitions(run)
     ]
     if not rows:
         raise ValueError(f"plan {name!r} has no run that is still to do")
     return rows
+
+
+def _missing_repetitions(run: StoredRun) -> range:
+    """Numbers for what is still to be recorded, rejected ones again; they go on from those that were recorded."""
+    last = max((*run.accepted, *run.rejected), default=0)
+    return range(last + 1, last + 1 + run.repetitions - len(run.accepted))

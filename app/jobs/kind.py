@@ -4,7 +4,7 @@ the function is given, and what it gives back."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -61,8 +61,18 @@ def _nothing(_: Any) -> None:
     pass
 
 
-def _no_form(_: Any) -> str:
-    return ""
+@dataclass(frozen=True)
+class JobForm:
+    """The page whose form asks for such a job. `fields` are the values that `forms.js` writes into the controls of the
+    form with the id `form`; without them the address holds all that there is to fill in."""
+
+    address: str
+    form: str = ""
+    fields: Mapping[str, str | list[str]] = field(default_factory=dict)
+
+
+def _no_form(_: Any) -> JobForm | None:
+    return None
 
 
 @dataclass(frozen=True)
@@ -77,15 +87,15 @@ class Kind(Generic[Arguments]):
     record: type[Arguments]
     do: Callable[[RunningJob, Arguments], Ending]
     after: Callable[[Arguments], None] = _nothing
-    #: The address of the page whose form asks for such a job, with the arguments in those fields that it reads.
-    form: Callable[[Arguments], str] = _no_form
+    #: The form that asks for such a job; None where no page has one.
+    form: Callable[[Arguments], JobForm | None] = _no_form
 
     def read(self, stored: Mapping[str, Any]) -> Arguments:
         """The arguments of a stored job. Raises `ValueError` for one that another version asked for."""
         try:
             return self.record(**stored)
         except TypeError as error:
-            field_names = ", ".join(field.name for field in fields(self.record))  # type: ignore[arg-type]  # a dataclass
+            field_names = ", ".join(item.name for item in fields(self.record))  # type: ignore[arg-type]  # a dataclass
             was = f"a job of kind {self.name} with {', '.join(stored)}"
             raise ValueError(f"{was}; this software knows {field_names}: ask for it anew") from error
 

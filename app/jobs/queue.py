@@ -17,7 +17,7 @@ from ...schema.jobs import ENDED, RUNNING, STOPPED, WAITING, Job
 from ...schema.provenance import Provenance
 from ...schema.session import Store
 from ..common.number_format import finite
-from .kind import Arguments, Kind
+from .kind import Arguments, JobForm, Kind
 from .known_kinds import KINDS
 
 #: The name of this machine where the system's is of no use: a container's changes with every start.
@@ -116,8 +116,8 @@ def users_of(store: Store, keys: Sequence[int]) -> dict[int, str]:
         return {row.id: row.user for row in session.execute(query.where(Job.id.in_(keys)))}
 
 
-def form_address(store: Store, key: int) -> str:
-    """The page whose form asks for a job again; "" where there is none. Raises `UnknownJobError`."""
+def job_form(store: Store, key: int) -> JobForm | None:
+    """The form that asks for a job again, with its values; None where there is none. Raises `UnknownJobError`."""
     kind, arguments = _asked(store, key)[:2]
     return kind.form(kind.read(arguments))
 

@@ -77,7 +77,7 @@ class NewPlan(BaseModel):
 
 
 class Tick(BaseModel):
-    """`note`: why; a discarded run needs one, and one that is planned again though it was recorded."""
+    """`note`: why. A discarded run needs one, and one that is done with fewer repetitions than planned."""
 
     status: Literal["planned", "done", "discarded"]
     note: Text | None = Field(None, max_length=2000)
@@ -112,6 +112,12 @@ def quality(name: Name, store: OpenStore) -> dict[str, Any]:
 
 @router.post("/plans/{name}/runs/{run}")
 def tick(name: Name, run: Key, tick_request: Tick, store: OpenStore) -> dict[str, Any]:
-    """Mark a run at the bench."""
+    """Decide about a run at the bench. A run is done by itself when all its repetitions are recorded and accepted."""
     ticked = tick_run(store, name, run, status=tick_request.status, note=tick_request.note)
-    return {"run": ticked.run, "status": ticked.status, "reason": ticked.reason, "recorded": ticked.recorded}
+    return {
+        "run": ticked.run,
+        "status": ticked.status,
+        "reason": ticked.reason,
+        "recorded": len(ticked.accepted),
+        "rejected": list(ticked.rejected),
+    }

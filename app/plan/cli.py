@@ -184,11 +184,12 @@ def status(name: str, db: str, json_to: str | None) -> None:
         write_json(plan_as_json(stored), json_to)
         return
     counts = run_counts(stored)
-    open_runs = f"{counts['planned']} to do ({counts['begun']} begun)"
+    repeats = f", {counts['repeat']} to repeat" if counts["repeat"] else ""
+    open_runs = f"{counts['planned']} to do ({counts['begun']} begun{repeats})"
     click.echo(f"{name}: {counts['done']} done, {open_runs}, {counts['discarded']} discarded")
     print_table(
         (
-            {"run": run.run, "status": run.status, "recorded": f"{run.recorded}/{run.repetitions}", **run.row}
+            {"run": run.run, "state": run.state, "recorded": f"{len(run.accepted)}/{run.repetitions}", **run.row}
             | ({"reason": run.reason} if run.reason else {})
             for run in stored.runs
         ),

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
-from ..jobs.kind import Ending, Kind, Result, RunningJob
+from ..jobs.kind import Ending, JobForm, Kind, Result, RunningJob
 
 if TYPE_CHECKING:
     from ...doe.order import RunOrder
@@ -80,4 +80,13 @@ def _do(work: RunningJob, arguments: PlanArguments) -> Ending:
     return ending
 
 
-PLAN = Kind("plan", PlanArguments, _do, form=lambda arguments: f"/plans/new?kind={arguments.kind}")
+def _form(arguments: PlanArguments) -> JobForm:
+    names = ("name", "method", "description", "factors", "table")
+    numbers = ("runs", "repetitions", "seed")
+    values = {name: getattr(arguments, name) for name in (*names, *numbers)}
+    fields: dict[str, str | list[str]] = {name: str(value) for name, value in values.items() if value not in (None, "")}
+    fields |= {f"{arguments.method}.{option}": str(value) for option, value in arguments.options.items()}
+    return JobForm(f"/plans/new?kind={arguments.kind}", "make", fields)
+
+
+PLAN = Kind("plan", PlanArguments, _do, form=_form)

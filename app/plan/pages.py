@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Depends, Form, HTTPException
+from fastapi import APIRouter, Depends, Form, HTTPException, Query
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
@@ -15,8 +15,9 @@ from ...doe.designs.methods import METHODS, get_method
 from ...doe.factors import DesignFactor
 from ...doe.order import RunOrder
 from ...doe.plans import StoredPlan, list_plans, read_plan, tick_run
-from ...doe.sheet import boxes, column_label, sheet_of, write_sheet
+from ...doe.sheet import boxes, sheet_of, write_sheet
 from ...doe.space import shipped_factors, space_from_text
+from ..common.plan_tables import run_counts
 from ..common.quantities import cell, heading
 from ..web.dependencies import Key, Name, OpenStore, Running
 from ..web.figures_base import COLOURS, DIVERGING, Figure, bars, categories, heat_map
@@ -59,6 +60,7 @@ def coverage_figure(levels: Sequence[Mapping[str, Any]], factor: str) -> Figure:
 
 
 router = APIRouter()
+ShownRun = Annotated[int | None, Query(ge=0, le=2**31 - 1)]
 #: A list of plans is cut so; a lab has tens.
 _MOST = 500
 _FORMATS = {
@@ -201,30 +203,38 @@ def _power_row(term: Mapping[str, Any]) -> dict[str, Any]:
 
 
 @router.get("/plans/{name}/sheet")
-def sheet(request: Request, name: Name, store: OpenStore) -> Response:
-    """The run sheet at the bench: large targets, one run after the other."""
+def sheet(request: Request, name: Name, store: OpenStore, run: ShownRun = None) -> Response:
+    """The run sheet at the bench: one run large, which is the next one unless another is named; the others small."""
     with store.reading() as session:
         plan = read_plan(session, name)
-    rows = list(zip(plan.runs, sheet_of(plan).rows, strict=True))
-    labels = {column: column_label(column) for column in _settings(plan)}
+    numbers = [planned.run for planned in plan.runs]
+    if run is not None and run not in numbers:
+        raise HTTPException(404, f"plan {name!r} has no run {run}")
+    following = next((planned.run for planned in plan.runs if planned.status == "planned"), None)
+    wanted = next((number for number in (run, following, *numbers[-1:]) if number is not None), None)
+    place = None if wanted is None else numbers.index(wanted)
+    sheet = sheet_of(plan)
+    rows = list(zip(plan.runs, sheet.rows, strict=True))
     return page(
         request,
         "sheet.html",
         plan=plan,
+        sheet=sheet,
         rows=rows,
-        columns=_settings(plan),
-        labels=labels,
         boxes=boxes,
-        following=_next(plan),
+        counts=run_counts(plan),
+        following=following,
+        shown=None if place is None else rows[place],
+        before_run=_run_before(plan, place),
+        earlier=numbers[place - 1] if place else None,
+        later=numbers[place + 1] if place is not None and place + 1 < len(numbers) else None,
     )
 
 
-def _settings(plan: StoredPlan) -> list[str]:
-    return [*plan.space.columns, *dict.fromkeys(key for run in plan.runs for key in run.settings)]
-
-
-def _next(plan: StoredPlan) -> int | None:
-    return next((run.run for run in plan.runs if run.status == "planned"), None)
+def _run_before(plan: StoredPlan, place: int | None) -> int | None:
+    """The run that the bench is still set up for: the one before that is not discarded."""
+    before = [run.run for run in plan.runs[:place] if run.status != "discarded"]
+    return before[-1] if before else None
 
 
 @router.get("/plans/{name}/sheet.{ending}")
@@ -247,7 +257,5 @@ def tick(
     status: Annotated[Literal["planned", "done", "discarded"], Form()],
     note: Annotated[str, Form(max_length=2000)] = "",
 ) -> Response:
-    if status == "discarded" and not note.strip():
-        raise FieldError("note", f"no reason given; say why run {run} is discarded: the reason stays with it")
     tick_run(store, name, run, status=status, note=note or None)
-    return RedirectResponse(f"/plans/{part(name)}/sheet#run-{run}", 303)
+    return RedirectResponse(f"/plans/{part(name)}/sheet{f'?run={run}' if status == 'planned' else ''}", 303)

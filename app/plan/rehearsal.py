@@ -113,6 +113,7 @@ class RehearsalResult:
 
     planned: int
     done: int
+    repeat: int  # runs with a repetition that a check rejects
     shots: int
     findings: int
     median_ratio: float  # measured over predicted velocity

@@ -129,7 +129,7 @@ class PlannedDesign:
             cells: dict[str, Any] = {"run": run.run, "status": run.status, "repetitions": run.repetitions}
             for column, text in settings_in_si(cells_of(run)).items():
                 cells[column] = float(text) if column in own else text
-            rows.append(cells | {"recorded": run.recorded, "reason": run.reason})
+            rows.append(cells | {"recorded": len(run.accepted), "rejected": len(run.rejected), "reason": run.reason})
         frame = frame_of(rows)
         frame.attrs["units"] |= {column: unit for column, unit in own.items() if column in frame}
         return frame

@@ -172,7 +172,7 @@ def _states(counts: dict[str, int]) -> list[Cell]:
 
 def _plan_row(plan: StoredPlan) -> list[Cell]:
     wanted = sum(run.repetitions for run in plan.runs if run.status != "discarded")
-    recorded = sum(run.recorded for run in plan.runs if run.status != "discarded")
+    recorded = sum(len(run.accepted) for run in plan.runs if run.status != "discarded")
     return [plan.name, plan.method, *_states(status_counts(plan)), recorded, wanted]
 
 

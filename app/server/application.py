@@ -70,7 +70,7 @@ _API = (
     plan_api,
     validate_api,
 )
-_PAGES = (
+PAGES = (
     home_pages,
     campaign_pages,
     ingest_pages,
@@ -156,7 +156,7 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
     app.state.settings, app.state.store, app.state.jobs, app.state.twins = settings, store, jobs, twins
     for module in _API:
         app.include_router(module.router, prefix="/api", responses=PROBLEMS)
-    for module in _PAGES:
+    for module in PAGES:
         app.include_router(module.router, include_in_schema=False)
     app.get("/static/plotly.min.js", include_in_schema=False)(_plotly)
     app.get("/static/report.css", include_in_schema=False)(_report_style)

@@ -10,7 +10,7 @@ from ...training.registry.connection import user_environment
 from ...training.registry.model_storage import storage_for
 from ...training.registry.records import Trained, Version
 from ...training.registry.registry import Registry
-from ..jobs.kind import Ending, Kind, Result, RunningJob, ending_of
+from ..jobs.kind import Ending, JobForm, Kind, Result, RunningJob, ending_of
 
 if TYPE_CHECKING:
     from ...training.fitting.session import Session
@@ -61,7 +61,13 @@ def _rows(work: RunningJob, arguments: TrainArguments, session: Session) -> list
     return [json_row(version, floors) for version in session.versions]
 
 
-TRAIN = Kind("train", TrainArguments, _do, form=lambda _: "/models")
+def _form(arguments: TrainArguments) -> JobForm:
+    fields: dict[str, str | list[str]] = {"dataset": arguments.dataset, "models": list(arguments.models)}
+    fields |= {"split": arguments.split, "budget": arguments.budget, "seed": str(arguments.seed)}
+    return JobForm("/models/train", "train", fields)
+
+
+TRAIN = Kind("train", TrainArguments, _do, form=_form)
 
 
 class FencedRegistry(Registry):

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+from urllib.parse import urlencode
 
 from ..common.number_format import finite
-from ..jobs.kind import Ending, Kind, Result, RunningJob, ending_of
+from ..jobs.kind import Ending, JobForm, Kind, Result, RunningJob, ending_of
 
 if TYPE_CHECKING:
     from ...twin.tune.tuner import Tuned
@@ -91,4 +92,13 @@ def _answer(arguments: TuneArguments, session: TuningSession, tuning: Tuned) -> 
     }
 
 
-TUNE = Kind("tune", TuneArguments, _do, form=lambda _: "/twin")
+def _form(arguments: TuneArguments) -> JobForm:
+    twin = {"campaign": arguments.campaign, "contact": arguments.contact, "plate": arguments.plate}
+    query = urlencode({name: value for name, value in twin.items() if value})
+    fields: dict[str, str | list[str]] = {"text": arguments.target, "tolerance": arguments.tolerance}
+    fields |= {"measured": ",".join(arguments.measured), "at_least": f"{arguments.at_least:g}"}
+    fields |= {"share": f"{arguments.share:g}"}
+    return JobForm(f"/twin{'?' if query else ''}{query}#search", "tune", fields)
+
+
+TUNE = Kind("tune", TuneArguments, _do, form=_form)

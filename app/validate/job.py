@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..jobs.kind import Ending, Kind, Result, RunningJob, ending_of
+from ..jobs.kind import Ending, JobForm, Kind, Result, RunningJob, ending_of
 
 
 @dataclass(frozen=True)
@@ -28,4 +28,8 @@ def _do(work: RunningJob, arguments: ValidateArguments) -> Ending:
     return ending_of(Result(f"/validations/{work.job}", f"{arguments.campaign}: {data['verdict']}", data))
 
 
-VALIDATE = Kind("validate", ValidateArguments, _do, form=lambda _: "/validations")
+def _form(arguments: ValidateArguments) -> JobForm:
+    return JobForm("/validations", "validate", {"campaign": arguments.campaign, "contact": arguments.contact or ""})
+
+
+VALIDATE = Kind("validate", ValidateArguments, _do, form=_form)

@@ -12,6 +12,9 @@ from ..jobs.queue import JobView
 #: Kind of job -> what it is called.
 KIND_WORDS = {
     "ingest": "ingest",
+    "check": "check of a folder",
+    "archive": "archive of a campaign",
+    "restore": "return of a campaign",
     "extract": "extraction of pulses",
     "plan": "plan",
     "train": "training",
@@ -27,8 +30,10 @@ _RESULTS = {
     "/validations/": "Open the validation",
     "/tune/": "Open the proposed settings",
     "/models": "Open the models",
+    "/ingest/checks/": "Open the check",
+    "/deleted": "Open the deleted and archived campaigns",
 }
-_UNNAMED = ("/validations/", "/tune/", "/models")
+_UNNAMED = ("/validations/", "/tune/", "/models", "/ingest/checks/", "/deleted")
 _FAULT = "an error of pyroshock itself"
 
 

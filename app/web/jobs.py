@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from ...schema.engine import StoreRoleError
 from ...schema.session import Store
 from ..jobs.claims import stop
-from ..jobs.kind import Arguments, Kind
-from ..jobs.queue import JobView, ask, ask_again, form_address, get_job, is_repeatable, list_jobs, users_of
+from ..jobs.kind import Arguments, JobForm, Kind
+from ..jobs.queue import JobView, ask, ask_again, get_job, is_repeatable, job_form, list_jobs, users_of
 from ..jobs.worker import Worker
 
 _log = logging.getLogger("pyroshock.web")
@@ -50,15 +50,15 @@ class Jobs:
         """Who asked for jobs."""
         return users_of(self._store, keys)
 
-    def form_of(self, key: int) -> tuple[str, bool]:
-        """The page whose form asks for a job again, and whether it can be repeated as it was.
+    def form_of(self, key: int) -> tuple[JobForm | None, bool]:
+        """The form that asks for a job again, and whether it can be repeated as it was.
 
-        ("", False) for a kind or arguments of another version of this software.
+        (None, False) for a kind or arguments of another version of this software.
         """
         try:
-            return form_address(self._store, key), is_repeatable(self._store, key)
+            return job_form(self._store, key), is_repeatable(self._store, key)
         except (KeyError, ValueError):
-            return "", False
+            return None, False
 
     def again(self, store: Store, key: int) -> JobView:
         """Ask for an ended job once more, signed by the request's `store`. Raises `LookupError`, `ValueError`."""

@@ -9,6 +9,7 @@ from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
 from ...schema.jobs import DONE, FAILED, STATES, STOPPED
+from ..jobs.kind import JobForm
 from ..jobs.queue import JobView
 from .dependencies import Key, OpenStore, Running
 from .job_words import duration_words, elapsed_s, kind_words, next_step_words, result_words, time_words
@@ -47,7 +48,7 @@ def _duration(job: JobView) -> str:
 def job(request: Request, job: Key, running: Running) -> Response:
     job_row = running.get(job)
     unfinished = job_row.state in (FAILED, STOPPED)
-    form, repeatable = running.form_of(job) if unfinished else ("", False)
+    form, repeatable = running.form_of(job) if unfinished else (None, False)
     return page(
         request,
         "job.html",
@@ -56,11 +57,29 @@ def job(request: Request, job: Key, running: Running) -> Response:
         times=time_words(job_row),
         result=result_words(job_row.address),
         next_step=next_step_words(job_row, repeatable),
-        form=form,
+        form=_form_address(form, job),
         repeatable=repeatable,
         user=running.users_of([job]).get(job, ""),
         ended=job_row.ended,
     )
+
+
+def _form_address(form: JobForm | None, key: int) -> str:
+    """The page of a form, which fetches the values of job `key` where its address does not hold them."""
+    if form is None or not form.fields:
+        return "" if form is None else form.address
+    address, mark, place = form.address.partition("#")
+    return f"{address}{'&' if '?' in address else '?'}again={key}{mark}{place}"
+
+
+@router.get("/jobs/{job}/form")
+def form_values(job: Key, running: Running) -> dict[str, Any]:
+    """The form of a page that asks for this job again, and the values of its fields."""
+    running.get(job)
+    form, _ = running.form_of(job)
+    if form is None:
+        raise LookupError(f"no page has a form that asks for job {job} again")
+    return {"form": form.form, "fields": dict(form.fields)}
 
 
 @router.post("/jobs/{job}/stop")

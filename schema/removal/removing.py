@@ -17,6 +17,7 @@ from ..diagnoses import Diagnosis, TwinVersion
 from ..impacts import ChannelFigures, DatasetSnapshot, ExtractionSettingsRow, Impact, Pulse, Shot, SnapshotPulse
 from ..provenance import CAMPAIGN, Tombstone
 from ..recordings import QualityFinding, RecordedChannel, Recording, SeriesChunk
+from ..run_states import done_runs
 from .part import Keys, Part
 from .returning import pulse_digests
 
@@ -147,9 +148,9 @@ def remove(
         archive_path=None if archive is None else archive[0],
         archive_sha256=None if archive is None else archive[1],
     )
-    planned = _planned(session, part)
+    done_before = done_runs(session, _planned(session, part))
     stone.counts = _delete(session, part)
-    stone.stood_on["reopened"] = _reopened(session, planned)
+    stone.stood_on["reopened"] = _reopened(session, done_before)
     session.add(stone)
     session.flush()
     return stone
@@ -206,15 +207,9 @@ def _planned(session: Session, part: Part) -> list[int]:
     return sorted(keys)
 
 
-def _reopened(session: Session, planned: Sequence[int]) -> list[dict[str, Any]]:
-    """Runs that were done and have too few repetitions now: to do again."""
-    reopened = []
-    for key in planned:
-        run = session.get_one(PlannedRun, key)
-        plan = session.get_one(Plan, run.plan_id)
-        table = Shot if plan.kind == "gun" else Impact
-        recorded = session.scalar(select(func.count()).where(table.planned_run_id == key)) or 0
-        if run.status == "done" and recorded < run.repetitions:
-            run.status = "planned"
-            reopened.append({"plan": plan.name, "run": run.run})
-    return reopened
+def _reopened(session: Session, done_before: set[int]) -> list[dict[str, Any]]:
+    """Of the runs that were done before, those that have too few repetitions now."""
+    keys = done_before - done_runs(session, done_before)
+    query = select(Plan.name, PlannedRun.run).join(Plan, PlannedRun.plan_id == Plan.id)
+    query = query.where(PlannedRun.id.in_(keys)).order_by(PlannedRun.id)
+    return [{"plan": plan, "run": run} for plan, run in session.execute(query)]

@@ -11,10 +11,11 @@ from pyroshock.app.plan.planning import make_plan
 from pyroshock.app.plan.quality import plan_page
 from pyroshock.app.plan.rehearsal import trigger_of
 from pyroshock.doe.designs.methods import METHODS
-from pyroshock.doe.plans import PlanExistsError, add_plan, discard_run, read_plan, tick_run
+from pyroshock.doe.plans import PlanExistsError, add_plan, discard_run, read_plan
 from pyroshock.doe.space import gun_space, shipped_factors
 from pyroshock.virtualbench.gun.fire import Trigger
 from support.records.campaigns import gun_campaign, write_runs
+from support.stores.planned_runs import record_run
 from support.stores.stores import opened, pyroshock, refusal, run_pyroshock
 
 
@@ -71,9 +72,9 @@ def test_page_counts_levels_changes_and_states_or_is_empty(store):
     from pyroshock.doe.designs.base import Design
 
     add_plan(store, "p", shipped_factors("gun"), Design(space, alike[[0, 0, 1]], "lhs", 1), repetitions=1)
-    tick_run(store, "p", 1, status="done")
+    record_run(store, "p", 1)
     page = plan_page(read(store, "p"))
-    assert page["counts"] == {"planned": 2, "done": 1, "discarded": 0, "begun": 0}
+    assert page["counts"] == {"planned": 2, "done": 1, "discarded": 0, "begun": 0, "repeat": 0}
     assert {changes["factor"]: changes["changes"] for changes in page["changes"] if changes["changes"]} == {
         "tip_material": 1
     }
@@ -93,8 +94,8 @@ def test_page_counts_levels_changes_and_states_or_is_empty(store):
     json.dumps(plan_page(read(store, "a")), allow_nan=False)
     discard_run(store, "a", 1, "tip broke")
     page = plan_page(read(store, "a"))
-    assert page["counts"] == {"planned": 0, "done": 0, "discarded": 1, "begun": 0} and page["verdict"] is None
-    assert not any(value for name, value in page.items() if name != "counts")
+    assert page["counts"] == {"planned": 0, "done": 0, "discarded": 1, "begun": 0, "repeat": 0}
+    assert page["verdict"] is None and not any(value for name, value in page.items() if name != "counts")
 
 
 # --- the commands of `plan`, as a laboratory uses them --------------------------------------------------------------

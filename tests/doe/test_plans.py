@@ -5,12 +5,12 @@ from __future__ import annotations
 import csv
 import re
 from dataclasses import replace
-from datetime import date
 
 import numpy as np
 import pytest
 from pyroshock.doe.designs.base import Design
 from pyroshock.doe.plans import (
+    NoteMissingError,
     PlanExistsError,
     StoredPlan,
     StoredRun,
@@ -18,15 +18,16 @@ from pyroshock.doe.plans import (
     add_plan,
     discard_run,
     extend_plan,
+    list_plans,
     read_plan,
     tick_run,
 )
 from pyroshock.doe.sheet import TICK, boxes, column_label, sheet_of, write_sheet
 from pyroshock.doe.space import gun_space, shipped_factors
-from pyroshock.schema.campaigns import Campaign, PlannedRun
-from pyroshock.schema.impacts import Shot
+from pyroshock.schema.campaigns import PlannedRun
 from pyroshock.schema.session import Store, Writer, count_rows, open_store
 from sqlalchemy import select
+from support.stores.planned_runs import find_fault, record_run
 
 FACTORS = shipped_factors("gun")
 
@@ -62,7 +63,7 @@ def test_plan_comes_back_as_it_was_made(store):
     assert (plan.method, plan.seed, plan.space) == ("lhs", 1, made.space)
     assert [run.run for run in plan.runs] == list(range(1, 13))
     assert plan.runs[3].settings == {"tank_pressure_bar": 1.3}
-    assert {(run.status, run.repetitions, run.recorded) for run in plan.runs} == {("planned", 3, 0)}
+    assert {(run.status, run.repetitions, run.accepted) for run in plan.runs} == {("planned", 3, ())}
     with store.reading() as session:
         row = session.scalars(select(PlannedRun).where(PlannedRun.run == 2)).one()
         levels = {level.factor.name: level.number or level.label for level in row.configuration.levels}
@@ -105,56 +106,114 @@ def test_discarding_needs_a_run_and_a_reason(store, run, reason, said):
         discard_run(store, "spring", run, reason)
 
 
-def status_of(store: Store, run: int) -> tuple[str, str | None]:
-    found = next(each for each in read(store).runs if each.run == run)
-    return found.status, found.reason
+def run_of(store: Store, number: int) -> StoredRun:
+    return next(stored for stored in read(store).runs if stored.run == number)
 
 
-def record(store: Store, run: int) -> None:
-    """A shot of the run, as an ingest leaves it."""
-    with store.writing() as session:
-        row = session.scalars(select(PlannedRun).where(PlannedRun.run == run)).one()
-        campaign = Campaign(name="fired", kind="gun", date=date(2026, 1, 2), fingerprint="0" * 64)
-        session.add(campaign)
-        session.flush()
-        session.add(
-            Shot(
-                campaign_id=campaign.id,
-                configuration_id=row.configuration_id,
-                planned_run_id=row.id,
-                run=run,
-                repetition=1,
-                tank_pressure_pa=1e5,
-                bullet_mass_kg=0.5,
-            )
-        )
+def decided(store: Store, number: int) -> tuple[str, str | None]:
+    stored = run_of(store, number)
+    return stored.status, stored.reason
 
 
-def test_run_is_ticked_and_its_note_stays_until_the_status_changes(store):
+def test_run_is_done_when_its_repetitions_are_recorded_and_accepted(store):
     planned(store)
-    ticked = tick_run(store, "spring", 4, status="done")
-    assert (ticked.run, ticked.status, status_of(store, 4)) == (4, "done", ("done", None))
-    tick_run(store, "spring", 4, status="planned")
-    assert status_of(store, 4) == ("planned", None)
-    assert [run.run for run in read(store).runs if run.status == "planned"] == list(range(1, 13))
+    record_run(store, "spring", 4, (1, 2))
+    assert (run_of(store, 4).status, run_of(store, 4).state) == ("planned", "2 of 3 recorded")
+    record_run(store, "spring", 4, (3,))
+    find_fault(store, "spring", 4, 3, "warning")
+    assert (run_of(store, 4).status, run_of(store, 4).state) == ("done", "done")
+    with store.reading() as session:
+        (row,) = list_plans(session)
+    assert (row["runs"], row["planned"], row["done"], row["discarded"], row["repeat"]) == (12, 11, 1, 0, 0)
+
+
+def test_rejected_repetition_asks_for_a_repeat_until_it_is_recorded_again(store):
+    planned(store)
+    record_run(store, "spring", 4, (1, 2, 3))
+    find_fault(store, "spring", 4, 2)
+    stored = run_of(store, 4)
+    assert (stored.status, stored.accepted, stored.rejected, stored.repeats) == ("planned", (1, 3), (2,), 1)
+    assert stored.state == "repeat 1 of 3: repetition 2 is rejected" and boxes(stored) == "☑↻☑"
+    find_fault(store, "spring", 4, 3)
+    assert run_of(store, 4).state == "repeat 2 of 3: repetitions 2, 3 are rejected"
+    with store.reading() as session:
+        assert [(row["planned"], row["repeat"]) for row in list_plans(session)] == [(12, 1)]
+    record_run(store, "spring", 4, (4,))
+    assert (run_of(store, 4).repeats, boxes(run_of(store, 4))) == (1, "☑↻☑")
+    record_run(store, "spring", 4, (5,))
+    assert (run_of(store, 4).state, boxes(run_of(store, 4))) == ("done", "☑☑☑")
+
+
+def test_dead_accelerometer_asks_for_no_repeat_and_a_bad_force_does(store):
+    planned(store)
+    record_run(store, "spring", 4, (1, 2, 3))
+    find_fault(store, "spring", 4, 1, quantity="acceleration")
+    assert run_of(store, 4).state == "done"
+    find_fault(store, "spring", 4, 1, quantity="force")
+    assert run_of(store, 4).rejected == (1,)
+
+
+def test_what_is_begun_and_rejected_says_both(store):
+    planned(store)
+    record_run(store, "spring", 4, (1,))
+    find_fault(store, "spring", 4, 1)
+    assert run_of(store, 4).state == "0 of 3 recorded; repeat 1 of 3: repetition 1 is rejected"
+    assert boxes(run_of(store, 4)) == "↻☐☐"
+
+
+def test_decision_is_kept_with_its_note_until_it_changes(store):
+    planned(store)
     tick_run(store, "spring", 4, status="discarded", note=" tip broke ")
-    assert status_of(store, 4) == ("discarded", "tip broke")
-    tick_run(store, "spring", 4, status="done", note="with a new tip")
-    tick_run(store, "spring", 4, status="done")
-    assert status_of(store, 4) == ("done", "with a new tip")
+    tick_run(store, "spring", 4, status="discarded", note="tip and anvil broke")
+    assert decided(store, 4) == ("discarded", "tip and anvil broke")
     tick_run(store, "spring", 4, status="planned", note=" ")
-    assert status_of(store, 4) == ("planned", None)
-
-
-def test_recorded_run_goes_back_only_with_a_reason(store):
-    planned(store)
-    record(store, 4)
+    assert decided(store, 4) == ("planned", None)
+    record_run(store, "spring", 4)
+    ticked = tick_run(store, "spring", 4, status="done", note="the plate cracked; one is enough")
+    assert (ticked.run, ticked.status, ticked.state) == (4, "done", "done with 1 of 3")
     tick_run(store, "spring", 4, status="done")
-    with pytest.raises(ValueError, match=r"run 4 of plan 'spring' has 1 recorded repetitions; say why"):
-        tick_run(store, "spring", 4, status="planned")
-    assert status_of(store, 4) == ("done", None)
-    again = tick_run(store, "spring", 4, status="planned", note="the plate had slipped")
-    assert (again.recorded, status_of(store, 4)) == (1, ("planned", "the plate had slipped"))
+    assert decided(store, 4) == ("done", "the plate cracked; one is enough")
+    assert tick_run(store, "spring", 4, status="planned").state == "1 of 3 recorded"
+    assert decided(store, 4) == ("planned", None)
+
+
+def test_nobody_makes_a_run_done_that_is_not_recorded(store):
+    planned(store)
+    for note in (None, "I saw it"):
+        with pytest.raises(ValueError, match=r"run 4 of plan 'spring' is not done: 0 of 3 repetitions .* Ingest"):
+            tick_run(store, "spring", 4, status="done", note=note)
+    record_run(store, "spring", 4, (1, 2))
+    with pytest.raises(NoteMissingError, match=r"run 4 of plan 'spring' has 2 of 3 repetitions; .* write a note"):
+        tick_run(store, "spring", 4, status="done")
+    find_fault(store, "spring", 4, 1)
+    find_fault(store, "spring", 4, 2)
+    with pytest.raises(ValueError, match=r"0 of 3 repetitions are recorded and accepted \(2 rejected\)"):
+        tick_run(store, "spring", 4, status="done", note="good enough")
+    assert decided(store, 4) == ("planned", None)
+
+
+def test_decision_for_fewer_repetitions_falls_with_the_last_of_them(store):
+    planned(store)
+    record_run(store, "spring", 4, (1, 2))
+    tick_run(store, "spring", 4, status="done", note="two are enough")
+    find_fault(store, "spring", 4, 1)
+    assert run_of(store, 4).state == "done with 1 of 3"
+    find_fault(store, "spring", 4, 2)
+    assert (run_of(store, 4).status, run_of(store, 4).repeats) == ("planned", 2)
+
+
+def test_completely_recorded_run_is_opened_by_discarding_a_recording_alone(store):
+    planned(store)
+    record_run(store, "spring", 4, (1, 2, 3))
+    with pytest.raises(ValueError, match=r"run 4 of plan 'spring' is done: 3 of 3 .* discard its recording"):
+        tick_run(store, "spring", 4, status="planned", note="the plate had slipped")
+    assert tick_run(store, "spring", 4, status="done", note="with the new tip").reason == "with the new tip"
+    find_fault(store, "spring", 4, 2)
+    assert run_of(store, 4).state == "repeat 1 of 3: repetition 2 is rejected"  # the note decided nothing
+    tick_run(store, "spring", 4, status="discarded", note="the plate had slipped")
+    record_run(store, "spring", 4, (4,))
+    assert run_of(store, 4).status == "discarded"
+    assert tick_run(store, "spring", 4, status="planned").status == "done"
 
 
 @pytest.mark.parametrize(
@@ -163,14 +222,14 @@ def test_recorded_run_goes_back_only_with_a_reason(store):
         ("autumn", 1, "done", UnknownPlanError, r"no plan 'autumn' in the store; there: spring"),
         ("spring", 99, "done", ValueError, "plan 'spring' has no run 99"),
         ("spring", 1, "fired", ValueError, "status of run 1 is 'fired'; expected one of planned, done, discarded"),
-        ("spring", 1, "discarded", ValueError, "a discarded run needs one"),
+        ("spring", 1, "discarded", NoteMissingError, "say why run 1 is discarded"),
     ],
 )
 def test_tick_that_cannot_be_changes_nothing(store, plan, run, status, kind, said):
     planned(store)
     with pytest.raises(kind, match=said):
         tick_run(store, plan, run, status=status)
-    assert {each.status for each in read(store).runs} == {"planned"}
+    assert {stored.status for stored in read(store).runs} == {"planned"}
 
 
 BASE = {
@@ -186,7 +245,7 @@ BASE = {
 
 def run(number: int, status: str = "planned", **changes: str) -> StoredRun:
     reason = "<b>broke</b>" if status == "discarded" else None
-    return StoredRun(number, number, 10, status, reason, {**BASE, **changes}, {"tank_pressure_bar": 1.23456}, 0)
+    return StoredRun(number, number, 10, status, reason, {**BASE, **changes}, {"tank_pressure_bar": 1.23456})
 
 
 @pytest.fixture
@@ -203,15 +262,15 @@ def plan() -> StoredPlan:
 def test_changeovers_are_told_before_the_run(plan, tmp_path):
     changes = [row.changes for row in sheet_of(plan).rows]
     assert changes[1] == ()  # a tip is changed in no time
-    assert changes[3] == ("plate_material: steel", "anvil_material: steel")
-    assert [change.split(":")[0] for change in changes[0]] == ["plate_material", "anvil_material", "insulator"]
+    assert changes[3] == ("plate material: steel", "anvil material: steel")
+    assert [change.split(":")[0] for change in changes[0]] == ["plate material", "anvil material", "insulator"]
     write_sheet(plan, tmp_path / "sheet.csv")
     with (tmp_path / "sheet.csv").open(newline="", encoding="utf-8-sig") as file:
         rows = list(csv.DictReader(file))
     assert [{key: row[key] for key in BASE} for row in rows] == [dict(r.row) for r in plan.runs]
     assert rows[0]["tank_pressure_bar"] == "1.235"
     assert [row["done"] for row in rows] == [10 * TICK, 10 * TICK, "✗", 10 * TICK]
-    recorded = replace(plan.runs[0], recorded=3)
+    recorded = replace(plan.runs[0], accepted=(1, 2, 3))
     assert boxes(recorded) == 3 * "☑" + 7 * TICK
     write_sheet(plan, tmp_path / "sheet.html")
     text = (tmp_path / "sheet.html").read_text(encoding="utf-8")

@@ -11,6 +11,7 @@ from pyroshock.schema.campaigns import Plan, PlannedRun
 from pyroshock.schema.configurations import configuration_id
 from pyroshock.schema.impacts import Impact
 from pyroshock.schema.known_factors import level_of
+from pyroshock.schema.run_states import run_status
 from sqlalchemy import select
 from support.records.campaigns import gun_campaign, hammer_campaign, hammer_rows, with_cell
 
@@ -36,7 +37,7 @@ def plan_of(store, rows, name="plan", kind="hammer", repetitions=2, columns=COLU
 
 def statuses(store):
     with store.reading() as session:
-        return dict(session.execute(select(PlannedRun.run, PlannedRun.status)).all())
+        return dict(session.execute(select(PlannedRun.run, run_status())).all())
 
 
 def ingested(store, folder):

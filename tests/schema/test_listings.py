@@ -67,7 +67,7 @@ def _fill(store):
                 impact = Impact(campaign_id=campaign.id, run=i, repetition=1, configuration_id=key)
                 impact.impact_velocity_m_s, impact.velocity_source = float(i), "reported"
                 if name == "b":
-                    planned = PlannedRun(plan=plan, run=i, position=i, configuration_id=key, status="done", **NOTHING)
+                    planned = PlannedRun(plan=plan, run=i, position=i, configuration_id=key, repetitions=1, **NOTHING)
                     session.add(planned)
                     session.flush()
                     impact.planned_run_id = planned.id

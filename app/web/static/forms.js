@@ -82,3 +82,26 @@ document.addEventListener("DOMContentLoaded", () => document.querySelectorAll("[
     button.closest("p").previousElementSibling.querySelector("table").classList.remove("folded");
     button.closest("p").remove();
   })));
+// A form that was opened from a job gets the values of that job back.
+document.addEventListener("DOMContentLoaded", async () => {
+  const job = new URLSearchParams(location.search).get("again");
+  if (!/^\d+$/.test(job || "")) return;
+  const answer = await fetch(`/jobs/${job}/form`);
+  if (!answer.ok) return;
+  const values = await answer.json(), form = document.getElementById(values.form);
+  if (!form) return;
+  const fill = (control, texts) => {
+    const before = control.type === "checkbox" ? control.checked : control.value;
+    if (control.type === "checkbox") control.checked = texts.includes(control.value);
+    else [control.value] = texts;
+    const changed = before !== (control.type === "checkbox" ? control.checked : control.value);
+    for (let box = changed && control.closest("details"); box; box = box.parentElement.closest("details")) box.open = true;
+    if (changed) control.dispatchEvent(new Event("change", { bubbles: true }));
+  };
+  [...form.elements].filter((control) => control.name in values.fields)
+    .forEach((control) => fill(control, [].concat(values.fields[control.name])));
+  const line = document.createElement("p");
+  line.className = "note"; line.id = "filled"; line.setAttribute("role", "status");
+  line.textContent = `The values of job ${job} are filled in. Change what is wrong, and send the form again.`;
+  form.prepend(line);
+});

@@ -1,8 +1,6 @@
-// A dropped folder becomes files of the upload form, and is checked at once; a check that has ended shows its result.
+// A dropped folder becomes files of the upload form, and is checked at once.
 "use strict";
 document.addEventListener("DOMContentLoaded", () => {
-  const check = document.querySelector("#job[data-reload]");
-  if (check) new MutationObserver(() => { if (check.dataset.state === "done") location.reload(); }).observe(check, { attributeFilter: ["data-state"] });
   const form = document.getElementById("upload"), zone = document.getElementById("drop");
   if (!form) return;
   const shown = document.getElementById("upload-chosen"), most = Number(form.dataset.mostBytes);

@@ -6,7 +6,7 @@ document.addEventListener("DOMContentLoaded", () => {
   const ended = () => ["done", "failed", "stopped"].includes(box.dataset.state);
   const show = (text) => {
     const fresh = new DOMParser().parseFromString(text, "text/html").getElementById("job");
-    if (!fresh) return;
+    if (!fresh) { location.reload(); return; }  // the page shows the result in the place of the job
     box.replaceChildren(...fresh.childNodes);
     box.dataset.state = fresh.dataset.state;
     if (ended() && document.getElementById("job-stop")) document.getElementById("job-stop").hidden = true;

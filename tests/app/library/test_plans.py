@@ -214,7 +214,9 @@ def test_continuous_plan_is_played_ingested_and_linked(store, tmp_path: Path) ->
     np.testing.assert_allclose(set_pressures, wanted, rtol=0.05)
     ingest_folder(store.store, folder)
     links = link_campaign(store.store, "summer", "summer")
-    assert links.mismatches == () and store.plan.open("summer").to_frame()["status"].tolist() == ["done"] * 3
+    recorded = store.plan.open("summer").to_frame()
+    assert links.mismatches == () and (recorded["recorded"] + recorded["rejected"]).tolist() == [1] * 3
+    assert (recorded["status"] == "done").tolist() == (recorded["recorded"] == 1).tolist()
 
 
 def test_pressure_beyond_the_tolerance_is_not_linked(store, tmp_path: Path) -> None:

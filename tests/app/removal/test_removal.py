@@ -17,6 +17,7 @@ from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
 from pyroshock.schema.impacts import Impact
 from pyroshock.schema.recordings import Recording
 from pyroshock.schema.removal.part import recording_part
+from pyroshock.schema.run_states import run_status
 from pyroshock.schema.transfer.export import export_campaign, write_archive
 from sqlalchemy import func, select
 from support.records.campaigns import (
@@ -635,7 +636,7 @@ def test_planned_run_is_done_again_by_what_replaces_it(care_store, care_source, 
     )
     assert replaced(care_store, HAMMER, FIRST, "--from", folder)["stood_on"]["reopened"] == []
     with opened(care_store) as store, store.reading() as session:
-        assert session.scalars(select(PlannedRun.status).order_by(PlannedRun.run)).all()[:2] == ["done", "done"]
+        assert session.scalars(select(run_status()).order_by(PlannedRun.run)).all()[:2] == ["done", "done"]
     sound(care_store)
 
 

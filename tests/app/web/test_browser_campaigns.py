@@ -121,8 +121,47 @@ def test_dropped_folder_with_faults_names_all_of_them(browser, lab, tmp_path):
         faults = page.locator(".faults li").all_inner_texts()
         assert any("knid" in fault for fault in faults) and sum("'x'" in f or "'one'" in f for f in faults) == 2
         assert page.locator("#store").count() == 0
+        job = page.url.rsplit("/", 1)[1]
         page.click("#again")
-        assert page.url.endswith("/ingest")
+        page.wait_for_url(f"**/ingest?again={job}")
+
+
+def drop_by_hand(page: Any, path: Path) -> None:
+    """Drag a file or folder of this disk over the page and let it go, as the browser gets it from a file manager."""
+    box = page.locator("#drop").bounding_box()
+    place = {"x": box["x"] + box["width"] / 2, "y": box["y"] + 20}
+    data = {"items": [], "files": [str(path)], "dragOperationsMask": 1}
+    session = page.context.new_cdp_session(page)
+    for step in ("dragEnter", "dragOver", "drop"):
+        session.send("Input.dispatchDragEvent", {"type": step, **place, "data": data})
+
+
+def test_folder_that_is_dropped_by_hand_is_mended_and_stored(browser, lab, tmp_path):
+    """The browser walks the folder itself: what is wrong is shown, nothing is stored, then the mended folder is."""
+    folder = hammer_campaign(tmp_path / "by-hand", 2, 2, "by-hand")
+    (folder / ".hidden").write_text("left alone")
+    good = (folder / "runs.csv").read_text(encoding="utf-8")
+    replace_in(folder / "runs.csv", "\n1,1,", "\nx,1,")
+    with page_of(browser, lab) as page:
+        at(page, "/ingest")
+        drop_by_hand(page, folder / "runs.csv")
+        page.wait_for_selector("#upload .field-error")
+        assert "campaign.toml" in page.inner_text("#upload .field-error") and stored(lab, "by-hand") == (0, 0)
+        at(page, "/ingest")
+        drop_by_hand(page, folder)
+        page.wait_for_url("**/ingest/checks/*")
+        assert (
+            "1 fault" in verdict(page) and "'x'" in page.inner_text(".faults") and page.locator("#store").count() == 0
+        )
+        (folder / "runs.csv").write_text(good, encoding="utf-8")
+        page.click("#again")
+        page.wait_for_selector("#filled")
+        drop_by_hand(page, folder)
+        page.wait_for_url("**/ingest/checks/*")
+        assert "Nothing is stored yet" in verdict(page) and stored(lab, "by-hand") == (0, 0)
+        assert page.locator("#recordings tbody tr").count() == 2
+        page.click("#store button")
+        assert ended(page)["state"] == "done" and stored(lab, "by-hand") == (2, 4)
 
 
 @pytest.mark.parametrize("upload", ["folder", "zip"])

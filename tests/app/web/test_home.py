@@ -11,13 +11,13 @@ from pyroshock.app.home.overview import list_attention, list_recent_campaigns, l
 from pyroshock.app.jobs.queue import ask
 from pyroshock.app.plan.planning import make_plan
 from pyroshock.dataset.catalog import list_snapshots
-from pyroshock.doe.plans import tick_run
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.jobs import DONE, FAILED, Job
 from pyroshock.schema.recordings import SET_ASIDE, QualityFinding, Recording
 from sqlalchemy import select, update
 from support.processes.odd_jobs import claimed
 from support.processes.web_client import sqlite, window
+from support.stores.planned_runs import find_fault, record_run
 from support.stores.web_stores import DATASET, FACTORS, GUN, HAMMER, PLAN, Lab
 
 pytestmark = pytest.mark.timeout(600)
@@ -55,9 +55,13 @@ def test_rejected_and_set_aside_recordings_need_attention(filled: Lab) -> None:
 
 def test_a_plan_that_is_half_done_names_its_runs(filled: Lab) -> None:
     make_plan(filled.store, "factorial", "half", kind="hammer", factors=FACTORS, seed=2)
-    tick_run(filled.store, "half", 1, status="done")
+    record_run(filled.store, "half", 1, range(1, 11))
     addresses = sentences(filled)
     assert addresses["Plan half: 1 of 4 runs are done."] == "/plans/half/sheet"
+    record_run(filled.store, "half", 2, range(1, 11))
+    find_fault(filled.store, "half", 2, 7)
+    sentence = "Plan half: 1 of 4 runs are done; 1 run has rejected repetitions to record again."
+    assert sentences(filled)[sentence] == "/plans/half/sheet"
     assert not any(PLAN in sentence for sentence in addresses)
 
 

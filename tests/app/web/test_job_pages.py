@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import Any
 
 import pytest
 from pyroshock.app.diagnose.form import arguments_of, fields_of
 from pyroshock.app.diagnose.job import DIAGNOSE
-from pyroshock.app.ingest.job import INGEST, IngestArguments
-from pyroshock.app.jobs.queue import JobView, ask, get_job
+from pyroshock.app.diagnose.request import DiagnoseArguments
+from pyroshock.app.ingest.archive_job import ArchiveArguments
+from pyroshock.app.ingest.job import INGEST, ExtractArguments, IngestArguments
+from pyroshock.app.jobs.known_kinds import KINDS
+from pyroshock.app.jobs.queue import JobView, ask, get_job, stop_job
+from pyroshock.app.plan.job import PlanArguments
+from pyroshock.app.train.job import TrainArguments
+from pyroshock.app.tune.job import TuneArguments
+from pyroshock.app.validate.job import ValidateArguments
 from pyroshock.app.web.job_words import duration_words, next_step_words, result_words, time_words
 from pyroshock.schema.session import Store
 from starlette.testclient import TestClient
 from support.checks.well_formed import Page
 from support.processes.odd_jobs import Odd, odd, work_off
 from support.processes.web_client import post, sqlite, window
+from support.stores.web_stores import DATASET, FACTORS, GUN, HAMMER
 
 __all__ = ["odd"]
 Window = tuple[TestClient, Store]
@@ -88,12 +98,77 @@ def test_a_failed_diagnosis_leads_back_to_its_form_with_the_same_values(pages: W
     assert fields_of(vars(arguments))["uncertain"] == "gun.friction_coefficient=0.05"
 
 
+SPECIFICATION = "frequency_hz,level_g\n100,30\n10000,300\n"
+#: Arguments of a job of each kind that a form asks for, none of them what the form has of itself.
+ASKED: dict[str, Any] = {
+    "ingest": IngestArguments("/lab/spring", {"segmentation": "mask", "threshold": 0.03}, "winter"),
+    "check": IngestArguments("/lab/spring", {"segmentation": "mask", "threshold": 0.03}, "winter"),
+    "archive": ArchiveArguments(HAMMER, "the bench was rebuilt"),
+    "extract": ExtractArguments(HAMMER, {"segmentation": "mask", "threshold": 0.03, "smoothing": 0.2}),
+    "plan": PlanArguments("winter", "lhs", "hammer", 12, 3, 7, FACTORS, "a,b\n1,2\n", "cold", {"criterion": "maximin"}),
+    "train": TrainArguments(DATASET, ["linear", "gp"], "repetitions", 5, "full"),
+    "tune": TuneArguments(SPECIFICATION, "6dB", [HAMMER], GUN, share=0.9, at_least=0.8),
+    "validate": ValidateArguments(GUN, "hertz"),
+    "diagnose": DiagnoseArguments(GUN, tolerances={"gun": 0.02}, seed=4),
+}
+#: Kinds without a form of values: their files are chosen again.
+WITHOUT_VALUES = {"restore"}
+
+
+@pytest.fixture
+def unworked(filled_lab: Path, quick_plates: None, tmp_path: Path) -> Iterator[Window]:
+    """The pages of a filled store whose jobs nobody works off."""
+    shutil.copy(filled_lab / "lab.db", tmp_path / "lab.db")
+    with window(sqlite(tmp_path), folders=(tmp_path,), works=False) as client_and_store:
+        yield client_and_store
+
+
+def test_every_kind_of_job_has_a_form_that_takes_its_values_back(unworked: Window) -> None:
+    client, store = unworked
+    assert set(ASKED) | WITHOUT_VALUES == set(KINDS) - {"odd"}
+    missing = []
+    for name, arguments in ASKED.items():
+        key = ask(store, KINDS[name], name, arguments).key
+        stop_job(store, key)
+        link = Page(client.get(f"/jobs/{key}").text)
+        (address,) = (item["href"] for item in link.of("a") if item.get("id") == "job-form")
+        assert address is not None
+        page = Page(client.get(address.partition("#")[0]).text)
+        values = client.get(f"/jobs/{key}/form").json()
+        assert bool(values["fields"]) == (f"again={key}" in address)
+        controls = {item["name"] for tag in ("input", "select", "textarea") for item in page.of(tag) if "name" in item}
+        if values["fields"]:
+            assert values["form"] in {form.get("id") for form in page.of("form")}
+            missing += [f"{name}: {field}" for field in set(values["fields"]) - controls]
+    assert missing == []
+
+
+def test_form_of_a_job_has_the_texts_that_were_typed(unworked: Window) -> None:
+    client, store = unworked
+
+    def fields(name: str) -> dict[str, Any]:
+        key = ask(store, KINDS[name], name, ASKED[name]).key
+        values: dict[str, Any] = client.get(f"/jobs/{key}/form").json()["fields"]
+        return values
+
+    plan = {"name": "winter", "runs": "12", "repetitions": "3", "seed": "7", "factors": FACTORS, "table": "a,b\n1,2\n"}
+    assert plan.items() <= fields("plan").items() and fields("plan")["lhs.criterion"] == "maximin"
+    assert fields("train")["models"] == ["linear", "gp"] and fields("tune")["text"] == SPECIFICATION
+    assert fields("check") == {"path": "/lab/spring", "segmentation": "mask", "threshold": "0.03", "plan": "winter"}
+    extract = ask(store, KINDS["extract"], "e", ASKED["extract"]).key
+    stop_job(store, extract)
+    text = client.get(f"/jobs/{extract}").text
+    assert f"/campaigns/{HAMMER}/extract?segmentation=mask&amp;threshold=0.03&amp;smoothing=0.2" in text
+    assert client.get("/jobs/999/form").status_code == 404
+
+
 def test_an_upload_that_failed_is_sent_anew(pages: Window, tmp_path: Path) -> None:
     client, store = pages
     key = ask(store, INGEST, "Ingest", IngestArguments(str(tmp_path), {}, scratch=str(tmp_path / "scratch"))).key
     post(client, f"/jobs/{key}/stop")
     text = client.get(f"/jobs/{key}").text
-    assert 'id="job-again"' not in text and 'href="/ingest"' in text
+    assert 'id="job-again"' not in text and f'href="/ingest?again={key}"' in text
+    assert client.get(f"/jobs/{key}/form").json()["form"] == "upload"
     assert post(client, f"/jobs/{key}/again").status_code == 422
 
 

@@ -23,6 +23,7 @@ from support.checks.well_formed import Page
 from support.processes.web_client import ended, post, post_json
 from support.records import verdicts
 from support.records.campaigns import gun_campaign
+from support.stores.planned_runs import record_run
 from support.stores.web_stores import DATASET, FACTORS, GUN, HAMMER, PLAN, Lab
 
 AT = quote(PLAN, safe="")
@@ -371,13 +372,17 @@ def test_a_plan_is_made_and_runs_are_ticked_at_the_bench(filled: Lab) -> None:
     assert {"serve: POST /plans", f"job {job['id']}: Plan winter/2"} <= signed
     assert "cold hall" in filled.client.get(job["address"]).text
     before = filled.rows()
-    ticks = [("done", ""), ("discarded", "tip cracked"), ("planned", "")]
+    answer = post(filled.client, f"/plans/{AT}/runs/2", {"status": "done", "note": "I saw it"})
+    assert answer.status_code == 422 and "repetitions are recorded and accepted" in answer.text
     seen = []
-    for status, note in ticks:
+    for status, note, query in [("discarded", "tip cracked", ""), ("planned", "", "?run=2")]:
         answer = post(filled.client, f"/plans/{AT}/runs/2", {"status": status, "note": note})
-        assert (answer.status_code, answer.headers["location"]) == (303, f"/plans/{AT}/sheet#run-2")
+        assert (answer.status_code, answer.headers["location"]) == (303, f"/plans/{AT}/sheet{query}")
         seen.append(run(filled, 2))
-    assert seen == [("done", None), ("discarded", "tip cracked"), ("planned", None)] and filled.added(before) == {}
+    assert seen == [("discarded", "tip cracked"), ("planned", None)] and filled.added(before) == {}
+    record_run(filled.store, PLAN, 2, (1,))
+    post(filled.client, f"/plans/{AT}/runs/2", {"status": "done", "note": "one is enough"})
+    assert run(filled, 2) == ("done", "one is enough")
 
 
 def run(filled: Lab, number: int) -> tuple[str, str | None]:

@@ -13,6 +13,7 @@ from pyroshock.schema.engine import StoreError
 from pyroshock.schema.impacts import Impact, Pulse
 from pyroshock.schema.provenance import Provenance
 from pyroshock.schema.recordings import Recording
+from pyroshock.schema.run_states import run_status
 from pyroshock.schema.session import count_rows
 from pyroshock.schema.tables import metadata
 from pyroshock.schema.transfer.export import export_campaign, opened_file
@@ -116,7 +117,7 @@ def test_a_campaign_that_is_there_in_part_is_completed(care_source, spring, data
         # What was in use here stays so; of the new recording it is what the others use.
         assert len(session.execute(in_use).all()) == 2
         assert session.scalar(select(func.count()).where(Impact.planned_run_id.is_(None))) == 0
-        assert set(session.scalars(select(PlannedRun.status).where(PlannedRun.run < 3))) == {"done"}
+        assert set(session.scalars(select(run_status()).where(PlannedRun.run < 3))) == {"done"}
     assert imported(database_url, spring).added == {}
 
 
