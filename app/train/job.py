@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+from urllib.parse import urlencode
 
 from ...training.registry.connection import user_environment
 from ...training.registry.model_storage import storage_for
@@ -61,7 +62,11 @@ def _rows(work: RunningJob, arguments: TrainArguments, session: Session) -> list
     return [json_row(version, floors) for version in session.versions]
 
 
-TRAIN = Kind("train", TrainArguments, _do, form=lambda _: "/models")
+def _form(arguments: TrainArguments) -> str:
+    return f"/models/train?{urlencode(vars(arguments), doseq=True)}"
+
+
+TRAIN = Kind("train", TrainArguments, _do, form=_form)
 
 
 class FencedRegistry(Registry):

@@ -44,7 +44,7 @@ _LEAST_EXPLAINED = 0.2
 #: More values than these on a logarithmic axis are marked by decades.
 _MOST_TICKS = 6
 #: Share of an axis between two words on it.
-_ROOM = 0.19
+_ROOM = 0.25
 
 
 @dataclass(frozen=True)

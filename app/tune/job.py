@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+from urllib.parse import urlencode
 
 from ..common.number_format import finite
 from ..jobs.kind import Ending, Kind, Result, RunningJob, ending_of
@@ -75,10 +76,12 @@ def _do(work: RunningJob, arguments: TuneArguments) -> Ending:
 
 def _answer(arguments: TuneArguments, session: TuningSession, tuning: Tuned) -> dict[str, Any]:
     """`tune --json`, with whether the target is met, the target, what to avoid, and notes."""
+    from ...twin.tune.probability import DRAWS
     from .bench_adapter import SHOWN, avoid_json, proposal_rows
 
     goal = session.goal
     return {
+        "draws": DRAWS,
         "attainability": finite(tuning.attainability.as_json()),
         "proposals": proposal_rows(tuning),
         "avoid": [avoid_json(setting) for setting in tuning.avoid[:SHOWN]],
@@ -91,4 +94,22 @@ def _answer(arguments: TuneArguments, session: TuningSession, tuning: Tuned) -> 
     }
 
 
-TUNE = Kind("tune", TuneArguments, _do, form=lambda _: "/twin")
+#: A longer specification does not fit into an address; the form is then filled without it.
+_LONGEST_TEXT = 8000
+
+
+def _form(arguments: TuneArguments) -> str:
+    values = {
+        "campaign": arguments.campaign or "",
+        "contact": arguments.contact or "",
+        "plate": arguments.plate or "",
+        "tolerance": arguments.tolerance,
+        "measured": ",".join(arguments.measured),
+        "at_least": f"{arguments.at_least:g}",
+        "share": f"{arguments.share:g}",
+        "text": arguments.target if len(arguments.target) <= _LONGEST_TEXT else "",
+    }
+    return f"/tune?{urlencode({name: value for name, value in values.items() if value})}"
+
+
+TUNE = Kind("tune", TuneArguments, _do, form=_form)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from urllib.parse import urlencode
 
 from ..jobs.kind import Ending, Kind, Result, RunningJob, ending_of
 
@@ -28,4 +29,9 @@ def _do(work: RunningJob, arguments: ValidateArguments) -> Ending:
     return ending_of(Result(f"/validations/{work.job}", f"{arguments.campaign}: {data['verdict']}", data))
 
 
-VALIDATE = Kind("validate", ValidateArguments, _do, form=lambda _: "/validations")
+def _form(arguments: ValidateArguments) -> str:
+    values = {"campaign": arguments.campaign, "contact": arguments.contact or ""}
+    return f"/validations?{urlencode(values)}"
+
+
+VALIDATE = Kind("validate", ValidateArguments, _do, form=_form)
