@@ -97,8 +97,8 @@ def parallel_axes(search: SettingsSearch) -> list[ParallelAxis]:
         values = [trial.settings.get(name) for trial in search.trials]
         axes.append(_axis(setting_words(name), values, logarithmic=name in search.logarithmic))
     scores: list[TrialValue | None] = [trial.score for trial in search.trials]
-    known = [trial.score for trial in search.trials]
-    wide = min(known) > 0 and max(known) > 3 * min(known)
+    lowest, highest = (end(trial.score for trial in search.trials) for end in (min, max))
+    wide = lowest > 0 and highest > 3 * lowest
     return [*axes, _axis("score (low is good)", scores, logarithmic=wide)]
 
 
@@ -243,10 +243,10 @@ def draw_searches(searches: Mapping[str, SettingsSearch], path: Path) -> None:
     heights = [1.0 + 0.8 * len(parallel_axes(search)) for _, search in rows]
     parts = figure.subfigures(len(rows), 1, squeeze=False, height_ratios=heights)
     for (name, search), part in zip(rows, parts[:, 0], strict=True):
-        left, right = part.subplots(1, 2, width_ratios=(3, 2))
+        trial_axes, importance_axes = part.subplots(1, 2, width_ratios=(3, 2))
         part.suptitle(search_sentence(name, search), fontsize=9, wrap=True)
-        _draw_parallel(left, search)
-        _draw_importance(right, search)
+        _draw_parallel(trial_axes, search)
+        _draw_importance(importance_axes, search)
     save(figure, path)
 
 

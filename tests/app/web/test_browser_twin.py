@@ -129,6 +129,47 @@ def test_wrong_lines_of_a_specification_are_named_beside_their_field(browser, la
         assert page.input_value("#tolerance") == "3dB" and "loud" in page.input_value("#text")
 
 
+def test_specification_is_drawn_while_it_is_typed_and_its_faults_are_named(browser, lab):
+    with page_of(browser, lab) as page:
+        at(page, "/tune?campaign=first-shots")
+        assert page.input_value("#campaign") == "first-shots" and page.locator("#no-target").is_visible()
+        page.fill("#text", "frequency_hz,level_g\n100,30\n1000,300\n10000,300\n")
+        page.fill("#tolerance", "3dB")
+        page.wait_for_selector("#target-sentence:has-text('+3/−3 dB')")
+        (prescribed,) = [trace for trace in drawn(page, "target") if trace.get("name") == "prescribed"]
+        assert prescribed["y"][0] == pytest.approx(30 * 9.80665 / (2 * 3.141592653589793 * 100), rel=1e-3)
+        width = page.evaluate("document.querySelector('#target .plot .main-svg').clientWidth")
+        assert width == page.evaluate("document.querySelector('#target .plot').clientWidth")
+        page.fill("#text", "frequency_hz,level_g\n100,30\n1000,loud\n")
+        page.wait_for_selector("#target-fault:has-text(\"line 3: level_g is 'loud'\")")
+        assert not page.locator("#target-shown").is_visible()
+
+
+@pytest.mark.parametrize(("field", "value", "words"), [
+    ("tolerance", "much", "much"), ("at_least", "2", "less than or equal to 1"), ("share", "0", "greater than 0"),
+])  # fmt: skip
+def test_wrong_values_of_a_search_stand_at_their_fields(browser, lab, field, value, words):
+    table = "frequency_hz,level_g\n100,30\n1000,300\n"
+    with page_of(browser, lab) as page:
+        at(page, "/tune?campaign=first-shots")
+        page.fill("#text", table)
+        page.fill(f"#{field}", value)
+        page.click("#begin-search")
+        page.wait_for_selector(f"#{field}-error")
+        assert words in page.inner_text(f"#{field}-error")
+        assert page.input_value(f"#{field}") == value and page.input_value("#text") == table
+
+
+def test_unknown_contact_of_a_validation_stands_at_its_field(browser, lab):
+    with page_of(browser, lab) as page:
+        at(page, "/validations?campaign=first-shots")
+        page.fill("#contact", "granite@7")
+        page.click("#validate button")
+        page.wait_for_selector("#contact-error")
+        assert "granite" in page.inner_text("#contact-error")
+        assert page.input_value("#contact") == "granite@7" and page.input_value("#campaign") == "first-shots"
+
+
 def test_bad_value_of_the_address_is_named_until_its_slider_moves(browser, lab):
     with page_of(browser, lab) as page:
         at(page, f"{BULLET.replace('50000', 'abc')}")
