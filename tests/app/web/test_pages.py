@@ -44,6 +44,7 @@ SPECIFICATION = "frequency_hz,level_g\n100,30\n1000,1000\n10000,1000\n"
     ("/models/train", "There is no dataset yet"),
     ("/datasets", "There is no dataset yet"),
     ("/twin", 'id="tank_pressure_pa"'),
+    ("/tune", "The chart of the specification appears here"),
     ("/plans", "There is no plan yet"),
     ("/plans/new", 'id="make"'),
     ("/diagnoses", "The store has no diagnosis"),
