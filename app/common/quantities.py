@@ -128,7 +128,9 @@ def _display_of(key: str, system: System) -> Display:
             label = _LABELS.get(key) or key.removesuffix(ending).replace("_", " ")
             if system == "si":
                 return Display(label, si_unit, 1.0)
-            unit, scale = _OTHER_UNITS.get(key, (unit, scale))
+            # a property of a material is shown alike of a tip and of a plate
+            of_material = key.removeprefix("tip_").removeprefix("plate_")
+            unit, scale = _OTHER_UNITS.get(key) or _OTHER_UNITS.get(of_material, (unit, scale))
             return Display(label, unit, scale)
     return Display(_LABELS.get(key) or key.replace("_", " "), "", 1.0)
 

@@ -239,6 +239,7 @@ def _diagonal(
     f = np.array([begin, end])
     thin = line(f, constant * f**slope, name, "rule", width=1)
     traces.append({**thin, "showlegend": False, "hoverinfo": "skip"})
-    named = begin**0.85 * end**0.15  # near its left end: falling and rising names keep apart
+    share = 0.15 if slope < 0 else 0.85  # falling lines are named at their left, rising ones at their right: apart
+    named = begin ** (1 - share) * end**share
     place = {"x": math.log10(named), "y": math.log10(constant * named**slope), "showarrow": False}
     words.append({**place, "text": name, "bgcolor": "card/0.8", "font": {"size": 10, "color": "quiet"}})

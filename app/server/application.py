@@ -43,6 +43,7 @@ from ..predict.shots import warm_up_in_thread
 from ..report import pages as report_pages
 from ..train import api as train_api
 from ..train import dataset_pages
+from ..train import deletion_pages as train_deletion_pages
 from ..train import pages as train_pages
 from ..tune import api as tune_api
 from ..tune import pages as tune_pages
@@ -81,6 +82,7 @@ PAGES = (
     api_pages,
     train_pages,
     dataset_pages,
+    train_deletion_pages,
     predict_pages,
     tune_pages,
     plan_pages,

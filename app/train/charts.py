@@ -3,11 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..common.quantities import display_of
-from ..web.figures_base import COLOURS, Figure, categories, figure, line, points
+from ..web.figures_base import COLOURS, Figure, Trace, categories, figure, line, points, spelled
+from .searches import QUARTERS, Importance, parallel_axes, part_words, quarters_of, setting_words, trial_words
 from .wording import ERRORS, bounded
+
+if TYPE_CHECKING:
+    from ...training.tuning.trials import SettingsSearch
+
+#: Lines of a quarter of the trials, the best first: darker is better, whatever colours a reader sees.
+_SHADES = (("c0", 1.6), ("c0/0.5", 1.2), ("quiet/0.55", 1.0), ("quiet/0.25", 1.0))
+#: History of a training -> what its axis calls it, and what one of its steps is.
+_HISTORIES = {
+    "loss": ("loss", "step of the training"),
+    "search_best": ("best score so far", "generation of the search"),
+    "candidates_evaluated": ("candidates tried", "generation of the search"),
+}
+#: Height (px) of one axis of a search with its title and ticks, and of its legend.
+_AXIS_HEIGHT, _LEGEND_HEIGHT = 72, 130
 
 
 def difference_figure(rows: Sequence[Mapping[str, Any]], reference: str, metric: str) -> Figure:
@@ -93,16 +108,85 @@ def history_figure(rows: Sequence[Mapping[str, Any]], metric: str = "force_nrmse
 
 
 def training_figures(histories: Mapping[str, Sequence[tuple[int, float]]]) -> dict[str, Figure]:
-    """A chart for each history of a training ("force loss"), over its steps."""
+    """A chart for each history of a training over its steps, by its sentence. Errors of trials have charts of their
+    own (`search_figure`): they follow no curve."""
+    charts = {}
+    for name, values in histories.items():
+        of_part, _, quantity = name.rpartition(".")
+        if len(values) < 2 or quantity == "search_error":
+            continue
+        steps, heights = zip(*values, strict=True)
+        words, step = _HISTORIES.get(quantity, (quantity.replace("_", " "), "step of the training"))
+        sentence = f"Learning curve of {part_words(of_part)}: {words} after each {step}"
+        charts[sentence] = figure([line(steps, heights, words)], step, words)
+    return charts
+
+
+def search_figure(search: SettingsSearch) -> Figure:
+    """Parallel coordinates of the trials of a search: a row for each setting and one for the score, a line for each
+    trial, by the quarter of its score; the best trial stands out."""
+    axes, quarters = parallel_axes(search), quarters_of(search)
+    best = min(range(len(search.trials)), key=lambda index: search.trials[index].score)
+    traces = []
+    for quarter in range(len(QUARTERS) - 1, -1, -1):
+        chosen = [index for index, own in enumerate(quarters) if own == quarter and index != best]
+        if chosen:
+            colour, width = _SHADES[quarter]
+            traces.append(_trial_lines(search, chosen, QUARTERS[quarter], colour, width) | {"legendrank": quarter + 2})
+    traces.append(_trial_lines(search, [best], "best trial", "c1", 3.5) | {"legendrank": 1})
+    shapes = [
+        {"type": "line", "x0": 0, "x1": 1, "y0": row, "y1": row, "line": {"color": "ink", "width": 1}}
+        for row in range(len(axes))
+    ]
+    words = []
+    for row, axis in enumerate(axes):
+        title = {"x": 0, "y": row, "text": spelled(axis.title), "xanchor": "left", "yanchor": "bottom", "yshift": 3}
+        words.append(title | {"showarrow": False, "bgcolor": "card/0.75", "font": {"color": "ink"}})
+        words += [_tick(row, place, word) for place, word in axis.ticks]
+    chart = figure(traces, "", "", shapes=shapes, annotations=words, height=_AXIS_HEIGHT * len(axes) + _LEGEND_HEIGHT)
+    hidden = {"showticklabels": False, "showgrid": False, "zeroline": False, "showline": False, "fixedrange": True}
+    chart["layout"]["xaxis"] |= hidden | {"range": [-0.04, 1.04]}
+    chart["layout"]["yaxis"] |= hidden | {"range": [len(axes) - 0.4, -0.55]}
+    chart["layout"]["margin"] = {"l": 12, "r": 12, "t": 16, "b": 16}
+    return chart
+
+
+def _tick(row: int, place: float, word: str) -> dict[str, Any]:
+    """Words below an axis, which the edges of the chart do not cut."""
+    anchor = "left" if place < 0.1 else "right" if place > 0.9 else "center"
+    tick = {"x": place, "y": row, "text": spelled(word), "xanchor": anchor, "yanchor": "top", "yshift": -2}
+    return tick | {"showarrow": False, "bgcolor": "card/0.75", "font": {"color": "quiet", "size": 12}}
+
+
+def _trial_lines(search: SettingsSearch, chosen: Sequence[int], name: str, colour: str, width: float) -> Trace:
+    """One trace for the lines of some trials, with a gap after each."""
+    axes = parallel_axes(search)
+    places = [place for index in chosen for place in (*(axis.places[index] for axis in axes), None)]
+    rows = [row for _ in chosen for row in (*range(len(axes)), None)]
+    words = [trial_words(search, index) for index in chosen for _ in range(len(axes) + 1)]
+    style = {"color": colour, "width": width}
     return {
-        name.replace(".", " ").replace("_", " "): figure(
-            [line([step for step, _ in values], [value for _, value in values], name)],
-            "step of the training",
-            name.rpartition(".")[2].replace("_", " "),
-        )
-        for name, values in histories.items()
-        if len(values) > 1
-    }
+        "type": "scatter", "mode": "lines", "x": places, "y": rows, "name": name, "line": style, "text": words,
+        "hoverinfo": "text",
+    }  # fmt: skip
+
+
+def importance_figure(importance: Importance) -> Figure:
+    """A bar for each searched setting: its share of the importance in per cent."""
+    shares = list(importance.shares.values())
+    bars = {"type": "bar", "orientation": "h", "x": [100 * share for share in shares], "y": list(range(len(shares)))}
+    words = [
+        {"x": 0, "y": row - 0.16, "text": spelled(setting_words(name)), "xanchor": "left", "yanchor": "bottom"}
+        | {"showarrow": False, "font": {"color": "ink"}}
+        for row, name in enumerate(importance.shares)
+    ]
+    trace = bars | {"name": "importance", "width": 0.3, "marker": {"color": "c0"}, "hoverinfo": "x"}
+    chart = figure([trace], "share of the importance (%)", "", annotations=words, height=56 * len(shares) + 90)
+    chart["layout"]["xaxis"]["rangemode"] = "tozero"
+    chart["layout"]["yaxis"] |= {"showticklabels": False, "showgrid": False, "zeroline": False}
+    chart["layout"]["yaxis"] |= {"range": [len(shares) - 0.6, -0.8]}
+    chart["layout"]["margin"] = {"l": 16, "r": 16, "t": 16, "b": 52}
+    return chart
 
 
 def residual_figures(residuals: Mapping[str, Any]) -> dict[str, Figure]:

@@ -334,20 +334,35 @@ def list_models(
             note(words)
 
 
-def tell_version(registry: Registry, version: Version, json_to: str | None) -> None:
-    """One version's figures and settings; its histories, by step, stand in the JSON alone."""
+def tell_version(registry: Registry, version: Version, json_to: str | None, plot: Path | None = None) -> None:
+    """One version's figures and settings; its histories, by step, and every trial of its searches stand in the JSON
+    alone. `plot`: draw the trials there. Raises `LookupError` for a plot of a version without trials."""
+    from .searches import draw_searches, importance_of, importance_sentence, search_sentence
     from .tables import json_row
 
     row = json_row(version, registry.floors(version.dataset.hash, version.seed))
     settings = registry.fit_settings(version)
+    searches = registry.searches(version)
+    if plot is not None:
+        if not searches:
+            raise LookupError(
+                f"{version.label} has no trials to draw: nothing was searched, or older software trained it"
+            )
+        draw_searches(searches, plot)
+        note(f"plot: {plot}")
     if json_to is not None:
-        write_json(row | {"settings": settings, "histories": registry.fit_histories(version)}, json_to)
+        trials = {part: search.as_json() for part, search in searches.items()}
+        write_json(
+            row | {"settings": settings, "histories": registry.fit_histories(version), "searches": trials}, json_to
+        )
         return
     click.echo(f"{version.label}, dataset {version.dataset.name}, split {version.split}, seed {version.seed}")
     print_table(({"metric": name, "mean": mean} for name, mean in row["metrics"].items()), "")
     click.echo()
     rows = ({"setting": name, "value": value} for name, value in settings.items())
     print_table(rows, "no settings: nothing was searched, or older software trained it")
+    for part, search in searches.items():
+        click.echo(f"\n{search_sentence(part, search)}\n{importance_sentence(search, importance_of(search))}")
 
 
 def _lost_pulses(version: Version, withdrawn: dict[str, Withdrawal]) -> dict[str, int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Form
+from fastapi import APIRouter, Form, Query
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 from starlette.requests import Request
@@ -25,18 +25,18 @@ from .api import registry_at, train_job
 from .datasets import correlation_rows, range_rows, snapshot_as_json
 from .figures import version_rows
 from .job import TrainArguments
-from .wording import MODEL_SENTENCES, share_with_range
+from .wording import MODEL_SENTENCES, bounded, share, share_range
 
 router = APIRouter()
 
 #: What a training may hold out, in the words of its form.
 SPLITS = {
-    "repetitions,configurations": "repetitions and configurations (two versions of each model)",
+    "repetitions,configurations": "repetitions and configurations: both figures of each version",
     "repetitions": "repetitions: how well it repeats configurations that it knows",
     "configurations": "configurations: how well it predicts configurations that it has not seen",
     "treatments": "treatments: as configurations, apart from the velocity",
-    "materials": "materials: one version for each tip material, which it has not seen",
-    "campaigns": "campaigns: one version for each campaign, which it has not seen",
+    "materials": "materials: a figure for each tip material, which it has not seen",
+    "campaigns": "campaigns: a figure for each campaign, which it has not seen",
 }
 
 
@@ -148,12 +148,18 @@ def dataset(request: Request, name: Name, store: OpenStore, settings: Configured
         files=[file | {"sha256": file["sha256"][:12]} for file in files],
         newer=newer,
         models=models,
-        share_with_range=share_with_range,
+        share=share,
+        share_range=share_range,
+        bounded=bounded,
     )
 
 
 @router.get("/models/train")
-def training_form(request: Request, store: OpenStore, dataset: str = "") -> Response:
+def training_form(
+    request: Request,
+    store: OpenStore,
+    dataset: Annotated[str, Query(max_length=1000)] = "",
+) -> Response:
     rows = store.read(store_rows)
     return page(
         request,

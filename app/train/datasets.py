@@ -15,7 +15,9 @@ from ...dataset.snapshot import Built, Snapshot
 from ...dataset.table import POINTS, Predictor, PulseTable, Split, expand, split_of
 from ...schema.atomic_write import atomic_file
 from ...schema.conditions import listing_key
+from ..common.number_format import format_number
 from ..common.plots import MEASURED, new_figure, save
+from ..common.quantities import display_of
 
 #: The splits that `show` counts; the thesis's first.
 SPLITS = ("repetitions", "configurations", "treatments", "materials", "campaigns")
@@ -71,12 +73,17 @@ def split_rows(table: PulseTable, texts: Sequence[str], seed: int) -> list[dict[
 
 
 def range_rows(snapshot: Snapshot) -> list[dict[str, Any]]:
-    """`ranges` as a person reads them."""
+    """`ranges` as a person reads them, numbers in the units of the laboratory."""
     rows = []
     for row in ranges(snapshot.table):
-        values = f"{row['min']:.5g} to {row['max']:.5g}" if row["levels"] is None else _counted(row["levels"])
-        rows.append({"predictor": row["predictor"], "unit": row["unit"] or "-", "distinct": row["distinct"]})
-        rows[-1]["recorded"] = values
+        display = display_of(listing_key(row["predictor"], row["unit"]))
+        if row["levels"] is None:
+            ends = [format_number(row[end] * display.scale) for end in ("min", "max")]
+            recorded = ends[0] if ends[0] == ends[1] else " to ".join(ends)
+        else:
+            recorded = _counted(row["levels"])
+        unit = display.unit or row["unit"] or "-"
+        rows.append({"predictor": row["predictor"], "unit": unit, "distinct": row["distinct"], "recorded": recorded})
     return rows
 
 

@@ -20,18 +20,27 @@ class InUseError(ValueError):
     """Something needs what is to be deleted; the message says what, and what to do first."""
 
 
+def versions_of_dataset(store: Store, url: str, name: str) -> list[Version]:
+    """The versions that were trained on the dataset of this name or hash, each once.
+
+    Raises `LookupError` for an unknown dataset.
+    """
+    content_hash = store.read(lambda session: get_snapshot_row(session, name).content_hash)
+    with models_extra():
+        versions = registry_of(url).versions()
+    return [version for version in versions if version.is_served and version.dataset.hash == content_hash]
+
+
 def check_dataset_unused(store: Store, url: str, name: str) -> None:
     """Raises `LookupError` for an unknown dataset, and `InUseError` where models were trained on it.
 
     `url` is the store's address, beside which the models lie.
     """
-    row_hash, row_name = store.read(lambda session: (get_snapshot_row(session, name).content_hash, name))
-    with models_extra():
-        labels = [version.label for version in registry_of(url).versions() if version.dataset.hash == row_hash]
+    labels = [version.label for version in versions_of_dataset(store, url, name)]
     if labels:
         more = f" and {len(labels) - _NAMED} more" if len(labels) > _NAMED else ""
         raise InUseError(
-            f"dataset {row_name!r} cannot be deleted: {', '.join(labels[:_NAMED])}{more} "
+            f"dataset {name!r} cannot be deleted: {', '.join(labels[:_NAMED])}{more} "
             f"{'was' if len(labels) == 1 else 'were'} trained on it; delete the models first: pyroshock models delete "
             f"{labels[0]}"
         )

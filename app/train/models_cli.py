@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 
 from ..cli.common import db_option, errors_as_one_line, json_option, note
@@ -13,16 +15,22 @@ from .cli import list_models, tell_version
 
 @click.command()
 @click.argument("model", metavar="MODEL@VERSION", shell_complete=model_versions)
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Draw the trials of the search for settings, and the importance of each setting, into FILE.png.",
+)
 @db_option
 @json_option
-def show(model: str, db: str, json_to: str | None) -> None:
+def show(model: str, plot: Path | None, db: str, json_to: str | None) -> None:
     """Show one version of a model: its figures, and the settings that its training searched and chose.
 
-    `MODEL@champion` is the version in use, and MODEL alone is the newest version.
+    `MODEL@champion` is the version in use, and MODEL alone is the newest version. The JSON has every trial of the
+    search with its settings, its score and its duration in seconds.
 
     \b
     Example:
-        pyroshock models show gp@1
+        pyroshock models show gp@1 --plot search.png
     """
     with errors_as_one_line():
         from ...training.registry.listing import chosen
@@ -30,7 +38,7 @@ def show(model: str, db: str, json_to: str | None) -> None:
 
         registry = registry_of(db)
         with models_extra():
-            tell_version(registry, chosen(registry.versions(), model), json_to)
+            tell_version(registry, chosen(registry.versions(), model), json_to, plot)
 
 
 @click.command()

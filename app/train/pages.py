@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from fastapi import APIRouter, Form, Query
 from sqlalchemy import select
@@ -25,7 +25,9 @@ from .charts import (
     difference_figure,
     differences_to,
     history_figure,
+    importance_figure,
     residual_figures,
+    search_figure,
     training_figures,
 )
 from .figures import (
@@ -37,7 +39,11 @@ from .figures import (
     version_rows,
     worst_pulses,
 )
+from .searches import importance_of, importance_sentence, search_sentence, trial_rows
 from .wording import bounded, error_sentence, lead_sentence, share, share_range, share_with_range, unseen
+
+if TYPE_CHECKING:
+    from ...training.tuning.trials import SettingsSearch
 
 router = APIRouter()
 #: Metrics in the list that are relative errors; a version's page has all.
@@ -218,6 +224,7 @@ def model(
         figures = None if evaluation is None else evaluated_figures(evaluation, chosen.label)
         fit_settings = registry.fit_settings(chosen)
         histories = registry.fit_histories(chosen)
+        searches = registry.searches(chosen)
         decisions = [entry for entry in registry.decisions() if entry.candidate == chosen.label]
     return page(
         request,
@@ -233,6 +240,7 @@ def model(
         worst=[] if evaluation is None else _with_impacts(store, worst_pulses(evaluation, chosen.label)),
         history=history_figure(rows),
         training=training_figures(histories),
+        searches=[_search(part, search) for part, search in searches.items()],
         decisions=decisions,
         decision=decisions[0] if decided and decisions else None,
         settings=fit_settings,
@@ -240,6 +248,18 @@ def model(
         campaigns=[entry["name"] for entry in store.read(list_campaigns)],
         **_WORDS,
     )
+
+
+def _search(part: str, search: SettingsSearch) -> dict[str, Any]:
+    """What the page says and draws of a search for settings."""
+    importance = importance_of(search)
+    return {
+        "sentence": search_sentence(part, search),
+        "figure": search_figure(search),
+        "importance": None if importance is None else importance_figure(importance),
+        "importance_sentence": importance_sentence(search, importance),
+        "trials": trial_rows(search),
+    }
 
 
 def _evaluation(registry: Any, version: Any, store: Store) -> tuple[Any, str]:

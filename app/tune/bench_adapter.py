@@ -23,6 +23,7 @@ from ...twin.tune.goal import Goal, Outside, Refusals
 from ...twin.tune.probability import Proposal
 from ...twin.tune.space import Amount, ContinuousRange, Levels, TuningSpace
 from ...twin.tune.tuner import SettingToAvoid, Tuned
+from ..common.quantities import display_of
 from ..twins.benches import LEAST_PRESSURE_PA
 
 NONE = "none"
@@ -151,14 +152,14 @@ def outside_of(twin: Twin) -> Outside:
     def outside(settings: Sequence[Setting]) -> list[tuple[str, ...]]:
         out_of_domain = twin.contact.outside(ImpactBatch(settings, twin.velocities(settings)))
         return [
-            tuple(f"{o.predictor} = {_setting_value_text(o.value)}, learned: {o.range}" for o in entries)
+            tuple(f"{display_of(o.predictor).label} {_value_text(o.value)}, learned: {o.range}" for o in entries)
             for entries in out_of_domain
         ]
 
     return outside
 
 
-def _setting_value_text(value: float | str) -> str:
+def _value_text(value: float | str) -> str:
     return value if isinstance(value, str) else f"{value:.4g}"
 
 

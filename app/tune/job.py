@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
-from urllib.parse import urlencode
 
 from ..common.number_format import finite
 from ..jobs.kind import Ending, JobForm, Kind, Result, RunningJob, ending_of
@@ -76,10 +75,12 @@ def _do(work: RunningJob, arguments: TuneArguments) -> Ending:
 
 def _answer(arguments: TuneArguments, session: TuningSession, tuning: Tuned) -> dict[str, Any]:
     """`tune --json`, with whether the target is met, the target, what to avoid, and notes."""
+    from ...twin.tune.probability import DRAWS
     from .bench_adapter import SHOWN, avoid_json, proposal_rows
 
     goal = session.goal
     return {
+        "draws": DRAWS,
         "attainability": finite(tuning.attainability.as_json()),
         "proposals": proposal_rows(tuning),
         "avoid": [avoid_json(setting) for setting in tuning.avoid[:SHOWN]],
@@ -93,12 +94,11 @@ def _answer(arguments: TuneArguments, session: TuningSession, tuning: Tuned) -> 
 
 
 def _form(arguments: TuneArguments) -> JobForm:
-    twin = {"campaign": arguments.campaign, "contact": arguments.contact, "plate": arguments.plate}
-    query = urlencode({name: value for name, value in twin.items() if value})
     fields: dict[str, str | list[str]] = {"text": arguments.target, "tolerance": arguments.tolerance}
     fields |= {"measured": ",".join(arguments.measured), "at_least": f"{arguments.at_least:g}"}
-    fields |= {"share": f"{arguments.share:g}"}
-    return JobForm(f"/twin{'?' if query else ''}{query}#search", "tune", fields)
+    fields |= {"share": f"{arguments.share:g}", "campaign": arguments.campaign or ""}
+    fields |= {"contact": arguments.contact or "", "plate": arguments.plate or ""}
+    return JobForm("/tune", "tune", fields)
 
 
 TUNE = Kind("tune", TuneArguments, _do, form=_form)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from scipy.stats import binomtest
 
 from ..common.number_format import format_number, percent
 from ..common.quantities import cell, display_of
@@ -41,15 +42,49 @@ def setting_words(settings: Mapping[str, Any]) -> str:
     return ", ".join((*numbers, tip, anvil, f"position {settings['impact_position']}"))
 
 
+def answer_sentence(data: Mapping[str, Any]) -> str:
+    """Whether the target is met, with the probability and its 90 % interval (`tune_job`'s result).
+
+    The interval is Wilson's of the draws of the twin; results of older software do not say how many there were. Empty
+    for a result without an answer.
+    """
+    attainability = data.get("attainability")
+    if not attainability:
+        return ""
+    if not data["proposals"]:
+        return "The target is not met: this bench can fire no setting for it."
+    probability, draws = attainability["probability"], data.get("draws")
+    interval = ""
+    if draws:
+        low, high = binomtest(round(probability * draws), draws).proportion_ci(0.9, method="wilson")
+        interval = f" (90 % interval {100 * low:.0f} to {100 * high:.0f} %, from {draws} draws of the twin)"
+    stated = f"a probability of {_likely(probability)}{interval}"
+    if attainability["meets"]:
+        return f"The target is met with {stated}."
+    required = f"{percent(attainability['at_least'])} is required"
+    return f"The target is not met: the best setting has {stated}, and {required}."
+
+
+def _likely(probability: float) -> str:
+    """Draws do not tell certainty: none of some hundred is not never."""
+    if probability < 0.005:
+        return "less than 1 %"
+    return "more than 99 %" if probability > 0.995 else percent(probability)
+
+
 def verdict_text(data: Mapping[str, Any]) -> str:
     """The best setting with its probability and its worst line (`tune_job`'s result); empty without a proposal."""
     if not data["proposals"]:
         return ""
     best = data["proposals"][0]
-    text = (
-        f"With {setting_words(best['settings'])}, every line of the spectrum lies within tolerance with a probability "
-        f"of {percent(best['probability_within'])}."
-    )
+    attainability = data.get("attainability")
+    if attainability and not attainability["meets"]:
+        text = f"The best setting is {setting_words(best['settings'])}."
+    else:
+        text = (
+            f"With {setting_words(best['settings'])}, every line of the spectrum lies within tolerance with a "
+            f"probability of {_likely(best['probability_within'])}."
+        )
     worst = best["worst_frequency_hz"]
     if worst is None or best["worst_margin_db"] is None:
         return text

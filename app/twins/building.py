@@ -261,13 +261,26 @@ def _contact(
         prior = _prior(bench, (*effects, *adopted))
         note = f"contact: {prior.label}, each drawn from its likely range; no model is in use for the {bench.kind}"
         return prior, note
-    if registry is None:
-        laws = ", ".join((PRIOR, *LAWS))
-        raise LookupError(f"no law of contact {request.contact!r}, and no models; laws: {laws}")
-    from ...training.registry.listing import chosen
+    return _registered_with(session, *_named_version(db, request.contact), effects, adopted)
 
-    version = chosen(registry.versions(), request.contact.removeprefix("models:/"))
-    return _registered_with(session, registry, version, effects, adopted)
+
+def check_contact(db: str, name: str) -> None:
+    """Raises `LookupError` for a name that no twin can take: it is no law, and no version that is registered."""
+    from ...twin.contact.laws import LAWS
+
+    if name not in (PRIOR, REGISTERED, *LAWS):
+        _named_version(db, name)
+
+
+def _named_version(db: str, name: str) -> tuple[Registry, Version]:
+    """The registry and the version that a name means in it. Raises `LookupError` for an unknown one."""
+    from ...training.registry.listing import chosen
+    from ...twin.contact.laws import LAWS
+
+    registry = _registry(db)
+    if registry is None:
+        raise LookupError(f"no law of contact {name!r}, and no models; laws: {', '.join((PRIOR, *LAWS))}")
+    return registry, chosen(registry.versions(), name.removeprefix("models:/"))
 
 
 def _none_in_use(bench_kind: str) -> str:

@@ -11,10 +11,13 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from ...schema.conditions import list_campaign_names
+from ..common.model_registry import models_extra
 from ..common.quantities import display_of
 from ..documents.page import html_of
-from ..web.dependencies import Key, OpenStore, Running
+from ..twins.building import check_contact
+from ..web.dependencies import Configured, Key, OpenStore, Running, Word
 from ..web.figures_base import COLOURS, Figure, bars, categories, figure, line, points
+from ..web.forms import FieldError
 from ..web.jobs_pages import finished_result, followed
 from ..web.rendering import page
 from .api import ValidationQuestion, validate_job
@@ -116,20 +119,30 @@ router = APIRouter()
 
 
 @router.get("/validations")
-def validations(request: Request, store: OpenStore, running: Running, campaign: str = "") -> Response:
+def validations(
+    request: Request, store: OpenStore, running: Running, campaign: str = "", contact: Word = ""
+) -> Response:
+    """`campaign` and `contact` are in the form from the start."""
     with store.reading() as session:
         names = list_campaign_names(session)
     made = [job for job in running.listed() if job.kind == VALIDATE.name]
-    return page(request, "validations.html", campaigns=names, campaign=campaign, jobs=made)
+    return page(request, "validations.html", campaigns=names, campaign=campaign, contact=contact, jobs=made)
 
 
 @router.post("/validations")
 def validate(
     store: OpenStore,
     running: Running,
+    settings: Configured,
     campaign: Annotated[str, Form(max_length=200)],
     contact: Annotated[str, Form(max_length=200)] = "",
 ) -> Response:
+    if contact.strip():
+        try:
+            with models_extra():
+                check_contact(settings.db, contact.strip())
+        except LookupError as error:
+            raise FieldError("contact", str(error)) from error
     question = ValidationQuestion(campaign=campaign, contact=contact.strip() or None)
     try:
         job = validate_job(running, store, question)

@@ -80,4 +80,6 @@ def test_a_history_needs_two_versions_and_two_steps():
     (trace,) = history_figure(rows)["data"]
     assert trace["x"] == ["gp@1", "gp@2"] and trace["y"] == pytest.approx([4.2, 3.0])
     assert min(mean - low for mean, low in zip(trace["y"], trace["error_y"]["arrayminus"], strict=True)) >= 0
-    assert list(training_figures({"force.loss": [(0, 2.0), (1, 1.0)], "time.loss": [(0, 1.0)]})) == ["force loss"]
+    histories = {"force.loss": [(0, 2.0), (1, 1.0)], "time.loss": [(0, 1.0)], "time.search_error": [(0, 1.0), (1, 2.0)]}
+    (sentence,) = training_figures(histories)
+    assert sentence == "Learning curve of the contact force: loss after each step of the training"

@@ -19,6 +19,7 @@ from pyroshock.dataset.table import PulseTable
 from pyroshock.training.estimators.base import FitReport
 from pyroshock.training.evaluation.metrics import METRICS
 from pyroshock.training.models.analytic import Analytic
+from pyroshock.training.tuning.trials import SettingsSearch, Trial
 from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.stores.hammer_stores import filled_store, full_campaign
 from support.stores.registries import fresh_registry, without_figures, without_judging_the_first
@@ -121,7 +122,10 @@ def reporting_laws(monkeypatch):
 
     def report(law):
         settings = {"force.kernel": law.law, "force.noise": 0.25}
-        return FitReport(settings | ({"force.rank": 3} if law.law == "hann" else {}), {}, {"force.loss": [2.0, 1.0]})
+        trials = tuple(Trial({"rank": rank}, 1.0 / rank, 0.5) for rank in (1, 2, 3))
+        searches = {"force": SettingsSearch("grid search", "error", trials)} if law.law == "hann" else {}
+        rank = {"force.rank": 3} if searches else {}
+        return FitReport(settings | rank, {}, {"force.loss": [2.0, 1.0]}, searches)
 
     monkeypatch.setattr(Analytic, "fit_report", report)
 
@@ -144,7 +148,20 @@ def test_compare_and_models_show_settings_and_histories(lab, reporting_laws):
     assert row["histories"] == {"force.loss": [[0, 2.0], [1, 1.0]]}
     shown = done(lab("models", "hann@1")).stdout
     assert "hann@1, dataset spring, split repetitions, seed 0" in shown and "force.kernel  hann" in shown
+    assert "the grid search tried 3 combinations of settings. The best has the score 0.333 (error)" in shown
+    assert "Only one setting was searched" in shown
     assert "no 'hann@7'" in lab("models", "hann@7").stderr
+
+
+def test_models_show_gives_every_trial_as_json_and_draws_them(lab, reporting_laws, tmp_path):
+    done(lab("train", "spring", "--models", "hann,hertz", "--split", "repetitions"))
+    row = json.loads(done(lab("models", "show", "hann@1", "--json", "--plot", tmp_path / "search.png")).stdout)
+    assert row["searches"]["force"]["trials"][2] == {"settings": {"rank": 3}, "score": 1.0 / 3, "duration_s": 0.5}
+    assert (tmp_path / "search.png").read_bytes().startswith(b"\x89PNG")
+    assert json.loads(done(lab("models", "show", "hertz@1", "--json")).stdout)["searches"] == {}
+    refused = lab("models", "show", "hertz@1", "--plot", tmp_path / "none.png")
+    assert refused.exit_code == 2 and "hertz@1 has no trials to draw" in refused.stderr
+    assert not (tmp_path / "none.png").exists()
 
 
 def test_compare_needs_pulses_in_common(lab):

@@ -8,6 +8,7 @@ import os
 import shutil
 import sqlite3
 import threading
+import time
 import uuid
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -27,6 +28,7 @@ from pyroshock.training.registry.model_storage import VARIABLE, storage_for
 from pyroshock.training.registry.promotion import promote
 from pyroshock.training.registry.records import DatasetName, Trained, Version
 from pyroshock.training.registry.registry import Registry
+from pyroshock.training.tuning.trials import SettingsSearch, Trial
 from sqlalchemy import make_url
 from support.records.pulse_tables import PREDICTORS, frame_of_inputs, inputs_at, pulse_table
 from support.stores.databases import _execute
@@ -148,7 +150,28 @@ REPORT = FitReport(
     {"force.kernel": "matern", "force.noise": 0.013, "force.rank": 3, "force.ard": True, "force.layers": "10-10"},
     {"force.lengthscale": [0.5 + 0.1 * number for number in range(len(PREDICTORS))]},
     {"force.loss": [1 / (1 + step) for step in range(1000)], "time.search_error": [0.3, 0.2, 0.25]},
+    {
+        "time": SettingsSearch(
+            "grid search",
+            "error",
+            (Trial({"rank": 3, "kernel": "rbf", "ard": True}, 0.3, 1.5), Trial({"rank": 4}, 0.2)),
+        )
+    },
 )
+
+
+def test_trials_of_searches_read_back_fast_and_are_none_of_an_older_version(registry):
+    made = replace(trained(context_in(registry), "hann"), fit_report=REPORT)
+    version = registry.record(made)
+    begun = time.perf_counter()
+    searches = registry.searches(version)
+    assert time.perf_counter() - begun < 0.1
+    assert searches == REPORT.searches
+    assert [trial.duration_s for trial in searches["time"].trials] == [1.5, None]
+    assert searches["time"].settings == ("rank", "kernel", "ard")
+    assert searches["time"].best.settings == {"rank": 4}
+    older = registry.record(replace(made, fit_report=FitReport({"force.rank": 3})))
+    assert registry.searches(older) == {}
 
 
 def test_what_was_searched_and_learned_reads_back(registry):
@@ -170,6 +193,7 @@ def test_version_has_the_settings_and_histories_that_its_model_reports(recorded,
     report = recorded.trained[model].fit_report
     assert registry.fit_settings(version) == report.parameters([predictor.name for predictor in PREDICTORS])
     histories = registry.fit_histories(version)
+    assert registry.searches(version) == report.searches
     assert histories.keys() == report.histories.keys()
     assert {name: history[-1][1] for name, history in histories.items()} == {
         name: values[-1] for name, values in report.histories.items()

@@ -258,11 +258,13 @@ def test_history_of_the_shared_search_is_registered_with_every_model_that_shares
     pulses = training_context.table.take(split_of(training_context.table, "repetitions", 0).train)
     process = ContactTimeProcess(iterations=2, search_rows=40)
     process.fit(pulses.x, pulses.contact_time_s[:, None], pulses.configuration, np.random.default_rng(1))
-    searched = TimeSettings(process.tuned_, 1.5, {"search_error": [0.5, 0.25]})
+    searched = TimeSettings(process.tuned_, 1.5, {"search_error": [0.5, 0.25]}, process.fit_report().searches)
     run_tasks.write_time_settings(searched, "repetitions", training_context)
     shared, alone = train(registry, context_in(registry), ["nn-narrow", "linear"], SPLITS[:1]).versions
     assert registry.fit_histories(shared)["time.search_error"] == [(0, 0.5), (1, 0.25)]
     assert registry.fit_settings(shared)["time.search_seconds"] == 1.5
+    assert registry.searches(shared) == {"time": process.search_}
+    assert registry.searches(alone) == {}
     assert not any(name.startswith("time.search") for name in registry.fit_histories(alone))
 
 

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
+from ..tuning.trials import SettingsSearch
 
 #: A setting as MLflow keeps it: text and truth values as parameters, numbers as parameters and figures.
 SettingValue = str | bool | int | float
@@ -31,13 +32,15 @@ class FitReport:
     """`settings` that were searched or learned, by name ("kernel", "noise", "layers", "regularisation").
 
     `by_predictor` are numbers of which there is one for each predictor ("lengthscale"), in the predictors' order.
-    `histories` are values by step ("loss", "search_error"), the first step first. Numbers are of standardised columns
-    where the name does not say otherwise.
+    `histories` are values by step ("loss", "search_error"), the first step first. `searches` are the trials of a search
+    for settings, by the part of the model that it was for; "" for the whole. Numbers are of standardised columns where
+    the name does not say otherwise.
     """
 
     settings: Mapping[str, SettingValue] = field(default_factory=dict)
     by_predictor: Mapping[str, Sequence[float]] = field(default_factory=dict)
     histories: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    searches: Mapping[str, SettingsSearch] = field(default_factory=dict)
 
     def under(self, prefix: str) -> FitReport:
         """The same with every name below `prefix` ("force.kernel")."""
@@ -45,6 +48,7 @@ class FitReport:
             {f"{prefix}.{name}": value for name, value in self.settings.items()},
             {f"{prefix}.{name}": values for name, values in self.by_predictor.items()},
             {f"{prefix}.{name}": values for name, values in self.histories.items()},
+            {f"{prefix}.{name}".rstrip("."): search for name, search in self.searches.items()},
         )
 
     def joined(self, other: FitReport) -> FitReport:
@@ -53,6 +57,7 @@ class FitReport:
             {**self.settings, **other.settings},
             {**self.by_predictor, **other.by_predictor},
             {**self.histories, **other.histories},
+            {**self.searches, **other.searches},
         )
 
     def parameters(self, predictors: Sequence[str]) -> dict[str, SettingValue]:

@@ -12,6 +12,7 @@ from ...array_types import Floats
 from ..gp.maximise import one_core
 from ..tuning.bayesian import Between, OneOf, Space, bayesian_minimum
 from ..tuning.folds import grouped_folds
+from ..tuning.trials import SettingsSearch, Trial
 from .base import Arrays, FitReport, Gaussian, LearnedArrays, Shape
 from .exact_process import ProcessSolution, fitted, left_out_error
 
@@ -72,8 +73,8 @@ class ContactTimeProcess(LearnedArrays):
 
     #: What was found, as JSON holds it: the settings, `lengthscales`, `signal`, `noise_level` and the search's `error`.
     tuned_: dict[str, Any] | None = None
-    #: Errors of the settings that were tried, and losses of the last fit, in turn; not kept on disk.
-    search_errors_: tuple[float, ...] = ()
+    #: The settings that were tried with their errors, and losses of the last fit, in turn; not kept in `arrays`.
+    search_: SettingsSearch | None = None
     losses_: list[float] | None = None
 
     def settings(self) -> dict[str, Any]:
@@ -150,11 +151,11 @@ class ContactTimeProcess(LearnedArrays):
 
         if not space:
             error = error_of({})
-            self.search_errors_ = (error,)
+            self.search_ = _search_of((Trial({}, error),))
             return dict(fixed), error
         first = {name: THESIS[name] for name in space}
         minimum = bayesian_minimum(error_of, space, self.iterations, rng, first)
-        self.search_errors_ = minimum.history
+        self.search_ = _search_of(minimum.trials)
         return {**fixed, **minimum.settings}, minimum.value
 
     def fit_report(self) -> FitReport:
@@ -163,12 +164,19 @@ class ContactTimeProcess(LearnedArrays):
         own_scales = tuned["lengthscales"] if tuned["ard"] else tuned["lengthscales"][:1]
         learned = {"signal": tuned["signal"], "noise_level": tuned["noise_level"], "best_search_error": tuned["error"]}
         common = {} if tuned["ard"] else {"lengthscale": float(own_scales[0])}
-        histories = {"search_error": list(self.search_errors_), "loss": self.losses_ or []}
+        trials = () if self.search_ is None else self.search_.trials
+        histories = {"search_error": [trial.score for trial in trials], "loss": self.losses_ or []}
         return FitReport(
             {**settings, **learned, **common, "search_iterations": self.iterations},
             {"lengthscale": list(own_scales)} if tuned["ard"] else {},
             {name: history for name, history in histories.items() if history},
+            {"": self.search_} if self.search_ is not None and self.search_.settings else {},
         )
+
+
+def _search_of(trials: tuple[Trial, ...]) -> SettingsSearch:
+    logarithmic = tuple(name for name, setting in SPACE.items() if isinstance(setting, Between))
+    return SettingsSearch("Bayesian optimisation", "mean relative error of left-out rows", trials, logarithmic)
 
 
 def _as_arrays(x: Floats, y: Floats, tuned: Mapping[str, Any]) -> Arrays:

@@ -15,6 +15,7 @@ from ...array_types import Floats
 from ...parallel.executor import HERE, ExecutorConfig
 from ..tuning.folds import grouped_folds
 from ..tuning.genetic import CREEP, CROSSED, MUTATED, Genes, GeneticResult, Search, SearchJournal, run_search
+from ..tuning.trials import SettingsSearch, Trial
 from .base import Arrays, Estimator, FitReport, Gaussian, SettingValue, Standard, require_fitted
 from .network import OPTIMISER, Network, one_thread, outputs_of, train_network
 
@@ -34,7 +35,7 @@ class GeneticNetwork(Estimator):
 
     Attributes, not settings, for they do not change what is found: `journal`, a file that keeps the search's state so
     that an interrupted one resumes; `progress`, told after each generation; `executor`, which tries the candidates.
-    `found_` is the outcome of `fit`.
+    `found_` is the outcome of `fit`, `search_` what was tried for it.
     """
 
     kind = "genetic-network"
@@ -42,6 +43,7 @@ class GeneticNetwork(Estimator):
     progress: Callable[[str], None] | None = None
     executor: ExecutorConfig = HERE
     found_: GeneticResult | None = None
+    search_: SettingsSearch | None = None
     network_: Network | None = None
 
     def __init__(
@@ -63,6 +65,7 @@ class GeneticNetwork(Estimator):
         journal = SearchJournal(self.journal, self._fingerprint(seed, x, y, groups))
         with one_thread():
             self.found_ = run_search(search, evaluate, seed, journal, self.progress, show, self.executor)
+        self.search_ = _search_of(journal)
         chance = _chance(seed, self.found_.genes)
         self.network_ = Network(*decoded(self.found_.genes), self.iterations).fit(x, y, groups, chance)
         return self
@@ -102,7 +105,8 @@ class GeneticNetwork(Estimator):
         if self.found_ is not None:
             settings |= {"search_best": self.found_.value, "candidates_evaluated": self.found_.evaluated}
             histories = {"search_best": self.found_.best, "candidates_evaluated": self.found_.evaluated_by_generation}
-        return self._network().fit_report().joined(FitReport(settings, histories=histories))
+        searches = {} if self.search_ is None else {"": self.search_}
+        return self._network().fit_report().joined(FitReport(settings, histories=histories, searches=searches))
 
     def _network(self) -> Network:
         return require_fitted(self.network_, self.kind)
@@ -142,6 +146,21 @@ def decoded(genes: Genes) -> tuple[tuple[int, ...], float]:
     """Neurons of each hidden layer, and lambda."""
     layers, neurons, penalty = genes
     return (NEURONS[neurons],) * LAYERS[layers], PENALTIES[penalty]
+
+
+def _search_of(journal: SearchJournal) -> SettingsSearch:
+    """Every candidate that was evaluated; those of an earlier search that this one resumed, too."""
+    trials = tuple(
+        Trial(
+            {"hidden_layers": len(layers), "neurons_per_layer": layers[0], "regularisation": penalty},
+            value,
+            journal.durations_s.get(genes),
+        )
+        for genes, value in journal.values.items()
+        for layers, penalty in [decoded(genes)]
+    )
+    score = "mean RMSE over range of left-out configurations"
+    return SettingsSearch("genetic search", score, trials, ("neurons_per_layer", "regularisation"))
 
 
 def show(genes: Genes) -> str:

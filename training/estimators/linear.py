@@ -125,6 +125,7 @@ class KernelRidge(PipelineRegression):
         "gamma": np.geomspace(0.003, 1.0, 6).tolist(),
         "alpha": np.geomspace(1e-4, 1.0, 5).tolist(),
     }
+    logarithmic: ClassVar = ("gamma", "alpha")
     folds: ClassVar[int] = 5
     search_outputs: ClassVar[int] = 20
 

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from ...array_types import Floats
 from ..tuning.folds import grouped_folds
+from ..tuning.trials import SettingsSearch, plain_trials
 from .base import Arrays, Estimator, FitReport, Gaussian, require_fitted
 
 
@@ -107,13 +108,15 @@ class PipelineRegression(Estimator):
     folds: ClassVar[int] = 3
     #: Types in the regressor's file that skops does not trust by itself.
     trusted: ClassVar[tuple[str, ...]] = ()
+    #: Settings of `grid` whose values are spaced by their logarithm.
+    logarithmic: ClassVar[tuple[str, ...]] = ()
     #: How many outputs choose for all: neighbours on a pulse are too alike to be asked each.
     search_outputs: ClassVar[int] = 4
 
     regressor_: Any = None
     #: What the spread needs beside the regressor.
     spread_: Arrays
-    search_errors_: tuple[float, ...] = ()
+    search_: SettingsSearch | None = None
 
     @abstractmethod
     def pipeline(self, seed: int) -> Any:
@@ -147,8 +150,10 @@ class PipelineRegression(Estimator):
     def fit_report(self) -> FitReport:
         values = self._regressor().get_params()
         settings = self.settings() | {name: values[parameter] for name, parameter in self.parameters.items()}
-        histories = {"search_error": self.search_errors_} if self.search_errors_ else {}
-        return FitReport(settings=settings, histories=histories)
+        if self.search_ is None:
+            return FitReport(settings=settings)
+        errors = [trial.score for trial in self.search_.trials]
+        return FitReport(settings=settings, histories={"search_error": errors}, searches={"": self.search_})
 
     def arrays(self) -> Arrays:
         import sklearn
@@ -222,7 +227,12 @@ class PipelineRegression(Estimator):
         splits = [(np.flatnonzero(~fold), np.flatnonzero(fold)) for fold in folds]
         search = GridSearchCV(regressor, candidates, scoring="neg_mean_squared_error", cv=splits, refit=False)
         search.fit(x, StandardScaler().fit_transform(y[:, outputs]))
-        self.search_errors_ = tuple((-search.cv_results_["mean_test_score"]).tolist())
+        results, named = search.cv_results_, {parameter: name for name, parameter in self.parameters.items()}
+        tried = [{named[parameter]: value for parameter, value in values.items()} for values in results["params"]]
+        seconds = len(splits) * (results["mean_fit_time"] + results["mean_score_time"])
+        trials = plain_trials(tried, (-results["mean_test_score"]).tolist(), seconds.tolist())
+        score = "mean squared error of left-out configurations, standardised"
+        self.search_ = SettingsSearch("grid search", score, trials, self.logarithmic)
         return regressor.set_params(**search.best_params_)
 
     def _learn(self, regressor: Any, x: Floats, y: Floats) -> Self:

@@ -32,6 +32,7 @@ class SupportVectors(PipelineRegression):
     }
     #: For standardised predictors and outputs.
     grid: ClassVar = {"gamma": (0.006, 0.02, 0.06, 0.2), "cost": (1.0, 10.0, 100.0)}
+    logarithmic: ClassVar = ("gamma", "cost")
 
     def pipeline(self, seed: int) -> Any:  # noqa: ARG002
         from sklearn.svm import SVR
@@ -63,6 +64,7 @@ class SupportVectorKernel(PipelineRegression):
     }
     #: For standardised predictors and outputs.
     grid: ClassVar = {"gamma": (0.03, 0.1, 0.3), "cost": (1.0, 10.0, 100.0)}
+    logarithmic: ClassVar = ("gamma", "cost")
     search_outputs: ClassVar[int] = 2
 
     def pipeline(self, seed: int) -> Any:

@@ -25,6 +25,7 @@ from ..estimators.base import FitReport
 from ..models.catalogue import entry_of
 from ..models.training_task import TRAINING_VERSION, TrainingTask, rng_of
 from ..registry.records import Trained
+from ..tuning.trials import SettingsSearch, searches_from
 from .fitting import FittingFailure, TrainingContext, try_fit
 
 
@@ -32,17 +33,19 @@ from .fitting import FittingFailure, TrainingContext, try_fit
 class TimeSettings:
     """What was found for the contact time of a split's training pulses, how long it took, and how the search went.
 
-    `histories` are those of `FitReport`: by name a value for each step. A file of older software has none.
+    `histories` and `searches` are those of `FitReport`. A file of older software has none.
     """
 
     tuned: Mapping[str, Any]
     seconds: float
     histories: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    searches: Mapping[str, SettingsSearch] = field(default_factory=dict)
 
     @property
     def report(self) -> FitReport:
         """What a model that shares the search says of it beside its own training."""
-        return FitReport({"search_seconds": self.seconds}, histories=self.histories).under("time")
+        report = FitReport({"search_seconds": self.seconds}, histories=self.histories, searches=self.searches)
+        return report.under("time")
 
 
 def search_contact_time(split: str, context: TrainingContext) -> TimeSettings:
@@ -54,8 +57,9 @@ def search_contact_time(split: str, context: TrainingContext) -> TimeSettings:
 def read_time_settings(split: str, context: TrainingContext) -> TimeSettings | None:
     """What was found earlier."""
     try:
-        return TimeSettings(**json.loads(_file(split, context).read_text(encoding="utf-8")))
-    except (OSError, ValueError, TypeError):
+        document = json.loads(_file(split, context).read_text(encoding="utf-8"))
+        return TimeSettings(**{**document, "searches": searches_from(document.get("searches", {}))})
+    except (OSError, ValueError, TypeError, KeyError, AttributeError):
         return None  # not there, or not what we write
 
 
@@ -76,7 +80,8 @@ def _searched(pulses: PulseTable, rng: np.random.Generator) -> TimeSettings:
     process = ContactTimeProcess()
     process.fit(pulses.x, pulses.contact_time_s[:, np.newaxis], pulses.configuration, rng)
     assert process.tuned_ is not None
-    return TimeSettings(process.tuned_, time.perf_counter() - begun, process.fit_report().histories)
+    report = process.fit_report()
+    return TimeSettings(process.tuned_, time.perf_counter() - begun, report.histories, report.searches)
 
 
 def replace_text(file: Path, text: str) -> None:

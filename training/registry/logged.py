@@ -108,16 +108,20 @@ def _git(*arguments: str) -> str:
 
 #: The predictions that the metrics came from.
 HELD_OUT = "held_out.npz"
+#: The trials of the searches for settings; not written where nothing was searched.
+SEARCHES = "searches.json"
 #: Of a history so many points are kept, evenly with the first and the last: a picture shows no more.
 MOST_STEPS = 200
 
 
 def log_files(client: MlflowClient, run_id: str, trained: Trained, room: Path) -> None:
-    """Held-out predictions, plots and versions of the code, all in one call."""
+    """Held-out predictions, trials of searches, plots and versions of the code, all in one call."""
     room.mkdir()
     write_held_out(trained.held_out, room / HELD_OUT)
     versions = code_version(trained.packed[0]["model"])
     (room / "code_version.json").write_text(json.dumps(versions, indent=2), encoding="utf-8")
+    if searches := {name: search.as_json() for name, search in trained.fit_report.searches.items()}:
+        (room / SEARCHES).write_text(json.dumps(searches), encoding="utf-8")
     for name, content in trained.figures.items():
         (room / name).write_bytes(content)
     client.log_artifacts(run_id, str(room))

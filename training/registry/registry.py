@@ -19,11 +19,12 @@ from typing import TYPE_CHECKING
 from ...schema.transactions import is_transient, retry
 from ..estimators.base import SettingValue
 from ..models.serialization import ARRAYS_FILE, MODEL_FILE, ModelFileError, read_files, read_model
+from ..tuning.trials import SettingsSearch, searches_from
 from .connection import Connection, RegistryError, patient
 from .decisions import champions_of, crown, decide, decisions, next_stamp, settle
 from .listing import in_order
 from .locks import exclusive_lock
-from .logged import HELD_OUT, code_version, log_figures, log_files, log_model
+from .logged import HELD_OUT, SEARCHES, code_version, log_figures, log_files, log_model
 from .model_storage import ModelStorage
 from .records import DatasetName, Decision, HeldOutPredictions, RegisteredModel, Trained, Version
 from .tags import (
@@ -108,6 +109,23 @@ class Registry:
             names = [name for name in data.metrics if name.startswith(FIT) and name not in data.params]
             points = {name: client.get_metric_history(version.run_id, name) for name in sorted(names)}
         return {name.removeprefix(FIT): sorted((p.step, p.value) for p in points[name]) for name in points}
+
+    @patient
+    def searches(self, version: Version) -> dict[str, SettingsSearch]:
+        """The trials of a version's searches for settings, by the part of the model ("force", "time").
+
+        Empty where nothing was searched, or older software trained the version, or its files are gone.
+        """
+        with self._files_of(version) as (client, room):
+            uri = client.get_run(version.run_id).info.artifact_uri
+            stored_here = uri.startswith("file:")
+            if not stored_here and all(file.path != SEARCHES for file in client.list_artifacts(version.run_id)):
+                return {}
+            try:
+                content = self._fetched(f"{uri}/{SEARCHES}", room, version).read_bytes()
+            except RegistryError:
+                return {}
+        return searches_from(json.loads(content))
 
     def damage(self, version: Version) -> str | None:
         """What is wrong with a version's files; None where they are those written.

@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from .trials import Trial
+
 
 @dataclass(frozen=True)
 class OneOf:
@@ -31,11 +33,11 @@ Space = Mapping[str, OneOf | Between]
 
 @dataclass(frozen=True)
 class BayesianResult:
-    """The best settings and what the objective gave there; `history` are all values, in the order of the search."""
+    """The best settings and what the objective gave there; `trials` are all that was tried, in their order."""
 
     settings: dict[str, Any]
     value: float
-    history: tuple[float, ...]
+    trials: tuple[Trial, ...]
 
 
 def bayesian_minimum(
@@ -62,8 +64,12 @@ def bayesian_minimum(
         if first is not None:
             study.enqueue_trial(dict(first))
         study.optimize(lambda trial: _finite(objective, _proposed(trial, space)), n_trials=iterations)
-    history = tuple(float(trial.value) for trial in study.trials if trial.value is not None)
-    return BayesianResult(dict(study.best_params), float(study.best_value), history)
+    return BayesianResult(dict(study.best_params), float(study.best_value), _trials(study))
+
+
+def _trials(study: Any) -> tuple[Trial, ...]:
+    ended = [trial for trial in study.trials if trial.value is not None]
+    return tuple(Trial(dict(trial.params), float(trial.value), trial.duration.total_seconds()) for trial in ended)
 
 
 def _proposed(trial: Any, space: Space) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import json
 import os
+import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -34,6 +35,8 @@ Key = tuple[int, ...]
 class SearchJournal:
     """Values by key, in a file of JSON lines whose first tells which search it belongs to; no file without `path`.
 
+    `durations_s` are what the values took (s), by key; a line of older software has none.
+
     A line reaches the disk before `add` returns. A run that is killed leaves whole lines, and at most the last one
     torn: that one is cut off when the file is opened again. Not for two runs at once.
     """
@@ -42,6 +45,7 @@ class SearchJournal:
         """Opens or begins the file. Raises `ValueError` where it belongs to another search."""
         self.path = path
         self.values: dict[Key, float] = {}
+        self.durations_s: dict[Key, float] = {}
         if path is None:
             return
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -54,10 +58,12 @@ class SearchJournal:
             )
         for line in lines[1:]:
             self.values[tuple(line["key"])] = float(line["value"])
+            if "duration_s" in line:
+                self.durations_s[tuple(line["key"])] = float(line["duration_s"])
 
-    def add(self, key: Key, value: float) -> None:
-        self.values[key] = value
-        self._write({"key": list(key), "value": value})
+    def add(self, key: Key, value: float, duration_s: float) -> None:
+        self.values[key], self.durations_s[key] = value, duration_s
+        self._write({"key": list(key), "value": value, "duration_s": duration_s})
 
     def _write(self, line: dict[str, Any]) -> None:
         """One write of one line at the end of the file, and through to the disk."""
@@ -151,8 +157,8 @@ def run_search(
             population = _bred(search, population, values, np.random.default_rng([seed, generation]))
         # High levels first: where they are the dear ones, no worker is left with the dearest at the end.
         missing = sorted({genes for genes in population if genes not in journal.values}, reverse=True)
-        for genes, value in _evaluated(missing, evaluate, search.workers, executor):
-            journal.add(genes, value)
+        for genes, (value, duration_s) in _evaluated(missing, evaluate, search.workers, executor):
+            journal.add(genes, value, duration_s)
         seen.update(population)
         requested += search.population if generation == 0 else search.population - search.elite
         leader = min(seen, key=lambda genes: (journal.values[genes], genes))
@@ -166,22 +172,27 @@ def run_search(
     return GeneticResult(leader, best[-1], tuple(best), requested, tuple(evaluated))
 
 
+#: A value, and the seconds that it took.
+_Timed = tuple[float, float]
+
+
 def _evaluated(
     missing: Sequence[Genes], evaluate: Evaluate, workers: int, executor: ExecutorConfig
-) -> Iterable[tuple[Genes, float]]:
-    """Values as they come. Here by threads: PyTorch leaves Python's lock."""
+) -> Iterable[tuple[Genes, _Timed]]:
+    """Values as they come, each with its seconds. Here by threads: PyTorch leaves Python's lock."""
     if workers == 1 or not executor.is_here:
         return run_all_tasks(executor, _value, missing, shared=(evaluate,))
     return _by_threads(missing, evaluate, workers)
 
 
-def _value(genes: Genes, evaluate: Evaluate) -> float:
-    return evaluate(genes)
+def _value(genes: Genes, evaluate: Evaluate) -> _Timed:
+    begun = time.perf_counter()
+    return evaluate(genes), time.perf_counter() - begun
 
 
-def _by_threads(missing: Sequence[Genes], evaluate: Evaluate, workers: int) -> Iterable[tuple[Genes, float]]:
+def _by_threads(missing: Sequence[Genes], evaluate: Evaluate, workers: int) -> Iterable[tuple[Genes, _Timed]]:
     with ThreadPoolExecutor(workers) as pool:
-        running = {pool.submit(evaluate, genes): genes for genes in missing}
+        running = {pool.submit(_value, genes, evaluate): genes for genes in missing}
         try:
             for done in as_completed(running):
                 yield running[done], done.result()

@@ -114,10 +114,12 @@ const pyroshock = (() => {
   // A write as a script sends it, with the token that the page carries.
   const token = () => (document.querySelector('input[name="csrf"]') || {}).value || "";
   const asked = async (address, body) => {
-    const answer = await fetch(address, body === undefined ? {} :
-      { method: "POST", headers: { "Content-Type": "application/json", "X-CSRF-Token": token() }, body: JSON.stringify(body) });
+    // an error is JSON for a script that says that it is one, and a page for everybody else
+    const own = { "X-Pyroshock-Form": "1" };
+    const answer = await fetch(address, body === undefined ? { headers: own } :
+      { method: "POST", headers: { ...own, "Content-Type": "application/json", "X-CSRF-Token": token() }, body: JSON.stringify(body) });
     const said = await answer.json();
-    if (!answer.ok) throw new Error(said.detail || answer.statusText);
+    if (!answer.ok) throw new Error((said.faults && said.faults[0].message) || said.detail || answer.statusText);
     return said;
   };
   return { draw, asked, token, colour };

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from pyroshock.app.common.model_registry import registry_of
 from support.processes.browsers import Lab, asked, at, drawn, page_of, screenshot
+from support.stores.stores import run_pyroshock
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
@@ -72,8 +73,83 @@ def test_a_dataset_is_built_and_a_training_started_after_wrong_inputs(browser, l
         page.wait_for_url("**/jobs/*")
 
 
+def test_wrong_inputs_of_a_training_stand_at_their_fields(browser, lab):
+    with page_of(browser, lab) as page:
+        at(page, "/models/train?dataset=guns")
+        page.check("#model-hann")
+        page.select_option("#split", "campaigns")
+        page.click("#train button:has-text('Start')")
+        page.wait_for_selector("#split-error")
+        assert page.is_checked("#model-hann") and page.input_value("#split") == "campaigns"
+        page.click("summary:has-text('More options')")
+        page.fill("#seed", "7")
+        page.select_option("#split", "configurations")
+        page.uncheck("#model-hann")
+        page.click("#train button:has-text('Start')")
+        page.wait_for_selector("#train .field-error:has-text('at least one model')")
+        assert page.input_value("#seed") == "7" and page.input_value("#split") == "configurations"
+
+
+def test_a_dataset_without_name_is_refused_and_the_ticks_stay(browser, lab):
+    with page_of(browser, lab) as page:
+        at(page, "/datasets")
+        page.check("#build input[value=rehearsal]")
+        page.click("#build button")
+        page.wait_for_selector("#name-error")
+        assert "Enter a name" in page.inner_text("#name-error")
+        assert page.is_checked("#build input[value=rehearsal]")
+
+
+def test_a_promotion_without_reason_stays_on_the_form(browser, lab):
+    with page_of(browser, lab) as page:
+        at(page, "/models/hann/1")
+        page.check("#promote input[name=force]")
+        page.click("#promote button")
+        page.wait_for_selector("#reason-error")
+        assert "no reason given" in page.inner_text("#reason-error") and page.is_checked("#promote input[name=force]")
+
+
+def test_a_dataset_in_use_is_refused_and_a_spare_one_deleted(browser, lab):
+    with page_of(browser, lab) as page:
+        at(page, "/datasets/guns")
+        page.click("#delete")
+        page.wait_for_selector("#refusal")
+        assert page.locator("#refusal a").all_inner_texts() and page.locator("#delete").count() == 0
+        at(page, "/datasets")
+        page.fill("#name", "spare")
+        page.check("#build input[value=rehearsal]")
+        page.click("summary:has-text('More options')")
+        page.select_option("#velocity", "integrated")
+        page.click("#build button")
+        page.wait_for_selector("#to-train")
+        page.click("#delete")
+        page.wait_for_selector("#kept")
+        assert "The pulses, with their impacts" in page.inner_text("#kept")
+        page.click("#delete button")
+        page.wait_for_url("**/datasets")
+        assert "spare" not in page.locator("#datasets").inner_text()
+
+
+def test_trials_of_a_search_are_drawn_beside_the_importance_of_their_settings(browser, lab):
+    """The search of kernel ridge regression has 30 trials of two settings."""
+    run_pyroshock("train", "guns", "--models", "kernel-ridge", "--split", "configurations", "--db", lab.db)
+    with page_of(browser, lab) as page:
+        at(page, "/models/kernel-ridge/1")
+        lines = drawn(page, "search-1")
+        assert lines[-1]["name"] == "best trial"
+        assert sum(trace["x"].count(None) for trace in lines) == 30
+        assert "the grid search tried 30 combinations" in page.locator(".search-sentence").first.inner_text()
+        page.locator("summary:has-text('All 30 trials')").first.click()
+        assert page.locator("#trials-1 tbody tr").count() == 30
+        at(page, "/models/kernel-ridge/1/delete")
+        page.click("#delete button")
+        page.wait_for_url("**/models")
+        assert "kernel-ridge@1" not in page.locator("#models").inner_text()
+
+
 @pytest.mark.parametrize("address", ["/models", "/models/linear/1", "/models/compare?version=linear@1&version=hann@1",
-                                     "/models/train", "/datasets", "/datasets/guns"])  # fmt: skip
+                                     "/models/train", "/datasets", "/datasets/guns", "/datasets/guns/delete",
+                                     "/models/hann/1/delete", "/tune"])  # fmt: skip
 def test_pages_of_models_fit_a_telephone(browser, lab, address):
     with page_of(browser, lab, width=390, height=844) as page:
         at(page, address)

@@ -174,6 +174,8 @@ def test_evil_words_are_shown_and_are_no_html(evil: tuple[Any, Any], address: st
     f"/models/compare?version={quote(EVIL[1])}",
     f"/models/train?dataset={quote(EVIL[1])}",
     f"/twin?tip_material={quote(EVIL[1])}",
+    f"/tune?text={quote(EVIL[0])}&contact={quote(EVIL[1])}&tolerance={quote(EVIL[2])}&share={quote(EVIL[4])}",
+    f"/validations?campaign={quote(EVIL[0])}&contact={quote(EVIL[1])}",
     f"/twin?insulator={quote(EVIL[0])}&impact_position={quote(EVIL[2])}",
 ])  # fmt: skip
 def test_what_an_address_says_is_no_html(evil: tuple[Any, Any], address: str) -> None:

@@ -45,6 +45,7 @@ SPECIFICATION = "frequency_hz,level_g\n100,30\n1000,1000\n10000,1000\n"
     ("/models/train", "There is no dataset yet"),
     ("/datasets", "There is no dataset yet"),
     ("/twin", 'id="tank_pressure_pa"'),
+    ("/tune", "The chart of the specification appears here"),
     ("/plans", "There is no plan yet"),
     ("/plans/new", 'id="make"'),
     ("/diagnoses", "The store has no diagnosis"),
@@ -194,9 +195,11 @@ def test_the_twin_names_a_bad_value_at_its_control_and_lives(filled: Lab, query,
     assert 'id="force-data"' in answer.text and 'value="0.25"' in answer.text
 
 
-def test_a_bench_without_a_gun_offers_no_search_of_settings(filled: Lab) -> None:
+def test_a_bench_without_a_gun_is_offered_to_no_search_of_settings(filled: Lab) -> None:
     page = filled.client.get(f"/twin?campaign={HAMMER}&contact=hertz")
-    assert page.status_code == 200 and 'id="tune"' not in page.text and "needs a gun" in page.text
+    assert page.status_code == 200 and 'href="/tune?contact=hertz"' in page.text
+    form = filled.client.get("/tune").text
+    assert f"<option>{GUN}</option>" in form and f"<option>{HAMMER}</option>" not in form
     assert 'id="impact_velocity_m_s"' in page.text and 'id="velocity-data"' not in page.text
 
 
@@ -211,16 +214,53 @@ def test_the_twin_names_a_setting_that_it_does_not_know(filled: Lab) -> None:
     ({"text": SPECIFICATION, "tolerance": "much"}, "tolerance", "much"),
     ({"text": SPECIFICATION, "measured": "winter"}, "measured", "winter"),
     ({"text": SPECIFICATION, "campaign": "winter"}, "campaign", "winter"),
+    ({"text": SPECIFICATION, "contact": "gp@99"}, "contact", "no registered model 'gp'"),
+    ({"text": SPECIFICATION, "plate": "cheese"}, "plate", "cheese"),
     ({"text": SPECIFICATION, "share": "2"}, "share", "less than or equal to 1"),
 ])  # fmt: skip
 def test_a_fault_of_a_search_stands_at_its_field(filled: Lab, form, field, words) -> None:
     token = {
         **form,
-        "csrf": filled.client.get("/twin?contact=hertz").text.split('name="csrf" value="')[1].split('"')[0],
+        "csrf": filled.client.get("/tune").text.split('name="csrf" value="')[1].split('"')[0],
     }
     answer = filled.client.post("/tune", data=token, headers={"X-Pyroshock-Form": "1"})
     (fault,) = answer.json()["faults"]
     assert answer.status_code == 422 and fault["field"] == field and words in fault["message"]
+
+
+def test_forms_are_filled_with_the_values_of_their_address(filled: Lab) -> None:
+    form = filled.client.get("/tune", params={"text": SPECIFICATION, "campaign": GUN, "contact": "gp@<9>"}).text
+    assert SPECIFICATION in form and f"<option selected>{GUN}</option>" in form
+    assert '<option value="gp@&lt;9&gt;" selected>gp@&lt;9&gt;</option>' in form
+    values = {"dataset": DATASET, "models": ["linear"], "split": "material=steel", "seed": "7", "budget": "full"}
+    form = filled.client.get("/models/train", params=values).text
+    assert 'id="model-linear" value="linear" checked' in form and 'id="model-tree" value="tree">' in form
+    assert '<option value="material=steel" selected>' in form and '<option value="full" selected>' in form
+    assert "<details open><summary>More options" in form and 'value="7"' in form
+    form = filled.client.get("/validations", params={"campaign": GUN, "contact": "gp@9"}).text
+    assert f"<option selected>{GUN}</option>" in form and 'value="gp@9"' in form
+
+
+def test_a_specification_is_drawn_before_the_search(filled: Lab) -> None:
+    answer = post_json(filled.client, "/tune/target", {"text": SPECIFICATION, "tolerance": "3dB"})
+    assert answer.status_code == 200 and "+3/−3 dB" in answer.json()["sentence"]
+    assert {trace.get("name") for trace in answer.json()["figure"]["data"]} > {"prescribed", "tolerance"}
+    csrf = filled.client.get("/tune").text.split('name="csrf" value="')[1].split('"')[0]
+    headers = {"X-Pyroshock-Form": "1", "X-CSRF-Token": csrf}
+    wrong = {"text": "frequency_hz,level_g\n100,30\n1000,loud\n"}
+    answer = filled.client.post("/tune/target", json=wrong, headers=headers)
+    (fault,) = answer.json()["faults"]
+    assert answer.status_code == 422 and "level_g is 'loud'" in fault["message"]
+
+
+@pytest.mark.parametrize("contact", ["gp@99", "granite"])
+def test_an_unknown_contact_of_a_validation_stands_at_its_field(filled: Lab, contact: str) -> None:
+    form = {"campaign": GUN, "contact": contact}
+    answer = post(filled.client, "/validations", form, headers={"X-Pyroshock-Form": "1"})
+    (fault,) = answer.json()["faults"]
+    assert (
+        answer.status_code in (404, 422) and fault["field"] == "contact" and contact.split("@")[0] in fault["message"]
+    )
 
 
 @pytest.mark.parametrize(("address", "form", "status", "words"), [

@@ -76,8 +76,13 @@ def test_search_says_what_it_found() -> None:
     assert set(SPACE) < set(report.settings)
     assert len(report.histories["search_error"]) == 20
     assert min(report.histories["search_error"]) == pytest.approx(report.settings["best_search_error"])
+    search = report.searches[""]
+    assert set(search.settings) == set(SPACE) and search.logarithmic == ("noise",)
+    assert [trial.score for trial in search.trials] == report.histories["search_error"]
+    assert {name: searched().tuned_[name] for name in SPACE} == dict(search.best.settings)
     given = fitted(ContactTimeProcess(tuned=searched().tuned_), times()[0]).fit_report()
     assert given.settings["kernel"] == report.settings["kernel"] and not given.histories
+    assert not given.searches
 
 
 def test_tuned_skips_the_search() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -50,10 +51,20 @@ def test_predicts_and_reports_what_it_found_and_searches_no_more() -> None:
     assert list(evaluated) == sorted(evaluated)
     assert evaluated[-1] == network.found_.evaluated
     assert len(report.histories["loss"]) == 2
+    search = report.searches[""]
+    assert len(search.trials) == network.found_.evaluated
+    assert search.best.score == network.found_.value
+    assert search.best.settings == {
+        "hidden_layers": len(layers),
+        "neurons_per_layer": layers[0],
+        "regularisation": penalty,
+    }
+    assert set(search.logarithmic) < set(search.settings)
     report = GeneticNetwork(**SMALL).restore(network.arrays()).fit_report()
     assert report.settings["neurons"] == network.fit_report().settings["neurons"]
     assert "search_best" not in report.settings
     assert not report.histories
+    assert not report.searches
 
 
 def test_workers_do_not_change_it_and_progress_is_told() -> None:
@@ -73,6 +84,11 @@ def test_workers_do_not_change_it_and_progress_is_told() -> None:
     assert show((1, 0, 20)) == "2 x 4 neurons, lambda 0.1"
 
 
+def values_of(journal: bytes) -> list[tuple[list[int], float]]:
+    lines = [json.loads(line) for line in journal.splitlines()[1:]]
+    return sorted((line["key"], line["value"]) for line in lines)
+
+
 def test_resumes_from_its_journal(tmp_path: Path) -> None:
     # Half a journal gives the same network; a whole one is not added to.
     rows, path = known_law()[0], tmp_path / "journal"
@@ -80,7 +96,7 @@ def test_resumes_from_its_journal(tmp_path: Path) -> None:
     content = path.read_bytes()
     path.write_bytes(content[: len(content) // 2])
     assert_same(fitted(rows, path), whole)
-    assert sorted(path.read_bytes().splitlines()) == sorted(content.splitlines())
+    assert values_of(path.read_bytes()) == values_of(content)
     assert_same(fitted(rows), whole)
     assert fitted(rows, path, generations=4).found_.best[:3] == whole.found_.best
 

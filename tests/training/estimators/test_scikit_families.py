@@ -99,6 +99,12 @@ def test_kernel_ridge_chooses_the_least_left_out_error() -> None:
     assert errors[report.settings["gamma"], report.settings["alpha"]] < 1.1 * min(errors.values())
     assert min(report.histories["search_error"]) == pytest.approx(min(errors.values()), rel=0.1)
     assert len(report.histories["search_error"]) == len(errors)
+    search = report.searches[""]
+    tried = {(trial.settings["gamma"], trial.settings["alpha"]): trial for trial in search.trials}
+    assert tried.keys() == errors.keys()
+    assert all(tried[pair].score == pytest.approx(errors[pair], rel=0.1) for pair in errors)
+    assert all(0 < trial.duration_s < 60 for trial in search.trials)
+    assert search.logarithmic == ("gamma", "alpha")
 
 
 @pytest.mark.parametrize(
@@ -120,6 +126,7 @@ def test_refit_keeps_what_was_chosen(estimator: PipelineRegression, searched: tu
     refitted = again.refit(rows.x, rows.y, rows.groups, np.random.default_rng(0))
     assert refitted.fit_report().settings == chosen
     assert not refitted.fit_report().histories
+    assert not refitted.fit_report().searches
 
 
 GROUPS = np.arange(400) // 4

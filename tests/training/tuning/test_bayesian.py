@@ -13,6 +13,7 @@ optuna = pytest.importorskip("optuna", reason="the extra [models] is not install
 pytest.importorskip("torch", reason="the extra [models] is not installed")
 
 from pyroshock.training.tuning.bayesian import BayesianResult, Between, OneOf, bayesian_minimum  # noqa: E402
+from pyroshock.training.tuning.trials import Trial  # noqa: E402
 
 SPACE = {"shape": OneOf(("round", "flat")), "width": Between(1e-3, 1e3)}
 
@@ -34,10 +35,13 @@ def found() -> BayesianResult:
 def test_finds_known_minimum_and_beats_its_random_start() -> None:
     assert found().settings["shape"] == "round"
     assert found().settings["width"] == pytest.approx(10, rel=0.1)
-    assert found().value == min(found().history) < min(found().history[:10])
+    scores = [trial.score for trial in found().trials]
+    assert found().value == min(scores) < min(scores[:10])
+    assert all(trial.score == bowl(dict(trial.settings)) for trial in found().trials)
+    assert all(trial.duration_s is not None and 0 <= trial.duration_s < 60 for trial in found().trials)
     assert searched(iterations=13) == searched(iterations=13)
     first = {"shape": "flat", "width": 0.1}
-    assert searched(iterations=1, first=first) == BayesianResult(first, 5.0, (5.0,))
+    assert searched(iterations=1, first=first) == BayesianResult(first, 5.0, (Trial(first, 5.0),))
 
 
 def test_says_nothing_and_leaves_optuna_as_it_was(capfd: pytest.CaptureFixture[str]) -> None:

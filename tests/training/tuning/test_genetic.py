@@ -175,16 +175,28 @@ def test_journal_keeps_values_exactly(tmp_path: Path) -> None:
     values = {(1, 2): 0.1 + 0.2, (3, 4): 1e-300, (5, 6): 1 / 3}
     journal = SearchJournal(tmp_path / "deep" / "journal", {"seed": 2**62})
     for key, value in values.items():
-        journal.add(key, value)
+        journal.add(key, value, 0.25)
     assert SearchJournal(tmp_path / "deep" / "journal", {"seed": 2**62}).values == values
     SearchJournal(tmp_path / "journal", {"seed": 1})
     with pytest.raises(ValueError, match="another search"):
         SearchJournal(tmp_path / "journal", {"seed": 2})
-    SearchJournal(tmp_path / "journal", {"seed": 1}).add((1, 2, 3), 0.5)
+    SearchJournal(tmp_path / "journal", {"seed": 1}).add((1, 2, 3), 0.5, 0.125)
     assert [json.loads(line) for line in (tmp_path / "journal").read_text().splitlines()] == [
         {"search": {"seed": 1}},
-        {"key": [1, 2, 3], "value": 0.5},
+        {"key": [1, 2, 3], "value": 0.5, "duration_s": 0.125},
     ]
+    with (tmp_path / "journal").open("a") as file:
+        file.write('{"key": [4, 5, 6], "value": 0.7}\n')
+    resumed = SearchJournal(tmp_path / "journal", {"seed": 1})
+    assert resumed.values == {(1, 2, 3): 0.5, (4, 5, 6): 0.7}
+    assert resumed.durations_s == {(1, 2, 3): 0.125}  # a line of older software has no duration
+
+
+def test_journal_times_each_candidate() -> None:
+    journal = without_file()
+    run_search(Search((4,), population=4, generations=0, elite=1), lambda _: time.sleep(0.01) or 0.0, 0, journal)
+    assert all(0.01 <= seconds < 5 for seconds in journal.durations_s.values())
+    assert journal.durations_s.keys() == journal.values.keys()
 
 
 @pytest.mark.parametrize("content", ["no json\n", "[1, 2]\n", '{"search": {}}\n{"key": [1]}\n'])

@@ -1,0 +1,106 @@
+"""A search for settings in words and on paper: the answer first, and the specification as it was understood."""
+
+from __future__ import annotations
+
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+import numpy as np
+import pytest
+from pyroshock.app.impacts.spectra import target_from_upload
+from pyroshock.app.train.job import TRAIN, TrainArguments
+from pyroshock.app.tune.job import TUNE, TuneArguments
+from pyroshock.app.tune.pages import target_figure, target_sentence
+from pyroshock.app.tune.verdict import answer_sentence, verdict_text
+from pyroshock.app.validate.job import VALIDATE, ValidateArguments
+
+SPECIFICATION = "frequency_hz,level_g\n100,30\n1000,300\n10000,300\n"
+
+
+def answer(probability: float, meets: bool, **more: Any) -> dict[str, Any]:
+    settings = {
+        "tank_pressure_pa": 4e5, "bullet_mass_kg": 0.5, "tip_material": "steel", "tip_radius_m": 0.045,
+        "anvil_material": "none", "insulator": "none", "impact_position": "#1",
+    }  # fmt: skip
+    best = {
+        "settings": settings, "probability_within": probability, "worst_frequency_hz": None, "worst_margin_db": None,
+    }  # fmt: skip
+    attainability = {"meets": meets, "probability": probability, "at_least": 0.5, "sentence": "s"}
+    return {"attainability": attainability, "proposals": [best], "draws": 400, **more}
+
+
+def test_answer_is_first_with_the_interval_of_its_probability() -> None:
+    """Wilson's interval of 240 of 400 at 90 %: 0.559 to 0.639 (center 0.5993, half width 0.0402)."""
+    assert answer_sentence(answer(0.6, True)) == (
+        "The target is met with a probability of 60 % (90 % interval 56 to 64 %, from 400 draws of the twin)."
+    )
+    missed = answer_sentence(answer(0.2, False))
+    assert missed.startswith(
+        "The target is not met: the best setting has a probability of 20 % (90 % interval 17 to 23 %"
+    )
+    assert missed.endswith("and 50 % is required.")
+
+
+def test_draws_do_not_tell_certainty() -> None:
+    assert "a probability of less than 1 % (90 % interval 0 to 1 %" in answer_sentence(answer(0.0, False))
+    assert "a probability of more than 99 % (90 % interval 99 to 100 %" in answer_sentence(answer(1.0, True))
+
+
+def test_results_without_draws_or_settings_are_told_too() -> None:
+    assert answer_sentence(answer(0.6, True, draws=None)) == "The target is met with a probability of 60 %."
+    assert answer_sentence(answer(0.0, False, proposals=[])).startswith("The target is not met: this bench can fire no")
+    assert answer_sentence({"proposals": []}) == ""
+
+
+def test_best_setting_that_misses_promises_nothing() -> None:
+    assert verdict_text(answer(0.2, False)) == (
+        "The best setting is 4 bar, 0.5 kg, steel tip of 45 mm radius, no anvil, position #1."
+    )
+    assert verdict_text(answer(0.6, True)).startswith("With 4 bar, 0.5 kg")
+
+
+def test_specification_lies_on_four_coordinate_paper() -> None:
+    """300 g at 1 kHz is a pseudo-velocity of 300 * 9.80665 / (2 pi 1000) = 0.468 m/s; 6 dB are a factor of 2."""
+    target = target_from_upload(SPECIFICATION, "s", "6dB")
+    chart = target_figure(target)
+    curves = {trace["name"]: trace for trace in chart["data"] if "name" in trace}
+    prescribed = curves["prescribed"]
+    place = int(np.argmin(np.abs(np.array(prescribed["x"]) - 1000)))
+    assert prescribed["x"][place] == pytest.approx(1000)
+    assert prescribed["y"][place] == pytest.approx(0.4682, rel=1e-3)
+    assert curves["tolerance"]["y"][place] == pytest.approx(0.4682 * 10 ** (6 / 20), rel=1e-3)
+    assert prescribed["text"][place] == "1000 Hz: 300 g"
+    words = {note["text"] for note in chart["layout"]["annotations"]}
+    assert {"100 g", "1000 g", "100 µm"} <= words
+    assert (chart["layout"]["xaxis"]["type"], chart["layout"]["yaxis"]["type"]) == ("log", "log")
+    assert target_sentence(target) == (
+        "The specification reaches from 100 to 10000 Hz and from 30 to 300 g, with a tolerance of +6/−6 dB."
+    )
+
+
+def test_side_without_limit_is_said_and_reaches_the_edge() -> None:
+    target = target_from_upload("frequency_hz,level_g,upper_db,lower_db\n100,30,inf,6\n1000,300,inf,6\n", "s")
+    assert "no limit/−6 dB" in target_sentence(target)
+    top = 10 ** target_figure(target)["layout"]["yaxis"]["range"][1]
+    edge = next(trace for trace in target_figure(target)["data"] if trace.get("name") == "tolerance")
+    assert min(edge["y"]) > top
+
+
+def values_of(address: str) -> tuple[str, dict[str, list[str]]]:
+    parts = urlsplit(address)
+    return parts.path, parse_qs(parts.query)
+
+
+def test_forms_of_failed_jobs_are_filled_with_their_values() -> None:
+    arguments = TuneArguments(SPECIFICATION, "3dB", ("spring", "autumn"), campaign="first-shots", share=0.95)
+    path, values = values_of(TUNE.form(arguments))
+    assert path == "/tune" and values["text"] == [SPECIFICATION] and values["measured"] == ["spring,autumn"]
+    assert (values["campaign"], values["tolerance"], values["share"]) == (["first-shots"], ["3dB"], ["0.95"])
+    assert "text" not in values_of(TUNE.form(TuneArguments("x" * 9000)))[1]
+    path, values = values_of(TRAIN.form(TrainArguments("a b", ["linear", "gp"], "materials", 7, "full")))
+    assert path == "/models/train"
+    assert values == {
+        "dataset": ["a b"], "models": ["linear", "gp"], "split": ["materials"], "seed": ["7"], "budget": ["full"],
+    }  # fmt: skip
+    path, values = values_of(VALIDATE.form(ValidateArguments("first-shots", "gp@9")))
+    assert path == "/validations" and values == {"campaign": ["first-shots"], "contact": ["gp@9"]}
