@@ -22,7 +22,7 @@ from ..common.quantities import display_of
 from ..twins.building import BuiltTwin
 from ..web.dependencies import OpenStore
 from ..web.figures_base import COLOURS, Figure, Trace, band, figure, line, points
-from ..web.rendering import number, page, query
+from ..web.rendering import page, query
 from .nearest_shots import (
     MeasuredShot,
     measured_spectra,
@@ -238,10 +238,9 @@ def answered(twins: Twins, question: PredictionOptions, store: Store) -> dict[st
 
 
 def _number_row(row: Mapping[str, Any]) -> dict[str, Any]:
-    """A quantity as words of the page; accelerations in g."""
-    unit, scale = _shown("peak_acceleration_m_s2") if row["unit"] == "m/s2" else (row["unit"], 1.0)
-    mean, low, high = (number(scale * row[end]) for end in ("mean", "low", "high"))
-    return {"quantity": row["quantity"], "mean": mean, "unit": unit, "band": f"{low} to {high}"}
+    """A quantity as words of the page, with a true minus sign."""
+    mean, low, high = (row[end].replace("-", "−") for end in ("mean", "low", "high"))
+    return {"quantity": row["quantity"], "mean": mean, "unit": row["unit"], "band": f"{low} to {high}"}
 
 
 @router.get("/twin/answer")

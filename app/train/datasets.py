@@ -15,7 +15,9 @@ from ...dataset.snapshot import Built, Snapshot
 from ...dataset.table import POINTS, Predictor, PulseTable, Split, expand, split_of
 from ...schema.atomic_write import atomic_file
 from ...schema.conditions import listing_key
+from ..common.number_format import format_number
 from ..common.plots import MEASURED, new_figure, save
+from ..common.quantities import display_of_predictor
 
 #: The splits that `show` counts; the thesis's first.
 SPLITS = ("repetitions", "configurations", "treatments", "materials", "campaigns")
@@ -74,9 +76,13 @@ def range_rows(snapshot: Snapshot) -> list[dict[str, Any]]:
     """`ranges` as a person reads them."""
     rows = []
     for row in ranges(snapshot.table):
-        values = f"{row['min']:.5g} to {row['max']:.5g}" if row["levels"] is None else _counted(row["levels"])
-        rows.append({"predictor": row["predictor"], "unit": row["unit"] or "-", "distinct": row["distinct"]})
-        rows[-1]["recorded"] = values
+        shown = display_of_predictor(row["predictor"], row["unit"])
+        if row["levels"] is None:
+            ends = (format_number(shown.scale * row[end]) for end in ("min", "max"))
+            values = " to ".join(dict.fromkeys(ends))
+        else:
+            values = _counted(row["levels"])
+        rows.append({"predictor": shown.label, "unit": shown.unit, "distinct": row["distinct"], "recorded": values})
     return rows
 
 
@@ -88,7 +94,8 @@ def correlation_rows(snapshot: Snapshot) -> list[dict[str, Any]]:
     """The correlations as a table: predictors by number, as Fig. 4.8 has them."""
     coefficients = correlation(snapshot.table)
     return [
-        {"": number, "predictor": name} | {str(other): _signed(value) for other, value in enumerate(row[:number], 1)}
+        {"": number, "predictor": name.replace("_", " ")}
+        | {str(other): _signed(value) for other, value in enumerate(row[:number], 1)}
         for number, (name, row) in enumerate(zip(coefficients.names, coefficients.matrix, strict=True), 1)
     ]
 
