@@ -312,7 +312,8 @@ def simulate(
                 jobs=jobs,
                 progress=step,
             )
-    note(f"{made.folder}: {made.recordings} recordings, {made.hits} hits; sealed: {made.seal}")
+    what = "shots" if stored.space.kind == "gun" else "hits"
+    note(f"{made.folder}: {made.recordings} recordings with {made.hits} {what}; settings and true values: {made.seal}")
     if json_to is not None:
         write_json(
             {"folder": str(made.folder), "recordings": made.recordings, "hits": made.hits, "seal": str(made.seal)},

@@ -199,7 +199,8 @@ def compare(
         from .comparing import comparison_sentences, draw, metrics_named, rows_of
         from .service import compare_versions
 
-        wanted, notes = metrics_named(metric), []
+        wanted = metrics_named(metric)
+        notes: list[str] = []
         with progress:
             comparison = compare_versions(
                 store, db, names, dataset=dataset, split=split, metric=wanted[0], note=notes.append
@@ -253,12 +254,13 @@ def promote(
         pyroshock promote gp@1
         pyroshock promote gp@1 --on slow-valve --reason "new tips"
     """
+    label = f"{model}@{version}" if version is not None else model
+    progress = progress_bar(f"Comparing {label} with the model in use")
     with open_command_store(db) as store:
-        from .service import promote_version
+        with progress:
+            from .service import promote_version
 
-        decision = promote_version(
-            store, db, f"{model}@{version}" if version is not None else model, on=other, force=force, reason=reason
-        )
+            decision = promote_version(store, db, label, on=other, force=force, reason=reason)
         if json_to is not None:
             write_json(decision.to_json(), json_to)
         note(decision.sentence)
@@ -308,6 +310,7 @@ def list_models(
         pyroshock models --sort force_nrmse --columns model,version,split,force_nrmse
         pyroshock models --promotions
     """
+    progress = progress_bar("Reading the models of the registry")
     with errors_as_one_line():
         from ...training.registry.intact_models import damages
         from ...training.registry.listing import flat_row, newest, of_dataset
@@ -315,16 +318,16 @@ def list_models(
         from .tables import floors_by_ground, json_row
 
         registry = registry_of(db)
-        with models_extra():
-            if promotions:
-                _tell_promotions(registry.decisions(), listing)
-                return
-            versions = registry.versions()
+        with models_extra(), progress:
+            decisions, versions = (registry.decisions(), []) if promotions else ([], registry.versions())
             versions = of_dataset(versions, dataset) if dataset is not None else versions
             versions = [version for version in versions if split in (None, version.split)]
             floors = floors_by_ground(registry, versions)
             listed = versions if every else newest(versions)
             wrong = damages(registry, listed)
+        if promotions:
+            _tell_promotions(decisions, listing)
+            return
         withdrawn = withdrawals_at(db) if listed else {}
         if listing.csv or listing.sort or listing.columns:
             listing.show(

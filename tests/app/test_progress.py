@@ -20,6 +20,7 @@ LONG = (
     "db export spring --out spring.pyroshock", "db import spring.pyroshock", "db check",
     "campaigns archive spring --out a.pyroshock --reason old", "campaigns restore spring.pyroshock",
     "blind-check --cases 1", "plan lhs spring --runs 5", "plan augment spring", "compare a b",
+    "srs spec.csv", "models", "models show tree@1", "promote tree@1",
 )  # fmt: skip
 
 
