@@ -196,8 +196,8 @@ def write_json(data: Any, json_to: str) -> None:
 def print_table(rows: Iterable[dict[str, Any]], empty: str, *, upright: bool = False) -> None:
     """Rows as aligned text; the header is the first row's keys, extended by later ones'.
 
-    A key with an SI unit at its end (`peak_force_n`) is headed by its words and the unit that is shown, and its numbers
-    are in that unit. `upright`: a line for each column, the rows beside each other.
+    A key is headed by its words, and with a unit at its end (`peak_force_n`) by the unit that is shown; its numbers are
+    in that unit. `upright`: a line for each column, the rows beside each other.
     """
     rows = list(rows)
     if not rows:
@@ -205,7 +205,7 @@ def print_table(rows: Iterable[dict[str, Any]], empty: str, *, upright: bool = F
         return
     displays = {key: display_of(key) for row in rows for key in row}
     cells = [{key: format_cell(value, displays[key].scale) for key, value in row.items()} for row in rows]
-    headings = {key: display.heading if display.unit else key for key, display in displays.items()}
+    headings = {key: display.heading if display.unit else _spelled(key) for key, display in displays.items()}
     widths = {key: max(len(head), *(len(row.get(key, "")) for row in cells)) for key, head in headings.items()}
     if upright:
         _print_upright(headings, cells)
@@ -213,6 +213,11 @@ def print_table(rows: Iterable[dict[str, Any]], empty: str, *, upright: bool = F
     click.echo("  ".join(head.ljust(widths[key]) for key, head in headings.items()).rstrip())
     for row in cells:
         click.echo("  ".join(row.get(key, "").ljust(widths[key]) for key in headings).rstrip())
+
+
+def _spelled(key: str) -> str:
+    """`plate_material` -> `plate material`; words with the name of a channel in them stay."""
+    return key.replace("_", " ") if key.isidentifier() else key
 
 
 def _print_upright(headings: Mapping[str, str], rows: Sequence[Mapping[str, str]]) -> None:
@@ -235,6 +240,8 @@ def format_cell(value: Any, scale: float = 1.0) -> str:
     """A value for a person; a number in the unit of which the SI unit has `scale`."""
     if value is None:
         return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     if isinstance(value, float):
         return format_number(value * scale)
     return str(value)

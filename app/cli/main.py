@@ -11,6 +11,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from ...parallel.working_directory import close_working_directory
+from .shells import register_shells
 
 #: Section of `pyroshock --help` -> command -> (module of the package, its object, what the help says of it). The table
 #: keeps help from importing the commands.
@@ -108,6 +109,7 @@ class LazyGroup(click.Group):
         self, args: Sequence[str] | None = None, *, standalone_mode: bool = True, **extra: Any
     ) -> Any:
         """Run, and end every error as one line on standard error with exit code 2."""
+        register_shells()
         if not standalone_mode:
             return super().main(args, standalone_mode=False, **extra)
         if args is None:  # the process was started for this command, and is nobody else's

@@ -7,10 +7,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 NOTHING = "–"
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+#: Width of the 90 % interval of a normal distribution.
+_STANDARD_DEVIATIONS_OF_90_PERCENT = 3.29
 
 
 def format_number(value: float | None, digits: int = 4) -> str:
-    """A number for a person: `digits` significant digits, no exponent between 0.0001 and 1e9, no negative zero.
+    """A number for a person: `digits` significant digits, powers of ten below 0.0001 and from 10⁹ on, no negative zero.
 
     A dash stands for None and for what is no number.
     """
@@ -23,9 +26,31 @@ def format_number(value: float | None, digits: int = 4) -> str:
         return "0"
     size = math.floor(math.log10(abs(rounded)))
     if not -4 <= size < 9:
-        return f"{value:.{digits}g}"
+        return _with_power_of_ten(value, digits)
     text = f"{rounded:.{max(0, digits - 1 - size)}f}"
     return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def _with_power_of_ten(value: float, digits: int) -> str:
+    """`1.2×10⁹`."""
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    return f"{float(mantissa):g}×10{str(int(exponent)).translate(_SUPERSCRIPTS)}"
+
+
+def format_interval(value: float, low: float, high: float) -> tuple[str, str, str]:
+    """A number and the ends of its 90 % interval, all with the digits that the interval leaves (`format_measured`).
+
+    Zeros at the end that all three have in common are left out.
+    """
+    numbers = (value, low, high)
+    uncertainty = (high - low) / _STANDARD_DEVIATIONS_OF_90_PERCENT
+    small_or_large = [number for number in numbers if number and not 1e-4 <= abs(number) < 1e9]
+    if not uncertainty > 0 or max(map(abs, numbers)) in map(abs, small_or_large):
+        return format_number(value), format_number(low), format_number(high)
+    texts = [format_measured(number, uncertainty) for number in numbers]
+    while all("." in text and text[-1] in "0." for text in texts):
+        texts = [text[:-1] for text in texts]
+    return texts[0], texts[1], texts[2]
 
 
 def format_measured(value: float, uncertainty: float) -> str:
@@ -42,10 +67,7 @@ def format_measured(value: float, uncertainty: float) -> str:
 
 def number(value: float) -> str:
     """Three digits; a dash for what is no number."""
-    if math.isnan(value):
-        return NOTHING
-    text = f"{value:.3g}"
-    return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e6 else text
+    return format_number(value, 3)
 
 
 def percent(share: float) -> str:
@@ -90,14 +112,6 @@ def join_words(words: Sequence[str], last: str = "and") -> str:
     if len(words) < 2:
         return "".join(words)
     return f"{', '.join(words[:-1])} {last} {words[-1]}"
-
-
-def number_beside(value: float, width: float) -> str:
-    """A number with the digits that the width of its interval calls for, three at least."""
-    if not (math.isfinite(value) and width > 0 and abs(value) > width):
-        return number(value)
-    digits = min(2 + math.ceil(math.log10(abs(value) / width)), 9)
-    return number(value) if digits <= 3 else f"{value:.{digits}g}"
 
 
 def finite(value: Any) -> Any:

@@ -12,6 +12,8 @@ from typing import Any
 
 Step = Callable[[int, int, str], None]
 
+#: On a terminal: this long between two lines before the first step.
+BEFORE_THE_BLOCK_S = 5.0
 #: Where standard error is no terminal: work that ends earlier is not told, and this long between two lines.
 SILENT_S, BETWEEN_LINES_S = 2.0, 10.0
 _SIZE_OF_NO_TERMINAL: dict[str, Any] = {"ncols": 80, "nrows": 25}
@@ -22,21 +24,24 @@ _STEPS = "{percentage:3.0f} %|{bar}| {n_fmt} of {total_fmt}{unit} [{elapsed}, ab
 class WorkProgress:
     """Says what is done as soon as it is made, before imports and the first step; within its block, how far it is.
 
-    On a terminal a line and below it a bar, whose clock runs whether or not a step ends. Elsewhere, as in a log, lines
-    at the beginning, every ten seconds and at the end, and nothing for work of less than two seconds.
+    On a terminal a line, every five seconds the time until the block begins, and then a bar, whose clock runs whether
+    or not a step ends. Elsewhere, as in a log, lines at the beginning, every ten seconds and at the end, and nothing
+    for work of less than two seconds.
     """
 
     def __init__(self, label: str, unit: str = "") -> None:
         self._label, self._unit = label, unit
         self._start_s = time.monotonic()
         self._done, self._total, self._has_lines = 0, 0, False
-        self._end = Event()
+        self._begin, self._end = Event(), Event()
         self._bar: Any = None
         self._thread: Thread | None = None
         if sys.stderr.isatty():
             print(f"{label} …", file=sys.stderr, flush=True)
+            Thread(target=self._tell_time_before, daemon=True).start()
 
     def __enter__(self) -> Step:
+        self._begin.set()
         if sys.stderr.isatty():
             from tqdm import tqdm
 
@@ -64,6 +69,10 @@ class WorkProgress:
         self._done, self._total = done, total
         if self._bar is not None:
             _count(self._bar, done, total, what)
+
+    def _tell_time_before(self) -> None:
+        while not self._begin.wait(BEFORE_THE_BLOCK_S):
+            self._tell(self._state())
 
     def _tick(self) -> None:
         while not self._end.wait(1.0):

@@ -28,7 +28,10 @@ VARIABLE = "PYROSHOCK_UNITS"
 
 @dataclass(frozen=True)
 class Display:
-    """What a key of data is called, and the unit that it is shown in: shown value = `scale` times the SI value."""
+    """What a key of data is called, and the unit that it is shown in: shown value = `scale` times the value.
+
+    Values are SI, or in the unit of the field that the key names (`tip_radius_mm`).
+    """
 
     label: str
     unit: str
@@ -55,6 +58,12 @@ _UNITS: tuple[tuple[str, str, str, float], ...] = (
     ("_n", "N", "kN", 1e-3),
     ("_m", "m", "mm", 1e3),
 )
+#: Endings of columns of plans and of `runs.csv`, which are in units of the field: unit, SI unit, and its factor.
+_FIELD_UNITS: tuple[tuple[str, str, str, float], ...] = (
+    ("_bar", "bar", "Pa", 1e5),
+    ("_mm", "mm", "m", 1e-3),
+    ("_ms", "ms", "s", 1e-3),
+)
 #: Keys whose label or unit does not follow from their words.
 _LABELS = {
     "id": "impact",
@@ -73,12 +82,14 @@ _LABELS = {
     "duration_5_95_s": "duration from 5 to 95 %",
     "rms_duration_s": "rms duration",
     "q": "Q",
+    "force_rmse_n": "force RMSE",
+    "force_nrmse": "force NRMSE",
     "centroid_s": "centroid in time",
 }
+#: Of materials, also of tip and plate: by the end of the key.
+_MATERIAL_UNITS = {"youngs_modulus_pa": ("GPa", 1e-9), "yield_strength_pa": ("MPa", 1e-6)}
 #: Keys whose unit on the bench is another one than that of their ending.
 _OTHER_UNITS = {
-    "youngs_modulus_pa": ("GPa", 1e-9),
-    "yield_strength_pa": ("MPa", 1e-6),
     "sampling_rate_hz": ("kHz", 1e-3),
     "seconds": ("s", 1.0),
     "duration_s": ("s", 1.0),
@@ -125,14 +136,27 @@ def _display_of(key: str, system: System) -> Display:
     key = _FACTORS.get(key, key)
     for ending, si_unit, unit, scale in _UNITS:
         if key.endswith(ending) and len(key) > len(ending):
-            label = _LABELS.get(key) or key.removesuffix(ending).replace("_", " ")
+            label = _LABELS.get(key) or _spelled(key.removesuffix(ending))
             if system == "si":
                 return Display(label, si_unit, 1.0)
-            # a property of a material is shown alike of a tip and of a plate
-            of_material = key.removeprefix("tip_").removeprefix("plate_")
-            unit, scale = _OTHER_UNITS.get(key) or _OTHER_UNITS.get(of_material, (unit, scale))
-            return Display(label, unit, scale)
-    return Display(_LABELS.get(key) or key.replace("_", " "), "", 1.0)
+            of_material = next((shown for end, shown in _MATERIAL_UNITS.items() if key.endswith(end)), (unit, scale))
+            return Display(label, *_OTHER_UNITS.get(key, of_material))
+    for ending, unit, si_unit, si_scale in _FIELD_UNITS:
+        if key.endswith(ending) and len(key) > len(ending):
+            label = _spelled(key.removesuffix(ending))
+            return Display(label, si_unit, si_scale) if system == "si" else Display(label, unit, 1.0)
+    return Display(_LABELS.get(key) or _spelled(key), "", 1.0)
+
+
+def _spelled(name: str) -> str:
+    return name.replace("_", " ").replace("youngs", "Young's").replace("poisson", "Poisson's")
+
+
+def display_of_predictor(name: str, unit: str | None) -> Display:
+    """How a predictor in this SI unit is shown: `tip_youngs_modulus` in `Pa` in GPa."""
+    written = (unit or "").replace("2", "²").replace("3", "³")
+    endings = (ending for ending, si_unit, *_ in _UNITS if si_unit == written)
+    return display_of(f"{name}{next(endings, '')}")
 
 
 def display_of_unit(unit: str) -> Display:
@@ -157,7 +181,7 @@ def key_of(name: str, keys: Iterable[str]) -> str:
     if name in key_list:
         return name
     words = name.partition("(")[0].strip().lower().replace("_", " ")
-    return next((key for key in key_list if words in (_display_of(key, "si").label, _words(key))), name)
+    return next((key for key in key_list if words in (_display_of(key, "si").label.lower(), _words(key))), name)
 
 
 def _words(key: str) -> str:

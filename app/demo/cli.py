@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -255,7 +254,7 @@ def _tell_addresses(out: Path, url: str, names: Sequence[str]) -> None:
     address = address_for_display(url)
     files = "\n  ".join(str(path) for name in names if (path := out.resolve() / name).is_file())
     click.echo(f"\nThe results are here:\n  {files}\n  store: {address}")
-    command = "pyroshock" if shutil.which("pyroshock") else sys.argv[0]
+    command = "pyroshock" if shutil.which("pyroshock") else "python -m pyroshock"
     click.echo(f"Look around:\n  {command} impacts --db {address}\n  {command} shots --db {address}")
     click.echo(f"As pages, with pyroshock[web]:\n  {command} serve --db {address} --open")
     click.echo(f"Next, with your own recordings:\n  {command} {NEXT} --db sqlite:///pyroshock.db")

@@ -76,10 +76,10 @@ def compare_with_table_5_1(session: Session) -> GunComparison:
                 "measured_m_s": measured,
                 "u_m_s": shot["measured_velocity_u_m_s"],
                 "predicted_m_s": ours,
-                "error_%": _error_percent(measured, ours),
+                "error %": _error_percent(measured, ours),
                 "thesis_m_s": theirs["predicted_velocity_m_s"],
                 "thesis_u_m_s": theirs["velocity_u_m_s"],
-                "thesis_error_%": theirs["error_percent"],
+                "thesis error %": theirs["error_percent"],
                 "difference_m_s": ours - theirs["predicted_velocity_m_s"],
             }
         )

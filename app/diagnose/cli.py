@@ -54,9 +54,12 @@ _STAGES = ("gun", "contact", "plate")
 )
 @click.option(
     "--adopt",
+    multiple=True,
     metavar="EFFECT|none",
-    default=None,
-    help="Let predictions of this bench use the effect from now on; `none` ends this.",
+    help=(
+        "Let predictions of this bench use these effects from now on; `none` ends this. Repeat the option, or give a "
+        "list: a,b."
+    ),
     shell_complete=effect_ids,
 )
 @click.option(
@@ -100,7 +103,13 @@ _STAGES = ("gun", "contact", "plate")
 @db_option
 @json_option
 def diagnose(
-    target: str, html: Path | None, adopt: str | None, listed: bool, db: str, json_to: str | None, **given: Any
+    target: str,
+    html: Path | None,
+    adopt: tuple[str, ...],
+    listed: bool,
+    db: str,
+    json_to: str | None,
+    **given: Any,
 ) -> None:
     """Diagnose where the gap between measurement and twin lies, which effect causes it, and how far it shrinks with
     that effect.
@@ -116,18 +125,19 @@ def diagnose(
         _tell_past(target, db, json_to)
         return
     progress = progress_bar(f"Diagnosing {target}", "steps")
+    wanted = "+".join(_effect_ids(adopt)) or None
     with open_if_exists(db, silent=True) as store:
         from .service import diagnose_campaign
 
         with progress as step:
-            diagnosis = diagnose_campaign(store, db, target, step, adopt=adopt, **_read(given))
+            diagnosis = diagnose_campaign(store, db, target, step, adopt=wanted, **_read(given))
         if html is not None:
             from .report import write_page
 
             write_page(diagnosis.verdict, html)
             note(f"written: {html}")
-        if diagnosis.version is not None and adopt is not None:
-            _tell_adopted(diagnosis.verdict, diagnosis.version, adopt)
+        if diagnosis.version is not None and wanted is not None:
+            _tell_adopted(diagnosis.verdict, diagnosis.version, wanted)
     if json_to is not None:
         write_json(diagnosis.to_json(), json_to)
     else:
@@ -147,13 +157,15 @@ def _suggest(diagnosis: GapDiagnosis, target: str) -> None:
 
 
 def _tell_adopted(verdict: Verdict, row: TwinVersion, wanted: str) -> None:
+    from .wording import cause_name, spell_sets
+
     if not row.configuration["effects"]:
         stages = ", ".join(row.configuration["stages"])
         note(f"nothing is adopted from version {row.version} on: predict and tune use the nominal {stages}")
         return
     if set(wanted.split("+")) not in [set(name.split("+")) for name in verdict.first.effects]:
-        note(f"{wanted} is not what the diagnosis says first: {' or '.join(verdict.first.effects)}")
-    note(f"adopted as version {row.version}: {row.reason}; predict and tune use it (--no-adopted: without)")
+        note(f"{spell_sets(wanted)} is not what the diagnosis says first: {cause_name(verdict.first)}")
+    note(f"adopted as version {row.version}: {spell_sets(row.reason)}; predict and tune use it (--no-adopted: without)")
 
 
 def _tell_past(campaign: str, db: str, json_to: str | None) -> None:
@@ -164,7 +176,18 @@ def _tell_past(campaign: str, db: str, json_to: str | None) -> None:
     if json_to is not None:
         write_json(rows, json_to)
     else:
-        print_table(rows, f"no diagnoses of {campaign}; make one: pyroshock diagnose {campaign}")
+        print_table(map(row_in_words, rows), f"no diagnoses of {campaign}; make one: pyroshock diagnose {campaign}")
+
+
+def row_in_words(row: dict[str, Any]) -> dict[str, Any]:
+    """A row of a list of diagnoses for people: the likeliest cause with its probability, and what was adopted."""
+    from ..common.number_format import percent
+    from .wording import spell_sets
+
+    names = ("id", "campaign", "diagnosed_at", "simulator", "first", "probability", "adopted")
+    shown = {name: row[name] for name in names if name in row}
+    adopted = None if row["adopted"] is None else spell_sets(row["adopted"])
+    return {**shown, "first": spell_sets(row["first"]), "probability": percent(row["probability"]), "adopted": adopted}
 
 
 def tell_diagnosis(diagnosis: GapDiagnosis) -> None:

@@ -9,7 +9,7 @@ from ..cli.completion import campaign_names, diagnosis_numbers
 from ..cli.listed import Listing, listing_options
 from ..cli.nouns import noun_group
 from ..cli.options import confirm_deletion, deletion_options
-from .cli import tell_diagnosis
+from .cli import row_in_words, tell_diagnosis
 
 
 @click.command()
@@ -30,10 +30,7 @@ def list_diagnoses(db: str, listing: Listing, campaign: str | None) -> None:
 
         rows = [{key: value for key, value in row.items() if key != "complete"}
                 for row in diagnoses_of(session, campaign, limit=None)]  # fmt: skip
-    shown = ("id", "campaign", "diagnosed_at", "simulator", "first", "probability", "adopted")
-    listing.show(
-        rows, "no diagnoses; make one: pyroshock diagnose CAMPAIGN", lambda row: {name: row[name] for name in shown}
-    )
+    listing.show(rows, "no diagnoses; make one: pyroshock diagnose CAMPAIGN", row_in_words)
 
 
 @click.command()

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ from ..common.number_format import join_words, number, percent, percent_range
 from ..twins.adopted_effects import adoptable_names, effects_of_stages
 from .request import restrictions_among
 from .summary import is_agreement, named_groups, summary
-from .wording import effect_subject
+from .wording import effect_subject, spell_sets
 
 if TYPE_CHECKING:
     from ...diagnosis.verdict import Verdict
@@ -70,7 +70,7 @@ def _drawn(share: float) -> float | None:
 @dataclass(frozen=True)
 class DiagnosisParts:
     """What the page shows of a verdict: sections as HTML (escaped where they are made) by their place, the rows of the
-    table of effects (`explained`: with their figures), and what can be adopted."""
+    table of effects (`explained`: with their figures), and what can be adopted: value of the form -> words."""
 
     sentence: str = ""
     restriction: str = ""
@@ -82,7 +82,7 @@ class DiagnosisParts:
     explained: bool = False
     columns: Sequence[str] = ()
     rows: Sequence[Sequence[Any]] = ()
-    adoptable: Sequence[str] = ()
+    adoptable: Mapping[str, str] = field(default_factory=dict)
 
 
 def parts_of(verdict: Verdict) -> DiagnosisParts:
@@ -103,7 +103,7 @@ def parts_of(verdict: Verdict) -> DiagnosisParts:
         explained=bool(verdict.effects),
         columns=EFFECT_COLUMNS if verdict.effects else EFFECT_COLUMNS[:2],
         rows=_rows(verdict),
-        adoptable=adoptable_names(verdict),
+        adoptable={name: spell_sets(name) for name in adoptable_names(verdict)},
     )
 
 
@@ -133,6 +133,7 @@ def list_row(row: Mapping[str, Any], verdict: Verdict) -> dict[str, Any]:
     stages = [f"{stage.name} {percent(stage.share)}" for stage in verdict.where.stage]
     return {
         **row,
+        "adopted": row["adopted"] and spell_sets(row["adopted"]),
         "sentence": f"{summary(verdict).partition('. ')[0].rstrip('.')}.",
         "causes": _causes(verdict).replace(" %", "\u00a0%"),
         "stages": ", ".join(stages).replace(" %", "\u00a0%"),

@@ -85,7 +85,7 @@ def _adoption(verdict: Verdict) -> str:
         advice = "At the settings that were fired these effects predict alike; to adopt the likeliest"
     elif "+" in name:
         advice = "Adopt these effects, so that predictions include them"
-    return f"{advice}: pyroshock diagnose {shlex.quote(verdict.campaign)} --adopt {name}."
+    return f"{advice}: pyroshock diagnose {shlex.quote(verdict.campaign)} --adopt {name.replace('+', ',')}."
 
 
 def _separation(verdict: Verdict) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from ...diagnosis.verdict import CORRECTED, NONE, UNKNOWN, Cause, Fitted, FrequencyBand, Shrinkage, TimeWindow, Where
 from ...twin.effects import catalogue
-from ..common.number_format import number, number_beside, percent, percent_with_range
+from ..common.number_format import format_interval, join_words, number, percent, percent_with_range
 from ..common.quantities import shown_unit
 
 STAGE_NAMES = {"gun": "the gun", "contact": "the contact", "plate": "the plate"}
@@ -69,6 +69,10 @@ EFFECT_CHECKS = {
     "sensor.velocity_gain": "the projectile's length and the distance of the light barriers",
     "sensor.zero_shift": "the accelerometer's level at rest after the shock",
 }
+
+
+#: An id of the catalogue in a text.
+_EFFECT_ID = r"[a-z]+\.[a-z_]+"
 
 
 def effect_subject(identity: str) -> str:
@@ -162,23 +166,22 @@ def parameter_label(name: str, unit: str) -> str:
 def fitted_words(parameter: Fitted) -> str:
     """`opening time = 255 ms (237 to 274 ms)`, in the units of the field; the brackets hold the 90 % interval."""
     unit, scale = shown_unit(parameter.unit)
-    low, high = (scale * end for end in parameter.ci90)
-    numbers = (number_beside(item, high - low) for item in (scale * parameter.value, low, high))
-    value, low_text, high_text = (_plain(text) for text in numbers)
+    value, low, high = format_interval(*(scale * item for item in (parameter.value, *parameter.ci90)))
     label = parameter_label(parameter.name, parameter.unit)
-    return f"{label} = {f'{value} {unit}'.rstrip()} ({low_text} to {f'{high_text} {unit}'.rstrip()})"
+    return f"{label} = {f'{value} {unit}'.rstrip()} ({low} to {f'{high} {unit}'.rstrip()})"
 
 
-def _plain(text: str) -> str:
-    """`9.65e+04` as `96500`."""
-    return f"{float(text):.0f}" if "e+" in text and abs(float(text)) < 1e9 else text
+def spell_sets(text: str) -> str:
+    """A text with `a, b and c` for effects that act together, which reports join to "a+b+c"."""
+    return re.sub(rf"{_EFFECT_ID}(\s?\+\s?{_EFFECT_ID})+", lambda ids: join_words(re.split(r"\s?\+\s?", ids[0])), text)
 
 
 def cause_name(cause: Cause) -> str:
     """The ids of an entry; a group's with their shares."""
     if len(cause.effects) == 1:
-        return cause.effects[0]
-    return " or ".join(f"{name}{share}" for name, share in _alternatives(cause))
+        return spell_sets(cause.effects[0])
+    has_sets = any("+" in name for name in cause.effects)
+    return (", or " if has_sets else " or ").join(f"{spell_sets(name)}{share}" for name, share in _alternatives(cause))
 
 
 def _alternatives(cause: Cause) -> list[tuple[str, str]]:
@@ -254,7 +257,7 @@ def where_lines(where: Where) -> Iterator[str]:
 def shrinkage_line(entry: Shrinkage) -> str:
     """One sentence on configurations that the fit has not seen."""
     count = len(entry.effects)
-    what = "No effect" if not count else entry.effects[0] if count == 1 else f"{count} effects"
+    what = "No effect" if not count else spell_sets(entry.effects[0]) if count == 1 else f"{count} effects"
     sizes = f"{number(entry.before)} before, {number(entry.after)} after, held out by {entry.held_out_by}"
     if entry.fraction is None:
         return f"{what}: {sizes}; there was no error to reduce."

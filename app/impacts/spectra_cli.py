@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..cli.common import errors_as_one_line, json_option, note, print_facts, print_table, write_json
+from ..common.progress import progress_bar
 
 if TYPE_CHECKING:
     from ...twin.srs.target import Target
@@ -92,19 +93,21 @@ def srs(
         pyroshock srs results/rehearsal/recordings/0001-01.npz --channel acceleration_1 --unit g --out spec.csv \\
             --plot shot.png
     """
+    progress = progress_bar(f"Computing the spectrum of {file.name}")
     with errors_as_one_line():
-        from .spectra import measure, parse_lines, read_acceleration
-        from .spectrum_tables import as_json, write_spectrum
+        with progress:
+            from .spectra import measure, parse_lines, read_acceleration
+            from .spectrum_tables import as_json, write_spectrum
 
-        specified = _target(target, tolerance)
-        measured = measure(
-            read_acceleration(file, channel, unit, _rate_hz(rate)),
-            None if frequencies is None else parse_lines(frequencies, "--frequencies"),
-            _damping_ratio(q, damping),
-            target=specified,
-            resample=resample,
-            range_m_s2=_full_scale(full_scale),
-        )
+            specified = _target(target, tolerance)
+            measured = measure(
+                read_acceleration(file, channel, unit, _rate_hz(rate)),
+                None if frequencies is None else parse_lines(frequencies, "--frequencies"),
+                _damping_ratio(q, damping),
+                target=specified,
+                resample=resample,
+                range_m_s2=_full_scale(full_scale),
+            )
         _tell_coverage(measured, specified)
         if out is not None:
             write_spectrum(measured, out)

@@ -106,7 +106,7 @@ def show(name: str, db: str, json_to: str | None) -> None:
 @click.option(
     "--recordings",
     metavar="PATTERN",
-    help="Take these files, or a folder within FOLDER. [default without a plan: all that are there]",
+    help="Take these files, or a folder within FOLDER. [default: without a plan, all that are there]",
 )
 def init(folder: Path, db: str, kind: str, plan: str | None, recordings: str | None) -> None:
     """Begin the FOLDER of a campaign: write a commented campaign.toml and a runs.csv, which you complete and ingest.

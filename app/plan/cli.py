@@ -36,9 +36,11 @@ def discriminate(
     """
     progress = progress_bar(f"Planning the runs that tell the causes in {campaign} apart", "steps")
     with open_command_store(db) as store:
+        from ..common.plan_tables import settings_in_si
         from ..diagnose.diagnosing import keep, last_report, report_json, run_diagnosis
         from ..diagnose.discriminating_plan import no_setting, plan_name, store_experiment
         from ..diagnose.request import DiagnosisRequest
+        from ..diagnose.wording import spell_sets
 
         with store.reading() as session:
             report = None if anew else last_report(session, campaign)
@@ -52,9 +54,9 @@ def discriminate(
             raise click.exceptions.Exit(1)
         stored, left_out = store_experiment(store, campaign, report["next_runs"], name or plan_name(campaign))
     for words in (*(run["why"] for run in report["next_runs"]), *left_out):
-        note(words)
+        note(spell_sets(words))
     note(f"plan {stored.name}: {len(stored.runs)} runs")
-    rows = ({"run": run.run, **run.row, "repetitions": run.repetitions} for run in stored.runs)
+    rows = ({"run": run.run, **settings_in_si(run.row), "repetitions": run.repetitions} for run in stored.runs)
     tell_plan(stored, rows, json_to, out)
     suggest_next("plan", "sheet", stored.name, "--out", f"{stored.name}.html")
 
@@ -176,7 +178,7 @@ def status(name: str, db: str, json_to: str | None) -> None:
         pyroshock plan status rehearsal
     """
     from ...doe.plans import read_plan
-    from ..common.plan_tables import plan_as_json, run_counts
+    from ..common.plan_tables import plan_as_json, run_counts, settings_in_si
 
     with open_command_store(db) as store, store.reading() as session:
         stored = read_plan(session, name)
@@ -189,7 +191,8 @@ def status(name: str, db: str, json_to: str | None) -> None:
     click.echo(f"{name}: {counts['done']} done, {open_runs}, {counts['discarded']} discarded")
     print_table(
         (
-            {"run": run.run, "state": run.state, "recorded": f"{len(run.accepted)}/{run.repetitions}", **run.row}
+            {"run": run.run, "state": run.state, "recorded": f"{len(run.accepted)}/{run.repetitions}"}
+            | settings_in_si(run.row)
             | ({"reason": run.reason} if run.reason else {})
             for run in stored.runs
         ),
@@ -324,7 +327,8 @@ def simulate(
                 jobs=jobs,
                 progress=step,
             )
-    note(f"{made.folder}: {made.recordings} recordings, {made.hits} hits; sealed: {made.seal}")
+    what = "shots" if stored.space.kind == "gun" else "hits"
+    note(f"{made.folder}: {made.recordings} recordings with {made.hits} {what}; settings and true values: {made.seal}")
     if json_to is not None:
         write_json(
             {"folder": str(made.folder), "recordings": made.recordings, "hits": made.hits, "seal": str(made.seal)},

@@ -21,6 +21,7 @@ from ..cli.common import (
 from ..cli.completion import plan_names
 from ..cli.next_step import suggest_next
 from ..cli.nouns import NounGroup
+from ..common.progress import progress_bar
 
 if TYPE_CHECKING:
     from ...doe.designs.methods import DesignMethod, Option
@@ -204,9 +205,10 @@ def _factors(path: Path) -> str:
 
 
 def _make(name: str, method: str, given: dict[str, Any], options: dict[str, Any]) -> None:
-    from .service import PlanCollection
+    progress = progress_bar(f"Making plan {name}")
+    with open_command_store(given["db"], create=True) as store, progress:
+        from .service import PlanCollection
 
-    with open_command_store(given["db"], create=True) as store:
         factors = _factors(given["factors"]) if given["factors"] else None
         common = {key: given[key] for key in ("kind", "repetitions", "seed")}
         common |= {key: given[key] for key in ("order", "blocks", "replicates", "centre_points") if key in given}
@@ -268,10 +270,11 @@ def augment(
         pyroshock plan discard rehearsal 17 --reason "tip broke"
         pyroshock plan augment rehearsal
     """
-    from ...doe.plans import read_plan
-    from .planning import augment_plan, gun_bench
+    progress = progress_bar(f"Adding runs to plan {name}")
+    with open_command_store(db) as store, progress:
+        from ...doe.plans import read_plan
+        from .planning import augment_plan, gun_bench
 
-    with open_command_store(db) as store:
         with store.reading() as session:
             before = read_plan(session, name)
         count = runs if runs is not None else sum(run.status == "discarded" for run in before.runs)
@@ -287,4 +290,6 @@ def augment(
 
 
 def _tell(stored: StoredPlan, json_to: str | None, out: Path | None) -> None:
-    tell_plan(stored, ({"run": run.run, **run.row, **run.settings} for run in stored.runs), json_to, out)
+    from ..common.plan_tables import cells_of, settings_in_si
+
+    tell_plan(stored, ({"run": run.run, **settings_in_si(cells_of(run))} for run in stored.runs), json_to, out)

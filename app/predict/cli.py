@@ -14,8 +14,9 @@ from click.core import ParameterSource
 from ..cli.common import Function, db_option, json_option, note, open_if_exists, print_table, worker_options, write_json
 from ..cli.completion import campaign_names, contact_models, material_names, plan_names
 from ..cli.next_step import suggest_next
+from ..common.number_format import format_interval
 from ..common.progress import progress_bar
-from ..common.quantities import cell, display_of
+from ..common.quantities import display_of
 
 if TYPE_CHECKING:
     from ...parallel.executor import ExecutorConfig
@@ -113,8 +114,10 @@ def refuse_typed(*names: str) -> None:
 def _short(shot: PredictedShot) -> dict[str, object]:
     row: dict[str, object] = {name: shot.figures[name] for name in _SHOWN if name in shot.figures}
     for name in _FIGURES:
-        low, high = (cell(name, shot.figures[f"predicted_{name}_{end}"]) for end in ("low", "high"))
-        row |= {name: shot.figures[f"predicted_{name}"], f"{display_of(name).label} 90 %": f"{low} to {high}"}
+        shown = display_of(name)
+        numbers = (shown.scale * shot.figures[f"predicted_{name}{end}"] for end in ("", "_low", "_high"))
+        mean, low, high = format_interval(*numbers)
+        row |= {name: mean, f"{shown.label} 90 %": f"{low} to {high}"}
     return row | {name: shot.figures[name] for name in ("rests_on_shots", "extrapolation")}
 
 
@@ -343,21 +346,20 @@ def predict(
         pyroshock predict --velocity 8m/s --tip steel --effect plate.damping:factor=2 --plot shot.png
         pyroshock predict --plan slow-valve --draws 8 --out predicted.csv
     """
-    from ..common.model_registry import models_extra
-
     many = Many(plan, shots, out, spectra)
     progress = progress_bar("Predicting the shots" if plan or shots else "Predicting the shot", "shots")
     with open_if_exists(db) as store:
+        from ..common.model_registry import models_extra
+
         if many.asked:
             refuse_typed(*_SETTING, "plot")
             from .batch import bench_of_rows, predict_batch
 
-            with models_extra():
+            with models_extra(), progress as step:
                 bench, rows, remarks = bench_of_rows(store, db, _request(asked), many.rows(store), draws, seed)
-                for remark in remarks:
-                    note(remark)
-                with progress as step:
-                    predicted_shots = predict_batch(bench, rows, executor, step)
+                predicted_shots = predict_batch(bench, rows, executor, step)
+            for remark in remarks:
+                note(remark)
             many.tell(predicted_shots, json_to)
             if plan is not None:
                 suggest_next("plan", "sheet", plan, "--out", f"{plan}.html")

@@ -17,7 +17,7 @@ from ...schema.campaigns import Campaign
 from ...schema.session import Store
 from ...twin.contact.laws import LAWS
 from ...twin.prediction import Prediction
-from ..common.number_format import finite, format_measured
+from ..common.number_format import finite
 from ..common.quantities import display_of
 from ..twins.building import BuiltTwin
 from ..web.dependencies import OpenStore
@@ -37,8 +37,6 @@ from .shot_address import read_address, twin_at
 from .shots import VELOCITY_M_S, Asked, PredictionOptions, Twins, link_arguments, sliders
 from .tables import quantity_rows
 
-#: Standard deviations of a normal quantity within its 90 % band.
-_DEVIATIONS_IN_BAND = 3.29
 #: Points of an acceleration on the screen, and how much of it is shown.
 _POINTS, _UNTIL_S = 400, 0.01
 
@@ -243,11 +241,9 @@ def answered(twins: Twins, question: PredictionOptions, store: Store) -> dict[st
 
 
 def _number_row(row: Mapping[str, Any]) -> dict[str, Any]:
-    """A quantity as words of the page; accelerations in g. Mean and band have the digits that the band leaves."""
-    unit, scale = _shown("peak_acceleration_m_s2") if row["unit"] == "m/s2" else (row["unit"], 1.0)
-    spread = scale * (row["high"] - row["low"]) / _DEVIATIONS_IN_BAND
-    mean, low, high = (format_measured(scale * row[end], spread).replace("-", "−") for end in ("mean", "low", "high"))
-    return {"quantity": row["quantity"], "mean": mean, "unit": unit, "band": f"{low} to {high}"}
+    """A quantity as words of the page, with a true minus sign."""
+    mean, low, high = (row[end].replace("-", "−") for end in ("mean", "low", "high"))
+    return {"quantity": row["quantity"], "mean": mean, "unit": row["unit"], "band": f"{low} to {high}"}
 
 
 @router.get("/twin/answer")

@@ -9,7 +9,7 @@ from typing import Any
 
 from ...array_types import Floats
 from ...twin.prediction import Band, Prediction, Quantity
-from ..common.number_format import format_number
+from ..common.number_format import format_interval
 from ..common.plots import MEASURED, MODEL, new_figure, save
 from ..common.quantities import Display, display_of
 from .predicting import warnings, warnings_of_number
@@ -21,7 +21,7 @@ _ACCELERATION, _TIME = "acceleration_m_s2", "time_since_first_contact_s"
 
 
 def quantity_rows(prediction: Prediction) -> Iterator[dict[str, Any]]:
-    """Named quantities with their 90 % intervals; with `warning` where an input is beyond what was learned."""
+    """Named quantities, 90 % intervals as texts; with `warning` where an input is beyond what was learned."""
     for field in _QUANTITIES:
         warning = warnings_of_number(prediction, field)
         shown = display_of(field)
@@ -31,8 +31,8 @@ def quantity_rows(prediction: Prediction) -> Iterator[dict[str, Any]]:
 
 
 def _row(what: str, shown: Display, quantity: Quantity) -> dict[str, Any]:
-    low, high = (shown.scale * end for end in quantity.ci90)
-    return {"quantity": what, "unit": shown.unit, "mean": shown.scale * quantity.mean, "low": low, "high": high}
+    mean, low, high = format_interval(*(shown.scale * item for item in (quantity.mean, *quantity.ci90)))
+    return {"quantity": what, "unit": shown.unit, "mean": mean, "low": low, "high": high}
 
 
 def spectrum_rows(prediction: Prediction) -> Iterator[dict[str, Any]]:
@@ -43,8 +43,8 @@ def spectrum_rows(prediction: Prediction) -> Iterator[dict[str, Any]]:
     for line in dict.fromkeys((*range(0, last, 3), last)):
         row: dict[str, Any] = {"Hz": float(prediction.frequency_hz[line])}
         for sensor, band in prediction.spectra_m_s2.items():
-            low, high = (format_number(shown.scale * float(end[line])) for end in (band.lower, band.upper))
-            row[f"{sensor} ({shown.unit})"] = shown.scale * float(band.mean[line])
+            numbers = (shown.scale * float(curve[line]) for curve in (band.mean, band.lower, band.upper))
+            row[f"{sensor} ({shown.unit})"], low, high = format_interval(*numbers)
             row[f"{sensor} 90 %"] = f"{low} to {high}"
         yield row
 

@@ -13,6 +13,7 @@ from ..cli.common import (
     db_option,
     errors_as_one_line,
     fail,
+    format_cell,
     json_option,
     note,
     open_command_store,
@@ -25,6 +26,7 @@ from ..cli.listed import Listing, listing_options
 from ..cli.next_step import suggest_next
 from ..cli.options import split_names
 from ..common.progress import progress_bar
+from ..common.quantities import display_of
 
 if TYPE_CHECKING:
     from ...dataset.catalog import Withdrawal
@@ -110,7 +112,7 @@ def train(
                 executor=executor, progress=progress,
             )  # fmt: skip
         earlier = len(session.versions) - session.trained
-        note(f"{session.trained} trained, {earlier} found as they were trained before")
+        note(f"{_models(session.trained)} trained now; {_models(earlier)} registered already")
         _train_tell(session, floors, json_to)
         _suggest_after_training(session)
         if session.failures:
@@ -118,6 +120,10 @@ def train(
                 "not trained: "
                 + "; ".join(f"{failure.model} ({failure.split}): {failure.reason}" for failure in session.failures)
             )
+
+
+def _models(count: int) -> str:
+    return f"{count} model{'' if count == 1 else 's'}"
 
 
 def _suggest_after_training(session: Session) -> None:
@@ -188,19 +194,26 @@ def compare(
         pyroshock train rehearsal-pulses --models linear --split configurations
         pyroshock compare gp@1 linear@1 --metric cost --plot difference.png
     """
+    progress = progress_bar("Comparing models on their held-out pulses")
     with open_command_store(db) as store:
         from .comparing import comparison_sentences, draw, metrics_named, rows_of
         from .service import compare_versions
 
         wanted = metrics_named(metric)
-        comparison = compare_versions(store, db, names, dataset=dataset, split=split, metric=wanted[0], note=note)
+        notes: list[str] = []
+        with progress:
+            comparison = compare_versions(
+                store, db, names, dataset=dataset, split=split, metric=wanted[0], note=notes.append
+            )
+        for words in notes:
+            note(words)
         if (file := plot or plot_as_before) is not None:
             draw(comparison.comparisons[0], wanted[0], file)
             note(f"plot: {file}")
         if json_to is not None:
             write_json(rows_of(comparison, wanted), json_to)
             return
-        click.echo(f"{len(comparison.judged.pulses)} held-out pulses that none of them was trained on")
+        click.echo(f"{len(comparison.judged.pulses)} held-out pulses on which none of the models was trained")
         print_table(comparison.table(wanted), "")
         for line in comparison_sentences(comparison, wanted):
             click.echo(line)
@@ -241,12 +254,13 @@ def promote(
         pyroshock promote gp@1
         pyroshock promote gp@1 --on slow-valve --reason "new tips"
     """
+    label = f"{model}@{version}" if version is not None else model
+    progress = progress_bar(f"Comparing {label} with the model in use")
     with open_command_store(db) as store:
-        from .service import promote_version
+        with progress:
+            from .service import promote_version
 
-        decision = promote_version(
-            store, db, f"{model}@{version}" if version is not None else model, on=other, force=force, reason=reason
-        )
+            decision = promote_version(store, db, label, on=other, force=force, reason=reason)
         if json_to is not None:
             write_json(decision.to_json(), json_to)
         note(decision.sentence)
@@ -296,6 +310,7 @@ def list_models(
         pyroshock models --sort force_nrmse --columns model,version,split,force_nrmse
         pyroshock models --promotions
     """
+    progress = progress_bar("Reading the models of the registry")
     with errors_as_one_line():
         from ...training.registry.intact_models import damages
         from ...training.registry.listing import flat_row, newest, of_dataset
@@ -303,16 +318,16 @@ def list_models(
         from .tables import floors_by_ground, json_row
 
         registry = registry_of(db)
-        with models_extra():
-            if promotions:
-                _tell_promotions(registry.decisions(), listing)
-                return
-            versions = registry.versions()
+        with models_extra(), progress:
+            decisions, versions = (registry.decisions(), []) if promotions else ([], registry.versions())
             versions = of_dataset(versions, dataset) if dataset is not None else versions
             versions = [version for version in versions if split in (None, version.split)]
             floors = floors_by_ground(registry, versions)
             listed = versions if every else newest(versions)
             wrong = damages(registry, listed)
+        if promotions:
+            _tell_promotions(decisions, listing)
+            return
         withdrawn = withdrawals_at(db) if listed else {}
         if listing.csv or listing.sort or listing.columns:
             listing.show(
@@ -357,7 +372,9 @@ def tell_version(registry: Registry, version: Version, json_to: str | None, plot
         )
         return
     click.echo(f"{version.label}, dataset {version.dataset.name}, split {version.split}, seed {version.seed}")
-    print_table(({"metric": name, "mean": mean} for name, mean in row["metrics"].items()), "")
+    shown = {name: display_of(name) for name in row["metrics"]}
+    figures = ((shown[name], mean) for name, mean in row["metrics"].items())
+    print_table(({"metric": item.heading, "mean": format_cell(mean, item.scale)} for item, mean in figures), "")
     click.echo()
     rows = ({"setting": name, "value": value} for name, value in settings.items())
     print_table(rows, "no settings: nothing was searched, or older software trained it")

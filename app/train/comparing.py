@@ -77,8 +77,10 @@ def versions_named(
         chosen_versions = list({version.name: version for version in reversed(newest_first)}.values())
     chosen_versions = list({version.label: version for version in chosen_versions}.values())
     if len(chosen_versions) < 2:
+        labels = ", ".join(version.label for version in chosen_versions)
         raise ValueError(
-            f"{len(chosen_versions)} models of split {split!r} to compare; name two or more, MODEL or MODEL@VERSION"
+            f"a comparison needs two models of split {split!r}, and there is {labels or 'none'}; train "
+            "another one on the same dataset, or name two: MODEL or MODEL@VERSION"
         )
     return tuple(chosen_versions)
 

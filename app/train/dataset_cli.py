@@ -232,7 +232,8 @@ def _show(snapshot: Any, dataset: dict[str, Any]) -> None:
     from .datasets import correlation_rows, range_rows
 
     click.echo(
-        f"{dataset['name']}: {dataset['pulses']} pulses of {', '.join(dataset['campaigns'])}, hash {dataset['hash']}"
+        f"{dataset['name']}: {dataset['pulses']} pulses of {', '.join(dataset['campaigns'])}, "
+        f"hash {dataset['hash'][:12]}"
     )
     click.echo(
         f"{dataset['configurations']} configurations; velocity aside, predictors tell {dataset['treatments']} apart"

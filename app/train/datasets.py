@@ -17,7 +17,7 @@ from ...schema.atomic_write import atomic_file
 from ...schema.conditions import listing_key
 from ..common.number_format import format_number
 from ..common.plots import MEASURED, new_figure, save
-from ..common.quantities import display_of
+from ..common.quantities import display_of_predictor
 
 #: The splits that `show` counts; the thesis's first.
 SPLITS = ("repetitions", "configurations", "treatments", "materials", "campaigns")
@@ -76,14 +76,13 @@ def range_rows(snapshot: Snapshot) -> list[dict[str, Any]]:
     """`ranges` as a person reads them, numbers in the units of the laboratory."""
     rows = []
     for row in ranges(snapshot.table):
-        display = display_of(listing_key(row["predictor"], row["unit"]))
+        shown = display_of_predictor(row["predictor"], row["unit"])
         if row["levels"] is None:
-            ends = [format_number(row[end] * display.scale) for end in ("min", "max")]
-            recorded = ends[0] if ends[0] == ends[1] else " to ".join(ends)
+            ends = (format_number(shown.scale * row[end]) for end in ("min", "max"))
+            values = " to ".join(dict.fromkeys(ends))
         else:
-            recorded = _counted(row["levels"])
-        unit = display.unit or row["unit"] or "-"
-        rows.append({"predictor": row["predictor"], "unit": unit, "distinct": row["distinct"], "recorded": recorded})
+            values = _counted(row["levels"])
+        rows.append({"predictor": shown.label, "unit": shown.unit, "distinct": row["distinct"], "recorded": values})
     return rows
 
 
@@ -95,7 +94,8 @@ def correlation_rows(snapshot: Snapshot) -> list[dict[str, Any]]:
     """The correlations as a table: predictors by number, as Fig. 4.8 has them."""
     coefficients = correlation(snapshot.table)
     return [
-        {"": number, "predictor": name} | {str(other): _signed(value) for other, value in enumerate(row[:number], 1)}
+        {"": number, "predictor": name.replace("_", " ")}
+        | {str(other): _signed(value) for other, value in enumerate(row[:number], 1)}
         for number, (name, row) in enumerate(zip(coefficients.names, coefficients.matrix, strict=True), 1)
     ]
 

@@ -10,6 +10,7 @@ from ..cli.common import db_option, errors_as_one_line, json_option, note
 from ..cli.completion import model_versions
 from ..cli.nouns import noun_group
 from ..cli.options import confirm_deletion, deletion_options
+from ..common.progress import progress_bar
 from .cli import list_models, tell_version
 
 
@@ -32,13 +33,16 @@ def show(model: str, plot: Path | None, db: str, json_to: str | None) -> None:
     Example:
         pyroshock models show gp@1 --plot search.png
     """
+    progress = progress_bar(f"Reading model {model} of the registry")
     with errors_as_one_line():
         from ...training.registry.listing import chosen
         from ..common.model_registry import models_extra, registry_of
 
         registry = registry_of(db)
         with models_extra():
-            tell_version(registry, chosen(registry.versions(), model), json_to, plot)
+            with progress:
+                version = chosen(registry.versions(), model)
+            tell_version(registry, version, json_to, plot)
 
 
 @click.command()

@@ -122,7 +122,7 @@ def _row(name: str, splits: Sequence[str], versions_by_split: Mapping[str, Versi
         if metric in _OF_THESIS:
             row[f"{heading} thesis"] = _short(thesis[metric].value) if metric in thesis else None
     row["cover 90 %"] = _joined_numbers(versions_by_split.get(split) for split in splits)
-    row["s"] = f"{sum(version.cost.seconds for version in versions_by_split.values()):.1f}"
+    row["seconds"] = f"{sum(version.cost.seconds for version in versions_by_split.values()):.1f}"
     return row
 
 

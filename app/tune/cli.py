@@ -11,6 +11,7 @@ from ..cli.common import db_option, json_option, note, open_command_store, print
 from ..cli.completion import campaign_names, contact_models, material_names
 from ..cli.next_step import suggest_next
 from ..cli.options import split_names
+from ..common.number_format import percent
 from ..common.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -218,8 +219,9 @@ def _suggest(settings: TunedSettings) -> None:
         best = _words(rows[0]["settings"])
         anvil = () if best["anvil"] in (None, "none") else ("--anvil", best["anvil"], "--insulator", best["insulator"])
         suggest_next(
-            "predict", "--tank-pressure", f"{best['bar']:.4g}bar", "--bullet-mass", f"{best['kg']:.4g}kg",
-            "--tip", best["tip"], "--tip-radius", f"{best['radius_mm']:.4g}mm", *anvil,
+            "predict", "--tank-pressure", f"{best['tank_pressure_pa'] / 1e5:.4g}bar",
+            "--bullet-mass", f"{best['bullet_mass_kg']:.4g}kg",
+            "--tip", best["tip"], "--tip-radius", f"{best['tip_radius_m'] * 1e3:.4g}mm", *anvil,
             "--impact-position", best["position"],
         )  # fmt: skip
 
@@ -236,10 +238,10 @@ def _show(settings: TunedSettings, avoid: Path | None, json_to: str | None) -> N
         return
     click.echo(sentence)
     if rows:
-        click.echo()
+        click.echo("\nProbabilities that the lines of the next shot lie within tolerance, the best setting first")
         print_table([_row(row) for row in rows], "")
     if tuned.avoid:
-        click.echo("\nto avoid")
+        click.echo("\nSettings to avoid")
         print_table([{**_words(avoid_json(item)["settings"]), "why": item.reason} for item in tuned.avoid], "none")
 
 
@@ -247,22 +249,21 @@ def _row(row: dict[str, Any]) -> dict[str, Any]:
     return {
         "rank": row["rank"],
         **_words(row["settings"]),
-        "within_%": round(100 * row["probability_within"]),
-        "95%_of_lines_%": round(100 * row["probability_95_percent_within"]),
-        "lines_%": round(100 * row["share_within"]),
-        "margin_db": row["worst_margin_db"],
+        "every line fits": percent(row["probability_within"]),
+        "95 % of lines fit": percent(row["probability_95_percent_within"]),
+        "lines that fit": percent(row["share_within"]),
+        "smallest_margin_db": row["worst_margin_db"],
         "at_hz": row["worst_frequency_hz"],
         "alternatives": len(row["alternatives"]),
     }
 
 
 def _words(settings: dict[str, Any]) -> dict[str, Any]:
-    """Settings in the units of the bench."""
+    """Settings by the words of a table's columns; quantities keep their keys and are SI."""
     return {
-        "bar": settings["tank_pressure_pa"] / 1e5,
-        "kg": settings["bullet_mass_kg"],
+        **{key: settings[key] for key in ("tank_pressure_pa", "bullet_mass_kg")},
         "tip": settings["tip_material"],
-        "radius_mm": settings["tip_radius_m"] * 1e3,
+        "tip_radius_m": settings["tip_radius_m"],
         "anvil": settings["anvil_material"],
         "insulator": settings["insulator"],
         "position": settings["impact_position"],

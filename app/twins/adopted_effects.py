@@ -56,16 +56,17 @@ def acts_at(identity: str) -> str:
 def fitted(verdict: Verdict, wanted: str) -> tuple[tuple[Effect, ...], float | None]:
     """The effects that go by `wanted` in a verdict, and their probability, None where the verdict has none for them.
 
-    `wanted` is a fitted set ("a+b+c", in any order), an effect of a fitted set ("a"), the first steps of the path, or
-    "none". Numbers are those of the set's own fit; an effect and first steps without one take those of the smallest
-    fitted set that holds them. Raises `LookupError` naming what the diagnosis can give.
+    `wanted` is a fitted set ("a+b+c" or "a,b,c", in any order), an effect of a fitted set ("a"), the first steps of the
+    path, or "none". Numbers are those of the set's own fit; an effect and first steps without one take those of the
+    smallest fitted set that holds them. Raises `LookupError` naming what the diagnosis can give.
     """
     if wanted == NONE:
         return (), _probability(verdict, wanted)
     effects = adoptable(verdict).get(_members(wanted))
     if not effects:
-        names = ", ".join(adoptable_names(verdict)) or "nothing"
-        raise LookupError(f"the diagnosis of {verdict.campaign} has no fit of {wanted!r}; it has: {names}, and none")
+        wanted_list, *names = (name.replace("+", ",") for name in (wanted, *adoptable_names(verdict), NONE))
+        listed = "; ".join(names)
+        raise LookupError(f"the diagnosis of {verdict.campaign} has no fit of {wanted_list!r}; it has: {listed}")
     return effects, _probability(verdict, wanted)
 
 
@@ -93,7 +94,7 @@ def adoptable_names(verdict: Verdict) -> list[str]:
 
 
 def _members(name: str) -> frozenset[str]:
-    return frozenset(part.strip() for part in name.split("+"))
+    return frozenset(part.strip() for part in name.replace(",", "+").split("+"))
 
 
 def _ids(effects: Sequence[Effect]) -> frozenset[str]:

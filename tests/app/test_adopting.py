@@ -104,7 +104,7 @@ def test_likeliest_of_a_group_was_fitted_and_its_own_fit_goes_before_a_larger_se
     alone = effect("gun.valve_flow", loss_coefficient=40.0)
     made = replace(verdicts.gun(), fits={**verdicts.gun().fits, "gun.valve_flow": (alone,)})
     assert fitted(made, "gun.valve_flow")[0] == (alone,)
-    with pytest.raises(LookupError, match=r"has: gun.valve_flow\+gun.back_pressure\+gun.blow_by, gun.valve_flow\+gun"):
+    with pytest.raises(LookupError, match=r"has: gun.valve_flow,gun.back_pressure,gun.blow_by; gun.valve_flow,gun"):
         fitted(verdicts.gun(), "gun.back_pressure+gun.blow_by")
 
 
@@ -124,7 +124,7 @@ def test_sets_and_single_effects_of_a_fit_can_be_adopted(wanted, effects, probab
 
 @pytest.mark.parametrize("wanted", ["contact.plate_compliance", "gun.magic", "unknown"])
 def test_what_was_not_fitted_is_refused(wanted: str) -> None:
-    with pytest.raises(LookupError, match=r"no fit of .*; it has: contact.layer_compliance, gun.valve_flow, and none"):
+    with pytest.raises(LookupError, match=r"no fit of .*; it has: contact.layer_compliance; gun.valve_flow; none"):
         fitted(verdicts.verdict(), wanted)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
@@ -102,6 +103,8 @@ def test_list_tells_each_diagnosis_and_a_folder_leaves_nothing_behind(asked, lab
     assert [row["adopted"] for row in rows] == [None, "version 2: none", "version 1: gun.valve_flow"]
     assert [row["first"] for row in rows] == ["contact.layer_compliance or contact.plate_compliance"] * 3
     assert rows[0]["id"] > rows[1]["id"]
+    listed = done("spring", "--db", lab, "--list").stdout
+    assert "  contact.layer_compliance or contact.plate_compliance  93 %  " in re.sub("   +", "  ", listed)
     before, files = counts(lab), sorted(tmp_path.rglob("*"))
     done(tmp_path / "folder", "--db", lab)
     done(tmp_path / "folder", "--db", f"sqlite:///{tmp_path / 'none.db'}")
@@ -181,6 +184,25 @@ def test_what_a_user_can_mend_is_one_line(lab: str, tmp_path, words: tuple[str, 
     assert result.exit_code == 2 and message in result.stderr.strip().splitlines()[-1]
 
 
+@pytest.mark.parametrize("words", [
+    ("--adopt", "gun.valve_flow,gun.back_pressure,gun.blow_by"),
+    ("--adopt", "gun.valve_flow", "--adopt", "gun.blow_by, gun.back_pressure"),
+    ("--adopt", "gun.valve_flow+gun.back_pressure+gun.blow_by"),
+])  # fmt: skip
+def test_effects_of_a_set_are_adopted_together_and_joined_by_words(monkeypatch, asked, lab, words):
+    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: verdicts.gun())
+    result = done("spring", "--db", lab, *words)
+    joined = "gun.valve_flow, gun.back_pressure and gun.blow_by"
+    assert f"     93 %  {joined}: " in result.stdout and "gun.valve_flow and gun.back_pressure" in result.stdout
+    assert re.search(r"adopted as version 1: diagnosis of spring: gun\.\w+, gun\.\w+ and gun\.\w+, ", result.stderr)
+    assert "--adopt gun.valve_flow,gun.back_pressure,gun.blow_by" in result.stdout
+    listed = done("spring", "--db", lab, "--list").stdout + pyroshock("diagnoses", "--db", lab).stdout
+    texts = (result.stdout, result.stderr, listed)
+    assert not any(re.search(r"[a-z] ?\+ ?gun", text.replace("+ gun.", "")) for text in texts)
+    (row,) = json.loads(done("spring", "--db", lab, "--list", "--json").stdout)
+    assert row["first"] == "gun.valve_flow+gun.back_pressure+gun.blow_by"
+
+
 def test_set_that_cannot_be_adopted_stores_nothing(asked: list[DiagnosisRequest], lab: str) -> None:
     before = counts(lab)
     result = pyroshock("diagnose", "spring", "--db", lab, "--adopt", "gun.blow_by")
@@ -188,7 +210,7 @@ def test_set_that_cannot_be_adopted_stores_nothing(asked: list[DiagnosisRequest]
     assert (
         result.stderr.strip()
         .splitlines()[-1]
-        .endswith("has no fit of 'gun.blow_by'; it has: contact.layer_compliance, gun.valve_flow, and none")
+        .endswith("has no fit of 'gun.blow_by'; it has: contact.layer_compliance; gun.valve_flow; none")
     )
     assert counts(lab) == before
 

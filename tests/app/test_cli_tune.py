@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from pyroshock.app.common.number_format import percent
 from pyroshock.app.tune.bench_adapter import setting_json, tuning_space
 from pyroshock.app.tune.session import Ask, TuningSession, session_of
 from pyroshock.app.twins import building as twins
@@ -58,6 +59,13 @@ def test_ranked_settings_have_the_keys_of_the_contract(url, tmp_path):
     assert all({"tank_pressure_pa", "tip_material"} <= set(other) for row in rows for other in row["alternatives"])
     again = tune(url, tmp_path, *words)
     assert again.exit_code == 0
+    table = again.stdout.splitlines()
+    header = next(number for number, line in enumerate(table) if line.startswith("rank "))
+    shown = dict(zip(re.split(r"  +", table[header]), re.split(r"  +", table[header + 1]), strict=True))
+    settings = rows[0]["settings"]
+    assert float(shown["tank pressure (bar)"]) == pytest.approx(settings["tank_pressure_pa"] / 1e5, rel=1e-3)
+    assert float(shown["tip radius (mm)"]) == pytest.approx(1e3 * settings["tip_radius_m"], rel=1e-3)
+    assert shown["every line fits"] == percent(rows[0]["probability_within"])
     best = max(row["probability_within"] for row in rows)
     assert re.match(rf"(One proposal meets|\d+ proposals meet) the target: .* {100 * best:.0f} % ", again.stdout)
 

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import os
+import re
+import select
 import shutil
 import sqlite3
 import subprocess
 import sys
+import time
 from contextlib import closing
 from pathlib import Path
+from typing import IO
 
 import pytest
-from click.shell_completion import BashComplete, ShellComplete, get_completion_class
+from click.shell_completion import ShellComplete
 from click.testing import CliRunner
 from pyroshock.app.cli.main import COMMANDS, main
 from pyroshock.schema.tables import metadata
 from pyroshock.twin.effects import catalogue
 
+REPOSITORY = Path(__file__).resolve().parents[2]
 NAMED = {"campaigns": "first-shots", "plans": "spring", "dataset_snapshots": "both", "materials": "steel"}
 
 
@@ -126,50 +131,91 @@ def test_names_come_from_a_server_too(postgres_url, monkeypatch):
         assert completed("predict", "--tip", "st") == ["steel"]
 
 
-def program(folder: Path) -> dict[str, str]:
-    """The environment in which `pyroshock` is this checkout's."""
-    script = folder / "pyroshock"
-    script.write_text(f'#!/bin/sh\nexec {sys.executable} -P -m pyroshock "$@"\n', encoding="utf-8")
+#: What a person types before the tab key -> the words that the command then gets.
+TYPED = {
+    "pyroshock validate fi": "validate first-shots",
+    "pyroshock models show tree@1": "models show tree@1",
+    "pyroshock dataset build x --from spring,fi": "dataset build x --from spring,first-shots",
+    "pyroshock diagnose x --without gun.leak,sensor.zero": "diagnose x --without gun.leak,sensor.zero_shift",
+    "pyroshock predict --contact=lin": "predict --contact=linear@1",
+    "pyroshock promote linear@": "promote linear@1",
+}
+WAIT_S = 40.0
+
+
+def documented_line(shell: str, home: Path) -> tuple[Path, str]:
+    """The file below `home`, and the line that the documentation says to add to it."""
+    page = (REPOSITORY / "docs" / "reference" / "command-overview.md").read_text(encoding="utf-8")
+    row = next(line for line in page.splitlines() if line.startswith(f"| {shell} "))
+    file, line = re.findall(r"`((?:[^`])+)`", row)
+    return home / file.removeprefix("~/"), line.replace("\\|", "|")
+
+
+@pytest.fixture(params=["bash", "zsh", "fish"])
+def shell_home(request, store, tmp_path, monkeypatch) -> Path:
+    """The home of a person who has done what the documentation says; `pyroshock` notes what it is called with."""
+    if shutil.which(request.param) is None:
+        pytest.skip(f"{request.param} is not installed here")
+    home = tmp_path / request.param
+    script = tmp_path / "bin" / "pyroshock"
+    script.parent.mkdir()
+    script.write_text(
+        f"""#!/bin/sh
+if [ -z "$_PYROSHOCK_COMPLETE" ]; then echo "$@" > {home}/typed; exit; fi
+{sys.executable} -P -m pyroshock "$@"
+echo "$_PYROSHOCK_COMPLETE" >> {home}/answered
+""",
+        encoding="utf-8",
+    )
     script.chmod(0o755)
-    return {**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"}
+    file, line = documented_line(request.param, home)
+    file.parent.mkdir(parents=True)
+    file.write_text(f"{line}\n", encoding="utf-8")
+    environment = {"HOME": home, "PYROSHOCK_DB": store, "TERM": "dumb", "PATH": f"{script.parent}:{os.environ['PATH']}"}
+    for name, value in environment.items():
+        monkeypatch.setenv(name, str(value))
+    for name in ("ZDOTDIR", "XDG_CONFIG_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    return home
 
 
-@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash")
-def test_bash_completes(store, tmp_path):
-    """As a person has it: the script of the documentation is sourced, and bash asks it for a word."""
-    script = BashComplete(main, {}, "pyroshock", "_PYROSHOCK_COMPLETE").source()
-    asked = "COMP_WORDS=(pyroshock validate fi) COMP_CWORD=2; _pyroshock_completion pyroshock; echo ${COMPREPLY[@]}"
-    words = [shutil.which("bash") or "", "--norc", "-c", f"{script}\n{asked}"]
-    environment = program(tmp_path) | {"PYROSHOCK_DB": store}
-    ran = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=60)
-    assert (ran.stdout.strip(), ran.stderr) == ("first-shots", "")
+def read_until_silent(output: IO[bytes], silent_s: float) -> str:
+    """What the shell writes, until it has written nothing for so long."""
+    text = b""
+    while select.select([output], [], [], silent_s)[0] and (part := os.read(output.fileno(), 65536)):
+        text += part
+    return text.decode(errors="replace")
 
 
-@pytest.mark.parametrize(("shell", "commands"), [
-    ("zsh", "autoload -U compinit; compinit -D; {script}; whence -w _pyroshock_completion"),
-    ("fish", "{script}; complete -C 'pyroshock validate fi'"),
-])  # fmt: skip
-def test_zsh_and_fish_take_the_script_of_the_documentation(shell, commands, store, tmp_path):
-    """Where the shell is installed; its script is made everywhere, and names the program."""
-    script = get_completion_class(shell)(main, {}, "pyroshock", "_PYROSHOCK_COMPLETE").source()
-    assert f"_PYROSHOCK_COMPLETE={shell}_complete" in script and "pyroshock" in script
-    if shutil.which(shell) is None:
-        pytest.skip(f"{shell} is not installed: its script was made above, and is run where it is")
-    environment = program(tmp_path) | {"PYROSHOCK_DB": store}
-    words = [shell, "-c", commands.format(script=script)]
-    ran = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=60)
-    assert ran.returncode == 0 and ("first-shots" in ran.stdout or "function" in ran.stdout), ran.stderr
+def wait_for(file: Path, text: str) -> str:
+    """What the file holds once `text` stands in it."""
+    end = time.monotonic() + WAIT_S
+    while time.monotonic() < end:
+        if file.exists() and text in file.read_text(encoding="utf-8"):
+            return file.read_text(encoding="utf-8")
+        time.sleep(0.05)
+    return ""
 
 
-@pytest.mark.parametrize(("shell", "typed", "expected"), [
-    ("bash", {"COMP_WORDS": "pyroshock validate fi", "COMP_CWORD": "2"}, "plain,first-shots"),
-    ("zsh", {"COMP_WORDS": "pyroshock validate fi", "COMP_CWORD": "2"}, "plain\nfirst-shots\n_"),
-    ("fish", {"COMP_WORDS": "pyroshock validate fi", "COMP_CWORD": "fi"}, "plain"),
-])  # fmt: skip
-def test_each_shell_gets_its_answer_in_its_own_form(shell, typed, expected, store, tmp_path):
-    environment = program(tmp_path) | {"PYROSHOCK_DB": store, "_PYROSHOCK_COMPLETE": f"{shell}_complete"} | typed
-    ran = subprocess.run([str(tmp_path / "pyroshock")], env=environment, capture_output=True, text=True, timeout=60)
-    assert ran.stdout.startswith(expected) and "first-shots" in ran.stdout, ran.stderr
+def test_the_tab_key_completes_in_each_shell_as_documented(shell_home: Path):
+    """The shell runs in a terminal; what is typed ends with the tab key and, after the answer, with the return key."""
+    shell = shell_home.name
+    in_terminal = [sys.executable, "-c", "import pty, sys; pty.spawn(sys.argv[1:])", shell, "-i"]
+    with subprocess.Popen(in_terminal, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0) as process:
+        assert process.stdin is not None and process.stdout is not None
+        try:
+            assert "not found" not in read_until_silent(process.stdout, 3.0)
+            for typed, expected in TYPED.items():
+                for name in ("typed", "answered"):
+                    (shell_home / name).unlink(missing_ok=True)
+                process.stdin.write(f"{typed}\t".encode())
+                assert wait_for(shell_home / "answered", f"{shell}_complete"), typed
+                read_until_silent(process.stdout, 0.5)
+                process.stdin.write(b"\r")
+                assert wait_for(shell_home / "typed", "\n").strip() == expected
+                read_until_silent(process.stdout, 0.5)
+        finally:
+            process.kill()
 
 
 def test_completion_imports_neither_sqlalchemy_nor_mlflow(store):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 
 import pandas as pd
@@ -76,7 +77,14 @@ def test_show_tells_splits_ranges_and_correlations(url, tmp_path):
     assert len(told["correlation"]) == len(told["ranges"]) == 13
     assert (tmp_path / "d.png").read_bytes().startswith(b"\x89PNG")
     text = done(url, "show", told["hash"][:10]).stdout
-    assert "material=steel" in text and "impact_velocity" in text and "nothing was left out" in text
+    assert "material=steel" in text and "nothing was left out" in text
+    ranges = {line.partition("  ")[0]: line.split()[-5:] for line in text.partition("predictor ")[2].splitlines()}
+    (radius,) = [row for row in told["ranges"] if row["predictor"] == "tip_radius"]
+    assert radius["unit"] == "m" and ranges["tip radius"][0] == "mm"
+    assert float(ranges["tip radius"][-1]) == pytest.approx(1e3 * radius["max"])
+    assert ranges["tip Young's modulus"][0] == "GPa" and ranges["tip yield strength"][0] == "MPa"
+    in_si = done(url, "show", "d", "--units", "si").stdout
+    assert re.search(r"^tip radius +m +\d", in_si, re.MULTILINE)
 
 
 def test_trace_from_an_exported_key(url, tmp_path):

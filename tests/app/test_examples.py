@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 import shutil
+import signal
+import subprocess
+import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 
+import click
 import pytest
 from support.records.verdicts import verdict
-from support.stores.stores import opened, pyroshock, run_pyroshock
+from support.stores.stores import CLI, opened, pyroshock, run_pyroshock
 
 from tools.reference.blocks import blocks_of
 from tools.reference.commands import commands
@@ -20,14 +25,15 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 NOT_RUN = {
     "pyroshock": "its lines are those of `demo`, `ingest` and `impacts`",
     "pyroshock demo": "it takes minutes; tests/app/test_demo.py runs it",
-    "pyroshock serve": "it serves until it is stopped; tests/app/test_serve_cli.py runs it",
-    "pyroshock blind-check": "it takes minutes; tests/app/test_cli_blind_check.py runs it",
+    "pyroshock serve": "it serves until it is stopped; the test below runs it",
     "pyroshock db roles": "it needs PostgreSQL; tests/schema/access run it",
-    "pyroshock diagnose": "it takes half a minute; tests/app/test_cli_diagnose.py runs it",
-    "pyroshock tune": "it takes a minute; tests/app/test_cli_tune.py runs it",
 }
 #: Commands whose answer may be no: exit code 1.
-CHECKS = ("validate", "promote")
+CHECKS = ("validate", "promote", "tune")
+#: What makes the work of an example small; of an option that is given twice the last one counts.
+SMALLER = {"blind-check": ("--cases", "1", "--no-baselines", "--no-shrinkage")}
+#: Starting a server imports much, on a machine that may be busy.
+PATIENCE_S = 60.0
 COMMANDS = [(context.command_path, command) for context, command in commands()]
 
 
@@ -112,6 +118,39 @@ def test_every_command_has_an_example_and_a_help_of_whole_sentences():
     assert listed == [] and set(NOT_RUN) <= {path for path, _ in COMMANDS}
 
 
+@pytest.mark.parametrize("path", [path for path, _ in COMMANDS])
+def test_help_has_whole_sentences_within_80_columns(path: str):
+    """Examples are whole lines, which a person copies; all else is wrapped, and nothing is shortened."""
+    command = dict(COMMANDS)[path]
+    lines = command.get_help(click.Context(command, info_name=path, terminal_width=80)).splitlines()
+    examples = {line.strip() for line in (command.help or "").splitlines()}
+    assert [line for line in lines if len(line) > 80 and line.strip() not in examples] == []
+    assert [line for line in lines if line.endswith("...") and not line.startswith("Usage:")] == []
+    words = [option.help or "" for option in command.params if isinstance(option, click.Option) and not option.hidden]
+    texts = [re.sub(r"\s*\[default: [^]]*\]$", "", text) for text in words]
+    assert [text for text in texts if not re.fullmatch(r"[A-Z].*\.", text)] == []
+    paragraphs = [block.text for block in blocks_of(command.help or "") if block.kind == "text"]
+    assert [text for text in paragraphs if not re.fullmatch(r"[A-Z`].*[.:]", text)] == []
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_example_of_serve_answers_until_it_is_terminated(working_folder: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("BROWSER", "true")  # the program that opens the page: one that does nothing
+    (line,) = example_lines(dict(COMMANDS)["pyroshock serve"].help or "")
+    words = [*CLI, *shlex.split(line)[1:], "--port", "0"]
+    with subprocess.Popen(words, stderr=subprocess.PIPE, text=True, cwd=working_folder) as server:
+        try:
+            assert server.stderr is not None
+            address = server.stderr.readline().removeprefix("pyroshock: ").strip()
+            with urllib.request.urlopen(address, timeout=PATIENCE_S) as answer:
+                assert "rehearsal" in answer.read().decode()
+            server.send_signal(signal.SIGTERM)
+            assert server.wait(PATIENCE_S) in (0, -signal.SIGTERM)
+        finally:
+            server.kill()
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("path", [path for path, _ in COMMANDS if path not in NOT_RUN])
@@ -119,6 +158,6 @@ def test_examples_run_in_a_fresh_demo_store(path: str, working_folder: Path):
     for line in example_lines(dict(COMMANDS)[path].help or ""):
         program, *words = shlex.split(line)
         assert program == "pyroshock", line
-        result = pyroshock(*words)
+        result = pyroshock(*words, *SMALLER.get(words[0], ()))
         allowed = (0, 1) if words[0] in CHECKS else (0,)
         assert result.exit_code in allowed, f"{line}\n{result.output}{result.stderr}"

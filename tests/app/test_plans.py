@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -238,6 +239,11 @@ def test_plans_are_listed_and_a_discarded_run_leaves_the_table(url, tmp_path):
     done("discard", "p", "3", "--reason", "tip broke", "--db", url)
     done("sheet", "p", "--out", tmp_path / "s.html", "--db", url)
     assert "tip broke" in (tmp_path / "s.html").read_text(encoding="utf-8")
+    cell = as_json("status", "p", "--db", url)["runs"][0]["tip_radius_m"]
+    for unit, scale in (("mm", 1e3), ("m", 1.0)):
+        words = ("status", "p", "--db", url, *(() if unit == "mm" else ("--units", "si")))
+        _, header, first, *_ = (re.split(r"  +", line) for line in done(*words).stdout.splitlines())
+        assert float(first[header.index(f"tip radius ({unit})")]) == pytest.approx(scale * cell)
     assert as_json("--db", url)[0]["discarded"] == 1
 
 

@@ -19,7 +19,8 @@ LONG = (
     "export impacts --out impacts.csv", "db copy sqlite:///lab.db sqlite:///new.db",
     "db export spring --out spring.pyroshock", "db import spring.pyroshock", "db check",
     "campaigns archive spring --out a.pyroshock --reason old", "campaigns restore spring.pyroshock",
-    "blind-check --cases 1",
+    "blind-check --cases 1", "plan lhs spring --runs 5", "plan augment spring", "compare a b",
+    "srs spec.csv", "models", "models show tree@1", "promote tree@1",
 )  # fmt: skip
 
 
@@ -72,6 +73,18 @@ def test_a_log_has_nothing_of_what_is_quick_and_no_end_of_what_failed(monkeypatc
         time.sleep(0.1)
         raise OSError("no plate")
     assert capfd.readouterr().err == "Firing …\n"
+
+
+def test_a_terminal_shows_the_time_until_the_block_begins(monkeypatch, capfd):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setattr(progress, "BEFORE_THE_BLOCK_S", 0.1)
+    bar = progress_bar("Firing", "shots")
+    time.sleep(0.35)
+    before = capfd.readouterr().err.splitlines()
+    with bar:
+        time.sleep(0.3)
+    assert before[:2] == ["Firing …", "Firing: 0 s elapsed"] and len(before) >= 3
+    assert "Firing" not in capfd.readouterr().err
 
 
 def test_a_bar_shows_the_remaining_time_from_the_first_step(monkeypatch, capfd):

@@ -110,7 +110,7 @@ def test_compare_tells_which_is_better_of_two_or_all(lab, tmp_path):
     done(lab("train", "spring", "--models", "kernel-ridge,hann,hertz", "--split", "repetitions"))
     result = done(lab("compare", "--metric", "cost", "--out", tmp_path / "d.png"))
     assert result.stdout.count("kernel-ridge@1 is better than") == 2
-    assert "60 held-out pulses that none of them was trained on" in result.stdout
+    assert "60 held-out pulses on which none of the models was trained" in result.stdout
     assert (tmp_path / "d.png").read_bytes().startswith(b"\x89PNG")
     every = json.loads(done(lab("compare", "--metric", "all", "--json")).stdout)
     assert len([row for row in every if "a" in row]) == 2 * len(METRICS)
@@ -285,4 +285,4 @@ def test_fresh_lab_has_no_models_and_train_json_has_the_rows_of_the_contract(lab
     assert sorted(map(json.dumps, listed)) == sorted(map(json.dumps, rows))
     assert json.loads(done(lab("models", "--split", "materials", "--json")).stdout) == []
     again = done(lab("train", "spring", "--models", "hann")).stderr
-    assert "0 trained, 2 found as they were trained before" in again
+    assert "0 models trained now; 2 models registered already" in again

@@ -116,10 +116,10 @@ def test_restrictions_size_shares_and_what_the_fit_has_not_seen_are_told() -> No
 # --- parameters are shown in the units of the field, causes as lists ------------------------------------------------
 @pytest.mark.parametrize(("name", "unit", "value", "words"), [
     ("gun.valve_flow.opening_time_s", "s", 0.25, "opening time = 250 ms (225 to 275 ms)"),
-    ("atmosphere_pa", "Pa", 96500.0, "atmosphere = 0.965 bar (0.869 to 1.06 bar)"),
-    ("compliance_m_n", "m/N", 3.4e-8, "compliance = 0.034 mm/kN (0.0306 to 0.0374 mm/kN)"),
-    ("contact.viscous_loss.loss_s_m (0.4)", "s/m", 0.1, "loss (0.4) = 0.1 s/m (0.09 to 0.11 s/m)"),
-    ("seal_share", "", 0.1, "seal share = 0.1 (0.09 to 0.11)"),
+    ("atmosphere_pa", "Pa", 96500.0, "atmosphere = 0.965 bar (0.868 to 1.062 bar)"),
+    ("compliance_m_n", "m/N", 3.4e-8, "compliance = 0.0340 mm/kN (0.0306 to 0.0374 mm/kN)"),
+    ("contact.viscous_loss.loss_s_m (0.4)", "s/m", 0.1, "loss (0.4) = 0.10 s/m (0.09 to 0.11 s/m)"),
+    ("seal_share", "", 0.1, "seal share = 0.10 (0.09 to 0.11)"),
 ])  # fmt: skip
 def test_parameters_are_shown_in_the_units_of_the_field(name: str, unit: str, value: float, words: str) -> None:
     assert fitted_words(Fitted(name, value, unit, (0.9 * value, 1.1 * value))) == words
@@ -127,7 +127,7 @@ def test_parameters_are_shown_in_the_units_of_the_field(name: str, unit: str, va
 
 def test_parameters_are_shown_in_si_where_it_is_asked_for() -> None:
     with shown_in("si"):
-        assert fitted_words(Fitted("opening_time_s", 0.25, "s", (0.2, 0.3))) == "opening time = 0.25 s (0.2 to 0.3 s)"
+        assert fitted_words(Fitted("opening_time_s", 0.25, "s", (0.2, 0.3))) == "opening time = 0.25 s (0.20 to 0.30 s)"
 
 
 def test_causes_are_lists_of_effects_without_a_plus_sign() -> None:
@@ -280,7 +280,7 @@ def test_unknown_has_an_experiment_and_a_measurement(made: Verdict) -> None:
 
 
 def test_predicting_set_is_adopted_and_others_are_told_apart() -> None:
-    command = "pyroshock diagnose spring --adopt gun.valve_flow+gun.back_pressure+gun.blow_by."
+    command = "pyroshock diagnose spring --adopt gun.valve_flow,gun.back_pressure,gun.blow_by."
     assert recommendations(verdicts.gun())[0].endswith(command)
     assert "pyroshock diagnose 'spring 2' --adopt" in recommendations(verdicts.gun(campaign="spring 2"))[0]
     path = (replace(verdicts.gun().path[0], fraction=0.2),)  # does not predict

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import datetime as dt
+import math
 import re
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.app.common.number_format import join_words, number, percent, percent_range, times
+from pyroshock.app.common.number_format import format_interval, join_words, number, percent, percent_range, times
 from pyroshock.app.diagnose.wording import shrinkage_line, where_lines
 from pyroshock.app.documents import pdf as pdf_module
 from pyroshock.app.documents.document import (
@@ -122,7 +123,7 @@ def test_wide_tables_turn_the_page_and_columns_are_as_wide_as_their_words() -> N
 
     assert of_numbers(1.0, None, 2) and of_numbers("5.62 ± 0.11", "7") and of_numbers("0.1 to 0.2", "-3")
     assert not (of_numbers("steel", 3.0) or of_numbers("2026-11-22 08:09") or of_numbers(None))
-    texts = {None: "–", 0.123456: "0.1235", 123456.0: "123500", 12: "12", 1.2e9: "1.2e+09"}
+    texts = {None: "–", 0.123456: "0.1235", 123456.0: "123500", 12: "12", 1.2e9: "1.2×10⁹"}
     assert {cell: cell_text(cell) for cell in texts} == texts and cell_text(float("nan")) == "–"
 
 
@@ -169,8 +170,19 @@ def test_factors_means_shares_and_ranges_are_told_in_the_units_of_the_bench() ->
     # Near certainty is not certainty, and what is no number is a dash.
     shares = {1.0: "100 %", 0.999: "> 99 %", 0.93: "93 %", 0.001: "< 1 %", 0.0: "0 %"}
     assert {share: percent(share) for share in shares} == shares
-    numbers = {4000.0: "4000", 0.0123456: "0.0123", 2.9e7: "2.9e+07", 3.4e-8: "3.4e-08"}
+    numbers = {4000.0: "4000", 0.0123456: "0.0123", 2.9e7: "29000000", 3.4e-8: "3.4×10⁻⁸"}
     assert {value: number(value) for value in numbers} == numbers and percent_range(0.52, 0.68) == "52 to 68 %"
+    intervals = {
+        (9.84, 7.841, 12.46): "9.8, 7.8, 12.5",
+        (5351.2, 4098.0, 7559.0): "5400, 4100, 7600",
+        (0.0997, 0.0911, 0.1202): "0.0997, 0.0911, 0.1202",
+        (-9.97e-05, -0.0415, 0.0413): "0.000, -0.042, 0.041",
+        (31.0, 27.0, 36.0): "31, 27, 36",
+        (5.0, 5.0, 5.0): "5, 5, 5",
+        (1.0, math.nan, 2.0): "1, –, 2",
+        (3e-8, 2e-8, 4e-8): "3×10⁻⁸, 2×10⁻⁸, 4×10⁻⁸",
+    }
+    assert {numbers: ", ".join(format_interval(*numbers)) for numbers in intervals} == intervals
     assert [times(ratio) for ratio in (42.3, 9.96, 0.891)] == ["42", "10", "0.89"]
     assert [join_words("abc"[:count]) for count in range(4)] == ["", "a", "a and b", "a, b and c"]
     assert join_words(["a", "b"], "or") == "a or b"

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.app.common.number_format import format_number
+from pyroshock.app.common.number_format import format_interval
 from pyroshock.app.predict.shots import VELOCITY_M_S
 from pyroshock.app.twins import building
 from pyroshock.app.twins.benches import bench_of_campaign
@@ -144,7 +144,7 @@ def test_command_api_and_page_say_the_same(filled: Lab, name: str) -> None:
     printed = of_command(filled, name)
     for quantity, (value, scale) in expected.items():
         numbers = [scale * value["mean"], *(scale * end for end in value["ci90"])]
-        mean, low, high = (format_number(number) for number in numbers)
+        mean, low, high = format_interval(*numbers)
         shown = rows[quantity]["mean"], rows[quantity]["band"]
         assert shown == tuple(text.replace("-", "−") for text in (mean, f"{low} to {high}"))
         (line,) = [line for line in printed.stdout.splitlines() if line.startswith(quantity)]
