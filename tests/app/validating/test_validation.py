@@ -217,7 +217,7 @@ def data_of(result: Result) -> dict:  # JSON
 
 def test_json_is_the_contract_of_a_hammers_campaign_and_of_the_thesis(validate_lab, tmp_path: Path) -> None:
     page = tmp_path / "validation.html"
-    data = data_of(validate_lab("spring", "--contact", "hertz", "--json", "--html", str(page)))
+    data = data_of(validate_lab("spring", "--contact", "hertz", "--json", "--out", str(page)))
     text = page.read_text(encoding="utf-8")
     for words in ("Validation", "peak force", "Ranks of the measured values", "<svg"):
         assert words in text
