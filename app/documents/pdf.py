@@ -176,6 +176,8 @@ def _words(element: ElementTree.Element, font: str, size: float, ink: SeriesStyl
     x, y = (float(turned[1]), float(turned[2])) if turned else (float(at["x"]), float(at["y"]))
     from .pdf_sheet import font_runs, width_of
 
+    if turned:  # a title is no longer than its axis, at whose middle it stands
+        size *= min(1.0, 2 * y / width_of(element.text or " ", font, size))
     runs = font_runs(element.text or "", font)
     widths = [width_of(piece, name, size) for name, piece in runs]
     start = -sum(widths) * {"start": 0.0, "middle": 0.5, "end": 1.0}[at["text-anchor"]]

@@ -138,6 +138,7 @@ def test_paper_holds_every_cell_whole_on_few_pages(reports: Reports, name: str) 
     assert width < height, "no table needs a page on its side"
     for line in lines:
         assert line.left >= MARGIN - 1 and line.right <= width - MARGIN + 1, f"{line.text!r} is beyond the margin"
+        assert line.top >= MARGIN - 1, f"{line.text!r} is above the page"
         assert line.bottom <= height - MARGIN / 4, f"{line.text!r} is below the page"
     assert max(line.page for line in lines) <= PAGES[name]
 
