@@ -147,11 +147,11 @@ def _texts(part: object) -> Iterator[str]:
 
 
 def cell_text(cell: Cell) -> str:
-    """A cell in words, numbers to four digits."""
+    """A cell in words, numbers to four digits; no line ends between a number and its per cent."""
     if cell is None or (isinstance(cell, float) and not math.isfinite(cell)):
         return NOTHING
     if isinstance(cell, str):
-        return clean(cell)
+        return clean(cell).replace(" %", "\u00a0%")
     return format_number(cell) if isinstance(cell, float) else f"{cell}"
 
 

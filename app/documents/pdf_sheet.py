@@ -225,14 +225,12 @@ def _size(table: Table) -> float:
 
 
 def _texts(table: Table) -> list[list[str]]:
-    """All cells, the headings first; what stays on one line, as per cent with its number, has no spaces that break."""
+    """All cells, the headings first; what stays on one line has no spaces that break."""
     numbers = [table.is_number(i) for i in range(len(table.columns))]
-    texts = [[clean(name).replace(" %", "\u00a0%") for name in table.columns]]
+    texts = [[cell_text(name) for name in table.columns]]
     for row in table.rows:
         cells = zip(map(cell_text, row), numbers, strict=True)
-        texts.append(
-            [text.replace(" " if number else " %", "\u00a0" if number else "\u00a0%") for text, number in cells]
-        )
+        texts.append([text.replace(" ", "\u00a0") if number else text for text, number in cells])
     return texts
 
 
