@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 NOTHING = "–"
@@ -63,6 +63,29 @@ def format_measured(value: float, uncertainty: float) -> str:
     last = math.floor(math.log10(uncertainty)) - 1
     rounded = round(value / 10.0**last) * 10.0**last + 0.0  # no negative zero
     return f"{rounded:.{max(0, -last)}f}"
+
+
+def measured_text(value: float, uncertainty: float) -> str:
+    """`5.62 ± 0.11`: a number with its standard uncertainty; the number alone where that is zero or no number."""
+    text = format_measured(value, uncertainty)
+    return f"{text} ± {format_measured(uncertainty, uncertainty)}" if uncertainty > 0 else text
+
+
+def number_ranges(numbers: Iterable[int], most: int = 8) -> str:
+    """`3, 5–8` of whole numbers; of more than `most` ranges the first ones and how many numbers follow."""
+    ordered = sorted(set(numbers))
+    ranges: list[list[int]] = []
+    for number in ordered:
+        if ranges and number == ranges[-1][1] + 1:
+            ranges[-1][1] = number
+        else:
+            ranges.append([number, number])
+    words = [
+        str(low) if low == high else f"{low}{', ' if high == low + 1 else '–'}{high}" for low, high in ranges[:most]
+    ]
+    if rest := sum(high - low + 1 for low, high in ranges[most:]):
+        words.append(f"and {rest} more")
+    return ", ".join(words)
 
 
 def number(value: float) -> str:

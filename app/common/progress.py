@@ -132,6 +132,8 @@ def notebook_bar(label: str, unit: str) -> Iterator[Step]:
 
 
 def _count(bar: Any, done: int, total: int, what: str) -> None:
+    if bar.disable:  # tqdm gives a bar that is not shown none of the attributes below
+        return
     if done and bar.bar_format == _BEFORE_THE_FIRST_STEP:
         bar.bar_format = _STEPS
     bar.total = total

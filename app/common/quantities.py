@@ -7,14 +7,16 @@ unit and scale of a key from here; JSON and files stay in SI.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal
 
-from .number_format import NOTHING, format_number
+from ...schema.known_factors import NONE
+from .number_format import NOTHING, format_number, measured_text
 
 #: g, which pages and tables show accelerations in (ISO 80000-3). The twin's own constant would bring numpy along.
 STANDARD_GRAVITY_M_S2 = 9.80665
@@ -205,13 +207,69 @@ def cell(key: str, value: Any) -> str:
     return str(value)
 
 
+def measured_cell(key: str, value: float, uncertainty: float) -> str:
+    """A value in SI with its standard uncertainty, in the shown unit: `5.62 ± 0.11`."""
+    scale = display_of(key).scale
+    return measured_text(scale * value, scale * uncertainty)
+
+
+def velocity_with_uncertainty(shot: Mapping[str, Any]) -> dict[str, Any]:
+    """A row of a shot whose measured velocity is a cell with its standard uncertainty, in the place of the two."""
+    key, uncertainty = "measured_velocity_m_s", "measured_velocity_u_m_s"
+    joined = {name: value for name, value in shot.items() if name != uncertainty}
+    if shot[key] is not None and shot[uncertainty]:
+        joined[key] = measured_cell(key, shot[key], shot[uncertainty])
+    return joined
+
+
+def level_words(key: str, level: float | str | None) -> str:
+    """A level of a factor by itself: `30 mm`, `steel`; a layer that is missing by its name: `no insulator`."""
+    display = display_of(key)
+    if level is None or level == NONE:
+        return f"no {display.label}"
+    return f"{cell(key, level)} {display.unit}".rstrip() if isinstance(level, float) else level
+
+
+def named_level(key: str, level: float | str | None) -> str:
+    """A level with its factor: `tip radius 30 mm`."""
+    words = level_words(key, level)
+    return words if words == f"no {display_of(key).label}" else f"{display_of(key).label} {words}"
+
+
+def settings_words(levels: Mapping[str, float | str | None]) -> str:
+    """Levels by their keys: `steel, 30 mm, no insulator`."""
+    return ", ".join(level_words(key, level) for key, level in levels.items()) or "all alike"
+
+
 #: SI unit of a parameter that no key names -> unit of the field, units of the field in one SI unit.
 _COMPOUND_UNITS = {"m/N": ("mm/kN", 1e6), "1/N": ("1/kN", 1e3), "m3": ("cm³", 1e6)}
 
 
 def shown_unit(si_unit: str) -> tuple[str, float]:
     """The unit that a value in `si_unit` is shown in, and how many of them one SI unit is: `Pa` is shown in bar."""
+    si_unit = si_unit.replace("m/s2", "m/s²")
     if units() == "si":
         return si_unit, 1.0
     table = {from_si: (unit, scale) for _, from_si, unit, scale in _UNITS}
     return table.get(si_unit) or _COMPOUND_UNITS.get(si_unit) or (si_unit, 1.0)
+
+
+#: A number of a message with its unit; a number with an exponent stands alone, too. An impulse in N s stays as it is.
+_QUANTITY = re.compile(r"(?<![\w.-])(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)(?: (m/s2|Pa|N(?! s\b)|s)(?![\w/]))?(?![\w-])")
+
+
+def in_shown_units(message: str) -> str:
+    """A stored message with its quantities in the shown units: `-98066.5 m/s2 from 0.4 s` as `-10000 g from 400 ms`.
+
+    Durations of a second and more stay in seconds, forces below a kilonewton in newton.
+    """
+
+    def shown(quantity: re.Match[str]) -> str:
+        text, si_unit = quantity.groups()
+        size = abs(float(text))
+        if si_unit is None or (si_unit == "s" and size >= 1) or (si_unit == "N" and size < 1000):
+            return quantity[0].replace(text, format_number(float(text))) if "e" in text else quantity[0]
+        unit, scale = shown_unit(si_unit)
+        return f"{format_number(scale * float(text))} {unit}"
+
+    return _QUANTITY.sub(shown, message)

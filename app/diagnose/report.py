@@ -26,6 +26,7 @@ from ...diagnosis.verdict import (
 )
 from ...schema.atomic_write import write_text
 from ...schema.diagnoses import Diagnosis
+from ...schema.known_factors import BY_COLUMN
 from ..common.number_format import join_words, number, percent, percent_range, percent_with_range
 from ..documents.document import (
     Bars,
@@ -89,7 +90,6 @@ def document_of(verdict: Verdict, name: str, date: dt.date | None) -> Document:
         facts=facts,
         sections=sections(verdict, _MOST_FIGURES),
         date=date,
-        dense=True,
     )
 
 
@@ -192,11 +192,11 @@ def _effects(verdict: Verdict) -> list[Block]:
         return []
     shown = [effect for effect in verdict.effects if effect.named or effect.share >= _WORTH_A_ROW]
     sizes = Counter(effect.credible_set for effect in verdict.effects)
-    rows = [[_unbroken(cell) for cell in _printed_row(effect, sizes[effect.credible_set] > 1)] for effect in shown]
+    rows = [_printed_row(effect, sizes[effect.credible_set] > 1) for effect in shown]
     if verdict.unexplained is not None:
         interval = percent_with_range(verdict.unexplained.share, verdict.unexplained.ci90)
-        rows.append([_unbroken(cell) for cell in ("unexplained", interval, "", "", "")])
-    blocks: list[Block] = [Table(EFFECTS_CAPTION, _PRINTED_COLUMNS, rows)]
+        rows.append(("unexplained", interval, "", "", ""))
+    blocks: list[Block] = [Table(EFFECTS_CAPTION, _PRINTED_COLUMNS, rows, main=("effect", _SHARE, "cause"))]
     others = [effect_subject(effect.effect) for effect in verdict.effects if effect not in shown]
     if others:
         blocks.append(
@@ -205,7 +205,8 @@ def _effects(verdict: Verdict) -> list[Block]:
     return blocks
 
 
-_PRINTED_COLUMNS = ("effect", "share (90 % interval)", "probability", "held out", "cause")
+_SHARE = "share (90 % interval)"
+_PRINTED_COLUMNS = ("effect", _SHARE, "probability", "held out", "cause")
 
 
 def _printed_row(effect: EffectShare, grouped: bool) -> tuple[Cell, ...]:
@@ -217,11 +218,6 @@ def _printed_row(effect: EffectShare, grouped: bool) -> tuple[Cell, ...]:
         percent(effect.held_out_gain),
         "yes" if effect.named else "no",
     )
-
-
-def _unbroken(cell: Cell) -> Cell:
-    """Per cent on the line of its number."""
-    return cell.replace(" %", "\u00a0%") if isinstance(cell, str) else cell
 
 
 def _size(verdict: Verdict) -> Paragraph:
@@ -253,14 +249,29 @@ def _pictures(pictures: Pictures, most: int | None) -> list[Block]:
     figures += [Figure(picture.title.partition(", ")[0], curve_chart(picture)) for picture in pictures.curves]
     blocks: list[Block] = [ChartRow(figures, legend_keys(pictures))]
     if pictures.residuals and pictures.configurations:
-        names = "; ".join(f"{i}: {name}" for i, name in enumerate(pictures.configurations, 1))
+        names = "; ".join(f"{i}: {run_settings_words(name)}" for i, name in enumerate(pictures.configurations, 1))
         blocks.append(Paragraph(f"The configurations of the residuals are {names}.", quiet=True))
     blocks += [
-        Paragraph(f"Record: {picture.title}.", quiet=True) for picture in pictures.curves if "," in picture.title
+        Paragraph(f"Record: {run_settings_words(picture.title)}.", quiet=True)
+        for picture in pictures.curves
+        if "," in picture.title
     ]
     if hidden := len(whole.residuals) - len(pictures.residuals):
         blocks.append(Paragraph(f"{hidden} smaller residuals are drawn on the page of the diagnosis.", quiet=True))
     return blocks
+
+
+def run_settings_words(text: str) -> str:
+    """Settings as a table of runs names them, in words: "bullet_mass_kg 0.4, tip_material steel" becomes "bullet mass
+    0.4 kg, tip material steel"."""
+    words = []
+    for part in text.split(", "):
+        column, _, level = part.rpartition(" ")
+        factor = BY_COLUMN.get(column)
+        name = factor.name if factor else column
+        unit = column.removeprefix(name).removeprefix("_") if factor else ""
+        words.append(f"{name.replace('_', ' ')} {level} {unit}".strip())
+    return ", ".join(words)
 
 
 def _size_of_residual(picture: ResidualPicture) -> float:
@@ -282,7 +293,7 @@ def _unseen_figures(entries: Sequence[Shrinkage]) -> list[Block]:
     ]
     tests = [entry.held_out_by.partition(":")[0] for entry in entries]
     columns = [f"{when}, {test}" for test in tests for when in ("before", "after")]
-    return [Table(_UNSEEN, ("figure", *columns), rows)]
+    return [Table(_UNSEEN, ("figure", *columns), rows, main=("figure", *columns[:2]))]
 
 
 _UNSEEN = (

@@ -17,14 +17,13 @@ import numpy as np
 from ...array_types import Floats
 from ...diagnosis.verdict import CORRECTED, CurvePicture, Pictures, ResidualPicture, Verdict
 from ..common.number_format import number, percent, percent_with_range
+from ..common.quantities import shown_unit
 from ..documents.svg import WIDTH, band, chart, dots, frame_of, level, line, tick_text, ticks
 from .wording import effect_subject, observable_label
 
 #: The floor is shaded to so many standard deviations.
 SIGMAS = 2.0
 _LARGEST_LOG = 20.0
-#: SI units in those of a screen: the unit that is shown, and how many of them one SI unit is.
-_SHOWN = {"s": ("ms", 1e3), "N": ("kN", 1e-3)}
 
 
 def residual_title(picture: ResidualPicture) -> str:
@@ -44,8 +43,10 @@ def residual_chart(picture: ResidualPicture, configurations: tuple[str, ...]) ->
     edges = np.concatenate([ends[:1], x, ends[1:]])
     wide = np.concatenate([shade[:1], shade, shade[-1:]])
 
+    unit, scale = shown_unit(picture.unit)
+
     def shown(residuals: Floats) -> Floats:
-        return _in_percent(residuals) if label.relative else residuals
+        return _in_percent(residuals) if label.relative else scale * residuals
 
     low, high, room = shown(-wide), shown(wide), shown(np.array([-picture.tolerance, picture.tolerance]))
     before = shown(picture.before)
@@ -58,8 +59,8 @@ def residual_chart(picture: ResidualPicture, configurations: tuple[str, ...]) ->
         dots(frame, x, before, "before", names),
         *(dots(frame, x, residual, "after", names) for residual in after),
     ]
-    unit = " (%)" if label.relative else "" if picture.unit == "1" else f" ({picture.unit})"
-    title = f"measured {'over' if label.relative else 'less'} simulated{unit}"
+    bracket = " (%)" if label.relative else "" if picture.unit == "1" else f" ({unit})"
+    title = f"measured {'over' if label.relative else 'less'} simulated{bracket}"
     return chart(residual_title(picture), frame, marks, "configuration", title, whole=True)
 
 
@@ -70,12 +71,11 @@ def _in_percent(logarithms: Floats) -> Floats:
 
 def curve_chart(picture: CurvePicture) -> str:
     """A record, and its simulation before and after."""
-    x_unit, x_scale = _SHOWN.get(picture.x_unit, (picture.x_unit, 1.0))
-    y_unit, y_scale = _SHOWN.get(picture.y_unit, (picture.y_unit, 1.0))
+    (x_unit, x_scale), (y_unit, y_scale) = shown_unit(picture.x_unit), shown_unit(picture.y_unit)
     x = x_scale * picture.x
     curves = {"before": picture.before, "after": picture.after, "measured": picture.measured}
     shown = {f"{kind}-line": y_scale * y for kind, y in curves.items() if y is not None}
-    frame = frame_of([x], list(shown.values()), logarithmic=picture.logarithmic)
+    frame = frame_of([x], list(shown.values()), log_x=picture.logarithmic, log_y=picture.logarithmic)
     marks = [line(frame, x, y, kind) for kind, y in shown.items()]
     titles = (f"{name} ({unit})" for name, unit in ((picture.x_name, x_unit), (picture.y_name, y_unit)))
     return chart(picture.title, frame, marks, *titles)

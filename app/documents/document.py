@@ -1,5 +1,4 @@
-"""What a report holds, whatever it is written as: a title, facts, and sections of text, tables, bars and figures, with
-settings and figures in the words and units of the bench.
+"""What a report holds, whatever it is written as: a title, facts, and sections of text, tables, bars and figures.
 
 `page` makes a web page of it and `pdf` a PDF. Words stand here as they are; each writer escapes them in its own way.
 """
@@ -9,24 +8,21 @@ from __future__ import annotations
 import datetime as dt
 import math
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
 from ...array_types import Floats
-from ...schema.known_factors import BY_COLUMN, KNOWN_FACTORS, NONE
-from ...schema.listings import listing_key
-from ..common.number_format import format_number
+from ..common.number_format import NOTHING, format_number
+from ..common.quantities import measured_cell
 
 #: What a table's cell may hold; numbers are set right and told to four digits, None is a dash.
 Cell = str | float | None
 
 #: No control characters and no halves of characters: neither HTML nor XML has a way to write them.
 _UNPRINTABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
-NOTHING = "–"
-_NUMBER = re.compile(r"[-+]?\d[\d.e+-]*( ± [\d.e+-]+| to [-+]?\d[\d.e+-]*)?")
+_NUMBER = re.compile(r"[-+−]?\d[\d.e+-]*( ± [\d.e+-]+| to [-+]?\d[\d.e+-]*)?( %)?")
 
 
 @dataclass(frozen=True)
@@ -48,16 +44,20 @@ class Bullets:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under headings; `empty` is said where there is no row. `caption` tells what it is of."""
+    """Rows under headings; `empty` is said where there is no row. `caption` tells what it is of.
+
+    `main` are the columns that a telephone shows before a person asks for all; () for all of them.
+    """
 
     caption: str
     columns: Sequence[str]
     rows: Sequence[Sequence[Cell]]
     empty: str = "None."
+    main: Sequence[str] = ()
 
     def is_number(self, column: int) -> bool:
         """Whether a column holds numbers, so that its digits stand below each other."""
-        cells = [row[column] for row in self.rows if row[column] is not None]
+        cells = [row[column] for row in self.rows if row[column] not in (None, NOTHING)]
         return bool(cells) and all(not isinstance(cell, str) or _NUMBER.fullmatch(cell) for cell in cells)
 
 
@@ -114,7 +114,7 @@ class Section:
 class Document:
     """A report on one thing. `kind` says what it is ("Campaign"), `title` which one, `lead` tells it in a sentence.
 
-    `date` is its own and not that of printing: the same thing gives the same file. `dense`: smaller on paper.
+    `date` is its own and not that of printing: the same thing gives the same file.
     """
 
     kind: str
@@ -123,20 +123,35 @@ class Document:
     facts: Mapping[str, str]
     sections: Sequence[Section]
     date: dt.date | None = None
-    dense: bool = False
 
     @property
     def name(self) -> str:
         """ "Campaign: spring"."""
         return f"{self.kind}: {self.title}"
 
+    @property
+    def words(self) -> str:
+        """All of its text, to see which letters it needs."""
+        return clean("".join(_texts(astuple(self))))
+
+
+def _texts(part: object) -> Iterator[str]:
+    """The texts within nested tuples, lists and mappings."""
+    if isinstance(part, str):
+        yield part
+    elif isinstance(part, Mapping):
+        yield from _texts(list(part.items()))
+    elif isinstance(part, Sequence):
+        for member in part:
+            yield from _texts(member)
+
 
 def cell_text(cell: Cell) -> str:
-    """A cell in words."""
+    """A cell in words, numbers to four digits; no line ends between a number and its per cent."""
     if cell is None or (isinstance(cell, float) and not math.isfinite(cell)):
         return NOTHING
     if isinstance(cell, str):
-        return clean(cell)
+        return clean(cell).replace(" %", "\u00a0%")
     return format_number(cell) if isinstance(cell, float) else f"{cell}"
 
 
@@ -145,75 +160,12 @@ def clean(text: str) -> str:
     return _UNPRINTABLE.sub("\ufffd", text)
 
 
-@dataclass(frozen=True)
-class FactorLabel:
-    """How a factor is told: "tip radius" in "mm", of which one SI unit is `per_si`."""
-
-    name: str
-    unit: str
-    per_si: float
-
-    @property
-    def heading(self) -> str:
-        """Of a column."""
-        return f"{self.name} ({self.unit})" if self.unit else self.name
-
-    def cell(self, level: Any) -> Cell:
-        """A level in the unit of the heading."""
-        return round(level * self.per_si, 9) if isinstance(level, float) else None if level is None else str(level)
-
-    def words(self, level: Any) -> str:
-        """A level by itself: "30 mm"; a layer that is missing by its name."""
-        if level is None or level == NONE:
-            return f"no {self.name}"
-        text = cell_text(self.cell(level))
-        return f"{text} {self.unit}" if self.unit and isinstance(level, float) else text
-
-    def named(self, level: Any) -> str:
-        """A level with its factor: "tip radius 30 mm"."""
-        words = self.words(level)
-        return words if words == f"no {self.name}" else f"{self.name} {words}"
-
-
-_KNOWN = {
-    listing_key(factor.name, factor.si_unit): FactorLabel(
-        factor.name.replace("_", " "), factor.column.removeprefix(f"{factor.name}_"), 1 / factor.scale
-    )
-    if factor.is_number
-    else FactorLabel(factor.name.replace("_", " "), "", 1.0)
-    for factor in KNOWN_FACTORS
-} | {"velocity_m_s": FactorLabel("velocity", "m/s", 1.0)}
-
-
-def setting(key: str) -> FactorLabel:
-    """The factor that a listing has under `key`; a lab's own ones keep their name."""
-    return _KNOWN.get(key) or FactorLabel(key.replace("_", " "), "", 1.0)
-
-
-def column_heading(column: str) -> str:
-    """A column of a table of runs: "tip radius (mm)"."""
-    factor = BY_COLUMN.get(column)
-    return setting(listing_key(factor.name, factor.si_unit) if factor else column).heading
-
-
-def settings_words(levels: Mapping[str, Any]) -> str:
-    """ "steel, 30 mm, no insulator"."""
-    return ", ".join(setting(key).words(level) for key, level in levels.items()) or "all alike"
-
-
-def mean_and_spread(values: Floats, scale: float = 1.0) -> str | None:
-    """ "5.62 ± 0.11": mean and standard deviation of `values` (n,), to two digits of the latter; of one, the value."""
-    finite_values = scale * values[np.isfinite(values)]
+def mean_and_spread(key: str, values: Floats) -> str | None:
+    """ "5.62 ± 0.11": mean and standard deviation of `values` (n,) of the quantity `key`, in the shown unit; of one
+    value, the value; None without any."""
+    finite_values = values[np.isfinite(values)]
     if not finite_values.size:
         return None
     mean = float(finite_values.mean())
     spread = float(finite_values.std(ddof=1)) if finite_values.size > 1 else 0.0
-    if not spread > 1e-9 * abs(mean):
-        return cell_text(mean)
-    decimals = max(0, 1 - math.floor(math.log10(spread)))
-    return f"{mean:.{decimals}f} ± {spread:.{decimals}f}"
-
-
-def force_unit(largest_n: float) -> tuple[str, float]:
-    """The unit that a force is told in, and how many of them a newton is."""
-    return ("kN", 1e-3) if largest_n >= 1000 else ("N", 1.0)
+    return measured_cell(key, mean, spread if spread > 1e-9 * abs(mean) else 0.0)

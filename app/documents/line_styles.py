@@ -50,9 +50,14 @@ polyline { fill: none; stroke-width: 2; } .before-line { stroke: var(--before); 
 .key i { width: 0.9rem; height: 0.9rem; border-radius: 50%; }
 .key-before { border: 2px solid var(--before); } .key-after { background: var(--after); }
 .key-measured { background: var(--ink); } i.key-floor { background: var(--floor); border-radius: 0.15rem; }
+i.key-interval { width: 0.2rem; border-radius: 0; background: var(--ink); }
 i.key-tolerance { height: 0; border-top: 2px dashed var(--quiet); border-radius: 0; }
 .scroll { overflow-x: auto; } table { border-collapse: collapse; font-size: 0.9rem; }
-th, td { text-align: left; padding: 0.25rem 0.8rem 0.25rem 0; border-bottom: 1px solid var(--rule); }
+th, td { text-align: left; padding: 0.25rem 0.6rem 0.25rem 0; border-bottom: 1px solid var(--rule); }
+.fold label { display: none; font-size: 0.875rem; }
+@supports selector(:has(:checked)) { @media screen and (max-width: 40rem) {
+  .fold label { display: flex; align-items: center; gap: 0.5rem; min-height: 2.75rem; }
+  .fold input { width: 1.2rem; height: 1.2rem; margin: 0; } .fold:not(:has(:checked)) .extra { display: none; } } }
 """
 STYLE = f"""{COLOURS}{_BODY}{PARTS}@media print {{ body {{ max-width: none; }} figure {{ break-inside: avoid; }} }}
 """
@@ -141,7 +146,7 @@ def _variables(colours: tuple[str, ...]) -> str:
     return " ".join(f"--s{i}: {colour};" for i, colour in enumerate(colours))
 
 
-_LAYOUT = """dl { display: grid; grid-template-columns: max-content 1fr; gap: 0.15rem 1rem; margin: 0.8rem 0; }
+_LAYOUT = """dl { display: grid; grid-template-columns: fit-content(35%) 1fr; gap: 0.15rem 1rem; margin: 0.8rem 0; }
 dt { color: var(--quiet); } dd { margin: 0; }
 .kind { color: var(--quiet); text-transform: uppercase; letter-spacing: 0.06em; font-size: 0.8rem; margin: 0; }
 .scroll { margin: 0.6rem 0; } .scroll:focus-visible { outline: 2px solid var(--bar); outline-offset: 2px; }

@@ -9,6 +9,7 @@ from .document import (
     Bars,
     Block,
     Bullets,
+    Cell,
     ChartRow,
     Document,
     Figure,
@@ -68,21 +69,28 @@ _QUIET = ' class="quiet"'
 def _table(table: Table) -> str:
     if not table.rows:
         return f"<p{_QUIET}>{_text(table.empty)}</p>"
-    kinds = [' class="num"' if table.is_number(i) else "" for i in range(len(table.columns))]
+    kinds = [_kind(table, i) for i in range(len(table.columns))]
     head = "".join(f'<th scope="col"{kind}>{_text(name)}</th>' for kind, name in zip(kinds, table.columns, strict=True))
     body = "".join(f"<tr>{_cells(kinds, row)}</tr>\n" for row in table.rows)
     label = escape(clean(table.caption))
-    return (
+    whole = (
         f'<div class="scroll" role="region" tabindex="0" aria-label="{label}"><table><caption>{label}</caption>'
         f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
     )
+    if not any("extra" in kind for kind in kinds):
+        return whole
+    return f'<div class="fold">{whole}<label><input type="checkbox"> Show all columns of this table</label></div>'
 
 
-def _cells(kinds: Sequence[str], row: Iterable[object]) -> str:
-    return "".join(
-        f"<td{kind}>{escape(cell_text(cell))}</td>"  # type: ignore[arg-type]  # a row's cells
-        for kind, cell in zip(kinds, row, strict=True)
-    )
+def _kind(table: Table, column: int) -> str:
+    """The classes of a column: numbers, and those that a telephone leaves out at first."""
+    extra = bool(table.main) and table.columns[column] not in table.main
+    names = [name for name, holds in (("num", table.is_number(column)), ("extra", extra)) if holds]
+    return f' class="{" ".join(names)}"' if names else ""
+
+
+def _cells(kinds: Sequence[str], row: Iterable[Cell]) -> str:
+    return "".join(f"<td{kind}>{escape(cell_text(cell))}</td>" for kind, cell in zip(kinds, row, strict=True))
 
 
 def _bar(bar: ShareBar) -> str:

@@ -43,7 +43,7 @@ def _story(document: Document, sheet: PdfDocument) -> list[Any]:
     story = [sheet.text(_safe(document.kind.upper()), "quiet"), sheet.text(_safe(document.title), "title")]
     if document.lead:
         story.append(sheet.text(_safe(document.lead)))
-    facts = ("; " if document.dense else "<br/>").join(
+    facts = "; ".join(
         f'<font color="{light()["quiet"]}">{_safe(name)}</font>&nbsp; {_safe(value)}'
         for name, value in document.facts.items()
     )
@@ -118,14 +118,15 @@ def _colour(kind: str) -> str:
 
 
 def _sign(kind: str) -> str:
-    if kind in ("before", "floor", "tolerance"):
-        return {"before": "○", "floor": "■", "tolerance": "╌"}[kind]
+    if kind in ("before", "floor", "tolerance", "interval"):
+        return {"before": "○", "floor": "■", "tolerance": "╌", "interval": "┃"}[kind]
     return "━" if kind.startswith("line") else "●"
 
 
 _TURNED = re.compile(r"translate\(([-\d.]+) ([-\d.]+)\) rotate\(-90\)")
-#: Of all words of a chart, in its units, as the style of the page says.
+#: Of all words of a chart, in its units, as the style of the page says; in a small chart more, up to `_LEAST_POINTS`.
 _FONT_SIZE = 11.0
+_LEAST_POINTS = 6.0
 
 
 def drawing_of(svg: str, font: str, width: float) -> Drawing:
@@ -138,14 +139,14 @@ def drawing_of(svg: str, font: str, width: float) -> Drawing:
     # SVG counts down from the top, paper up from the bottom
     group = Group(transform=(scale, 0, 0, -scale, 0, scale * up))
     for element in root:
-        for shape in _shapes(element, font):
+        for shape in _shapes(element, font, max(_FONT_SIZE, _LEAST_POINTS / scale)):
             group.add(shape)
     drawing = Drawing(width, scale * up)
     drawing.add(group)
     return drawing
 
 
-def _shapes(element: ElementTree.Element, font: str) -> list[Any]:
+def _shapes(element: ElementTree.Element, font: str, size: float) -> list[Any]:
     from reportlab.graphics import shapes
 
     at = element.attrib
@@ -163,26 +164,26 @@ def _shapes(element: ElementTree.Element, font: str) -> list[Any]:
             ends = {key: float(at[key]) for key in ("cx", "cy", "r")}
             return [shapes.Circle(**ends, **_fill(ink), **_stroke(ink))]
         case "text":
-            return [_words(element, font, ink)]
+            return [_words(element, font, size, ink)]
     raise ValueError(f"a chart has the element {element.tag!r}, which reports on paper do not know")
 
 
-def _words(element: ElementTree.Element, font: str, ink: SeriesStyle) -> Any:
+def _words(element: ElementTree.Element, font: str, size: float, ink: SeriesStyle) -> Any:
     from reportlab.graphics import shapes
 
     at = element.attrib
     turned = _TURNED.fullmatch(at.get("transform", ""))
     x, y = (float(turned[1]), float(turned[2])) if turned else (float(at["x"]), float(at["y"]))
-    from reportlab.pdfbase.pdfmetrics import stringWidth
+    from .pdf_sheet import font_runs, width_of
 
-    from .pdf_sheet import font_runs
-
+    if turned:  # a title is no longer than its axis, at whose middle it stands
+        size *= min(1.0, 2 * y / width_of(element.text or " ", font, size))
     runs = font_runs(element.text or "", font)
-    widths = [stringWidth(piece, name, _FONT_SIZE) for name, piece in runs]
+    widths = [width_of(piece, name, size) for name, piece in runs]
     start = -sum(widths) * {"start": 0.0, "middle": 0.5, "end": 1.0}[at["text-anchor"]]
     text = shapes.Group()
     for (name, piece), width in zip(runs, widths, strict=True):
-        text.add(shapes.String(start, 0, piece, fontName=name, fontSize=_FONT_SIZE, **_fill(ink)))
+        text.add(shapes.String(start, 0, piece, fontName=name, fontSize=size, **_fill(ink)))
         start += width
     # letters stand upright again in axes that count downwards; turned ones read upwards
     return shapes.Group(text, transform=(0, -1, -1, 0, x, y) if turned else (1, 0, 0, -1, x, y))

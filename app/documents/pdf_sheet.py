@@ -3,7 +3,6 @@ their words ask for, all within the margins."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
@@ -42,18 +41,28 @@ class MissingLettersError(ValueError):
     """No font of this machine that a PDF can hold has the letters of a report."""
 
 
-def letters_font(text: str) -> str | None:
-    """The font, registered, for the letters of `text` that DejaVu lacks, such as Chinese and Japanese ones; None where
-    it lacks none.
+def check_letters(text: str) -> None:
+    """Raises `MissingLettersError` where neither DejaVu nor a TrueType font of this machine has letters of `text`."""
+    missing = []
+    for letter in sorted(_foreign(text)):
+        try:
+            _font_of(letter)
+        except MissingLettersError:
+            missing.append(letter)
+    if missing:
+        raise _missing("".join(missing[:8]))
 
-    Raises `MissingLettersError` where no TrueType font of this machine has them: ReportLab embeds no others.
-    """
-    missing = _missing(text)
-    return _font_with(missing) if missing else None
+
+def _missing(letters: str) -> MissingLettersError:
+    return MissingLettersError(
+        f"no TrueType font of this machine has the letters {letters} of the report. Install one, such as "
+        "fonts-droid-fallback or fonts-wqy-microhei (apt-get install), or write the report as HTML (--out FILE.html)."
+    )
 
 
-def _missing(text: str) -> frozenset[str]:
-    return frozenset(letter for letter in set(text) if ord(letter) > 0xFF and ord(letter) not in _own_letters())
+def _foreign(text: str) -> set[str]:
+    """The letters of `text` that DejaVu lacks, such as Chinese and Japanese ones."""
+    return {letter for letter in set(text) if ord(letter) > 0xFF and ord(letter) not in _own_letters()}
 
 
 @cache
@@ -63,72 +72,79 @@ def _own_letters() -> frozenset[int]:
 
 
 @cache
-def _font_with(letters: frozenset[str]) -> str:
+def _other_fonts() -> tuple[tuple[str, frozenset[int]], ...]:
+    """The fonts of this machine with their letters, those with most letters first: a report then needs few of them."""
     from matplotlib.font_manager import findSystemFonts
     from matplotlib.ft2font import FT2Font
-    from reportlab.pdfbase.ttfonts import TTFError
 
+    letters = []
     for path in sorted(findSystemFonts()):
         try:
-            if not {ord(letter) for letter in letters} <= set(FT2Font(path).get_charmap()):
-                continue
-            name = f"letters-{Path(path).stem}"
-            pdfmetrics.registerFont(TTFont(name, path))
-        except (RuntimeError, TTFError, OSError):  # a damaged font, or one with outlines that ReportLab cannot embed
+            letters.append((path, frozenset(FT2Font(path).get_charmap())))
+        except (RuntimeError, OSError):  # a damaged font
             continue
-        return name
-    shown = "".join(sorted(letters)[:8])
-    raise MissingLettersError(
-        f"no TrueType font of this machine has the letters {shown} of the report. Install one, such as "
-        "fonts-droid-fallback or fonts-wqy-microhei (apt-get install), or write the report as HTML (--out FILE.html)."
-    )
+    return tuple(sorted(letters, key=lambda font: -len(font[1])))
+
+
+@cache
+def _font_of(letter: str) -> str:
+    """The font, registered, of a letter that DejaVu lacks. Raises `MissingLettersError`: ReportLab embeds TrueType."""
+    from reportlab.pdfbase.ttfonts import TTFError
+
+    for path, letters in _other_fonts():
+        if ord(letter) in letters:
+            name = f"letters-{Path(path).stem}"
+            try:
+                if name not in pdfmetrics.getRegisteredFontNames():
+                    pdfmetrics.registerFont(TTFont(name, path))
+            except (TTFError, OSError):  # outlines that ReportLab cannot embed
+                continue
+            return name
+    raise _missing(letter)
 
 
 def font_runs(text: str, font: str) -> list[tuple[str, str]]:
-    """`text` in pieces with the font of each: `font`, or the one that has the letters that DejaVu lacks."""
-    letters = _missing(text)
-    other = letters_font(text) or font
-    pieces = re.findall(f"[{''.join(map(re.escape, sorted(letters)))}]+|.", text) if letters else [text]
-    return [(other if set(piece) & letters else font, piece) for piece in pieces]
+    """`text` in pieces with the font of each: `font`, or one that has the letters that DejaVu lacks.
+
+    Raises `MissingLettersError`.
+    """
+    foreign = _foreign(text)
+    if not foreign:
+        return [(font, text)]
+    runs: list[tuple[str, str]] = []
+    for letter in text:
+        name = _font_of(letter) if letter in foreign else font
+        if runs and runs[-1][0] == name:
+            runs[-1] = (name, runs[-1][1] + letter)
+        else:
+            runs.append((name, letter))
+    return runs
+
+
+def width_of(text: str, font: str, size: float) -> float:
+    """Points that `text` is wide, each letter in the font that has it."""
+    return float(sum(stringWidth(piece, name, size) for name, piece in font_runs(text, font)))
 
 
 def marked_letters(markup: str) -> str:
     """Escaped text in which the letters that DejaVu lacks bear their font."""
-    letters = _missing(markup)
-    if not letters:
-        return markup
-    name = letters_font(markup)
-    pattern = re.compile(f"[{''.join(map(re.escape, sorted(letters)))}]+")
-    return pattern.sub(lambda match: f'<font name="{name}">{match[0]}</font>', markup)
+    runs = font_runs(markup, "")
+    return "".join(f'<font name="{name}">{piece}</font>' if name else piece for name, piece in runs)
 
 
-def styles_of(font: str, bold: str, *, dense: bool = False) -> dict[str, ParagraphStyle]:
+def styles_of(font: str, bold: str) -> dict[str, ParagraphStyle]:
     """How each kind of text stands, by name."""
-    if dense:
-        smaller = {
-            "text": (8, 10),
-            "title": (13, 16),
-            "heading": (9.5, 12),
-            "quiet": (6.5, 8),
-            "caption": (6.5, 8),
-            "remark": (6.5, 8),
-        }
-        styles = styles_of(font, bold)
-        for name, style in styles.items():
-            style.fontSize, style.leading = smaller.get(name, smaller["text"])
-            style.spaceAfter, style.spaceBefore = style.spaceAfter / 2, style.spaceBefore / 2
-        return styles
     ink, quiet = HexColor(light()["ink"]), HexColor(light()["quiet"])
-    text = ParagraphStyle("text", fontName=font, fontSize=9, leading=13, textColor=ink, spaceAfter=4)
+    text = ParagraphStyle("text", fontName=font, fontSize=8, leading=10, textColor=ink, spaceAfter=2)
     made = {
-        "title": {"fontName": bold, "fontSize": 15, "leading": 19, "spaceAfter": 6},
-        "heading": {"fontName": bold, "fontSize": 11, "leading": 14, "spaceBefore": 14, "spaceAfter": 6},
-        "figure": {"fontName": bold, "fontSize": 8.5, "leading": 11, "spaceBefore": 4},
-        "quiet": {"fontSize": 8, "leading": 11, "textColor": quiet},
-        "caption": {"fontSize": 8, "leading": 11, "textColor": quiet, "spaceBefore": 6, "spaceAfter": 2},
-        "bullet": {"leftIndent": 10, "firstLineIndent": -10, "spaceAfter": 2},
-        "remark": {"fontSize": 8, "leading": 11, "leftIndent": 10, "firstLineIndent": -10, "spaceAfter": 2},
-        "bar": {"spaceAfter": 0, "spaceBefore": 3},
+        "title": {"fontName": bold, "fontSize": 13, "leading": 16, "spaceAfter": 3},
+        "heading": {"fontName": bold, "fontSize": 9.5, "leading": 12, "spaceBefore": 7, "spaceAfter": 3},
+        "figure": {"fontName": bold, "spaceBefore": 2},
+        "quiet": {"fontSize": 6.5, "leading": 8, "textColor": quiet},
+        "caption": {"fontSize": 6.5, "leading": 8, "textColor": quiet, "spaceBefore": 3, "spaceAfter": 1},
+        "bullet": {"leftIndent": 10, "firstLineIndent": -10, "spaceAfter": 1},
+        "remark": {"fontSize": 6.5, "leading": 8, "leftIndent": 10, "firstLineIndent": -10, "spaceAfter": 1},
+        "bar": {"spaceAfter": 0, "spaceBefore": 1.5},
     }
     return {"text": text} | {name: ParagraphStyle(name, parent=text, **changed) for name, changed in made.items()}
 
@@ -137,7 +153,7 @@ _ROOM = 8.0  # of a cell beside its words
 _LONGEST = 120.0
 
 
-def table_of(table: Table, width: float, font: str, bold: str, *, dense: bool = False) -> LongTable:
+def table_of(table: Table, width: float, font: str, bold: str) -> LongTable:
     """Rows under headings that each page repeats, no wider than `width` points."""
     size, texts = _size(table), _texts(table)
     numbers = [table.is_number(i) for i in range(len(table.columns))]
@@ -154,11 +170,11 @@ def table_of(table: Table, width: float, font: str, bold: str, *, dense: bool = 
         ("LINEBELOW", (0, 0), (-1, 0), 1.2, rule),
         ("LEFTPADDING", (0, 0), (-1, -1), 1),
         ("RIGHTPADDING", (0, 0), (-1, -1), 6),
-        ("TOPPADDING", (0, 0), (-1, -1), 0.5 if dense else 1.5),
-        ("BOTTOMPADDING", (0, 0), (-1, -1), 1.5 if dense else 2.5),
+        ("TOPPADDING", (0, 0), (-1, -1), 0.5),
+        ("BOTTOMPADDING", (0, 0), (-1, -1), 1.5),
     ]
-    widths = column_widths(texts, width, lambda text: float(stringWidth(text, bold, size)))
-    return LongTable(cells, colWidths=widths, repeatRows=1, hAlign="LEFT", style=look, spaceAfter=3 if dense else 8)
+    widths = column_widths(texts, width, _measure(bold, size), _measure(font, size))
+    return LongTable(cells, colWidths=widths, repeatRows=1, hAlign="LEFT", style=look, spaceAfter=3)
 
 
 def _cell(text: str, style: ParagraphStyle) -> Paragraph:
@@ -167,16 +183,24 @@ def _cell(text: str, style: ParagraphStyle) -> Paragraph:
     return Paragraph(marked, style if marked == markup else ParagraphStyle("letters", style, wordWrap="CJK"))
 
 
-def needed_width(table: Table, bold: str) -> float:
+def needed_width(table: Table, font: str, bold: str) -> float:
     """Points across that a table needs without breaking a word."""
-    return sum(_needs(_texts(table), lambda text: float(stringWidth(text, bold, _size(table)))))
+    size = _size(table)
+    return sum(_needs(_texts(table), _measure(bold, size), _measure(font, size)))
 
 
-def column_widths(texts: Sequence[Sequence[str]], width: float, wide: Callable[[str], float]) -> list[float]:
+Measure = Callable[[str], float]
+
+
+def _measure(font: str, size: float) -> Measure:
+    return lambda text: width_of(text, font, size)
+
+
+def column_widths(texts: Sequence[Sequence[str]], width: float, of_head: Measure, of_cell: Measure) -> list[float]:
     """For rows of `texts`, the headings first: none narrower than its longest word where that is possible, none wider
-    than its longest cell, and all of them no wider than `width`. `wide` measures a text."""
-    need = _needs(texts, wide)
-    longest = [max([0.0, *(wide(text) for text in cells[1:])]) for cells in zip(*texts, strict=True)]
+    than its longest cell, and all of them no wider than `width`. `of_head` and `of_cell` measure a text."""
+    need = _needs(texts, of_head, of_cell)
+    longest = [max([0.0, *(of_cell(text) for text in cells[1:])]) for cells in zip(*texts, strict=True)]
     want = [max(least, most + _ROOM) for least, most in zip(need, longest, strict=True)]
     spare, missing = width - sum(need), sum(want) - sum(need)
     if spare <= 0:
@@ -185,20 +209,25 @@ def column_widths(texts: Sequence[Sequence[str]], width: float, wide: Callable[[
     return [least + share * (most - least) for least, most in zip(need, want, strict=True)]
 
 
-def _needs(texts: Sequence[Sequence[str]], wide: Callable[[str], float]) -> list[float]:
+def _needs(texts: Sequence[Sequence[str]], of_head: Measure, of_cell: Measure) -> list[float]:
     """The longest word of each column; one beyond all measure is broken."""
-    columns = zip(*texts, strict=True)
-    return [min(max(wide(word) for text in cells for word in text.split(" ")), _LONGEST) + _ROOM for cells in columns]
+    needs = []
+    for head, *cells in zip(*texts, strict=True):
+        words = [of_head(word) for word in head.split(" ")] + [
+            of_cell(word) for cell in cells for word in cell.split(" ")
+        ]
+        needs.append(min(max(words), _LONGEST) + _ROOM)
+    return needs
 
 
 def _size(table: Table) -> float:
-    return 8.0 if len(table.columns) <= 8 else 7.0
+    return 8.0 if len(table.columns) <= 8 else 7.0 if len(table.columns) <= 10 else 6.5
 
 
 def _texts(table: Table) -> list[list[str]]:
     """All cells, the headings first; what stays on one line has no spaces that break."""
     numbers = [table.is_number(i) for i in range(len(table.columns))]
-    texts = [[clean(name) for name in table.columns]]
+    texts = [[cell_text(name) for name in table.columns]]
     for row in table.rows:
         cells = zip(map(cell_text, row), numbers, strict=True)
         texts.append([text.replace(" ", "\u00a0") if number else text for text, number in cells])
@@ -212,11 +241,10 @@ def _style(font: str, size: float, right: bool) -> ParagraphStyle:
     )
 
 
-_MARGIN, _DENSE_MARGIN = 48.0, 28.0
+MARGIN = 28.0
 _PADDING = 6.0  # that ReportLab's frames have
 _GAP = 12.0
-_ALONE = 300.0  # a figure by itself
-_SMALLER = 0.78  # one of two figures of a dense report
+_SMALLER = 0.78  # a figure of which two stand in a row
 _BAR_NAME = 0.5  # of the width: the name of a bar, before its track
 _PADDINGS = ("LEFTPADDING", "RIGHTPADDING", "TOPPADDING", "BOTTOMPADDING")
 
@@ -228,18 +256,17 @@ class PdfDocument:
         self.font, self._bold = fonts()
         self._document = document
         tables = [block for section in document.sections for block in section.blocks if isinstance(block, Table)]
-        self._margin = _DENSE_MARGIN if document.dense else _MARGIN
-        upright = A4[0] - 2 * self._margin - 2 * _PADDING
-        wide = any(needed_width(table, self._bold) > upright for table in tables)
+        upright = A4[0] - 2 * MARGIN - 2 * _PADDING
+        wide = any(needed_width(table, self.font, self._bold) > upright for table in tables)
         self._page: tuple[float, float] = landscape(A4) if wide else A4
-        self._styles = styles_of(self.font, self._bold, dense=document.dense)
+        self._styles = styles_of(self.font, self._bold)
         self._template = SimpleDocTemplate(
             into,
             pagesize=self._page,
-            leftMargin=self._margin,
-            rightMargin=self._margin,
-            topMargin=self._margin,
-            bottomMargin=self._margin,
+            leftMargin=MARGIN,
+            rightMargin=MARGIN,
+            topMargin=MARGIN,
+            bottomMargin=MARGIN,
             title=clean(document.name),
             subject=clean(document.lead),
             author="",
@@ -251,7 +278,7 @@ class PdfDocument:
     @property
     def width(self) -> float:
         """Of what stands on a page, in points."""
-        return self._page[0] - 2 * self._margin - 2 * _PADDING
+        return self._page[0] - 2 * MARGIN - 2 * _PADDING
 
     def write(self, story: list[Any]) -> None:
         """Set the pages."""
@@ -266,7 +293,7 @@ class PdfDocument:
     @property
     def lines_height(self) -> float:
         """Points that some lines need."""
-        return 22.0 if self._document.dense else 36.0
+        return 22.0
 
     def room(self, height: float) -> Any:
         """The next page begins here where fewer points are left on this one."""
@@ -274,8 +301,8 @@ class PdfDocument:
 
     def figure_width(self, count: int) -> float:
         """Of one of `count` figures."""
-        smaller = _SMALLER if self._document.dense and count == 2 else 1.0
-        return smaller * (self.width / self._beside(count) - _GAP) if count > 1 else _ALONE
+        beside = self._beside(count)
+        return (_SMALLER if beside == 2 else 1.0) * (self.width / beside - _GAP)
 
     def figure_height(self, figures: ChartRow) -> float:
         """Of a chart with its title and its legend."""
@@ -292,13 +319,13 @@ class PdfDocument:
         look = [
             ("VALIGN", (0, 0), (-1, -1), "TOP"),
             ("LEFTPADDING", (0, 0), (-1, -1), 0),
-            ("RIGHTPADDING", (0, 0), (-1, -1), 0),
+            ("RIGHTPADDING", (0, 0), (-1, -1), _GAP),  # between the titles of neighbours
         ]
         return [LongTable(cells, colWidths=[self.width / many] * many, style=look, hAlign="LEFT")]
 
     def _beside(self, count: int) -> int:
-        """Figures in a row: two on an upright page, three on one on its side, and of many small ones."""
-        return 2 if self._page == A4 and not (self._document.dense and count > 2) else 3
+        """Figures in a row: two of few, and three of many or on a page on its side."""
+        return 2 if self._page == A4 and count in (1, 2, 4) else 3
 
     def bar(self, bar: ShareBar) -> list[Any]:
         """A bar on its track, its name and value before it."""
@@ -322,7 +349,7 @@ class PdfDocument:
 
     def table(self, table: Table) -> Any:
         """Rows under headings that each page repeats."""
-        return table_of(table, self.width, self.font, self._bold, dense=self._document.dense)
+        return table_of(table, self.width, self.font, self._bold)
 
     def _first(self, canvas: Canvas, template: Any) -> None:
         date = self._document.date
@@ -337,11 +364,11 @@ class PdfDocument:
         title = clean(self._document.name)
         while title and canvas.stringWidth(title, self.font, 7) > 0.8 * self.width:
             title = title[: int(0.9 * len(title))]
-        x = self._margin + _PADDING
+        x = MARGIN + _PADDING
         for font, piece in font_runs(title, self.font):
             canvas.setFont(font, 7)
-            canvas.drawString(x, self._margin / 2, piece)
+            canvas.drawString(x, MARGIN / 2, piece)
             x += stringWidth(piece, font, 7)
         canvas.setFont(self.font, 7)
-        canvas.drawRightString(self._page[0] - self._margin - _PADDING, self._margin / 2, f"page {template.page}")
+        canvas.drawRightString(self._page[0] - MARGIN - _PADDING, MARGIN / 2, f"page {template.page}")
         canvas.restoreState()

@@ -18,7 +18,7 @@ from ..common.number_format import format_number
 from .line_styles import series
 
 WIDTH, HEIGHT = 360.0, 220.0
-_LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 10.0, 12.0, 40.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 66.0, 10.0, 12.0, 40.0
 #: On a logarithmic axis.
 _MOST_TICKS = 7
 #: Points that a curve keeps: more than a screen shows.
@@ -27,33 +27,36 @@ _POINTS = 400
 
 @dataclass(frozen=True)
 class AxesFrame:
-    """Axes from `x` to `y` ranges; `logarithmic` for both."""
+    """Axes over the ranges `x` and `y`, each linear or logarithmic."""
 
     x: tuple[float, float]
     y: tuple[float, float]
-    logarithmic: bool = False
+    log_x: bool = False
+    log_y: bool = False
 
     def across(self, values: Floats) -> Floats:
         """Of x values, in units of the chart."""
-        return np.asarray(_LEFT + self._share(values, self.x) * (WIDTH - _LEFT - _RIGHT))
+        return np.asarray(_LEFT + _share(values, self.x, self.log_x) * (WIDTH - _LEFT - _RIGHT))
 
     def up(self, values: Floats) -> Floats:
         """Of y values."""
-        return np.asarray(HEIGHT - _BOTTOM - self._share(values, self.y) * (HEIGHT - _TOP - _BOTTOM))
+        return np.asarray(HEIGHT - _BOTTOM - _share(values, self.y, self.log_y) * (HEIGHT - _TOP - _BOTTOM))
 
-    def _share(self, values: Floats, ends: tuple[float, float]) -> Floats:
-        low, high = (_log(np.asarray(end)) if self.logarithmic else end for end in ends)
-        coordinates = _log(values) if self.logarithmic else np.asarray(values, dtype=np.float64)
-        return np.asarray((coordinates - low) / (high - low if high > low else 1.0))
+
+def _share(values: Floats, ends: tuple[float, float], logarithmic: bool) -> Floats:
+    """Where values lie between the ends of an axis: 0 and 1 are the ends."""
+    low, high = (_log(np.asarray(end)) if logarithmic else end for end in ends)
+    coordinates = _log(values) if logarithmic else np.asarray(values, dtype=np.float64)
+    return np.asarray((coordinates - low) / (high - low if high > low else 1.0))
 
 
 def _log(values: Floats) -> Floats:
     return np.log10(np.maximum(values, np.finfo(float).tiny))
 
 
-def frame_of(x: Sequence[Floats], y: Sequence[Floats], *, logarithmic: bool = False) -> AxesFrame:
-    """A frame around all finite values (positive ones where it is logarithmic)."""
-    return AxesFrame(_ends(x, logarithmic, 0.0), _ends(y, logarithmic, 0.05), logarithmic)
+def frame_of(x: Sequence[Floats], y: Sequence[Floats], *, log_x: bool = False, log_y: bool = False) -> AxesFrame:
+    """A frame around all finite values (positive ones on a logarithmic axis)."""
+    return AxesFrame(_ends(x, log_x, 0.0), _ends(y, log_y, 0.05), log_x, log_y)
 
 
 def _ends(values: Sequence[Floats], logarithmic: bool, margin: float) -> tuple[float, float]:
@@ -80,13 +83,13 @@ def chart(
 
 def _grid(frame: AxesFrame, whole: bool) -> str:
     parts = []
-    for value in ticks(frame.y, frame.logarithmic):
+    for value in ticks(frame.y, frame.log_y):
         y = float(frame.up(np.array(value)))
         parts.append(f'<line class="grid" x1="{_LEFT:g}" x2="{WIDTH - _RIGHT:g}" y1="{y:.1f}" y2="{y:.1f}"/>')
         parts.append(
             f'<text class="tick" x="{_LEFT - 5:g}" y="{y + 3.5:.1f}" text-anchor="end">{tick_text(value)}</text>'
         )
-    for value in ticks(frame.x, frame.logarithmic):
+    for value in ticks(frame.x, frame.log_x):
         if whole and value != round(value):
             continue
         x = float(frame.across(np.array(value)))
@@ -184,11 +187,22 @@ class Cloud:
     colour: int = 0
 
 
-def line_chart(label: str, curves: Sequence[Curve], x_title: str, y_title: str, *, diagonal: bool = False) -> str:
-    """Curves over each other; with the line of equal values where that is what they should be."""
+def line_chart(
+    label: str,
+    curves: Sequence[Curve],
+    x_title: str,
+    y_title: str,
+    *,
+    diagonal: bool = False,
+    nominal: float | None = None,
+    log_x: bool = False,
+) -> str:
+    """Curves over each other; with the line of equal values, or a dashed one at `nominal`, where they should be."""
     edges = [curve.y + sign * curve.spread for curve in curves if curve.spread is not None for sign in (-1, 1)]
-    frame = frame_of([curve.x for curve in curves], [*(curve.y for curve in curves), *edges])
+    edges += [] if nominal is None else [np.array([nominal])]
+    frame = frame_of([curve.x for curve in curves], [*(curve.y for curve in curves), *edges], log_x=log_x)
     marks = [_diagonal(frame)] if diagonal else []
+    marks += [] if nominal is None else [level(frame, nominal, "tolerance")]
     for curve in curves:
         if curve.spread is not None:
             low, high = curve.y - curve.spread, curve.y + curve.spread
@@ -205,8 +219,8 @@ def agreement_chart(
     Dashed on either side of it: where they are off by the share `off`.
     """
     coordinates = np.concatenate([np.concatenate([cloud.x, cloud.y]) for cloud in clouds]) if clouds else np.zeros(0)
-    ends = frame_of([], [coordinates], logarithmic=logarithmic).y
-    frame = AxesFrame(ends, ends, logarithmic)
+    ends = frame_of([], [coordinates], log_y=logarithmic).y
+    frame = AxesFrame(ends, ends, logarithmic, logarithmic)
     marks = [_diagonal(frame), *(_diagonal(frame, 1 + sign * off, "tolerance") for sign in (-1, 1) if off)]
     for cloud in clouds:
         keep = _thinned_points(cloud.x, cloud.y, frame, MOST_POINTS // len(clouds))
@@ -229,8 +243,10 @@ def dot_keys(clouds: Sequence[Cloud]) -> tuple[tuple[str, str], ...]:
 def _thinned_points(x: Floats, y: Floats, frame: AxesFrame, most: int) -> list[int]:
     """Points that can be drawn, evenly thinned to `most`."""
     good = np.isfinite(x) & np.isfinite(y)
-    if frame.logarithmic:
-        good &= (x > 0) & (y > 0)
+    if frame.log_x:
+        good &= x > 0
+    if frame.log_y:
+        good &= y > 0
     rows = np.flatnonzero(good)
     if rows.size > most:
         rows = rows[np.unique(np.linspace(0, rows.size - 1, most).astype(int))]

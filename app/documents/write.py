@@ -21,7 +21,8 @@ def write_report(document: Document, out: Path) -> None:
 
 
 def report_content(document: Document, ending: str) -> bytes:
-    """It as ".html" or ".pdf". Raises `ValueError` where PDFs cannot be written."""
+    """It as ".html" or ".pdf". Raises `ValueError` where PDFs cannot be written, or not with these letters."""
+    check_letters(ending, document.words)
     return _WRITERS[ending](document)
 
 
@@ -31,16 +32,17 @@ def check_ending(out: Path) -> None:
         raise ValueError(f"cannot write {out.name!r}; expected a name that ends in {' or '.join(_WRITERS)}")
 
 
-def check_letters(out: Path, words: str) -> None:
-    """Raises `ValueError` where a PDF is asked for and no font of this machine has the letters of `words`."""
-    if out.suffix.lower() != ".pdf" or words.isascii():
+def check_letters(ending: str, words: str) -> None:
+    """Raises `ValueError` where a report with that ending is a PDF and no font of this machine has the letters of
+    `words`: with the words that are known before a long work, it is refused before it."""
+    if ending.lower() != ".pdf" or words.isascii():
         return
     from importlib.util import find_spec
 
     if find_spec("reportlab") is not None:  # without it another error says what to install
-        from .pdf_sheet import letters_font
+        from . import pdf_sheet
 
-        letters_font(words)
+        pdf_sheet.check_letters(words)
 
 
 def _html(document: Document) -> bytes:

@@ -24,7 +24,7 @@ from ...schema.listings import (
 )
 from ..common.filters import parse_where
 from ..common.nominal_velocity import with_predictions
-from ..common.quantities import cell, heading
+from ..common.quantities import cell, heading, velocity_with_uncertainty
 from ..web.dependencies import OpenStore, Text
 from ..web.forms import FieldError
 from ..web.rendering import page, part, query
@@ -152,7 +152,7 @@ def shots(request: Request, store: OpenStore, where: Where = [], campaign: str =
         campaigns = list_campaign_names(session)
         try:
             shot_rows, following = list_shots_page(session, campaign or None, parse_where(tuple(where)), after, PAGE)
-            rows = list(with_predictions(session, shot_rows))
+            rows = [velocity_with_uncertainty(row) for row in with_predictions(session, shot_rows)]
         except (ValueError, LookupError) as why:
             error = str(why)
     address = {"campaign": campaign, "where": where}

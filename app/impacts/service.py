@@ -24,6 +24,7 @@ from ...twin.contact.measured_restitution import RecordedPulse, poisson
 from ..common.errors import library_errors, raises_library_errors
 from ..common.filters import parse_where
 from ..common.frames import axes_or_new, facts_table, frame_of, titled_table, with_units
+from ..common.quantities import shown_unit
 from .impact import PULSE_FIGURES, get_impact
 
 if TYPE_CHECKING:
@@ -158,9 +159,9 @@ class StoredChannel:
             self.start_s if start_s is None else start_s, float("inf") if stop_s is None else stop_s
         )
         series = self._series(first, stop)
-        axes = axes_or_new(ax)
-        axes.plot(series.index.to_numpy() * 1e3, series.to_numpy(), lw=0.8, label=self.name)
-        axes.set(xlabel="time (ms)", ylabel=f"{self.quantity} ({self.unit})")
+        axes, (time_unit, time_scale), (unit, scale) = axes_or_new(ax), shown_unit("s"), shown_unit(self.unit)
+        axes.plot(time_scale * series.index.to_numpy(), scale * series.to_numpy(), lw=0.8, label=self.name)
+        axes.set(xlabel=f"time ({time_unit})", ylabel=f"{self.quantity} ({unit})")
         return axes
 
     def srs(self, *, q: float = 10.0, frequencies: Any = None) -> pd.Series[float]:

@@ -10,7 +10,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from ...schema.conditions import get_campaign_id
-from ..common.quantities import display_of, heading
+from ..common.quantities import display_of, heading, velocity_with_uncertainty
 from ..plan.pages import coverage_figure
 from ..web.dependencies import Name, OpenStore
 from ..web.figures_base import Figure, figure, line, points
@@ -89,7 +89,12 @@ def campaign(request: Request, name: Name, store: OpenStore) -> Response:
     several = several_levels(levels)
     factors = dict.fromkeys(row["factor"] for row in levels if row["factor"] in several) if overview["plans"] else {}
     quantities = [summary["quantity"] for summary in overview["achieved_summary"]]
-    shown = {**overview, "findings": findings, "first_impacts": _short(overview["first_impacts"], several)}
+    shown = {
+        **overview,
+        "findings": findings,
+        "first_impacts": _short(overview["first_impacts"], several),
+        "first_shots": [velocity_with_uncertainty(row) for row in overview["first_shots"]],
+    }
     return page(
         request,
         "campaign.html",

@@ -6,39 +6,62 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from ..common.number_format import format_number
-from ..common.quantities import cell, display_of, heading, units
+from ..common.quantities import cell, display_of, heading, named_level, units
 
 Rows = Sequence[dict[str, Any]]
 
 
 def planned_achieved_rows(levels: Rows, achieved: Rows) -> list[dict[str, Any]]:
     """A row for each level of a factor that has several: its runs by state, what was recorded, and how far the recorded
-    settings are from the planned ones. Quantities that no factor sets directly, such as the velocity, follow.
+    settings are from the planned ones. Quantities that no factor sets directly, such as the velocity, follow. Numbers
+    of more than `_MOST_LEVELS` levels share a row.
 
     `levels` and `achieved` are those of `campaign_overview`. The deviation is that of the mean, with its worst run.
     """
     several = several_levels(levels)
     recorded = "shots" if sum(row["shots"] for row in levels) > sum(row["impacts"] for row in levels) else "impacts"
     rows = []
-    for row in levels:
-        if row["factor"] in several:
-            runs = [run for run in achieved if run["quantity"] == row["factor"] and _same(run["planned"], row["level"])]
-            states = {state: row[state] for state in ("planned", "done", "discarded")}
-            rows.append(_row(row["factor"], row["level"], {**states, recorded: row[recorded]}, runs))
+    for factor in several:
+        of_factor = [row for row in levels if row["factor"] == factor]
+        runs = [run for run in achieved if run["quantity"] == factor]
+        for words, members in _level_groups(factor, of_factor, "level"):
+            states = {state: sum(row[state] for row in members) for state in ("planned", "done", "discarded")}
+            number = {recorded: sum(row[recorded] for row in members)}
+            same = [run for run in runs if any(_same(run["planned"], row["level"]) for row in members)]
+            rows.append(_row(factor, words, states | number, same))
     others = [run for run in achieved if run["quantity"] not in several]
-    for quantity, planned in sorted({(run["quantity"], run["planned"]) for run in others}):
-        runs = [run for run in others if (run["quantity"], run["planned"]) == (quantity, planned)]
-        number = {recorded: sum(run["recorded"] for run in runs)}
-        rows.append(_row(quantity, planned, {"planned": None, "done": len(runs), "discarded": None, **number}, runs))
+    for quantity in sorted({run["quantity"] for run in others}):
+        runs = sorted((run for run in others if run["quantity"] == quantity), key=lambda run: float(run["planned"]))
+        for words, members in _level_groups(quantity, runs, "planned"):
+            number = {recorded: sum(run["recorded"] for run in members)}
+            counts = {"planned": None, "done": len(members), "discarded": None, **number}
+            rows.append(_row(quantity, words, counts, members))
     return rows
 
 
-def _row(key: str, level: object, counts: dict[str, int | None], runs: Rows) -> dict[str, Any]:
-    shown = {"setting": heading(key), "level": cell(key, level), **counts, "mean_deviation": None, "worst": None}
+#: Levels of a number that have a row each.
+_MOST_LEVELS = 8
+
+
+def _level_groups(key: str, rows: Rows, column: str) -> Iterator[tuple[str, Rows]]:
+    """Rows by their level in `column`, with the level in words; many numbers are one group."""
+    by_level: dict[Any, list[dict[str, Any]]] = {}
+    for row in rows:
+        by_level.setdefault(row[column], []).append(row)
+    numbers = [level for level in by_level if isinstance(level, int | float)]
+    if len(numbers) <= _MOST_LEVELS or len(numbers) < len(by_level):
+        yield from ((cell(key, level), members) for level, members in by_level.items())
+    else:
+        yield f"{cell(key, min(numbers))} to {cell(key, max(numbers))} ({len(numbers)} levels)", rows
+
+
+def _row(key: str, level: str, counts: dict[str, int | None], runs: Rows) -> dict[str, Any]:
+    shown = {"setting": heading(key), "level": level, **counts, "mean_deviation": None, "worst": None}
     if runs:
         worst = max(runs, key=lambda run: abs(run["deviation"]))
         shown["mean_deviation"] = _percent(sum(run["deviation"] for run in runs) / len(runs))
-        shown["worst"] = f"{_percent(worst['deviation'])} (run {worst['run']})"
+        deviation = _percent(worst["deviation"])
+        shown["worst"] = deviation if deviation == "0.0 %" else f"{deviation} (run {worst['run']})"
     return shown
 
 
@@ -61,11 +84,11 @@ def several_levels(levels: Rows) -> list[str]:
 
 
 def constant_settings(levels: Rows) -> list[str]:
-    """Factors that have the same level in all runs: "tip material steel"."""
+    """Factors that have the same level in all runs: "tip radius 30 mm"."""
     by_factor: dict[str, list[Any]] = {}
     for row in levels:
         by_factor.setdefault(row["factor"], []).append(row["level"])
-    return [f"{heading(factor)} {cell(factor, values[0])}" for factor, values in by_factor.items() if len(values) == 1]
+    return [named_level(factor, values[0]) for factor, values in by_factor.items() if len(values) == 1]
 
 
 def bench_facts(bench: dict[str, dict[str, Any]]) -> Iterator[tuple[str, str]]:

@@ -11,10 +11,8 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from ...schema.impacts import Impact
-from ...schema.recordings import SET_ASIDE, STORED, QualityFinding, Recording
-
-#: Impacts that a row of the summary links to.
-_NAMED = 6
+from ...schema.recordings import SET_ASIDE, STORED, QualityFinding, RecordedChannel, Recording
+from ..common.quantities import in_shown_units
 
 
 @dataclass(frozen=True)
@@ -41,15 +39,22 @@ class RecordingQuality:
         recordings = self.stored
         if not recordings and not self.set_aside:
             return "The campaign has no recordings, so that nothing could be checked."
-        parts = []
+        aside = f"{self.set_aside} could not be read and {'was' if self.set_aside == 1 else 'were'} set aside"
+        if not recordings:
+            return f"{aside}; no recording is stored."
+        accepted = recordings - self.rejected
         if self.rejected:
-            parts.append(f"{self.rejected} of {recordings} recordings should not be used as they are")
+            text = f"{accepted} of {recordings} recordings {_are(accepted)} accepted, "
+            text += f"{self.rejected} {_are(self.rejected)} rejected"
+        else:
+            text = f"All {recordings} recordings are accepted" if recordings > 1 else "The recording is accepted"
         if self.warned:
-            parts.append(f"{self.warned} {'others have' if self.rejected else f'of {recordings} have'} warnings")
-        if self.set_aside:
-            parts.append(f"{self.set_aside} could not be read and {'was' if self.set_aside == 1 else 'were'} set aside")
-        text = "; ".join(parts) or f"All {recordings} recordings passed the checks"
-        return f"{text}."
+            text += f"; {self.warned} of the accepted recordings {'has' if self.warned == 1 else 'have'} warnings"
+        return f"{text}; {aside}." if self.set_aside else f"{text}."
+
+
+def _are(count: int) -> str:
+    return "is" if count == 1 else "are"
 
 
 def recording_quality(session: Session, campaigns: Sequence[int]) -> dict[int, RecordingQuality]:
@@ -114,15 +119,15 @@ _ADVICE: dict[str, tuple[str, str]] = {
 
 @dataclass(frozen=True)
 class FindingRow:
-    """Findings of one cause and severity; `impacts` are the first of `count` impacts that they concern."""
+    """Findings of one cause and severity; `impacts` that they concern, by key, and the `runs` of these."""
 
     check: str
     cause: str
     severity: str
     findings: int
     channels: str
-    count: int
     impacts: tuple[int, ...]
+    runs: tuple[int, ...]
     action: str
 
 
@@ -135,16 +140,16 @@ def list_finding_rows(session: Session, campaign: int, findings: Sequence[dict[s
         cause, action = _ADVICE.get(check, (check.replace("-", " ").capitalize(), _LOOK))
         if severity == "note":
             action = "This is for information. " + action
-        keys = _impacts(session, campaign, check, severity)
-        named = (len(keys), keys[:_NAMED])
-        rows.append(FindingRow(check, cause, severity, row["findings"], row["channels"] or "", *named, action))
+        concerned = _impacts(session, campaign, check, severity)
+        impacts, runs = tuple(concerned), tuple(sorted(set(concerned.values())))
+        rows.append(FindingRow(check, cause, severity, row["findings"], row["channels"] or "", impacts, runs, action))
     return rows
 
 
-def _impacts(session: Session, campaign: int, check: str, severity: str) -> tuple[int, ...]:
-    """Impacts that findings name, or that are in the recordings that they are of."""
+def _impacts(session: Session, campaign: int, check: str, severity: str) -> dict[int, int]:
+    """Impacts that findings name, or that are in the recordings that they are of, with the run of each."""
     named = (
-        select(Impact.id)
+        select(Impact.id, Impact.run)
         .join(
             QualityFinding,
             (QualityFinding.recording_id == Impact.recording_id)
@@ -152,4 +157,42 @@ def _impacts(session: Session, campaign: int, check: str, severity: str) -> tupl
         )
         .where(Impact.campaign_id == campaign, QualityFinding.check == check, QualityFinding.severity == severity)
     )
-    return tuple(session.scalars(named.distinct().order_by(Impact.id)))
+    return dict(iter(session.execute(named.distinct().order_by(Impact.id))))
+
+
+#: Check -> the key of its evidence that is larger the worse a finding is.
+_EXTENT = {
+    "clipping": "share",
+    "saturation": "share",
+    "velocity": "velocity_ratio",
+    "displacement": "displacement_ratio",
+    "zero-shift": "peak_share",
+    "pre-trigger-noise": "sigma_to_peak",
+    "truncation": "peak_share",
+    "balance": "ratio_db",
+    "sampling": "hidden_share",
+}
+
+
+def worst_finding(session: Session, campaign: int, row: FindingRow) -> str:
+    """The finding of a row that goes furthest, of checks without such a number the first: where it is, and its message
+    in the shown units."""
+    query = (
+        select(Recording.path, Impact.run, Impact.repetition, RecordedChannel.name, QualityFinding.message)
+        .select_from(QualityFinding)
+        .join(Recording, QualityFinding.recording_id == Recording.id)
+        .outerjoin(Impact, QualityFinding.impact_id == Impact.id)
+        .outerjoin(RecordedChannel, QualityFinding.channel_id == RecordedChannel.id)
+        .where(
+            Recording.campaign_id == campaign,
+            QualityFinding.check == row.check,
+            QualityFinding.severity == row.severity,
+        )
+        .order_by(QualityFinding.id)
+    )
+    if row.check in _EXTENT:
+        extent = QualityFinding.evidence[_EXTENT[row.check]].as_float()
+        query = query.order_by(None).order_by(extent.desc().nulls_last(), QualityFinding.id)
+    path, run, repetition, channel, message = session.execute(query.limit(1)).one()
+    where = path if run is None else f"run {run}, repetition {repetition}"
+    return f"{where}{f', {channel}' if channel else ''}: {in_shown_units(message)}"

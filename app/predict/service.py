@@ -16,6 +16,7 @@ from ...schema.known_factors import KNOWN_FACTORS, level_label
 from ...twin.prediction import Band, Quantity
 from ..common.errors import argument_names, library_errors
 from ..common.frames import axes_or_new, frame_of, titled_table
+from ..common.quantities import shown_unit
 from .arguments import python_name, shot_of
 from .batch import ShotRow, rows_of_table
 from .predicting import prediction_json, warnings
@@ -57,12 +58,11 @@ class PredictedNumber:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """The mean and its band."""
-        axes = axes_or_new(ax, height=1.6)
-        axes.errorbar(
-            self.mean, 0, xerr=[[self.mean - self.lower], [self.upper - self.mean]], fmt="o", color=_BAND, capsize=4
-        )
+        axes, (unit, scale) = axes_or_new(ax, height=1.6), shown_unit(self.unit)
+        width = [[scale * (self.mean - self.lower)], [scale * (self.upper - self.mean)]]
+        axes.errorbar(scale * self.mean, 0, xerr=width, fmt="o", color=_BAND, capsize=4)
         axes.set_yticks([])
-        axes.set_xlabel(f"{self.name} ({self.unit})")
+        axes.set_xlabel(f"{self.name} ({unit})")
         return axes
 
     def __float__(self) -> float:
@@ -104,13 +104,14 @@ class PredictedSeries:
 
     def plot(self, ax: Axes | None = None, **line: Any) -> Axes:
         """The mean as a line, the band filled; a spectrum on logarithmic axes. `line` goes to `Axes.plot`."""
-        axes = axes_or_new(ax)
-        (mean,) = axes.plot(self.x, self.mean, **{"label": self.name, **line})
-        axes.fill_between(self.x, self.lower, self.upper, color=mean.get_color(), alpha=0.2, lw=0)
+        axes, (x_unit, x_scale), (unit, scale) = axes_or_new(ax), shown_unit(self.x_unit), shown_unit(self.unit)
+        x = x_scale * self.x
+        (mean,) = axes.plot(x, scale * self.mean, **{"label": self.name, **line})
+        axes.fill_between(x, scale * self.lower, scale * self.upper, color=mean.get_color(), alpha=0.2, lw=0)
         if self.logarithmic:
             axes.set(xscale="log", yscale="log")
         name = self.x_name.rpartition("_")[0].replace("_", " ")
-        axes.set(xlabel=f"{name} ({self.x_unit})", ylabel=f"{self.name} ({self.unit})")
+        axes.set(xlabel=f"{name} ({x_unit})", ylabel=f"{self.name} ({unit})")
         return axes
 
     def __repr__(self) -> str:

@@ -13,28 +13,27 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ...array_types import Floats
-from ...schema.impacts import Impact, Pulse
+from ...schema.conditions import CAMPAIGN, IMPACT_COLUMNS, QUALITY
+from ...schema.impacts import Impact, Pulse, Shot
 from ...schema.listings import get_campaign_id, iter_impacts, iter_shots
 from ..common.nominal_velocity import with_predictions
-from ..documents.document import (
-    Block,
-    Cell,
-    ChartRow,
-    Figure,
-    Paragraph,
-    Section,
-    Table,
-    force_unit,
-    mean_and_spread,
-    setting,
+from ..common.number_format import signed_percent
+from ..common.quantities import (
+    cell,
+    display_of,
+    heading,
+    level_words,
+    named_level,
     settings_words,
+    velocity_with_uncertainty,
 )
+from ..documents.document import Block, Cell, ChartRow, Figure, Paragraph, Section, Table, mean_and_spread
 from ..documents.line_styles import SERIES
 from ..documents.svg import MOST_POINTS, Cloud, Curve, agreement_chart, dot_keys, line_chart, line_keys
 
+_FIGURES = ("impact_velocity_m_s", "contact_time_s", "peak_force_n", "impulse_n_s", "peak_acceleration_m_s2")
 #: Columns of a listing that are no factors.
-_FIGURES = ("impact_velocity_m_s", "contact_time_s", "peak_force_n", "impulse_n_s", "compression_time_s")
-_OTHERS = ("id", "campaign", "run", "repetition", "quality", *_FIGURES)
+_OTHERS = {*IMPACT_COLUMNS, CAMPAIGN, QUALITY, "velocity_kind"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,11 +61,6 @@ class PulseGroups:
     without: int
 
     @property
-    def common(self) -> dict[str, Any]:
-        """Levels that never changed."""
-        return {key: level for key, level in self._levels(0).items() if key not in self.varied}
-
-    @property
     def varied(self) -> tuple[str, ...]:
         """Factors that did."""
         keys = dict.fromkeys(key for group in self.groups for key in group.levels)
@@ -75,9 +69,6 @@ class PulseGroups:
     def label(self, group: PulseGroup) -> str:
         """A configuration by what tells it apart."""
         return settings_words({key: group.levels.get(key) for key in self.varied})
-
-    def _levels(self, index: int) -> Mapping[str, Any]:
-        return self.groups[index].levels if self.groups else {}
 
 
 def pulses_of(session: Session, campaign: str) -> PulseGroups:
@@ -114,8 +105,12 @@ def _group(levels: dict[str, Any], rows: Sequence[Mapping[str, Any]], forces: Fl
     return PulseGroup(levels, figures, forces.mean(axis=0), spread)
 
 
+#: Levels of the factor whose colours tell pulses apart: with the chart of all of them, two rows of charts.
+_MOST_CHARTED = 5
+
+
 def telling_factor(pulses: PulseGroups) -> str | None:
-    """Of the factors with few levels (there are so many colours), the one that explains most of the peak forces."""
+    """Of the factors with few levels, the one that explains most of the peak forces."""
     peak = np.log(np.array([float(group.figures["peak_force_n"].mean()) for group in pulses.groups]))
 
     def unexplained(key: str) -> float:
@@ -125,57 +120,53 @@ def telling_factor(pulses: PulseGroups) -> str | None:
         squares = sum(float(((peak[level == group] - peak[level == group].mean()) ** 2).sum()) for group in levels)
         return float(squares / max(peak.size - levels.size, 1))
 
-    most = min(SERIES, len(pulses.groups) // 2)
+    most = min(_MOST_CHARTED, len(pulses.groups) // 2)
     few = [key for key in pulses.varied if len({group.levels.get(key) for group in pulses.groups}) <= most]
     return min(few, key=unexplained, default=None)
 
 
-#: Configurations that a table lists.
-_MOST_ROWS = 300
+#: Configurations that a table lists: half a page of them.
+_MOST_ROWS = 40
 
 
-def pulses_section(pulses: PulseGroups) -> Section:
+def pulses_section(pulses: PulseGroups, campaign: str) -> Section:
     """Figures by configuration, and their overlay."""
-    blocks: list[Block] = []
+    title, blocks = "Pulses by configuration", list[Block]()
     if left_out := [
         f"{n} {what}" for n, what in ((pulses.rejected, "rejected"), (pulses.without, "without a pulse")) if n
     ]:
-        blocks.append(Paragraph(f"Left out: {' and '.join(left_out)}.", quiet=True))
+        blocks.append(Paragraph(f"Impacts that are left out: {' and '.join(left_out)}.", quiet=True))
     if not pulses.groups:
-        return Section("Pulses by configuration", [Paragraph("No pulses.", quiet=True), *blocks])
-    if pulses.common:
-        words = ", ".join(setting(key).named(level) for key, level in pulses.common.items())
-        blocks.insert(0, Paragraph(f"In all configurations: {words}.", quiet=True))
-    blocks += [_overlay(pulses), _table(pulses)]
-    if len(pulses.groups) > _MOST_ROWS:
+        return Section(title, [Paragraph("The campaign has no pulse in use.", quiet=True), *blocks])
+    blocks += [_table(pulses)]
+    if (hidden := len(pulses.groups) - _MOST_ROWS) > 0:
         blocks.append(
-            Paragraph(f"{len(pulses.groups) - _MOST_ROWS} more: pyroshock impacts --campaign NAME.", quiet=True)
+            Paragraph(
+                f"{hidden} further configurations are not listed here; pyroshock impacts --campaign {campaign} lists "
+                "all impacts.",
+                quiet=True,
+            )
         )
-    return Section("Pulses by configuration", blocks)
+    blocks.append(_overlay(pulses))
+    return Section(title, blocks)
 
 
 def _table(pulses: PulseGroups) -> Table:
-    unit, per_newton = force_unit(max(float(group.figures["peak_force_n"].max()) for group in pulses.groups))
-    captions = {
-        "contact_time_s": ("contact time (ms)", 1e3),
-        "peak_force_n": (f"peak force ({unit})", per_newton),
-        "impulse_n_s": ("impulse (N s)", 1.0),
-        "compression_time_s": ("compression time (ms)", 1e3),
-        "impact_velocity_m_s": ("impact velocity (m/s)", 1.0),
-    }
-    shown = {
-        key: text for key, text in captions.items() if any(np.isfinite(g.figures[key]).any() for g in pulses.groups)
-    }
-    rows = [
+    shown = [key for key in _FIGURES if any(np.isfinite(group.figures[key]).any() for group in pulses.groups)]
+    rows: list[list[Cell]] = [
         [
-            *(setting(key).cell(group.levels.get(key)) for key in pulses.varied),
+            *(cell(key, group.levels.get(key)) for key in pulses.varied),
             len(group),
-            *(mean_and_spread(group.figures[key], scale) for key, (_, scale) in shown.items()),
+            *(mean_and_spread(key, group.figures[key]) for key in shown),
         ]
         for group in islice(pulses.groups, _MOST_ROWS)
     ]
-    heads = [*(setting(key).heading for key in pulses.varied), "pulses", *(name for name, _ in shown.values())]
-    return Table("Mean ± standard deviation over the pulses of a configuration.", heads, rows)
+    heads = [*map(heading, pulses.varied), "pulses", *map(heading, shown)]
+    repeated = any(len(group) > 1 for group in pulses.groups)
+    caption = "Mean ± standard deviation over the pulses of a configuration."
+    main = [*map(heading, pulses.varied[:2]), heading("peak_force_n")]
+    main += [] if repeated else [heading("contact_time_s")]  # a column of spreads more would be too wide
+    return Table(caption if repeated else "One pulse of each configuration.", heads, rows, main=main)
 
 
 def _overlay(pulses: PulseGroups) -> ChartRow:
@@ -183,128 +174,171 @@ def _overlay(pulses: PulseGroups) -> ChartRow:
 
     few = len(pulses.groups) <= SERIES
     factor = None if few else telling_factor(pulses)
-    levels = sorted({group.levels.get(factor) for group in pulses.groups}, key=_in_order) if factor else []
-    unit, per_newton = force_unit(max(float(group.force_n.max()) for group in pulses.groups))
+    levels = _levels(pulses, factor) if factor else []
+    force, time = display_of("force_n"), display_of("time_s")
     curves = []
     for number, group in enumerate(pulses.groups):
-        fine = per_newton * reconstruct(np.stack([group.force_n, group.spread_n]), 200)
+        fine = force.scale * reconstruct(np.stack([group.force_n, group.spread_n]), 200)
         level = group.levels.get(factor) if factor else None
         colour = number if few else levels.index(level) if factor else 0
-        name = pulses.label(group) if few else setting(factor).words(level) if factor else "every configuration"
-        time = np.linspace(0.0, 1e3 * float(group.figures["contact_time_s"].mean()), fine.shape[1])
-        curves.append(Curve(name, time, fine[0], colour, np.abs(fine[1]) if few and len(group) > 1 else None))
-    title = "Mean pulses by configuration" + (f", in the colour of the {setting(factor).name}" if factor else "")
-    shade = ", shaded by a standard deviation on either side" if any(c.spread is not None for c in curves) else ""
-    axes = ("time (ms)", f"force ({unit})")
-    figures = [Figure(f"{title}{shade}", line_chart(title, curves, *axes), line_keys(curves))]
+        name = pulses.label(group) if few else named_level(factor, level) if factor else "every configuration"
+        times = np.linspace(0.0, time.scale * float(group.figures["contact_time_s"].mean()), fine.shape[1])
+        curves.append(Curve(name, times, fine[0], colour, np.abs(fine[1]) if few and len(group) > 1 else None))
+    is_single = len(pulses.groups) == 1
+    title = f"Mean pulses by {display_of(factor).label}" if factor else "Mean pulses by configuration"
+    title = "Mean pulse" if is_single else title
+    title += ", with their standard deviation" if any(curve.spread is not None for curve in curves) else ""
+    figures = [
+        Figure(title, line_chart(title, curves, time.heading, force.heading), () if is_single else line_keys(curves))
+    ]
     if factor and len(levels) > 1:
         # soft tips give pulses that the scale of hard ones hides
         for number, level in enumerate(levels):
-            words = f"{setting(factor).name}: {setting(factor).words(level)}"
-            figures.append(Figure(words, line_chart(words, [c for c in curves if c.colour == number], *axes)))
+            words = named_level(factor, level)
+            drawn = [curve for curve in curves if curve.colour == number]
+            figures.append(Figure(words, line_chart(words, drawn, time.heading, force.heading)))
     return ChartRow(figures)
 
 
-def _in_order(level: Any) -> tuple[bool, float, str]:
-    """Numbers by size, then words."""
-    return (False, level, "") if isinstance(level, float) else (True, 0.0, str(level))
+def _levels(pulses: PulseGroups, factor: str) -> list[Any]:
+    """The levels of a factor: numbers by size, words by the peak forces of their pulses."""
+    peaks: dict[Any, list[float]] = {}
+    for group in pulses.groups:
+        peaks.setdefault(group.levels.get(factor), []).append(float(group.force_n.max()))
+    if all(isinstance(level, float) for level in peaks):
+        return sorted(peaks)
+    return sorted(peaks, key=lambda level: float(np.mean(peaks[level])))
 
 
-#: Shots that are listed one by one, and settings.
-_MOST = 200
-_PRESSURE, _MASS = setting("tank_pressure_pa"), setting("bullet_mass_kg")
+#: Shots or settings that a table lists.
+_MOST = 40
+_PRESSURE, _MASS = "tank_pressure_pa", "bullet_mass_kg"
+_MEASURED, _NOMINAL = "measured_velocity_m_s", "predicted_velocity_m_s"
+_DEVIATION = "deviation (%)"
 
 Shots = Sequence[dict[str, Any]]
 
 
 def shots_of(session: Session, campaign: str) -> list[dict[str, Any]]:
-    """The shots as `pyroshock shots` lists them. Raises `LookupError` for an unknown campaign."""
-    return list(with_predictions(session, iter_shots(session, campaign)))
+    """The shots as `pyroshock shots` lists them, with `recorded_pressure_pa`: what the transducer recorded, or None.
+
+    Raises `LookupError` for an unknown campaign.
+    """
+    query = select(Shot.id, Shot.recorded_pressure_pa).where(Shot.campaign_id == get_campaign_id(session, campaign))
+    recorded = dict(iter(session.execute(query)))
+    rows = with_predictions(session, iter_shots(session, campaign))
+    return [{**row, "recorded_pressure_pa": recorded[row["id"]]} for row in rows]
 
 
-def shots_section(shots: Shots) -> Section:
-    """Measured against model velocity: in a sentence, as a chart, by setting, and shot by shot."""
+def shots_section(shots: Shots, campaign: str) -> Section:
+    """Measured against nominal velocity: in a sentence, as a table by setting (of shots where none was repeated), and
+    as a chart."""
     judged = [shot for shot in shots if _off(shot) is not None]
-    blocks: list[Block] = [_sentence(shots, judged)]
+    settings = {(shot[_MASS], shot[_PRESSURE]) for shot in shots}
+    repeated = len(settings) < len(shots)
+    blocks: list[Block] = [Paragraph(_velocity_sentence(shots, judged), quiet=not judged)]
+    if pressure := _pressure_sentence(shots):
+        blocks.append(Paragraph(pressure))
+    blocks.append(_by_setting(shots) if repeated else _by_shot(shots))
+    if (hidden := (len(settings) if repeated else len(shots)) - _MOST) > 0:
+        what = "settings" if repeated else "shots"
+        text = f"{hidden} further {what} are not listed here; pyroshock shots --campaign {campaign} lists all shots."
+        blocks.append(Paragraph(text, quiet=True))
     if judged:
-        blocks += [_chart(judged), _by_setting(judged)]
-    blocks.append(_shots_table(shots))
-    if len(shots) > _MOST:
-        blocks.append(Paragraph(f"The first {_MOST} of {len(shots)}; pyroshock shots lists all.", quiet=True))
-    return Section("Shots: measured against model velocity", blocks)
+        blocks.append(_chart(judged))
+    return Section("Shots: measured velocity against the nominal gun", blocks)
 
 
 def _off(shot: dict[str, Any]) -> float | None:
-    """Measured less predicted, as a share of predicted."""
-    measured, predicted = shot["measured_velocity_m_s"], shot["predicted_velocity_m_s"]
-    return None if measured is None or not predicted else measured / predicted - 1
+    """Measured less nominal velocity, as a share of the nominal one."""
+    measured, nominal = shot[_MEASURED], shot[_NOMINAL]
+    return None if measured is None or not nominal else measured / nominal - 1
 
 
-def _sentence(shots: Shots, judged: Shots) -> Paragraph:
+def _velocity_sentence(shots: Shots, judged: Shots) -> str:
     if not judged:
-        return Paragraph(f"{len(shots)} shots, none with a measured velocity beside a model's.", quiet=True)
-    off = 100 * np.array([_off(shot) for shot in judged], dtype=np.float64)
-    at = int(np.argmax(np.abs(off)))
-    where = f"run {judged[at]['run']}, repetition {judged[at]['repetition']}"
-    return Paragraph(
-        f"{len(judged)} of {len(shots)} shots have a measured velocity. It differs from the nominal model's by "
-        f"{off.mean():+.1f} % in the mean, {np.sqrt(np.mean(off**2)):.1f} % rms, {off[at]:+.1f} % at most ({where})."
+        return f"None of the {len(shots)} shots has a measured velocity that a nominal one can be compared with."
+    off = np.array([_off(shot) for shot in judged], dtype=np.float64)
+    return (
+        f"{len(judged)} of {len(shots)} shots have a measured velocity. It differs from that of the nominal gun by "
+        f"{_deviation_words(off, judged)}."
     )
 
 
+def _pressure_sentence(shots: Shots) -> str:
+    """The transducer's pressure beside the one that was set; "" without a transducer."""
+    recorded = [shot for shot in shots if shot["recorded_pressure_pa"] is not None]
+    if not recorded:
+        return ""
+    off = np.array([shot["recorded_pressure_pa"] / shot[_PRESSURE] - 1 for shot in recorded])
+    words = _deviation_words(off, recorded)
+    return f"The pressure that the transducer recorded differs from the one that was set by {words}."
+
+
+def _deviation_words(off: Floats, shots: Shots) -> str:
+    at = int(np.argmax(np.abs(off)))
+    where = f"run {shots[at]['run']}, repetition {shots[at]['repetition']}"
+    return f"{signed_percent(float(off.mean()))} on average and {signed_percent(float(off[at]))} at most ({where})"
+
+
 def _chart(judged: Shots) -> ChartRow:
-    masses = sorted({shot["bullet_mass_kg"] for shot in judged})
-    groups = [(f"{_MASS.words(mass)} bullet", [s for s in judged if s["bullet_mass_kg"] == mass]) for mass in masses]
+    masses = sorted({shot[_MASS] for shot in judged})
+    groups = [(f"{level_words(_MASS, mass)} bullet", [s for s in judged if s[_MASS] == mass]) for mass in masses]
     groups = groups if len(groups) <= SERIES else [("shots", list(judged))]
     clouds = [
         Cloud(
             name,
-            _column(shots, "predicted_velocity_m_s"),
-            _column(shots, "measured_velocity_m_s"),
+            _column(shots, _NOMINAL),
+            _column(shots, _MEASURED),
             [f"run {shot['run']}, repetition {shot['repetition']}" for shot in shots],
             number,
         )
         for number, (name, shots) in enumerate(groups)
     ]
-    title = "Measured against model velocity, dashed: 5 % off"
+    title = "Measured against nominal velocity; the dashed lines are 5 % off"
     title += f"; {MOST_POINTS} of {len(judged)} shots" if len(judged) > MOST_POINTS else ""
-    drawing = agreement_chart(title, clouds, "model (m/s)", "measured (m/s)", off=0.05)
+    drawing = agreement_chart(title, clouds, "nominal gun (m/s)", "measured (m/s)", off=0.05)
     return ChartRow([Figure(title, drawing, dot_keys(clouds))])
 
 
-def _by_setting(judged: Shots) -> Table:
+def _velocity_heads(*first: str) -> tuple[str, ...]:
+    return (*first, "measured velocity (m/s)", "nominal gun (m/s)", _DEVIATION)
+
+
+def _by_setting(shots: Shots) -> Table:
     groups: dict[tuple[float, float], list[dict[str, Any]]] = {}
-    for shot in judged:
-        groups.setdefault((shot["bullet_mass_kg"], shot["tank_pressure_pa"]), []).append(shot)
+    for shot in shots:
+        groups.setdefault((shot[_MASS], shot[_PRESSURE]), []).append(shot)
     rows: list[list[Cell]] = []
-    for (mass, pressure), shots in sorted(groups.items())[:_MOST]:
-        measured, predicted = _column(shots, "measured_velocity_m_s"), _column(shots, "predicted_velocity_m_s")
-        off = 100 * float(np.mean(measured / predicted - 1))
-        cells = (mean_and_spread(measured), float(predicted.mean()), round(off, 2))
-        rows.append([_MASS.cell(mass), _PRESSURE.cell(pressure), len(shots), *cells])
-    heads = (_MASS.heading, _PRESSURE.heading, "shots", "measured (m/s)", "model (m/s)", "deviation (%)")
-    return Table("By setting: mean ± standard deviation of the shots.", heads, rows)
+    for (mass, pressure), members in sorted(groups.items())[:_MOST]:
+        measured, nominal = _column(members, _MEASURED), _column(members, _NOMINAL)
+        off = np.array([_off(shot) for shot in members], dtype=np.float64)
+        settings = (cell(_MASS, mass), cell(_PRESSURE, pressure), len(members))
+        velocities = (mean_and_spread(_MEASURED, measured), mean_and_spread(_NOMINAL, nominal))
+        rows.append([*settings, *velocities, _deviation_cell(off)])
+    heads = _velocity_heads(heading(_MASS), heading(_PRESSURE), "shots")
+    main = (*heads[:2], heads[3], _DEVIATION)
+    return Table("Mean ± standard deviation over the shots of a setting.", heads, rows, main=main)
 
 
-def _shots_table(shots: Shots) -> Table:
-    rows = []
+def _by_shot(shots: Shots) -> Table:
+    rows: list[list[Cell]] = []
     for shot in shots[:_MOST]:
-        off, spread = _off(shot), shot["measured_velocity_u_m_s"]
-        measured = shot["measured_velocity_m_s"]
-        velocity_text = None if measured is None else f"{measured:.4g}" + (f" ± {spread:.2g}" if spread else "")
+        off = _off(shot)
+        velocity = cell(_MEASURED, velocity_with_uncertainty(shot)[_MEASURED])
+        settings = (shot["run"], shot["repetition"], cell(_MASS, shot[_MASS]), cell(_PRESSURE, shot[_PRESSURE]))
         rows.append(
-            [
-                shot["run"],
-                shot["repetition"],
-                _PRESSURE.cell(shot["tank_pressure_pa"]),
-                _MASS.cell(shot["bullet_mass_kg"]),
-                velocity_text,
-                shot["predicted_velocity_m_s"],
-                None if off is None else round(100 * off, 2),
-            ]
+            [*settings, velocity, cell(_NOMINAL, shot[_NOMINAL]), _deviation_cell(np.array([off], dtype=float))]
         )
-    heads = ("run", "repetition", _PRESSURE.heading, _MASS.heading, "measured (m/s)", "model (m/s)", "deviation (%)")
-    return Table("Each shot, with the standard uncertainty of its velocity.", heads, rows, "No shots.")
+    heads = _velocity_heads("run", "repetition", heading(_MASS), heading(_PRESSURE))
+    main = ("run", heads[3], heads[4], _DEVIATION)
+    return Table("Each shot, with the standard uncertainty of its velocity.", heads, rows, main=main)
+
+
+def _deviation_cell(off: Floats) -> str | None:
+    """The mean of shares in per cent, with a decimal."""
+    finite_values = off[np.isfinite(off)]
+    return signed_percent(float(finite_values.mean())).removesuffix(" %") if finite_values.size else None
 
 
 def _column(shots: Shots, key: str) -> Floats:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ..cli.common import db_option, note, open_command_store
+from ..cli.common import db_option, note, open_command_store, units_option
 from ..cli.completion import subject_names
 from ..cli.next_step import suggest_next
 from ..common.progress import progress_bar
@@ -15,6 +15,7 @@ from ..common.progress import progress_bar
 @click.command()
 @click.argument("subject", metavar="CAMPAIGN|DIAGNOSIS|MODEL", shell_complete=subject_names)
 @db_option
+@units_option
 @click.option(
     "--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="Write to FILE.html or FILE.pdf."
 )
@@ -36,7 +37,7 @@ def report(subject: str, db: str, out: Path) -> None:
         from .dispatch import report_on
 
         check_ending(out)
-        check_letters(out, subject)
+        check_letters(out.suffix, subject)
         with progress:
             write_report(report_on(store, db, subject), out)
     note(f"written: {out}")

@@ -1,140 +1,70 @@
-"""A registered model as a report: its figures by split beside what can be had, how it errs on the pulses held out and
-what its bands cover, what was decided of it."""
+"""A registered model as a report: what it is good for, how it compares with the model in use, its figures by split, how
+it errs on the pulses held out, and what was decided of it."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...array_types import Floats
-from ...training.evaluation.floor import SCOPES
 from ...training.evaluation.metrics import METRICS, figures, reconstruct
-from ...training.evaluation.plot_style import LABELS
-from ...training.evaluation.summary import Estimate
-from ...training.registry.listing import newest
+from ...training.registry.listing import chosen, newest
 from ...training.registry.records import Decision, Version
-from ..documents.document import Block, Cell, ChartRow, Document, Figure, Paragraph, Section, Table, force_unit
+from ..common.number_format import format_number, percent_with_range
+from ..common.quantities import display_of
+from ..documents.document import Block, Bullets, Cell, ChartRow, Document, Figure, Paragraph, Section, Table
 from ..documents.svg import MOST_POINTS, Cloud, Curve, agreement_chart, dot_keys, line_chart, line_keys
-from ..train.tables import json_row
+from ..train.figures import side_by_side, version_row
+from ..train.wording import bounded, error_sentence, lead_sentence, share, share_range, share_with_range, unseen
 
 if TYPE_CHECKING:
     from ...dataset.table import PulseTable
     from ...training.models.base import ContactPrediction
     from ...training.registry.registry import Registry
 
+    Read = Callable[[str], PulseTable]
 
-def pulses_section(registry: Registry, version: Version, read: Callable[[str], PulseTable]) -> Section:
-    """The charts; in their place the reason where the store has not the pulses, or the registry not the predictions."""
-    from ...training.registry.evaluate import evaluate_held_out
-
-    title = "On the pulses held out"
-    try:
-        judged = evaluate_held_out(registry, [version], read)
-    except (LookupError, ValueError) as error:
-        return Section(title, [Paragraph(f"Not drawn: {error}", quiet=True)])
-    pulses, prediction = judged.pulses, judged.predictions[version.label]
-    caption = f"{len(pulses)} pulses that it was not trained on; dashed: 10 % off."
-    if len(pulses) > MOST_POINTS:
-        caption += f" {MOST_POINTS} of them are drawn."
-    blocks: list[Block] = [
-        Paragraph(caption, quiet=True),
-        agreement(pulses, prediction),
-        *_coverage(pulses, prediction),
-    ]
-    return Section(title, blocks)
+_LABELS = {
+    "force_nrmse": "rms error of the force, of its range",
+    "force_rmse_n": "rms error of the force",
+    "contact_time_error": "error of the contact time",
+    "peak_force_error": "error of the peak force",
+    "compression_time_error": "error of the compression time",
+    "impulse_error": "error of the impulse",
+    "compression_impulse_error": "error of the compression impulse",
+    "cost": "cost (eq. 5.4, of 1000)",
+}
+_COVERED = {"force_covered": "force points inside the 90 % band", "time_covered": "contact times inside the 90 % band"}
+#: What a band promises.
+_NOMINAL = 0.9
 
 
-def agreement(pulses: PulseTable, prediction: ContactPrediction) -> ChartRow:
-    """Predicted against measured peak force and contact time, logarithmic: what counts is relative."""
-    peak = figures(reconstruct(prediction.force_n), prediction.contact_time_s).peak_force_n
-    unit, per_newton = force_unit(float(pulses.peak_force_n.max()))
-    force = _clouds(pulses, per_newton * pulses.peak_force_n, per_newton * peak)
-    time = _clouds(pulses, 1e3 * pulses.contact_time_s, 1e3 * prediction.contact_time_s)
-    charts = (("peak force", unit, force), ("contact time", "ms", time))
-    drawn = [
-        Figure(
-            f"Predicted against measured {name}",
-            agreement_chart(
-                f"predicted against measured {name}",
-                clouds,
-                f"measured ({unit})",
-                f"predicted ({unit})",
-                logarithmic=True,
-                off=0.1,
-            ),
-        )
-        for name, unit, clouds in charts
-    ]
-    return ChartRow(drawn, dot_keys(force))
-
-
-def _clouds(pulses: PulseTable, measured: Floats, predicted: Floats) -> list[Cloud]:
-    names = [
-        f"{c} run {r}, repetition {k}" for c, r, k in zip(pulses.campaign, pulses.run, pulses.repetition, strict=True)
-    ]
-    clouds = []
-    for number, tip in enumerate(np.unique(pulses.tip_material).tolist()):
-        rows = np.flatnonzero(pulses.tip_material == tip)
-        clouds.append(Cloud(f"{tip} tip", measured[rows], predicted[rows], [names[i] for i in rows], number))
-    return clouds
-
-
-def _coverage(pulses: PulseTable, prediction: ContactPrediction) -> list[Block]:
-    """How many measurements central intervals hold, beside how many they promise to."""
-    from ...training.evaluation.plots import LEVELS, coverage
-
-    pairs = (
-        ("force", prediction.force_n - pulses.force_n, prediction.force_spread_n),
-        ("contact time", prediction.contact_time_s - pulses.contact_time_s, prediction.contact_time_spread_s),
-    )
-    curves = [
-        Curve(name, LEVELS, coverage(_scores(off, spread)), number)
-        for number, (name, off, spread) in enumerate(pairs)
-        if spread is not None
-    ]
-    if not curves:
-        return [Paragraph("The model gives no spread: it has no intervals to cover anything.", quiet=True)]
-    drawing = line_chart("promised and found coverage", curves, "promised coverage", "found coverage", diagonal=True)
-    at_90 = ", ".join(f"{c.name} {float(c.y[LEVELS == 0.9][0]):.3f}" for c in curves)
-    return [ChartRow([Figure(f"Coverage of intervals; at 0.90: {at_90}", drawing, line_keys(curves))])]
-
-
-def _scores(off: Floats, spread: Floats) -> Floats:
-    """Errors in spreads; where a law is certain any error is beyond all of its intervals."""
-    return np.divide(off, spread, out=np.where(off == 0, 0.0, np.inf), where=spread > 0)
-
-
-_COVERED = {"force_covered": "force points within the 90 % band", "time_covered": "contact times within it"}
-
-
-def model_document(registry: Registry, version: Version, read: Callable[[str], PulseTable]) -> Document:
+def model_document(registry: Registry, version: Version, read: Read) -> Document:
     """The report on a version; `read` gives a dataset's pulses by its hash, and may raise `LookupError`."""
-    siblings = of_all_splits(registry.versions(), version)
+    versions = registry.versions()
+    siblings = of_all_splits(versions, version)
     floors = registry.floors(version.dataset.hash, version.seed)
-    in_use = f"the model in use for a {version.champion_of}" if version.champion_of else "not in use"
-    splits = ", ".join(f"{version.split} ({version.label})" for version in siblings)
+    rows = [version_row(sibling, floors) for sibling in siblings]
+    in_use, comparison = _beside_the_one_in_use(registry, versions, version, read)
+    sections = (
+        Section("Compared with the model in use", comparison),
+        Section("Figures by split", [_figures(rows, siblings)]),
+        pulses_section(registry, version, read),
+        Section("Decisions", [_decisions(registry.decisions(), siblings)]),
+        Section("Origin", [_origin(version)]),
+    )
     return Document(
         kind="Model",
         title=version.label,
-        lead=f"Trained on {version.dataset.name}, judged on held-out {version.split}; {in_use}.",
+        lead=" ".join([error_sentence(rows[0]), _force_sentence(version), _coverage_sentence(version), in_use]),
         facts={
-            "Dataset": f"{version.dataset.name}, of a {version.dataset.predictor_set}",
-            "Dataset hash": version.dataset.hash,
-            "Split": version.split,
-            "Seed": str(version.seed),
-            "Registered": f"{version.registered_at:%Y-%m-%d %H:%M} UTC",
-            "Cost": _cost(version),
-            "Files (SHA-256)": version.sha256,
-            "Figures of": splits,
+            "Dataset": version.dataset.name,
+            "Predictors": f"those of a {version.dataset.predictor_set}",
+            "Judged on": ", ".join(sibling.split for sibling in siblings),
         },
-        sections=(
-            Section("Figures by split", [_figures(version, floors) for version in siblings]),
-            pulses_section(registry, version, read),
-            Section("Promotions", [_promotions(registry.decisions(), siblings)]),
-        ),
+        sections=[section for section in sections if section.blocks],
         date=version.registered_at.date(),
     )
 
@@ -148,44 +78,211 @@ def of_all_splits(versions: Sequence[Version], version: Version) -> list[Version
     return [version, *(by_split[split] for split in sorted(by_split))]
 
 
-def _cost(version: Version) -> str:
-    return f"{version.cost.seconds:.1f} s to train, {version.cost.peak_memory_mb:.0f} MB at most"
+def _force_sentence(version: Version) -> str:
+    estimate = version.metrics["force_rmse_n"]
+    return f"The rms error of the force is {_force_words(estimate.mean, (estimate.low, estimate.high))}."
 
 
-def _figures(version: Version, floors: Mapping[str, str]) -> Table:
-    row = json_row(version, floors)
-    floor, thesis = row.get("floor") or {}, row["thesis"] or {}
+def _force_words(mean_n: float, ci90: Sequence[float] | None) -> str:
+    """`1.2 kN (0.62 to 1.9 kN)`."""
+    force = display_of("force_n")
+
+    def words(force_n: float) -> str:
+        return format_number(force.scale * force_n, 2)
+
+    ends = bounded(ci90)
+    between = f" ({words(ends[0])} to {words(ends[1])} {force.unit})" if ends and np.isfinite(ends).all() else ""
+    return f"{words(mean_n)} {force.unit}{between}"
+
+
+def _coverage_sentence(version: Version) -> str:
+    """What the bands hold beside what they promise, and what follows."""
+    estimates = {name: version.metrics[name] for name in _COVERED if name in version.metrics}
+    if not estimates:
+        return "It gives no bands."
+    nouns = {"force_covered": "force points", "time_covered": "contact times"}
+    shares = [f"{percent_with_range(e.mean, (e.low, e.high))} of the {nouns[name]}" for name, e in estimates.items()]
+    narrow = [nouns[name] for name, estimate in estimates.items() if estimate.high < _NOMINAL]
+    wide = [nouns[name] for name, estimate in estimates.items() if estimate.low > _NOMINAL]
+    verdicts = [f"too narrow for the {' and the '.join(narrow)}"] if narrow else []
+    verdicts += [f"wider than necessary for the {' and the '.join(wide)}"] if wide else []
+    judgement = f"they are {' and '.join(verdicts)}" if verdicts else "this agrees with the nominal 90 %"
+    return f"Its 90 % bands hold {' and '.join(shares)}; {judgement}."
+
+
+def _beside_the_one_in_use(
+    registry: Registry, versions: Sequence[Version], version: Version, read: Read
+) -> tuple[str, list[Block]]:
+    """A sentence that says whether it is in use, or how it compares with the version that is; and the differences."""
+    kind = version.dataset.predictor_set
+    if any(record.champion_of for record in versions if record.label == version.label):
+        return f"It is the model in use for a {kind}.", []
+    others = [record for record in versions if record.champion_of == kind]
+    if not others:
+        return f"No model is in use for a {kind}.", []
+    champion = chosen(versions, others[0].label, version.split)
+    try:
+        result = side_by_side(registry, [champion, version], read)
+    except (LookupError, ValueError) as error:
+        return f"It cannot be compared with {champion.label}, which is in use for a {kind}: {error}.", []
+    means = {model["label"]: model["metrics"] for model in result["models"]}
+    differences = {row["metric"]: row for row in result["differences"]}
+    of_force = {label: metrics["force_nrmse"] for label, metrics in means.items()}
+    sentence = lead_sentence(differences["force_nrmse"], of_force, version.split)
+    return f"{champion.label} is in use for a {kind}. {sentence}", [_differences(version, champion, means, differences)]
+
+
+def _differences(
+    version: Version,
+    champion: Version,
+    means: Mapping[str, Mapping[str, float]],
+    differences: Mapping[str, Mapping[str, Any]],
+) -> Table:
     rows: list[list[Cell]] = []
-    for metric in METRICS:
-        allowed = [(floor.get(scope) or {}).get(metric) for scope in SCOPES]
-        rows.append([LABELS[metric], *_interval(version.metrics[metric]), *allowed, thesis.get(metric)])
-    for metric, name in _COVERED.items():
-        if metric in version.metrics:
-            rows.append([f"{name} (share)", *_interval(version.metrics[metric]), None, None, None])
-    heads = ("figure", "mean", "90 % interval", *(f"floor by {scope}" for scope in SCOPES), "thesis")
-    return Table(
-        f"{version.label} on held-out {version.split}: means over pulses; the floor is what repetitions allow.",
-        heads,
-        rows,
+    for metric in ("force_nrmse", "peak_force_error", "contact_time_error", "impulse_error"):
+        row = differences[metric]
+        sign = 1.0 if row["a"] == version.label else -1.0
+        between = share_range(sorted(sign * end for end in row["ci90"])) if row["ci90"] else None
+        p_value = None if row["p_value"] is None else format_number(row["p_value"], 2)
+        errors = [share(means[label][metric]) for label in (version.label, champion.label)]
+        rows.append([_LABELS[metric], *errors, share(sign * row["difference"]), between, p_value])
+    heads = ("figure", version.label, f"{champion.label} (in use)", "difference", "90 % interval", "p value")
+    caption = (
+        "Mean errors on the pulses that both have held out, and their difference in per cent points: below zero the "
+        f"error of {version.label} is smaller."
     )
+    return Table(caption, heads, rows, main=(heads[0], heads[3], heads[5]))
 
 
-def _interval(estimate: Estimate) -> list[Any]:
-    between = f"{estimate.low:.4g} to {estimate.high:.4g}" if math.isfinite(estimate.low + estimate.high) else None
-    return [estimate.mean, between]
+def _figures(rows: Sequence[Mapping[str, Any]], versions: Sequence[Version]) -> Table:
+    """A row for each figure; for each split its mean with the interval, and what repeated impacts differ by."""
+    heads = ["figure"]
+    cells: list[list[Cell]] = [[_LABELS[metric]] for metric in METRICS]
+    for row in rows:
+        split = f"{row['split']}: " if len(rows) > 1 else ""
+        heads += [f"{split}error (90 % interval)", f"{split}repeated impacts"]
+        for line, metric in zip(cells, METRICS, strict=True):
+            figure = row["metrics"][metric]
+            floor = next((value for value in figure["floor"].values() if value is not None), None)
+            line += [_figure_words(metric, figure["mean"], figure["ci90"]), _figure_words(metric, floor, None)]
+    thesis = rows[0]["metrics"]
+    if any(thesis[metric]["thesis"] is not None for metric in METRICS):
+        heads.append("thesis")
+        for line, metric in zip(cells, METRICS, strict=True):
+            line.append(_figure_words(metric, thesis[metric]["thesis"], None))
+    for metric, name in _COVERED.items():
+        estimates = [version.metrics.get(metric) for version in versions]
+        if any(estimates):
+            words = [None if e is None else percent_with_range(e.mean, (e.low, e.high)) for e in estimates]
+            shares: list[Cell] = [name, *(cell for text in words for cell in (text, None))]
+            cells.append([*shares, *[None] * (len(heads) - len(shares))])
+    caption = (
+        "Means over the held-out pulses with 90 % intervals, and beside them by how much repeated impacts of the bench "
+        "differ: no model can be expected to be better."
+    )
+    return Table(caption, heads, cells, main=heads[:2])
 
 
-def _promotions(decisions: Sequence[Decision], versions: Sequence[Version]) -> Table:
-    """Decisions that a version was part of, the newest first."""
+def _figure_words(metric: str, mean: float | None, ci90: Sequence[float] | None) -> str | None:
+    if mean is None:
+        return None
+    if metric == "force_rmse_n":
+        return _force_words(mean, ci90)
+    if metric == "cost":
+        ends = bounded(ci90)
+        return format_number(mean, 3) + (
+            f" ({format_number(ends[0], 3)} to {format_number(ends[1], 3)})" if ends else ""
+        )
+    return share_with_range({"mean": mean, "ci90": ci90})
+
+
+def pulses_section(registry: Registry, version: Version, read: Read) -> Section:
+    """The charts; in their place the reason where the store has not the pulses, or the registry not the predictions."""
+    from ...training.registry.evaluate import evaluate_held_out
+
+    title = "On the pulses held out"
+    try:
+        judged = evaluate_held_out(registry, [version], read)
+    except (LookupError, ValueError) as error:
+        return Section(title, [Paragraph(f"There is no chart, because the pulses cannot be read: {error}", quiet=True)])
+    pulses, prediction = judged.pulses, judged.predictions[version.label]
+    caption = (
+        f"Predicted against measured values of {len(pulses)} pulse{'' if len(pulses) == 1 else 's'}, on "
+        f"{unseen(version.split)}. The dashed lines are 10 % off."
+    )
+    if len(pulses) > MOST_POINTS:
+        caption += f" {MOST_POINTS} of them are drawn."
+    charts, keys = agreement(pulses, prediction)
+    bands = _coverage(pulses, prediction)
+    blocks: list[Block] = [Paragraph(caption, quiet=True), ChartRow([*charts, *bands], keys)]
+    if not bands:
+        blocks.append(Paragraph("The model gives no spread, so that there are no bands to judge.", quiet=True))
+    return Section(title, blocks)
+
+
+def agreement(pulses: PulseTable, prediction: ContactPrediction) -> tuple[list[Figure], tuple[tuple[str, str], ...]]:
+    """Predicted against measured peak force and contact time, logarithmic since relative errors count; and the legend
+    of the tips."""
+    peak = figures(reconstruct(prediction.force_n), prediction.contact_time_s).peak_force_n
+    pairs = {
+        "peak_force_n": _clouds(pulses, "peak_force_n", pulses.peak_force_n, peak),
+        "contact_time_s": _clouds(pulses, "contact_time_s", pulses.contact_time_s, prediction.contact_time_s),
+    }
+    drawn = []
+    for key, clouds in pairs.items():
+        display = display_of(key)
+        title = f"{display.label[0].upper()}{display.label[1:]}"
+        axes = (f"measured ({display.unit})", f"predicted ({display.unit})")
+        drawn.append(Figure(title, agreement_chart(title, clouds, *axes, logarithmic=True, off=0.1)))
+    return drawn, dot_keys(pairs["peak_force_n"])
+
+
+def _clouds(pulses: PulseTable, key: str, measured: Floats, predicted: Floats) -> list[Cloud]:
+    scale = display_of(key).scale
+    names = [
+        f"{c} run {r}, repetition {k}" for c, r, k in zip(pulses.campaign, pulses.run, pulses.repetition, strict=True)
+    ]
+    clouds = []
+    for number, tip in enumerate(np.unique(pulses.tip_material).tolist()):
+        rows = np.flatnonzero(pulses.tip_material == tip)
+        values = scale * measured[rows], scale * predicted[rows]
+        clouds.append(Cloud(f"{tip} tip", *values, [names[i] for i in rows], number))
+    return clouds
+
+
+def _coverage(pulses: PulseTable, prediction: ContactPrediction) -> list[Figure]:
+    """How many measurements central intervals hold, beside how many they promise to; none without a spread."""
+    from ...training.evaluation.plots import LEVELS, coverage
+
+    pairs = (
+        ("force", prediction.force_n - pulses.force_n, prediction.force_spread_n),
+        ("contact time", prediction.contact_time_s - pulses.contact_time_s, prediction.contact_time_spread_s),
+    )
+    curves = [
+        Curve(name, 100 * LEVELS, 100 * coverage(_scores(off, spread)), number)
+        for number, (name, off, spread) in enumerate(pairs)
+        if spread is not None
+    ]
+    if not curves:
+        return []
+    title = "Coverage of the bands"
+    drawing = line_chart(title, curves, "nominal coverage (%)", "measured inside (%)", diagonal=True)
+    return [Figure(title, drawing, line_keys(curves))]
+
+
+def _scores(off: Floats, spread: Floats) -> Floats:
+    """Errors in spreads; where a law is certain any error is beyond all of its intervals."""
+    return np.divide(off, spread, out=np.where(off == 0, 0.0, np.inf), where=spread > 0)
+
+
+def _decisions(decisions: Sequence[Decision], versions: Sequence[Version]) -> Table:
+    """Promotions and refusals that a version was part of, the newest first."""
     labels = {version.label for version in versions}
     rows: list[list[Cell]] = [
         [
             f"{decision.when:%Y-%m-%d %H:%M}",
-            decision.candidate,
-            decision.champion,
-            ("forced" if decision.forced else "promoted") if decision.promoted else "refused",
-            decision.judged_on,
-            decision.judged_against,
+            _decision_words(decision),
+            f"{decision.judged_on}, against {decision.judged_against}",
             decision.pulses,
             decision.reason,
             decision.who,
@@ -193,8 +290,28 @@ def _promotions(decisions: Sequence[Decision], versions: Sequence[Version]) -> T
         for decision in decisions
         if {decision.candidate, decision.champion} & labels
     ]
-    heads = (
-        *("when (UTC)", "candidate", "in use before", "decision"),
-        *("judged on", "judged against", "pulses", "reason", "who"),
+    heads = ("when (UTC)", "decision", "judged on", "pulses", "reason", "by")
+    caption, empty = "Promotions and refusals that it was part of.", "It was neither promoted nor refused."
+    return Table(caption, heads, rows, empty, main=heads[:2])
+
+
+def _decision_words(decision: Decision) -> str:
+    verb = "is promoted" if decision.promoted else "is refused"
+    forced = " by force" if decision.promoted and decision.forced else ""
+    before = f"{decision.champion} was in use" if decision.champion else "none was in use"
+    return f"{decision.candidate} {verb}{forced}; {before} before"
+
+
+def _origin(version: Version) -> Bullets:
+    cost = version.cost
+    return Bullets(
+        (
+            f"It was registered on {version.registered_at:%Y-%m-%d %H:%M} UTC, with the seed {version.seed}. "
+            f"The training took {format_number(cost.seconds, 2)} s and {format_number(cost.peak_memory_mb, 3)} MB of "
+            "memory.",
+            f"Hash of the dataset {version.dataset.name}: {version.dataset.hash}",
+            f"SHA-256 of its files: {version.sha256}",
+        ),
+        "",
+        quiet=True,
     )
-    return Table("Promotions and refusals that it was part of.", heads, rows, "It was neither promoted nor refused.")

@@ -7,6 +7,7 @@ from typing import Literal
 from fastapi import APIRouter
 from starlette.responses import Response
 
+from ..documents.document import Document
 from ..documents.write import report_content
 from ..web.dependencies import Configured, Key, Name, OpenStore
 from ..web.rendering import named_file
@@ -33,4 +34,9 @@ def model(name: Name, version: Key, ending: Ending, store: OpenStore, settings: 
 
 
 def _file(store: OpenStore, db: str, word: str, name: str, ending: Ending) -> Response:
-    return named_file(report_content(report_on(store, db, word), f".{ending}"), name, ending, _TYPES[ending])
+    return report_file(report_on(store, db, word), name, ending)
+
+
+def report_file(document: Document, name: str, ending: Ending) -> Response:
+    """A report as the file `name` with that ending."""
+    return named_file(report_content(document, f".{ending}"), name, ending, _TYPES[ending])

@@ -17,7 +17,7 @@ from ...schema.atomic_write import atomic_file
 from ...schema.conditions import listing_key
 from ..common.number_format import format_number
 from ..common.plots import MEASURED, new_figure, save
-from ..common.quantities import display_of_predictor
+from ..common.quantities import display_of_predictor, shown_unit
 
 #: The splits that `show` counts; the thesis's first.
 SPLITS = ("repetitions", "configurations", "treatments", "materials", "campaigns")
@@ -179,8 +179,8 @@ def _draw_values(axes: Any, predictor: Predictor, column: Floats) -> None:
         axes.bar(range(len(counts)), counts, width=0.5, color=MEASURED)
         axes.set_xticks(range(len(counts)), predictor.levels)
     else:
-        axes.hist(column, bins=_BINS, color=MEASURED)
+        axes.hist(shown_unit(predictor.unit or "")[1] * column, bins=_BINS, color=MEASURED)
     axes.tick_params(labelsize=6)
     axes.xaxis.get_offset_text().set_fontsize(6)
-    unit = f"\n({predictor.unit})" if predictor.unit else ""
+    unit = f"\n({shown_unit(predictor.unit)[0]})" if predictor.unit else ""
     axes.set_ylabel(f"{predictor.name}{unit}", rotation=0, ha="right", va="center", fontsize=7)

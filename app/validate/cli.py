@@ -44,7 +44,7 @@ from ..common.progress import progress_bar
     help="Set the seed: the same seed gives the same answer.",
 )
 @click.option(
-    "--html", type=click.Path(dir_okay=False, path_type=Path), default=None, help="Write the result to FILE as a page."
+    "--out", type=click.Path(dir_okay=False, path_type=Path), help="Write the report to FILE.html or FILE.pdf."
 )
 @db_option
 @json_option
@@ -54,7 +54,7 @@ def validate(
     folds: int,
     draws: int,
     seed: int,
-    html: Path | None,
+    out: Path | None,
     db: str,
     json_to: str | None,
 ) -> None:
@@ -65,21 +65,28 @@ def validate(
 
     \b
     Example:
-        pyroshock validate rehearsal --folds 2 --draws 20 --html validation.html
+        pyroshock validate rehearsal --folds 2 --draws 20 --out validation.html
     """
     progress = progress_bar(f"Predicting the shots of {campaign} from the others", "shots")
     with open_command_store(db) as store:
         from .service import validate_twin
 
+        if out is not None:
+            from ..documents.write import check_ending, check_letters
+            from .report import validation_words
+
+            check_ending(out)
+            with store.reading() as session:
+                check_letters(out.suffix, validation_words(session, campaign))
         with progress as step:
             validation = validate_twin(store, db, campaign, contact, folds, draws, seed, step)
         data = validation.to_json()
-        if html is not None:
+        if out is not None:
             from ..documents.write import write_report
             from .report import validation_document
 
-            write_report(validation_document(data), html)
-            note(f"written: {html}")
+            write_report(validation_document(data), out)
+            note(f"written: {out}")
         if json_to is not None:
             write_json(data, json_to)
         else:

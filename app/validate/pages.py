@@ -12,8 +12,8 @@ from starlette.responses import Response
 
 from ...schema.conditions import list_campaign_names
 from ..common.model_registry import models_extra
-from ..common.quantities import display_of
-from ..documents.page import html_of
+from ..common.quantities import shown_unit
+from ..report.pages import Ending, report_file
 from ..twins.building import check_contact
 from ..web.dependencies import Configured, Key, OpenStore, Running, Word
 from ..web.figures_base import COLOURS, Figure, bars, categories, figure, line, points
@@ -60,12 +60,6 @@ def rank_figure(data: Mapping[str, Any]) -> Figure:
     return figure(traces, "rank among the predicted draws", "share of measured values")
 
 
-def _shown_units() -> dict[str, tuple[str, float]]:
-    """SI unit of a quantity -> the unit on the page, and its scale."""
-    keys = {"m/s2": "value_m_s2", "m/s²": "value_m_s2", "N": "value_n", "s": "value_s", "Pa": "value_pa"}
-    return {unit: (display_of(key).unit, display_of(key).scale) for unit, key in keys.items()}
-
-
 def comparison_figures(data: Mapping[str, Any]) -> dict[str, Figure]:
     """Measured over predicted values with their 90 % bands, by quantity."""
     figures = {}
@@ -76,7 +70,7 @@ def comparison_figures(data: Mapping[str, Any]) -> dict[str, Figure]:
         measured, predicted, low, high = (
             np.array([shot[key] for shot in shots]) for key in ("measured", "predicted", "low90", "high90")
         )
-        unit, scale = _shown_units().get(row["quantity_unit"], (row["quantity_unit"], 1.0))
+        unit, scale = shown_unit(row["quantity_unit"])
         measured, predicted, low, high = (scale * values for values in (measured, predicted, low, high))
         ends = np.array([min(measured.min(), low.min()), max(measured.max(), high.max())])
         error = {
@@ -171,7 +165,7 @@ def validation(request: Request, job: Key, running: Running) -> Response:
     )
 
 
-@router.get("/validations/{job}/report.html")
-def report(job: Key, running: Running) -> Response:
+@router.get("/validations/{job}/report.{ending}")
+def report(job: Key, ending: Ending, running: Running) -> Response:
     data = finished_result(running, job, VALIDATE.name, "validation")
-    return Response(html_of(validation_document(data)), media_type="text/html")
+    return report_file(validation_document(data), f"validation-{data['campaign']}", ending)

@@ -2,46 +2,81 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from sqlalchemy import select
+from sqlalchemy.orm import Session
 
+from ...schema.configurations import iter_levels
+from ...schema.impacts import Impact, Shot
+from ...schema.listings import get_campaign_id
+from ...schema.recordings import RecordedChannel, Recording
 from ..common.number_format import number
+from ..common.quantities import shown_unit
 from ..documents.document import Block, Bullets, ChartRow, Document, Figure, Paragraph, Section, Table
-from ..documents.svg import band, chart, dots, frame_of, level, line
-from .validation import COLUMNS, failure_lines, quantity_words, reason_lines, score_rows
+from ..documents.svg import Curve, band, chart, dots, frame_of, level, line, line_chart, line_keys
+from .validation import COLUMNS, MAIN_COLUMNS, failure_lines, quantity_words, reason_lines, score_rows
 
-#: Shares of the ranks that the histogram's bins hold, of bands that mean what they say.
-_UNIFORM = 0.1
+#: Per cent of the ranks in each of the ten bins, of bands that are right.
+_UNIFORM = 10.0
 _KEYS = (("interval", "90 % band of the prediction"), ("after", "measured"))
 
 
 def validation_document(data: Mapping[str, Any]) -> Document:
     """The report on a validation."""
+    sections = (
+        Section(
+            "Where the predictions fail",
+            [Bullets(failure_lines(data), "No group of shots is predicted wrong by more than chance.")],
+        ),
+        Section("Scores", _scores(data)),
+        Section("Measured beside predicted", _comparisons(data)),
+        Section("Ranks of the measured values", _ranks(data)),
+        Section("Lines of the spectra", _lines(data["lines"])),
+        Section("Not compared", [Bullets(reason_lines(data["left_out"]), "Every shot is compared.", quiet=True)]),
+        Section("Assumptions of the twin", [Bullets(data["notes"], "None.", quiet=True)]),
+    )
     return Document(
         kind="Validation",
         title=data["campaign"],
-        lead=data["verdict"],
-        facts={"What the predictions had seen": f"{data['seen']}.", "Made in": f"{number(data['seconds'])} s"},
-        sections=(
-            Section("Scores", _scores(data)),
-            Section("Where the predictions fail", [Bullets(failure_lines(data), "No rule stands out from chance.")]),
-            Section("Measured beside predicted", _comparisons(data)),
-            Section("Ranks of the measured values", _ranks(data)),
-            Section("Lines of the spectra", _lines(data)),
-            Section("Not compared", [Bullets(reason_lines(data["left_out"]), "Every shot is compared.")]),
-            Section("Assumptions of the twin", [Bullets(data["notes"], "None.")]),
-        ),
+        lead=f"{data['verdict']} {CONSEQUENCE}" if not data["calibrated"] else data["verdict"],
+        facts={
+            "What the predictions had seen": f"{data['seen'][0].upper()}{data['seen'][1:]}",
+            "Made in": f"{number(data['seconds'])} s",
+        },
+        sections=[section for section in sections if section.blocks],
     )
+
+
+def validation_words(session: Session, campaign: str) -> str:
+    """What a report on the validation of a campaign quotes of it: names of channels and levels of factors.
+
+    Raises `LookupError` for an unknown campaign.
+    """
+    key = get_campaign_id(session, campaign)
+    of_campaign = select(Shot.configuration_id).where(Shot.campaign_id == key)
+    configurations = session.scalars(
+        of_campaign.union(select(Impact.configuration_id).where(Impact.campaign_id == key))
+    )
+    levels = [str(row.level) for row in iter_levels(session, sorted(configurations))]
+    channels = select(RecordedChannel.name).join(Recording).where(Recording.campaign_id == key).distinct()
+    return " ".join([campaign, *levels, *session.scalars(channels)])
+
+
+#: What a verdict that is not calibrated means.
+CONSEQUENCE = (
+    "Do not rely on the 90 % bands of this twin yet. Diagnose the campaign to find the cause of the deviations, or "
+    "train the contact model on more shots, and validate again."
+)
 
 
 def _scores(data: Mapping[str, Any]) -> list[Block]:
     rows = [list(row.values()) for row in score_rows(data)]
+    caption = "Measured values inside of the bands, errors of the median, width of the bands and CRPS."
     return [
-        Table(
-            "Shares of measured values inside of the bands, errors of the median, sharpness and CRPS.", COLUMNS, rows
-        ),
+        Table(caption, COLUMNS, rows, main=MAIN_COLUMNS),
         Paragraph(
             "The interval of a share counts configurations, not shots: repetitions resemble each other. The mean "
             "deviation is measured over predicted. CRPS is the continuous ranked probability score of the logarithm, "
@@ -57,63 +92,64 @@ def _comparisons(data: Mapping[str, Any]) -> list[Block]:
     for row in data["quantities"]:
         shots = [shot["quantities"][row["name"]] for shot in data["shots"] if row["name"] in shot["quantities"]]
         if shots:
-            figures.append(Figure(quantity_words(row["name"]), _in_order(row, shots), _KEYS))
-    return [ChartRow(figures)] if figures else [Paragraph("No quantity of a whole shot was measured.", quiet=True)]
+            figures.append(Figure(quantity_words(row["name"]), _in_order(row, shots)))
+    return [ChartRow(figures, _KEYS)] if figures else []
 
 
 def _in_order(row: Mapping[str, Any], shots: list[Mapping[str, float]]) -> str:
+    unit, scale = shown_unit(row["quantity_unit"])
     ordered = sorted(shots, key=lambda shot: shot["predicted"])
     x = np.arange(1, len(ordered) + 1, dtype=np.float64)
-    measured, low, high = (np.array([shot[key] for shot in ordered]) for key in ("measured", "low90", "high90"))
+    measured, low, high = (scale * np.array([shot[key] for shot in ordered]) for key in ("measured", "low90", "high90"))
     frame = frame_of([np.array([0.5, len(ordered) + 0.5])], [measured, low, high])
     marks = [line(frame, np.array([a, a]), np.array([b, c]), "interval") for a, b, c in zip(x, low, high, strict=True)]
-    names = [f"shot {i:.0f}" for i in x]
-    unit = f"{quantity_words(row['name'])} ({row['quantity_unit']})"
+    marks.append(dots(frame, x, measured, "after", [f"shot {i:.0f}" for i in x]))
     title = f"{quantity_words(row['name'])}, measured and predicted"
-    return chart(
-        title, frame, [*marks, dots(frame, x, measured, "after", names)], "shot, by prediction", unit, whole=True
-    )
+    y_title = f"{quantity_words(row['name']).partition(',')[0]} ({unit})"
+    return chart(title, frame, marks, "shot, in the order of the prediction", y_title, whole=True)
 
 
 def _ranks(data: Mapping[str, Any]) -> list[Block]:
     figures = [Figure(quantity_words(row["name"]), _histogram(row)) for row in data["quantities"]]
     return [
-        ChartRow(figures),
         Paragraph(
-            "Where bands mean what they say, a tenth of the measured values has a rank in each tenth of the predicted "
-            "draws. A hollow in the middle tells of bands that are too narrow, a hump of bands that are too wide, a "
-            "slope of predictions that are too high or too low.",
+            "If the bands are right, a tenth of the measured values has a rank in each tenth of the predicted draws "
+            "(dashed). Many values at both ends mean that the bands are too narrow, many in the middle that they are "
+            "too wide, and many at one end that the predictions are too high or too low.",
             quiet=True,
         ),
+        ChartRow(figures),
     ]
 
 
 def _histogram(row: Mapping[str, Any]) -> str:
-    shares = np.array(row["pit_histogram"], dtype=np.float64)
+    shares = 100 * np.array(row["pit_histogram"], dtype=np.float64)
     edges = np.repeat(np.linspace(0.0, 1.0, len(shares) + 1), 2)[1:-1]
     heights = np.repeat(shares, 2)
     frame = frame_of([edges], [heights, np.array([0.0, 2 * _UNIFORM])])
     marks = [band(frame, edges, np.zeros_like(heights), heights, "floor"), level(frame, _UNIFORM, "tolerance")]
-    return chart(f"ranks of the {quantity_words(row['name'])}", frame, marks, "rank among the draws", "share")
+    label = f"ranks of the {quantity_words(row['name'])}"
+    return chart(label, frame, marks, "rank among the draws", "measured values (%)")
 
 
-def _lines(data: Mapping[str, Any]) -> list[Block]:
-    if not data["lines"]:
-        return [Paragraph("No spectrum was measured.", quiet=True)]
-    return [ChartRow(list(_line_charts(data["lines"])))]
+def _lines(lines: Mapping[str, list[Mapping[str, float]]]) -> list[Block]:
+    """Coverage and error at each line, the sensors over each other."""
+    inside, error = [], []
+    for number_of_sensor, (name, rows) in enumerate(lines.items()):
+        columns = {key: np.array([row[key] for row in rows]) for key in _LINE_COLUMNS}
+        frequency, sensor = columns["frequency_hz"], quantity_words(name).partition(", ")[2]
+        inside.append(Curve(sensor, frequency, 100 * columns["coverage90"], number_of_sensor))
+        error.append(Curve(sensor, frequency, columns["median_abs_error"], number_of_sensor))
+    if not inside:
+        return []
+    figures = []
+    for title, y_title, curves, nominal in (
+        ("Inside of the 90 % band", "measured values inside (%)", inside, 90.0),
+        ("Median error of the level", "error (dB)", error, None),
+    ):
+        drawing = line_chart(title, curves, "natural frequency (Hz)", y_title, log_x=True, nominal=nominal)
+        figures.append(Figure(title, drawing, line_keys(curves)))
+    return [ChartRow(figures)]
 
 
-def _line_charts(lines: Mapping[str, list[Mapping[str, float]]]) -> Iterator[Figure]:
-    for name, rows in lines.items():
-        frequency, inside, error = (
-            np.array([row[key] for row in rows]) for key in ("frequency_hz", "coverage90", "median_abs_error")
-        )
-        decades = np.log10(frequency)
-        frame = frame_of([decades], [100 * inside, np.array([0.0, 100.0])])
-        marks = [line(frame, decades, 100 * inside, "after-line"), level(frame, 90.0, "tolerance")]
-        title = f"{quantity_words(name)}: inside of the 90 % band"
-        yield Figure(title, chart(title, frame, marks, "log10 of frequency (Hz)", "shots inside (%)"))
-        frame = frame_of([decades], [error, np.zeros(1)])
-        title = f"{quantity_words(name)}: median error"
-        marks = [line(frame, decades, error, "before-line")]
-        yield Figure(title, chart(title, frame, marks, "log10 of frequency (Hz)", "error (dB)"))
+_LINE_COLUMNS = ("frequency_hz", "coverage90", "median_abs_error")

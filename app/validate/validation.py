@@ -33,7 +33,7 @@ from ...validation.prediction_scores.shot_comparison import (
     shot_rows,
     verdict,
 )
-from ..common.number_format import finite, number, percent, percent_range
+from ..common.number_format import finite, number, percent, percent_range, signed_percent
 from ..twins.building import BuiltTwin, TwinRequest, twin_of
 from ..twins.learning import MOST_SHOTS
 from ..twins.measured_shots import read_measured_shots, struck_plate
@@ -48,6 +48,8 @@ if TYPE_CHECKING:
 #: Of one row of `quantities`: 90 % bands that hold what they promise are near this share.
 COLUMNS = ("quantity", "shots", "inside 50 % band", "inside 90 % band", "95 % interval", "median error",
            "mean deviation", "width of 90 % band", "CRPS")  # fmt: skip
+#: Those of the columns that a telephone shows first.
+MAIN_COLUMNS = ("quantity", "shots", "inside 90 % band", "median error")
 
 
 def score_rows(data: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
@@ -70,6 +72,8 @@ def score_rows(data: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
 
 def quantity_words(name: str) -> str:
     """ "peak_force" as "peak force", "srs_acceleration_1" as "spectrum, acceleration_1"."""
+    if name == "velocity":
+        return "impact velocity"
     for start, words in (("srs_", "spectrum, "), ("peak_acceleration_", "peak acceleration, ")):
         if name.startswith(start):
             return words + name.removeprefix(start)
@@ -87,8 +91,9 @@ def reason_lines(reasons: Sequence[str]) -> list[str]:
 
 
 def _size(value: float, unit: str, *, signed: bool = False) -> str:
-    sign = "+" if signed else ""
-    return f"{value:{sign}.2f} dB" if unit == "dB" else f"{100 * math.expm1(value):{sign}.1f} %"
+    if unit == "dB":
+        return f"{value:{'+' if signed else ''}.2f} dB".replace("-", "−")
+    return signed_percent(math.expm1(value)) if signed else f"{100 * math.expm1(value):.1f} %"
 
 
 def _width(value: float, unit: str) -> str:

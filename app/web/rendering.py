@@ -16,7 +16,7 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, Response
 
 from ..common.number_format import finite, format_number
-from ..common.quantities import cell, heading
+from ..common.quantities import cell, heading, in_shown_units
 
 HERE = Path(__file__).parent
 
@@ -49,6 +49,7 @@ def _environment() -> Environment:
         lstrip_blocks=True,
     )
     environment.filters |= {"heading": heading, "number": number, "part": part, "data": as_data, "when": when}
+    environment.filters["in_shown_units"] = in_shown_units
     environment.globals |= {"cell": cell, "menu": MENU}
     return environment
 

@@ -50,7 +50,9 @@ def _beyond_range(
         if polarity * extreme < limit:
             continue
         flat = Plateaus(extreme, runs_of(np.flatnonzero(polarity * x >= limit)))
-        findings += by_contact(channel, contacts, flat, "saturation", f"full scale ({full_scale:.6g}) reached: run")
+        findings += by_contact(
+            channel, contacts, flat, "saturation", f"full scale ({full_scale:.6g} {channel.si_unit}) reached: run"
+        )
     return findings
 
 

@@ -11,7 +11,7 @@ import time
 
 import pytest
 from pyroshock.app.common import progress
-from pyroshock.app.common.progress import progress_bar
+from pyroshock.app.common.progress import notebook_bar, progress_bar
 
 LONG = (
     "simulate spring --out out", "ingest spring", "train spring", "tune --target spec.csv", "validate spring",
@@ -98,3 +98,10 @@ def test_a_bar_shows_the_remaining_time_from_the_first_step(monkeypatch, capfd):
     line, *bar = capfd.readouterr().err.splitlines()
     assert line == "Firing …"
     assert "working [00:00]" in "".join(bar) and "2 of 4 shots" in "".join(bar) and "left], run 2" in "".join(bar)
+
+
+def test_a_bar_of_the_library_that_is_not_shown_takes_its_steps(capfd):
+    """Outside of a notebook and a terminal, as in a script; it failed at its first step."""
+    with notebook_bar("Firing", "shots") as step:
+        step(1, 4, "run 1")
+    assert capfd.readouterr().err == ""

@@ -9,7 +9,9 @@ import pytest
 from click.testing import Result
 from pyroshock.app.diagnose.diagnosing import keep
 from pyroshock.app.report import dispatch as any_module
+from pyroshock.schema.campaigns import Campaign
 from pyroshock.training.fitting.session import train
+from sqlalchemy import select
 from support.checks.well_formed import Page, needs_nothing
 from support.records import verdicts
 from support.records.campaigns import gun_campaign
@@ -115,6 +117,26 @@ def test_pdf_is_the_same_each_time(lab: Path, subject: str) -> None:
         assert f"written: {lab / name}" in result.stderr and result.stdout == ""
     assert (lab / "a.pdf").read_bytes().startswith(b"%PDF")
     assert (lab / "a.pdf").read_bytes() == (lab / "b.pdf").read_bytes()
+
+
+def test_reports_are_in_the_units_that_are_asked_for(lab: Path) -> None:
+    out, url = lab / "page.html", f"sqlite:///{lab / 'lab.db'}"
+    for units, shown in (("bench", "tank pressure (bar)"), ("si", "tank pressure (Pa)")):
+        result = pyroshock("report", "spring", "--db", url, "--out", out, "--units", units)
+        assert result.exit_code == 0 and shown in out.read_text(encoding="utf-8")
+
+
+def test_letters_that_no_font_has_are_told_in_one_line(lab: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a part that is read from the store, too: the operator's name."""
+    pdf_sheet = pytest.importorskip("pyroshock.app.documents.pdf_sheet", reason="no reportlab")
+    monkeypatch.setattr(pdf_sheet, "_other_fonts", tuple)
+    pdf_sheet._font_of.cache_clear()
+    with opened(f"sqlite:///{lab / 'lab.db'}") as store, store.writing() as session:
+        session.scalars(select(Campaign).where(Campaign.name == "spring")).one().operator = "田中"
+    result = report(lab, "spring", "spring.pdf")
+    assert result.exit_code == 2 and "中田" in result.stderr and "fonts-droid-fallback" in result.stderr
+    assert not (lab / "spring.pdf").exists() and report(lab, "spring", "spring.html").exit_code == 0
+    pdf_sheet._font_of.cache_clear()
 
 
 def test_campaigns_need_no_models_installed(lab: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -182,7 +182,7 @@ def pulse_grid(pulses: PulseTable, prediction: ContactPrediction) -> Figure:
             _draw(grid[i, j], pulses, prediction, int(row))
             which = f"{tip}, run {pulses.run[row]}, repetition {pulses.repetition[row]}"
             grid[i, j].set_title(f"{which}\nNRMSE {nrmse[row]:.3f} ({_NAMES[j]})", fontsize=8)
-        grid[i, 0].set_ylabel("force (N)")
+        grid[i, 0].set_ylabel("force (kN)")
     for axes in grid[-1]:
         axes.set_xlabel("time (ms)")
     handles, labels = grid[0, 0].get_legend_handles_labels()
@@ -196,15 +196,15 @@ def _ranked(rows: NDArray[np.intp], nrmse: Floats) -> NDArray[np.intp]:
 
 
 def _draw(axes: Axes, pulses: PulseTable, prediction: ContactPrediction, row: int) -> None:
-    """One pulse: dots measured, line predicted, shades the band of the force and of the end of contact."""
-    points, duration = pulses.force_n[row], pulses.contact_time_s[row] * 1e3
-    fine = reconstruct(prediction.force_n[row : row + 1], 200)[0]
+    """One pulse: dots measured, line predicted (kN over ms), shades the band of the force and of the end of contact."""
+    points, duration = pulses.force_n[row] * 1e-3, pulses.contact_time_s[row] * 1e3
+    fine = reconstruct(prediction.force_n[row : row + 1], 200)[0] * 1e-3
     end = prediction.contact_time_s[row] * 1e3
     axes.plot(np.linspace(0, duration, points.size), points, "o", color="black", ms=2.5, label="measured", zorder=3)
     axes.plot(np.linspace(0, end, fine.size), fine, color=COLOURS[0], lw=1.3, label="predicted")
     if prediction.force_spread_n is not None:
-        wide = BAND * prediction.force_spread_n[row]
-        mean, at = prediction.force_n[row], np.linspace(0, end, points.size)
+        wide = BAND * prediction.force_spread_n[row] * 1e-3
+        mean, at = prediction.force_n[row] * 1e-3, np.linspace(0, end, points.size)
         axes.fill_between(at, mean - wide, mean + wide, color=COLOURS[0], alpha=0.2, lw=0, label="90 % band of force")
     if prediction.contact_time_spread_s is not None:
         late = BAND * float(prediction.contact_time_spread_s[row]) * 1e3

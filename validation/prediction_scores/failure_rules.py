@@ -7,6 +7,7 @@ chance (maximum statistic: Westfall and Young, Resampling-Based Multiple Testing
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -53,12 +54,13 @@ class PredictionFailure:
 
     @property
     def sentence(self) -> str:
-        """ "tip_material = polyurethane: the peak force is predicted 35 % too low"."""
+        """ "tip material = polyurethane: the peak force is predicted 35 % too low"."""
         side = "low" if self.bias < 0 else "high"
         size = f"{100 * abs(self.bias):.0f} %"
         if self.measure.unit != "ln":
             size = self.measure.error_words(20 / np.log(10) * np.abs(np.log1p(self.bias)))
-        return f"{self.rule}: the {self.measure.words} is predicted {size} too {side}"
+        rule = _FACTOR.sub(lambda name: name[0].replace("_", " "), self.rule)
+        return f"{rule}: the {self.measure.words} is predicted {size} too {side}"
 
     def as_json(self) -> dict[str, Any]:
         return {
@@ -69,6 +71,10 @@ class PredictionFailure:
             "p_value": self.p_value,
             "sentence": self.sentence,
         }
+
+
+#: The name of a factor in a rule, before what is said of it.
+_FACTOR = re.compile(r"\b\w+(?= (?:=|<|>|other than) )")
 
 
 @dataclass(frozen=True, eq=False)

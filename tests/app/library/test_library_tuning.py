@@ -89,7 +89,9 @@ def test_settings_are_those_of_the_service(tuned: TunedSettings, store: ps.Exper
     assert spectra.loc[200.0, "tolerance_upper"] == pytest.approx(2000.0)
     assert spectra["expected_1"].tolist() == pytest.approx(tuned.to_json()[0]["expected_m_s2"])
     axes = tuned.plot()
-    assert axes.get_xlabel() == "natural frequency (Hz)" and "m/s" in axes.get_ylabel()
+    assert axes.get_xlabel() == "natural frequency (Hz)" and axes.get_ylabel() == "maximax acceleration (g)"
+    prescribed = next(line for line in axes.lines if line.get_label() == "prescribed")
+    assert prescribed.get_ydata()[0] == pytest.approx(spectra["target"].iloc[0] / 9.80665)
 
 
 @pytest.mark.parametrize(("options", "message"), [

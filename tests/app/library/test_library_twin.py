@@ -13,6 +13,7 @@ import pyroshock as ps
 import pytest
 from click.testing import CliRunner
 from pyroshock.app.common.errors import argument_names
+from pyroshock.app.common.quantities import shown_in
 from pyroshock.app.laboratory_twin import LaboratoryTwin
 from pyroshock.app.predict.cli import predict
 from pyroshock.app.predict.service import ShotPrediction
@@ -89,9 +90,12 @@ def test_numbers_and_series_have_bands_and_units(shot: ShotPrediction) -> None:
 def test_plots_name_their_axes_and_draw_on_given_ones(shot: ShotPrediction) -> None:
     spectrum, force = shot.srs.plot(), shot.force.plot()
     assert (spectrum.get_xscale(), spectrum.get_yscale()) == ("log", "log")
-    assert spectrum.get_xlabel() == "frequency (Hz)" and spectrum.get_ylabel() == "maximax SRS (m/s2)"
+    assert spectrum.get_xlabel() == "frequency (Hz)" and spectrum.get_ylabel() == "maximax SRS (g)"
     assert len(spectrum.collections) == len(shot.srs)  # the bands
-    assert force.get_xlabel() == "time (s)" and force.get_ylabel() == "force (N)"
+    assert force.get_xlabel() == "time (ms)" and force.get_ylabel() == "force (kN)"
+    assert force.lines[0].get_ydata().max() == pytest.approx(1e-3 * shot.force.mean.max())
+    with shown_in("si"):
+        assert shot.srs.plot().get_ylabel() == "maximax SRS (m/s²)"
     panel = shot.plot()
     assert [axes.get_ylabel().rpartition(" ")[2] for axes in panel] == ["(kN)", "(g)", "(g)"]
     import matplotlib.pyplot as plt

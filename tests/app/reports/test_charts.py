@@ -157,3 +157,20 @@ def test_bars_stay_in_the_frame(shares: list[float], before: float, after: float
         for tag in Page(chart).of("polygon") if chart else ():
             x = [float(pair.split(",")[0]) for pair in (tag["points"] or "").split()]
             assert 0 <= min(x) <= max(x) <= 360
+
+
+def test_a_long_title_of_an_axis_fits_it() -> None:
+    from pyroshock.app.documents.pdf_sheet import fonts
+
+    font, _ = fonts()
+    heights = []
+    for title in ("force", "a title of an axis that is much longer than the axis itself is high"):
+        drawing = drawing_of(line_chart("p", [], "t", title), font, 160.0)
+        (text,) = [shape for shape in drawing.contents[0].contents if text_of_group(shape) == title]
+        left, _, right, _ = text.contents[0].getBounds()
+        heights.append(right - left)
+    assert heights[0] < heights[1] <= 192.0
+
+
+def text_of_group(shape: Any) -> str:
+    return text_of(shape) if hasattr(shape, "contents") else ""

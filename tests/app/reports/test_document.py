@@ -10,7 +10,24 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.app.common.number_format import format_interval, join_words, number, percent, percent_range, times
+from pyroshock.app.common.number_format import (
+    format_interval,
+    join_words,
+    measured_text,
+    number,
+    number_ranges,
+    percent,
+    percent_range,
+    times,
+)
+from pyroshock.app.common.quantities import (
+    in_shown_units,
+    level_words,
+    named_level,
+    settings_words,
+    shown_in,
+    shown_unit,
+)
 from pyroshock.app.diagnose.wording import shrinkage_line, where_lines
 from pyroshock.app.documents import pdf as pdf_module
 from pyroshock.app.documents.document import (
@@ -24,11 +41,7 @@ from pyroshock.app.documents.document import (
     ShareBar,
     Table,
     cell_text,
-    column_heading,
-    force_unit,
     mean_and_spread,
-    setting,
-    settings_words,
 )
 from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import MissingPdfError, pdf_of
@@ -112,11 +125,12 @@ def test_wide_tables_turn_the_page_and_columns_are_as_wide_as_their_words() -> N
     def wide(text: str) -> float:
         return 5.0 * len(text)
 
-    assert sum(column_widths([["a", "b"], ["one", "two"]], 500, wide)) < 60
-    assert sum(column_widths([["a", "b"], ["word " * 200, "two"]], 500, wide)) == pytest.approx(500)
-    assert sum(column_widths([["a"] * 40, ["wording"] * 40], 500, wide)) == pytest.approx(500)
+    assert sum(column_widths([["a", "b"], ["one", "two"]], 500, wide, wide)) < 60
+    assert sum(column_widths([["a", "b"], ["word " * 200, "two"]], 500, wide, wide)) == pytest.approx(500)
+    assert sum(column_widths([["a"] * 40, ["wording"] * 40], 500, wide, wide)) == pytest.approx(500)
+    fonts = ("Helvetica", "Helvetica-Bold")
     number, words = (Table("t", ("a",), [[cell]]) for cell in ("5.62 ± 0.11", "five or less"))
-    assert needed_width(number, "Helvetica-Bold") > needed_width(words, "Helvetica-Bold")  # is not broken
+    assert needed_width(number, *fonts) > needed_width(words, *fonts)  # is not broken
 
     def of_numbers(*cells: float | str | None) -> bool:
         return Table("t", ("a",), [[cell] for cell in cells]).is_number(0)
@@ -148,16 +162,20 @@ def test_missing_library_is_told_with_what_to_install(monkeypatch: pytest.Monkey
 
 # --- settings and figures are told in the units of the bench --------------------------------------------------------
 def test_factors_means_shares_and_ranges_are_told_in_the_units_of_the_bench() -> None:
-    assert setting("tip_radius_m").heading == "tip radius (mm)" and setting("tip_radius_m").words(0.045) == "45 mm"
-    assert setting("tank_pressure_pa").cell(38080.0) == 0.3808
-    assert column_heading("tank_pressure_bar") == "tank pressure (bar)"
-    assert (force_unit(999.0), force_unit(1000.0)) == (("N", 1.0), ("kN", 1e-3))
-    assert setting("paint_job").named("green") == "paint job green" and column_heading("paint_job") == "paint job"
+    assert level_words("tip_radius_m", 0.045) == "45 mm" and level_words("tank_pressure_pa", 38080.0) == "0.3808 bar"
+    assert (
+        named_level("paint_job", "green") == "paint job green"
+        and named_level("tip_radius_m", 0.03) == "tip radius 30 mm"
+    )
     assert settings_words({"insulator": "none", "tip_material": "steel"}) == "no insulator, steel"
-    assert setting("insulator").named("none") == "no insulator" and settings_words({}) == "all alike"
-    texts = {(5.5, 5.6, 5.7): "5.60 ± 0.10", (5.6,): "5.6", (5.6, 5.6): "5.6", (1000.0, 1200.0): "1100 ± 141"}
+    assert named_level("insulator", "none") == "no insulator" and settings_words({}) == "all alike"
+    texts = {(5.5, 5.6, 5.7): "5.60 ± 0.10", (5.6,): "5.6", (5.6, 5.6): "5.6", (1000.0, 1200.0): "1100 ± 140"}
     texts |= {(np.nan, 2.0): "2", (np.nan,): None, (): None}
-    assert [mean_and_spread(np.array(values, dtype=np.float64)) for values in texts] == list(texts.values())
+    assert [mean_and_spread("mass_kg", np.array(v, dtype=np.float64)) for v in texts] == list(texts.values())
+    assert mean_and_spread("peak_force_n", np.array([5600.0, 5800.0])) == "5.70 ± 0.14"
+    with shown_in("si"):
+        assert mean_and_spread("peak_force_n", np.array([5600.0, 5800.0])) == "5700 ± 140"
+        assert level_words("tip_radius_m", 0.045) == "0.045 m" and shown_unit("m/s2") == ("m/s²", 1.0)
     sentence = shrinkage_line(verdicts.gun().shrinkage[0])
     assert sentence.endswith(
         "97 % (95 to 98 %) of the error above the noise disappears. With a learned correction of the "
@@ -190,11 +208,36 @@ def test_factors_means_shares_and_ranges_are_told_in_the_units_of_the_bench() ->
     assert percent_range(float("nan"), 0.3) == "interval not known"
 
 
+@pytest.mark.parametrize(("numbers", "words"), [
+    ((), ""), ((7,), "7"), ((3, 1, 2, 5), "1–3, 5"), ((4, 5), "4, 5"), (range(1, 40), "1–39"),
+    (range(1, 40, 2), "1, 3, 5, 7, 9, 11, 13, 15, and 12 more"),
+])  # fmt: skip
+def test_numbers_are_told_as_ranges(numbers: tuple[int, ...], words: str) -> None:
+    assert number_ranges(numbers) == words
+
+
+def test_a_value_has_the_digits_that_its_uncertainty_leaves() -> None:
+    pairs = {(5.6234, 0.1123): "5.62 ± 0.11", (1234.5, 37.0): "1234 ± 37", (5.6, 0.0): "5.6", (2.0, float("nan")): "2"}
+    assert {pair: measured_text(*pair) for pair in pairs} == pairs
+
+
+@pytest.mark.parametrize(("stored", "shown"), [
+    ("full scale (98066.5 m/s2) reached at -98066.5 m/s2 from 0.4145 s: only a bound",
+     "full scale (10000 g) reached at -10000 g from 414.5 ms: only a bound"),
+    ("noise of 4.95 N, peak 12500 N", "noise of 4.95 N, peak 12.5 kN"),
+    ("integrates to 8.95e+03 mm in 12 s", "integrates to 8950 mm in 12 s"),
+    ("an impulse of 12.5 N s after 3 samples of 2e3-01.npz", "an impulse of 12.5 N s after 3 samples of 2e3-01.npz"),
+    ("38000 Pa and 8.07 m/s", "0.38 bar and 8.07 m/s"),
+])  # fmt: skip
+def test_stored_messages_are_shown_in_the_units_of_the_bench(stored: str, shown: str) -> None:
+    assert in_shown_units(stored) == shown
+
+
 @given(st.lists(st.floats(1e-6, 1e6), min_size=2, max_size=20))
 def test_mean_is_told_to_a_tenth_of_the_spread(values: list[float]) -> None:
     array = np.array(values)
-    text = mean_and_spread(array)
+    text = mean_and_spread("mass_kg", array)
     assert text is not None
     mean, _, spread = text.partition(" ± ")
     if spread:
-        assert abs(float(mean) - array.mean()) <= 0.06 * array.std(ddof=1) + 0.5 * (array.std(ddof=1) > 10)
+        assert abs(float(mean) - array.mean()) <= 0.06 * array.std(ddof=1)

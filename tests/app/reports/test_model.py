@@ -2,43 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from dataclasses import replace
 
-import numpy as np
 import pytest
-from pyroshock.app.documents.document import Block, ChartRow, Document, Paragraph, Table
+from pyroshock.app.common.number_format import format_number
+from pyroshock.app.common.quantities import shown_in
+from pyroshock.app.documents.document import Block, Bullets, ChartRow, Document, Paragraph, Table
 from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import pdf_of
 from pyroshock.app.documents.svg import MOST_POINTS
 from pyroshock.app.report.model import model_document, of_all_splits
+from pyroshock.app.train.wording import share, share_with_range
 from pyroshock.dataset.table import PulseTable
 from pyroshock.training.evaluation.floor import floor_metrics
-from pyroshock.training.fitting.session import train
+from pyroshock.training.evaluation.summary import Estimate
 from pyroshock.training.registry.listing import chosen
-from pyroshock.training.registry.promotion import promote
-from pyroshock.training.registry.registry import Registry
 from support.checks.well_formed import Page, needs_nothing
-from support.records.pulse_tables import pulse_table
-from support.stores.registries import context_in, fresh_registry, without_figures, without_judging_the_first
-
-Read = Callable[[str], PulseTable]
+from support.stores.report_stores import ModelLab
 
 
-@pytest.fixture(scope="module")
-def lab(tmp_path_factory: pytest.TempPathFactory) -> tuple[Registry, Read]:
-    """A registry with a law and a statistical model on both splits, one promoted; and the pulses."""
-    registry = fresh_registry(tmp_path_factory.mktemp("models"))
-    table = pulse_table(np.random.default_rng(1), repetitions=3)
-    with pytest.MonkeyPatch.context() as patch:
-        without_figures(patch)
-        without_judging_the_first(patch)
-        train(registry, context_in(registry, table), ["hann", "linear"], ["repetitions", "configurations"])
-        promote(registry, "hann", 1, lambda _: table, forced=True, reason="to begin with")
-    promote(registry, "linear", 1, lambda _: table, forced=True, reason="to <i>try</i> it")
-    return registry, lambda _: table
-
-
-def report(lab: tuple[Registry, Read], label: str) -> Document:
+def report(lab: ModelLab, label: str) -> Document:
     registry, read = lab
     return model_document(registry, chosen(registry.versions(), label), read)
 
@@ -48,53 +32,90 @@ def blocks(document: Document, title: str) -> list[Block]:
     return list(section.blocks)
 
 
-def test_figures_are_those_of_the_registry_and_a_law_has_none_of_coverage(lab: tuple[Registry, Read]) -> None:
+def test_figures_are_those_of_the_registry_and_a_law_has_none_of_coverage(lab: ModelLab) -> None:
     registry, _ = lab
     version = chosen(registry.versions(), "linear@1")
-    own, other = blocks(report(lab, "linear@1"), "Figures by split")
-    assert isinstance(own, Table) and isinstance(other, Table)
-    row = next(row for row in own.rows if str(row[0]).startswith("force NRMSE"))
-    estimate = version.metrics["force_nrmse"]
-    floors = registry.floors(version.dataset.hash, version.seed)
-    allowed = [
-        floor_metrics(floors["repetitions"], scope)["force_nrmse"].mean for scope in ("configuration", "treatment")
+    (table,) = blocks(report(lab, "linear@1"), "Figures by split")
+    assert isinstance(table, Table)
+    assert table.columns[1::2] == [
+        "repetitions: error (90 % interval)",
+        "configurations: error (90 % interval)",
+        "thesis",
     ]
-    assert list(row) == [row[0], estimate.mean, f"{estimate.low:.4g} to {estimate.high:.4g}", *allowed, 0.9932]
-    assert "configurations" in other.caption and "repetitions" in own.caption
-    table = blocks(report(lab, "hann@1"), "Figures by split")[0]
+    row = next(row for row in table.rows if row[0] == "rms error of the force, of its range")
+    estimate = version.metrics["force_nrmse"]
+    floor = floor_metrics(registry.floors(version.dataset.hash, version.seed)["repetitions"], "configuration")
+    expected = share_with_range({"mean": estimate.mean, "ci90": [estimate.low, estimate.high]})
+    assert list(row[:3]) == [row[0], expected, share(floor["force_nrmse"].mean)] and row[-1] == share(0.9932)
+    force = next(row for row in table.rows if row[0] == "rms error of the force")
+    newton = version.metrics["force_rmse_n"].mean
+    assert str(force[1]).startswith(f"{format_number(1e-3 * newton, 2)} kN (")
+    with shown_in("si"):
+        (in_si,) = blocks(report(lab, "linear@1"), "Figures by split")
+        words = next(row for row in in_si.rows if row[0] == "rms error of the force")[1]
+        assert str(words).startswith(f"{format_number(newton, 2)} N (")
+    (table,) = blocks(report(lab, "hann@1"), "Figures by split")
     assert isinstance(table, Table) and not any("band" in str(row[0]) for row in table.rows)
     held_out = blocks(report(lab, "hann@1"), "On the pulses held out")
     assert any("gives no spread" in block.text for block in held_out if isinstance(block, Paragraph))
 
 
-def test_predictions_stand_beside_measurements(lab: tuple[Registry, Read]) -> None:
+def test_report_begins_with_what_the_model_is_good_for(lab: ModelLab) -> None:
+    lead = report(lab, "linear@1").lead
+    assert lead.startswith("linear@1 predicts the force within ") and " kN (" in lead
+    assert "Its 90 % bands hold " in lead and "of the force points" in lead
+    assert lead.endswith("It is the model in use for a hammer.")
+    law = report(lab, "hann@1")
+    assert "It gives no bands. linear@1 is in use for a hammer. " in law.lead
+    assert re.search(r"(linear@1 is better than hann@1|hann@1 is better than linear@1) by [\d.]+ %", law.lead)
+    (table,) = blocks(law, "Compared with the model in use")
+    assert isinstance(table, Table) and table.columns[1:3] == ("hann@1", "linear@1 (in use)")
+    assert "Compared with the model in use" not in [section.title for section in report(lab, "linear@1").sections]
+
+
+@pytest.mark.parametrize(("interval", "words"), [
+    ((0.5, 0.6, 0.7), "they are too narrow for the force points"),
+    ((0.95, 0.97, 0.99), "they are wider than necessary for the force points"),
+    ((0.8, 0.88, 0.95), "this agrees with the nominal 90 %"),
+])  # fmt: skip
+def test_coverage_is_judged_by_its_interval(lab: ModelLab, interval: tuple[float, ...], words: str) -> None:
+    low, mean, high = interval
+    version = chosen(lab[0].versions(), "linear@1")
+    metrics = {name: estimate for name, estimate in version.metrics.items() if name != "time_covered"}
+    version = replace(version, metrics=metrics | {"force_covered": Estimate(mean, low, high)})
+    assert words in model_document(lab[0], version, lab[1]).lead
+
+
+def test_predictions_stand_beside_measurements(lab: ModelLab) -> None:
     registry, _ = lab
-    charts = [b for b in blocks(report(lab, "linear@1"), "On the pulses held out") if isinstance(b, ChartRow)]
-    agreement, coverage = charts
+    (charts,) = [b for b in blocks(report(lab, "linear@1"), "On the pulses held out") if isinstance(b, ChartRow)]
     count = len(registry.held_out(chosen(registry.versions(), "linear@1")).keys)
-    assert len(Page(agreement.figures[1].drawing).of("circle")) == count < MOST_POINTS
+    _, contact_time, coverage = charts.figures
+    assert len(Page(contact_time.drawing).of("circle")) == count < MOST_POINTS
+    assert "measured (ms)" in contact_time.drawing
     tips = set(lab[1]("").tip_material.tolist())
-    assert {words for _, words in agreement.keys} == {f"{tip} tip" for tip in tips} and len(tips) > 1
-    assert len(Page(coverage.figures[0].drawing).of("polyline")) == 3  # the diagonal, force, contact time
+    assert {words for _, words in charts.keys} == {f"{tip} tip" for tip in tips} and len(tips) > 1
+    assert len(Page(coverage.drawing).of("polyline")) == 3  # the diagonal, force, contact time
 
 
-def test_promotions_facts_and_splits_are_those_of_the_registry(lab: tuple[Registry, Read]) -> None:
-    (table,) = blocks(report(lab, "linear@1"), "Promotions")
+def test_decisions_origin_and_splits_are_those_of_the_registry(lab: ModelLab) -> None:
+    (table,) = blocks(report(lab, "linear@1"), "Decisions")
     assert isinstance(table, Table)
     (row,) = table.rows
-    assert row[1:4] == ["linear@1", "hann@1", "forced"] and str(row[-2]).startswith("to <i>try</i> it")
-    assert len(blocks(report(lab, "hann@1"), "Promotions")[0].rows) == 2
+    assert row[1] == "linear@1 is promoted by force; hann@1 was in use before"
+    assert str(row[-2]).startswith("to <i>try</i> it")
+    assert len(blocks(report(lab, "hann@1"), "Decisions")[0].rows) == 2
     model_report, version = report(lab, "linear@1"), chosen(lab[0].versions(), "linear@1")
-    assert model_report.facts["Dataset hash"] == version.dataset.hash
-    assert model_report.facts["Cost"].startswith(f"{version.cost.seconds:.1f} s")
-    assert "the model in use for a hammer" in model_report.lead and "not in use" in report(lab, "hann@1").lead
+    (origin,) = blocks(model_report, "Origin")
+    assert isinstance(origin, Bullets) and any(version.dataset.hash in line for line in origin.lines)
+    assert model_report.facts["Judged on"] == "repetitions, configurations"
     versions = lab[0].versions()
     for first, second in (("repetitions", "configurations"), ("configurations", "repetitions")):
         records = of_all_splits(versions, chosen(versions, "hann@1", first))
         assert [(record.label, record.split) for record in records] == [("hann@1", first), ("hann@1", second)]
 
 
-def test_report_is_written_both_ways_and_missing_pulses_are_said(lab: tuple[Registry, Read]) -> None:
+def test_report_is_written_both_ways_and_missing_pulses_are_said(lab: ModelLab) -> None:
     def gone(_: str) -> PulseTable:
         raise LookupError("no dataset 5555 in the store")
 

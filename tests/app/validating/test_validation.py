@@ -15,6 +15,7 @@ from pyroshock.app.common.model_registry import context_of, registry_of
 from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.twins.building import TwinRequest, twin_of
 from pyroshock.app.validate.cli import validate
+from pyroshock.app.validate.report import validation_words
 from pyroshock.app.validate.validation import (
     NOTHING,
     REFITTED,
@@ -217,7 +218,7 @@ def data_of(result: Result) -> dict:  # JSON
 
 def test_json_is_the_contract_of_a_hammers_campaign_and_of_the_thesis(validate_lab, tmp_path: Path) -> None:
     page = tmp_path / "validation.html"
-    data = data_of(validate_lab("spring", "--contact", "hertz", "--json", "--html", str(page)))
+    data = data_of(validate_lab("spring", "--contact", "hertz", "--json", "--out", str(page)))
     text = page.read_text(encoding="utf-8")
     for words in ("Validation", "peak force", "Ranks of the measured values", "<svg"):
         assert words in text
@@ -235,6 +236,28 @@ def test_json_is_the_contract_of_a_hammers_campaign_and_of_the_thesis(validate_l
     assert data["verdict"].startswith("Too little to judge the 90 % bands, 5 shots of 5 configurations")
     result = validate_lab("winter")
     assert result.exit_code == 2 and result.stderr.count("\n") == 1 and "winter" in result.stderr
+
+
+@pytest.mark.parametrize(("out", "message"), [("page.docx", ".html or .pdf"), ("page.pdf", "fonts-droid-fallback")])
+def test_a_report_that_cannot_be_written_is_refused_before_the_work(
+    validate_lab, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, out: str, message: str
+) -> None:
+    pdf_sheet = pytest.importorskip("pyroshock.app.documents.pdf_sheet", reason="no reportlab")
+    monkeypatch.setattr(pdf_sheet, "_other_fonts", tuple)
+    monkeypatch.setattr("pyroshock.app.validate.report.validation_words", lambda *_: "鋼鉄")
+    monkeypatch.setattr("pyroshock.app.validate.service.validate_twin", lambda *_: pytest.fail("worked before"))
+    pdf_sheet._font_of.cache_clear()
+    result = validate_lab("spring", "--out", str(tmp_path / out))
+    assert result.exit_code == 2 and message in result.stderr and result.stderr.count("\n") == 1
+    pdf_sheet._font_of.cache_clear()
+
+
+def test_words_of_a_report_are_those_of_channels_and_levels(filled: Path, tmp_path: Path) -> None:
+    with opened(copied(filled, tmp_path)) as store, store.reading() as session:
+        words = validation_words(session, "spring").split(" ")
+        assert {"spring", "force", "delrin", "polymeric"} <= set(words)
+        with pytest.raises(LookupError, match="winter"):
+            validation_words(session, "winter")
 
 
 def test_text_says_verdict_first_and_not_calibrated_is_exit_code_1(

@@ -105,6 +105,13 @@ def test_reports_are_one_file_each(browser, lab, of):
         html = page.request.get(f"/reports/{of}.html").text()
         assert re.findall(r"""(?:src|href)\s*=\s*["'](?!#|data:)[^"']*|@import|url\((?!["']?data:)[^)]*""", html) == []
         assert page.evaluate("document.documentElement.scrollWidth <= document.documentElement.clientWidth")
+        page.set_viewport_size({"width": 390, "height": 844})
+        wide = "[...document.querySelectorAll('.scroll')].filter(e => e.scrollWidth > e.clientWidth).length"
+        assert page.evaluate(wide) == 0, "the main columns of a table are wider than a telephone"
+        for table in page.locator(".fold").all():
+            assert not table.locator("th.extra").first.is_visible()
+            table.get_by_label("Show all columns of this table").check()
+            assert table.locator("th.extra").first.is_visible()
         pdf = page.request.get(f"/reports/{of}.pdf")
         assert pdf.headers["content-type"] == "application/pdf"
         assert pdf.body().startswith(b"%PDF") and pdf.body().rstrip().endswith(b"%%EOF")

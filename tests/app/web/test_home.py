@@ -48,7 +48,7 @@ def test_rejected_and_set_aside_recordings_need_attention(filled: Lab) -> None:
     )
     assert addresses[sentence] == f"/campaigns/{HAMMER}#quality"
     page = filled.client.get(f"/campaigns/{HAMMER}").text
-    assert "1 of 3 recordings should not be used as they are; 1 could not be read and was set aside." in page
+    assert "2 of 3 recordings are accepted, 1 is rejected; 1 could not be read and was set aside." in page
     assert "The record is cut off at its extreme" in page and "repeat the run" in page
     assert "1 rejected, 1 set aside" in filled.client.get("/campaigns").text
 

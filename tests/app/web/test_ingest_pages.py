@@ -162,7 +162,7 @@ def test_planned_and_achieved_stand_in_one_table() -> None:
     }  # fmt: skip
     assert second["mean_deviation"] is None
     assert (velocity["setting"], velocity["mean_deviation"]) == ("impact velocity (m/s)", "0.0 %")
-    assert constant_settings(levels) == ["insulator none"]
+    assert constant_settings(levels) == ["no insulator"]
 
 
 def test_a_bench_is_told_with_units_and_words() -> None:

@@ -114,6 +114,12 @@ def test_settings_of_a_training_are_shown(filled: Lab, address: str, monkeypatch
     assert ("<td>–</td>" in table) == ("linear" in address)
 
 
+@pytest.mark.parametrize("address", [f"/campaigns/{GUN}", f"/shots?campaign={GUN}"])
+def test_a_velocity_stands_with_its_uncertainty(filled: Lab, address: str) -> None:
+    page = filled.client.get(address).text
+    assert ">10.37 ± 0.13</td>" in page and "uncertainty of the velocity" not in page
+
+
 @pytest.mark.parametrize("address", [f"campaign/{HAMMER}", f"campaign/{GUN}", "diagnosis/1", "model/tree/1"])
 def test_reports_are_saved_as_pdf(filled: Lab, address: str) -> None:
     answer = filled.client.get(f"/reports/{address}.pdf")
@@ -599,6 +605,8 @@ def test_the_twin_is_validated_by_a_job(filled: Lab) -> None:
         assert words in page.text
     report = filled.client.get(f"{job['address']}/report.html")
     assert report.status_code == 200 and job["result"]["verdict"] in report.text
+    pdf = filled.client.get(f"{job['address']}/report.pdf")
+    assert pdf.content.startswith(b"%PDF-") and pdf.headers["content-type"] == "application/pdf"
     assert job["address"] in filled.client.get("/validations").text and filled.added(before) == {}
     job = ended(filled.client, post_json(filled.client, "/api/validate", {"campaign": GUN}))
     assert (job["state"], job["error"]) == ("done", None)

@@ -127,7 +127,7 @@ def test_one_or_two_conditions() -> None:
     rule = named[-1]
     assert rule.rule == "tip_material = polyurethane"
     assert rule.bias == pytest.approx(np.exp(-0.43) - 1, abs=0.06)
-    assert rule.sentence.startswith("tip_material = polyurethane: the peak force is predicted 3")
+    assert rule.sentence.startswith("tip material = polyurethane: the peak force is predicted 3")
     assert rule.sentence.endswith("% too low")
     number, factors = campaign(3, 60)
     both = (factors[0].values == "polyurethane") & (factors[1].values > 3e5)
