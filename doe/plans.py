@@ -16,7 +16,7 @@ from ..schema.benches import material_names
 from ..schema.campaigns import STATUSES, Plan, PlannedRun, plan_turn
 from ..schema.configurations import configuration_ids
 from ..schema.known_factors import LevelError, MaterialNames, RunLevel, level_of
-from ..schema.run_states import asks_for_repeat, is_rejected, repetition_table, run_status
+from ..schema.run_states import has_rejected, is_rejected, repetition_table, run_status
 from ..schema.session import Store
 from ..schema.transactions import take_advisory_lock
 from .designs.base import Design
@@ -171,12 +171,13 @@ def list_plans(session: Session) -> list[dict[str, Any]]:
         row["id"]: {**row, "runs": 0, **dict.fromkeys(STATUSES, 0), "repeat": 0}
         for row in session.execute(select(*columns).order_by(Plan.name)).mappings()
     }
-    states = select(PlannedRun.plan_id, run_status(), asks_for_repeat().label("repeat"), func.count())
-    for plan, state, repeat, count in session.execute(states.group_by(PlannedRun.plan_id, "run_status", "repeat")):
+    states = select(PlannedRun.plan_id, run_status(), has_rejected(), func.count())
+    groups = states.group_by(PlannedRun.plan_id, "run_status", "has_rejected")
+    for plan, state, rejected, count in session.execute(groups):
         row = rows[plan]
         row["runs"] += count
         row[state] += count
-        row["repeat"] += count if repeat else 0
+        row["repeat"] += count if rejected and state == "planned" else 0
     return [{key: value for key, value in row.items() if key != "id"} for row in rows.values()]
 
 

@@ -62,9 +62,9 @@ def run_status() -> Label[str]:
     ).label("run_status")
 
 
-def asks_for_repeat() -> ColumnElement[bool]:
-    """Of each `PlannedRun` of a query, whether it is not done and has repetitions that are rejected."""
-    return and_(run_status() == "planned", _count(rejected=True) > 0)
+def has_rejected() -> Label[bool]:
+    """Of each `PlannedRun` of a query, whether repetitions are rejected, as the column "has_rejected"."""
+    return (_count(rejected=True) > 0).label("has_rejected")
 
 
 def done_runs(session: Session, keys: Collection[int]) -> set[int]:
