@@ -73,7 +73,7 @@ def of_all_splits(versions: Sequence[Version], version: Version) -> list[Version
     """`version` first, then the newest of the same model, dataset and seed on each other split."""
     same = (version.name, version.dataset.hash, version.seed)
     others = newest(version for version in versions if (version.name, version.dataset.hash, version.seed) == same)
-    by_split = {version.split: version for version in sorted(others, key=lambda each: each.version)}
+    by_split = {version.split: version for version in sorted(others, key=lambda version: version.version)}
     by_split.pop(version.split, None)
     return [version, *(by_split[split] for split in sorted(by_split))]
 

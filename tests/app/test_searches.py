@@ -83,9 +83,9 @@ def test_importance_of_few_trials_or_of_noise_cannot_be_judged() -> None:
     )
     assert importance_of(noise) is None
     assert "does not predict" in importance_sentence(noise, None)
-    one = SettingsSearch("grid search", "error", tuple(Trial({"components": n}, 1.0 + n) for n in range(1, 20)))
-    assert importance_of(one) is None
-    assert "Only one setting was searched (components)" in importance_sentence(one, None)
+    single = SettingsSearch("grid search", "error", tuple(Trial({"components": n}, 1.0 + n) for n in range(1, 20)))
+    assert importance_of(single) is None
+    assert "Only one setting was searched (components)" in importance_sentence(single, None)
 
 
 def test_search_is_told_with_its_best_settings() -> None:

@@ -33,39 +33,39 @@ def document(store: Store, name: str) -> Document:
         return campaign_document(session, name)
 
 
-def tables(found: Document) -> dict[str, Table]:
-    blocks = [block for section in found.sections for block in section.blocks]
+def tables(content: Document) -> dict[str, Table]:
+    blocks = [block for section in content.sections for block in section.blocks]
     return {block.caption: block for block in blocks if isinstance(block, Table)}
 
 
-def achieved_table(found: Document) -> Table:
-    return next(table for caption, table in tables(found).items() if caption.startswith("Runs and recordings"))
+def achieved_table(content: Document) -> Table:
+    return next(table for caption, table in tables(content).items() if caption.startswith("Runs and recordings"))
 
 
-def bullets(found: Document) -> list[str]:
-    blocks = [block for section in found.sections for block in section.blocks]
+def bullets(content: Document) -> list[str]:
+    blocks = [block for section in content.sections for block in section.blocks]
     return [line for block in blocks if isinstance(block, Bullets) for line in block.lines]
 
 
-def figures(found: Document) -> list[Figure]:
-    blocks = [block for section in found.sections for block in section.blocks]
+def figures(content: Document) -> list[Figure]:
+    blocks = [block for section in content.sections for block in section.blocks]
     return [figure for block in blocks if isinstance(block, ChartRow) for figure in block.figures]
 
 
-def told(found: Document) -> str:
-    blocks = [block for section in found.sections for block in section.blocks]
+def told(content: Document) -> str:
+    blocks = [block for section in content.sections for block in section.blocks]
     return " ".join(block.text for block in blocks if isinstance(block, Paragraph))
 
 
 def test_runs_are_counted_by_state_and_a_discarded_one_has_its_reason(planned: str) -> None:
     with opened(planned) as store:
-        found = document(store, "spring")
+        content = document(store, "spring")
     assert (
         f"Plan spring (lhs): {FIRED} of {RUNS} runs are done, 1 still to do, 1 discarded; {FIRED * REPETITIONS} of "
         f"{(RUNS - 1) * REPETITIONS} repetitions are recorded."
-    ) in told(found)
-    assert bullets(found) == [f"Run {RUNS} of plan spring is discarded: the anvil <b>broke</b>."]
-    table = achieved_table(found)
+    ) in told(content)
+    assert bullets(content) == [f"Run {RUNS} of plan spring is discarded: the anvil <b>broke</b>."]
+    table = achieved_table(content)
     of_mass = [dict(zip(table.columns, row, strict=True)) for row in table.rows if row[0] == "bullet mass (kg)"]
     assert sum(int(row["done"]) for row in of_mass) == FIRED
     assert sum(int(row["shots"]) for row in of_mass) == FIRED * REPETITIONS
@@ -95,15 +95,15 @@ def test_planned_and_achieved_settings_stand_in_one_table(planned: str) -> None:
             for shot in session.scalars(select(Shot)):
                 shot.recorded_pressure_pa = 0.99 * shot.tank_pressure_pa
                 shot.recorded_pressure_u_pa = 100.0
-        found = document(store, "spring")
-    table = achieved_table(found)
+        content = document(store, "spring")
+    table = achieved_table(content)
     deviations: dict[Cell, set[Cell]] = {}
     for row in table.rows:
         deviations.setdefault(row[0], set()).add(row[list(table.columns).index("mean deviation")])
     assert deviations["tank pressure (bar)"] <= {"+2.0 %", "–", None}
     assert deviations["recorded pressure (bar)"] == {"+1.0 %"} and deviations["impact velocity (m/s)"] == {"+10.0 %"}
     assert deviations["bullet mass (kg)"] == {"0.0 %"}
-    charts = {figure.title for figure in figures(found)}
+    charts = {figure.title for figure in figures(content)}
     assert {"Recorded pressure, achieved against planned", "Impact velocity, achieved against planned"} <= charts
     assert "Bullet mass, achieved against planned" not in charts  # nothing differs
 
@@ -114,21 +114,21 @@ def test_pressure_of_a_shot_without_a_plan_is_beside_the_one_set(tmp_path: Path)
     with opened(url) as store:
         with store.writing() as session:
             session.scalars(select(Shot)).first().recorded_pressure_pa = 33_000.0
-        found = document(store, "gun")
+        content = document(store, "gun")
     off = signed_percent(33 / 25 - 1)
-    assert f"differs from the one that was set by {off} on average and {off} at most (run" in told(found)
+    assert f"differs from the one that was set by {off} on average and {off} at most (run" in told(content)
 
 
 def test_shots_are_told_beside_the_nominal_gun(planned: str) -> None:
     with opened(planned) as store:
-        found = document(store, "spring")
+        content = document(store, "spring")
         with store.reading() as session:
             shots = list(with_predictions(session, iter_shots(session, "spring")))
     off = np.array([s["measured_velocity_m_s"] / s["predicted_velocity_m_s"] - 1 for s in shots])
-    assert f"nominal gun by {signed_percent(off.mean())} on average" in told(found)
-    by_setting = tables(found)["Mean ± standard deviation over the shots of a setting."]
+    assert f"nominal gun by {signed_percent(off.mean())} on average" in told(content)
+    by_setting = tables(content)["Mean ± standard deviation over the shots of a setting."]
     assert sum(int(row[2]) for row in by_setting.rows) == len(shots)
-    assert "Each shot, with the standard uncertainty of its velocity." not in tables(found)
+    assert "Each shot, with the standard uncertainty of its velocity." not in tables(content)
 
 
 def test_shots_that_were_not_repeated_are_listed_with_their_uncertainty(tmp_path: Path) -> None:
@@ -139,9 +139,9 @@ def test_shots_that_were_not_repeated_are_listed_with_their_uncertainty(tmp_path
             for number, shot in enumerate(session.scalars(select(Shot))):
                 shot.tank_pressure_pa = 1e5 + 1e4 * number
                 shot.measured_velocity_m_s, shot.measured_velocity_u_m_s = 13.8, 0.19
-        found = document(store, "gun")
-    each = tables(found)["Each shot, with the standard uncertainty of its velocity."]
-    assert {row[list(each.columns).index("measured velocity (m/s)")] for row in each.rows} == {"13.80 ± 0.19"}
+        content = document(store, "gun")
+    shots = tables(content)["Each shot, with the standard uncertainty of its velocity."]
+    assert {row[list(shots.columns).index("measured velocity (m/s)")] for row in shots.rows} == {"13.80 ± 0.19"}
 
 
 def test_pulses_are_grouped_by_configuration_and_the_report_is_written_both_ways(hits: Store) -> None:
@@ -160,13 +160,13 @@ def test_pulses_are_grouped_by_configuration_and_the_report_is_written_both_ways
     assert (pulses.rejected, pulses.without) == (0, 0)
     assert telling_factor(type(pulses)(pulses.groups * 3, 0, 0)) in pulses.varied
     assert telling_factor(type(pulses)(pulses.groups[:1], 0, 0)) is None
-    found = tables(document(hits, "hits"))["Mean ± standard deviation over the pulses of a configuration."]
-    cells = dict(zip(found.columns, found.rows[0], strict=True))
+    content = tables(document(hits, "hits"))["Mean ± standard deviation over the pulses of a configuration."]
+    cells = dict(zip(content.columns, content.rows[0], strict=True))
     # 0.61 to 0.65 m/s in the first run, in steps of 0.01
     assert (cells["impact velocity (m/s)"], cells["tip radius (mm)"]) == ("0.630 ± 0.016", "30")
     assert "peak force (kN)" in cells and "contact time (ms)" in cells
     with shown_in("si"):
-        assert "peak force (N)" in tables(document(hits, "hits"))[found.caption].columns
+        assert "peak force (N)" in tables(document(hits, "hits"))[content.caption].columns
     report = document(hits, "hits")
     assert needs_nothing(Page(html_of(report))) and pdf_of(report) == pdf_of(document(hits, "hits"))
     with pytest.raises(LookupError, match="known: hits"):
@@ -185,19 +185,19 @@ def test_rejected_pulses_and_recordings_set_aside_are_told(hits: Store) -> None:
         torn = {"path": "recordings/torn.mat", "status": "set aside", "reason": "it ends early"}
         key = session.scalars(select(Campaign.id)).one()
         session.add(Recording(campaign_id=key, sha256="0" * 64, size_bytes=1, format="mat", **torn))
-    found = document(hits, "hits")
-    aside = tables(found)["Recordings that could not be read and were set aside."]
+    content = document(hits, "hits")
+    aside = tables(content)["Recordings that could not be read and were set aside."]
     assert list(aside.rows) == [["recordings/torn.mat", "it ends early"]]
-    assert "Impacts that are left out: 1 rejected." in told(found)
-    table = tables(found)["Mean ± standard deviation over the pulses of a configuration."]
+    assert "Impacts that are left out: 1 rejected." in told(content)
+    table = tables(content)["Mean ± standard deviation over the pulses of a configuration."]
     assert [row[list(table.columns).index("pulses")] for row in table.rows] == [HITS - 1, HITS, HITS, HITS]
-    findings = tables(found)["Findings of the quality checks by cause, the most serious first."]
+    findings = tables(content)["Findings of the quality checks by cause, the most serious first."]
     cause, severity, number, _, impacts, example, action = findings.rows[0]
     assert (cause, severity, number, impacts) == ("The hammer touched twice", "reject", 1, "1")
     assert example == "run 1, repetition 1: two blows <script>" and action == "Leave the impact out, or repeat it."
-    assert found.lead.endswith("cause: the hammer touched twice (run 1). Leave the impact out, or repeat it.")
-    assert "1 is rejected" in found.lead and "1 could not be read and was set aside" in found.lead
-    assert found.sections[0].title == "Quality"
+    assert content.lead.endswith("cause: the hammer touched twice (run 1). Leave the impact out, or repeat it.")
+    assert "1 is rejected" in content.lead and "1 could not be read and was set aside" in content.lead
+    assert content.sections[0].title == "Quality"
 
 
 def test_the_worst_of_many_findings_is_the_example(hits: Store) -> None:
@@ -213,9 +213,9 @@ def test_the_worst_of_many_findings_is_the_example(hits: Store) -> None:
                     evidence={"velocity_ratio": ratio},
                 )
             )  # fmt: skip
-    found = document(hits, "hits")
-    assert found.lead.startswith("All 4 recordings are accepted; 1 of the accepted recordings has warnings. The most")
-    row = tables(found)["Findings of the quality checks by cause, the most serious first."].rows[0]
+    content = document(hits, "hits")
+    assert content.lead.startswith("All 4 recordings are accepted; 1 of the accepted recordings has warnings. The most")
+    row = tables(content)["Findings of the quality checks by cause, the most serious first."].rows[0]
     assert (row[2], row[5]) == (3, f"{path}: number 1")
 
 
@@ -257,6 +257,6 @@ def test_empty_campaign_has_a_report_too(tmp_path: Path) -> None:
         with store.writing() as session:
             for shot in session.scalars(select(Shot)):
                 session.delete(shot)
-        found = document(store, "gun")
-    assert found.lead == "The campaign has no recordings, so that nothing could be checked."
-    assert pdf_of(found).startswith(b"%PDF")
+        content = document(store, "gun")
+    assert content.lead == "The campaign has no recordings, so that nothing could be checked."
+    assert pdf_of(content).startswith(b"%PDF")

@@ -149,8 +149,8 @@ def test_no_title_stands_over_another_text(reports: Reports, name: str) -> None:
     titles = {document.title, *(section.title for section in document.sections)}
     titles |= {figure.title for row in charts(document) for figure in row.figures}
     _, lines = lines_of(pdf_of(document))
-    found = [line for line in lines if any(line.text.startswith(title.split(" ")[0]) for title in titles)]
-    heads = [line for line in found if any(_part_of(line.text, title) for title in titles)]
+    first_lines = [line for line in lines if any(line.text.startswith(title.split(" ")[0]) for title in titles)]
+    heads = [line for line in first_lines if any(_part_of(line.text, title) for title in titles)]
     assert heads
     for first, second in combinations(sorted(titles), 2):  # what stands too near is one line to a reader
         assert not any(f"{first} {second}" in line.text or f"{second} {first}" in line.text for line in lines)
