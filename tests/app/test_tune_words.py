@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
 
 import numpy as np
 import pytest
@@ -86,21 +85,17 @@ def test_side_without_limit_is_said_and_reaches_the_edge() -> None:
     assert min(edge["y"]) > top
 
 
-def values_of(address: str) -> tuple[str, dict[str, list[str]]]:
-    parts = urlsplit(address)
-    return parts.path, parse_qs(parts.query)
-
-
 def test_forms_of_failed_jobs_are_filled_with_their_values() -> None:
     arguments = TuneArguments(SPECIFICATION, "3dB", ("spring", "autumn"), campaign="first-shots", share=0.95)
-    path, values = values_of(TUNE.form(arguments))
-    assert path == "/tune" and values["text"] == [SPECIFICATION] and values["measured"] == ["spring,autumn"]
-    assert (values["campaign"], values["tolerance"], values["share"]) == (["first-shots"], ["3dB"], ["0.95"])
-    assert "text" not in values_of(TUNE.form(TuneArguments("x" * 9000)))[1]
-    path, values = values_of(TRAIN.form(TrainArguments("a b", ["linear", "gp"], "materials", 7, "full")))
-    assert path == "/models/train"
-    assert values == {
-        "dataset": ["a b"], "models": ["linear", "gp"], "split": ["materials"], "seed": ["7"], "budget": ["full"],
+    form = TUNE.form(arguments)
+    assert form is not None and (form.address, form.form) == ("/tune", "tune")
+    assert form.fields["text"] == SPECIFICATION and form.fields["measured"] == "spring,autumn"
+    assert (form.fields["campaign"], form.fields["tolerance"], form.fields["share"]) == ("first-shots", "3dB", "0.95")
+    form = TRAIN.form(TrainArguments("a b", ["linear", "gp"], "materials", 7, "full"))
+    assert form is not None and (form.address, form.form) == ("/models/train", "train")
+    assert form.fields == {
+        "dataset": "a b", "models": ["linear", "gp"], "split": "materials", "seed": "7", "budget": "full",
     }  # fmt: skip
-    path, values = values_of(VALIDATE.form(ValidateArguments("first-shots", "gp@9")))
-    assert path == "/validations" and values == {"campaign": ["first-shots"], "contact": ["gp@9"]}
+    form = VALIDATE.form(ValidateArguments("first-shots", "gp@9"))
+    assert form is not None and form.address == "/validations"
+    assert form.fields == {"campaign": "first-shots", "contact": "gp@9"}

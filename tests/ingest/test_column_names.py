@@ -65,7 +65,7 @@ def test_factor_is_declared_in_the_campaign_file(hammer_folder, sqlite_url):
     with (hammer_folder / "campaign.toml").open("a", encoding="utf-8") as file:
         file.write('[factors]\ntip_material_2 = "material of the second tip"\n')
     assert "free factors" not in ingested(sqlite_url, hammer_folder).stderr
-    assert "tip_material_2" in pyroshock("impacts", "--db", sqlite_url).stdout
+    assert "tip material 2" in pyroshock("impacts", "--db", sqlite_url).stdout
 
 
 def test_factor_is_confirmed_on_the_command_line(hammer_folder, sqlite_url):

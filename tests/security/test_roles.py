@@ -242,7 +242,8 @@ def test_pages_for_a_reader(server: Server) -> None:
         before = count_rows(store)
         assert client.get("/campaigns").status_code == 200 and "spring" in client.get("/campaigns").text
         address = f"/plans/{PLAN}/runs/1"
-        answers = [post_json(client, f"/api{address}", {"status": "done"}), post(client, address, {"status": "done"})]
+        discard = {"status": "discarded", "note": "the tip broke"}
+        answers = [post_json(client, f"/api{address}", discard), post(client, address, discard)]
         assert count_rows(store) == before
     for answer in answers:
         assert answer.status_code == 403, answer.text
