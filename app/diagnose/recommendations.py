@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 from ...diagnosis.verdict import NONE, UNKNOWN, Fitted, NextRun, Verdict
 from ...twin.effects import catalogue
 from ..common.number_format import join_words, number, percent
+from ..common.quantities import display_of
 from .summary import (
     MOST,
     NEAREST,
@@ -103,10 +104,17 @@ def _checks(effects: Iterable[str]) -> str:
     return join_words(list(dict.fromkeys(filter(None, map(effect_check, effects))))[:2], "or")
 
 
+def _setting_words(column: str, level: float | str) -> str:
+    """A setting by its column: "tank pressure 0.3 bar", "tip material steel"."""
+    shown = display_of(column)
+    if isinstance(level, str):
+        return f"{shown.label} {level}"
+    return f"{shown.label} {number(level * shown.scale)} {shown.unit}".rstrip()
+
+
 def run_sentence(run: NextRun) -> str:
     """The next experiment in a sentence; one that cannot decide says so, and what to measure instead."""
-    levels = {key: value if isinstance(value, str) else number(value) for key, value in run.settings.items()}
-    settings = join_words([f"{key} = {level}" for key, level in levels.items()])
+    settings = join_words([_setting_words(column, level) for column, level in run.settings.items()])
     runs = "1 run" if run.runs_needed == 1 else f"{run.runs_needed} runs"
     match = re.match(r"separates (\S+) from (\S+)( only to )?", run.why)
     if match is None:

@@ -22,6 +22,7 @@ from ...schema.listings import list_pulse_keys
 from ...schema.series import SeriesError
 from ...schema.session import Store
 from ..common.filters import parse_where
+from ..common.number_format import percent
 from ..common.quantities import display_of_unit
 from ..web.dependencies import Key, OpenStore
 from ..web.figures_base import Figure
@@ -298,5 +299,5 @@ def spectra(
         why_not=why_not,
         figure=spectra_figure(overlay, sides) if overlay else None,
         paper=four_coordinate_figure(overlay) if overlay else None,
-        rows=[{**row, "share_within": f"{row['share_within']:.0%}"} for row in overlay.rows()] if overlay else [],
+        rows=[{**row, "share_within": percent(row["share_within"])} for row in overlay.rows()] if overlay else [],
     )

@@ -20,6 +20,7 @@ from ...schema.impacts import Pulse
 from ...schema.recordings import STORED, Recording
 from ...schema.series import SeriesError
 from ...schema.session import Store
+from ..common.number_format import percent, signed_percent
 from ..web.dependencies import Name, OpenStore, Running
 from ..web.forms import FieldError
 from ..web.jobs_pages import followed
@@ -52,7 +53,8 @@ class ExtractionPreview:
         if self.changes:
             largest = max(map(abs, self.changes))
             text += (
-                f". The contact times change by {median(self.changes):+.2%} in the median, and by {largest:.2%} at most"
+                f". The contact times change by {signed_percent(median(self.changes))} in the median, and by "
+                f"{percent(largest)} at most"
             )
         return text.replace("-", "−") + "."
 

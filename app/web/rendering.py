@@ -54,6 +54,23 @@ def _environment() -> Environment:
     return environment
 
 
+#: Pages that belong to an entry of the menu with another address.
+_BELOW = {
+    "/ingest": "/campaigns",
+    "/deleted": "/campaigns",
+    "/shots": "/impacts",
+    "/spectra": "/compare",
+    "/datasets": "/models",
+    "/tune": "/twin",
+    "/validations": "/twin",
+}
+
+
+def _section(path: str) -> str:
+    """The address of the menu's entry that a page belongs to; empty for the first page and for the API."""
+    return next((_BELOW.get(start, start) for start in (*MENU, *_BELOW) if path.startswith(start)), "")
+
+
 def page(request: Request, template: str, status: int = 200, **values: Any) -> HTMLResponse:
     """A page. `request.state.csrf` is what its forms carry."""
     from ... import __version__
@@ -63,7 +80,7 @@ def page(request: Request, template: str, status: int = 200, **values: Any) -> H
         .get_template(template)
         .render(
             request=request,
-            path=request.url.path,
+            section=_section(request.url.path),
             csrf=request.state.csrf,
             version=__version__,
             mlflow=request.app.state.settings.mlflow,

@@ -287,7 +287,7 @@ def test_predicting_set_is_adopted_and_others_are_told_apart() -> None:
     assert recommendations(verdicts.gun(path=path))[0].startswith("Do not adopt the flow resistance of the valve, ")
     (line,) = next_experiment(verdicts.verdict())
     assert line == (
-        "Fire 4 runs at tank_pressure_bar = 0.3, bullet_mass_kg = 1 and tip_material = steel: this separates the "
+        "Fire 4 runs at tank pressure 0.3 bar, bullet mass 1 kg and tip material steel: this separates the "
         "compliance of the insulating layer from the plate that gives way under the impact."
     )
     (line, *_) = next_experiment(verdicts.verdict(next_runs=()))
@@ -298,19 +298,19 @@ def test_predicting_set_is_adopted_and_others_are_told_apart() -> None:
 @pytest.mark.parametrize(("why", "runs", "line"), [
     (
         "separates gun.valve_flow from gun.barrel_loss only to 0.2 of the 4 standard deviations that it takes", 30,
-        "Even 30 runs at tank_pressure_bar = 0.9 would not separate the flow resistance of the valve from the flow "
+        "Even 30 runs at tank pressure 0.9 bar would not separate the flow resistance of the valve from the flow "
         f"resistance of the barrel; measure {effect_check('gun.valve_flow')} or {effect_check('gun.barrel_loss')} "
         "instead.",
     ),
     (
         "separates gun.valve_flow from gun.blow_by+gun.valve_flow only to 0.2 of the 4 standard deviations", 30,
-        "Even 30 runs at tank_pressure_bar = 0.9 would not separate the flow resistance of the valve from the leak "
+        "Even 30 runs at tank pressure 0.9 bar would not separate the flow resistance of the valve from the leak "
         "past the projectile with the flow resistance of the valve; measure the clearance between projectile and "
         "barrel with a bore gauge instead.",
     ),
     (
         "shows whether gun.blow_by acts", 1,
-        "Fire 1 run at tank_pressure_bar = 0.9: this shows whether the leak past the projectile acts.",
+        "Fire 1 run at tank pressure 0.9 bar: this shows whether the leak past the projectile acts.",
     ),
 ])  # fmt: skip
 def test_run_that_cannot_decide_says_what_to_measure_instead(why: str, runs: int, line: str) -> None:

@@ -31,7 +31,7 @@ HOSTILE = "<script>alert('x')</script>&\"quoted\""
 PARTS = (
     "Most probably it is the compliance of the insulating layer or", "Answer 2 (20 %): contact.plate_compliance, the",
     "93 %",
-    "insulator = polymeric", "peak force (contact)", "4 runs at tank_pressure_bar = 0.3",
+    "insulator = polymeric", "peak force (contact)", "4 runs at tank pressure 0.3 bar",
     "floor of 2 observables assumed", "there was no error to reduce", "steel, 0.3 bar",
 )  # fmt: skip
 

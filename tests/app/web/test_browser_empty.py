@@ -31,6 +31,7 @@ NEXT_STEPS = {
     "/plans": ("There is no plan yet.", "/plans/new"),
     "/plans/new": ("Make a plan", "/plans/new?kind=hammer"),
     "/shots": ("The store has no shots of a gun yet. Ingest a campaign", "/ingest"),
+    "/tune": ("There is no campaign of a gun yet: ingest one", "/ingest"),
     "/twin": ("Ingest a campaign to compare the bands with measured shots.", "/ingest"),
     "/validations": ("There is no campaign yet: ingest one.", "/ingest"),
 }

@@ -65,6 +65,10 @@ PICTURES = os.environ.get("PYROSHOCK_PAGE_PICTURES")
 #: A sheet of paper is as wide as it is; at the bench there is /plans/NAME/sheet.
 OF_PAPER = ("sheet-print",)
 RULES = {"runOnly": {"type": "tag", "values": ["wcag2a", "wcag2aa"]}}
+#: Whether every chart has the width of its frame: charts follow the window in a moment.
+_FOLLOWED = """[...document.querySelectorAll(".plot")].every((plot) => {
+  const drawing = plot.querySelector(".main-svg");
+  return !drawing || Math.abs(drawing.getBoundingClientRect().width - plot.clientWidth) < 3; })"""
 _SCROLLS = "document.documentElement.scrollWidth > document.documentElement.clientWidth"
 #: How many things of a page's own can be used: those in closed details, and hidden ones, cannot.
 _CONTROLS = """[...document.querySelectorAll('main :is(a[href], button, input, select, textarea, summary)')]
@@ -113,6 +117,7 @@ def test_page_is_read_by_everyone_at_any_width(browser, lab, address, name):
                 page.set_viewport_size({"width": width, "height": height})
                 until(lambda: not page.evaluate(_SCROLLS), 10 * SLOW)  # charts follow the window in a moment
                 assert not page.evaluate(_SCROLLS), f"{scheme}, {width} wide: the page scrolls sideways"
+                until(lambda: page.evaluate(_FOLLOWED), 10 * SLOW)
                 if PICTURES and width != 1920:
                     page.screenshot(path=f"{PICTURES}/{name}-{width}-{scheme}.png", full_page=True)
 

@@ -19,6 +19,12 @@ pytestmark = pytest.mark.timeout(600)
 FORM = {"X-Pyroshock-Form": "1"}
 
 
+@pytest.fixture(autouse=True)
+def _own_scratch(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Folders of uploads that belong to the test alone: another test may upload at the same time."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path_factory.mktemp("scratch")))
+
+
 def sent(folder: Path) -> list[Any]:
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     return [("files", (f"{folder.name}/{path.relative_to(folder)}", path.read_bytes())) for path in files]
