@@ -5,11 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from pyroshock.app.common import progress
 from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.twins import building
 from support.records.campaigns import gun_campaign
 from support.records.twin_parts import unsolved
 from support.stores.stores import ingested, opened
+
+
+@pytest.fixture(autouse=True)
+def _quick_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Work that a busy machine does slowly is quick all the same: a log has no line of its progress."""
+    monkeypatch.setattr(progress, "SILENT_S", 120.0)
 
 
 @pytest.fixture(scope="session")
