@@ -125,9 +125,9 @@ _REACH = 5.0
 
 def _draw_triples(axes: Any, space: Space, treatments: Levels) -> None:
     """Deviations of the cells of three axes, and in outline those of as many runs drawn at random (seed 0)."""
-    drawn = np.random.default_rng(0).integers(0, [axis.size for axis in space.axes], treatments.shape)
+    random_rows = np.random.default_rng(0).integers(0, [axis.size for axis in space.axes], treatments.shape)
     bins = np.linspace(-_REACH, _REACH, 51)
-    for rows, style in ((treatments, {"color": COLOUR}), (drawn, {"histtype": "step", "color": "black"})):
+    for rows, style in ((treatments, {"color": COLOUR}), (random_rows, {"histtype": "step", "color": "black"})):
         cells = space.in_strata(rows)
         parts = [deviation.ravel() for _, deviation in deviations(cells, [axis.strata for axis in space.axes], 3)]
         if parts:

@@ -47,7 +47,7 @@ def check_letters(text: str) -> None:
     for letter in sorted(_foreign(text)):
         try:
             _font_of(letter)
-        except MissingLettersError:
+        except MissingLettersError:  # all of them are named at once below
             missing.append(letter)
     if missing:
         raise _missing("".join(missing[:8]))

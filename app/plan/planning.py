@@ -145,25 +145,25 @@ def draft_plan(
     if repetitions < 1:
         raise ValueError(f"repetitions is {repetitions}; expected 1 or more")
     text = with_ranges(factors if factors is not None else shipped_factors(_checked_kind(kind)), ranges or {})
-    drawn = _seed(seed)
-    rng = np.random.default_rng(drawn)
+    plan_seed = _seed(seed)
+    rng = np.random.default_rng(plan_seed)
     design_method = get_method(method)
     if centre_points and not design_method.centre_points:
         raise ValueError(
             f"centre_points is {centre_points}; expected 0, as {method!r} has an own number of them or none"
         )
-    made = design_method.make(space_from_text(text), DesignRequest(runs, table, rng, options or {}))
+    unordered = design_method.make(space_from_text(text), DesignRequest(runs, table, rng, options or {}))
     numbers: Sequence[int] | None = None
     design: Design
-    if isinstance(made, ImportedDesign):
+    if isinstance(unordered, ImportedDesign):
         if (replicates, centre_points, order, blocks) != (1, 0, "split-plot", 1):
             raise ValueError(
                 "an imported table keeps its own runs and order; leave out replicates, centre points, order and blocks"
             )
-        design, numbers = made, made.runs
+        design, numbers = unordered, unordered.runs
     else:
-        repeated = with_centre_points(replicated(made, replicates), centre_points, rng)
-        design = in_order(repeated, rng, drawn, order, blocks)
+        repeated = with_centre_points(replicated(unordered, replicates), centre_points, rng)
+        design = in_order(repeated, rng, plan_seed, order, blocks)
     return PlanDraft(name, text, design, gun_bench(gun), repetitions, numbers, description)
 
 

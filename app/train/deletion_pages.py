@@ -52,7 +52,7 @@ def ask_version(request: Request, name: Name, version: Key, settings: Configured
     try:
         unused_version(settings.db, label)
         why = ""
-    except InUseError:
+    except InUseError:  # the page says so, with what to do
         why = (
             "It cannot be deleted, because it is the model in use: predictions take it. Promote another version first, "
             "here:"

@@ -89,6 +89,6 @@ def random_reference(space: Space, runs: int) -> Mapping[str, float]:
     """Figure of `quality.FIGURES` to its median over runs drawn at random from all treatments, 40 times, seed 0."""
     rng = np.random.default_rng(0)
     sizes = np.array([axis.size for axis in space.axes])
-    drawn: list[Levels] = [rng.integers(0, sizes, (runs, len(sizes))) for _ in range(_DRAWS)]
-    judged = [quality(space, treatments) for treatments in drawn]
+    designs: list[Levels] = [rng.integers(0, sizes, (runs, len(sizes))) for _ in range(_DRAWS)]
+    judged = [quality(space, treatments) for treatments in designs]
     return {name: float(np.median([getattr(figures, name) for figures in judged])) for name in FIGURES}

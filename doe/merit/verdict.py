@@ -195,8 +195,8 @@ def _pair_reasons(space: Space, cells: Levels) -> Iterator[Reason]:
 
 
 def _some(texts: list[str]) -> str:
-    more = len(texts) - _MOST_NAMED
-    return "; ".join(texts[:_MOST_NAMED]) + (f"; and {more} more" if more > 0 else "")
+    unnamed = len(texts) - _MOST_NAMED
+    return "; ".join(texts[:_MOST_NAMED]) + (f"; and {unnamed} more" if unnamed > 0 else "")
 
 
 def _confounding_reasons(terms: list[ModelTerm], correlations: Floats) -> Iterator[Reason]:

@@ -34,8 +34,8 @@ def _word(name: str, levels: int, change: int) -> DesignFactor:
 @given(st.integers(0, 60), st.integers(0, 100))
 @settings(max_examples=25)
 def test_every_run_stands_once(n: int, seed: int) -> None:
-    found = run_order(GUN, _some(GUN, n, seed), np.random.default_rng(seed))
-    assert sorted(found.tolist()) == list(range(n))
+    indices = run_order(GUN, _some(GUN, n, seed), np.random.default_rng(seed))
+    assert sorted(indices.tolist()) == list(range(n))
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -124,7 +124,9 @@ class Registry:
             try:
                 content = self._fetched(f"{uri}/{SEARCHES}", room, version).read_bytes()
             except RegistryError:
-                return {}
+                if not stored_here:  # it is listed: that it cannot be read is no answer
+                    raise
+                return {}  # trained before trials were kept
         return searches_from(json.loads(content))
 
     def damage(self, version: Version) -> str | None:

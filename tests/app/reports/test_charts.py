@@ -167,8 +167,8 @@ def test_a_long_title_of_an_axis_fits_it() -> None:
     for title in ("force", "a title of an axis that is much longer than the axis itself is high"):
         drawing = drawing_of(line_chart("p", [], "t", title), font, 160.0)
         (text,) = [shape for shape in drawing.contents[0].contents if text_of_group(shape) == title]
-        left, _, right, _ = text.contents[0].getBounds()
-        heights.append(right - left)
+        low_x, _, high_x, _ = text.contents[0].getBounds()  # of a text that stands upright
+        heights.append(high_x - low_x)
     assert heights[0] < heights[1] <= 192.0
 
 

@@ -137,7 +137,7 @@ def test_paper_holds_every_cell_whole_on_few_pages(reports: Reports, name: str) 
     (width, height), lines = lines_of(pdf)
     assert width < height, "no table needs a page on its side"
     for line in lines:
-        assert line.left >= MARGIN - 1 and line.right <= width - MARGIN + 1, f"{line.text!r} is beyond the margin"
+        assert line.left_x >= MARGIN - 1 and line.right_x <= width - MARGIN + 1, f"{line.text!r} is beyond the margin"
         assert line.top >= MARGIN - 1, f"{line.text!r} is above the page"
         assert line.bottom <= height - MARGIN / 4, f"{line.text!r} is below the page"
     assert max(line.page for line in lines) <= PAGES[name]
@@ -167,7 +167,7 @@ def _part_of(text: str, title: str) -> bool:
 def _middle(line: PlacedLine) -> PlacedLine:
     """Its letters without the room above and below that the font leaves for others."""
     room = 0.25 * (line.bottom - line.top)
-    return PlacedLine(line.page, line.text, line.left, line.top + room, line.right, line.bottom - room)
+    return PlacedLine(line.page, line.text, line.left_x, line.top + room, line.right_x, line.bottom - room)
 
 
 def test_two_titles_that_touch_are_found() -> None:

@@ -16,14 +16,14 @@ class PlacedLine:
 
     page: int
     text: str
-    left: float
+    left_x: float
     top: float
-    right: float
+    right_x: float
     bottom: float
 
     def overlaps(self, other: PlacedLine) -> bool:
         """Whether both cover a common area, by more than a tenth of a point either way."""
-        across = min(self.right, other.right) - max(self.left, other.left)
+        across = min(self.right_x, other.right_x) - max(self.left_x, other.left_x)
         down = min(self.bottom, other.bottom) - max(self.top, other.top)
         return self.page == other.page and across > 0.1 and down > 0.1
 
