@@ -16,7 +16,7 @@ from .readers import ReadingOptions
 from .readers.recording import MAX_COLUMNS
 from .readers.text import BLANKS
 
-_RECORDING_OPTIONS_KEYS = ("columns", "sampling_rate_hz", "delimiter", "decimal")
+_RECORDING_OPTIONS_KEYS = ("columns", "sampling_rate_hz", "delimiter", "decimal", "harmless_fields")
 #: As campaign.toml writes it -> the sign.
 _DELIMITERS = {",": ",", ";": ";", "|": "|", "\t": "\t", "tab": "\t", " ": BLANKS, "blanks": BLANKS}
 _DECIMALS = (".", ",")
@@ -33,7 +33,7 @@ def reading_options(data: Mapping[str, Any]) -> ReadingOptions:
     decimal = _sign(table, "decimal", dict(zip(_DECIMALS, _DECIMALS, strict=True)), '"." or ","')
     if delimiter == "," and decimal == ",":
         raise IngestError("campaign.toml: recordings.delimiter and recordings.decimal are both ','; expected two signs")
-    return ReadingOptions(_columns(table), _rate(table), delimiter, decimal)
+    return ReadingOptions(_columns(table), _rate(table), delimiter, decimal, _harmless_fields(table))
 
 
 def _columns(table: Mapping[str, Any]) -> tuple[str, ...]:
@@ -63,6 +63,16 @@ def _rate(table: Mapping[str, Any]) -> float | None:
     raise IngestError(
         f"campaign.toml: recordings.sampling_rate_hz is {printable(value)}; expected a number above zero, in hertz"
     )
+
+
+def _harmless_fields(table: Mapping[str, Any]) -> tuple[str, ...]:
+    value = table.get("harmless_fields", [])
+    if not isinstance(value, list) or not all(isinstance(name, str) and name.strip() for name in value):
+        raise IngestError(
+            f"campaign.toml: recordings.harmless_fields is {printable(value)}; expected the names of fields of the "
+            'files that change no number, such as ["Trigger delay"]'
+        )
+    return tuple(value)
 
 
 def _sign(table: Mapping[str, Any], key: str, signs: Mapping[str, str], expected: str) -> str | None:

@@ -17,6 +17,8 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from .field_rules import FieldRule
+
 #: A channel longer than this is refused unread: 2**31 samples are 12 hours at 51.2 kHz.
 MAX_SAMPLES_PER_CHANNEL = 2**31
 #: A file may declare at most this many times its own size (zstd and gzip reach a few hundred on constant data).
@@ -34,13 +36,15 @@ class ReadingOptions:
     """What a laboratory says of its files where these do not: `[recordings]` of campaign.toml, options of a command.
 
     `columns` are the names of columns in order, where a file has none, with a unit if need be (`force [N]`);
-    `delimiter` and `decimal` are signs, for text that could be read in two ways.
+    `delimiter` and `decimal` are signs, for text that could be read in two ways. `harmless_fields` are fields of the
+    files (or patterns of them) that the laboratory knows to change no number.
     """
 
     columns: tuple[str, ...] = ()
     sampling_rate_hz: float | None = None
     delimiter: str | None = None
     decimal: str | None = None
+    harmless_fields: tuple[str, ...] = ()
 
 
 AS_IN_FILE = ReadingOptions()
@@ -109,6 +113,7 @@ class Reader(ABC):
 
     format: ClassVar[str]  # short name stored with the recording: "mat", "tdms"
     suffixes: ClassVar[tuple[str, ...]]  # lower case, with the dot
+    fields: ClassVar[tuple[FieldRule, ...]] = ()  # what the format can say beside its samples, and what becomes of it
 
     @abstractmethod
     def open(self, path: Path, options: ReadingOptions = AS_IN_FILE) -> OpenRecording:

@@ -11,6 +11,7 @@ from types import ModuleType
 from pyroshock.ingest import readers
 from pyroshock.ingest.readers import READERS, base, contents
 from pyroshock.ingest.readers.base import Reader
+from pyroshock.ingest.readers.field_rules import Treatment
 from pyroshock.signals import units
 
 from .comments import source_of
@@ -38,7 +39,16 @@ def _section(reader: Reader) -> str:
         f"- class: {code(f'{kind.__module__}.{kind.__name__}')}",
     ]
     about = import_module(kind.__module__).__doc__
-    return joined(f"## {reader.format}", prose(about), prose(kind.__doc__), "\n".join(facts))
+    return joined(f"## {reader.format}", prose(about), prose(kind.__doc__), "\n".join(facts), _fields(reader))
+
+
+def _fields(reader: Reader) -> str:
+    """What the format can say beside its samples, and what becomes of each statement."""
+    if not reader.fields:
+        return ""
+    rows = [(code(rule.name), rule.treatment.value, rule.reason) for rule in reader.fields]
+    counts = ", ".join(f"{sum(rule.treatment is kind for rule in reader.fields)} {kind.value}" for kind in Treatment)
+    return joined(f"Fields that the reader knows: {counts}.", table(["field", "treatment", "reason"], rows))
 
 
 def _limits() -> str:
