@@ -19,6 +19,7 @@ from sqlalchemy.orm import Session
 from sqlalchemy.pool import NullPool
 
 from .. import migrate
+from ..campaign_rows import members
 from ..campaigns import Campaign
 from ..engine import StoreError, StoreVersionError, first_line, make_engine
 from ..integrity.checking import checks, iter_findings
@@ -27,6 +28,7 @@ from ..integrity.checks.engine_rules import check_database, check_references, ch
 from ..integrity.checks.fingerprints import check_fingerprints
 from ..integrity.checks.json_columns import check_names
 from ..integrity.checks.pulses import check_pulses
+from ..integrity.checks.rows import check_rows
 from ..integrity.checks.series import check_series
 from ..listings import get_campaign_id
 from ..provenance import Provenance
@@ -36,7 +38,7 @@ from ..rows import Progress, ProgressBar, TableDigest, Values, iter_batches, loa
 from ..session import Store
 from ..tables import metadata
 from .copying import initialise_store, verify
-from .merge_rules import WRITERS, members
+from .merge_rules import WRITERS
 
 
 def export_campaign(store: Store, campaign: str, out: Path, progress: Progress | None = None) -> dict[str, int]:
@@ -107,6 +109,7 @@ _CHECKS = (
     check_values,
     check_names,
     check_references,
+    check_rows,
     check_fingerprints,
     check_belonging,
     check_pulses,

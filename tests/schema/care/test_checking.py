@@ -39,7 +39,7 @@ DAMAGES = {
     "UPDATE pulses SET spline_peak_force_n = 1 WHERE id = 7":
         ("pulses", f"{HAMMER} 2 2 7", "its fine force peaks at"),
     "UPDATE pulses SET peak_force_n = peak_force_n * 1.001 WHERE id = 8":
-        ("pulses", f"{HAMMER} 2 3 8", "a figure was altered"),
+        ("rows", f"2 3 {HAMMER} recordings/test-02.mat pulses 8", "the row was altered"),
     "UPDATE impacts SET impact_velocity_m_s = impact_velocity_m_s + 0.001 WHERE id = 2":
         ("figures", f"{HAMMER} 1 2 impacts", "a figure was altered"),
     "UPDATE shots SET tank_pressure_pa = tank_pressure_pa * 2 WHERE repetition = 1 AND run = 2":

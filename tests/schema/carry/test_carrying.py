@@ -8,6 +8,7 @@ from contextlib import closing
 
 import pytest
 from pyroshock.schema.benches import Material
+from pyroshock.schema.campaign_rows import members
 from pyroshock.schema.campaigns import Campaign, PlannedRun
 from pyroshock.schema.engine import StoreError
 from pyroshock.schema.impacts import Impact, Pulse
@@ -17,7 +18,7 @@ from pyroshock.schema.run_states import run_status
 from pyroshock.schema.session import count_rows
 from pyroshock.schema.tables import metadata
 from pyroshock.schema.transfer.export import export_campaign, opened_file
-from pyroshock.schema.transfer.merge_rules import RULES, STAY_BEHIND, WRITERS, members
+from pyroshock.schema.transfer.merge_rules import RULES, STAY_BEHIND, WRITERS
 from pyroshock.schema.transfer.merging import import_file, merge
 from sqlalchemy import func, select, text
 from support.stores.care_stores import GUN, HAMMER, OTHER, care_folder, execute, flip
