@@ -14,8 +14,8 @@ How a hash is made on write:
   append-only. A role that inserts needs USAGE on the table's sequence.
 - UPDATE through a model, of whatever rows: `row_sha256` becomes `UNSEALED` with it. Before COMMIT, `Store.writing`
   calls `row_sealing.seal`, which reads these rows by their partial index and writes their hashes: an UPDATE of
-  `row_sha256` alone, on rows that the transaction has changed anyway. A role that may update any column of a table must be able to
-  update `row_sha256` there.
+  `row_sha256` alone, on rows that the transaction has changed anyway. A role that may update any column of a table
+  must be able to update `row_sha256` there.
 - Rows that come from another store (`transfer.merging`) get theirs by `row_hash` after their keys are those of here.
 
 SQL that bypasses all of this leaves `row_sha256` as it is, or NULL: the check names the row. Nothing that is read back

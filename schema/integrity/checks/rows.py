@@ -70,19 +70,20 @@ def _problem(row: HashedRow) -> str:
 
 
 def _names(connection: Connection, table: Table, values: Mapping[str, Any]) -> dict[str, Any]:
-    """By what people know a row: its own names, then those of the rows that it belongs to."""
-    names: dict[str, Any] = {}
+    """By what people know a row: the names of the rows that it belongs to, then its own."""
+    levels: list[dict[str, Any]] = []
     waiting: list[tuple[Table, Mapping[str, Any]]] = [(table, values)]
     while waiting:
         table, values = waiting.pop(0)
-        for column in table.columns:
-            label = column.info.get(NAMES_ROW)
-            if label is not None and values[column.name] is not None:
-                names.setdefault(label, values[column.name])
+        own = {column.info[NAMES_ROW]: values[column.name] for column in table.columns if NAMES_ROW in column.info}
+        levels.append({label: name for label, name in own.items() if name is not None})
         if any(column.unique and NAMES_ROW in column.info for column in table.columns):
             continue  # its own name tells it apart
         keys = sorted(table.foreign_keys, key=lambda key: key.parent.name)
         waiting += [parent for key in keys if (parent := _parent(connection, key, values)) is not None]
+    names: dict[str, Any] = {}
+    for level in reversed(levels):
+        names |= level  # of two runs, the nearer
     return names
 
 
