@@ -74,14 +74,12 @@ def _canonical(kind: str, value: Any) -> bytes:
         value = value.isoformat(" ", "microseconds")
     elif isinstance(value, dt.date):
         value = value.isoformat()
-    if isinstance(value, str):
-        if kind == BYTES:  # the server's own SHA-256
-            return b"bytes " + value.encode()
-        if kind == JSON_TEXT and value[:1] in _NUMBER_BEGINS:
-            value = _number(value)
+    if isinstance(value, str) and kind == JSON_TEXT and value[:1] in _NUMBER_BEGINS:
+        value = _number(value)
     if isinstance(value, str):
         text = value.encode("utf-8", "surrogateescape")
-        return b"text %d %s" % (len(text), text)
+        # Of bytes, a server gives its own SHA-256 of them.
+        return b"bytes " + text if kind == BYTES else b"text %d %s" % (len(text), text)
     if isinstance(value, bytes | bytearray | memoryview):
         return b"bytes " + hashlib.sha256(value).hexdigest().encode()
     if isinstance(value, int) and kind not in (NUMBER, JSON_TEXT):

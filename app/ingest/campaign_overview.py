@@ -14,6 +14,7 @@ from ...schema.conditions import get_campaign_id
 from ...schema.impacts import Impact, Shot
 from ...schema.listings import list_impacts_page, list_plan_counts, list_shots_page
 from ...schema.recordings import SET_ASIDE, SEVERITIES, QualityFinding, RecordedChannel, Recording
+from ...schema.row_hashes import ROW_SHA256
 from ..common.nominal_velocity import with_predictions
 from .design_coverage import achieved_settings, level_coverage, plan_coverage
 
@@ -61,7 +62,7 @@ def _bench(session: Session, row: Campaign) -> dict[str, Any]:
     """The parts that there are, each as its figures."""
     parts: dict[str, Any] = {}
     if row.gun is not None:
-        hidden = ("id", "fingerprint", "written_by_id")
+        hidden = ("id", "fingerprint", "written_by_id", ROW_SHA256)
         parts["gun"] = {c.key: getattr(row.gun, c.key) for c in row.gun.__table__.columns if c.key not in hidden}
     if row.hammer is not None:
         parts["hammer"] = {"mass_kg": row.hammer.mass_kg}

@@ -274,6 +274,11 @@ def upgrade(db: str) -> None:
             except DBAPIError as error:
                 raise refusal(engine, error) from error
             note(f"{describe(engine)}: revision {before} -> {migrate.current_revision(engine)}")
+            if before < migrate.FIRST_WITH_ROW_HASHES:
+                note(
+                    "each row that was there has the hash of what it holds now. Whether one was altered before, only "
+                    "figures, series and fingerprints tell, which had hashes of their own: pyroshock db check"
+                )
             note_missing_roles(engine)
         finally:
             engine.dispose()

@@ -57,6 +57,10 @@ def checks(*, fast: bool = False, of_a_campaign: bool = False) -> tuple[Check, .
     return tuple(check for check in chosen if check in _OF_A_CAMPAIGN) if of_a_campaign else chosen
 
 
+#: What reading a value raises that is not what its column says: a text that is no JSON, a number that is a text.
+_DAMAGED_VALUES = (ArithmeticError, LookupError, RecursionError, TypeError, ValueError)
+
+
 def iter_findings(
     connection: Connection, chosen: tuple[Check, ...], campaign: int | None = None, progress: Progress | None = None
 ) -> Iterator[IntegrityFinding]:
@@ -68,10 +72,11 @@ def iter_findings(
         savepoint = connection.begin_nested()  # PostgreSQL answers nothing after an error, up to here
         try:
             yield from check(connection, scope)
-        except DBAPIError as error:
+        except (DBAPIError, *_DAMAGED_VALUES) as error:
             savepoint.rollback()
             name = check.__name__.removeprefix("check_")
-            yield IntegrityFinding(name, f"could not be looked at: {first_line(error)}", RESTORE)
+            why = first_line(error) if isinstance(error, DBAPIError) else f"{type(error).__name__}: {error}"
+            yield IntegrityFinding(name, f"could not be looked at: {why}", RESTORE)
         else:
             savepoint.commit()
 

@@ -184,8 +184,10 @@ def _refuse_other_revision(connection: Connection, file: Path, tables: set[str])
     if revision == migrate.HEAD:
         return
     if revision in migrate.known_revisions():
+        without = "" if revision >= migrate.FIRST_WITH_ROW_HASHES else ", and its rows carry no hashes"
         raise StoreVersionError(
-            f"{file} is at revision {revision}, older than this software: pyroshock db upgrade --db {address_of(file)}"
+            f"{file} is at revision {revision}, older than this software{without}: pyroshock db upgrade --db "
+            f"{address_of(file)} checks what had a hash and gives each row its own"
         )
     raise StoreVersionError(
         f"{file} is at revision {revision!r:.40}, which this software does not know: update pyroshock"

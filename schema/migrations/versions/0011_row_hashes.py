@@ -73,81 +73,88 @@ _UNSEALED = sa.text("row_sha256 = 'unsealed'")
 
 
 def upgrade() -> None:
-    if op.get_bind().dialect.name == "postgresql":
-        act_as_owner(op.get_bind())  # 0005 may have handed the tables over in this very transaction
+    bind = op.get_bind()
+    if bind.dialect.name == "postgresql":
+        act_as_owner(bind)  # 0005 may have handed the tables over in this very transaction
     altered = {name: _altered(name) for name in _FIGURES}
+    inspector = sa.inspect(bind)
+    for name in _NAMES:
+        key = inspector.get_pk_constraint(name)["constrained_columns"]
+        op.add_column(name, sa.Column("row_sha256", sa.String(), nullable=True))
+        op.create_index(f"ix_{name}_unsealed", name, key, sqlite_where=_UNSEALED, postgresql_where=_UNSEALED)
+    for name in _FIGURES:
+        _drop_column(name, "figures_sha256")
+    if bind.scalar(sa.select(sa.func.count()).select_from(sa.table("provenance"))) == 0:
+        return  # every row names who wrote it: there is none
     for table in _tables():
-        key = [column.name for column in table.primary_key.columns]
-        op.add_column(table.name, sa.Column("row_sha256", sa.String(), nullable=True))
-        op.create_index(
-            f"ix_{table.name}_unsealed", table.name, key, sqlite_where=_UNSEALED, postgresql_where=_UNSEALED
-        )
-        if table.name in _FIGURES:
-            with op.batch_alter_table(table.name, schema=None) as batch_op:
-                batch_op.drop_column("figures_sha256")
-    for table in _tables():
-        seal_table(op.get_bind(), table)
+        seal_table(bind, table)
         if altered.get(table.name):
             mark = sa.update(table).where(table.c.id == sa.bindparam("altered")).values(row_sha256=ALTERED)
-            op.get_bind().execute(mark, [{"altered": key} for key in altered[table.name]])
+            bind.execute(mark, [{"altered": key} for key in altered[table.name]])
 
 
 def downgrade() -> None:
-    for table in _tables():
-        op.drop_index(f"ix_{table.name}_unsealed", table.name)
-        with op.batch_alter_table(table.name, schema=None) as batch_op:
-            batch_op.drop_column("row_sha256")
-            if table.name in _FIGURES:
-                batch_op.add_column(sa.Column("figures_sha256", sa.String(), nullable=True))
+    for name in _NAMES:
+        op.drop_index(f"ix_{name}_unsealed", name)
+        _drop_column(name, "row_sha256")
     for name in _FIGURES:
+        op.add_column(name, sa.Column("figures_sha256", sa.String(), nullable=True))
         written = sa.update(_table(name)).where(sa.column("id") == sa.bindparam("key"))
         for page in _pages(name):
             hashes = [{"key": row.id, "figures_sha256": _hash(name, row)} for row in page]
             op.get_bind().execute(written.values(figures_sha256=sa.bindparam("figures_sha256")), hashes)
 
 
+def _drop_column(table: str, column: str) -> None:
+    """SQLite drops a column by itself since 3.35; before, the table is made anew."""
+    bind = op.get_bind()
+    if bind.dialect.name == "sqlite" and bind.dialect.server_version_info >= (3, 35):
+        op.execute(f"ALTER TABLE {table} DROP COLUMN {column}")
+        return
+    with op.batch_alter_table(table, schema=None) as batch_op:
+        batch_op.drop_column(column)
+
+
 def _tables() -> list[sa.Table]:
-    """As they are in the store: all but Alembic's own."""
+    """As they are in the store."""
     metadata = sa.MetaData()
-    metadata.reflect(op.get_bind())
-    return [table for table in metadata.sorted_tables if table.name in _NAMES]
+    metadata.reflect(op.get_bind(), only=_NAMES)
+    return metadata.sorted_tables
 
 
 #: A database may hold tables of others.
-_NAMES = frozenset(
-    [
-        "campaigns",
-        "channel_figures",
-        "channels",
-        "configuration_levels",
-        "configurations",
-        "dataset_snapshots",
-        "diagnoses",
-        "extraction_settings",
-        "factor_levels",
-        "factors",
-        "guns",
-        "hammers",
-        "impacts",
-        "jobs",
-        "material_aliases",
-        "materials",
-        "modal_tables",
-        "mode_shapes",
-        "modes",
-        "planned_runs",
-        "plans",
-        "plates",
-        "provenance",
-        "pulses",
-        "quality_findings",
-        "recordings",
-        "series_chunks",
-        "shots",
-        "snapshot_pulses",
-        "tombstones",
-        "twin_configurations",
-    ]
+_NAMES = (
+    "campaigns",
+    "channel_figures",
+    "channels",
+    "configuration_levels",
+    "configurations",
+    "dataset_snapshots",
+    "diagnoses",
+    "extraction_settings",
+    "factor_levels",
+    "factors",
+    "guns",
+    "hammers",
+    "impacts",
+    "jobs",
+    "material_aliases",
+    "materials",
+    "modal_tables",
+    "mode_shapes",
+    "modes",
+    "planned_runs",
+    "plans",
+    "plates",
+    "provenance",
+    "pulses",
+    "quality_findings",
+    "recordings",
+    "series_chunks",
+    "shots",
+    "snapshot_pulses",
+    "tombstones",
+    "twin_configurations",
 )
 
 

@@ -1,5 +1,5 @@
-"""One cell altered in every populated column of a store with everything in it: the check names table and row. Random bits
-flipped in a file: none that changes a row is missed."""
+"""One cell altered in every column of a store with everything in it: the check names table and row. Random bits flipped
+in a file: none that changes a row is missed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import random
 import shutil
 import sqlite3
 from collections import Counter
-from contextlib import closing
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,21 +17,22 @@ from pyroshock.schema.column_kinds import BYTES, DAY, INTEGER, JSON_TEXT, NUMBER
 from pyroshock.schema.engine import StoreError, make_engine
 from pyroshock.schema.integrity.checking import checks, iter_findings
 from pyroshock.schema.tables import metadata
-from sqlalchemy import func, select, text
+from sqlalchemy import CheckConstraint, select, text
+from sqlalchemy.exc import DBAPIError
 from support.stores.full_stores import fill_every_column
 from support.stores.stores import opened
 
-#: SQL of another value of the same kind, which the column's own rules may forbid.
+#: SQL of another value of the same kind.
 OTHERS = {
     INTEGER: "{0} + 1000",
     NUMBER: "{0} * 1.0000000001 + 1e-300",
-    TEXT: "substr({0}, 1, length({0}) - 1) || '~'",
+    TEXT: "{0} || '~'",
     JSON_TEXT: "'[0]'",
     TRUTH: "NOT {0}",
     TIME: "'2026-03-02 10:30:15.000251'",
     DAY: "'2026-03-09'",
 }
-OTHER_BYTES = {"sqlite": "{0} || x'00'", "postgresql": r"{0} || '\x00'::bytea"}
+OTHER_BYTES = {"sqlite": "CAST({0} || x'00' AS BLOB)", "postgresql": r"{0} || '\x00'::bytea"}
 
 
 @pytest.fixture(scope="module")
@@ -42,55 +44,17 @@ def full_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])
-def full_store(request: pytest.FixtureRequest, full_file: Path, tmp_path: Path) -> Any:
-    if request.param == "sqlite":
+def new_copy(request: pytest.FixtureRequest, full_file: Path, tmp_path: Path) -> Callable[[], Any]:
+    """Each call gives the address of a fresh copy of that store, on either engine in turn, for a `with` block."""
+    if request.param == "postgresql":
+        postgres_copy = request.getfixturevalue("postgres_copy")
+        return lambda: postgres_copy(full_file)
+
+    @contextmanager
+    def copy() -> Iterator[str]:
         yield f"sqlite:///{shutil.copyfile(full_file, tmp_path / 'full.db')}"
-        return
-    with request.getfixturevalue("postgres_copy")(full_file) as url:
-        yield url
 
-
-def populated(url: str) -> dict[Any, tuple[Any, ...]]:
-    """Of each column that holds anything, the key of the last row that does: from the tables' declaration."""
-    there = {}
-    with opened(url) as store, store.reading() as session:
-        for table in metadata.sorted_tables:
-            key = list(table.primary_key.columns)
-            for column in table.columns:
-                query = select(*key).where(column.is_not(None)).order_by(*(part.desc() for part in key)).limit(1)
-                row = session.execute(query).one_or_none()
-                if row is not None:
-                    there[column] = tuple(row)
-    return there
-
-
-def another(column: Any, engine: str) -> str:
-    kind = kind_of(column)
-    return (OTHER_BYTES[engine] if kind == BYTES else OTHERS[kind]).format(f'"{column.name}"')
-
-
-def alter(url: str, column: Any, key: tuple[Any, ...]) -> None:
-    """One cell, by SQL that no rule stops: of a file with its keys off, of a server as its superuser."""
-    table, engine = column.table, make_engine(url)
-    where = " AND ".join(f'"{part.name}" = {value}' for part, value in zip(table.primary_key.columns, key, strict=True))
-    statement = f'UPDATE "{table.name}" SET "{column.name}" = {another(column, engine.dialect.name)} WHERE {where}'
-    with engine.connect() as connection:
-        if engine.dialect.name == "sqlite":
-            connection.connection.execute("PRAGMA foreign_keys = OFF")
-            connection.connection.execute("PRAGMA ignore_check_constraints = ON")
-        with connection.begin():
-            if engine.dialect.name == "postgresql":
-                connection.execute(text("SET session_replication_role = replica"))  # no trigger, no foreign key
-                for rule in rules_of(table):
-                    connection.execute(text(f'ALTER TABLE "{table.name}" DROP CONSTRAINT IF EXISTS "{rule}"'))
-            assert connection.execute(text(statement)).rowcount == 1
-    engine.dispose()
-
-
-def rules_of(table: Any) -> list[str]:
-    from sqlalchemy import CheckConstraint
-
-    return [str(rule.name) for rule in table.constraints if isinstance(rule, CheckConstraint)]
+    return copy
 
 
 def findings_of(url: str) -> list[Any]:
@@ -98,24 +62,140 @@ def findings_of(url: str) -> list[Any]:
         return list(iter_findings(session.connection(), checks()))
 
 
-def test_an_altered_cell_of_every_populated_column_is_named(full_store):
-    """Each in a row of its own where the table has as many, so that one check finds them all."""
-    assert findings_of(full_store) == []
-    columns = populated(full_store)
-    empty = {f"{c.table.name}.{c.name}" for table in metadata.sorted_tables for c in table.columns} - set(map(str, columns))
-    assert empty == set()
-    found, missed = Counter(), []
-    engine_name = full_store.partition(":")[0].partition("+")[0]
+def keys_by_column(url: str) -> dict[Any, tuple[Any, ...] | None]:
+    """Of each column of each declared table, the key of a row that has a value there."""
+    keys = {}
+    with opened(url) as store, store.reading() as session:
+        for table in metadata.sorted_tables:
+            primary = list(table.primary_key.columns)
+            for column in table.columns:
+                # A truth is altered from true to false: of two that are true, an index may forbid the second.
+                order = [column.desc()] if kind_of(column) == TRUTH else []
+                query = select(*primary).where(column.is_not(None)).order_by(*order, *(key.desc() for key in primary))
+                row = session.execute(query.limit(1)).one_or_none()
+                keys[column] = None if row is None else tuple(row)
+    return keys
+
+
+def alter(connection: Any, column: Any, key: tuple[Any, ...]) -> str:
+    """Alter one cell as no rule of the store allows; the key under which its row is afterwards."""
+    table, kind, engine = column.table, kind_of(column), connection.dialect.name
+    other = (OTHER_BYTES[engine] if kind == BYTES else OTHERS[kind]).format(f'"{column.name}"')
+    primary = list(table.primary_key.columns)
+    where = " AND ".join(f'"{part.name}" = {value}' for part, value in zip(primary, key, strict=True))
+    changed = connection.execute(text(f'UPDATE "{table.name}" SET "{column.name}" = {other} WHERE {where}'))
+    assert changed.rowcount == 1
+    moved = (value + 1000 if part is column else value for part, value in zip(primary, key, strict=True))
+    return "/".join(map(str, moved))
+
+
+def without_rules(connection: Any) -> None:
+    """A program that edits the file, or a superuser, to whom nothing is forbidden."""
+    if connection.dialect.name == "sqlite":
+        return
+    connection.execute(text("SET LOCAL session_replication_role = replica"))
+    for table in metadata.sorted_tables:
+        for rule in table.constraints:
+            if isinstance(rule, CheckConstraint):
+                connection.execute(text(f'ALTER TABLE "{table.name}" DROP CONSTRAINT IF EXISTS "{rule.name}"'))
+
+
+def altered_in_turn(new_copy: Callable[[], Any], columns: dict[Any, tuple[Any, ...]]) -> Iterator[tuple[Any, bool]]:
+    """Each column, and whether the check named the row of its altered cell; one column of each table at a time."""
+    turns: list[dict[Any, tuple[Any, ...]]] = []
+    counts: Counter[str] = Counter()
     for column, key in columns.items():
-        with saved(full_store, column.table) as restore:
-            alter(full_store, column, key)
-            named = {(finding.place.get("table"), finding.place.get("row")) for finding in row_findings(full_store)}
-            restore()
-        rows = {"/".join(map(str, key)), "/".join(map(str, moved(column, key)))}
-        if any((column.table.name, row) in named for row in rows):
-            found[column.table.name] += 1
-        else:
+        turn = counts[column.table.name]
+        counts[column.table.name] += 1
+        if turn == len(turns):
+            turns.append({})
+        turns[turn][column] = key
+    for chosen in turns:
+        with new_copy() as url:
+            engine = make_engine(url)
+            with engine.connect() as connection:
+                if engine.dialect.name == "sqlite":
+                    connection.connection.execute("PRAGMA foreign_keys = OFF")
+                    connection.connection.execute("PRAGMA ignore_check_constraints = ON")
+                with connection.begin():
+                    without_rules(connection)
+                    places = {
+                        column: (column.table.name, alter(connection, column, key)) for column, key in chosen.items()
+                    }
+            engine.dispose()
+            named = {(finding.place.get("table"), finding.place.get("row")) for finding in findings_of(url)}
+        yield from ((column, place in named) for column, place in places.items())
+
+
+def test_an_altered_cell_of_every_column_is_named_with_table_and_row(new_copy):
+    with new_copy() as url:
+        assert findings_of(url) == []
+        keys = keys_by_column(url)
+    assert [str(column) for column, key in keys.items() if key is None] == []  # a new column is filled in `full_stores`
+    named: Counter[str] = Counter()
+    missed = []
+    for column, is_named in altered_in_turn(new_copy, keys):
+        named[column.table.name] += is_named
+        if not is_named:
             missed.append(str(column))
-    assert findings_of(full_store) == []
-    print(f"\n{engine_name}: {sum(found.values())} of {len(columns)} columns; {dict(found)}")
+    print(f"\ncolumns altered {len(keys)}, rows named {sum(named.values())}")
+    for table in metadata.sorted_tables:
+        print(f"{table.name:24} {len(table.columns):3} altered {named[table.name]:3} named")
+    assert missed == []
+
+
+def test_the_row_of_an_altered_cell_is_named_by_what_people_call_it(new_copy):
+    with new_copy() as url:
+        engine = make_engine(url)
+        with engine.begin() as connection:
+            connection.execute(text("UPDATE channels SET si_gain = si_gain * 1.1 WHERE id = 2"))
+            connection.execute(text("UPDATE pulses SET peak_force_n = peak_force_n * 1.1 WHERE id = 3"))
+        engine.dispose()
+        places = [finding.place for finding in findings_of(url) if finding.check == "rows"]
+    recording = {"campaign": "spring", "recording": "recordings/test-01.npz"}
+    assert places[0] == {**recording, "channel": "acceleration_1", "table": "channels", "row": "2"}
+    assert places[1] == {**recording, "plan": "spring", "run": 1, "repetition": 3, "table": "pulses", "row": "3"}
+
+
+def rows_of(file: Path) -> dict[str, list[str]] | None:
+    """All rows as SQLite itself reads them, whatever their order; None where it cannot."""
+    rows = {}
+    try:
+        with closing(sqlite3.connect(file)) as connection:
+            connection.text_factory = bytes
+            for table in metadata.sorted_tables:
+                rows[table.name] = sorted(map(repr, connection.execute(f'SELECT * FROM "{table.name}"')))
+    except sqlite3.Error:
+        return None
+    return rows
+
+
+def is_told(file: Path) -> bool:
+    """Whether the software says that the file is damaged: by a finding, or because it cannot be used at all."""
+    try:
+        return findings_of(f"sqlite:///{file}") != []
+    except (StoreError, DBAPIError):
+        return True
+
+
+@pytest.mark.parametrize("flips", [40, pytest.param(1000, marks=pytest.mark.slow)])
+def test_no_flipped_bit_that_changes_a_row_is_missed(full_file, tmp_path, flips):
+    content, sound = full_file.read_bytes(), rows_of(full_file)
+    rng, outcomes, missed = random.Random(flips), Counter(), []
+    for number in range(flips):
+        place, bit = rng.randrange(len(content)), rng.randrange(8)
+        damaged = bytearray(content)
+        damaged[place] ^= 1 << bit
+        file = tmp_path / f"{number}.db"
+        file.write_bytes(damaged)
+        rows = rows_of(file)
+        if rows == sound:
+            outcomes["no row changed"] += 1
+        elif is_told(file):
+            outcomes["told: unreadable" if rows is None else "told: a row changed"] += 1
+        else:
+            missed.append((place, bit))
+        for suffix in ("", "-wal", "-shm"):
+            Path(f"{file}{suffix}").unlink(missing_ok=True)
+    print(f"\n{flips} flips of {len(content)} bytes: {dict(outcomes)}, missed {len(missed)}")
     assert missed == []

@@ -16,6 +16,8 @@ from pyroshock.schema.benches import Hammer, Plate, material_id
 from pyroshock.schema.campaigns import Campaign, Configuration, ConfigurationLevel, Factor, FactorLevel
 from pyroshock.schema.impacts import ExtractionSettingsRow, Impact, Pulse
 from pyroshock.schema.recordings import QualityFinding, RecordedChannel, Recording, SeriesChunk
+from pyroshock.schema.row_hashes import ROW_SHA256
+from pyroshock.schema.row_sealing import seal_table
 from pyroshock.schema.session import Store, Writer, open_store
 from pyroshock.schema.tables import metadata
 from sqlalchemy import Connection, func, insert, select
@@ -53,7 +55,8 @@ def sample_of(store: Store) -> Sample:
     """The curves of every pulse of the store, and the channels of its first recording."""
     with store.reading() as session:
         curves = session.execute(select(*(getattr(Pulse, name) for name in _CURVE)).order_by(Pulse.id)).mappings()
-        columns = [c for c in RecordedChannel.__table__.c if c.name not in ("recording_id", "sha256", "written_by_id")]
+        others = ("recording_id", "sha256", "written_by_id", ROW_SHA256)
+        columns = [c for c in RecordedChannel.__table__.c if c.name not in others]
         first = select(func.min(RecordedChannel.recording_id)).scalar_subquery()
         rows = session.execute(select(*columns).where(RecordedChannel.recording_id == first)).mappings().all()
         frame = select(SeriesChunk.frame).order_by(SeriesChunk.number)
@@ -255,6 +258,7 @@ def _insert(connection: Connection, model: type[Base], rows: Iterable[Row], sign
     waiting: Iterator[Row] = ({**row, "written_by_id": signed} for row in rows)
     if connection.dialect.name == "postgresql":
         _copy(connection, model, waiting)
+        seal_table(connection, metadata.tables[model.__tablename__])
         return
     while batch := list(islice(waiting, _BATCH)):
         connection.execute(insert(model), batch)
