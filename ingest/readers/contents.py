@@ -57,6 +57,7 @@ class Array:
     start_s: float = 0.0
     header: dict[str, Any] = field(default_factory=dict)
     nameless: bool = False  # `name` is ours: the file has none
+    obstacle: str | None = None  # why no channel can be made of it, as `unread_field` says it; others can be read
 
     @property
     def samples(self) -> int:
