@@ -242,7 +242,13 @@ def _on_grid(path: Path, array: Array, clock: Clock, times_s: Floats) -> Array:
     samples = array.take(0, array.samples).astype(np.float64)
     values, error = resampled(path, array.name, times_s, samples, clock.rate_hz)
     steps = np.diff(times_s)
-    facts = {"steps_s": [float(steps.min()), float(steps.max())], "samples": array.samples, "error_bound": error}
+    peak = float(np.max(np.abs(samples - np.median(samples))))
+    facts = {
+        "samples": array.samples,
+        "shortest_step_s": float(steps.min()),
+        "longest_step_s": float(steps.max()),
+        "error_share_of_peak": error / peak if peak > 0.0 else 0.0,
+    }
     return in_memory(
         array.name, values, group=array.group, unit=array.unit, header={**array.header, "resampled_time": facts}
     )
