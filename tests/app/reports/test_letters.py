@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pyroshock.app.documents import pdf_fonts
 from pyroshock.app.documents.document import Bullets, ChartRow, Document, Figure, Section, Table
 from pyroshock.app.documents.svg import line_chart
 from pyroshock.app.documents.write import report_content
 from support.checks.pdf_layout import lines_of, picture_of, words_of
 
-pdf_fonts = pytest.importorskip("pyroshock.app.documents.pdf_fonts", reason="no reportlab")
 #: "Impact test" in languages whose letters are embedded.
 LANGUAGES = {
     "Latin": "Größenprüfung Łódź ščřž",
