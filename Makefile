@@ -4,6 +4,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 PYTEST := $(BIN)/python -m pytest
 PIP := $(BIN)/python -m pip -qq
+CLEAN := $(BIN)/python tools/clean_environment.py
 
 # Old pip applies the first to build environments too, new pip wants the second for them.
 export PIP_CONSTRAINT := constraints.txt
@@ -14,7 +15,7 @@ export PIP_ROOT_USER_ACTION := ignore
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test fuzz mutants test-clients test-faults test-slow test-browser screenshots page-pictures gallery bench bench-full bench-models bench-tuning bench-scale blind-check coverage check format format-check lint types imports licences audit docs notebooks links docs-links clean
+.PHONY: help setup demo test test-fresh fuzz mutants test-clients test-faults test-slow test-browser screenshots page-pictures gallery bench bench-full bench-models bench-tuning bench-scale blind-check coverage check format format-check lint types imports licences audit docs notebooks links docs-links clean
 
 help: ## list these commands
 	@grep -hE '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)/make \1	\2/' | expand -t 18
@@ -25,12 +26,20 @@ setup: .venv/.pyroshock-dev ## everything to develop with, and the commit hooks 
 demo: .venv/.pyroshock-models ## the product from end to end, in a few minutes
 	@$(BIN)/pyroshock demo
 
+TESTS ?= tests
+
 # A file's tests share what they set up, hence a file is one worker's. The workers share the cores, hence one thread each:
 # sums of several threads differ in their last digit from run to run.
 WORKERS ?= 2
 
-test: .venv/.pyroshock-test ## the default tests: no slow ones, no benchmarks; WORKERS at a time
-	@OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(PYTEST) -m "not slow and not bench" -n $(WORKERS) --dist loadfile
+# Without the home, the fonts and the variables of whoever runs them: what passes for one person passes for all.
+test: .venv/.pyroshock-dev ## the default tests (or TESTS): no slow ones, no benchmarks; WORKERS at a time, in an empty home
+	@OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(CLEAN) $(PYTEST) -m "not slow and not bench" -n $(WORKERS) --dist loadfile $(TESTS)
+
+test-fresh: ## `make demo test` as on a new machine: what is committed, cloned into an empty folder, with an environment made from nothing
+	@folder=$$(mktemp -d) && trap 'rm -rf "$$folder"' EXIT && git clone -q . "$$folder/pyroshock" && \
+	  python=$$($(PYTHON) -c 'import os, sys; print(os.path.realpath(sys.executable))') && \
+	  "$$python" tools/clean_environment.py $(MAKE) --no-print-directory -C "$$folder/pyroshock" PYTHON="$$python" demo test TESTS="$(TESTS)"
 
 ROUNDS ?= 5
 
@@ -90,7 +99,6 @@ blind-check: .venv/.pyroshock-test ## diagnoses of CASES campaigns a tier of SPL
 	@$(BIN)/pyroshock blind-check --cases $(CASES) --split $(SPLIT) $(if $(SEED),--seed $(SEED)) \
 	  --folder results/blind-check-$(SPLIT)-$(CASES)$(if $(SEED),-$(SEED))
 
-TESTS ?= tests
 COUNTED := $(CURDIR)/.cache/coverage/counted
 
 # Some tests alone have no floor, and no page.

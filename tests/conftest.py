@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from support.missing import summary_of
 
 # Starting processes costs more than the small work of tests takes.
 os.environ.setdefault("PYROSHOCK_JOBS", "1")
@@ -19,6 +20,14 @@ REPOSITORY = Path(__file__).resolve().parent.parent
 
 # Each test has its time limit; an example that waited for a busy machine is no failure. It changes no other profile.
 settings.register_profile("default", deadline=None)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """How many tests were skipped for want of which program."""
+    reasons = (str(report.longrepr) for report in terminalreporter.stats.get("skipped", ()))
+    if line := summary_of(reasons):
+        terminalreporter.section("missing programs")
+        terminalreporter.write_line(line)
 
 
 @pytest.fixture(scope="session")

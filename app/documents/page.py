@@ -22,12 +22,16 @@ from .document import (
 )
 from .line_styles import STYLE, css
 
+#: Of a page that is a file: it may ask for nothing, send nothing and run nothing, whatever it is made to hold.
+POLICY = "default-src 'none'; style-src 'unsafe-inline'; form-action 'none'; base-uri 'none'"
+
 
 def html_of(document: Document) -> str:
     """The page; every text is escaped."""
     facts = "".join(f"<dt>{_text(name)}</dt><dd>{_text(value)}</dd>" for name, value in document.facts.items())
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>{_text(document.name)}</title><style>{STYLE}{css()}</style></head>\n<body>\n"
         f'<header><p class="kind">{_text(document.kind)}</p><h1>{_text(document.title)}</h1>'

@@ -24,22 +24,27 @@ class MissingPdfError(ValueError):
 
 
 def pdf_of(document: Document) -> bytes:
-    """The PDF. Raises `MissingPdfError` where ReportLab is not installed."""
+    """The PDF. Raises `MissingPdfError` where ReportLab or the fonts are not installed."""
     try:
+        from .pdf_fonts import document_fonts
         from .pdf_sheet import PdfDocument
     except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] != "reportlab":
+        package = (error.name or "").partition(".")[0]
+        if package not in ("reportlab", "manimgx_fonts_cjk"):
             raise
         raise MissingPdfError(
-            "reportlab is not installed; reports as PDF need it: pip install 'pyroshock[web]' (or --out FILE.html)"
+            f"{package} is not installed; reports as PDF need it: pip install 'pyroshock[web]' (or --out FILE.html)"
         ) from error
     into = BytesIO()
-    sheet = PdfDocument(document, into)
-    sheet.write(_story(document, sheet))
+    with document_fonts(document.words):
+        sheet = PdfDocument(document, into)
+        sheet.write(_story(document, sheet))
     return into.getvalue()
 
 
 def _story(document: Document, sheet: PdfDocument) -> list[Any]:
+    from .pdf_fonts import remarks_on_letters
+
     story = [sheet.text(_safe(document.kind.upper()), "quiet"), sheet.text(_safe(document.title), "title")]
     if document.lead:
         story.append(sheet.text(_safe(document.lead)))
@@ -53,7 +58,7 @@ def _story(document: Document, sheet: PdfDocument) -> list[Any]:
         story += [sheet.room(_start(blocks, sheet)), sheet.text(_safe(section.title), "heading")]
         for block in blocks:
             story += _flowables(block, sheet)
-    return story
+    return story + [sheet.text(_safe(remark), "quiet") for remark in remarks_on_letters(document.words)]
 
 
 def _start(blocks: Sequence[Block], sheet: PdfDocument) -> float:
@@ -174,7 +179,7 @@ def _words(element: ElementTree.Element, font: str, size: float, ink: SeriesStyl
     at = element.attrib
     turned = _TURNED.fullmatch(at.get("transform", ""))
     x, y = (float(turned[1]), float(turned[2])) if turned else (float(at["x"]), float(at["y"]))
-    from .pdf_sheet import font_runs, width_of
+    from .pdf_fonts import font_runs, width_of
 
     if turned:  # a title is no longer than its axis, at whose middle it stands
         size *= min(1.0, 2 * y / width_of(element.text or " ", font, size))

@@ -4,8 +4,6 @@ their words ask for, all within the margins."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cache
-from pathlib import Path
 from typing import Any, BinaryIO
 from xml.sax.saxutils import escape
 
@@ -13,123 +11,15 @@ from reportlab.graphics.shapes import Drawing, Rect
 from reportlab.lib.colors import HexColor
 from reportlab.lib.pagesizes import A4, landscape
 from reportlab.lib.styles import ParagraphStyle
-from reportlab.pdfbase import pdfmetrics
 from reportlab.pdfbase.pdfmetrics import stringWidth
-from reportlab.pdfbase.ttfonts import TTFont
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import CondPageBreak, KeepTogether, LongTable, Paragraph, SimpleDocTemplate, Spacer
 from reportlab.platypus import Paragraph as Words
 
 from .document import ChartRow, Document, ShareBar, Table, cell_text, clean
 from .line_styles import light
+from .pdf_fonts import font_runs, fonts, marked_letters, width_of
 from .svg import HEIGHT, WIDTH
-
-_NAMES = ("DejaVuSans", "DejaVuSans-Bold")
-
-
-@cache
-def fonts() -> tuple[str, str]:
-    """Regular and bold, registered once: Greek letters, ± and ≤ are in them, and matplotlib brings them."""
-    import matplotlib
-
-    for name in _NAMES:
-        pdfmetrics.registerFont(TTFont(name, Path(matplotlib.get_data_path()) / "fonts" / "ttf" / f"{name}.ttf"))
-    return _NAMES
-
-
-class MissingLettersError(ValueError):
-    """No font of this machine that a PDF can hold has the letters of a report."""
-
-
-def check_letters(text: str) -> None:
-    """Raises `MissingLettersError` where neither DejaVu nor a TrueType font of this machine has letters of `text`."""
-    missing = []
-    for letter in sorted(_foreign(text)):
-        try:
-            _font_of(letter)
-        except MissingLettersError:  # all of them are named at once below
-            missing.append(letter)
-    if missing:
-        raise _missing("".join(missing[:8]))
-
-
-def _missing(letters: str) -> MissingLettersError:
-    return MissingLettersError(
-        f"no TrueType font of this machine has the letters {letters} of the report. Install one, such as "
-        "fonts-droid-fallback or fonts-wqy-microhei (apt-get install), or write the report as HTML (--out FILE.html)."
-    )
-
-
-def _foreign(text: str) -> set[str]:
-    """The letters of `text` that DejaVu lacks, such as Chinese and Japanese ones."""
-    return {letter for letter in set(text) if ord(letter) > 0xFF and ord(letter) not in _own_letters()}
-
-
-@cache
-def _own_letters() -> frozenset[int]:
-    fonts()
-    return frozenset(pdfmetrics.getFont(_NAMES[0]).face.charToGlyph)
-
-
-@cache
-def _other_fonts() -> tuple[tuple[str, frozenset[int]], ...]:
-    """The fonts of this machine with their letters, those with most letters first: a report then needs few of them."""
-    from matplotlib.font_manager import findSystemFonts
-    from matplotlib.ft2font import FT2Font
-
-    letters = []
-    for path in sorted(findSystemFonts()):
-        try:
-            letters.append((path, frozenset(FT2Font(path).get_charmap())))
-        except (RuntimeError, OSError):  # a damaged font
-            continue
-    return tuple(sorted(letters, key=lambda font: -len(font[1])))
-
-
-@cache
-def _font_of(letter: str) -> str:
-    """The font, registered, of a letter that DejaVu lacks. Raises `MissingLettersError`: ReportLab embeds TrueType."""
-    from reportlab.pdfbase.ttfonts import TTFError
-
-    for path, letters in _other_fonts():
-        if ord(letter) in letters:
-            name = f"letters-{Path(path).stem}"
-            try:
-                if name not in pdfmetrics.getRegisteredFontNames():
-                    pdfmetrics.registerFont(TTFont(name, path))
-            except (TTFError, OSError):  # outlines that ReportLab cannot embed
-                continue
-            return name
-    raise _missing(letter)
-
-
-def font_runs(text: str, font: str) -> list[tuple[str, str]]:
-    """`text` in pieces with the font of each: `font`, or one that has the letters that DejaVu lacks.
-
-    Raises `MissingLettersError`.
-    """
-    foreign = _foreign(text)
-    if not foreign:
-        return [(font, text)]
-    runs: list[tuple[str, str]] = []
-    for letter in text:
-        name = _font_of(letter) if letter in foreign else font
-        if runs and runs[-1][0] == name:
-            runs[-1] = (name, runs[-1][1] + letter)
-        else:
-            runs.append((name, letter))
-    return runs
-
-
-def width_of(text: str, font: str, size: float) -> float:
-    """Points that `text` is wide, each letter in the font that has it."""
-    return float(sum(stringWidth(piece, name, size) for name, piece in font_runs(text, font)))
-
-
-def marked_letters(markup: str) -> str:
-    """Escaped text in which the letters that DejaVu lacks bear their font."""
-    runs = font_runs(markup, "")
-    return "".join(f'<font name="{name}">{piece}</font>' if name else piece for name, piece in runs)
 
 
 def styles_of(font: str, bold: str) -> dict[str, ParagraphStyle]:
@@ -178,9 +68,8 @@ def table_of(table: Table, width: float, font: str, bold: str) -> LongTable:
 
 
 def _cell(text: str, style: ParagraphStyle) -> Paragraph:
-    markup = escape(text)
-    marked = marked_letters(markup)
-    return Paragraph(marked, style if marked == markup else ParagraphStyle("letters", style, wordWrap="CJK"))
+    marked, foreign = marked_letters(escape(text), style.fontName)
+    return Paragraph(marked, ParagraphStyle("letters", style, wordWrap="CJK") if foreign else style)
 
 
 def needed_width(table: Table, font: str, bold: str) -> float:
@@ -286,9 +175,9 @@ class PdfDocument:
 
     def text(self, markup: str, style: str = "text") -> Any:
         """Words; `markup` is escaped already."""
-        marked = marked_letters(markup)
         look = self._styles[style]
-        return Words(marked, look if marked == markup else ParagraphStyle(f"{style} letters", look, wordWrap="CJK"))
+        marked, foreign = marked_letters(markup, look.fontName)
+        return Words(marked, ParagraphStyle(f"{style} letters", look, wordWrap="CJK") if foreign else look)
 
     @property
     def lines_height(self) -> float:
@@ -362,7 +251,7 @@ class PdfDocument:
         canvas.setFont(self.font, 7)
         canvas.setFillColor(HexColor(light()["quiet"]))
         title = clean(self._document.name)
-        while title and canvas.stringWidth(title, self.font, 7) > 0.8 * self.width:
+        while title and width_of(title, self.font, 7) > 0.8 * self.width:
             title = title[: int(0.9 * len(title))]
         x = MARGIN + _PADDING
         for font, piece in font_runs(title, self.font):

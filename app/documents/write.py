@@ -21,8 +21,7 @@ def write_report(document: Document, out: Path) -> None:
 
 
 def report_content(document: Document, ending: str) -> bytes:
-    """It as ".html" or ".pdf". Raises `ValueError` where PDFs cannot be written, or not with these letters."""
-    check_letters(ending, document.words)
+    """It as ".html" or ".pdf". Raises `ValueError` where PDFs cannot be written."""
     return _WRITERS[ending](document)
 
 
@@ -30,19 +29,6 @@ def check_ending(out: Path) -> None:
     """Raises `ValueError` for a file that no report can be written to."""
     if out.suffix.lower() not in _WRITERS:
         raise ValueError(f"cannot write {out.name!r}; expected a name that ends in {' or '.join(_WRITERS)}")
-
-
-def check_letters(ending: str, words: str) -> None:
-    """Raises `ValueError` where a report with that ending is a PDF and no font of this machine has the letters of
-    `words`: with the words that are known before a long work, it is refused before it."""
-    if ending.lower() != ".pdf" or words.isascii():
-        return
-    from importlib.util import find_spec
-
-    if find_spec("reportlab") is not None:  # without it another error says what to install
-        from . import pdf_sheet
-
-        pdf_sheet.check_letters(words)
 
 
 def _html(document: Document) -> bytes:

@@ -33,11 +33,10 @@ def report(subject: str, db: str, out: Path) -> None:
     """
     progress = progress_bar(f"Writing the report on {subject}")
     with open_command_store(db) as store:
-        from ..documents.write import check_ending, check_letters, write_report
+        from ..documents.write import check_ending, write_report
         from .dispatch import report_on
 
         check_ending(out)
-        check_letters(out.suffix, subject)
         with progress:
             write_report(report_on(store, db, subject), out)
     note(f"written: {out}")

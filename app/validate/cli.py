@@ -72,12 +72,9 @@ def validate(
         from .service import validate_twin
 
         if out is not None:
-            from ..documents.write import check_ending, check_letters
-            from .report import validation_words
+            from ..documents.write import check_ending
 
             check_ending(out)
-            with store.reading() as session:
-                check_letters(out.suffix, validation_words(session, campaign))
         with progress as step:
             validation = validate_twin(store, db, campaign, contact, folds, draws, seed, step)
         data = validation.to_json()

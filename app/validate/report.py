@@ -6,13 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from sqlalchemy import select
-from sqlalchemy.orm import Session
 
-from ...schema.configurations import iter_levels
-from ...schema.impacts import Impact, Shot
-from ...schema.listings import get_campaign_id
-from ...schema.recordings import RecordedChannel, Recording
 from ..common.number_format import number
 from ..common.quantities import shown_unit
 from ..documents.document import Block, Bullets, ChartRow, Document, Figure, Paragraph, Section, Table
@@ -48,21 +42,6 @@ def validation_document(data: Mapping[str, Any]) -> Document:
         },
         sections=[section for section in sections if section.blocks],
     )
-
-
-def validation_words(session: Session, campaign: str) -> str:
-    """What a report on the validation of a campaign quotes of it: names of channels and levels of factors.
-
-    Raises `LookupError` for an unknown campaign.
-    """
-    key = get_campaign_id(session, campaign)
-    of_campaign = select(Shot.configuration_id).where(Shot.campaign_id == key)
-    configurations = session.scalars(
-        of_campaign.union(select(Impact.configuration_id).where(Impact.campaign_id == key))
-    )
-    levels = [str(row.level) for row in iter_levels(session, sorted(configurations))]
-    channels = select(RecordedChannel.name).join(Recording).where(Recording.campaign_id == key).distinct()
-    return " ".join([campaign, *levels, *session.scalars(channels)])
 
 
 #: What a verdict that is not calibrated means.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import select
-import shutil
 import sqlite3
 import subprocess
 import sys
@@ -20,6 +19,7 @@ from click.testing import CliRunner
 from pyroshock.app.cli.main import COMMANDS, main
 from pyroshock.schema.tables import metadata
 from pyroshock.twin.effects import catalogue
+from support.missing import needs_program
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 NAMED = {"campaigns": "first-shots", "plans": "spring", "dataset_snapshots": "both", "materials": "steel"}
@@ -154,8 +154,7 @@ def documented_line(shell: str, home: Path) -> tuple[Path, str]:
 @pytest.fixture(params=["bash", "zsh", "fish"])
 def shell_home(request, store, tmp_path, monkeypatch) -> Path:
     """The home of a person who has done what the documentation says; `pyroshock` notes what it is called with."""
-    if shutil.which(request.param) is None:
-        pytest.skip(f"{request.param} is not installed here")
+    needs_program(request.param)
     home = tmp_path / request.param
     script = tmp_path / "bin" / "pyroshock"
     script.parent.mkdir()

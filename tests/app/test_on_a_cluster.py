@@ -9,7 +9,6 @@ from support.processes.dask_clusters import dask_cluster
 from support.records.campaigns import hammer_campaign
 from support.stores.stores import content, ingested, run_pyroshock
 
-pytest.importorskip("distributed", reason="no Dask: it comes with pyroshock[cluster]")
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
 SHOTS = """run,tip_material,tip_radius_mm,bullet_mass_kg,tank_pressure_bar

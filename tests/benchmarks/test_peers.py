@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 
+# Importing it warns; a test that imports it first would fail by that.
+import gpytorch  # noqa: F401
 import numpy as np
 import pytest
 from pyroshock.training.gp.kernels import kernel_matrix
@@ -11,13 +13,8 @@ from pyroshock.validation.baselines import BASELINES
 from support.records.force_records import ForceRecord, Hit
 from support.records.hammer_recordings import write_campaign
 
-from benchmarks import coregional, diagnosing, growth, gun, impacts, pulses, series
+from benchmarks import by_hand, coregional, diagnosing, growth, gun, impacts, pulses, series
 from benchmarks.page import draw_growth
-
-# Importing it warns; a test that imports it first would fail by that.
-pytest.importorskip("gpytorch", reason="the extra [models] is not installed")
-
-from benchmarks import by_hand
 
 N, ASKED = 12, 3
 

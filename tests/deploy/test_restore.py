@@ -17,6 +17,7 @@ import pytest
 from pyroshock.schema import migrate
 from pyroshock.schema.engine import make_engine
 from sqlalchemy import make_url
+from support.missing import skip_for_want_of
 from support.records.campaigns import hammer_campaign
 from support.stores.postgres_server import NoServerError, installations, running_server
 from support.stores.stores import content, counts, ingested, pyroshock, refusal
@@ -51,15 +52,14 @@ class Server:
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """A server of its own, for roles and names of databases are those of the page."""
-    pytest.importorskip("psycopg", reason="no psycopg: it comes with pyroshock[postgres]", exc_type=ImportError)
     whole = [each for each in installations() if all((each / "bin" / name).is_file() for name in PROGRAMS)]
     if not whole:
-        pytest.skip(f"no PostgreSQL here that has {', '.join(PROGRAMS)} with the server")
+        skip_for_want_of("PostgreSQL", f"no installation that has {', '.join(PROGRAMS)} with the server")
     try:
         with running_server(whole[:1]) as url:
             yield _prepared(url, whole[0] / "bin", tmp_path_factory.mktemp("deployed"))
     except NoServerError as error:
-        pytest.skip(f"no PostgreSQL server: {error}")
+        skip_for_want_of("PostgreSQL", str(error))
 
 
 def _prepared(url: str, programs: Path, folder: Path) -> Server:
@@ -176,13 +176,30 @@ def _move_to(url: str, revision: str) -> None:
         engine.dispose()
 
 
+#: `.backup FILE` of the program sqlite3 by the function of SQLite's library that it calls, so that no machine needs it.
+_BACKUP = """#!{python}
+import shlex, sqlite3, sys
+file, command = sys.argv[1:]
+word, copy = shlex.split(command)
+assert word == ".backup", command
+sqlite3.connect(file).backup(sqlite3.connect(copy))
+"""
+
+
+def _backup_program(folder: Path) -> Path:
+    folder.mkdir()
+    program = folder / "sqlite3"
+    program.write_text(_BACKUP.format(python=sys.executable))
+    program.chmod(0o755)
+    return folder
+
+
 def test_copy_of_a_file_in_use_comes_back(tmp_path, monkeypatch):
     """`sqlite3 lab.db ".backup lab-backup.db"` of docs/reference/store.md, while somebody writes."""
-    if shutil.which("sqlite3") is None:
-        pytest.skip("no sqlite3 here: it is the program that the page asks for")
     line = re.search(r"`(sqlite3 [^`]+)`", (ROOT / "docs" / "reference" / "store.md").read_text())
     assert line is not None
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PATH", f"{_backup_program(tmp_path / 'bin')}:{os.environ['PATH']}")
     campaign = hammer_campaign(tmp_path / "first", 2, HITS, "first")
     ingested("sqlite:///lab.db", campaign)
     before = content("sqlite:///lab.db")

@@ -9,9 +9,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("markdown_it", reason="no markdown-it-py: it comes with pyroshock[docs]")
-pytest.importorskip("sphinx", reason="no Sphinx: it comes with pyroshock[docs]")
-
 from tools import links
 from tools.reference.subjects import SUBJECTS, asked
 from tools.site.contents import MARK, reachable, sections, with_contents

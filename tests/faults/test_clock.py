@@ -6,6 +6,7 @@ import json
 from datetime import UTC, datetime, timedelta
 
 import pytest
+import time_machine
 from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.diagnose.diagnosing import keep
 from pyroshock.app.diagnose.stored import list_diagnoses
@@ -21,8 +22,6 @@ from support.records.campaigns import hammer_campaign
 from support.stores.hammer_stores import full_campaign
 from support.stores.registries import context_in, fresh_registry, without_figures
 from support.stores.stores import content, ingested, opened, pyroshock, run_pyroshock
-
-time_machine = pytest.importorskip("time_machine")
 
 NOW = datetime(2030, 6, 1, 12, 0, tzinfo=UTC)
 SPLITS = ["repetitions"]

@@ -9,6 +9,7 @@ import pytest
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.settings import ExtractionSettings
 from sqlalchemy import event
+from support.missing import skip_for_want_of
 from support.processes.web_client import window
 from support.records.campaigns import hammer_campaign
 from support.stores.postgres_server import NoServerError, _Server, own_server
@@ -20,12 +21,11 @@ HITS = 2
 @pytest.fixture(scope="module")
 def server() -> Iterator[_Server]:
     """A server that no other test works on."""
-    pytest.importorskip("psycopg", reason="no psycopg: it comes with pyroshock[postgres]", exc_type=ImportError)
     try:
         with own_server() as found:
             yield found
     except NoServerError as error:
-        pytest.skip(f"no PostgreSQL server: {error}")
+        skip_for_want_of("PostgreSQL", str(error))
 
 
 @pytest.fixture

@@ -29,8 +29,8 @@ def write_xlsx(path, rows, sheet="Sheet1", first_row=1):
 
 
 def write_xls(path, rows, sheet="Sheet1"):
-    xlwt = pytest.importorskip("xlwt", reason="xlwt writes the .xls that this test reads")
-    pytest.importorskip("xlrd", reason="xlrd reads .xls")
+    import xlwt
+
     book = xlwt.Workbook()
     page = book.add_sheet(sheet)
     date = xlwt.easyxf(num_format_str="YYYY-MM-DD")
@@ -153,7 +153,6 @@ def test_file_that_unpacks_to_more_than_it_should_or_says_is_refused(tmp_path):
 @pytest.mark.parametrize("name", ["runs.xlsx", "runs.xls"])
 @pytest.mark.parametrize("data", [b"", b"run,repetition\n1,1\n", b"PK\x03\x04" + b"\0" * 40, b"\xd0\xcf\x11\xe0" * 200])
 def test_file_that_is_no_spreadsheet(tmp_path, name, data):
-    pytest.importorskip("xlrd", reason="xlrd reads .xls")
     (tmp_path / name).write_bytes(data)
     assert told(tmp_path / name).startswith(f"{name}: damaged, or not what its suffix says")
 

@@ -14,8 +14,6 @@ from pyroshock.parallel.map_tasks import run_all_tasks
 from support.processes import chores
 from support.processes.dask_clusters import dask_cluster
 
-pytest.importorskip("distributed", reason="no Dask: it comes with pyroshock[cluster]")
-
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory):

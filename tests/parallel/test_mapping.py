@@ -152,7 +152,6 @@ def test_missing_library_is_named_with_its_cure(monkeypatch):
 
 
 def test_scheduler_that_does_not_answer_is_named(monkeypatch):
-    pytest.importorskip("distributed", reason="no Dask: it comes with pyroshock[cluster]")
     monkeypatch.setattr(cluster, "WAIT_S", 0.5)
     with pytest.raises(ValueError, match=f"no Dask scheduler answers at {NOBODY}"):
         ExecutorConfig("dask", scheduler=NOBODY).check()

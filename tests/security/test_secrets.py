@@ -168,7 +168,6 @@ def test_no_command_tells_or_keeps_the_password_of_its_store(run: Any, secret_db
 @pytest.mark.slow
 def test_no_training_keeps_it(run: Any, secret_db: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither MLflow's database, which has a password too, nor the files of the models."""
-    pytest.importorskip("mlflow", reason="no MLflow: it comes with pyroshock[models]")
     name, server = f"mlflow_{uuid.uuid4().hex}", make_url(secret_db)
     _execute(server.set(database="postgres"), f'CREATE DATABASE "{name}"')
     tracking = server.set(database=name).render_as_string(hide_password=False)
@@ -230,7 +229,6 @@ def test_an_address_that_fails_is_told_without_it(run: Any, monkeypatch: pytest.
     f"me:{SECRET}@host/folder",
 ])  # fmt: skip
 def test_a_registry_that_fails_is_told_without_it(run: Any, monkeypatch: pytest.MonkeyPatch, uri: str) -> None:
-    pytest.importorskip("mlflow", reason="no MLflow: it comes with pyroshock[models]")
     run("init", "--db", "sqlite:///lab.db")
     monkeypatch.setenv("MLFLOW_TRACKING_URI", uri)
     assert run("models", "--db", "sqlite:///lab.db").exit_code == 2

@@ -51,7 +51,6 @@ def _service() -> Iterator[str]:
 
 def test_a_published_vulnerability_is_found(tmp_path: Path) -> None:
     """By pip-audit itself, of a service that knows one."""
-    pytest.importorskip("pip_audit", reason="no pip-audit: it comes with pyroshock[dev]")
     pins = tmp_path / "pins.txt"
     pins.write_text("six==1.17.0\n")
     with _service() as address:
@@ -61,7 +60,6 @@ def test_a_published_vulnerability_is_found(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_nobody_to_ask_is_not_a_clean_bill(tmp_path: Path) -> None:
-    pytest.importorskip("pip_audit", reason="no pip-audit: it comes with pyroshock[dev]")
     pins = tmp_path / "pins.txt"
     pins.write_text("six==1.17.0\n")
     closed = ("--osv-url", "http://127.0.0.1:9/v1/query", "-r", str(pins), "--no-deps", "--disable-pip")

@@ -43,7 +43,6 @@ def test_rooms_are_summed_held_to_floors_and_written_to_the_page() -> None:
 
 def test_report_of_coverage_py_is_read(tmp_path: Path) -> None:
     """One branch of two, and three statements of four, of a program that is run."""
-    pytest.importorskip("coverage", reason="no coverage.py: it comes with pyroshock[dev]")
     (tmp_path / "room").mkdir()
     (tmp_path / "room" / "one.py").write_text("import sys\nx = 1\nif len(sys.argv) > 5:\n    x = 2\n")
     for words in (["run", "--branch", "room/one.py"], ["json", "-q", "-o", "out.json"]):
@@ -69,7 +68,6 @@ def test_what_was_run_in_a_folder_that_is_gone_is_not_counted(tmp_path: Path) ->
 
     In a process of its own: a second count beside the one that counts this test damages what that one has found.
     """
-    pytest.importorskip("coverage", reason="no coverage.py: it comes with pyroshock[dev]")
     paths = [str(ROOT / "twin" / "ode.py"), str(tmp_path / "gone" / "pyroshock" / "ode.py")]
     done = subprocess.run(
         [sys.executable, "-c", _REPORT, *paths],

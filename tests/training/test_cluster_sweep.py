@@ -16,8 +16,6 @@ from support.processes.dask_clusters import dask_cluster
 from support.records.pulse_tables import pulse_table
 from support.stores.registries import context_in, fresh_registry, without_figures
 
-pytest.importorskip("distributed", reason="no Dask: it comes with pyroshock[cluster]")
-
 MODELS, SPLITS, HELD = ["hann", "linear", "hertz"], ["repetitions", "configurations"], "linear"
 
 

@@ -93,11 +93,13 @@ const pyroshock = (() => {
       });
     });
   };
+  // No control of a chart leads elsewhere: plotly.js offers to upload the chart to its maker unless that is switched off.
+  const CONFIG = { responsive: true, displaylogo: false, scrollZoom: false, showSendToCloud: false, plotlyServerURL: "",
+    topojsonURL: "/static/", modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage", "sendChartToCloud"] };
   const draw = (element, figure) => {
     element.figure = figure;
     spacious(element, figure);
-    return Plotly.react(element, coloured(figure.data), themed(figure.layout || {}),
-      { responsive: true, displaylogo: false, scrollZoom: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage"] })
+    return Plotly.react(element, coloured(figure.data), themed(figure.layout || {}), CONFIG)
       .then(() => { element.dataset.drawn = "yes"; tools(element); link(element); return element; });
   };
   const all = () => document.querySelectorAll("[data-figure]");

@@ -1,86 +1,145 @@
-"""Letters that DejaVu lacks: a PDF embeds a font of the machine that has them, or is refused with what to install."""
+"""Letters of every language in a PDF: the fonts come with the product, and no report is refused for a letter."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+import unicodedata
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import matplotlib
+import numpy as np
 import pytest
+from pyroshock.app.documents import pdf_fonts
 from pyroshock.app.documents.document import Bullets, ChartRow, Document, Figure, Section, Table
 from pyroshock.app.documents.svg import line_chart
-from pyroshock.app.documents.write import check_letters, report_content
-from support.checks.pdf_layout import words_of
+from pyroshock.app.documents.write import report_content
+from support.checks.pdf_layout import lines_of, picture_of, words_of
 
-pdf_sheet = pytest.importorskip("pyroshock.app.documents.pdf_sheet", reason="no reportlab")
-CHINESE = "冲击试验"
+#: "Impact test" in languages whose letters are embedded.
+LANGUAGES = {
+    "Latin": "Größenprüfung Łódź ščřž",
+    "Vietnamese": "Thử nghiệm va đập",
+    "Greek": "Δοκιμή κρούσης",
+    "Cyrillic": "Испытание на удар",
+    "simplified Chinese": "冲击试验",
+    "traditional Chinese": "衝擊試驗",
+    "Japanese": "衝撃試験のプレート",
+    "Korean": "충격시험",
+}
+#: Words with letters that no embedded font has.
+LACKING = {"Thai": "ทดสอบ", "emoji": "plate 🔨", "Devanagari": "परीक्षण", "private use": "\ue000"}
+CHINESE = LANGUAGES["simplified Chinese"]
+PLACES = ["title", "lead", "fact", "heading", "cell", "bullet", "chart"]
 
 
 def document(word: str) -> Document:
     return Document("Campaign", word, "", {}, [Section(word, [Table(word, (word,), [[word]])])])
 
 
-@pytest.fixture(autouse=True)
-def fresh() -> Iterator[None]:
-    """What was found of other fonts is forgotten before and after."""
-    _forget()
-    yield
-    _forget()
-
-
-def _forget() -> None:
-    pdf_sheet._other_fonts.cache_clear()
-    pdf_sheet._font_of.cache_clear()
-
-
-def fonts(monkeypatch: pytest.MonkeyPatch, *paths: Path) -> None:
-    monkeypatch.setattr("matplotlib.font_manager.findSystemFonts", lambda: [str(path) for path in paths])
-
-
-def test_without_a_font_a_report_is_refused_before_its_work(monkeypatch: pytest.MonkeyPatch) -> None:
-    fonts(monkeypatch)
-    with pytest.raises(pdf_sheet.MissingLettersError, match=r"冲击.*fonts-droid-fallback.*or write the report as HTML"):
-        check_letters(".pdf", CHINESE)
-    check_letters(".html", CHINESE)
-    check_letters(".pdf", "Größe µ")
-
-
-@pytest.mark.parametrize("place", ["title", "lead", "fact", "heading", "cell", "bullet", "chart"])
-def test_letters_of_every_part_are_checked(monkeypatch: pytest.MonkeyPatch, place: str) -> None:
-    """Before the layout begins, wherever the letters stand."""
-    fonts(monkeypatch)
-    words = {name: CHINESE if name == place else "x" for name in ("title", "lead", "fact", "heading", "cell", "bullet")}
-    chart = line_chart(CHINESE if place == "chart" else "x", [], "t", "f")
+def document_with(word: str, place: str) -> Document:
+    """A report in which `word` stands at that place alone."""
+    words = {name: word if name == place else "x" for name in PLACES}
+    chart = line_chart("label", [], words["chart"], "f")
     table = Table("of it", (words["heading"],), [[words["cell"]]])
     section = Section("s", [table, Bullets([words["bullet"]], ""), ChartRow([Figure("x", chart)])])
-    report = Document("Campaign", words["title"], words["lead"], {"Operator": words["fact"]}, [section])
-    monkeypatch.setattr("pyroshock.app.documents.write._pdf", lambda _: pytest.fail("wrote before it looked"))
-    with pytest.raises(pdf_sheet.MissingLettersError):
-        report_content(report, ".pdf")
-    assert CHINESE in report_content(report, ".html").decode()
+    return Document("Campaign", words["title"], words["lead"], {"Operator": words["fact"]}, [section])
 
 
-def test_a_damaged_font_is_passed_over(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    (tmp_path / "damaged.ttf").write_bytes(b"no font")
-    fonts(monkeypatch, tmp_path / "damaged.ttf", tmp_path / "missing.ttf")
-    with pytest.raises(pdf_sheet.MissingLettersError):
-        pdf_sheet.check_letters(CHINESE)
+@pytest.fixture(autouse=True)
+def no_font_of_the_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever asks the machine for its fonts fails."""
+    monkeypatch.setattr("matplotlib.font_manager.findSystemFonts", lambda *_, **__: pytest.fail("asked the machine"))
 
 
-def test_letters_of_another_font_are_marked_with_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    font = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "STIXGeneral.ttf"
-    own = pdf_sheet._own_letters()
-    monkeypatch.setattr(pdf_sheet, "_own_letters", lambda: own - {ord("≤")})
-    fonts(monkeypatch, font)
-    assert pdf_sheet.marked_letters("a ≤ b") == 'a <font name="letters-STIXGeneral">≤</font> b'
-    assert report_content(document("a ≤ b"), ".pdf").startswith(b"%PDF")
+@pytest.mark.parametrize("word", LANGUAGES.values(), ids=LANGUAGES)
+def test_letters_of_each_language_are_printed(word: str) -> None:
+    text = re.sub(r"\s", "", words_of(report_content(document(word), ".pdf")))
+    assert text.count(word.replace(" ", "")) >= 4, "title, heading, caption and cell"
+    assert pdf_fonts.PLACEHOLDER not in text
 
 
-@pytest.mark.parametrize("word", [CHINESE, "衝撃試験のプレート"])
-def test_letters_that_a_font_of_this_machine_has_are_printed(word: str) -> None:
-    try:
-        pdf_sheet.check_letters(word)
-    except pdf_sheet.MissingLettersError:
-        pytest.skip("no font of this machine has Chinese and Japanese letters (fonts-droid-fallback has)")
+@pytest.mark.parametrize("word", ["冲击", "衝撃のプ", "충격"])
+def test_what_is_seen_is_ink_in_the_shape_of_each_letter(word: str) -> None:
+    """Letters that PDFium finds in the text could still be empty boxes, all alike."""
+    pdf = report_content(document(word), ".pdf")
+    (_, lines), picture = lines_of(pdf), picture_of(pdf)
+    title = max((line for line in lines if line.text == word), key=lambda line: line.bottom - line.top)
+    ink = picture[_pixels(title.top, title.bottom), _pixels(title.left_x, title.right_x)] < 160
+    letters = [part.mean(axis=0).tobytes() for part in np.array_split(ink, len(word), axis=1)]
+    assert 0.1 < ink.mean() < 0.7 and len(set(letters)) == len(word)
+
+
+def _pixels(low: float, high: float) -> slice:
+    return slice(int(2 * low), int(2 * high) + 1)
+
+
+def test_a_letter_beyond_the_basic_plane_has_a_font() -> None:
+    assert pdf_fonts.font_runs("𠮷", "DejaVuSans") == [("NotoSansCJK", "𠮷")]
+    assert report_content(document("𠮷野"), ".pdf").startswith(b"%PDF")
+
+
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("word", [CHINESE, LACKING["Thai"]], ids=["embedded", "lacking"])
+def test_every_part_of_a_report_takes_any_letter(word: str, place: str) -> None:
+    content = report_content(document_with(word, place), ".pdf")
+    shown = word if word == CHINESE else pdf_fonts.PLACEHOLDER * len(word)
+    assert shown in re.sub(r"\s", "", words_of(content))
+    assert word in report_content(document_with(word, place), ".html").decode()
+
+
+@pytest.mark.parametrize("word", LACKING.values(), ids=LACKING)
+def test_a_letter_that_no_font_has_is_a_box_and_is_named(word: str) -> None:
     text = words_of(report_content(document(word), ".pdf"))
-    assert text.count(word) >= 4, "title, heading, caption and cell"
+    squeezed = " ".join(text.split())
+    assert pdf_fonts.PLACEHOLDER in text and "stands in this PDF for characters that its fonts lack" in squeezed
+    letter = next(letter for letter in word if ord(letter) > 0xFF)
+    assert f"U+{ord(letter):04X} {unicodedata.name(letter, 'without a name')}" in squeezed
+
+
+def test_many_missing_letters_are_counted_after_the_first() -> None:
+    thai = "".join(chr(code) for code in range(0x0E01, 0x0E15))
+    (remark,) = pdf_fonts.remarks_on_letters(thai)
+    assert remark.count("U+0E") == 8 and "and 12 more" in remark
+
+
+def test_joiners_and_selectors_that_have_no_picture_leave_no_box() -> None:
+    shown = "".join(piece for _, piece in pdf_fonts.font_runs("a\u200db\ufe0fc\u202e\U000e0100d", "DejaVuSans"))
+    assert pdf_fonts.PLACEHOLDER not in shown and shown.replace("\u200d", "").replace("\u202e", "").startswith("ab")
+
+
+def test_letters_from_right_to_left_are_shown_and_the_reader_is_told() -> None:
+    text = " ".join(words_of(report_content(document("اختبار"), ".pdf")).split())
+    assert "Arabic and Hebrew letters stand unjoined" in text and pdf_fonts.PLACEHOLDER not in text
+    assert pdf_fonts.remarks_on_letters("Größe 冲击 충격") == [] == pdf_fonts.remarks_on_letters("plain")
+
+
+def test_accents_that_stand_apart_are_joined() -> None:
+    """Names of files from a Mac: ü and Hangul in their parts."""
+    for word in ("prüfung", "충격"):
+        runs = pdf_fonts.font_runs(unicodedata.normalize("NFD", word), "DejaVuSans")
+        assert "".join(piece for _, piece in runs) == word
+
+
+def test_letters_bear_the_font_that_has_them_in_regular_and_bold() -> None:
+    assert pdf_fonts.marked_letters("a 冲 b", "DejaVuSans") == ('a <font name="NotoSansCJK">冲</font> b', True)
+    assert pdf_fonts.marked_letters("冲", "DejaVuSans-Bold") == ('<font name="NotoSansCJK-Bold">冲</font>', True)
+    assert pdf_fonts.marked_letters("a ≤ ü", "DejaVuSans") == ("a ≤ ü", False)
+
+
+def test_the_same_letters_give_the_same_bytes_whatever_was_printed_before() -> None:
+    first = report_content(document(CHINESE), ".pdf")
+    report_content(document(LANGUAGES["Japanese"]), ".pdf")
+    assert report_content(document(CHINESE), ".pdf") == first
+
+
+def test_reports_that_are_made_at_once_have_their_own_letters() -> None:
+    words = [LANGUAGES["Japanese"], CHINESE, LANGUAGES["Korean"], LANGUAGES["traditional Chinese"]] * 2
+    with ThreadPoolExecutor(4) as pool:
+        for word, pdf in zip(words, pool.map(lambda word: report_content(document(word), ".pdf"), words), strict=True):
+            assert words_of(pdf).count(word) >= 4
+
+
+def test_a_report_of_many_letters_stays_small(tmp_path: Path) -> None:
+    """Only the letters that it has are embedded: 400 of 44,810."""
+    word = "".join(chr(0x4E00 + 7 * i) for i in range(400))
+    assert len(report_content(document(word), ".pdf")) < 600_000

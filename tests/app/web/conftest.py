@@ -9,10 +9,11 @@ from pathlib import Path
 import pytest
 from pyroshock.app.diagnose.diagnosing import keep
 from support.processes.browsers import Lab, browser, chromium, served
+from support.processes.served_pages import address
 from support.records.verdicts import verdict
 from support.stores.stores import opened, run_pyroshock
 
-__all__ = ["browser", "demo_store", "lab"]
+__all__ = ["address", "browser", "demo_store", "lab"]
 
 #: As `pyroshock demo` names them.
 DEMO_DB = "demo.db"

@@ -47,7 +47,8 @@ class TestMat:
             assert recording.info("force").header == {"operator": "Ana", "gain": 2.5}
 
     def test_version_7_3_agrees_with_pymatreader(self, tmp_path, make_recording):
-        pymatreader = pytest.importorskip("pymatreader")
+        import pymatreader
+
         path = tmp_path / "shot.mat"
         make_recording("mat73", path)
         peer = pymatreader.read_mat(str(path))
@@ -268,7 +269,6 @@ def test_elements_that_are_not_whole_are_refused(tmp_path, content, reason):
 @pytest.fixture
 def shot(make_recording, tmp_path):
     """A file and what it holds; `scaled` writes another time scale into it."""
-    pytest.importorskip("idelib", reason="the extra [ide] is not installed")
     path = tmp_path / "shot.ide"
     return path, make_recording("ide", path)
 

@@ -1,13 +1,11 @@
-"""What a reader sees of a PDF: the text and the place of each word, as Poppler (`pdftotext`) reads them."""
+"""What a reader sees of a PDF: text, the place of each line of words, and ink, as PDFium (of Chromium) reads it."""
 
 from __future__ import annotations
 
-import shutil
-import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from xml.etree import ElementTree
-
-import pytest
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -30,26 +28,34 @@ class PlacedLine:
 
 def words_of(pdf: bytes) -> str:
     """The text, in the order of reading."""
-    return _poppler(pdf, "-raw")
+    with _opened(pdf) as document:
+        return "\n".join(page.get_textpage().get_text_range() for page in document)
 
 
 def lines_of(pdf: bytes) -> tuple[tuple[float, float], list[PlacedLine]]:
-    """The size of the pages in points, and their lines of words."""
-    tree = ElementTree.fromstring(_poppler(pdf, "-bbox-layout"))  # noqa: S314  # Poppler's own
+    """The size of the pages in points, and their lines of words, each as large as its ink."""
     size, lines = (0.0, 0.0), []
-    for number, page in enumerate(tree.iter(f"{_HTML}page"), 1):
-        size = float(page.attrib["width"]), float(page.attrib["height"])
-        for line in page.iter(f"{_HTML}line"):
-            corners = (float(line.attrib[key]) for key in ("xMin", "yMin", "xMax", "yMax"))
-            lines.append(PlacedLine(number, " ".join(word.text or "" for word in line), *corners))
+    with _opened(pdf) as document:
+        for number, page in enumerate(document, 1):
+            size, text = page.get_size(), page.get_textpage()
+            for rectangle in range(text.count_rects()):
+                left, bottom, right, top = text.get_rect(rectangle)
+                words = " ".join(text.get_text_bounded(left, bottom, right, top).split())
+                lines.append(PlacedLine(number, words, left, size[1] - top, right, size[1] - bottom))
     return size, lines
 
 
-_HTML = "{http://www.w3.org/1999/xhtml}"
+def picture_of(pdf: bytes, page: int = 0) -> Any:
+    """A page as grey levels, (rows, columns), at two pixels a point: what ink is on it."""
+    import numpy as np
+
+    with _opened(pdf) as document:
+        return np.asarray(document[page].render(scale=2, grayscale=True).to_pil())
 
 
-def _poppler(pdf: bytes, option: str) -> str:
-    program = shutil.which("pdftotext")
-    if program is None:
-        pytest.skip("pdftotext is not installed (poppler-utils), and only a reader of PDFs can say what is seen")
-    return subprocess.run([program, option, "-", "-"], input=pdf, capture_output=True, check=True).stdout.decode()
+@contextmanager
+def _opened(pdf: bytes) -> Iterator[Any]:
+    import pypdfium2
+
+    with pypdfium2.PdfDocument(pdf) as document:
+        yield document

@@ -6,7 +6,6 @@ Chromium is Debian's, `apt-get install chromium`; another one is named by PYROSH
 from __future__ import annotations
 
 import os
-import shutil
 import socket
 import threading
 import time
@@ -21,6 +20,8 @@ from pyroshock.app.server.application import application
 from pyroshock.app.web.settings import Settings
 from pyroshock.schema.session import Store, Writer, open_store
 
+from support.missing import needs_program
+
 ARGUMENTS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking")
 #: A busy machine is given so many times the patience.
 SLOW = float(os.environ.get("PYROSHOCK_SLOW", "1"))
@@ -33,18 +34,17 @@ SCREENSHOTS = os.environ.get("PYROSHOCK_SCREENSHOTS")
 
 def chromium() -> str:
     """Where Chromium is; skips the test without one."""
-    named = os.environ.get("PYROSHOCK_CHROMIUM")
-    for each in (named,) if named else ("chromium", "chromium-browser", "google-chrome"):
-        if found := shutil.which(each):
-            return found
-    pytest.skip(f"no {named or 'chromium'}: apt-get install chromium, or name one by PYROSHOCK_CHROMIUM")
+    if named := os.environ.get("PYROSHOCK_CHROMIUM"):
+        return named
+    return needs_program("chromium", "chromium-browser", "google-chrome")
 
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
     """A browser with an empty profile, of this module alone: its event loop stops with it."""
     path = chromium()
-    sync = pytest.importorskip("playwright.sync_api", reason="no playwright: pip install 'pyroshock[test]'")
+    from playwright import sync_api as sync
+
     with sync.sync_playwright() as playwright:
         started = playwright.chromium.launch(executable_path=path, args=list(ARGUMENTS))
         yield started
@@ -132,7 +132,7 @@ def page_of(browser: Any, lab: Lab, *, width: int = 1280, height: int = 900, **m
         yield page
     finally:
         context.close()
-    assert watch.found == []
+    assert not watch.found, watch.found
 
 
 def at(page: Any, address: str) -> Any:

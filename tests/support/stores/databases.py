@@ -16,13 +16,13 @@ from uuid import uuid4
 import pytest
 from sqlalchemy import URL, make_url
 
+from support.missing import skip_for_want_of
 from support.stores.postgres_server import NoServerError, running_server
 
 
 @pytest.fixture(scope="session")
 def postgres_url() -> Iterator[str]:
     """A PostgreSQL server in which databases may be made: $TEST_DATABASE_URL, or one started for the session."""
-    pytest.importorskip("psycopg", reason="no psycopg: it comes with pyroshock[postgres]", exc_type=ImportError)
     given = os.environ.get("TEST_DATABASE_URL")
     if given:
         yield _text(make_url(given).set(drivername="postgresql+psycopg"))
@@ -31,7 +31,7 @@ def postgres_url() -> Iterator[str]:
         with running_server() as url:
             yield url
     except NoServerError as error:
-        pytest.skip(f"no PostgreSQL server: {error}")
+        skip_for_want_of("PostgreSQL", str(error))
 
 
 @pytest.fixture

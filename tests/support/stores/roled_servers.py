@@ -7,11 +7,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-import pytest
 from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.plan.planning import make_plan
 from sqlalchemy import make_url
 
+from support.missing import skip_for_want_of
 from support.records.campaigns import hammer_campaign
 from support.stores.postgres_server import NoServerError, running_server
 from support.stores.stores import ingested, opened, pyroshock
@@ -48,12 +48,11 @@ class Server:
 @contextmanager
 def roled_server(folder: Path) -> Iterator[Server]:
     """A server of its own: roles are the whole server's, and other tests make them. Skips where none can be had."""
-    pytest.importorskip("psycopg", reason="no psycopg: it comes with pyroshock[postgres]", exc_type=ImportError)
     try:
         with running_server() as url:
             yield _filled(url, folder)
     except NoServerError as error:
-        pytest.skip(f"no PostgreSQL server: {error}")
+        skip_for_want_of("PostgreSQL", str(error))
 
 
 def _filled(url: str, folder: Path) -> Server:

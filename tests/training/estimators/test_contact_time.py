@@ -13,9 +13,6 @@ from support.checks import estimator_checks
 from support.checks.estimator_checks import CHECKS, Rows, check_shapes, fitted, rebuilt
 from support.records.pulse_tables import held_out, pulse_table
 
-pytest.importorskip("optuna", reason="the extra [models] is not installed")
-pytest.importorskip("torch", reason="the extra [models] is not installed")
-
 #: The scatter of the synthetic campaign's contact times (`pulse_table`).
 NOISE = 0.02
 PLAIN = ContactTimeProcess(choice=THESIS)

@@ -173,7 +173,8 @@ def test_rows_in_any_order() -> None:
 
 def own_kernel(linear: bool = True, scale: float = 1.0):
     """RBF plus linear, as a user writes it, with a prior on the lengthscale."""
-    gpytorch = pytest.importorskip("gpytorch", reason="the extra [models] is not installed")
+    import gpytorch
+
     rbf = gpytorch.kernels.RBFKernel(lengthscale_prior=gpytorch.priors.LogNormalPrior(np.log(scale), 0.1))
     return rbf + gpytorch.kernels.LinearKernel() if linear else rbf
 
@@ -210,7 +211,6 @@ class TestOwnKernels:
         """With GPyTorch's bounds after it is read, to the same predictions."""
         import json
 
-        pytest.importorskip("gpytorch", reason="the extra [models] is not installed")
         from pyroshock.training.gp.multitask import named_kernel
 
         x, y = waves(40, 0.05)
@@ -235,7 +235,8 @@ class TestOwnKernels:
         assert kernel.lengthscale.item() == before
 
     def test_another_class_is_refused(self, kind: type[Any]) -> None:
-        gpytorch = pytest.importorskip("gpytorch", reason="the extra [models] is not installed")
+        import gpytorch
+
         with pytest.raises(ValueError, match="SpectralMixtureKernel cannot be stored; kernels that can: RBFKernel"):
             kind(kernel=gpytorch.kernels.SpectralMixtureKernel(num_mixtures=2, ard_num_dims=2))
         with pytest.raises(ValueError, match=r"no kernel 'os\.system'"):

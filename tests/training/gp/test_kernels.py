@@ -12,7 +12,8 @@ A, B = RNG.normal(size=(9, 4)), RNG.normal(size=(6, 4))
 
 @pytest.mark.parametrize("kind", KERNELS)
 def test_kernels_are_sklearns_and_those_that_were_trained(kind: str) -> None:
-    peers = pytest.importorskip("sklearn.gaussian_process.kernels")
+    from sklearn.gaussian_process import kernels as peers
+
     peer = {
         "rbf": peers.RBF(1.0),
         "matern32": peers.Matern(1.0, nu=1.5),
@@ -23,7 +24,7 @@ def test_kernels_are_sklearns_and_those_that_were_trained(kind: str) -> None:
     k = kernel_matrix(kind, A, A)
     np.testing.assert_array_equal(k.diagonal(), 1.0)
     np.testing.assert_allclose(k, k.T, rtol=1e-13)
-    torch = pytest.importorskip("torch", reason="the extra [models] is not installed")
+    import torch
     from pyroshock.training.gp.multitask import named_kernel
 
     kernel = named_kernel(kind, 4)

@@ -5,19 +5,16 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import gpytorch
 import numpy as np
 import pytest
-from scipy.stats import gamma, multivariate_normal, norm
-
-torch = pytest.importorskip("torch", reason="the extra [models] is not installed")
-gpytorch = pytest.importorskip("gpytorch", reason="the extra [models] is not installed")
-
-from gpytorch.mlls import ExactMarginalLogLikelihood  # noqa: E402
-from gpytorch.models import ExactGP  # noqa: E402
-from linear_operator.utils.warnings import NumericalWarning  # noqa: E402
-from pyroshock.training.gp.basis_process import BasisProcess  # noqa: E402
-from pyroshock.training.gp.kronecker import factorise, likelihood  # noqa: E402
-from pyroshock.training.gp.marginal_likelihood import (  # noqa: E402
+import torch
+from gpytorch.mlls import ExactMarginalLogLikelihood
+from gpytorch.models import ExactGP
+from linear_operator.utils.warnings import NumericalWarning
+from pyroshock.training.gp.basis_process import BasisProcess
+from pyroshock.training.gp.kronecker import factorise, likelihood
+from pyroshock.training.gp.marginal_likelihood import (
     TRUNCATION,
     CholeskyMarginalLogLikelihood,
     KroneckerMarginalLogLikelihood,
@@ -25,8 +22,9 @@ from pyroshock.training.gp.marginal_likelihood import (  # noqa: E402
     _ExactLikelihood,
     exact_likelihood,
 )
-from pyroshock.training.gp.maximise import exactly, maximise  # noqa: E402
-from pyroshock.training.gp.multitask import CoregionalModel, named_kernel  # noqa: E402
+from pyroshock.training.gp.maximise import exactly, maximise
+from pyroshock.training.gp.multitask import CoregionalModel, named_kernel
+from scipy.stats import gamma, multivariate_normal, norm
 
 RNG = np.random.default_rng(12)
 X, Y = RNG.normal(size=(30, 3)), RNG.normal(size=(30, 4))

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
+import gpytorch
 import pytest
-
-torch = pytest.importorskip("torch", reason="the extra [models] is not installed")
-gpytorch = pytest.importorskip("gpytorch", reason="the extra [models] is not installed")
-
-from pyroshock.training.gp.kernel_description import SquaredExponential  # noqa: E402
+import torch
+from pyroshock.training.gp.kernel_description import SquaredExponential
 
 GENERATOR = torch.Generator().manual_seed(1)
 #: Far from 0, with two equal rows.

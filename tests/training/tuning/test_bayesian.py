@@ -7,13 +7,10 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+import optuna
 import pytest
-
-optuna = pytest.importorskip("optuna", reason="the extra [models] is not installed")
-pytest.importorskip("torch", reason="the extra [models] is not installed")
-
-from pyroshock.training.tuning.bayesian import BayesianResult, Between, OneOf, bayesian_minimum  # noqa: E402
-from pyroshock.training.tuning.trials import Trial  # noqa: E402
+from pyroshock.training.tuning.bayesian import BayesianResult, Between, OneOf, bayesian_minimum
+from pyroshock.training.tuning.trials import Trial
 
 SPACE = {"shape": OneOf(("round", "flat")), "width": Between(1e-3, 1e3)}
 

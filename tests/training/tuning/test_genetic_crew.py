@@ -21,7 +21,6 @@ def test_any_crew_finds_the_same(executor, tmp_path):
 
 
 def test_a_cluster_finds_the_same(tmp_path):
-    pytest.importorskip("distributed", reason="no Dask: it comes with pyroshock[cluster]")
     alone = run_search(SEARCH, chores.away, 3, SearchJournal(None, {}))
     with dask_cluster(tmp_path, 2) as cluster:
         executor = ExecutorConfig("dask", scheduler=cluster.address)
