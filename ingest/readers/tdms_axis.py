@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from .base import rate_from_step
 from .contents import RATE_NAMES
-from .start_times import absolute_start, seconds_between, starts_on_one_clock
+from .start_times import absolute_start, clock_zero, seconds_between, starts_on_one_clock
 from .x_axis import seconds_per_unit_of_x
 
 _AGREEMENT = 1e-3
@@ -27,11 +27,12 @@ class Axis:
     offset_s: float = 0.0
     gaps: tuple[tuple[int, int], ...] = ()
     times_s: Floats | None = None  # from the first, where the rate follows from them
+    zero: dict[str, str] = field(default_factory=dict)  # the instant at which `offset_s` counts from 0
     obstacle: str | None = None
 
     @property
     def header(self) -> dict[str, Any]:
-        return {"time_gaps": [list(gap) for gap in self.gaps]} if self.gaps else {}
+        return {**({"time_gaps": [list(gap) for gap in self.gaps]} if self.gaps else {}), **self.zero}
 
 
 @dataclass(frozen=True)
@@ -142,7 +143,8 @@ def with_stamps(axis: Axis, stamps: Stamps) -> Axis:
 def on_one_clock(axes: Sequence[Axis], names: Sequence[str]) -> list[Axis]:
     """The same axes with all starts in `offset_s`, after the earliest absolute start of the file."""
     readable = [axis.obstacle is None and (axis.rate_hz is not None or axis.times_s is not None) for axis in axes]
-    starts = starts_on_one_clock([axis.start if ok else None for axis, ok in zip(axes, readable, strict=True)])
+    stated = [axis.start if ok else None for axis, ok in zip(axes, readable, strict=True)]
+    starts, zero = starts_on_one_clock(stated), clock_zero(stated)
     dated = next((name for name, axis, ok in zip(names, axes, readable, strict=True) if ok and axis.start), None)
     aligned = []
     for axis, start_s, ok in zip(axes, starts, readable, strict=True):
@@ -157,5 +159,6 @@ def on_one_clock(axes: Sequence[Axis], names: Sequence[str]) -> list[Axis]:
             aligned.append(replace(axis, obstacle=obstacle))
         else:
             times_s = None if axis.times_s is None else axis.times_s + start_s
-            aligned.append(replace(axis, start=None, offset_s=axis.offset_s + start_s, times_s=times_s))
+            offset_s = axis.offset_s + start_s
+            aligned.append(replace(axis, start=None, offset_s=offset_s, times_s=times_s, zero=zero))
     return aligned
