@@ -37,7 +37,8 @@ class ReadingOptions:
 
     `columns` are the names of columns in order, where a file has none, with a unit if need be (`force [N]`);
     `delimiter` and `decimal` are signs, for text that could be read in two ways. `harmless_fields` are fields of the
-    files (or patterns of them) that the laboratory knows to change no number.
+    files (or patterns of them) that the laboratory knows to change no number. `resample_uneven_time` puts samples whose
+    own times are uneven on an even grid; without it such a file is refused.
     """
 
     columns: tuple[str, ...] = ()
@@ -45,6 +46,7 @@ class ReadingOptions:
     delimiter: str | None = None
     decimal: str | None = None
     harmless_fields: tuple[str, ...] = ()
+    resample_uneven_time: bool = False
 
 
 AS_IN_FILE = ReadingOptions()

@@ -111,7 +111,7 @@ def _time_clock(path: Path, array: Array, stated_hz: float | None) -> Clock:
     """From a time vector; one printed with too few digits to tell its steps apart gives the start of a stated rate."""
     scale = time_scale(array.name, array.unit)
     if scale is None:
-        raise RecordingError(f"{path.name}: {array.name!r} is in {array.unit!r}; expected one of s, ms, us, ns")
+        raise RecordingError(f"{path.name}: {array.name!r} is in {array.unit!r}; expected one of s, ms, us, ns, min, h")
     times = _numbers(path, array) * scale
     try:
         rate, start = rate_from_times(path, times)

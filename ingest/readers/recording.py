@@ -216,6 +216,8 @@ def _own_clock(path: Path, array: Array) -> Clock | None:
 
 def _why_not(array: Array, clock: Clock | None) -> str | None:
     """Why `array` cannot be a channel; None where it can."""
+    if array.obstacle is not None:
+        return array.obstacle
     if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8:
         return f"is {_KINDS.get(array.dtype.kind, array.dtype.name)}; expected real numbers of at most 8 bytes"
     if array.samples == 0:
