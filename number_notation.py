@@ -104,8 +104,9 @@ def notation_of(
     What proves a sign: `0,5` and `12,34` a decimal sign, `1,234,567` and `1,234.5` a sign between thousands; `decimal`
     is a sign that the laboratory states. Where no cell proves any, two things count. A comma sets thousands apart in a
     column that also has numbers below 1000 without it and a group that ends in zero: three decimals in every number
-    would leave no bare ones, and dropped zeros no `1,250`; what people write (`by_hand`) is less regular, and is judged
-    so only between commas. Between commas (`comma_cells`) a point is a decimal point.
+    would leave no bare ones, and dropped zeros no `1,250`. Between commas (`comma_cells`) a point is a decimal point. What
+    people write (`by_hand`) is less regular: there, only a decimal point between commas, or a decimal comma between
+    other signs, proves what the other sign is.
     Raises `AmbiguousNumberError` where two readings remain.
     """
     decimals: set[str] = set() if decimal is None else {decimal}
@@ -121,7 +122,8 @@ def notation_of(
                 doubtful.setdefault("," if "," in text else ".", []).append((text, column))
     for sign, cells in doubtful.items():
         other = "." if sign == "," else ","
-        if sign in decimals or sign in thousands or other in decimals or thousands:
+        usual = not by_hand or (other == ".") == comma_cells
+        if sign in decimals or sign in thousands or (other in decimals and usual) or thousands:
             continue
         grouped = any(_sets_thousands_apart(sign, column) for _, column in cells)
         if sign == "," and grouped and (comma_cells or not by_hand) and other not in doubtful:
