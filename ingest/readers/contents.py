@@ -23,6 +23,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...parallel.read_ahead import Isolation
 from ...signals.units import SI_UNITS, UnitError, to_si
 from .base import RecordingError
@@ -75,6 +76,7 @@ class Array:
     unit: str | None = None
     rate_hz: Any = None  # where the file gives the array its own
     start_s: float = 0.0
+    times_s: Floats | None = None  # of its samples, where the file gives the array its own: rate and start follow
     header: dict[str, Any] = field(default_factory=dict)
     nameless: bool = False  # `name` is ours: the file has none
     obstacle: str | None = None  # why no channel can be made of it, as `unread_field` says it; others can be read

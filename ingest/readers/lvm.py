@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .base import ReadingOptions, RecordingError, rate_from_step, rate_from_times
+from .base import ReadingOptions, RecordingError, rate_from_step
 from .contents import Array, Contents, in_memory, one_line
 from .csv import table_contents
 from .recording import ArrayReader
@@ -78,12 +78,9 @@ def _arrays(path: Path, parsed: dict[Any, Any], text: str) -> list[Array]:
     lengths = _lengths(path, parsed, len(numbers))
     columns = [numbers[: lengths[i], first + i] for i in range(count)]
     _refuse_unreadable(path, columns, text)
-    rates = [_rate_and_start(path, segment, i, numbers[: lengths[i], 0] if first else None) for i in range(count)]
+    clocks = [_clock(path, segment, i, numbers[: lengths[i], 0] if first else None) for i in range(count)]
     units = [*segment.get("Y_Unit_Label", []), *[""] * count]
-    return [
-        in_memory(names[i], np.ascontiguousarray(columns[i]), unit=units[i], rate_hz=rates[i][0], start_s=rates[i][1])
-        for i in range(count)
-    ]
+    return [in_memory(names[i], np.ascontiguousarray(columns[i]), unit=units[i], **clocks[i]) for i in range(count)]
 
 
 def _lengths(path: Path, parsed: dict[Any, Any], rows: int) -> list[int]:
@@ -113,9 +110,7 @@ def _refuse_unreadable(path: Path, columns: list[NDArray[np.float64]], text: str
         raise RecordingError(f"{path.name}: {missing - written} fields are not numbers; a line is cut or damaged")
 
 
-def _rate_and_start(
-    path: Path, segment: dict[str, Any], channel: int, times: NDArray[np.float64] | None
-) -> tuple[float, float]:
+def _clock(path: Path, segment: dict[str, Any], channel: int, times: NDArray[np.float64] | None) -> dict[str, Any]:
     """From Delta_X and X0, else from the X column."""
     steps, starts = segment.get("Delta_X", []), segment.get("X0", [])
     if channel < len(steps) and np.isfinite(steps[channel]):
@@ -123,10 +118,10 @@ def _rate_and_start(
         if step <= 0.0:
             raise RecordingError(f"{path.name}: Delta_X is {step} s; expected a step above 0")
         start = float(starts[channel]) if channel < len(starts) and np.isfinite(starts[channel]) else 0.0
-        return rate_from_step(step, _PRINTED_STEP), start
+        return {"rate_hz": rate_from_step(step, _PRINTED_STEP), "start_s": start}
     if times is None:
         raise RecordingError(f"{path.name}: has neither Delta_X nor an X column; expected one of them")
-    return rate_from_times(path, times)
+    return {"times_s": times}
 
 
 def _header(parsed: dict[Any, Any]) -> dict[str, str]:

@@ -16,9 +16,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .base import AS_IN_FILE, ChannelInfo, OpenRecording, Reader, ReadingOptions, RecordingError, refuse_bomb
-from .clock import Clock, clock_above, clocks_of, positive_rate, refuse_other_rate
-from .contents import Array, Contents, name_and_unit, refuse_nothing, to_python, translate_errors
+from .clock import Clock, clock_above, clock_of_times, clocks_of, positive_rate, refuse_other_rate
+from .contents import Array, Contents, in_memory, name_and_unit, refuse_nothing, to_python, translate_errors
+from .even_time import UnevenTimeError
+from .resampling import resampled
 
 #: A matrix with more channels than this is no recording of a bench.
 MAX_COLUMNS = 1024
@@ -116,16 +119,24 @@ class ArraysRecording(OpenRecording):
         self._arrays: dict[str, Array] = {}
         self._refused: dict[str, str] = {}
         self._name_by_place: dict[str, str] = {}
-        clocks, header, channels = clocks_of(path, contents, options.sampling_rate_hz), _header(contents), []
+        clocks, header, channels = clocks_of(path, contents, options), _header(contents), []
+        own_clock = _OwnClocks(path, options)
         for name, array in _named(path, contents.arrays):
             self._name_by_place |= dict.fromkeys(_channel_positions(array), name)
-            clock = _own_clock(path, array) or clock_above(clocks, array.group)
+            try:
+                clock = own_clock.of(array) or clock_above(clocks, array.group)
+            except UnevenTimeError as error:
+                self._refused[name] = f"cannot be read: {str(error).removeprefix(f'{path.name}: ')}"
+                continue
             reason = _why_not(array, clock)
             if reason is not None or clock is None:
                 self._refused[name] = reason or "has no sampling rate"
                 continue
             refuse_bomb(path, name, array.samples, array.dtype.itemsize)
-            refuse_other_rate(path, clock, options.sampling_rate_hz)
+            if clock.uneven_s is None:
+                refuse_other_rate(path, clock, options.sampling_rate_hz)
+            else:
+                array = _on_grid(path, array, clock, clock.uneven_s)
             self._arrays[name] = array
             channels.append(_info(name, array, clock, header))
         self.channels = tuple(channels)
@@ -210,8 +221,31 @@ def _text(text: str) -> str:
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
-def _own_clock(path: Path, array: Array) -> Clock | None:
-    return None if array.rate_hz is None else Clock(positive_rate(path, array.rate_hz), array.start_s)
+class _OwnClocks:
+    """The clocks of arrays that have their own; channels that share their times share a clock."""
+
+    def __init__(self, path: Path, options: ReadingOptions) -> None:
+        self._path, self._options = path, options
+        self._by_times: dict[int, Clock] = {}
+
+    def of(self, array: Array) -> Clock | None:
+        if array.times_s is not None and array.obstacle is None:
+            if id(array.times_s) not in self._by_times:
+                clock = clock_of_times(self._path, array.times_s, options=self._options)
+                self._by_times[id(array.times_s)] = clock
+            return self._by_times[id(array.times_s)]
+        return None if array.rate_hz is None else Clock(positive_rate(self._path, array.rate_hz), array.start_s)
+
+
+def _on_grid(path: Path, array: Array, clock: Clock, times_s: Floats) -> Array:
+    """A channel of uneven times on the even grid of its clock, with the error of this in its header."""
+    samples = array.take(0, array.samples).astype(np.float64)
+    values, error = resampled(path, array.name, times_s, samples, clock.rate_hz)
+    steps = np.diff(times_s)
+    facts = {"steps_s": [float(steps.min()), float(steps.max())], "samples": array.samples, "error_bound": error}
+    return in_memory(
+        array.name, values, group=array.group, unit=array.unit, header={**array.header, "resampled_time": facts}
+    )
 
 
 def _why_not(array: Array, clock: Clock | None) -> str | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .base import ReadingOptions, RecordingError, rate_from_step, rate_from_times, refuse_bomb
+from .base import ReadingOptions, RecordingError, rate_from_step, refuse_bomb
 from .contents import Array, Contents, lazy_array
 from .recording import ArrayReader
 
@@ -70,7 +69,7 @@ def _array(path: Path, file: pyuff.UFF, number: int, name: str, head: dict[str, 
         raise RecordingError(f"{path.name}: {name!r} declares {samples} samples; expected none or more")
     refuse_bomb(path, name, samples, dtype.itemsize)
     load = partial(_load, path, file, number, name, samples)
-    rate, start = _rate_and_start(path, head, name, load)
+    clock: dict[str, Any] = {"times_s": load()[0]} if head["abscissa_spacing"] == 0 else _even_clock(path, head, name)
 
     def values() -> NDArray[Any]:
         return load()[1].astype(dtype)
@@ -81,20 +80,17 @@ def _array(path: Path, file: pyuff.UFF, number: int, name: str, head: dict[str, 
         dtype,
         lazy_array(values),
         unit={"NONE": None}.get(label := head.get("ordinate_axis_units_lab", ""), label),
-        rate_hz=rate,
-        start_s=start,
         header={key: head[key] for key in _HEADER_KEYS if key in head},
+        **clock,
     )
 
 
-def _rate_and_start(path: Path, head: dict[str, Any], name: str, load: Callable[[], _Pair]) -> tuple[float, float]:
-    """From the even abscissa's minimum and increment, or from the stored times."""
-    if head["abscissa_spacing"] == 0:
-        return rate_from_times(path, load()[0])
+def _even_clock(path: Path, head: dict[str, Any], name: str) -> dict[str, Any]:
+    """From the abscissa's minimum and increment."""
     step = float(head["abscissa_inc"])
     if not (np.isfinite(step) and step > 0.0):
         raise RecordingError(f"{path.name}: {name!r} has an abscissa increment of {step} s; expected a step above 0")
-    return rate_from_step(step, _PRINTED_STEP), float(head["abscissa_min"])
+    return {"rate_hz": rate_from_step(step, _PRINTED_STEP), "start_s": float(head["abscissa_min"])}
 
 
 def _load(path: Path, file: pyuff.UFF, number: int, name: str, samples: int) -> _Pair:

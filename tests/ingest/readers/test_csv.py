@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.ingest.readers import ReadingOptions, RecordingError, open_recording
-from pyroshock.ingest.readers.base import rate_from_step, rate_from_times
+from pyroshock.ingest.readers.base import rate_from_step
 
 FORCE = [0.0, 1.5, -2.25]
 ACCELERATION = [10.0, 20.5, 30.0]
@@ -264,27 +264,3 @@ def test_a_printed_step_gives_the_round_rate(rate, digits):
 @given(rate=st.floats(1.0, 1e7))
 def test_a_rate_stays_within_what_its_step_leaves_open(rate):
     assert rate_from_step(1 / rate, 1e-6) == pytest.approx(rate, rel=1.0001e-6)
-
-
-@pytest.mark.parametrize("rate", [20000.0, 51200.0, 102400.0])
-def test_times_printed_to_the_microsecond_give_the_rate(rate):
-    """The median of these steps is 50, 20 and 10 us: 50 kHz for a record at 51.2 kHz, as an earlier version gave."""
-    times = np.round(np.arange(8192) / rate, 6)
-    assert rate_from_times(SHOT, times) == (rate, 0.0)
-
-
-@given(missing=st.sets(st.integers(1, 998), max_size=20))
-def test_missing_samples_do_not_change_the_rate(missing):
-    times = np.delete(np.arange(1000), sorted(missing)) / 51200
-    assert rate_from_times(SHOT, times)[0] == 51200
-
-
-def test_uneven_times_are_refused_and_single_precision_gives_the_rate():
-    times = (np.arange(8192) / 51200).astype(np.float32).astype(np.float64)
-    assert rate_from_times(SHOT, times)[0] == 51200
-    assert rate_from_times(SHOT, np.arange(1000) / 31415.926)[0] == pytest.approx(31415.926, rel=1e-6)
-    with pytest.raises(RecordingError, match="expected evenly spaced time"):
-        rate_from_times(SHOT, np.geomspace(1, 1e4, 200))
-    for samples in (0, 1):
-        with pytest.raises(RecordingError, match="at least two samples"):
-            rate_from_times(SHOT, np.zeros(samples))
