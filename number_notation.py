@@ -104,9 +104,9 @@ def notation_of(
     What proves a sign: `0,5` and `12,34` a decimal sign, `1,234,567` and `1,234.5` a sign between thousands; `decimal`
     is a sign that the laboratory states. Where no cell proves any, two things count. A comma sets thousands apart in a
     column that also has numbers below 1000 without it and a group that ends in zero: three decimals in every number
-    would leave no bare ones, and dropped zeros no `1,250`. Between commas (`comma_cells`) a point is a decimal point. What
-    people write (`by_hand`) is less regular: there, only a decimal point between commas, or a decimal comma between
-    other signs, proves what the other sign is.
+    would leave no bare ones, and dropped zeros no `1,250`. Between commas (`comma_cells`) a point is a decimal point.
+    What people write (`by_hand`) is less regular: there, only a decimal point between commas, or a decimal comma
+    between other signs, proves what the other sign is.
     Raises `AmbiguousNumberError` where two readings remain.
     """
     decimals: set[str] = set() if decimal is None else {decimal}
@@ -116,8 +116,8 @@ def notation_of(
         for text in set(column):
             meanings = readings(text)
             if len(meanings) == 1:
-                decimals |= {meanings[0].decimal} - {None}
-                thousands |= {meanings[0].thousands} - {None}
+                decimals |= {sign for sign in (meanings[0].decimal,) if sign}
+                thousands |= {sign for sign in (meanings[0].thousands,) if sign}
             elif meanings:
                 doubtful.setdefault("," if "," in text else ".", []).append((text, column))
     for sign, cells in doubtful.items():

