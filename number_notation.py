@@ -113,7 +113,7 @@ def notation_of(
     thousands: set[str] = set()
     doubtful: dict[str, list[tuple[str, Sequence[str]]]] = {}
     for column in columns:
-        for text in set(column):
+        for text in dict.fromkeys(column):
             meanings = readings(text)
             if len(meanings) == 1:
                 decimals |= {sign for sign in (meanings[0].decimal,) if sign}

@@ -20,6 +20,7 @@ _MIDNIGHT_S = _DAY_S // 2
 _CLOCK = r"(\d{1,2}):(\d{2})(?::(\d{2}))?(?:[.,](\d{1,18}))?(?: ?([AaPp])\.?[Mm]\.?)?"
 _ZONE = r" ?(?:Z|UTC|([-+]\d{2}):?(\d{2})?)?"
 _DATE = r"(?:(\d{4})([-/.])(\d{1,2})\2(\d{1,2})|(\d{1,2})([-/.])(\d{1,2})\6(\d{4}))"
+_BEGINS_AS_CLOCK = re.compile(r"\d{1,2}:\d{2}|\d{1,4}([-/.])\d{1,2}\1\d", re.ASCII)
 _CLOCK_ONLY = re.compile(_CLOCK + _ZONE, re.ASCII)
 _DATE_ONLY = re.compile(_DATE, re.ASCII)
 _BOTH = re.compile(f"{_DATE}(?:T| +){_CLOCK}{_ZONE}", re.ASCII)
@@ -27,7 +28,7 @@ _BOTH = re.compile(f"{_DATE}(?:T| +){_CLOCK}{_ZONE}", re.ASCII)
 
 def is_clock_text(text: str) -> bool:
     """Whether a cell is a date, a time of day, or both."""
-    if not text[:1].isdigit() or not (":" in text or "-" in text or "/" in text or text.count(".") == 2):
+    if not _BEGINS_AS_CLOCK.match(text):
         return False
     return any(pattern.fullmatch(text) for pattern in (_CLOCK_ONLY, _DATE_ONLY, _BOTH))
 

@@ -87,8 +87,8 @@ def _layout(path: Path, lines: list[str], options: ReadingOptions) -> Layout:
         if not header.is_file():
             raise RecordingError(
                 f"{path.name}: line 1 ({lines[0][:40] if lines else ''!r}) holds numbers already; the instrument "
-                f"writes names, units, rate and start into {header.name} beside it, which is not there; copy it here, or give "
-                "columns and sampling_rate_hz under [recordings] in campaign.toml"
+                f"writes names, units, rate and start into {header.name} beside it, which is not there; copy it here, "
+                "or give columns and sampling_rate_hz under [recordings] in campaign.toml"
             )
         table = tabulate(path, lines, options)[0]
         return with_given_names(header_file_layout(path, read_text(header, may_lack_last_end=True), table), options)

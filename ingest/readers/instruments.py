@@ -63,7 +63,7 @@ _TIMED = "the time column says it"
 _ABOUT = "describes the instrument"
 _SEGMENTS = "its segments would be read as one record; export one segment a file"
 _PICTURE = tuple(
-    harmless(f"{axis} {what}", _SCREEN) for axis in ("Vertical", "Horizontal") for what in ("Scale", "Offset")
+    harmless(name, _SCREEN) for name in ("Vertical Scale", "Vertical Offset", "Horizontal Scale", "Horizontal Offset")
 )
 
 INSTRUMENTS: tuple[Instrument, ...] = (
@@ -270,15 +270,11 @@ HEADER_FILE = Instrument(
         refused("NumberOfAcquisitions", _SEGMENTS, "1"),
         refused("NofAcquisitions", _SEGMENTS, "1"),
         refused("SignalType", "it is no record over time", "Normal", "Source", "eRS_SIGNAL_TYPE_NORMAL"),
-        *(
-            harmless(f"*{name}*", _SCREEN)
-            for name in ("VerticalScale", "VerticalOffset", "VerticalPosition", "Division")
-        ),
-        *(
-            harmless(f"*{name}*", _APPLIED)
-            for name in ("Impedance", "NumberOfQuantisation", "NofQuantisation", "Probe")
-        ),
-        *(harmless(f"*{name}*", _ABOUT) for name in ("Timestamp", "TriggerOffset", "Filter", "Bandwidth", "Leading")),
+        harmless("*Vertical*", _SCREEN),
+        harmless("*Division*", _SCREEN),
+        harmless("*Quantisation*", _APPLIED),
+        harmless("*Probe*", _APPLIED),
+        harmless("TriggerOffset", "HardwareXStart says when the samples were taken"),
         harmless("TimeScale", _SCREEN),
         harmless("*Horizontal*", _SCREEN),
         harmless("HWRecordLength", "is the number in memory"),

@@ -7,7 +7,7 @@ import csv
 import re
 from dataclasses import dataclass, field
 
-from ...number_notation import readings
+from ...number_notation import GROUP_SIGNS, readings
 from .clock_times import is_clock_text
 from .field_rules import FieldRule
 
@@ -145,13 +145,15 @@ def _is_numeric_row(row: list[str], decimal: str) -> bool:
     )
 
 
+#: What a number with thousands apart looks like; `readings` says which sign is which.
+_APART = re.compile(rf"[-+]?[1-9]\d{{0,2}}(?:[.,{GROUP_SIGNS}]\d{{3}})+(?:[.,]\d*)?", re.ASCII)
+
+
 def is_number(text: str, decimal: str) -> bool:
     """Whether `text` is a number with this decimal sign, or a whole one, thousands apart or not."""
-    if "," not in text or (decimal == "," and "." not in text and not text.endswith(",")):
-        try:
-            float(text.replace(",", "."))
-        except ValueError:
-            pass
-        else:
-            return "_" not in text and (decimal == "." or "." not in text or len(readings(text)) > 1)
-    return any(meaning.decimal in (None, decimal) for meaning in readings(text))
+    plain = text if decimal == "." else text.replace(",", ".") if "." not in text and not text.endswith(",") else ""
+    try:
+        float(plain)
+    except ValueError:
+        return _APART.fullmatch(text) is not None and any(r.decimal in (None, decimal) for r in readings(text))
+    return "_" not in text
