@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given, settings
 from pyroshock.delimited_text import HeadedTable, decode_utf8, delimiter_of, parse_number, table_rows
+from support.records.written_numbers import WrittenColumn, tables, text_of
 
 
 @pytest.mark.parametrize("delimiter", [";", "\t", ","])
@@ -84,3 +86,17 @@ def test_the_other_numbers_of_a_table_prove_what_a_comma_means(text: str, cells:
             table_rows(text)
     else:
         assert [row[0] for _, row in table_rows(text)[1:]] == cells
+
+
+@settings(max_examples=300)
+@given(tables())
+def test_a_table_of_numbers_is_read_exactly_or_refused(drawn: tuple[list[WrittenColumn], tuple[str, str], str]) -> None:
+    table, notation, delimiter = drawn
+    text = text_of(table, notation, delimiter, ["a", "b", "c"][: len(table)])
+    try:
+        rows = HeadedTable.of(table_rows(text))
+        rows.check()
+        numbers = [[parse_number(cells[name]) for _, cells in rows.lines] for name in rows.header]
+    except ValueError:
+        return
+    assert numbers == [column.values for column in table]

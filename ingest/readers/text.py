@@ -13,16 +13,7 @@ from .base import AS_IN_FILE, ReadingOptions, RecordingError, collapse_blanks
 from .contents import is_clock_name, is_unit, name_and_unit
 from .instrument_header import header_fields, layout_of, recognised
 from .instruments import Instrument
-from .text_table import (
-    BLANK_CANDIDATES,
-    BLANKS,
-    CANDIDATES,
-    NO_DELIMITER,
-    ONE_COLUMN,
-    Layout,
-    TextTable,
-    read_as,
-)
+from .text_table import BLANKS, DELIMITERS, NO_DELIMITER, Layout, TextTable, read_as
 
 _SAMPLE_LINES = 400
 
@@ -65,12 +56,10 @@ def tabulate(
     """The table that explains the first lines best, its instrument, and all tables that explain them."""
     sample = lines[:_SAMPLE_LINES]
     signs = set().union(*sample) | {NO_DELIMITER, BLANKS}
-    candidates = [
-        (d, c)
-        for d, c in CANDIDATES + BLANK_CANDIDATES + ONE_COLUMN
-        if d in signs and options.delimiter in (None, d) and options.decimal in (None, c)
-    ]
-    tables = [t for d, c in candidates if (t := read_as(sample, d, c)) is not None]
+    if options.decimal == "," and '"' not in signs:
+        signs -= {","}
+    delimiters = [sign for sign in DELIMITERS if sign in signs and options.delimiter in (None, sign)]
+    tables = [t for delimiter in delimiters if (t := read_as(sample, delimiter, options.decimal)) is not None]
     if not tables:
         raise RecordingError(
             f"{path.name}: no line of numbers found; expected columns separated by , ; | tab or blanks"

@@ -1,4 +1,4 @@
-"""A text's first lines as a table under one delimiter and decimal sign: its fields, where the numbers start, and the
+"""A text's first lines as a table under one delimiter: its fields, where the numbers start, and the
 lines above that could be names or units."""
 
 from __future__ import annotations
@@ -13,12 +13,10 @@ from .field_rules import FieldRule
 
 #: One or more blanks or tabs.
 BLANKS = " "
-#: Tried in this order; the earlier wins where two explain the file equally well.
-CANDIDATES = [(";", "."), (";", ","), ("\t", "."), ("\t", ","), ("|", "."), ("|", ","), (",", ".")]
-BLANK_CANDIDATES = [(BLANKS, "."), (BLANKS, ",")]
 #: A file of one column has no delimiter; this control character stands for it.
 NO_DELIMITER = "\x1f"
-ONE_COLUMN = [(NO_DELIMITER, "."), (NO_DELIMITER, ",")]
+#: Tried in this order; the earlier wins where two explain the file equally well.
+DELIMITERS = (";", "\t", "|", ",", BLANKS, NO_DELIMITER)
 COMMENT = re.compile(r"\s*(?:#|%|//)+\s*")
 STATEMENT = re.compile(r"([^=:]+?)\s*[=:]\s*(\S.*?)\s*")
 _SEPARATOR_AT_BLANK = re.compile(r"[,;](?=\s|$)")
@@ -58,7 +56,7 @@ class TextTable:
     """One reading of the sample: fields of every line, and the first line of numbers."""
 
     delimiter: str
-    decimal: str
+    decimal: str | None  # as the laboratory states it
     first: int
     columns: int
     numeric_lines: int
@@ -101,7 +99,7 @@ class TextTable:
 
     def _is_title(self, text: str) -> bool:
         # `force,acc` above `1,2` and `3` is a damaged table of two columns, not one column with a decimal comma.
-        several = self.delimiter == NO_DELIMITER and any(d in text for d, _ in CANDIDATES)
+        several = self.delimiter == NO_DELIMITER and any(sign in text for sign in ";\t|,")
         return not several and not is_number(text, self.decimal)
 
 
@@ -116,8 +114,8 @@ def split(line: str, delimiter: str) -> list[str]:
     return text.split() if delimiter == BLANKS else [cell.strip() for cell in text.split(delimiter)]
 
 
-def read_as(sample: list[str], delimiter: str, decimal: str) -> TextTable | None:
-    """The sample under one delimiter and decimal sign; None where that gives no table of numbers."""
+def read_as(sample: list[str], delimiter: str, decimal: str | None) -> TextTable | None:
+    """The sample under one delimiter; None where that gives no table of numbers, with `decimal` if it is stated."""
     rows = [split(line, delimiter) for line in sample]
     widths = [
         len(row) if not COMMENT.match(line) and _is_numeric_row(row, decimal) else 0
@@ -139,7 +137,7 @@ def read_as(sample: list[str], delimiter: str, decimal: str) -> TextTable | None
     return TextTable(delimiter, decimal, first, columns, widths.count(columns), empty_at_end, sample, rows, clocks)
 
 
-def _is_numeric_row(row: list[str], decimal: str) -> bool:
+def _is_numeric_row(row: list[str], decimal: str | None) -> bool:
     return any(is_number(f, decimal) for f in row) and all(
         f == "" or is_number(f, decimal) or is_clock_text(f) for f in row
     )
@@ -149,11 +147,14 @@ def _is_numeric_row(row: list[str], decimal: str) -> bool:
 _APART = re.compile(rf"[-+]?[1-9]\d{{0,2}}(?:[.,{GROUP_SIGNS}]\d{{3}})+(?:[.,]\d*)?", re.ASCII)
 
 
-def is_number(text: str, decimal: str) -> bool:
-    """Whether `text` is a number with this decimal sign, or a whole one, thousands apart or not."""
-    plain = text if decimal == "." else text.replace(",", ".") if "." not in text and not text.endswith(",") else ""
+def is_number(text: str, decimal: str | None = None) -> bool:
+    """Whether `text` is a number, thousands apart or not; with this decimal sign or a whole one, where it is given."""
+    plain = text.replace(",", ".") if "." not in text and not text.endswith(",") else text
     try:
         float(plain)
     except ValueError:
-        return _APART.fullmatch(text) is not None and any(r.decimal in (None, decimal) for r in readings(text))
-    return "_" not in text
+        if _APART.fullmatch(text) is None:
+            return False
+    if decimal is None or ("." not in text and "," not in text):
+        return "_" not in text
+    return any(reading.decimal in (None, decimal) for reading in readings(text))
