@@ -31,6 +31,7 @@ class Clock:
     samples: int | None = None
     header: dict[str, Any] = field(default_factory=dict)
     uneven_s: Floats | None = None
+    obstacle: str | None = None  # why there is no rate: the channels of the group cannot be read, others can
 
 
 def positive_rate(path: Path, value: Any) -> float:
@@ -60,7 +61,11 @@ def clocks_of(path: Path, contents: Contents, options: ReadingOptions = AS_IN_FI
             stated = _agreeing(path, stated, Clock(_stated_rate(path, rate)))
         for time in (array for array in members if array.is_time):
             rate_hz = stated.rate_hz if stated is not None else given_hz
-            stated = _agreeing(path, stated, _time_clock(path, time, rate_hz, options))
+            try:
+                stated = _agreeing(path, stated, _time_clock(path, time, rate_hz, options))
+            except UnevenTimeError as error:
+                stated = Clock(math.nan, obstacle=str(error).removeprefix(f"{path.name}: "))
+                break
         if stated is not None:
             clocks[group] = stated
     if given_hz is not None:
@@ -90,6 +95,11 @@ def refuse_other_rate(path: Path, clock: Clock, given_hz: float | None) -> None:
         )
 
 
+def clocks_agree(first: Clock, second: Clock) -> bool:
+    """Whether two clocks say one rate."""
+    return bool(abs(first.rate_hz - second.rate_hz) <= _AGREEMENT * first.rate_hz)
+
+
 def clock_above(clocks: dict[str, Clock], group: str) -> Clock | None:
     """The clock of `group` or of the nearest group above it."""
     while group and group not in clocks:
@@ -101,7 +111,7 @@ def _agreeing(path: Path, stated: Clock | None, clock: Clock) -> Clock:
     """One clock of two statements: the first rate, the second start and length."""
     if stated is None:
         return clock
-    if abs(stated.rate_hz - clock.rate_hz) > _AGREEMENT * stated.rate_hz:
+    if not clocks_agree(stated, clock):
         raise RecordingError(
             f"{path.name}: states two sampling rates, {stated.rate_hz} Hz and {clock.rate_hz} Hz; expected one"
         )

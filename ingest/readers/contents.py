@@ -61,6 +61,7 @@ _TIME_NAME = re.compile(
 )
 #: A column that has a unit for a name: `(ms)`, `[s]`, `seconds`.
 _UNIT_AS_NAME = re.compile(rf"[\[(<] ?({_UNIT_WORDS}) ?[\])>]|([mnuµμ]s|[a-z]{{3,}})", re.IGNORECASE)
+_VOLTS = {"v", "volt", "volts"}
 _BRACKETED = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))")
 
 
@@ -165,6 +166,18 @@ def is_unit(text: str) -> bool:
         except UnitError:
             continue
         return True
+    return False
+
+
+def same_unit(first: str, second: str) -> bool:
+    """Whether two texts say one unit: `m/s2` and `m/s^2`, `V` and `Volts`."""
+    if first.strip().lower() == second.strip().lower() or {first.lower(), second.lower()} <= _VOLTS:
+        return True
+    for quantity in SI_UNITS:
+        try:
+            return to_si(first, quantity) == to_si(second, quantity)
+        except UnitError:
+            continue
     return False
 
 

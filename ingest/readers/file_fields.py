@@ -60,7 +60,7 @@ def unread_field(
     repeat. As `Array.obstacle` the text refuses one channel, and the other channels of the file can be read.
     """
     for name, value in fields.items():
-        if any(fnmatchcase(name.lower(), pattern.lower()) for pattern in options.harmless_fields):
+        if is_harmless(name, options):
             continue
         rule = next((rule for rule in rules if rule.matches(name)), None)
         if rule is not None:
@@ -73,6 +73,11 @@ def unread_field(
                 f'harmless_fields = ["{name}"] under [recordings] of campaign.toml (--harmless-field of a command)'
             )
     return None
+
+
+def is_harmless(name: str, options: ReadingOptions) -> bool:
+    """Whether the laboratory says that a field of this name changes no number: it is then neither used nor refused."""
+    return any(fnmatchcase(name.lower(), pattern.lower()) for pattern in options.harmless_fields)
 
 
 def _may_change_numbers(name: str, value: Any, unit: str | None, rate_hz: float | None) -> bool:

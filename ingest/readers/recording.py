@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ...array_types import Floats
 from .base import AS_IN_FILE, ChannelInfo, OpenRecording, Reader, ReadingOptions, RecordingError, refuse_bomb
-from .clock import Clock, clock_above, clock_of_times, clocks_of, positive_rate, refuse_other_rate
+from .clock import Clock, clock_above, clock_of_times, clocks_agree, clocks_of, positive_rate, refuse_other_rate
 from .contents import Array, Contents, in_memory, name_and_unit, refuse_nothing, to_python, translate_errors
 from .even_time import UnevenTimeError
 from .resampling import resampled
@@ -123,12 +123,9 @@ class ArraysRecording(OpenRecording):
         own_clock = _OwnClocks(path, options)
         for name, array in _named(path, contents.arrays):
             self._name_by_place |= dict.fromkeys(_channel_positions(array), name)
-            try:
-                clock = own_clock.of(array) or clock_above(clocks, array.group)
-            except UnevenTimeError as error:
-                self._refused[name] = f"cannot be read: {str(error).removeprefix(f'{path.name}: ')}"
-                continue
-            reason = _why_not(array, clock)
+            beside = clock_above(clocks, array.group)
+            clock = own_clock.of(array) or beside
+            reason = _why_not(array, clock, beside)
             if reason is not None or clock is None:
                 self._refused[name] = reason or "has no sampling rate"
                 continue
@@ -231,10 +228,15 @@ class _OwnClocks:
     def of(self, array: Array) -> Clock | None:
         if array.times_s is not None and array.obstacle is None:
             if id(array.times_s) not in self._by_times:
-                clock = clock_of_times(self._path, array.times_s, options=self._options)
-                self._by_times[id(array.times_s)] = clock
+                self._by_times[id(array.times_s)] = self._clock(array.times_s)
             return self._by_times[id(array.times_s)]
         return None if array.rate_hz is None else Clock(positive_rate(self._path, array.rate_hz), array.start_s)
+
+    def _clock(self, times_s: Floats) -> Clock:
+        try:
+            return clock_of_times(self._path, times_s, options=self._options)
+        except UnevenTimeError as error:
+            return Clock(math.nan, obstacle=str(error).removeprefix(f"{self._path.name}: "))
 
 
 def _on_grid(path: Path, array: Array, clock: Clock, times_s: Floats) -> Array:
@@ -242,13 +244,19 @@ def _on_grid(path: Path, array: Array, clock: Clock, times_s: Floats) -> Array:
     samples = array.take(0, array.samples).astype(np.float64)
     values, error = resampled(path, array.name, times_s, samples, clock.rate_hz)
     steps = np.diff(times_s)
-    facts = {"steps_s": [float(steps.min()), float(steps.max())], "samples": array.samples, "error_bound": error}
+    peak = float(np.max(np.abs(samples - np.median(samples))))
+    facts = {
+        "samples": array.samples,
+        "shortest_step_s": float(steps.min()),
+        "longest_step_s": float(steps.max()),
+        "error_share_of_peak": error / peak if peak > 0.0 else 0.0,
+    }
     return in_memory(
         array.name, values, group=array.group, unit=array.unit, header={**array.header, "resampled_time": facts}
     )
 
 
-def _why_not(array: Array, clock: Clock | None) -> str | None:
+def _why_not(array: Array, clock: Clock | None, beside: Clock | None) -> str | None:
     """Why `array` cannot be a channel; None where it can."""
     if array.obstacle is not None:
         return array.obstacle
@@ -263,10 +271,15 @@ def _why_not(array: Array, clock: Clock | None) -> str | None:
             "has no sampling rate; expected fs in hertz, or a time vector named t, time or time_s; "
             "campaign.toml can give sampling_rate_hz under [recordings]"
         )
+    if clock.obstacle is not None:
+        return f"cannot be read: {clock.obstacle}"
     if not math.isfinite(clock.start_s):
         return f"starts at {clock.start_s} s; expected a finite time"
     if clock.samples not in (None, array.samples):
         return f"has {array.samples} samples, its time vector {clock.samples}; expected as many"
+    if beside is not None and beside.samples == array.samples and not clocks_agree(clock, beside):
+        time = beside.obstacle or f"it gives {beside.rate_hz:g} Hz"
+        return f"states {clock.rate_hz:g} Hz, which the time beside it contradicts: {time}; correct one of them"
     return None
 
 
