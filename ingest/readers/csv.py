@@ -75,7 +75,8 @@ class CsvReader(ArrayReader):
         _refuse_counter(path, contents, options)
         _refuse_unread(path, layout, contents, options)
         _refuse_fewer(path, layout, samples, options)
-        _refuse_other_length(path, layout, samples, whole)
+        ends_empty = not layout.names[-1] and text.endswith(f"{layout.delimiter}\n")
+        _refuse_other_length(path, layout, samples, whole or ends_empty)
         if not whole:
             contents.header["last_line_without_end"] = True
         return contents
@@ -130,7 +131,14 @@ def table_contents(path: Path, text: str, layout: Layout) -> Contents:
 def _other_times(path: Path, layout: Layout, table: pd.DataFrame, rate_hz: float | None) -> NDArray[np.float64] | None:
     """Seconds (n,) from a column that counts samples, or from dates and times of day; None where there is neither."""
     if layout.counts_samples and rate_hz is not None:
-        return layout.start_s + table[0].to_numpy() / rate_hz
+        count = table[0].to_numpy()
+        steps = np.flatnonzero(np.diff(count) != 1)
+        if steps.size:
+            raise RecordingError(
+                f"{path.name}: its sequence number goes from {count[steps[0]]:g} to {count[steps[0] + 1]:g}; expected "
+                "steps of one; a line is missing or damaged"
+            )
+        return layout.start_s + count / rate_hz
     dates, clocks = _date_and_clock(layout, table)
     if clocks is None:
         return None
@@ -245,7 +253,7 @@ def _refuse_fewer(path: Path, layout: Layout, samples: int, options: ReadingOpti
 
 def _refuse_other_length(path: Path, layout: Layout, rows: int, whole: bool) -> None:
     stated = next((value for key, value in layout.statements.items() if key.lower() == "samples"), None)
-    if stated is not None and not whole:
+    if (stated is not None or layout.samples) and not whole:
         raise RecordingError(f"{path.name}: its last line has no line end, so its last number may be cut")
     if stated is not None and stated != str(rows):
         raise RecordingError(f"{path.name}: states {stated} samples and holds {rows}; it is cut or damaged")

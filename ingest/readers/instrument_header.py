@@ -61,21 +61,23 @@ def _fields_of_row(cells: Sequence[str]) -> Fields:
 def layout_of(path: Path, instrument: Instrument, table: TextTable, decimal: str | None = None) -> Layout:
     """By the entry of the instrument. Raises `RecordingError` naming the field that is not understood."""
     above = table.rows[: table.first]
-    units_line = _line(above, instrument.units)
+    units_lines = [line for key in instrument.units if (line := _line(above, key)) is not None]
     heading = _line(above, instrument.heading)
-    if heading is None and not instrument.names and units_line is not None:
-        heading = units_line - 1 if units_line > 0 else None
-    used_lines = [above[i] for i in (heading, units_line) if i is not None]
+    if heading is None and not instrument.names and units_lines and units_lines[0] > 0:
+        heading = units_lines[0] - 1
+    used_lines = [above[i] for i in (heading, *units_lines[:1]) if i is not None]
     fields = header_fields(table.lines[: table.first], table, used_lines)
     if heading is not None:
         fields |= _in_heading(above[heading], above[heading + 1] if heading + 1 < len(above) else [])
     names = _names(instrument, above, heading, table)
-    units = _aligned(above[units_line], table) if units_line is not None else [""] * table.columns
-    if units_line is None and heading is not None and table.titles and table.titles[-1] != names:
-        units = [label.strip("[]() ") for label in table.titles[-1]]
-    labelled = [_labelled(instrument, name, _unit(unit)) for name, unit in zip(names, units, strict=True)]
+    units: list[str | None] = [None] * table.columns
+    for line in units_lines:
+        units = [unit or _unit(label) for unit, label in zip(units, _aligned(above[line], table), strict=True)]
+    if not units_lines and heading is not None and table.titles and table.titles[-1] != names:
+        units = [_unit(label) for label in table.titles[-1]]
+    labelled = [_labelled(instrument, name, unit) for name, unit in zip(names, units, strict=True)]
     if instrument.first:
-        unit = _unit(units[0]) or labelled[0][1]
+        unit = units[0] or labelled[0][1]
         is_time = instrument.first == TIME
         labelled[0] = ("time", unit if unit and unit.lower() in TIME_UNITS else "s") if is_time else ("", None)
     time_unit = _first(fields.get(instrument.time_unit, "")) or None
@@ -109,7 +111,7 @@ def beside_layout(path: Path, lines: Sequence[str]) -> Layout | None:
     fields: Fields = {row[0]: row[1] for row in rows if len(row) > 1 and row[0]}
     rest = [""] * (len(top) - _BESIDE_COLUMNS - 2)
     settings = [""] * _BESIDE_COLUMNS
-    units = [*settings, *(_first(fields.get(key, "")) for key in (instrument.time_unit, instrument.units)), *rest]
+    units = [*settings, *(_first(fields.get(key, "")) for key in (instrument.time_unit, instrument.units[0])), *rest]
     return Layout(
         ",",
         None,
@@ -137,7 +139,7 @@ def header_file_layout(path: Path, header: str, table: TextTable) -> Layout:
     channels = width - timed
     if len(names) != channels:
         names = [f"CH{number + 1}" for number in range(channels)]
-    unit = _first(fields.get(HEADER_FILE.units, "")) or None
+    unit = _first(fields.get(HEADER_FILE.units[0], "")) or None
     empty = table.empty_at_end
     return Layout(
         table.delimiter,
@@ -200,7 +202,7 @@ def _names(instrument: Instrument, above: Sequence[list[str]], heading: int | No
         line = _line(above, key)
         if line is None:
             continue
-        row = [above[line][0], *(m.group(1) if (m := _PREFIXED.fullmatch(c)) else c for c in above[line][1:])]
+        row = [m.group(1) if (m := _PREFIXED.fullmatch(cell)) else cell for cell in above[line]]
         names = _aligned(row, table)
         keyed = names[0] == row[0] and not instrument.first
         return ["", *names[1:]] if keyed else names
@@ -209,7 +211,7 @@ def _names(instrument: Instrument, above: Sequence[list[str]], heading: int | No
 
 def _aligned(row: Sequence[str], table: TextTable) -> list[str]:
     """The cells of a line above the columns; without its key where it has one cell more than there are columns."""
-    cells = list(row)
+    cells = [match.group(2) if (match := _PREFIXED.fullmatch(cell)) else cell for cell in row]
     while cells and not cells[-1]:
         cells.pop()
     width = table.columns - table.empty_at_end

@@ -20,10 +20,10 @@ class Instrument:
     """Signs, lines and fields of one family of files. Patterns are compared with whole cells, without case.
 
     Names stand in the `heading`, the line directly above the columns, known by its first cell, or, without one, in the
-    line above the `units`; or as values of a field (`names`; the first that the file has). `units` is the first cell of
-    the line of units; without one units stand in brackets, in the names (`label`, with groups name and unit) or in a
-    line below the heading. `step`, `rate`, `start` and `samples` are fields, also cells such as `tInc = 1e-5` of the
-    heading and numbers below its names. `first` is the first column, where the instrument calls it otherwise than time.
+    line above the `units`; or as values of a field (`names`; the first that the file has). `units` are first cells of
+    lines of units; where they say none, units stand in brackets, in the names (`label`, with groups name and unit) or
+    in a line below the heading. `step`, `rate`, `start` and `samples` are fields, also cells such as `tInc = 1e-5` of
+    the heading and numbers below its names. `first` is the first column, where the instrument calls it otherwise than time.
     `beside`: the settings stand in the first three columns, time and the channel in the next two.
     """
 
@@ -31,7 +31,7 @@ class Instrument:
     signs: tuple[str, ...]
     heading: str = ""
     names: tuple[str, ...] = ()
-    units: str = ""
+    units: tuple[str, ...] = ()
     label: str = ""
     time_unit: str = ""
     first: str = ""
@@ -47,7 +47,7 @@ class Instrument:
         """What becomes of each field, those that give names, units, rate, start and length first."""
         places = (
             *((name, "names of the channels") for name in self.names),
-            (self.units if self.names or self.time_unit else "", "units of the channels"),
+            *((name, "units of the channels") for name in self.units if self.names or self.time_unit),
             (self.time_unit, "unit of time"),
             (self.step, "step between samples"),
             (self.rate, "sampling rate"),
@@ -71,7 +71,7 @@ INSTRUMENTS: tuple[Instrument, ...] = (
         "Rigol DS1000Z, DS2000, DS4000, MSO: a sequence number, start and increment in the heading",
         signs=("X", "Sequence", "Start", "Increment"),
         heading="X",
-        units="Sequence",
+        units=("Sequence",),
         first=SEQUENCE,
         start="Start",
         step="Increment",
@@ -88,7 +88,7 @@ INSTRUMENTS: tuple[Instrument, ...] = (
         "Rigol DS1000 with settings above",
         signs=("Number of Data points", "Channel Data", r"Time \(s\)"),
         names=("Channel Data",),
-        units=r"Time \(s\)",
+        units=(r"Time \(s\)",),
         first=TIME,
         rate="Sampling Frequency (Hz)",
         samples="Number of Data points",
@@ -113,21 +113,20 @@ INSTRUMENTS: tuple[Instrument, ...] = (
         "Siglent SDS",
         signs=("Record Length", r"Analog:.*", "Second"),
         names=("Source", "Vertical Scale"),
-        units="Second",
+        units=("Second", "Vertical Units"),
         first=TIME,
         step="Sample Interval",
         rate="Sample Rate",
         samples="Record Length",
         fields=(
             *_PICTURE,
-            harmless("Vertical Units", "the line above the numbers repeats them"),
             harmless("Horizontal Units", "the line above the numbers says the unit of time"),
         ),
     ),
     Instrument(
         "Rigol DS1000B, DS1000D, DS1000E; Keysight and Agilent InfiniiVision; Siglent without settings",
         signs=("Seconds?", r"Volts?|Amperes?|Amps?|Watts?|Unknown|Value"),
-        units="Seconds?",
+        units=("Seconds?",),
         first=TIME,
     ),
     Instrument(
@@ -135,7 +134,7 @@ INSTRUMENTS: tuple[Instrument, ...] = (
         signs=("Record Length",),
         beside=True,
         names=("Source",),
-        units="Vertical Units",
+        units=("Vertical Units",),
         time_unit="Horizontal Units",
         step="Sample Interval",
         samples="Record Length",
@@ -150,7 +149,7 @@ INSTRUMENTS: tuple[Instrument, ...] = (
         "Tektronix MDO, MSO, DPO: settings above the columns",
         signs=("Sample Interval", "TIME"),
         heading="TIME",
-        units="Vertical Units",
+        units=("Vertical Units",),
         time_unit="Horizontal Units",
         step="Sample Interval",
         samples="Record Length",
@@ -168,7 +167,7 @@ INSTRUMENTS: tuple[Instrument, ...] = (
         "Yokogawa DL, DLM, ScopeCorder: ASCII with header",
         signs=("TraceName", "HResolution"),
         names=("TraceName",),
-        units="VUnit",
+        units=("VUnit",),
         time_unit="HUnit",
         step="HResolution",
         rate="SampleRate",
@@ -189,7 +188,7 @@ INSTRUMENTS: tuple[Instrument, ...] = (
         "Hioki Memory HiCorder: text with SIGNAL and VERT_UNITS",
         signs=("SIGNAL", "VERT_UNITS"),
         names=("SIGNAL",),
-        units="VERT_UNITS",
+        units=("VERT_UNITS",),
         step="INTERVAL",
         fields=(
             harmless("HORZ_UNITS", "VERT_UNITS says the unit of each column, of time too"),
@@ -256,7 +255,7 @@ HEADER_FILE = Instrument(
     "Rohde & Schwarz RTO, RTE, RTP: header in a file beside NAME.Wfm.csv",
     signs=("SignalResolution",),
     names=("MultiChannelSource", "Source"),
-    units="BaseUnit",
+    units=("BaseUnit",),
     step="SignalResolution",
     start="HardwareXStart",
     samples="SignalHardwareRecordLength",
