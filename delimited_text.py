@@ -79,10 +79,12 @@ def table_rows(text: str, *, strict: bool = False) -> list[Row]:
         rows = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
     except csv.Error as error:
         raise ValueError(f"row {reader.line_num}: {error}") from error
-    return _with_settled_numbers([(line, cells) for line, cells in rows if any(cells)], delimiter == ",")
+    rows = [(line, cells) for line, cells in rows if any(cells)]
+    # a single column has no delimiter
+    return _with_settled_numbers(rows, comma_cells=delimiter == "," and any(len(cells) > 1 for _, cells in rows))
 
 
-def _with_settled_numbers(rows: list[Row], comma_cells: bool) -> list[Row]:
+def _with_settled_numbers(rows: list[Row], *, comma_cells: bool) -> list[Row]:
     """`rows` without numbers that have two readings."""
     doubtful = {text for _, cells in rows for text in cells if len(readings(text)) > 1}
     if not doubtful:

@@ -23,7 +23,7 @@ class Instrument:
     line above the `units`; or as values of a field (`names`; the first that the file has). `units` are first cells of
     lines of units; where they say none, units stand in brackets, in the names (`label`, with groups name and unit) or
     in a line below the heading. `step`, `rate`, `start` and `samples` are fields, also cells such as `tInc = 1e-5` of
-    the heading and numbers below its names. `first` is the first column, where the instrument calls it otherwise than time.
+    the heading and numbers below its names. `first` is the first column, where the instrument does not call it time.
     `beside`: the settings stand in the first three columns, time and the channel in the next two.
     """
 

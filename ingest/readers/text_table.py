@@ -83,6 +83,8 @@ class TextTable:
             # a heading may have commas between its names above numbers that have blanks
             text = _SEPARATOR_AT_BLANK.sub(" ", COMMENT.sub("", self.lines[line], count=1)).strip()
             ways = [_WORD_AND_UNIT.findall(text), *ways, re.split(r"\s*\t\s*|\s{2,}", text)]
+            # `force [N]` is one name above `1 000`, and not the names of two columns
+            ways = [cells for cells in ways if len({cell[:1] in ("[", "(") for cell in cells}) < 2]
         for fields in ways:
             padded = self._as_wide(fields)
             if padded is not None and all(self._is_title(cell) for cell in padded):
