@@ -147,7 +147,7 @@ def _time_clock(path: Path, array: Array, stated_hz: float | None, options: Read
     try:
         return clock_of_times(path, times, scale, options)
     except RecordingError:
-        if stated_hz is None or not _rounded_from(times * scale, stated_hz):
+        if stated_hz is None or not rounded_from(times * scale, stated_hz):
             raise
     return Clock(stated_hz, float(times[0]) * scale, times.size, {"time_printed_coarsely": True})
 
@@ -165,7 +165,7 @@ def _epoch_unit(array: Array, times: NDArray[np.float64]) -> float | None:
     return next((unit for unit in units if low <= times[0] * unit and times[-1] * unit <= high), None)
 
 
-def _rounded_from(times: NDArray[np.float64], rate_hz: float) -> bool:
+def rounded_from(times: NDArray[np.float64], rate_hz: float) -> bool:
     """Whether times (s) are those of even samples at `rate_hz`, each rounded to one and the same last digit."""
     steps = np.diff(times)
     if steps.size == 0 or not np.all(np.isfinite(times)) or np.any(steps < 0) or not np.any(steps > 0):

@@ -1,8 +1,9 @@
 """Whether the times of samples are even, and the sampling rate that they give.
 
-Times are even where every step is within `MAX_STEP_DEVIATION` of the mean step and the rate within the record stays
-within `MAX_RATE_DRIFT`, both beyond what the last printed digit (or the float) hides. Steps of several samples are gaps
-and are handed on as such. Anything else is refused, as two rates, drift or jitter.
+Times are even where the standard deviation of their steps is at most `MAX_STEP_DEVIATION` of the mean step, no step
+departs by more than `MAX_LONE_DEVIATION` (the joints of blocks of a recorder do), and the rate within the record stays
+within `MAX_RATE_DRIFT`; all beyond what the last printed digit, the float or the counter hides. Steps of several
+samples are gaps and are handed on as such. Anything else is refused, as two rates, drift or jitter.
 """
 
 from __future__ import annotations
@@ -16,10 +17,12 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from .base import RecordingError, rate_from_step
 
-#: Of a step from the mean step. An error of 1 % of a step moves a wave at a tenth of the rate by 0.6 % of its peak.
+#: Standard deviation of the steps, of the mean step. It moves a wave at a tenth of the rate by 0.6 % of its peak.
 MAX_STEP_DEVIATION = 0.01
+#: One step from the mean step. Recorders that write blocks with a time each count it in coarse ticks.
+MAX_LONE_DEVIATION = 0.35
 #: From the slowest to the fastest part of a record: lines of a spectrum move by as much in frequency.
-MAX_RATE_DRIFT = 0.001
+MAX_RATE_DRIFT = 0.01
 #: A step longer than this is a gap, not a step ...
 GAP_STEPS = 1.5
 #: ... if at most this share of the steps is as long.
@@ -59,13 +62,14 @@ def even_time(path: Path, times: NDArray[np.float64], unit_s: float = 1.0) -> Ev
         raise RecordingError(f"{path.name}: a time column needs at least two samples, got {times.size}")
     refuse_no_increase(path, times, unit_s)
     quantum = time_quantum(times)
+    digit = quantum.total
     steps = np.diff(times)
     typical = float(np.mean(steps[steps <= 2.5 * np.median(steps)]))
-    longest = GAP_STEPS * typical + (quantum if quantum < typical else 0.0)
+    longest = GAP_STEPS * typical + (digit if digit < typical else 0.0)
     in_sequence = steps < longest
     even = steps[in_sequence]
     if even.size < (1.0 - MAX_GAP_SHARE) * steps.size or not _is_even(steps, in_sequence, quantum):
-        raise UnevenTimeError(f"{path.name}: {_description(times * unit_s, quantum * unit_s)}; {CURE}")
+        raise UnevenTimeError(f"{path.name}: {_description(times, unit_s, quantum)}; {CURE}")
     step = float(np.mean(even))
     printed = 2.0 * float(np.max(np.abs(even - step))) / (even.size * step)
     rate_hz = rate_from_step(step * unit_s, min(max(printed, 1e-6), 5e-5))
@@ -82,14 +86,31 @@ def refuse_no_increase(path: Path, times: NDArray[np.float64], unit_s: float = 1
         raise RecordingError(f"{path.name}: time does not increase at sample {row} (t = {times[row] * unit_s} s)")
 
 
-def time_quantum(times: NDArray[np.float64]) -> float:
-    """The last digit of rising times (n,), in their unit: of a decimal number, of a float, or of a counting clock."""
+@dataclass(frozen=True)
+class Quantum:
+    """To what times are rounded: the last `digit` of a decimal or a counter, and the `noise` of a float."""
+
+    digit: float
+    noise: float
+
+    @property
+    def total(self) -> float:
+        return self.digit + self.noise
+
+    def step_variance(self, mean: float) -> float:
+        """Of the steps of even times of step `mean` that are rounded: they have two lengths, a digit apart."""
+        share = mean / self.digit % 1.0 if self.digit > 0.0 else 0.0
+        return self.digit**2 * share * (1.0 - share) + self.noise**2 / 4.0
+
+
+def time_quantum(times: NDArray[np.float64]) -> Quantum:
+    """To what rising times (n,) are rounded."""
     largest = float(max(abs(times[0]), abs(times[-1])))
     probe = times[np.unique(np.linspace(0, times.size - 1, _PROBED).astype(np.intp))]
     floor = 2.0 * float(np.spacing(largest))
     if np.array_equal(probe.astype(np.float32), probe):
         floor = float(np.spacing(np.float32(largest)))
-    return floor + max(_decimal_quantum(times), _tick(times))
+    return Quantum(max(_decimal_quantum(times), _tick(times)), floor)
 
 
 def _decimal_quantum(times: Floats) -> float:
@@ -138,60 +159,62 @@ def _tick(times: NDArray[np.float64]) -> float:
     return tick if np.all(from_ends <= 0.01 * tick + noise) and abs(multiple - round(multiple)) <= tolerance else 0.0
 
 
-def _is_even(steps: Floats, in_sequence: NDArray[np.bool_], quantum: float) -> bool:
+def _is_even(steps: Floats, in_sequence: NDArray[np.bool_], quantum: Quantum) -> bool:
     """Whether steps (n,) outside gaps are those of even times that are rounded to `quantum`."""
     even = steps[in_sequence]
     mean = float(np.mean(even))
     deviation = even - mean
-    if np.any(np.abs(deviation) > MAX_STEP_DEVIATION * mean + 1.01 * quantum):
+    if np.any(np.abs(deviation) > MAX_LONE_DEVIATION * mean + 1.01 * quantum.total):
+        return False
+    if np.mean(deviation**2) > (MAX_STEP_DEVIATION * mean) ** 2 + 1.1 * quantum.step_variance(mean):
         return False
     # A rate that moves evenly by MAX_RATE_DRIFT bends the times by an eighth of that, at its middle.
     departure = np.cumsum(deviation)
     bend = float(max(departure.max(), 0.0) - min(departure.min(), 0.0))
-    return bend <= 2.02 * quantum + 2 * MAX_STEP_DEVIATION * mean + MAX_RATE_DRIFT / 8 * even.size * mean
+    return bend <= 2.02 * quantum.total + MAX_LONE_DEVIATION * mean + MAX_RATE_DRIFT / 8 * even.size * mean
 
 
 #: Parts of a record whose mean steps are compared.
 _PARTS = 64
+#: Of the bend of the whole record, what its halves may have left where it has two rates.
+_STRAIGHT = 0.1
 
 
-def _description(times_s: Floats, quantum_s: float) -> str:
-    """How the steps of times (s) are uneven: two rates, drift or jitter."""
-    steps = np.diff(times_s)
+def _description(times: Floats, unit_s: float, quantum: Quantum) -> str:
+    """How the steps of times are uneven: two rates, drift or jitter."""
+    steps = np.diff(times)
     mean = float(np.mean(steps))
-    range_text = f"from {steps.min():.6g} to {steps.max():.6g} s"
-    before, after, at = _two_rates(times_s)
-    if _within_even(times_s[: at + 1], quantum_s) and _within_even(times_s[at:], quantum_s):
+    range_text = f"from {steps.min() * unit_s:.6g} to {steps.max() * unit_s:.6g} s"
+    at, bend = _bend(times)
+    halves = (times[: at + 1], times[at:])
+    if all(_within_even(half, quantum) and _bend(half)[1] <= _STRAIGHT * bend + quantum.total for half in halves):
+        before, after = ((half.size - 1) / (half[-1] - half[0]) / unit_s for half in halves)
         return (
-            f"its time has two rates, {1 / before:.6g} Hz up to sample {at} ({times_s[at]:.6g} s) and "
-            f"{1 / after:.6g} Hz from there on"
+            f"its time has two rates, {before:.6g} Hz up to sample {at} ({times[at] * unit_s:.6g} s) and "
+            f"{after:.6g} Hz from there on"
         )
     spread = float(np.std(steps))
     parts = np.array([np.mean(part) for part in np.array_split(steps, min(_PARTS, steps.size))])
     scatter = float(np.sqrt(np.mean(np.diff(steps) ** 2) / 2))
-    if scatter <= max(0.2 * spread, MAX_STEP_DEVIATION * mean + quantum_s) and np.mean(
-        np.diff(parts) ** 2
-    ) < 0.6 * np.var(parts):
+    calm = scatter <= max(0.2 * spread, MAX_STEP_DEVIATION * mean + quantum.total)
+    if calm and np.mean(np.diff(parts) ** 2) < 0.6 * np.var(parts):
         return (
-            f"its time drifts: the step goes {range_text} (rate {1 / parts.max():.6g} to {1 / parts.min():.6g} Hz) in "
-            f"{steps.size} steps"
+            f"its time drifts: the step goes {range_text} (rate {1 / (parts.max() * unit_s):.6g} to "
+            f"{1 / (parts.min() * unit_s):.6g} Hz) in {steps.size} steps"
         )
     return (
-        f"its time has jitter: steps {range_text}, {100 * spread / mean:.3g} % of the mean step of {mean:.6g} s as "
-        f"standard deviation (at most {100 * MAX_STEP_DEVIATION:g} % of a step is taken as even)"
+        f"its time has jitter: steps {range_text}, with a standard deviation of {100 * spread / mean:.3g} % of the "
+        f"mean step of {mean * unit_s:.6g} s (at most {100 * MAX_STEP_DEVIATION:g} % is taken as even)"
     )
 
 
-def _two_rates(times_s: Floats) -> tuple[float, float, int]:
-    """Steps (s) before and after the sample at which two straight lines through the ends fit best, and the sample."""
-    line = np.linspace(times_s[0], times_s[-1], times_s.size)
-    at = int(np.argmax(np.abs(times_s - line)))
-    at = min(max(at, 1), times_s.size - 2) if times_s.size > 2 else 1
-    before = (times_s[at] - times_s[0]) / at
-    after = (times_s[-1] - times_s[at]) / max(times_s.size - 1 - at, 1)
-    return float(before), float(after), at
+def _bend(times: Floats) -> tuple[int, float]:
+    """Where times (n,) are farthest from the straight line through their ends, and how far."""
+    departure = np.abs(times - np.linspace(times[0], times[-1], times.size))
+    at = int(np.argmax(departure))
+    return min(max(at, 1), max(times.size - 2, 1)), float(departure.max())
 
 
-def _within_even(times_s: Floats, quantum_s: float) -> bool:
-    steps = np.diff(times_s)
-    return steps.size > 0 and _is_even(steps, np.ones(steps.size, np.bool_), quantum_s)
+def _within_even(times: Floats, quantum: Quantum) -> bool:
+    steps = np.diff(times)
+    return steps.size > 0 and _is_even(steps, np.ones(steps.size, np.bool_), quantum)

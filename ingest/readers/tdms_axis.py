@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 from ...array_types import Floats
 from .base import rate_from_step
-from .contents import RATE_NAMES, TIME_UNITS, is_time_name
+from .contents import RATE_NAMES
 from .start_times import absolute_start, seconds_between, starts_on_one_clock
+from .x_axis import seconds_per_unit_of_x
 
 _AGREEMENT = 1e-3
-#: Names of an x axis that say nothing.
-_NO_NAME = ("", "x", "untitled", "relative time", "absolute time")
 
 
 @dataclass(frozen=True)
@@ -82,9 +81,8 @@ def waveform_axis(properties: Mapping[str, Any], writes: Sequence[WrittenStart] 
 def _unit_of_x(properties: Mapping[str, Any]) -> tuple[float | None, str | None]:
     """Seconds per unit of the x axis, or why it is no time."""
     name, unit = (str(properties.get(key, "")).strip() for key in ("wf_xname", "wf_xunit_string"))
-    without_unit = 1.0 if name.lower() in _NO_NAME or is_time_name(name) else None
-    scale = TIME_UNITS.get(unit.lower()) if unit else without_unit
-    if scale is None or any(word in name.lower() for word in ("freq", "angle", "order", "distance")):
+    scale = seconds_per_unit_of_x(name, unit)
+    if scale is None:
         return None, (
             f"has wf_xname = {name!r} and wf_xunit_string = {unit!r}, which is no time in s, ms, us, ns, min or h; "
             "export the series over time"
