@@ -94,13 +94,13 @@ def _windows(
     origins = [max(0, pulse.contact.first - _BEFORE) for pulse in pulses]
     ends = [*origins[1:], force.size]
     longest = round(_LONGEST_WINDOW_S * rate)
-    raw = [channel.si[a : min(b, a + longest)] for a, b in zip(origins, ends, strict=True)]
+    raw = [channel.readings[a : min(b, a + longest)] for a, b in zip(origins, ends, strict=True)]
     if not 0 < settings.deconvolve_from_hits <= len(pulses):
         return raw, origins, []
     segment = min(longest, *(b - a for a, b in zip(origins, ends, strict=True))) // 2 * 2
     try:
         cleaned = clean_acceleration(
-            channel.si,
+            channel.readings,
             force,
             rate,
             np.array(origins, dtype=np.int64),
@@ -119,7 +119,7 @@ def _delays(channel: Channel, force: Floats, pulses: tuple[ExtractedPulse, ...])
         origin = max(0, pulse.contact.first - _BEFORE)
         near = slice(origin, pulse.contact.last + _BEFORE)  # a contact is short and the record long
         span = (pulse.contact.first - origin, pulse.contact.last - origin)
-        delay = measured_delay_samples(force[near], channel.si[near], *span)
+        delay = measured_delay_samples(force[near], channel.readings[near], *span)
         if not delay_is_plausible(delay, 0.0, channel.sampling_rate_hz):
             message = f"acceleration follows force by {delay:.1f} samples; expected at most two, the wave's travel"
             speeds.append(Finding("delay", "warning", message, channel.name, {"delay_samples": delay}, i))
