@@ -46,7 +46,7 @@ def without_placeholders(
     In a `pulsed` record a sample may stand alone, and only numbers beyond every range are none.
 
     A lone sample becomes the cubic through its neighbours. Numbers beyond every range that stand together become the
-    extreme of the others on their side, which is a bound. NaN and infinity stay what they are. Where there is no
+    extreme of the others on their side, which is a bound. NaN stays, and infinity becomes NaN. Where there is no
     placeholder, the values are handed back as they came, not copied.
     """
     beyond = _beyond_range(recorded)
@@ -63,16 +63,16 @@ def without_placeholders(
         if not rest.size:  # nothing to mend them by
             return Placeholders(beyond[:0], beyond), values
         usable = values.copy()
-        usable[not_numbers] = np.median(rest)
         usable[beyond] = np.where(values[beyond] > 0, rest.max(), rest.min())
+        mend(usable, not_numbers)
         mend(usable, beyond[alone])
-    lone = beyond[:0] if pulsed else lone_samples(usable, recorded)
+    lone = beyond[:0] if pulsed else np.setdiff1d(lone_samples(usable, recorded), not_numbers)
     placeholders = Placeholders(np.union1d(beyond[alone], lone), np.setdiff1d(beyond[~alone], lone))
-    if not placeholders.lone.size and not beyond.size:
+    if not placeholders.lone.size and not beyond.size and not np.isinf(values[not_numbers]).any():
         return NO_PLACEHOLDERS, values
     usable = usable.copy() if usable is values else usable
     mend(usable, lone)
-    usable[not_numbers] = values[not_numbers]
+    usable[not_numbers] = np.nan
     return placeholders, usable
 
 

@@ -139,7 +139,8 @@ def test_kinks_and_steps_are_none(law):
     x[500:550] = {
         "step": np.full(50, 100.0), "triangle": np.minimum(ramp, 50 - ramp), "sawtooth": ramp,
         "trapezium": np.minimum(np.minimum(ramp, 50 - ramp), 10), "square": np.where(ramp % 10 < 5, 50.0, -50.0),
-        "one code": np.where(ramp == 20, 1.0, 0.0) + np.where(ramp > 40, -1.0, 0.0), "exponential": 100 * np.exp(-ramp / 3),
+        "one code": np.where(ramp == 20, 1.0, 0.0) + np.where(ramp > 40, -1.0, 0.0),
+        "exponential": 100 * np.exp(-ramp / 3),
     }[law]  # fmt: skip
     if law == "step":
         x[500:] = 100.0
