@@ -73,18 +73,18 @@ def plate_response(folder: Path, source: ForceSource, sensors: dict[str, Sensor]
         raise IngestError(f"{FILE}: force.transfer_function: {error}; {ADVICE}") from error
     force = channels[source.hammer.name]
     rate = force.sampling_rate_hz
-    hits = find_hits(force.si, rate).pulses
+    hits = find_hits(force.readings, rate).pulses
     if len(hits) < MIN_HITS:
         raise IngestError(
             f"{FILE}: force.transfer_function: {source.recording} holds {len(hits)} hits, {MIN_HITS} needed; {ADVICE}"
         )
-    upright = force.si * hits[0].sign - hits[0].rest_n
+    upright = force.readings * hits[0].sign - hits[0].rest_n
     starts = np.array([max(0, pulse.contact.first - round(_BEFORE_S * rate)) for pulse in hits], dtype=np.int64)
-    segment = int(np.diff(starts, append=force.si.size).min()) // 2 * 2
+    segment = int(np.diff(starts, append=force.readings.size).min()) // 2 * 2
     try:
         functions = tuple(
             estimate_transfer_function(
-                channels[name].si, upright, rate, starts=starts, segment=segment, end_weight=_END_WEIGHT
+                channels[name].readings, upright, rate, starts=starts, segment=segment, end_weight=_END_WEIGHT
             )
             for name in source.accelerometers
         )
@@ -111,7 +111,7 @@ def derived_force(
         return None, Finding("derived-force", "reject", message, first.name)
     begin = _begin(used, rate)
     segment = plate.functions[0].segment
-    window = np.stack([_rested(c.si, begin, round(_BEFORE_S * rate) // 2)[begin : begin + segment] for c in used])
+    window = np.stack([_rested(c.readings, begin, round(_BEFORE_S * rate) // 2)[begin : begin + segment] for c in used])
     force = deconvolve_together(window, plate.functions, rate, plate.to_hz, DEFAULT_REGULARISATION)
     force = force[: max(2, round(_KEPT_SHARE * segment))]
     hits = find_hits(force, rate, settings, expected=1).pulses
@@ -168,7 +168,7 @@ def _known_to(functions: Sequence[TransferFunction]) -> float:
 
 def _begin(channels: Sequence[Channel], rate_hz: float) -> int:
     """The sample that a shot's window begins with: some rest before the accelerations leave it."""
-    away = np.max([np.abs(c.si - np.median(c.si[:64])) for c in channels], axis=0)
+    away = np.max([np.abs(c.readings - np.median(c.readings[:64])) for c in channels], axis=0)
     onset = int(np.argmax(away > 0.02 * away.max()))
     return max(0, onset - round(_BEFORE_S * rate_hz))
 

@@ -220,13 +220,13 @@ def total_force(channels: list[Channel]) -> tuple[NDArray[np.float64], Channel] 
         return None
     first = forces[0]
     if len(forces) == 1:
-        return first.si, first
+        return first.readings, first
     for other in forces[1:]:
         if other.recorded.size != first.recorded.size or other.sampling_rate_hz != first.sampling_rate_hz:
             raise RecordingError(
                 f"force channels {first.name!r} and {other.name!r} differ in length or rate; expected one array's"
             )
-    return np.sum([c.si for c in forces], axis=0), first
+    return np.sum([c.readings for c in forces], axis=0), first
 
 
 def hits_of(channels: list[Channel], settings: ExtractionSettings, expected: int | None) -> Hits:
