@@ -244,11 +244,12 @@ def _refuse_unread(path: Path, layout: Layout, contents: Contents, options: Read
 
 def _refuse_fewer(path: Path, layout: Layout, samples: int, options: ReadingOptions) -> None:
     """Raise `RecordingError` where a whole record has fewer lines than its header states: the file is cut."""
-    name = next((rule.name for rule in layout.rules if layout.samples and "number of samples" in rule.reason), None)
-    if name is None or layout.statements.get("Gating", _WHOLE) != _WHOLE or name in options.harmless_fields:
+    if layout.statements.get("Gating", _WHOLE) != _WHOLE or layout.length in options.harmless_fields:
         return
     if layout.samples is not None and samples < layout.samples:
-        raise RecordingError(f"{path.name}: states a {name} of {layout.samples:g} and holds {samples} lines; it is cut")
+        raise RecordingError(
+            f"{path.name}: states a {layout.length} of {layout.samples:g} and holds {samples} lines; it is cut"
+        )
 
 
 def _refuse_other_length(path: Path, layout: Layout, rows: int, whole: bool) -> None:

@@ -96,6 +96,7 @@ def layout_of(path: Path, instrument: Instrument, table: TextTable, decimal: str
         rate=instrument.rate,
         time_unit=time_unit,
         start_s=_number(path, instrument.start, fields, _seconds(time_unit)) or 0.0,
+        length=instrument.samples,
         samples=_number(path, instrument.samples, fields),
         rules=instrument.rules,
     )
@@ -121,6 +122,7 @@ def beside_layout(path: Path, lines: Sequence[str]) -> Layout | None:
         fields,
         settings_beside=True,
         step=instrument.step,
+        length=instrument.samples,
         samples=_number(path, instrument.samples, fields),
         rules=instrument.rules,
     )
@@ -150,6 +152,7 @@ def header_file_layout(path: Path, header: str, table: TextTable) -> Layout:
         fields,
         step=HEADER_FILE.step,
         start_s=_number(path, HEADER_FILE.start, fields) or 0.0,
+        length=HEADER_FILE.samples,
         samples=_number(path, HEADER_FILE.samples, fields),
         rules=HEADER_FILE.rules,
     )

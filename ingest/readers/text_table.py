@@ -30,7 +30,8 @@ class Layout:
     A column without a name cannot be asked for: row numbers, or a delimiter at the end of every line. `decimal` is the
     laboratory's word; None leaves it to the numbers. `clocks` are the columns of dates and times of day. What an
     instrument's header adds: the fields of `step` (in `time_unit`) and `rate`, the time `start_s` of sample 0 where no
-    column says it, whether the first column counts samples, the number of `samples`, and the `rules` of its fields.
+    column says it, whether the first column counts samples, the number of `samples` and its field `length`, and the
+    `rules` of its fields.
     """
 
     delimiter: str
@@ -47,6 +48,7 @@ class Layout:
     rate: str = ""
     time_unit: str | None = None
     start_s: float = 0.0
+    length: str = ""
     samples: float | None = None
     rules: tuple[FieldRule, ...] = ()
 
