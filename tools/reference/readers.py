@@ -75,8 +75,8 @@ def _instruments(reader: Reader) -> str:
             rows.append((name, code(rule.name.replace("\\", "")), rule.treatment.value, rule.reason))
     return joined(
         "### Instruments",
-        f"{len(instruments)} forms are known by their headers, with {_counts(rules)} fields. A field that no rule names, "
-        "and whose name announces time, scale, unit or gaps, refuses the file.",
+        f"{len(instruments)} forms are known by their headers, with {_counts(rules)} fields. A field that no rule "
+        "names, and whose name announces time, scale, unit or gaps, refuses the file.",
         table(["instrument", "field", "treatment", "reason"], rows),
     )
 
