@@ -21,6 +21,7 @@ from .contents import Array, Contents, in_memory, is_unit
 from .field_rules import FieldRule, harmless, used
 from .file_fields import refuse_unread_fields
 from .instrument_header import beside_layout, header_file_layout
+from .instruments import SCREEN_FIELDS
 from .recording import ArrayReader
 from .text import read_text, sniff, tabulate, with_given_names
 from .text_numbers import settled
@@ -40,6 +41,7 @@ _NUMBERS_ALONE = ".wfm.csv"
 _TIME_SAYS = "the time column says when the samples were taken"
 #: Of files that have a time column.
 _TIMED = tuple(harmless(f"*{word}*", _TIME_SAYS) for word in ("trigger", "delay", "start", "t0", "x0"))
+_LONGEST_KEY = 5  # words
 _UNIT_FIELDS = ("unit", "units", "vertical units", "y unit", "y units", "einheit")
 
 
@@ -61,6 +63,7 @@ class CsvReader(ArrayReader):
         used("samples", "number of samples: another number of lines is refused"),
         used("unit", "unit of a single channel that has none"),
         harmless("*trigger*, *delay*, *start*, t0, x0", f"beside a time column: {_TIME_SAYS}"),
+        *SCREEN_FIELDS,
     )
 
     def contents(self, path: Path, _: ExitStack, options: ReadingOptions) -> Contents:
@@ -237,8 +240,12 @@ def _refuse_unread(path: Path, layout: Layout, contents: Contents, options: Read
     timed = any(array.is_time for array in contents.arrays)
     units = {array.unit for array in contents.arrays if not array.is_time and not array.is_rate}
     unit = next(iter(units)) if len(units) == 1 else None
-    rules = (*layout.rules, *(_TIMED if timed else ()))
-    fields = {key: value for key, value in layout.statements.items() if key not in rate_fields(layout)}
+    rules = (*layout.rules, *(_TIMED if timed else ()), *SCREEN_FIELDS)
+    rates = rate_fields(layout)
+    # a key of many words is a sentence with a colon in it
+    fields = {
+        key: value for key, value in layout.statements.items() if key not in rates and len(key.split()) <= _LONGEST_KEY
+    }
     refuse_unread_fields(path, rules, fields, "the file", options, unit=unit, rate_hz=contents.rate_hz)
 
 

@@ -44,7 +44,7 @@ def header_fields(lines: Sequence[str], table: TextTable, heading: Sequence[Sequ
         cells = [cell for cell in row if cell]
         match = STATEMENT.fullmatch(COMMENT.sub("", line, count=1).strip())
         if match is not None and (len(cells) < 2 or table.delimiter == BLANKS):
-            fields[match.group(1).strip()] = match.group(2).strip().rstrip(table.delimiter)
+            fields[match.group(1).strip()] = match.group(2).strip().rstrip(table.delimiter).lstrip(",;\t")
         elif len(cells) > 1 and row[0] and row not in heading and row not in titles:
             fields |= _fields_of_row(cells)
     return fields
@@ -73,8 +73,12 @@ def layout_of(path: Path, instrument: Instrument, table: TextTable, decimal: str
     units: list[str | None] = [None] * table.columns
     for line in units_lines:
         units = [unit or _unit(label) for unit, label in zip(units, _aligned(above[line], table), strict=True)]
+    if not units_lines:
+        units = [_unit(next((_first(fields[key]) for key in instrument.units if key in fields), ""))] * table.columns
     if not units_lines and heading is not None and table.titles and table.titles[-1] != names:
         units = [_unit(label) for label in table.titles[-1]]
+    keys = [unit for unit in units if unit and any(_is(key, unit) for key in instrument.units)]
+    units = [None if unit in keys and unit.lower() not in TIME_UNITS else unit for unit in units]
     labelled = [_labelled(instrument, name, unit) for name, unit in zip(names, units, strict=True)]
     if instrument.first:
         unit = units[0] or labelled[0][1]
@@ -209,7 +213,9 @@ def _names(instrument: Instrument, above: Sequence[list[str]], heading: int | No
         names = _aligned(row, table)
         keyed = names[0] == row[0] and not instrument.first
         return ["", *names[1:]] if keyed else names
-    return [f"CH{number}" for number in range(table.columns)]
+    width = table.columns - table.empty_at_end
+    numbers = range(0 if instrument.first else 1, table.columns + 1)
+    return [f"CH{number}" if i < width else "" for i, number in zip(range(table.columns), numbers, strict=False)]
 
 
 def _aligned(row: Sequence[str], table: TextTable) -> list[str]:

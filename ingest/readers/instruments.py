@@ -62,7 +62,8 @@ _APPLIED = "is contained in the numbers already"
 _TIMED = "the time column says it"
 _ABOUT = "describes the instrument"
 _SEGMENTS = "its segments would be read as one record; export one segment a file"
-_PICTURE = tuple(
+#: What oscilloscopes of all makers write of their screens.
+SCREEN_FIELDS = tuple(
     harmless(name, _SCREEN) for name in ("Vertical Scale", "Vertical Offset", "Horizontal Scale", "Horizontal Offset")
 )
 
@@ -118,16 +119,41 @@ INSTRUMENTS: tuple[Instrument, ...] = (
         step="Sample Interval",
         rate="Sample Rate",
         samples="Record Length",
-        fields=(
-            *_PICTURE,
-            harmless("Horizontal Units", "the line above the numbers says the unit of time"),
-        ),
+        fields=(harmless("Horizontal Units", "the line above the numbers says the unit of time"),),
     ),
     Instrument(
         "Rigol DS1000B, DS1000D, DS1000E; Keysight and Agilent InfiniiVision; Siglent without settings",
         signs=("Seconds?", r"Volts?|Amperes?|Amps?|Watts?|Unknown|Value"),
         units=("Seconds?",),
         first=TIME,
+    ),
+    Instrument(
+        "Keysight Infiniium: one channel, with XInc and XOrg above",
+        signs=(r"XInc:,.*", r"XOrg:,.*"),
+        units=("YUnits",),
+        time_unit="XUnits",
+        step="XInc",
+        start="XOrg",
+        samples="Points",
+        fields=(
+            refused("Count", _SEGMENTS, "1"),
+            *(harmless(name, _APPLIED) for name in ("YInc", "YOrg")),
+            *(harmless(name, _SCREEN) for name in ("XRange", "XOffset", "YRange", "YOffset", "YData*")),
+        ),
+    ),
+    *(
+        Instrument(
+            f"GW Instek GDS: one channel, mode {mode}",
+            signs=("Memory Length", "Sampling Period", "Mode", mode),
+            names=("Source",),
+            units=("Vertical Units",),
+            first=first,
+            time_unit="Horizontal Units",
+            step="Sampling Period",
+            samples="Memory Length",
+            fields=(harmless("Probe", _APPLIED), harmless("Horizontal Position", _SCREEN)),
+        )
+        for mode, first in (("Fast", ""), ("Detail", TIME))
     ),
     Instrument(
         "Tektronix TDS: settings beside the samples",
@@ -139,7 +165,6 @@ INSTRUMENTS: tuple[Instrument, ...] = (
         step="Sample Interval",
         samples="Record Length",
         fields=(
-            *_PICTURE,
             harmless("Yzero", _APPLIED),
             harmless("Probe Atten", _APPLIED),
             refused("Pt Fmt", "it keeps two values for each point; save again with point format Y", "Y"),
@@ -147,14 +172,13 @@ INSTRUMENTS: tuple[Instrument, ...] = (
     ),
     Instrument(
         "Tektronix MDO, MSO, DPO: settings above the columns",
-        signs=("Sample Interval", "TIME"),
-        heading="TIME",
+        signs=("Model|Waveform Type|Point Format|Sample Interval", "Vertical Units", r"TIME( ?\(\w+\))?"),
+        heading=r"TIME( ?\(\w+\))?",
         units=("Vertical Units",),
         time_unit="Horizontal Units",
         step="Sample Interval",
         samples="Record Length",
         fields=(
-            *_PICTURE,
             harmless("Horizontal Delay", _TIMED),
             harmless("Probe Attenuation", _APPLIED),
             harmless("Threshold Used", "is the level between the states of digital channels"),
