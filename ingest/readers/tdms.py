@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .base import ReadingOptions, RecordingError, refuse_bomb
-from .contents import Array, BoundedFile, Contents, one_line, same_unit, to_python
+from .contents import Array, BoundedFile, Contents, is_unit, one_line, same_unit, to_python
 from .file_fields import is_harmless, refuse_unread_fields, unread_field
 from .recording import ArrayReader
 from .tdms_axis import Stamps, WaveformAxis, WrittenStart, on_one_clock, waveform_axis, with_stamps
@@ -192,6 +192,6 @@ def _unit(properties: dict[str, Any]) -> tuple[str | None, str | None]:
         return None, None
     (name, unit), *others = stated.items()
     for other, text in others:
-        if not same_unit(unit, text):
+        if is_unit(unit) and is_unit(text) and not same_unit(unit, text):
             return unit, f"has {name} = {unit!r} and {other} = {text!r}; expected one unit"
     return unit, None
