@@ -82,7 +82,7 @@ def shock_parts(channels: Sequence[Channel], expected: int, settings: Extraction
 
 def _filled(channel: Channel) -> Floats:
     """The channel less its median, lost samples at rest."""
-    x = channel.si - rest_level(channel.si).baseline
+    x = channel.readings - rest_level(channel.readings).baseline
     return np.where(np.isfinite(x), x, 0.0)
 
 
@@ -237,7 +237,7 @@ def _measured(channels: Sequence[Channel], begin_s: float, end_s: float) -> Impa
         if end_s != inf:
             stop = min(stop, max(first, ceil((end_s - channel.start_s) * channel.sampling_rate_hz)))
         start_s = channel.start_s + first * channel.period_s
-        figures = shock_figures(channel.si[first:stop], channel.sampling_rate_hz, start_s)
+        figures = shock_figures(channel.readings[first:stop], channel.sampling_rate_hz, start_s)
         if figures is not None:
             figures_by_channel[channel.name] = figures
     return figures_by_channel

@@ -24,7 +24,7 @@ class GridError(ValueError):
 
 @dataclass(frozen=True)
 class CommonGrid:
-    """SI samples of several channels (k, n) on the grid of the first, whose sample `first` is theirs of number 0."""
+    """SI readings of several channels (k, n) on the grid of the first, whose sample `first` is theirs of number 0."""
 
     values: Floats
     sampling_rate_hz: float
@@ -48,7 +48,7 @@ def on_one_grid(channels: Sequence[Channel]) -> CommonGrid:
                 "record them at one rate"
             )
     offsets = [(channel.start_s - first.start_s) * rate for channel in channels]
-    shifted = [_on_samples(channel.si, offset) for channel, offset in zip(channels, offsets, strict=True)]
+    shifted = [_on_samples(channel.readings, offset) for channel, offset in zip(channels, offsets, strict=True)]
     begin = max(number for number, _ in shifted)
     end = min(number + samples.size for number, samples in shifted)
     if end - begin < 1:

@@ -224,7 +224,7 @@ def total_force(channels: list[Channel]) -> tuple[NDArray[np.float64], Channel] 
         return None
     first = forces[0]
     if len(forces) == 1:
-        return first.si, first
+        return first.readings, first
     try:
         grid = on_one_grid(forces)
     except GridError as error:

@@ -14,7 +14,7 @@ from ..signals.units import UnitError
 from .errors import LONGEST_NAME, IngestError, printable
 from .readers import ReadingOptions
 from .readers.recording import MAX_COLUMNS
-from .readers.text import BLANKS
+from .readers.text_table import BLANKS
 
 _RECORDING_OPTIONS_KEYS = ("columns", "sampling_rate_hz", "delimiter", "decimal", "harmless_fields", "uneven_time")
 #: As campaign.toml writes it -> the sign.

@@ -188,8 +188,8 @@ def _values(
 ) -> tuple[Floats, float, float]:
     read = read_channel(session, row, first, stop)
     alone = begin_s == -math.inf
-    quiet = int(_QUIET * read.si.size) if alone else round(REST_S * row.sampling_rate_hz)
-    return read.si - np.median(read.si[: max(1, quiet)]), row.sampling_rate_hz, read.start_s
+    quiet = int(_QUIET * read.readings.size) if alone else round(REST_S * row.sampling_rate_hz)
+    return read.readings - np.median(read.readings[: max(1, quiet)]), row.sampling_rate_hz, read.start_s
 
 
 def _window(session: Session, impact: Impact) -> tuple[float, float]:

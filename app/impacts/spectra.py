@@ -170,7 +170,7 @@ def measure(
     if frequency_hz is None and target is not None:
         frequency_hz = target.lines()
     spectrum = shock_response_spectrum(
-        channel.si,
+        channel.readings,
         channel.sampling_rate_hz,
         frequency_hz,
         damping_ratio=damping_ratio,
@@ -179,7 +179,7 @@ def measure(
     return MeasuredSpectrum(
         acceleration,
         spectrum,
-        temporal_moments(channel.si, channel.sampling_rate_hz, acceleration.start_s),
+        temporal_moments(channel.readings, channel.sampling_rate_hz, acceleration.start_s),
         tuple(check_recording_channels([channel], run_checks(channel, ()) + run_spectrum_checks(channel, spectrum))),
         None if target is None else compare(spectrum.maximax, spectrum.frequency_hz, target),
     )

@@ -76,6 +76,7 @@ def srs(
         if frame is None:
             raise ValueError("rate is missing: give the sampling rate in Hz, or a Series whose index is the time in s")
         rate = _rate_of(frame.index)
+    _refuse_placeholders(values, frame)
     lines = parse_lines(frequencies, "frequencies") if isinstance(frequencies, str) else frequencies
     spectrum = shock_response_spectrum(
         values.T,
@@ -98,6 +99,22 @@ def srs(
     spectra = pd.DataFrame(spectrum.maximax.T, index=index, columns=columns)
     spectra.attrs = attributes
     return spectra
+
+
+def _refuse_placeholders(values: NDArray[np.float64], frame: pd.DataFrame | pd.Series[Any] | None) -> None:
+    """Raise `ValueError` for a sample that is no reading: it would be the whole spectrum."""
+    from ...signals.placeholders import without_placeholders
+
+    for number, record in enumerate(values.reshape(values.shape[0], -1).T):
+        placeholders, usable = without_placeholders(record, record)
+        at = np.union1d(placeholders.lone, placeholders.beyond_range)
+        if at.size:
+            which = f" of column {frame.columns[number]!r}" if values.ndim == 2 and hasattr(frame, "columns") else ""
+            raise ValueError(
+                f"{at.size} sample{'s' if at.size > 1 else ''}{which}, the first number {at[0]} = {record[at[0]]:.7g}, "
+                f"far outside of the neighbours ({usable[at[0]]:.4g}): a placeholder is no reading; replace it, for "
+                "example by the mean of its neighbours, or leave the record out"
+            )
 
 
 def _rate_of(index: pd.Index[Any]) -> float:

@@ -109,7 +109,7 @@ def test_names_digits_gaps_and_a_last_line_without_end_are_read(written):
         ("# fs = 51200\n# samples = 3\nforce,acc\n1,2\n3,4\n", "states 3 samples and holds 2"),
         ("# fs = 51200\n# samples = 4\nforce,acc\n1,2\n3,4\n", "states 4 samples and holds 2"),
         ("# fs = 51200\nforce,acc\n1,2\n3\n", "need 2 delimiters, found 1"),
-        ("1,2\n3,4\n", "no line of names above them; expected a header such as time,force, or columns = "),
+        ("1,2\n3,4\n", "no line of names above them; expected a header such as time,force, or columns and "),
         ("# fs = 51200\nforce,acc\n", "no line of numbers"),
         ("# fs = fast\nforce,acc\n1,2\n3,4\n", "'fs' is 'fast'; expected a number in Hz"),
         ("# fs = 51,200\nforce,acc\n1,2\n3,4\n", "'fs' is '51,200'"),
