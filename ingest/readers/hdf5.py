@@ -151,7 +151,10 @@ def _refuse_other_size(path: Path, dataset: h5py.Dataset, name: str) -> None:
     another with zeros in places."""
     stored, needed = dataset.id.get_storage_size(), dataset.size * dataset.id.get_type().get_size()
     if dataset.chunks is not None and dataset.size:
-        chunks = int(np.prod([-(-length // chunk) for length, chunk in zip(dataset.shape, dataset.chunks, strict=True)]))
+        refuse_bomb(path, name, dataset.size, dataset.dtype.itemsize)
+        chunks = int(
+            np.prod([-(-length // chunk) for length, chunk in zip(dataset.shape, dataset.chunks, strict=True)])
+        )
         if dataset.id.get_num_chunks() < chunks:
             raise RecordingError(
                 f"{path.name}: {name!r} was never written in {chunks - dataset.id.get_num_chunks()} of its {chunks} "

@@ -73,7 +73,10 @@ def _class_obstacle(kind: str) -> str | None:
         return None if kind != "logical" else "is a logical array; save it with double(...)"
     if kind == "sparse":
         return "is a sparse matrix; save it with full(...)"
-    named = {"opaque": "a MATLAB object (a table, timeseries, string, datetime or the like)", "object": "a MATLAB object"}
+    named = {
+        "opaque": "a MATLAB object (a table, timeseries, string, datetime or the like)",
+        "object": "a MATLAB object",
+    }
     return f"is {named.get(kind, f'a MATLAB {kind}')}; save it with struct(...) or as a vector of numbers"
 
 

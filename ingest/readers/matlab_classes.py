@@ -31,7 +31,11 @@ def matlab_obstacle(dataset: h5py.Dataset) -> str | None:
         if name is not None and (name not in _NUMBERS or "MATLAB_object_decode" in item.attrs):
             place = item.name.rpartition("/")[2]
             what = _WORDS.get(name, f"a MATLAB {name}")
-            cure = "save it with double(...)" if name == "logical" else "save it with struct(...) or as a vector of numbers"
+            cure = (
+                "save it with double(...)"
+                if name == "logical"
+                else "save it with struct(...) or as a vector of numbers"
+            )
             return f"is {what}; {cure}" if item is dataset else f"belongs to {place!r}, which is {what}; {cure}"
         if "MATLAB_object_decode" in item.attrs:
             return "is a MATLAB object; save it with struct(...) or as a vector of numbers"
