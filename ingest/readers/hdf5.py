@@ -19,7 +19,7 @@ from .base import ReadingOptions, RecordingError, refuse_bomb
 from .contents import RATE_NAMES, Array, Contents, in_memory, limited, seconds_for, time_scale, to_python
 from .hdf5_fields import HDF5_FIELDS
 from .matlab_classes import matlab_obstacle, sparse_vector
-from .packing import Packing, packing_of
+from .packing import NetcdfPacking, packing_of
 from .recording import ArrayReader
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def _array(path: Path, dataset: h5py.Dataset, scales: dict[str, Floats]) -> Arra
     own = _attributes(dataset)
     rate = next((own[key] for key in own if key.lower() in RATE_NAMES), None)
     dtype = _real_dtype(dataset)
-    packing = packing_of(path, name, own, dtype) if obstacle is None else Packing()
+    packing = packing_of(path, name, own, dtype) if obstacle is None else NetcdfPacking()
     times, axis = _times_of(path, dataset, scales) if obstacle is None else (None, None)
     unit = next((str(own[key]) for key in ("unit", "units") if key in own), None)
     return Array(

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from .base import ReadingOptions, RecordingError, refuse_bomb
 from .contents import Array, Contents, in_memory, lazy_array, to_python
 from .recording import ArrayReader
-from .statements import STATEMENT_RULES
 from .stamps import as_time
+from .statements import STATEMENT_RULES
 
 if TYPE_CHECKING:
     from zipfile import ZipFile, ZipInfo

@@ -19,7 +19,7 @@ _LIMITS = ("valid_range", "valid_min", "valid_max")
 
 
 @dataclass(frozen=True)
-class Packing:
+class NetcdfPacking:
     """value = stored * scale + offset; NaN where stored is one of `fills`, below `lowest` or above `highest`.
 
     `unsigned`: stored are the bits of numbers without a sign.
@@ -35,7 +35,7 @@ class Packing:
     @property
     def changes(self) -> bool:
         """Whether a value can be another than the stored number."""
-        return self != Packing()
+        return self != NetcdfPacking()
 
     def dtype(self, stored: np.dtype[Any]) -> np.dtype[Any]:
         """That of the values."""
@@ -59,13 +59,13 @@ class Packing:
         return np.asarray(values)
 
 
-def packing_of(path: Path, name: str, attributes: Mapping[str, Any], stored: np.dtype[Any]) -> Packing:
+def packing_of(path: Path, name: str, attributes: Mapping[str, Any], stored: np.dtype[Any]) -> NetcdfPacking:
     """The packing that the attributes of a data set of `stored` numbers state.
 
     Raises `RecordingError` for an attribute of it that is no number.
     """
     if stored.kind not in "iuf":
-        return Packing()
+        return NetcdfPacking()
 
     def numbers(key: str) -> list[float]:
         if key not in attributes:
@@ -85,7 +85,7 @@ def packing_of(path: Path, name: str, attributes: Mapping[str, Any], stored: np.
     limits = numbers("valid_range") or [None, None]
     if len(limits) != 2:
         raise RecordingError(f"{path.name}: {name!r} has valid_range = {limits}; expected two numbers")
-    return Packing(
+    return NetcdfPacking(
         scale=number("scale_factor", 1.0),
         offset=number("add_offset", 0.0),
         fills=tuple(value for key in _FILLS for value in numbers(key) if not np.isnan(value)),

@@ -102,5 +102,5 @@ def test_structures_of_instruments_have_their_rate_start_and_unit(file, channel,
 
 
 def test_a_step_of_no_stated_unit_is_no_rate():
-    with pytest.raises(RecordingError, match="no sampling rate; expected fs in hertz.*sampling_rate_hz under"):
+    with pytest.raises(RecordingError, match=r"no sampling rate; expected fs in hertz.*sampling_rate_hz under"):
         opened("32-testlab-mat/dt.mat")

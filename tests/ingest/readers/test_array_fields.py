@@ -211,7 +211,7 @@ class TestParquet:
     def test_metadata_that_may_change_a_number_and_decimals_are_refused(self, tmp_path):
         schema = pa.schema([pa.field("force", pa.float64(), metadata={"unit": "V", "scale": "0.25"})], {"fs": "10000"})
         pq.write_table(pa.table({"force": WAVE}, schema=schema), tmp_path / "a.parquet")
-        with pytest.raises(RecordingError, match="'force' has the field 'scale' = '0.25'"):
+        with pytest.raises(RecordingError, match=r"'force' has the field 'scale' = '0\.25'"):
             channels(tmp_path / "a.parquet")
         table = pa.table({"force": pa.array(WAVE).cast(pa.decimal128(10, 2)), "time": TIMES_S})
         pq.write_table(table, tmp_path / "b.parquet")
