@@ -71,7 +71,5 @@ def _mistakes(integrated: bool) -> list[tuple[float, str]]:
     mistakes = [(factor, f"force: {words}") for factor, words in unit_mistakes("force")]
     quantity, name = ("acceleration", "acceleration of the impactor") if integrated else ("velocity", "impact velocity")
     mistakes += [(1.0 / factor, f"{name}: {words}") for factor, words in unit_mistakes(quantity)]
-    return mistakes + [
-        (1e-3, "mass: values in g where kg is declared"),
-        (1e3, "mass: values in kg where g is declared"),
-    ]
+    mistakes += [(1e-3, "mass: values in g where kg is declared"), (1e3, "mass: values in kg where g is declared")]
+    return mistakes

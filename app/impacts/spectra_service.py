@@ -20,7 +20,7 @@ _UNEVEN = 1e-3
 @overload
 def srs(
     acceleration: pd.DataFrame,
-    rate: float | None = None,
+    rate: float | str | None = None,
     *,
     q: float | None = None,
     damping_ratio: float | None = None,
@@ -32,7 +32,7 @@ def srs(
 @overload
 def srs(
     acceleration: ArrayLike | pd.Series[Any],
-    rate: float | None = None,
+    rate: float | str | None = None,
     *,
     q: float | None = None,
     damping_ratio: float | None = None,
@@ -44,7 +44,7 @@ def srs(
 @raises_library_errors
 def srs(
     acceleration: ArrayLike | pd.Series[Any] | pd.DataFrame,
-    rate: float | None = None,
+    rate: float | str | None = None,
     *,
     q: float | None = None,
     damping_ratio: float | None = None,
@@ -53,15 +53,16 @@ def srs(
 ) -> pd.Series[float] | pd.DataFrame:
     """The maximax absolute acceleration of oscillators (ISO 18431-4), in the unit of the acceleration.
 
-    `acceleration` is an array (n,) with its `rate` in Hz, a Series, or a DataFrame with a column for each record (an
-    array (n, k) is taken as one). Without `rate`, the index of a Series or DataFrame is the time in s. `frequencies`
+    `acceleration` is an array (n,) with its `rate` in Hz or as a text with its unit ("20 kHz"), a Series, or a DataFrame
+    with a column for each record (an array (n, k) is taken as one). Without `rate`, the index of a Series or DataFrame
+    is the time, in s or in the unit that its name carries (`time_ms`). `frequencies`
     are in Hz: numbers, or "100:10000:6" for six lines an octave; by default six an octave over what the record's length
     and rate allow. Q is 10 unless `q` or `damping_ratio` says otherwise. `resample` interpolates the record so that no
     peak is missed between samples.
 
     Returns a Series over `frequency_hz`, or a DataFrame with a column for each record. Raises `InvalidValueError` for a
-    record that is empty, constant or not finite, for a missing rate or uneven times, and for lines from half of the
-    rate upwards.
+    record that is empty, constant, not finite or masked in part, for records that lie as rows, for samples that are no
+    readings (-9999), for a missing rate or uneven times, and for lines from half of the rate upwards.
     """
     import pandas as pd
 
@@ -69,18 +70,25 @@ def srs(
     from .spectra import RESAMPLED_TO, parse_lines
 
     frame = acceleration if isinstance(acceleration, pd.DataFrame | pd.Series) else None
+    _refuse_masked(acceleration)
     values = np.asarray(acceleration, dtype=np.float64)
     if values.ndim not in (1, 2):
         raise ValueError(f"an acceleration has the shape {values.shape}; expected samples (n,), or records as columns")
+    if frame is None and values.ndim == 2 and values.shape[0] < values.shape[1]:
+        raise ValueError(
+            f"an acceleration has the shape {values.shape}, more records than samples; expected records as columns: give "
+            "its transpose, acceleration.T"
+        )
     if rate is None:
         if frame is None:
             raise ValueError("rate is missing: give the sampling rate in Hz, or a Series whose index is the time in s")
         rate = _rate_of(frame.index)
+    rate_hz = _rate_hz(rate)
     _refuse_placeholders(values, frame)
     lines = parse_lines(frequencies, "frequencies") if isinstance(frequencies, str) else frequencies
     spectrum = shock_response_spectrum(
         values.T,
-        float(rate),
+        rate_hz,
         None if lines is None else np.asarray(lines, dtype=np.float64),
         q=q,
         damping_ratio=damping_ratio,
@@ -117,15 +125,57 @@ def _refuse_placeholders(values: NDArray[np.float64], frame: pd.DataFrame | pd.S
             )
 
 
+def _refuse_masked(acceleration: Any) -> None:
+    """Raise `ValueError` for an array whose mask leaves samples out: numpy would hand on what lies below."""
+    masked = int(np.ma.getmaskarray(acceleration).sum()) if isinstance(acceleration, np.ma.MaskedArray) else 0
+    if masked:
+        raise ValueError(
+            f"{masked} samples are masked, and a spectrum needs all of them; fill them (acceleration.filled(...), or by "
+            "interpolation), or give the part of the record that has none"
+        )
+
+
+def _rate_hz(rate: float | str) -> float:
+    """A rate in Hz, or as a text with its unit. Raises `ValueError` for what is no rate above zero."""
+    from ..common.frames import parse_quantity
+
+    if isinstance(rate, str):
+        try:
+            rate = float(rate)
+        except ValueError:
+            rate = parse_quantity(str(rate), "Hz", "rate")
+    if not 0.0 < float(rate) < float("inf"):
+        raise ValueError(f"rate is {rate!r}; expected a number above zero, in Hz")
+    return float(rate)
+
+
 def _rate_of(index: pd.Index[Any]) -> float:
-    """The sampling rate of times in s. Raises `ValueError` where they are no rising, even times."""
+    """The sampling rate of times in s, or in the unit of the index's name. Raises `ValueError` where they are no
+    rising, even times, and for a name that is no time."""
     times = np.asarray(index)
     if times.dtype.kind not in "fiu" or len(times) < 2:
         raise ValueError("rate is missing, and the index is no time in s: give the sampling rate in Hz")
+    scale = _index_unit_s(index)
     if times.dtype.kind in "iu" and np.array_equal(times, np.arange(len(times))):
         raise ValueError("rate is missing, and the index only counts the samples: give the sampling rate in Hz")
     step = float(times[-1] - times[0]) / (len(times) - 1)
     uneven = np.max(np.abs(np.diff(times.astype(np.float64)) - step))
     if not step > 0 or uneven > _UNEVEN * step:
         raise ValueError(f"the times of the index are not even (steps differ by {uneven:.3g} s): give the rate in Hz")
-    return 1.0 / step
+    return 1.0 / (step * scale)
+
+
+def _index_unit_s(index: pd.Index[Any]) -> float:
+    """Seconds per unit of an index of time: what its name carries (`time_ms`, `t [us]`, `Zeit (ms)`), else 1."""
+    from ...ingest.readers.contents import is_time_name, name_and_unit, time_scale
+
+    if index.name is None:
+        return 1.0
+    name, unit = name_and_unit(str(index.name))
+    scale = time_scale(name, unit) if is_time_name(name) or unit is not None else None
+    if scale is None:
+        raise ValueError(
+            f"the index is called {index.name!r}, which is no time in s, ms or us: call it time_s or time_ms, or give "
+            "the rate in Hz"
+        )
+    return scale

@@ -15,12 +15,12 @@ from support.records.campaigns import FS_HZ, HAMMER_TOML, write_folder
 MASS_KG, WIDTH_S, RATIO = 0.32, 1e-3, 1.5
 
 
-def campaign(folder, factor, velocities=np.linspace(0.5, 2.0, 6), wrong=None):
+def campaign(folder, factor, wrong=None):
     """A hammer campaign with a hit a recording; the force is written in a unit that reads `factor` times newtons."""
     rows, files = ["run,repetition,tip_material,tip_radius_mm,impact_velocity_m_s,recording"], {}
     rng = np.random.default_rng(0)
     time_s = np.arange(round(0.1 * FS_HZ)) / FS_HZ - 0.04
-    for i, velocity in enumerate(velocities, 1):
+    for i, velocity in enumerate(np.linspace(0.5, 2.0, 6), 1):
         peak = RATIO * MASS_KG * velocity * np.pi / (2 * WIDTH_S)
         inside = (time_s > 0) & (time_s < WIDTH_S)
         force = np.where(inside, peak * np.sin(np.pi * time_s / WIDTH_S), 0.0) + 0.05 * rng.standard_normal(time_s.size)
