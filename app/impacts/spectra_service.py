@@ -53,8 +53,8 @@ def srs(
 ) -> pd.Series[float] | pd.DataFrame:
     """The maximax absolute acceleration of oscillators (ISO 18431-4), in the unit of the acceleration.
 
-    `acceleration` is an array (n,) with its `rate` in Hz or as a text with its unit ("20 kHz"), a Series, or a DataFrame
-    with a column for each record (an array (n, k) is taken as one). Without `rate`, the index of a Series or DataFrame
+    `acceleration` is an array (n,) with its `rate` in Hz or as a text with its unit ("20 kHz"), a Series, or a
+    DataFrame with a column for each record (an array (n, k) is taken as one). Without `rate`, the index of a Series or DataFrame
     is the time, in s or in the unit that its name carries (`time_ms`). `frequencies`
     are in Hz: numbers, or "100:10000:6" for six lines an octave; by default six an octave over what the record's length
     and rate allow. Q is 10 unless `q` or `damping_ratio` says otherwise. `resample` interpolates the record so that no
@@ -76,8 +76,8 @@ def srs(
         raise ValueError(f"an acceleration has the shape {values.shape}; expected samples (n,), or records as columns")
     if frame is None and values.ndim == 2 and values.shape[0] < values.shape[1]:
         raise ValueError(
-            f"an acceleration has the shape {values.shape}, more records than samples; expected records as columns: give "
-            "its transpose, acceleration.T"
+            f"an acceleration has the shape {values.shape}, more records than samples; expected records as columns: "
+            "give its transpose, acceleration.T"
         )
     if rate is None:
         if frame is None:
@@ -130,8 +130,8 @@ def _refuse_masked(acceleration: Any) -> None:
     masked = int(np.ma.getmaskarray(acceleration).sum()) if isinstance(acceleration, np.ma.MaskedArray) else 0
     if masked:
         raise ValueError(
-            f"{masked} samples are masked, and a spectrum needs all of them; fill them (acceleration.filled(...), or by "
-            "interpolation), or give the part of the record that has none"
+            f"{masked} samples are masked, and a spectrum needs all of them; fill them (acceleration.filled(...), or "
+            "by interpolation), or give the part of the record that has none"
         )
 
 

@@ -32,7 +32,7 @@ def test_an_index_that_is_no_time_is_refused():
 
 def test_masked_samples_are_refused():
     masked = np.ma.masked_array(RECORD, np.arange(4000) == 7)
-    with pytest.raises(ps.InvalidValueError, match="1 samples are masked.*fill them"):
+    with pytest.raises(ps.InvalidValueError, match=r"1 samples are masked.*fill them"):
         ps.srs(masked, RATE_HZ, frequencies=LINES)
     whole = np.ma.masked_array(RECORD, np.zeros(4000, bool))
     np.testing.assert_allclose(ps.srs(whole, RATE_HZ, frequencies=LINES), RIGHT)
