@@ -135,7 +135,7 @@ def srs(series: AccelerationSeries) -> Any:
     record = np.asarray(series.acceleration_m_s2, dtype=np.float64)
     lines = np.asarray(series.frequency_hz, dtype=np.float64)
     spectrum = shock_response_spectrum(record, series.sampling_rate_hz, lines, q=series.q)
-    sides = {name: getattr(spectrum, name).tolist() for name in _SIDES}
+    sides = {name: getattr(spectrum, name).tolist() for name in (*_SIDES, "sampling_error")}
     return finite({"unit": "m/s2", "frequency_hz": lines.tolist(), **sides})
 
 

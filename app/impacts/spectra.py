@@ -20,9 +20,10 @@ from ...signals.channel import Channel, Sensor
 from ...signals.checks import Finding, run_checks, run_spectrum_checks
 from ...signals.checks.recording import check_recording_channels
 from ...signals.srs.moments import Moments, temporal_moments
-from ...signals.srs.spectrum import Spectrum, octave_grid, shock_response_spectrum
+from ...signals.srs.spectrum import RESAMPLED_WITHIN, Spectrum, octave_grid, shock_response_spectrum
 from ...signals.units import UnitError, to_si
-from ...twin.srs.target import SpectrumComparison, Target, compare, parse_tolerance
+from ...twin.srs.standards import parse_tolerance
+from ...twin.srs.target import SpectrumComparison, Target, compare
 from ...twin.srs.target_csv import target_of_csv
 
 #: Of a file that crashes no library and takes no processor time: a network drive that hangs.
@@ -128,10 +129,6 @@ def _unit(path: Path, info: ChannelInfo, given: str | None) -> str:
     return unit_text
 
 
-#: Samples per cycle of a line of a resampled record: they hide 0.5 % of a peak at most.
-RESAMPLED_TO = 40.0
-
-
 @dataclass(frozen=True, eq=False)
 class MeasuredSpectrum:
     """All that a recording alone tells; `comparison` where there is a target."""
@@ -149,7 +146,7 @@ def measure(
     damping_ratio: float,
     *,
     target: Target | None = None,
-    resample: bool = False,
+    resample: bool = True,
     range_m_s2: float | None = None,
 ) -> MeasuredSpectrum:
     """Spectrum, moments, checks, comparison. Lines that are not given are the target's, else the record's own grid."""
@@ -162,7 +159,7 @@ def measure(
         channel.sampling_rate_hz,
         frequency_hz,
         damping_ratio=damping_ratio,
-        resample=RESAMPLED_TO if resample else None,
+        resample_within=RESAMPLED_WITHIN if resample else None,
     )
     return MeasuredSpectrum(
         acceleration,

@@ -25,7 +25,7 @@ def srs(
     q: float | None = None,
     damping_ratio: float | None = None,
     frequencies: str | Sequence[float] | NDArray[np.float64] | None = None,
-    resample: bool = False,
+    resample: bool = True,
 ) -> pd.DataFrame: ...
 
 
@@ -37,7 +37,7 @@ def srs(
     q: float | None = None,
     damping_ratio: float | None = None,
     frequencies: str | Sequence[float] | NDArray[np.float64] | None = None,
-    resample: bool = False,
+    resample: bool = True,
 ) -> pd.Series[float]: ...
 
 
@@ -49,15 +49,16 @@ def srs(
     q: float | None = None,
     damping_ratio: float | None = None,
     frequencies: str | Sequence[float] | NDArray[np.float64] | None = None,
-    resample: bool = False,
+    resample: bool = True,
 ) -> pd.Series[float] | pd.DataFrame:
     """The maximax absolute acceleration of oscillators (ISO 18431-4), in the unit of the acceleration.
 
     `acceleration` is an array (n,) with its `rate` in Hz, a Series, or a DataFrame with a column for each record (an
     array (n, k) is taken as one). Without `rate`, the index of a Series or DataFrame is the time in s. `frequencies`
     are in Hz: numbers, or "100:10000:6" for six lines an octave; by default six an octave over what the record's length
-    and rate allow. Q is 10 unless `q` or `damping_ratio` says otherwise. `resample` interpolates the record so that no
-    peak is missed between samples.
+    and rate allow. Q is 10 unless `q` or `damping_ratio` says otherwise. A record whose content
+    requires it is interpolated band-limited, so that the steps between its samples hide at most 1 % of a line;
+    `resample=False` takes it as it is.
 
     Returns a Series over `frequency_hz`, or a DataFrame with a column for each record. Raises `InvalidValueError` for a
     record that is empty, constant or not finite, for a missing rate or uneven times, and for lines from half of the
@@ -65,8 +66,8 @@ def srs(
     """
     import pandas as pd
 
-    from ...signals.srs.spectrum import shock_response_spectrum
-    from .spectra import RESAMPLED_TO, parse_lines
+    from ...signals.srs.spectrum import RESAMPLED_WITHIN, shock_response_spectrum
+    from .spectra import parse_lines
 
     frame = acceleration if isinstance(acceleration, pd.DataFrame | pd.Series) else None
     values = np.asarray(acceleration, dtype=np.float64)
@@ -83,7 +84,7 @@ def srs(
         None if lines is None else np.asarray(lines, dtype=np.float64),
         q=q,
         damping_ratio=damping_ratio,
-        resample=RESAMPLED_TO if resample else None,
+        resample_within=RESAMPLED_WITHIN if resample else None,
     )
     index = pd.Index(spectrum.frequency_hz, name="frequency_hz")
     attributes: dict[Any, Any] = {"q": 1 / (2 * spectrum.damping_ratio), "quantity": "maximax absolute acceleration"}

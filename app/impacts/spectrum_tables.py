@@ -55,7 +55,8 @@ def summary(measured: MeasuredSpectrum) -> dict[str, Any]:
         return columns
     lines = held.frequency_hz.size
     return columns | {
-        "target": "met" if held.within else "missed",
+        "target": "met" if held.met else "missed",
+        "rule": held.sentence(),
         "lines_within": f"{round(float(held.share_within) * lines)} of {lines}",
         "worst_margin_db": float(held.worst_margin_db),
         "worst_frequency_hz": float(held.worst_frequency_hz),
@@ -104,6 +105,19 @@ def _finding_json(finding: Finding) -> dict[str, Any]:
 
 def _comparison_json(comparison: SpectrumComparison) -> dict[str, Any]:
     return {
+        "met": bool(comparison.met),
+        "sentence": comparison.sentence(),
+        "rule": {"name": comparison.target.rule.name, "clause": comparison.target.rule.clause},
+        "rules": [
+            {
+                "rule": kept.name,
+                "lines": int(kept.lines),
+                "of": kept.of,
+                "required": kept.required,
+                "met": bool(kept.met),
+            }
+            for kept in comparison.rules
+        ],
         "within": bool(comparison.within),
         "share_within": float(comparison.share_within),
         "share_above": float(comparison.share_above),

@@ -41,8 +41,6 @@ _QUIET = 0.1
 _CLIPPED = 0.99
 #: A peak below so many standard deviations of what the sensor shows before the shock is no shock.
 _SILENT = 10.0
-#: Every line gets so many samples a cycle, which a twin has at its highest line, whatever the recorder's rate.
-_SAMPLES_A_CYCLE = 10.0
 #: Relative standard uncertainty of a velocity that was stored without any.
 _UNSTATED_U = 0.01
 #: The tip of a shot of which nothing but the velocity was measured: the velocity does not depend on it.
@@ -395,9 +393,7 @@ class _Records:
         peak = float(np.abs(shock).max())
         if not peak >= _SILENT * float(rest.std()) or not peak > 0:
             raise ValueError(f"{row.name} shows no shock")
-        spectrum = shock_response_spectrum(
-            shock, row.sampling_rate_hz, self.frequency_hz, q=self.q, resample=_SAMPLES_A_CYCLE, threads=1
-        )
+        spectrum = shock_response_spectrum(shock, row.sampling_rate_hz, self.frequency_hz, q=self.q, threads=1)
         return np.concatenate(([peak], spectrum.maximax))
 
     def _window(self, row: RecordedChannel, hit: _Hit) -> tuple[int, int, int]:

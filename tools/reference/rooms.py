@@ -49,7 +49,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "contact.bodies", "contact.pulse", "contact.laws", "contact.hertz", "contact.impact",
         "contact.impacts", "contact.stage", "contact.restitution_laws", "contact.measured_restitution",
         "plate.build", "plate.outline", "plate.modes", "plate.modal", "plate.table", "plate.response",
-        "sensors.chain", "sensors.effect", "srs.target", "srs.target_csv", "tune.space", "tune.goal",
+        "sensors.chain", "sensors.effect", "srs.standards", "srs.target", "srs.target_csv", "tune.space", "tune.goal",
         "tune.tuner", "tune.probability", "tune.search",
     ),
     "diagnosis": (
