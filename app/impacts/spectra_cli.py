@@ -57,6 +57,19 @@ _RATIO = click.FloatRange(0, 1, min_open=True, max_open=True)
     help="Resample the record band-limited where its content requires it, or take it as it is.",
 )
 @click.option(
+    "--rest",
+    metavar="none|FROM:TO",
+    help=(
+        "Take the mean between two times (0ms:5ms) for the zero of the record, or zero as it was recorded (none). "
+        "[default: the rest before the shock, where there is one]"
+    ),
+)
+@click.option(
+    "--hit",
+    metavar="N|whole",
+    help="Choose one hit of a record that holds several, or take the record as one shock (whole).",
+)
+@click.option(
     "--range",
     "full_scale",
     metavar="VALUE",
@@ -84,6 +97,8 @@ def srs(
     target: Path | None,
     tolerance: str | None,
     resample: bool,
+    rest: str | None,
+    hit: str | None,
     full_scale: str | None,
     plot: Path | None,
     out: Path | None,
@@ -102,6 +117,7 @@ def srs(
     progress = progress_bar(f"Computing the spectrum of {file.name}")
     with errors_as_one_line():
         with progress:
+            from .record_choice import parse_rest
             from .spectra import measure, parse_lines, read_acceleration
             from .spectrum_tables import as_json, write_spectrum
 
@@ -113,6 +129,8 @@ def srs(
                 target=specified,
                 resample=resample,
                 range_m_s2=_full_scale(full_scale),
+                rest=parse_rest(rest, "--rest"),
+                hit=hit,
             )
         _tell_coverage(measured, specified)
         if out is not None:

@@ -26,6 +26,8 @@ def srs(
     damping_ratio: float | None = None,
     frequencies: str | Sequence[float] | NDArray[np.float64] | None = None,
     resample: bool = True,
+    rest: str | None = None,
+    hit: int | str | None = None,
 ) -> pd.DataFrame: ...
 
 
@@ -38,6 +40,8 @@ def srs(
     damping_ratio: float | None = None,
     frequencies: str | Sequence[float] | NDArray[np.float64] | None = None,
     resample: bool = True,
+    rest: str | None = None,
+    hit: int | str | None = None,
 ) -> pd.Series[float]: ...
 
 
@@ -50,6 +54,8 @@ def srs(
     damping_ratio: float | None = None,
     frequencies: str | Sequence[float] | NDArray[np.float64] | None = None,
     resample: bool = True,
+    rest: str | None = None,
+    hit: int | str | None = None,
 ) -> pd.Series[float] | pd.DataFrame:
     """The maximax absolute acceleration of oscillators (ISO 18431-4), in the unit of the acceleration.
 
@@ -58,7 +64,10 @@ def srs(
     are in Hz: numbers, or "100:10000:6" for six lines an octave; by default six an octave over what the record's length
     and rate allow. Q is 10 unless `q` or `damping_ratio` says otherwise. A record whose content
     requires it is interpolated band-limited, so that the steps between its samples hide at most 1 % of a line;
-    `resample=False` takes it as it is.
+    `resample=False` takes it as it is. `rest` chooses the zero of each record: by default the rest before the shock,
+    where there is one, "none" for zero as recorded, "0ms:5ms" for the mean between two times. A record that holds
+    several hits needs `hit`: a number from 1, or "whole". The result's `attrs` say what was done: `rest` holds what was
+    subtracted, `sampling_error` what sampling may have changed of each line at most, as a share.
 
     Returns a Series over `frequency_hz`, or a DataFrame with a column for each record. Raises `InvalidValueError` for a
     record that is empty, constant or not finite, for a missing rate or uneven times, and for lines from half of the
@@ -66,7 +75,9 @@ def srs(
     """
     import pandas as pd
 
+    from ...signals.record_rest import without_rest
     from ...signals.srs.spectrum import RESAMPLED_WITHIN, shock_response_spectrum
+    from .record_choice import chosen_part, parse_rest
     from .spectra import parse_lines
 
     frame = acceleration if isinstance(acceleration, pd.DataFrame | pd.Series) else None
@@ -78,8 +89,16 @@ def srs(
             raise ValueError("rate is missing: give the sampling rate in Hz, or a Series whose index is the time in s")
         rate = _rate_of(frame.index)
     lines = parse_lines(frequencies, "frequencies") if isinstance(frequencies, str) else frequencies
+    records = values.T if values.ndim == 2 else values[np.newaxis]
+    start_s = 0.0 if frame is None else _start_of(frame.index)
+    choice = parse_rest(rest, "rest")
+    parts = [record[chosen_part(record, float(rate), start_s, hit, "hit")[0]] for record in records]
+    if len({part.size for part in parts}) > 1:
+        raise ValueError("the records hold their hits at other times; compute the spectrum of each alone")
+    removed = [without_rest(part, float(rate), start_s, choice) for part in parts]
+    shocks = np.stack([shock for shock, _ in removed])
     spectrum = shock_response_spectrum(
-        values.T,
+        shocks if values.ndim == 2 else shocks[0],
         float(rate),
         None if lines is None else np.asarray(lines, dtype=np.float64),
         q=q,
@@ -90,6 +109,8 @@ def srs(
     attributes: dict[Any, Any] = {"q": 1 / (2 * spectrum.damping_ratio), "quantity": "maximax absolute acceleration"}
     unit = None if frame is None else frame.attrs.get("unit")
     attributes |= {"unit": unit} if unit else {}
+    attributes["rest"] = tuple(rest.level_m_s2 for _, rest in removed) if values.ndim == 2 else removed[0][1].level_m_s2
+    attributes["sampling_error"] = spectrum.sampling_error.tolist()
     if values.ndim == 1:
         name = getattr(frame, "name", None) or "srs"
         series = pd.Series(spectrum.maximax, index=index, name=name)
@@ -99,6 +120,11 @@ def srs(
     spectra = pd.DataFrame(spectrum.maximax.T, index=index, columns=columns)
     spectra.attrs = attributes
     return spectra
+
+
+def _start_of(index: pd.Index[Any]) -> float:
+    """The first time of an index in s; 0 for one that holds no times."""
+    return float(index[0]) if len(index) and index.dtype.kind == "f" else 0.0
 
 
 def _rate_of(index: pd.Index[Any]) -> float:

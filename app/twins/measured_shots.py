@@ -379,6 +379,7 @@ class _Records:
 
     def _shock(self, row: RecordedChannel, hit: _Hit) -> Floats:
         """Largest acceleration and spectrum (1 + lines,). `ValueError` for a record that shows no whole shock."""
+        from ...signals.record_rest import without_rest
         from ...signals.srs.spectrum import shock_response_spectrum
 
         first, stop, quiet = self._window(row, hit)
@@ -389,7 +390,9 @@ class _Records:
         if full_scale is not None and np.abs(record).max() >= _CLIPPED * full_scale:
             raise ValueError(f"{row.name} reached its full scale")
         rest = record[:quiet]
-        shock = record - np.median(rest)
+        shock, removed = without_rest(record, row.sampling_rate_hz)
+        if not removed.level_m_s2:  # the contact says what came before the shock where the record is too short to
+            shock = record - np.median(rest)
         peak = float(np.abs(shock).max())
         if not peak >= _SILENT * float(rest.std()) or not peak > 0:
             raise ValueError(f"{row.name} shows no shock")

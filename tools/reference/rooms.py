@@ -20,7 +20,8 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "map_tasks",
     ),
     "signals": (
-        "units", "channel", "checks.base", "checks", "shock_figures", "srs.spectrum", "srs.moments",
+        "units", "channel", "checks.base", "checks", "record_rest", "record_hits", "shock_figures", "srs.spectrum",
+        "srs.moments",
     ),
     "ingest": (
         "load", "report", "errors", "folder", "runs", "settings", "readers", "readers.base", "segmentation",
