@@ -232,10 +232,14 @@ class ShotPrediction:
 
     @property
     def peak_acceleration(self) -> dict[str, PredictedNumber]:
-        """The largest acceleration either way, m/s2, by sensor."""
+        """The largest acceleration either way, m/s2, by sensor, in the band of the plate's modes, which its name says."""
+        from .tables import band_words
+
         return {
             sensor: PredictedNumber.of(
-                f"peak acceleration, {sensor}", self.prediction.peak_acceleration_m_s2(sensor), "m/s2"
+                f"peak acceleration, {sensor}, {band_words(self.prediction)}",
+                self.prediction.peak_acceleration_m_s2(sensor),
+                "m/s2",
             )
             for sensor in self.prediction.sensors
         }
