@@ -102,9 +102,10 @@ class Prediction:
 
     `force_n` is over equal phases of the contact, `time_s` (p,) those phases of the mean contact. `spectra_m_s2` and
     the rows of `accelerations_m_s2` (d, sensors, n), from the beginning of contact on, go with `sensors`: none for a
-    twin without a plate. Accelerations and their peaks are of the band up to `acceleration_band_hz`, the highest mode of
-    the plate, whatever lines the spectra have. `models` says for each stage what answered, `outside` where it was asked beyond its domain,
-    `extrapolation` which quantities lie beyond what was recorded. `draws` are the random shots of the bands.
+    twin without a plate. Accelerations and their peaks are of the band up to `acceleration_band_hz`, the highest mode
+    of the plate, whatever lines the spectra have. `models` says for each stage what answered, `outside` where it was
+    asked beyond its domain, `extrapolation` which quantities lie beyond what was recorded. `draws` are the random shots
+    of the bands.
     """
 
     setting: Setting

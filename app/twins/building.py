@@ -43,8 +43,8 @@ if TYPE_CHECKING:
 #: Without a model: what is likely of the contact, narrowed by measured shots (`PriorContact`).
 PRIOR = "prior"
 REGISTERED = "registered"
-#: A solved plate has the modes up to here, whatever lines are asked for: its peak acceleration is of this band. Twice the
-#: highest line of most specifications, and none that the rate of 100 kHz shows badly.
+#: A solved plate has the modes up to here, whatever lines are asked for: its peak acceleration is of this band. It is
+#: twice the highest line of most specifications, and the rate of 100 kHz shows no mode badly.
 MAX_MODE_HZ = 20_000.0
 #: Scatter (ln, standard deviation) of a gun's shots that nobody has measured: that of Table 5.1 about one factor.
 THESIS_VELOCITY_SPREAD = 0.046

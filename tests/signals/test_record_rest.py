@@ -40,7 +40,7 @@ def test_a_stretch_is_on_the_records_own_clock():
     clean, removed = without_rest(x, RATE, -0.05, RestChoice("stretch", -0.04, -0.01))
     assert removed.level_m_s2 == pytest.approx(3) and "from -0.04 to -0.01 s" in removed.sentence
     np.testing.assert_allclose(clean, x - 3)
-    with pytest.raises(ValueError, match="holds no sample: the record reaches from 0 to 0.2 s"):
+    with pytest.raises(ValueError, match=r"holds no sample: the record reaches from 0 to 0\.2 s"):
         without_rest(x, RATE, 0.0, RestChoice("stretch", 0.3, 0.4))
 
 
