@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .base import ReadingOptions, RecordingError
 from .contents import Array, Contents
 from .recording import ArrayReader
+from .stamps import as_time
 
 _LONGEST_HEADER = 1 << 16
 
@@ -43,7 +44,7 @@ class NpyReader(ArrayReader):
             stream.seek(offset + first * dtype.itemsize)
             return np.frombuffer(stream.read((last - first) * dtype.itemsize), dtype)
 
-        return Contents(_arrays(shape, fortran_order, dtype, rows))
+        return Contents([as_time(array) for array in _arrays(shape, fortran_order, dtype, rows)])
 
 
 def _arrays(shape: tuple[int, ...], fortran_order: bool, dtype: np.dtype[Any], rows: Any) -> list[Array]:
