@@ -8,7 +8,7 @@ samples are gaps and are handed on as such. Anything else is refused, as two rat
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +27,8 @@ MAX_RATE_DRIFT = 0.01
 GAP_STEPS = 1.5
 #: ... if at most this share of the steps is as long.
 MAX_GAP_SHARE = 0.1
+#: Steps that differ by less than this share are even whatever hides them.
+_ALIKE = 1e-3
 #: Times of a sample of a record by which its last digit is told.
 _PROBED = 512
 #: Fewer numbers than these can have a short last digit by chance.
@@ -60,27 +62,35 @@ def even_time(path: Path, times: NDArray[np.float64], unit_s: float = 1.0) -> Ev
     """
     if times.size < 2:
         raise RecordingError(f"{path.name}: a time column needs at least two samples, got {times.size}")
-    refuse_no_increase(path, times, unit_s)
-    quantum = time_quantum(times)
-    digit = quantum.total
     steps = np.diff(times)
+    refuse_no_increase(path, times, steps, unit_s)
+    shortest, longest = float(steps.min()), float(steps.max())
+    if longest - shortest <= _ALIKE * shortest:
+        return _even(times, steps, longest - shortest, unit_s)
+    quantum = time_quantum(times, steps)
+    digit = quantum.total
     typical = float(np.mean(steps[steps <= 2.5 * np.median(steps)]))
     longest = GAP_STEPS * typical + (digit if digit < typical else 0.0)
     in_sequence = steps < longest
     even = steps[in_sequence]
-    if even.size < (1.0 - MAX_GAP_SHARE) * steps.size or not _is_even(steps, in_sequence, quantum):
+    if even.size < (1.0 - MAX_GAP_SHARE) * steps.size or not _is_even(even, quantum):
         raise UnevenTimeError(f"{path.name}: {_description(times, unit_s, quantum)}; {CURE}")
-    step = float(np.mean(even))
-    printed = 2.0 * float(np.max(np.abs(even - step))) / (even.size * step)
-    rate_hz = rate_from_step(step * unit_s, min(max(printed, 1e-6), 5e-5))
+    regular = _even(times, even, float(even.max() - even.min()), unit_s)
     after = np.flatnonzero(~in_sequence)
-    gaps = [[int(i) + 1, max(1, round(float(steps[i]) * unit_s * rate_hz) - 1)] for i in after]
-    return EvenTime(rate_hz, float(times[0]) * unit_s, gaps)
+    missing = [max(1, round(float(steps[i]) * unit_s * regular.rate_hz) - 1) for i in after]
+    return replace(regular, gaps=[[int(i) + 1, count] for i, count in zip(after, missing, strict=True)])
 
 
-def refuse_no_increase(path: Path, times: NDArray[np.float64], unit_s: float = 1.0) -> None:
+def _even(times: Floats, steps: Floats, spread: float, unit_s: float) -> EvenTime:
+    """Of even `steps` (n,), which differ by `spread` at most."""
+    step = float(np.mean(steps))
+    printed = 2.0 * spread / (steps.size * step)
+    rate_hz = rate_from_step(step * unit_s, min(max(printed, 1e-6), 5e-5))
+    return EvenTime(rate_hz, float(times[0]) * unit_s, [])
+
+
+def refuse_no_increase(path: Path, times: Floats, steps: Floats, unit_s: float) -> None:
     """Raise `RecordingError` with the first time that is not finite or not above the one before it."""
-    steps = np.diff(times)
     if not np.all(np.isfinite(steps)) or np.any(steps <= 0):
         row = int(np.argmin(np.where(np.isfinite(steps), steps, -np.inf))) + 1
         raise RecordingError(f"{path.name}: time does not increase at sample {row} (t = {times[row] * unit_s} s)")
@@ -103,20 +113,20 @@ class Quantum:
         return self.digit**2 * share * (1.0 - share) + self.noise**2 / 4.0
 
 
-def time_quantum(times: NDArray[np.float64]) -> Quantum:
-    """To what rising times (n,) are rounded."""
+def time_quantum(times: Floats, steps: Floats) -> Quantum:
+    """To what rising times (n,) are rounded; `steps` are their differences."""
     largest = float(max(abs(times[0]), abs(times[-1])))
     probe = times[np.unique(np.linspace(0, times.size - 1, _PROBED).astype(np.intp))]
     floor = 2.0 * float(np.spacing(largest))
     if np.array_equal(probe.astype(np.float32), probe):
         floor = float(np.spacing(np.float32(largest)))
-    return Quantum(max(_decimal_quantum(times), _tick(times)), floor)
+    return Quantum(max(_decimal_quantum(times, steps), _tick(times, steps)), floor)
 
 
-def _decimal_quantum(times: Floats) -> float:
+def _decimal_quantum(times: Floats, steps: Floats) -> float:
     """The last decimal digit where it is coarsest: of the largest times, as numbers of six digits have it there."""
     decade = 10.0 ** np.floor(np.log10(max(abs(times[0]), abs(times[-1]))))
-    shortest = float(np.min(np.diff(times)))
+    shortest = float(np.min(steps))
     quantum = _decimals(_probe(times, decade), shortest)
     if np.count_nonzero(np.abs(times) >= decade) >= _FEWEST:
         return quantum
@@ -142,9 +152,8 @@ def _decimals(probe: Floats, shortest: float) -> float:
     return 0.0
 
 
-def _tick(times: NDArray[np.float64]) -> float:
+def _tick(times: Floats, steps: Floats) -> float:
     """The period of a clock that counts: even times, each rounded to it, have steps of two lengths, whole multiples."""
-    steps = np.diff(times)
     short = float(steps.min())
     near = steps[steps < 3.0 * short]
     tick = float(near.max()) - short
@@ -159,9 +168,8 @@ def _tick(times: NDArray[np.float64]) -> float:
     return tick if np.all(from_ends <= 0.01 * tick + noise) and abs(multiple - round(multiple)) <= tolerance else 0.0
 
 
-def _is_even(steps: Floats, in_sequence: NDArray[np.bool_], quantum: Quantum) -> bool:
+def _is_even(even: Floats, quantum: Quantum) -> bool:
     """Whether steps (n,) outside gaps are those of even times that are rounded to `quantum`."""
-    even = steps[in_sequence]
     mean = float(np.mean(even))
     deviation = even - mean
     if np.any(np.abs(deviation) > MAX_LONE_DEVIATION * mean + 1.01 * quantum.total):
@@ -217,4 +225,4 @@ def _bend(times: Floats) -> tuple[int, float]:
 
 def _within_even(times: Floats, quantum: Quantum) -> bool:
     steps = np.diff(times)
-    return steps.size > 0 and _is_even(steps, np.ones(steps.size, np.bool_), quantum)
+    return steps.size > 0 and _is_even(steps, quantum)

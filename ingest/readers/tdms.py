@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from .base import ReadingOptions, RecordingError, refuse_bomb
 from .contents import Array, BoundedFile, Contents, is_unit, one_line, same_unit, to_python
+from .field_rules import Treatment
 from .file_fields import is_harmless, refuse_unread_fields, unread_field
 from .recording import ArrayReader
 from .tdms_axis import Stamps, WaveformAxis, WrittenStart, on_one_clock, waveform_axis, with_stamps
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     import logging
 
     from nptdms import TdmsChannel, TdmsFile
+
+    from .tdms_changes import PropertyHistory
 
 _LEAD_IN_BYTES = 28
 _BIG_ENDIAN = 1 << 6
@@ -42,7 +45,10 @@ class TdmsReader(ArrayReader):
     def contents(self, path: Path, open_files: ExitStack, options: ReadingOptions) -> Contents:
         from nptdms import TdmsFile
 
-        described = refuse_unfinished(path)
+        from .tdms_changes import PropertyHistory
+
+        refuse_unfinished(path)
+        PropertyHistory.install()
         # An open file and not a path: npTDMS would believe an old index file beside it.
         stream = open_files.enter_context(BoundedFile(path.open("rb", buffering=0)))
         with _no_compromise(path):
@@ -51,21 +57,19 @@ class TdmsReader(ArrayReader):
             channels = [channel for group in file.groups() for channel in group.channels()]
             for part in (file, *file.groups(), *channels):
                 _refuse_many_scales(path, part.properties)
-            writes = _written_starts(path) if described > 1 else {}
+            writes = _written_starts(path, file._reader)
             refuse_unread_fields(path, self.fields, file.properties, "the file", options)
             arrays = _arrays(path, file, channels, writes, options)
         return Contents(arrays, header={key: to_python(value) for key, value in file.properties.items()})
 
 
-def refuse_unfinished(path: Path) -> int:
+def refuse_unfinished(path: Path) -> None:
     """Walk the segments; `RecordingError` unless each is whole and the last ends where the file does.
-
-    Gives the number of segments that describe channels.
 
     Layout of a lead-in: tag `TDSm`, contents mask, version, length of the rest of the segment, length of its
     metadata (NI, "TDMS file format internal structure"). npTDMS would return fewer samples instead.
     """
-    size, position, described = path.stat().st_size, 0, 0
+    size, position = path.stat().st_size, 0
     with path.open("rb") as file:
         while position < size:
             file.seek(position)
@@ -76,11 +80,9 @@ def refuse_unfinished(path: Path) -> int:
             length, metadata = struct.unpack(">QQ" if mask & _BIG_ENDIAN else "<QQ", lead_in[12:])
             if length == _UNFINISHED:
                 raise RecordingError(f"{path.name}: the segment at byte {position} was never closed by its writer")
-            described += metadata > 0
             position += _LEAD_IN_BYTES + length
             if position > size or metadata > length:
                 raise RecordingError(f"{path.name}: is cut: {size} bytes, and its last segment ends at {position}")
-    return described
 
 
 def _refuse_many_scales(path: Path, properties: dict[str, Any]) -> None:
@@ -105,12 +107,17 @@ def _no_compromise(path: Path) -> Iterator[None]:
         log_manager.console_handler.removeFilter(refuse)
 
 
-def _written_starts(path: Path) -> dict[str, list[WrittenStart]]:
-    """Path of a channel -> its starts, one for each segment that says another than the segment before."""
-    from .tdms_changes import PropertyHistory
+def _written_starts(path: Path, history: PropertyHistory) -> dict[str, list[WrittenStart]]:
+    """Path of a channel -> its starts, one for each segment that says another than the segment before.
 
-    with BoundedFile(path.open("rb", buffering=0)) as stream:
-        history = PropertyHistory(path, stream, TDMS_FIELDS)
+    Raises `RecordingError` for another property in use that changes within the file.
+    """
+    for change in history.changes:
+        if any(rule.matches(change.name) for rule in TDMS_FIELDS if rule.treatment is Treatment.USED):
+            raise RecordingError(
+                f"{path.name}: {change.part} has {change.name} = {change.earlier!r} up to sample {change.samples} and "
+                f"{change.later!r} from there on; save the two parts as files of their own"
+            )
     writes: dict[str, list[WrittenStart]] = {}
     for part, statements in history.starts.items():
         current: dict[str, Any] = {}

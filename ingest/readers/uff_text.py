@@ -7,44 +7,71 @@ that are filled up with blanks to column 80. Binary samples are passed over by t
 from __future__ import annotations
 
 import re
+from typing import NamedTuple
 
 TAG = b"    -1"
-_TAG_COLUMNS = 6
-_SET_LINE = re.compile(rb"\s{0,6}(\d{1,6})(b?)(.*)", re.DOTALL)
+#: A tag stands in the first six columns of a line of its own.
+_TAG_LINE = re.compile(rb"\n[ ]{0,4}-1[ \t]*(?=\r?(?:\n|\Z))")
+_SET_LINE = re.compile(rb"[ ]{0,6}(\d{1,6})(b?)([^\r\n]*)\r?\n")
+_BLANKS_AT_END = re.compile(rb"[ \t]+(?=\r?\n)")
 _HEAD_LINES = 11
 _FUNCTION = b"58"
 
 
 def normalised(raw: bytes) -> bytes:
     """`raw` with tags and set numbers right-aligned to column 6, and no blanks behind the numbers of sets 58."""
+    raw = b"\n" + raw  # every tag has a line end before it
     parts: list[bytes] = []
-    position, line_of_set, number = 0, None, b""
-    while position < len(raw):
-        end = raw.find(b"\n", position) + 1 or len(raw)
-        line, position = raw[position:end], end
-        if line[:_TAG_COLUMNS].strip() == b"-1" and not line[_TAG_COLUMNS:].strip():
-            parts.append(TAG + _line_end(line))
-            line_of_set = 0 if line_of_set is None else None
+    position = 1
+    while (tag := _next_tag(raw, position)) is not None:
+        parts += [raw[position : tag.start], TAG]
+        position = _line_end(raw, tag.end)
+        parts.append(raw[tag.end : position])
+        head = _SET_LINE.match(raw, position)
+        if head is None:
             continue
-        if line_of_set == 0 and (match := _SET_LINE.fullmatch(line.rstrip(b"\r\n"))):
-            number = match.group(1) if not match.group(2) else b""
-            parts.append(b"%6d%b%b" % (int(match.group(1)), match.group(2), match.group(3)) + _line_end(line))
-            if match.group(2):
-                size = _binary_part(raw, position, match.group(3))
-                parts.append(raw[position : position + size])
-                position += size
-            line_of_set = 1
-            continue
-        if line_of_set is not None:
-            line_of_set += 1
-            if number == _FUNCTION and line_of_set > _HEAD_LINES + 1:
-                line = line.rstrip() + _line_end(line)
-        parts.append(line)
+        number, binary, facts = head.groups()
+        parts.append(b"%6d%b%b" % (int(number), binary, facts) + raw[head.end(3) : head.end()])
+        position = head.end() + (_binary_part(raw, head.end(), facts) if binary else 0)
+        parts.append(raw[head.end() : position])
+        closing = _next_tag(raw, position)
+        end = len(raw) if closing is None else closing.start
+        numbers = _after_lines(raw, position, _HEAD_LINES) if number == _FUNCTION and not binary else end
+        parts.append(raw[position : min(numbers, end)])
+        samples = raw[numbers:end]
+        padded = b" \n" in samples or b" \r\n" in samples
+        parts.append(_BLANKS_AT_END.sub(b"", samples) if padded else samples)
+        if closing is None:
+            return b"".join(parts)
+        position = _line_end(raw, closing.end)
+        parts += [TAG, raw[closing.end : position]]
+    parts.append(raw[position:])
     return b"".join(parts)
 
 
-def _line_end(line: bytes) -> bytes:
-    return b"\r\n" if line.endswith(b"\r\n") else b"\n" if line.endswith(b"\n") else b""
+class _Tag(NamedTuple):
+    """From its first column to behind its blanks."""
+
+    start: int
+    end: int
+
+
+def _next_tag(raw: bytes, position: int) -> _Tag | None:
+    """The tag from `position` on, which begins a line."""
+    match = _TAG_LINE.search(raw, position - 1)
+    return None if match is None else _Tag(match.start() + 1, match.end())
+
+
+def _line_end(raw: bytes, position: int) -> int:
+    """Behind the end of the line."""
+    return raw.find(b"\n", position) + 1 or len(raw)
+
+
+def _after_lines(raw: bytes, position: int, lines: int) -> int:
+    """Where the line after so many from `position` on begins."""
+    for _ in range(lines):
+        position = _line_end(raw, position)
+    return position
 
 
 def _binary_part(raw: bytes, position: int, facts: bytes) -> int:
@@ -52,9 +79,5 @@ def _binary_part(raw: bytes, position: int, facts: bytes) -> int:
     words = facts.split()
     if len(words) < 4 or not all(word.isdigit() for word in words[2:4]):
         return 0
-    end = position
-    for _ in range(int(words[2])):
-        end = raw.find(b"\n", end) + 1
-        if end == 0:
-            return 0
-    return end - position + int(words[3])
+    samples = _after_lines(raw, position, min(int(words[2]), 2 * _HEAD_LINES))
+    return min(samples + int(words[3]), len(raw)) - position
