@@ -252,7 +252,7 @@ def campaign_plate_response(file: CampaignFile, rows: tuple[RunRow, ...]) -> Tra
                 f"{hammer!r}: a transfer function holds for one place; hit the plate with the hammer where the "
                 "projectile strikes it, or put these rows into a campaign of their own"
             )
-    return plate_response(file.folder, file.force, dict(file.sensors))
+    return plate_response(file.folder, file.force, dict(file.sensors), file.reading)
 
 
 def process(

@@ -80,6 +80,7 @@ class Array:
     times_s: Floats | None = None  # of its samples, where the file gives the array its own: rate and start follow
     header: dict[str, Any] = field(default_factory=dict)
     nameless: bool = False  # `name` is ours: the file has none
+    rises_as_time: bool = False  # time by its unit, whatever its name
     obstacle: str | None = None  # why no channel can be made of it, as `unread_field` says it; others can be read
 
     @property
@@ -92,7 +93,7 @@ class Array:
 
     @property
     def is_time(self) -> bool:
-        return is_time_name(self.name)
+        return self.rises_as_time or is_time_name(self.name)
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from .base import MAX_EXPANSION, ReadingOptions, RecordingError
 from .contents import Array, BoundedFile, Contents, lazy_array, one_line
+from .file_fields import refuse_unread_fields
+from .ide_fields import IDE_FIELDS
 from .recording import ArrayReader
 
 _EBML = b"\x1a\x45\xdf\xa3"
@@ -32,8 +34,9 @@ class IdeReader(ArrayReader):
 
     format = "ide"
     suffixes = (".ide",)
+    fields = IDE_FIELDS
 
-    def contents(self, path: Path, open_files: ExitStack, _: ReadingOptions) -> Contents:
+    def contents(self, path: Path, open_files: ExitStack, options: ReadingOptions) -> Contents:
         refuse_cut(path)
         with _no_compromise(path) as importer:
             stream = open_files.enter_context(BoundedFile(path.open("rb", buffering=0)))
@@ -48,6 +51,7 @@ class IdeReader(ArrayReader):
             recorder = {
                 key: value for key, value in dataset.recorderInfo.items() if isinstance(value, int | float | str)
             }
+        refuse_unread_fields(path, self.fields, recorder, "the recorder", options)
         return Contents(arrays, header=recorder)
 
 

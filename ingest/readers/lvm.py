@@ -90,11 +90,15 @@ def _arrays(path: Path, parsed: dict[Any, Any], text: str, options: ReadingOptio
     lengths = _lengths(path, parsed, len(numbers), first == 1 or is_harmless("Samples", options))
     columns = [numbers[: lengths[i], first + i] for i in range(count)]
     _refuse_unreadable(path, columns, text)
-    starts = channel_starts(path, segment, count, options)
+    starts, zero = channel_starts(path, segment, count, options)
     times = [np.ascontiguousarray(numbers[:length, 0]) if first else None for length in lengths]
     clocks = [channel_clock(path, segment, i, count, times[i], starts[i]) for i in range(count)]
     units = [*segment.get("Y_Unit_Label", []), *[""] * count]
-    return [in_memory(names[i], np.ascontiguousarray(columns[i]), unit=units[i], **clocks[i]) for i in range(count)]
+    headers = [{**clock.pop("header", {}), **zero} for clock in clocks]
+    return [
+        in_memory(names[i], np.ascontiguousarray(columns[i]), unit=units[i], header=headers[i], **clocks[i])
+        for i in range(count)
+    ]
 
 
 def _lengths(path: Path, parsed: dict[Any, Any], rows: int, gaps_known: bool) -> list[int]:

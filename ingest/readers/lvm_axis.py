@@ -14,7 +14,7 @@ from .base import ReadingOptions, RecordingError, rate_from_step
 from .clock import rounded_from
 from .even_time import UnevenTimeError, even_time
 from .file_fields import is_harmless
-from .start_times import starts_on_one_clock
+from .start_times import clock_zero, starts_on_one_clock
 from .x_axis import seconds_per_unit_of_x
 
 #: LabVIEW prints Delta_X with seven digits.
@@ -27,16 +27,25 @@ _DATE = re.compile(r"(\d{4})[/.-](\d{1,2})[/.-](\d{1,2})")
 _TIME = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,](\d*))?")
 
 
-def channel_starts(path: Path, segment: Mapping[str, Any], count: int, options: ReadingOptions) -> list[float | None]:
-    """Seconds after the earliest `Date` and `Time` of the channels; None for a channel that alone has none.
+def channel_starts(
+    path: Path, segment: Mapping[str, Any], count: int, options: ReadingOptions
+) -> tuple[list[float | None], dict[str, str]]:
+    """Seconds after the earliest `Date` and `Time` of the channels, None for a channel that alone has none; and the
+    header that says what instant that is.
 
     Raises `RecordingError` for dates that differ and cannot be read.
     """
     dates, times = (_per_channel(segment, key, count) for key in ("Date", "Time"))
     stamps = list(zip(dates, times, strict=True))
-    if is_harmless("Date", options) or is_harmless("Time", options) or len(set(stamps)) == 1:
-        return [0.0] * count
-    return starts_on_one_clock([_absolute(path, date, time) for date, time in stamps])
+    if is_harmless("Date", options) or is_harmless("Time", options):
+        return [0.0] * count, {}
+    try:
+        starts = [_absolute(path, date, time) for date, time in stamps]
+    except RecordingError:
+        if len(set(stamps)) > 1:
+            raise
+        return [0.0] * count, {}
+    return starts_on_one_clock(starts), clock_zero(starts)
 
 
 def _absolute(path: Path, date: str, time: str) -> np.datetime64 | None:

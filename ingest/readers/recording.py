@@ -22,6 +22,7 @@ from .clock import Clock, clock_above, clock_of_times, clocks_agree, clocks_of, 
 from .contents import Array, Contents, in_memory, name_and_unit, refuse_nothing, to_python, translate_errors
 from .even_time import UnevenTimeError
 from .resampling import resampled
+from .unnamed_time import find_time_like, refuse_unnamed_time, with_times_by_unit
 
 #: A matrix with more channels than this is no recording of a bench.
 MAX_COLUMNS = 1024
@@ -119,13 +120,17 @@ class ArraysRecording(OpenRecording):
         self._arrays: dict[str, Array] = {}
         self._refused: dict[str, str] = {}
         self._name_by_place: dict[str, str] = {}
+        contents = with_times_by_unit(contents)
         clocks, header, channels = clocks_of(path, contents, options), _header(contents), []
+        refuse_unnamed_time(path, contents, options, clocks[""].rate_hz if "" in clocks else None)
         own_clock = _OwnClocks(path, options)
         for name, array in _named(path, contents.arrays):
             self._name_by_place |= dict.fromkeys(_channel_positions(array), name)
             beside = clock_above(clocks, array.group)
             clock = own_clock.of(array) or beside
             reason = _why_not(array, clock, beside)
+            if clock is None:
+                reason = f"{reason}{_hint(contents)}"
             if reason is not None or clock is None:
                 self._refused[name] = reason or "has no sampling rate"
                 continue
@@ -294,6 +299,11 @@ def _info(name: str, array: Array, clock: Clock, header: dict[str, Any]) -> Chan
         unit=unit,
         header={**header, **clock.header, **array.header},
     )
+
+
+def _hint(contents: Contents) -> str:
+    like_time = find_time_like(contents.arrays)
+    return f"; {like_time[0]!r} rises evenly by {like_time[1]:.6g}: name it time if it is that" if like_time else ""
 
 
 def _header(contents: Contents) -> dict[str, Any]:

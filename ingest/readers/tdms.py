@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .base import ReadingOptions, RecordingError, refuse_bomb
-from .contents import Array, BoundedFile, Contents, one_line, same_unit, to_python
+from .contents import Array, BoundedFile, Contents, is_unit, one_line, same_unit, to_python
 from .file_fields import is_harmless, refuse_unread_fields, unread_field
 from .recording import ArrayReader
-from .tdms_axis import Axis, Stamps, WrittenStart, on_one_clock, waveform_axis, with_stamps
+from .tdms_axis import Stamps, WaveformAxis, WrittenStart, on_one_clock, waveform_axis, with_stamps
 from .tdms_fields import TDMS_FIELDS, UNIT_NAMES
 
 if TYPE_CHECKING:
@@ -139,8 +139,8 @@ def _arrays(
     axes = []
     for channel in samples:
         properties = {**file.properties, **file[channel.group_name].properties, **channel.properties}
-        known = {key: value for key, value in properties.items() if not is_harmless(key, options)}
-        axis = waveform_axis(known, [] if is_harmless("wf_start_time", options) else writes.get(channel.path, []))
+        in_use = {key: value for key, value in properties.items() if not is_harmless(key, options)}
+        axis = waveform_axis(in_use, [] if is_harmless("wf_start_time", options) else writes.get(channel.path, []))
         beside = stamps.get((channel.group_name, len(channel)))
         axes.append(axis if beside is None else with_stamps(axis, beside))
     aligned = on_one_clock(axes, [channel.name for channel in samples])
@@ -156,7 +156,9 @@ def _stamps(path: Path, channel: TdmsChannel) -> Stamps:
         return Stamps(channel.name, np.asarray(channel[:]))
 
 
-def _array(path: Path, channel: TdmsChannel, axis: Axis, group: dict[str, Any], options: ReadingOptions) -> Array:
+def _array(
+    path: Path, channel: TdmsChannel, axis: WaveformAxis, group: dict[str, Any], options: ReadingOptions
+) -> Array:
     properties = channel.properties
     unit, two_units = _unit(properties)
     in_use = {"unit": unit, "rate_hz": axis.rate_hz if isinstance(axis.rate_hz, float) else None}
@@ -190,6 +192,6 @@ def _unit(properties: dict[str, Any]) -> tuple[str | None, str | None]:
         return None, None
     (name, unit), *others = stated.items()
     for other, text in others:
-        if not same_unit(unit, text):
+        if is_unit(unit) and is_unit(text) and not same_unit(unit, text):
             return unit, f"has {name} = {unit!r} and {other} = {text!r}; expected one unit"
     return unit, None

@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from .base import rate_from_step
 from .contents import RATE_NAMES
-from .start_times import absolute_start, seconds_between, starts_on_one_clock
+from .start_times import absolute_start, clock_zero, seconds_between, starts_on_one_clock
 from .x_axis import seconds_per_unit_of_x
 
 _AGREEMENT = 1e-3
 
 
 @dataclass(frozen=True)
-class Axis:
+class WaveformAxis:
     """Of one channel. `offset_s` is after `start`; `obstacle` says why the channel is no series over time."""
 
     rate_hz: Any = None
@@ -27,11 +27,12 @@ class Axis:
     offset_s: float = 0.0
     gaps: tuple[tuple[int, int], ...] = ()
     times_s: Floats | None = None  # from the first, where the rate follows from them
+    zero: dict[str, str] = field(default_factory=dict)  # the instant at which `offset_s` counts from 0
     obstacle: str | None = None
 
     @property
     def header(self) -> dict[str, Any]:
-        return {"time_gaps": [list(gap) for gap in self.gaps]} if self.gaps else {}
+        return {**({"time_gaps": [list(gap) for gap in self.gaps]} if self.gaps else {}), **self.zero}
 
 
 @dataclass(frozen=True)
@@ -60,21 +61,21 @@ class WrittenStart:
     properties: dict[str, Any] = field(default_factory=dict)
 
 
-def waveform_axis(properties: Mapping[str, Any], writes: Sequence[WrittenStart] = ()) -> Axis:
+def waveform_axis(properties: Mapping[str, Any], writes: Sequence[WrittenStart] = ()) -> WaveformAxis:
     """From the properties of a channel, its group and file. `writes` are the changes of the start within the file."""
     unit_s, obstacle = _unit_of_x(properties)
     stated = next((value for key, value in properties.items() if key.lower() in RATE_NAMES), None)
     step = properties.get("wf_increment")
     if step is None or unit_s is None:
-        return Axis(stated, obstacle=obstacle)
+        return WaveformAxis(stated, obstacle=obstacle)
     step_s = float(step) * unit_s
     if not step_s > 0.0:
-        return Axis(obstacle=f"has wf_increment = {step}; expected a step above 0")
+        return WaveformAxis(obstacle=f"has wf_increment = {step}; expected a step above 0")
     rate_hz = rate_from_step(step_s)
     if isinstance(stated, int | float) and abs(stated - rate_hz) > _AGREEMENT * rate_hz:
-        return Axis(obstacle=f"has a wf_increment of {rate_hz:g} Hz and states a sampling rate of {stated:g}")
+        return WaveformAxis(obstacle=f"has a wf_increment of {rate_hz:g} Hz and states a sampling rate of {stated:g}")
     first = {**properties, **(writes[0].properties if writes else {})}
-    axis = Axis(rate_hz, absolute_start(first.get("wf_start_time")), _offset(first, unit_s), obstacle=obstacle)
+    axis = WaveformAxis(rate_hz, absolute_start(first.get("wf_start_time")), _offset(first, unit_s), obstacle=obstacle)
     return _with_gaps(axis, writes, unit_s)
 
 
@@ -94,7 +95,7 @@ def _offset(properties: Mapping[str, Any], unit_s: float) -> float:
     return float(properties.get("wf_start_offset", 0.0)) * unit_s
 
 
-def _with_gaps(axis: Axis, writes: Sequence[WrittenStart], unit_s: float) -> Axis:
+def _with_gaps(axis: WaveformAxis, writes: Sequence[WrittenStart], unit_s: float) -> WaveformAxis:
     """The gaps between writes whose starts are stated; a write that begins before the last one ends is refused."""
     gaps: list[tuple[int, int]] = []
     for write in writes[1:]:
@@ -113,13 +114,13 @@ def _with_gaps(axis: Axis, writes: Sequence[WrittenStart], unit_s: float) -> Axi
     return replace(axis, gaps=tuple(gaps))
 
 
-def with_stamps(axis: Axis, stamps: Stamps) -> Axis:
+def with_stamps(axis: WaveformAxis, stamps: Stamps) -> WaveformAxis:
     """An axis whose channel has time stamps beside it: they give the rate, or check the one of the waveform."""
     times_s = stamps.times_s
     if axis.obstacle is not None:
         return axis
     if axis.rate_hz is None:
-        return Axis(start=stamps.start, times_s=times_s)
+        return WaveformAxis(start=stamps.start, times_s=times_s)
     rate_hz = (times_s.size - 1) / times_s[-1] if times_s.size > 1 and times_s[-1] > 0.0 else 0.0
     if abs(rate_hz - axis.rate_hz) > _AGREEMENT * axis.rate_hz:
         return replace(
@@ -139,10 +140,11 @@ def with_stamps(axis: Axis, stamps: Stamps) -> Axis:
     return axis
 
 
-def on_one_clock(axes: Sequence[Axis], names: Sequence[str]) -> list[Axis]:
+def on_one_clock(axes: Sequence[WaveformAxis], names: Sequence[str]) -> list[WaveformAxis]:
     """The same axes with all starts in `offset_s`, after the earliest absolute start of the file."""
     readable = [axis.obstacle is None and (axis.rate_hz is not None or axis.times_s is not None) for axis in axes]
-    starts = starts_on_one_clock([axis.start if ok else None for axis, ok in zip(axes, readable, strict=True)])
+    stated = [axis.start if ok else None for axis, ok in zip(axes, readable, strict=True)]
+    starts, zero = starts_on_one_clock(stated), clock_zero(stated)
     dated = next((name for name, axis, ok in zip(names, axes, readable, strict=True) if ok and axis.start), None)
     aligned = []
     for axis, start_s, ok in zip(axes, starts, readable, strict=True):
@@ -157,5 +159,6 @@ def on_one_clock(axes: Sequence[Axis], names: Sequence[str]) -> list[Axis]:
             aligned.append(replace(axis, obstacle=obstacle))
         else:
             times_s = None if axis.times_s is None else axis.times_s + start_s
-            aligned.append(replace(axis, start=None, offset_s=axis.offset_s + start_s, times_s=times_s))
+            offset_s = axis.offset_s + start_s
+            aligned.append(replace(axis, start=None, offset_s=offset_s, times_s=times_s, zero=zero))
     return aligned

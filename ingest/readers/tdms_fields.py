@@ -27,7 +27,7 @@ TDMS_FIELDS: tuple[FieldRule, ...] = (
     *(used(name, "the rate where there is no `wf_increment`; both must agree") for name in sorted(RATE_NAMES)),
     used("NI_Scaling_Status", "`unscaled` samples are scaled by the scales below"),
     used("NI_Number_Of_Scales", "the number of scales"),
-    used("NI_Scale[[]*]_*", "applied: linear, polynomial, table, strain, RTD, thermistor, thermocouple, sum"),
+    used("NI_Scale*", "applied: linear, polynomial, table, strain, RTD, thermistor, thermocouple, sum"),
     refused(
         "NI_function_type",
         "it is no series over time; export the time signal",
@@ -37,7 +37,6 @@ TDMS_FIELDS: tuple[FieldRule, ...] = (
         "Time Signal",
         "waveform",
     ),
-    refused("wf_delta_x*", "save the waveform with wf_increment", 0),
     harmless("NI_ChannelName", "the channel's name in a chart; the name of the TDMS channel is used"),
     harmless("NI_ExpStartTimeStamp", "when the experiment began; channels start by `wf_start_time`"),
     harmless("NI_ExpTimeStamp", "when the data were written"),

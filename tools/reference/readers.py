@@ -9,7 +9,7 @@ from importlib import import_module
 from types import ModuleType
 
 from pyroshock.ingest import readers
-from pyroshock.ingest.readers import READERS, base, contents
+from pyroshock.ingest.readers import READERS, base, contents, file_fields
 from pyroshock.ingest.readers.base import Reader
 from pyroshock.ingest.readers.csv import CsvReader
 from pyroshock.ingest.readers.field_rules import FieldRule, Treatment, used
@@ -23,7 +23,7 @@ from .values import constants_table
 
 def page() -> str:
     """A section a reader; then what holds for all of them."""
-    return joined(*(_section(reader) for reader in READERS), _limits(), _rates(), _units())
+    return joined(_fields_of_all(), *(_section(reader) for reader in READERS), _limits(), _rates(), _units())
 
 
 def libraries(reader: Reader) -> list[str]:
@@ -48,6 +48,17 @@ def _section(reader: Reader) -> str:
         "\n".join(facts),
         _fields(reader),
         _instruments(reader),
+    )
+
+
+def _fields_of_all() -> str:
+    """Of every reader how many fields it uses, passes over and refuses; and what becomes of one that no table has."""
+    rows = [
+        (reader.format, *(str(sum(rule.treatment is kind for rule in reader.fields)) for kind in Treatment))
+        for reader in READERS
+    ]
+    return joined(
+        "## Fields of a file", prose(file_fields.__doc__), table(["reader", *(kind.value for kind in Treatment)], rows)
     )
 
 

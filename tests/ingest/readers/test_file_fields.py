@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.ingest.readers import ReadingOptions, RecordingError
-from pyroshock.ingest.readers.field_rules import harmless, refused, used
+from pyroshock.ingest.readers import READERS, ReadingOptions, RecordingError, open_recording
+from pyroshock.ingest.readers.field_rules import Treatment, harmless, refused, used
 from pyroshock.ingest.readers.file_fields import refuse_unread_fields, unread_field
 
 RULES = (
@@ -91,3 +91,70 @@ def test_laboratory_says_that_a_field_is_harmless():
 
 def test_sensitivity_beside_samples_in_volts_is_no_remark():
     assert unread_field((), {"sensitivity": 10.2}, unit="V") is not None
+
+
+def with_chunk(path: Path, name: bytes, content: bytes = b"\1\2\3\4") -> Path:
+    """The WAV file with one chunk more before its end."""
+    import struct
+
+    raw = path.read_bytes() + name + struct.pack("<I", len(content)) + content
+    path.write_bytes(raw[:4] + struct.pack("<I", len(raw) - 8) + raw[8:])
+    return path
+
+
+@pytest.mark.parametrize(("chunk", "is_read"), [(b"bext", True), (b"iXML", True), (b"JUNK", True), (b"cali", False)])
+def test_chunks_of_wav(tmp_path, chunk, is_read):
+    from scipy.io import wavfile
+
+    path = tmp_path / "hit.wav"
+    wavfile.write(path, 51200, np.zeros(100, np.float32))
+    if is_read:
+        with open_recording(with_chunk(path, chunk)) as recording:
+            assert np.array_equal(recording.read("ch1"), np.zeros(100))
+        return
+    with pytest.raises(RecordingError, match="the file has cali = 'a chunk of 4 bytes'; a calibration is stated"):
+        open_recording(with_chunk(path, chunk))
+
+
+@pytest.mark.parametrize("reader", [r for r in READERS if r.fields], ids=lambda reader: reader.format)
+def test_every_reader_says_what_becomes_of_its_fields(reader):
+    """Names differ, reasons are sentences, and a refused field says what to do."""
+    names = [rule.name for rule in reader.fields]
+    assert len(set(names)) == len(names)
+    assert all(len(rule.reason) > 1 and not rule.reason.endswith(".") for rule in reader.fields)
+    assert any(rule.treatment is Treatment.USED for rule in reader.fields)
+
+
+def test_readers_have_tables():
+    assert {"csv", "tdms", "uff", "lvm", "wav", "ide"} <= {reader.format for reader in READERS if reader.fields}
+
+
+#: Formats whose fields have names of the writer's choice: how a recording of a recipe gets one more.
+def add_tdms(path: Path, name: str, value: float) -> None:
+    from nptdms import RootObject, TdmsFile, TdmsWriter
+
+    properties = {**TdmsFile.read(path).properties, name: value}
+    with TdmsWriter(path, mode="a") as writer:
+        writer.write_segment([RootObject(properties)])
+
+
+def add_lvm(path: Path, name: str, value: float) -> None:
+    head, end, rest = path.read_text(encoding="utf-8").partition("***End_of_Header***")
+    path.write_text(f"{head}{name}\t{value}\n{end}{rest}", encoding="utf-8", newline="\r\n")
+
+
+FREE_FIELDS = {"tdms": add_tdms, "lvm": add_lvm}
+
+
+@pytest.mark.parametrize("recipe", FREE_FIELDS)
+def test_field_that_changes_numbers_refuses_a_recording(tmp_path, make_recording, recipe):
+    path = tmp_path / f"hit.{recipe}"
+    make_recording(recipe, path)
+    FREE_FIELDS[recipe](path, "Scale factor", 1.0)
+    with open_recording(path):
+        pass
+    FREE_FIELDS[recipe](path, "Amplifier gain", 10.0)
+    with pytest.raises(RecordingError, match=rf"^hit\.{recipe}: the file has the field 'Amplifier gain' = '?10\.0"):
+        open_recording(path)
+    with open_recording(path, ReadingOptions(harmless_fields=("amplifier *",))):
+        pass

@@ -99,6 +99,13 @@ def test_properties_of_ordinary_files_pass(written):
         assert np.array_equal(recording.read("force"), FORCE)
 
 
+@pytest.mark.parametrize(("unit", "description"), [("m/s^2", "m/s2"), ("g", "Acceleration"), ("V", "Volts"), ("N", "")])
+def test_description_of_the_unit_that_does_not_contradict_passes(written, unit, description):
+    path = written([("force", FORCE, {**STEP, "unit_string": unit, "NI_UnitDescription": description})])
+    with open_recording(path) as recording:
+        assert recording.info("force").unit == unit
+
+
 def test_field_of_the_file_is_refused_and_can_be_called_harmless(written):
     path = written([("force", FORCE, STEP)], file={"Scale factor": 4.448})
     assert "the file has the field 'Scale factor' = 4.448" in refusal(path)
