@@ -51,10 +51,12 @@ def test_values_run_from_low_to_high_in_steps() -> None:
     assert PRESSURE.levels[:3] == ("0.8", "0.85", "0.9")
     assert (PRESSURE.limits, PRESSURE.step) == ((0.8, 6.0), pytest.approx(0.05))
     assert PRESSURE.level_text == "0.8 to 6 bar in steps of 0.05"
-    (treatment,) = SPACE.treatments([{"tip_material": "PLA", "tank_pressure_bar": "1,350", "bullet_mass_kg": "1"}])
+    (treatment,) = SPACE.treatments([{"tip_material": "PLA", "tank_pressure_bar": "1,35", "bullet_mass_kg": "1"}])
     assert SPACE.rows(treatment[None])[0]["tank_pressure_bar"] == "1.35"
     with pytest.raises(ValueError, match="tank_pressure_bar is '1\\.36'; expected 0\\.8 to 6 bar in steps"):
         SPACE.treatments([{"tip_material": "PLA", "tank_pressure_bar": "1.36", "bullet_mass_kg": "1"}])
+    with pytest.raises(ValueError, match="tank_pressure_bar is '1,350'; expected"):  # 1350, too
+        SPACE.treatments([{"tip_material": "PLA", "tank_pressure_bar": "1,350", "bullet_mass_kg": "1"}])
 
 
 @pytest.mark.parametrize(
