@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
+from .spreadsheet_guard import without_guard
+
 #: A row's number in the file, counted from one, and its cells without the blanks around them.
 Row = tuple[int, list[str]]
 #: A row's number in the file, and its cells by column.
@@ -64,13 +66,14 @@ def delimiter_of(text: str) -> str:
 def table_rows(text: str, *, strict: bool = False) -> list[Row]:
     """The rows that hold anything, with `delimiter_of` between their cells.
 
-    Raises `ValueError` naming the row for what is no CSV; `strict` refuses a quote that is not closed, too.
+    A text that was guarded against spreadsheets is as it was before. Raises `ValueError` naming the row for what is no
+    CSV; `strict` refuses a quote that is not closed, too.
     """
     if "\0" in text:
         raise ValueError(f"holds a NUL character at {text.index(chr(0))}; not a text file")
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter_of(text), strict=strict)
     try:
-        rows = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
+        rows = [(reader.line_num, [without_guard(cell.strip()) for cell in cells]) for cells in reader]
     except csv.Error as error:
         raise ValueError(f"row {reader.line_num}: {error}") from error
     return [(line, cells) for line, cells in rows if any(cells)]
