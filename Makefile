@@ -105,7 +105,7 @@ COUNTED := $(CURDIR)/.cache/coverage/counted
 coverage: .venv/.pyroshock-dev ## the default tests (or TESTS), statements and branches counted by room; fails below the floor
 	@rm -rf $(dir $(COUNTED)) && mkdir -p $(dir $(COUNTED))
 	@export COVERAGE_FILE=$(COUNTED); status=0; \
-	$(BIN)/coverage run -m pytest -m "not slow and not bench" --timeout=600 --hypothesis-profile=ci -n $(WORKERS) --dist loadfile $(TESTS) || status=1; \
+	$(CLEAN) $(BIN)/coverage run -m pytest -m "not slow and not bench" --timeout=600 --hypothesis-profile=ci -n $(WORKERS) --dist loadfile $(TESTS) || status=1; \
 	$(BIN)/coverage combine -q && $(BIN)/python -m tools.covered $(if $(filter tests,$(TESTS)),--floor --page) || status=1; exit $$status
 
 check: format-check lint types imports licences audit docs test ## what CI runs: format, lint, types, import rules, licences, audit, documentation, tests

@@ -12,6 +12,7 @@ from itertools import zip_longest
 from typing import Self
 
 from .number_notation import AmbiguousNumberError, notation_of, plain_number, readings
+from .spreadsheet_guard import without_guard
 
 #: A row's number in the file, counted from one, and its cells without the blanks around them.
 Row = tuple[int, list[str]]
@@ -68,7 +69,8 @@ def table_rows(text: str, *, strict: bool = False) -> list[Row]:
     """The rows that hold anything, with `delimiter_of` between their cells.
 
     A number that can be read in two ways (`1,250`) is written as Python does where the other numbers of the table prove
-    its meaning. Raises `ValueError` naming the row where they do not, and for what is no CSV; `strict` refuses a quote
+    its meaning. A text that was guarded against
+    spreadsheets is as it was before. Raises `ValueError` naming the row where they do not, and for what is no CSV; `strict` refuses a quote
     that is not closed, too.
     """
     if "\0" in text:
@@ -76,7 +78,7 @@ def table_rows(text: str, *, strict: bool = False) -> list[Row]:
     delimiter = delimiter_of(text)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=strict)
     try:
-        rows = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
+        rows = [(reader.line_num, [without_guard(cell.strip()) for cell in cells]) for cells in reader]
     except csv.Error as error:
         raise ValueError(f"row {reader.line_num}: {error}") from error
     rows = [(line, cells) for line, cells in rows if any(cells)]

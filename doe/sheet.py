@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import html
 import io
 from collections.abc import Callable, Sequence
@@ -11,6 +10,7 @@ from pathlib import Path
 
 from ..delimited_text import parse_number
 from ..schema.atomic_write import atomic_file
+from ..spreadsheet_guard import GuardedCsv
 from .plans import StoredPlan, StoredRun
 from .space import Space
 
@@ -158,9 +158,9 @@ def sheet_text(plan: StoredPlan) -> str:
 
 def _csv_text(sheet: Sheet) -> str:
     text = io.StringIO()
-    writer = csv.writer(text)
-    writer.writerow(sheet.header)
-    writer.writerows(row.cells for row in sheet.rows)
+    writer = GuardedCsv(text)
+    writer.write_row(sheet.header)
+    writer.write_rows(row.cells for row in sheet.rows)
     return text.getvalue()
 
 

@@ -6,7 +6,6 @@ recordings and may be otherwise is marked with `PLEASE_CHECK`.
 
 from __future__ import annotations
 
-import csv
 import io
 import json
 from collections import Counter
@@ -15,6 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..signals.units import SI_UNITS, UnitError, to_si
+from ..spreadsheet_guard import GuardedCsv
 from .errors import IngestError, enumerated
 from .folder import FILE as CAMPAIGN
 from .readers import AS_IN_FILE, READERS, ReadingOptions, RecordingError, open_recording
@@ -230,10 +230,10 @@ def _runs(start: str, rows: Sequence[Mapping[str, str]], recordings: Sequence[st
     needed = {"bullet_mass_kg", "tank_pressure_bar"} if start == GUN else set()
     text = io.StringIO(newline="")
     columns = dict.fromkeys(["run", "repetition", *sorted(needed - cells[0].keys()), *cells[0]])
-    writer = csv.DictWriter(text, list(columns), lineterminator="\n")
-    writer.writeheader()
+    writer = GuardedCsv(text, line_end="\n")
+    writer.write_row(columns)
     for row in cells:
-        writer.writerow({**row, **{column: row.get(column) or FILL_IN for column in needed}})
+        writer.write_row(row.get(column) or (FILL_IN if column in needed else "") for column in columns)
     return text.getvalue()
 
 

@@ -15,6 +15,7 @@ import click
 
 from ...parallel.executor import BACKENDS, LOCAL, ExecutorConfig, usual_jobs
 from ...schema.addresses import HIDDEN, AddressError, address_for_display, parse_store_address, without_secrets
+from ...spreadsheet_guard import guarding
 from ..common.default_store import DEFAULT_DB
 from ..common.number_format import format_number
 from ..common.quantities import SYSTEMS, VARIABLE, System, display_of, shown_in
@@ -77,6 +78,24 @@ def units_option(function: Function) -> Function:
 def _show_in(ctx: click.Context, _: click.Parameter, system: System | None) -> None:
     if system is not None:
         ctx.with_resource(shown_in(system))
+
+
+def spreadsheet_guard_option(function: Function) -> Function:
+    """`--no-spreadsheet-guard`: CSV for programs; the command gets no argument of it."""
+    return click.option(
+        "--no-spreadsheet-guard",
+        "guard",
+        is_flag=True,
+        flag_value=False,
+        default=True,
+        expose_value=False,
+        callback=_guard_tables,
+        help="Write texts in CSV as they are, for programs. [default: an apostrophe stands before = + - @]",
+    )(function)
+
+
+def _guard_tables(ctx: click.Context, _: click.Parameter, guard: bool) -> None:
+    ctx.with_resource(guarding(guard))
 
 
 def data_option(function: Function) -> Function:

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import click
 
 from ..common.quantities import key_of
-from .common import json_option, print_table, write_json
+from .common import json_option, print_table, spreadsheet_guard_option, write_json
 from .options import split_names
 
 Row = dict[str, Any]
@@ -87,6 +87,7 @@ def listing_options(command: Command) -> Command:
     """The options of a listing; the command gets one argument `listing`."""
 
     @json_option
+    @spreadsheet_guard_option
     @click.option("--csv", is_flag=True, help="Print CSV on standard output.")
     @click.option(
         "--sort",

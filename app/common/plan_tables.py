@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from ...doe.plans import StoredPlan, StoredRun
 from ...schema.atomic_write import atomic_file
 from ...schema.campaigns import STATUSES
 from ...schema.known_factors import BY_COLUMN
+from ...spreadsheet_guard import GuardedCsv
 
 
 def plan_as_json(plan: StoredPlan) -> dict[str, Any]:
@@ -64,8 +64,8 @@ def settings_in_si(row: Mapping[str, str]) -> dict[str, Any]:
 def write_table(plan: StoredPlan, path: Path) -> None:
     """The plan's table as CSV: `run` and the factors' columns, in order of run, without what was discarded."""
     with atomic_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["run", *plan.space.columns])
+        writer = GuardedCsv(file)
+        writer.write_row(["run", *plan.space.columns])
         for run in plan.runs:
             if run.status != "discarded":
-                writer.writerow([run.run, *(run.row[column] for column in plan.space.columns)])
+                writer.write_row([run.run, *(run.row[column] for column in plan.space.columns)])

@@ -5,7 +5,6 @@ A batch is a dictionary of columns of one length. A file grows under another nam
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 from collections.abc import Iterable, Iterator
@@ -14,6 +13,7 @@ from pathlib import Path
 from typing import Any, Protocol, TextIO
 
 from ...schema.atomic_write import atomic_file
+from ...spreadsheet_guard import GuardedCsv
 
 Batch = dict[str, list[Any]]
 
@@ -28,14 +28,14 @@ class _Writer(Protocol):
 
 class _Csv:
     def __init__(self, stream: TextIO) -> None:
-        self._writer = csv.writer(stream, lineterminator="\n")
+        self._writer = GuardedCsv(stream, line_end="\n")
         self._header = False
 
     def add(self, batch: Batch) -> None:
         if not self._header:
-            self._writer.writerow(batch)
+            self._writer.write_row(batch)
             self._header = True
-        self._writer.writerows(zip(*batch.values(), strict=True))
+        self._writer.write_rows(zip(*batch.values(), strict=True))
 
     def close(self) -> None:
         pass

@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..cli.common import db_option, json_option, note, open_command_store, print_facts, print_table, write_json
+from ..cli.common import (
+    db_option,
+    json_option,
+    note,
+    open_command_store,
+    print_facts,
+    print_table,
+    spreadsheet_guard_option,
+    write_json,
+)
 from ..cli.completion import campaign_names
 from ..cli.listed import Listing, listing_options
 from ..cli.next_step import suggest_next
@@ -168,6 +177,7 @@ def shots(db: str, listing: Listing, campaign: str | None, where: tuple[str, ...
         "selection has]"
     ),
 )
+@spreadsheet_guard_option
 @click.option("--skip-damaged", is_flag=True, help="Leave out damaged series, and name them.")
 def export(
     what: str,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 
 from ...schema.atomic_write import atomic_file
 from ...signals.checks import Finding
+from ...spreadsheet_guard import GuardedCsv
 from ...twin.srs.target import SpectrumComparison, Target
 from ..common.number_format import finite
 from ..common.plots import MEASURED, MODEL, QUIET, new_figure, save
@@ -96,9 +96,9 @@ def write_spectrum(measured: MeasuredSpectrum, path: Path) -> None:
     """The table as CSV, numbers in full; `read_target` reads it."""
     columns = ["frequency_hz", *(f"{name}_m_s2" for name in _CURVES), "pseudo_velocity_m_s"]
     with atomic_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, columns, extrasaction="ignore", lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows_of(measured))
+        writer = GuardedCsv(file, line_end="\n")
+        writer.write_row(columns)
+        writer.write_rows([row[column] for column in columns] for row in rows_of(measured))
 
 
 def _by_line(comparison: SpectrumComparison | None) -> dict[float, dict[str, float]]:

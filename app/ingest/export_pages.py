@@ -15,6 +15,7 @@ from starlette.responses import FileResponse, Response
 
 from ...schema.conditions import get_campaign_id
 from ...schema.transfer.export import export_campaign
+from ...spreadsheet_guard import guarding
 from ..common.filters import parse_where
 from ..impacts.export import export_table
 from ..web.dependencies import Name, OpenStore
@@ -40,8 +41,10 @@ def export(
     what: str = "",
     format: str = "csv",  # the field's name in the address
     where: Annotated[str, Query(max_length=300)] = "",
+    spreadsheet_guard: bool = True,
 ) -> Response:
-    """The form; with `what`, the file. A fault stands beside its field."""
+    """The form; with `what`, the file. A fault stands beside its field. In CSV, texts that begin with = + - @ get an
+    apostrophe unless `spreadsheet_guard=false`."""
     store.read(lambda session: get_campaign_id(session, name))
     field, fault = "", ""
     if what and what not in TABLES:
@@ -53,7 +56,7 @@ def export(
             conditions = parse_where((where,) if where.strip() else ())
 
             def write(out: Path) -> None:
-                with store.reading() as session:
+                with store.reading() as session, guarding(spreadsheet_guard):
                     if not export_table(session, what, out, name, conditions):
                         raise ValueError("no row matches; nothing was written")
 

@@ -7,7 +7,16 @@ from pathlib import Path
 
 import click
 
-from ..cli.common import db_option, jobs_option, json_option, note, open_command_store, print_table, write_json
+from ..cli.common import (
+    db_option,
+    jobs_option,
+    json_option,
+    note,
+    open_command_store,
+    print_table,
+    spreadsheet_guard_option,
+    write_json,
+)
 from ..cli.completion import campaign_names, effect_ids, plan_names
 from ..cli.listed import Listing, listing_options
 from ..cli.next_step import suggest_next
@@ -22,6 +31,7 @@ from .designs_cli import DesignCommands, augment, tell_plan
 @click.option("--anew", is_flag=True, help="Diagnose again, although the store has a diagnosis.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Set the seed of a new diagnosis.")
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write the table of runs to FILE as CSV.")
+@spreadsheet_guard_option
 @db_option
 @json_option
 def discriminate(
@@ -209,6 +219,7 @@ def status(name: str, db: str, json_to: str | None) -> None:
     metavar="FILE.html|.csv|.xlsx",
     help="Write to this file; its ending chooses the format.",
 )
+@spreadsheet_guard_option
 @db_option
 def sheet(name: str, out: Path, db: str) -> None:
     """Write the run sheet for the bench: the runs in their order, with a box to tick for each.

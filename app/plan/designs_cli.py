@@ -16,6 +16,7 @@ from ..cli.common import (
     note,
     open_command_store,
     print_table,
+    spreadsheet_guard_option,
     write_json,
 )
 from ..cli.completion import plan_names
@@ -98,6 +99,7 @@ def _design_options(function: Function) -> Function:
         click.option(
             "--out", type=click.Path(path_type=Path, dir_okay=False), help="Write the table of runs to FILE as CSV."
         ),
+        spreadsheet_guard_option,
         click.option(
             "--kind",
             type=click.Choice(["gun", "hammer"]),
@@ -251,6 +253,7 @@ def _make(name: str, method: str, given: dict[str, Any], options: dict[str, Any]
     "--gun", "bench", type=click.Path(path_type=Path), help="Take the limits of the gun of this campaign folder."
 )
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write the table of runs to FILE as CSV.")
+@spreadsheet_guard_option
 @db_option
 @json_option
 def augment(

@@ -17,6 +17,7 @@ from ...doe.order import RunOrder
 from ...doe.plans import StoredPlan, list_plans, read_plan, tick_run
 from ...doe.sheet import boxes, sheet_of, write_sheet
 from ...doe.space import shipped_factors, space_from_text
+from ...spreadsheet_guard import guarding
 from ..common.plan_tables import run_counts
 from ..common.quantities import cell, heading
 from ..web.dependencies import Key, Name, OpenStore, Running
@@ -238,14 +239,16 @@ def _run_before(plan: StoredPlan, place: int | None) -> int | None:
 
 
 @router.get("/plans/{name}/sheet.{ending}")
-def sheet_file(name: Name, ending: str, store: OpenStore) -> Response:
+def sheet_file(name: Name, ending: str, store: OpenStore, spreadsheet_guard: bool = True) -> Response:
+    """The sheet as a file; in CSV, texts that begin with = + - @ get an apostrophe unless `spreadsheet_guard=false`."""
     if ending not in _FORMATS:
         raise HTTPException(404, f"no sheet of format {ending!r}; known: {', '.join(_FORMATS)}")
     with store.reading() as session:
         plan = read_plan(session, name)
     with tempfile.TemporaryDirectory(prefix="pyroshock-sheet-") as scratch:
         path = Path(scratch) / f"sheet.{ending}"
-        write_sheet(plan, path)
+        with guarding(spreadsheet_guard):
+            write_sheet(plan, path)
         return named_file(path.read_bytes(), plan.name, ending, _FORMATS[ending])
 
 

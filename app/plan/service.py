@@ -12,6 +12,7 @@ from ...doe.plans import StoredPlan, list_plans, read_plan
 from ...schema.known_factors import BY_COLUMN, BY_NAME
 from ...schema.session import Store
 from ...schema.toml_text import read_toml_text
+from ...spreadsheet_guard import guarded_frame, guarding
 from ..common.errors import raises_library_errors
 from ..common.frames import axes_or_new, frame_of, si, step_bar, titled_table
 
@@ -147,22 +148,24 @@ class PlannedDesign:
         return alias_lines(aliases(self.stored.space, treatments)) if len(treatments) else []
 
     @overload
-    def sheet(self, path: None = None) -> str: ...
+    def sheet(self, path: None = None, *, spreadsheet_guard: bool = True) -> str: ...
 
     @overload
-    def sheet(self, path: str | os.PathLike[str]) -> Path: ...
+    def sheet(self, path: str | os.PathLike[str], *, spreadsheet_guard: bool = True) -> Path: ...
 
     @raises_library_errors
-    def sheet(self, path: str | os.PathLike[str] | None = None) -> str | Path:
+    def sheet(self, path: str | os.PathLike[str] | None = None, *, spreadsheet_guard: bool = True) -> str | Path:
         """The run sheet: its text as CSV, or the path that it was written to, as .csv, .xlsx or .html by the suffix.
 
-        Raises `InvalidValueError` for another suffix.
+        In CSV a text that begins with = + - @ gets an apostrophe, so that no spreadsheet takes it for a formula;
+        `spreadsheet_guard=False` leaves it as it is. Raises `InvalidValueError` for another suffix.
         """
         from ...doe.sheet import sheet_text, write_sheet
 
-        if path is None:
-            return sheet_text(self.stored)
-        write_sheet(self.stored, Path(path))
+        with guarding(spreadsheet_guard):
+            if path is None:
+                return sheet_text(self.stored)
+            write_sheet(self.stored, Path(path))
         return Path(path)
 
     @raises_library_errors
@@ -369,7 +372,7 @@ class PlanCollection:
             return self.make(name, method="import", table=table, **settings)
         with tempfile.TemporaryDirectory(prefix="pyroshock-table-") as scratch:
             path = Path(scratch) / "table.csv"
-            table.to_csv(path, index=False)
+            guarded_frame(table).to_csv(path, index=False)
             return self.make(name, method="import", table=path, **settings)
 
 

@@ -11,7 +11,17 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from ..cli.common import Function, db_option, json_option, note, open_if_exists, print_table, worker_options, write_json
+from ..cli.common import (
+    Function,
+    db_option,
+    json_option,
+    note,
+    open_if_exists,
+    print_table,
+    spreadsheet_guard_option,
+    worker_options,
+    write_json,
+)
 from ..cli.completion import campaign_names, contact_models, material_names, plan_names
 from ..cli.next_step import suggest_next
 from ..common.number_format import format_interval
@@ -53,6 +63,7 @@ MANY = (
         metavar="FILE",
         help="Write the predicted spectra to FILE.csv or FILE.parquet.",
     ),
+    spreadsheet_guard_option,
 )
 #: Of a table on a screen: what names a shot, and what matters of it.
 _SHOWN = ("run", "repetition", "tip_material", "bullet_mass_kg", "tank_pressure_bar")

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from ..cli.common import STDOUT, db_option, format_cell, note, open_command_store
+from ..cli.common import STDOUT, db_option, format_cell, note, open_command_store, spreadsheet_guard_option
 
 #: Longer cells of the table (lists of points) are cut; CSV and JSON have them whole.
 _LONGEST_CELL = 60
@@ -38,6 +38,7 @@ _TIMEOUT = "60s"
     metavar="FILE",
     help="Write to FILE.csv, FILE.parquet or FILE.json; - is standard output.",
 )
+@spreadsheet_guard_option
 @click.option("--limit", type=click.IntRange(1), help="List at most this number of rows.")
 @click.option(
     "--timeout",

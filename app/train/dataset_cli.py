@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..cli.common import db_option, json_option, note, open_command_store, print_table, write_json
+from ..cli.common import (
+    db_option,
+    json_option,
+    note,
+    open_command_store,
+    print_table,
+    spreadsheet_guard_option,
+    write_json,
+)
 from ..cli.completion import campaign_names, dataset_names
 from ..cli.listed import Listing, listing_options
 from ..cli.next_step import suggest_next
@@ -283,6 +291,7 @@ def trace(name: str, key: str | None, db: str, json_to: str | None) -> None:
 @click.option(
     "--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="Write to FILE.csv or FILE.parquet."
 )
+@spreadsheet_guard_option
 def export(name: str, db: str, out: Path) -> None:
     """Write a dataset to a file, with a row per pulse: its key, predictors, figures and points of force.
 

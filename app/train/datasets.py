@@ -15,6 +15,7 @@ from ...dataset.snapshot import Built, Snapshot
 from ...dataset.table import POINTS, Predictor, PulseTable, Split, expand, split_of
 from ...schema.atomic_write import atomic_file
 from ...schema.conditions import listing_key
+from ...spreadsheet_guard import guarded_frame
 from ..common.number_format import format_number
 from ..common.plots import MEASURED, new_figure, save
 from ..common.quantities import display_of_predictor, shown_unit
@@ -114,7 +115,7 @@ def export_snapshot(snapshot: Snapshot, out: Path) -> int:
     frame = pd.DataFrame(dataset_columns(snapshot.table))
     with atomic_file(out) as partial:
         if out.suffix.lower() == ".csv":
-            frame.to_csv(partial, index=False)
+            guarded_frame(frame).to_csv(partial, index=False)
         else:
             frame.to_parquet(partial, index=False)
     return len(frame)

@@ -42,19 +42,23 @@ const pyroshock = (() => {
     element.style.minHeight = `${usual + 19 * (Math.ceil(names.length / across) - 1)}px`;
   };
   // What is shown, as a table: a column of x and of y for each curve, headed as axes and legend are.
+  // Texts that a spreadsheet would take for formulas get an apostrophe, as in the files that the server writes.
+  const guarded = (text) => /^'*[=+\-@\t\r\n＝＋－＠]./s.test(text) && !/^[-+]?(\d+([.,]\d*)?|[.,]\d+)(e[-+]?\d+)?$/i.test(text) ? `'${text}` : text;
+  const quote = (text) => `"${guarded(String(text)).replaceAll('"', '""')}"`;
+  const cellOf = (value) => typeof value === "number" ? value : value === null || value === undefined ? "" : quote(value);
   const csvOf = (element) => {
-    const layout = element.figure.layout || {}, quote = (text) => `"${String(text).replaceAll('"', '""')}"`;
+    const layout = element.figure.layout || {};
     const title = (axis) => ((layout[axis] || {}).title || {}).text || axis;
     const map = element.data.find((trace) => trace.type === "heatmap");
     if (map) return [["", ...map.x], ...map.z.map((row, place) => [map.y[place], ...row])]
-      .map((row) => row.map((value) => typeof value === "number" ? value : value === null ? "" : quote(value)).join(",")).join("\n");
+      .map((row) => row.map(cellOf).join(",")).join("\n");
     const curves = element.data.filter((trace) => trace.x && trace.y && trace.hoverinfo !== "skip");
     const columns = curves.flatMap((trace, place) => {
       const name = trace.name || `curve ${place + 1}`, [x, y] = ["x", "y"].map((key) => (trace[key + "axis"] || key).replace(/^([xy])/, "$1axis"));
       return [[`${name}: ${title(x)}`, ...trace.x], [`${name}: ${title(y)}`, ...trace.y]];
     });
     const length = Math.max(0, ...columns.map((column) => column.length));
-    return Array.from({ length }, (_, row) => columns.map((column) => row < column.length && column[row] !== null ? (row ? column[row] : quote(column[row])) : "").join(",")).join("\n");
+    return Array.from({ length }, (_, row) => columns.map((column) => cellOf(column[row])).join(",")).join("\n");
   };
   const save = (name, content) => {
     const link = document.createElement("a");
