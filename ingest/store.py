@@ -16,8 +16,10 @@ from ..schema.configurations import configuration_ids
 from ..schema.impacts import ChannelFigures, Impact, Pulse, Shot
 from ..schema.recordings import SET_ASIDE, STORED, QualityFinding, RecordedChannel, Recording
 from ..schema.removal.part import Part
+from ..schema.row_keys import reserve_ahead
 from ..schema.series import write_series
 from ..schema.session import Store
+from ..schema.tables import metadata
 from ..signals.checks.base import Finding
 from .additions import Additions, add_facts, refuse_changed_channels, row_additions
 from .channel_figures import figure_rows
@@ -220,6 +222,7 @@ class CampaignStore:
         if self._target_motion is not None:
             done = self._with_target_motion(session, done, hits, self._target_motion)
         delete_rejected(session, campaign, done.path)
+        self._reserve_keys(session, done, hits)
         recording = Recording(
             campaign_id=campaign.id,
             path=done.path,
@@ -238,6 +241,20 @@ class CampaignStore:
         part = Part(campaign.id, campaign.name, recording.id, done.path)
         self._discarded.settle(session, part, done.sha256, self._store.written_by(session))
         return replace(added, recordings=1)
+
+    def _reserve_keys(self, session: Session, done: ProcessedRecording, hits: Sequence[MatchedImpact]) -> None:
+        """Of all rows of a recording, in one statement."""
+        impacts = [hit for hit in hits if self._has_impact(hit, done)]
+        counts = {
+            Recording: 1,
+            RecordedChannel: len(done.series),
+            Impact: len(impacts),
+            Pulse: sum(hit.pulse is not None for hit in impacts),
+            ChannelFigures: sum(map(len, done.figures)) if len(done.figures) == len(impacts) else 0,
+            Shot: len(hits) if self._file.kind == "gun" else 0,
+        }
+        tables = {metadata.tables[model.__tablename__]: count for model, count in counts.items()}
+        reserve_ahead(session.connection(), tables)
 
     def _with_target_motion(
         self, session: Session, done: ProcessedRecording, hits: Sequence[MatchedImpact], add: TargetMotion
@@ -303,9 +320,8 @@ class CampaignStore:
     def _add_channels(self, session: Session, recording: int, done: ProcessedRecording) -> dict[str, int]:
         """Channels with their series; their keys by name."""
         rows = [{"recording_id": recording, **channel_values(series)} for series in done.series]
-        self._store.add_rows(session, RecordedChannel, rows)
-        of_recording = select(RecordedChannel.name, RecordedChannel.id).filter_by(recording_id=recording)
-        keys = dict(iter(session.execute(of_recording)))
+        names = [series.channel.name for series in done.series]
+        keys = dict(zip(names, self._store.add_rows(session, RecordedChannel, rows), strict=True))
         for series in done.series:
             name, frames = series.channel.name, series.encoded.frames
             if frames:  # a dry run has none
@@ -357,12 +373,8 @@ class CampaignStore:
 
     def _add_impacts(self, session: Session, rows: Sequence[dict[str, Any]]) -> dict[tuple[int, int], int]:
         """Impacts of one recording, or of none; their keys by run and repetition."""
-        if not rows:
-            return {}
-        self._store.add_rows(session, Impact, rows)
-        origin = {name: rows[0][name] for name in ("campaign_id", "recording_id")}
-        stored = session.execute(select(Impact.run, Impact.repetition, Impact.id).filter_by(**origin))
-        return {(run, repetition): key for run, repetition, key in stored}
+        keys = self._store.add_rows(session, Impact, rows)
+        return {(row["run"], row["repetition"]): key for row, key in zip(rows, keys, strict=True)}
 
     def _has_impact(self, hit: MatchedImpact, done: ProcessedRecording | None) -> bool:
         """Whether a hit is an impact; a shot that met no force channel is none."""

@@ -24,7 +24,7 @@ from sqlalchemy.orm import Session, SessionTransaction
 from . import migrate
 from .access.permissions import refusal
 from .addresses import address_for_display
-from .base import WithProvenance
+from .base import Base, WithProvenance
 from .benches import Material, MaterialAlias
 from .engine import (
     BUSY_TIMEOUT_S,
@@ -38,6 +38,7 @@ from .engine import (
     one_state,
 )
 from .provenance import Provenance
+from .row_keys import reserve_keys
 from .row_sealing import seal
 from .tables import metadata
 from .transactions import get_or_add, is_disconnect, is_transient, is_unique_violation, retry
@@ -164,17 +165,19 @@ class Store:
             self._written_within = session.get_nested_transaction()
         return self._written_by_id
 
-    def add_rows(self, session: Session, table: type[WithProvenance], rows: Sequence[Mapping[str, Any]]) -> None:
-        """Insert rows of one table in one statement, in their order, with this command as their writer.
+    def add_rows(self, session: Session, table: type[Base], rows: Sequence[Mapping[str, Any]]) -> list[int]:
+        """Insert rows of one table in one statement, with this command as their writer; their keys, in their order.
 
-        A column that only some of the rows name is NULL in the others. Keys are not returned, for SQLAlchemy would
-        insert row by row in SQLite to tell which is whose: ask for them by the rows' natural key.
+        A column that only some of the rows name is NULL in the others.
         """
         if not rows:
-            return
+            return []
         every = {name: None for row in rows for name in row} | {"written_by_id": self.written_by(session)}
+        keys = reserve_keys(session.connection(), metadata.tables[table.__tablename__], len(rows))
+        keyed = [{**every, **row, "id": key} for row, key in zip(rows, keys, strict=True)]
         # Otherwise SQLAlchemy leaves out what is None, and rows that differ in it take a statement each.
-        session.execute(insert(table), [{**every, **row} for row in rows], execution_options={"render_nulls": True})
+        session.execute(insert(table), keyed, execution_options={"render_nulls": True})
+        return keys
 
     def _sign(self, session: Session, _context: Any, _instances: Any) -> None:
         unsigned = [row for row in session.new if isinstance(row, WithProvenance) and row.written_by_id is None]

@@ -55,9 +55,9 @@ def test_store_made_by_all_at_once(database_url, run_together):
 HITS = 2
 
 
-#: Of a recording whose configuration is known: BEGIN; whether it is there, was set aside, and its campaign; itself;
-#: its channels and their keys; the series of each channel (here one); configurations, impacts and their keys; settings
-#: and pulses; other recordings with the same samples. COMMIT is not counted.
+#: Of a recording whose configuration is known: BEGIN; whether it is there, was set aside, and its campaign; the keys of
+#: all its rows; itself; its channels; the series of each channel (here one); configurations and impacts; settings and
+#: pulses; other recordings with the same samples. COMMIT is not counted.
 OF_A_RECORDING = 14
 
 

@@ -16,10 +16,12 @@ from ...row_hashes import ALTERED, UNSEALED
 from ...row_sealing import HashedRow, iter_hashed
 from ..findings import RESTORE, IntegrityFinding, Scope
 from .engine_rules import tables_there
+from .series import ADVICE as REREAD
 
 #: Rows of one table that are named; the others are counted.
 _MOST = 100
 _WRITERS = "provenance"
+_ADVICE = {"series_chunks": REREAD}
 
 
 def check_rows(connection: Connection, scope: Scope) -> Iterator[IntegrityFinding]:
@@ -50,7 +52,7 @@ def _altered_rows(connection: Connection, scope: Scope, table: Table) -> Iterato
     for row in altered[:_MOST]:
         key = "/".join(str(row.values[column.name]) for column in table.primary_key.columns)
         place = {**_names(connection, table, row.values), "table": table.name, "row": key}
-        yield IntegrityFinding("rows", _problem(row), RESTORE, place)
+        yield IntegrityFinding("rows", _problem(row), _ADVICE.get(table.name, RESTORE), place)
     if len(altered) > _MOST:
         message = f"{len(altered) - _MOST} further rows were altered"
         yield IntegrityFinding("rows", message, RESTORE, {"table": table.name})

@@ -31,13 +31,15 @@ def test_check_tells_scripts_and_people(care_copy):
     sound = run("db", "check", "--db", care_copy, "--json")
     assert json.loads(sound.stdout) == {"sound": True, "findings": []} and "is sound" in sound.stderr
     flip(care_copy, "series_chunks", "frame", CHUNK, 40)
-    (finding,) = json.loads(run("db", "check", "--db", care_copy, "--json", code=1).stdout)["findings"]
+    row, finding = json.loads(run("db", "check", "--db", care_copy, "--json", code=1).stdout)["findings"]
+    assert (row["check"], row["table"], row["row"], row["chunk"]) == ("rows", "series_chunks", "1/1", 1)
+    assert "--repair FOLDER" in row["advice"]
     place = {key: finding[key] for key in ("check", "campaign", "recording", "channel", "chunk")}
     assert place == {
         "check": "series", "campaign": HAMMER, "recording": "recordings/test-01.npz", "channel": "force", "chunk": 1,
     }  # fmt: skip
     assert "--repair FOLDER" in finding["advice"]
-    (line,) = run("db", "check", "--db", care_copy, code=1).stdout.splitlines()
+    _, line = run("db", "check", "--db", care_copy, code=1).stdout.splitlines()
     assert line.startswith("series: campaign spring, recording recordings/test-01.npz, channel force, chunk 1: ")
     assert run("db", "check", "--fast", "--db", care_copy).stdout == ""
     assert run("db", "check", "--campaign", GUN, "--db", care_copy).stdout == ""
@@ -58,7 +60,10 @@ def test_check_of_nothing_and_copy_of_an_older_store_are_refused(care_copy, tmp_
 def test_a_dataset_whose_pulses_were_changed_is_named(care_copy):
     execute(care_copy, "UPDATE pulses SET contact_time_s = contact_time_s * 1.0001 WHERE id = 12")
     pulse, dataset = run("db", "check", "--db", care_copy, code=1).stdout.splitlines()
-    assert pulse.startswith("pulses: campaign spring, run 1, repetition 1, pulse 12: a figure was altered")
+    assert pulse.startswith(
+        "rows: campaign spring, recording recordings/test-01.npz, table pulses, row 12, plan spring, "
+    )
+    assert "run 1, repetition 1: the row was altered" in pulse
     assert dataset.startswith("datasets: dataset small: ")
 
 
@@ -163,7 +168,7 @@ def test_a_changed_sample_without_a_checksum_is_found_by_its_hash(care_copy, tmp
     samples[100] = 7.5
     bare = encode(samples)[:-4]
     execute(care_copy, "UPDATE series_chunks SET frame = :bare WHERE channel_id = 4 AND number = 0", bare=bare)
-    (line,) = run("db", "check", "--db", care_copy, code=1).stdout.splitlines()
+    _, line = run("db", "check", "--db", care_copy, code=1).stdout.splitlines()
     assert "recording recordings/test-02.mat, channel acceleration_1: its samples have the SHA-256" in line
     refused = run("export", "series", "--recording", "recordings/test-02.mat", "--out", tmp_path / "x.csv", "--db",
                   care_copy, code=2)  # fmt: skip

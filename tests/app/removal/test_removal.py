@@ -350,6 +350,11 @@ def test_restore_refuses_what_was_not_deleted(care_copy, tmp_path, sqlite_url):
     assert restored(care_copy, other)["campaign"] == HAMMER, "a diagnosis is no content, and comes from the tombstone"
     run(care_copy, "delete", HAMMER, "--reason", REASON)
     execute(f"sqlite:///{other}", "UPDATE campaigns SET date = '1999-01-01'")
+    assert (
+        "rows: campaign spring, table campaigns, row 1: the row was altered"
+        in run(care_copy, "restore", other, code=2).stderr
+    )
+    execute(f"sqlite:///{other}", sealed=True)
     assert "db import" in run(care_copy, "restore", other, code=2).stderr
 
 

@@ -165,7 +165,7 @@ def rows_of(file: Path) -> dict[str, list[str]] | None:
             connection.text_factory = bytes
             for table in metadata.sorted_tables:
                 rows[table.name] = sorted(map(repr, connection.execute(f'SELECT * FROM "{table.name}"')))
-    except sqlite3.Error:
+    except (sqlite3.Error, UnicodeDecodeError):  # of a column's name, which the driver decodes itself
         return None
     return rows
 
