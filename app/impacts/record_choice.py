@@ -54,7 +54,7 @@ def chosen_part(
     hits = hits_of(record, sampling_rate_hz)
     if hit is None and len(hits) <= 1:
         return everything, "the whole record"
-    onsets_s = [start_s + found.first / sampling_rate_hz for found in hits]
+    onsets_s = [start_s + record_hit.first / sampling_rate_hz for record_hit in hits]
     if hit is None:
         times = ", ".join(f"{onset:.4g}" for onset in onsets_s[:_NAMED])
         more = f" and {len(hits) - _NAMED} more" if len(hits) > _NAMED else ""

@@ -178,7 +178,7 @@ def test_spectra_are_held_against_their_mean_in_decibels_or_a_specification(spec
 def test_hits_of_one_recording_do_not_hear_each_other_and_silent_channels_are_told(spectrum_store):
     overlay = spectra_over(spectrum_store, 3, 4)
     first, second = overlay.spectra
-    assert first.stop_s < 0.06 <= second.start_s + 1.1e-3
+    assert first.stop_s < second.start_s + 1e-9 < 0.06 <= second.start_s + 10.1e-3
     at = int(np.argmin(np.abs(overlay.frequency_hz - 1000)))
     expected = shock_response_spectrum(ringing(0.02, 100.0), RATE, overlay.frequency_hz, q=10.0).maximax[at]
     assert first.spectrum.maximax[at] == pytest.approx(expected, rel=0.01)

@@ -229,3 +229,13 @@ def test_samples_beyond_those_that_are_asked_for_are_not_made():
     np.testing.assert_allclose(some[0].sum() * 1e-5, pulses.impulse_n_s[0], rtol=1e-12)
     pulses = ForcePulses(np.array([1e-3, 1e4]), np.ones((2, 11)), np.array([5e-4, 5e3]))
     assert sampled(pulses, 1e-6, 1000).shape == (2, 1000)
+
+
+def test_peak_acceleration_is_of_the_plates_band_whatever_lines_are_asked_for():
+    few, many = (
+        twin(frequency_hz=np.geomspace(100, high, 9)).predict(setting(), draws=0) for high in (500.0, 10_000.0)
+    )
+    assert few.acceleration_band_hz == many.acceleration_band_hz == ringing_plate().frequency_hz.max()
+    for sensor in few.sensors:
+        assert few.peak_acceleration_m_s2(sensor) == many.peak_acceleration_m_s2(sensor)
+        assert few.as_json()["acceleration"][sensor]["band_hz"] == [0.0, few.acceleration_band_hz]
