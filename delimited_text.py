@@ -69,9 +69,8 @@ def table_rows(text: str, *, strict: bool = False) -> list[Row]:
     """The rows that hold anything, with `delimiter_of` between their cells.
 
     A number that can be read in two ways (`1,250`) is written as Python does where the other numbers of the table prove
-    its meaning. A text that was guarded against
-    spreadsheets is as it was before. Raises `ValueError` naming the row where they do not, and for what is no CSV; `strict` refuses a quote
-    that is not closed, too.
+    its meaning. A text that was guarded against spreadsheets is as it was before. Raises `ValueError` naming the row
+    where they do not, and for what is no CSV; `strict` refuses a quote that is not closed, too.
     """
     if "\0" in text:
         raise ValueError(f"holds a NUL character at {text.index(chr(0))}; not a text file")
