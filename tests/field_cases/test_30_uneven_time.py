@@ -1,4 +1,4 @@
-"""Field case 30: uneven time in records and campaigns is refused by its kind, or resampled with a bound of the error."""
+"""Field case 30: uneven time in records and campaigns is refused by its kind, or resampled with its error bounded."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_record_is_refused_by_its_kind_or_resampled(tmp_path, kind, message):
     result = json.loads(CliRunner().invoke(srs, words).stdout)
     fine = acceleration(np.arange(0.0, times(kind)[-1], 1 / 800_000))
     right = shock_response_spectrum(fine, 800_000.0, LINES).maximax
-    assert result["maximax"] == pytest.approx(right / (9.80665 if result["unit"] == "g" else 1.0), rel=0.01)
+    assert result["maximax"] == pytest.approx(right / (9.80665 if result["unit"] == "g" else 1.0), rel=0.02)
     assert next(c["severity"] for c in result["checks"] if c["check"] == "resampled-time") in ("note", "warning")
 
 
