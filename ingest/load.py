@@ -38,6 +38,8 @@ from .report import IngestReport
 from .runs import MatchedImpact, RunRow, expected_hits, match, read_runs
 from .settings import ExtractionSettings
 from .store import CampaignStore
+from .unit_plausibility import ENOUGH_IMPACTS, MomentumRatio, refuse_wrong_unit
+from .unit_plausibility import RULE as UNIT_FACTOR
 
 #: Called with (done, total, what) after each recording.
 Progress = Callable[[int, int, str], None]
@@ -89,6 +91,8 @@ def ingest_folder(
     # 3. Read, check and extract, in processes beside this one.
     results = _processed(folder, file, rows, settings, pending, jobs)
     # 4. Store each recording in a transaction of its own, as it comes.
+    if UNIT_FACTOR not in {*confirmed, *file.confirmed}:
+        results = _units_judged(file.name, target, results)
     damaged = _store_recordings(store, target, results, len(pending), progress)
     target.add_rows_without_recording()
     if damaged and not target.holds_anything():
@@ -116,6 +120,26 @@ def _processed(
     crashing = any(RecordingFiles(folder, recording.path).may_crash for recording in pending)
     isolation = reading_apart(_unreadable_recording, _patience_s, always=crashing)
     return map_ahead(partial(process, file, rows, settings, plate), pending, processes, isolation)
+
+
+def _units_judged(
+    campaign: str, target: CampaignStore, results: Iterator[tuple[PendingRecording, Outcome]]
+) -> Iterator[tuple[PendingRecording, Outcome]]:
+    """`results`, the first of which are held back until enough impacts tell whether a unit is wrong throughout.
+
+    Raises `IngestError` where one is, before anything is stored.
+    """
+    ratios: list[MomentumRatio] = []
+    held_back = []
+    for pending, outcome in results:
+        held_back.append((pending, outcome))
+        if not isinstance(outcome, UnreadableRecording):
+            ratios += target.momentum_ratios(outcome[1], outcome[0])
+        if len(ratios) >= ENOUGH_IMPACTS or len(held_back) >= ENOUGH_IMPACTS:
+            break
+    refuse_wrong_unit(campaign, ratios)
+    yield from held_back
+    yield from results
 
 
 def _store_recordings(

@@ -16,6 +16,7 @@ from .errors import Faults, IngestError, enumerated, printable
 from .folder import CampaignFile
 from .pulses import ExtractedPulse
 from .runs import RunRow
+from .unit_plausibility import RULE as UNIT_FACTOR
 
 #: Half of m u is what a free plate as light as the impactor takes, where its mass is not known. Of a known one the
 #: other half is for bending: a plate answers with less than its mass while the contact lasts.
@@ -23,6 +24,8 @@ LOWEST_RATIO = 0.5
 #: A hand adds to a hammer's head: a campaign with an effective mass of 1.3 times the head's was disclosed. What flies
 #: free has nothing to add; 15 % are for velocity and calibration.
 HIGHEST_RATIO_HELD, HIGHEST_RATIO_FREE = 3.0, 2.3
+#: What an integrated velocity is of the impact's at least: the impactor's deceleration is that of the contact alone.
+LEAST_INTEGRATED_SHARE = 0.32
 #: From this factor outside of the range on, mass, velocity, unit or sensitivity is wrong.
 REJECT_FACTOR = 3.0
 #: A rounded tip that is sharper than this is no tip of an impactor: a needle's point, or a unit (mm for m).
@@ -37,32 +40,35 @@ def check_impulse(
     channel: str,
     *,
     held: bool,
+    integrated: bool = False,
     plate_mass_kg: float | None = None,
 ) -> Finding | None:
     """An impulse outside of m u to 2 m u; None inside (with margins), and for a velocity or a mass that
-    is not above zero. `held`: by a hand, as a hammer is. A plate of known mass takes its share of the lower limit."""
+    is not above zero. `held`: by a hand, as a hammer is; `integrated`: the velocity is, which the upper limit allows
+    for. A plate of known mass takes its share of the lower limit."""
     momentum = mass_kg * velocity_m_s
     if momentum <= 0.0:
         return None
     ratio = pulse.impulse_n_s / momentum
     share = 1.0 if plate_mass_kg is None else plate_mass_kg / (plate_mass_kg + mass_kg)
-    limits = (LOWEST_RATIO * share, HIGHEST_RATIO_HELD if held else HIGHEST_RATIO_FREE)
+    slower = LEAST_INTEGRATED_SHARE if integrated else 1.0
+    limits = (LOWEST_RATIO * share, (HIGHEST_RATIO_HELD if held else HIGHEST_RATIO_FREE) / slower)
     if limits[0] <= ratio <= limits[1]:
         return None
-    far = ratio < share / REJECT_FACTOR or ratio > 2.0 * REJECT_FACTOR
+    far = ratio < share / REJECT_FACTOR or ratio > 2.0 * REJECT_FACTOR / slower
     evidence = {
         "impulse_n_s": pulse.impulse_n_s,
         "mass_kg": mass_kg,
         "impact_velocity_m_s": velocity_m_s,
         "impulse_over_momentum": ratio,
         "plate_mass_kg": plate_mass_kg,
-        "expected": [share, 2.0],
+        "expected": [share, 2.0 / slower],
         "limits": list(limits),
     }
     message = (
         f"an impulse of {pulse.impulse_n_s:.3g} N s is {ratio:.2g} times mass times velocity ({mass_kg:.3g} kg, "
-        f"{velocity_m_s:.3g} m/s), where {share:.2g} to 2 are possible: look at mass, velocity, unit and "
-        "sensitivity of the force"
+        f"{velocity_m_s:.3g} m/s), where {share:.2g} to {2.0 / slower:.2g} are possible: look at mass, velocity, unit "
+        "and sensitivity of the force"
     )
     return Finding("implausible-impulse", "reject" if far else "warning", message, channel, evidence, contact)
 
@@ -101,7 +107,8 @@ def check_other_campaigns(places: Sequence[tuple[str, str]], channel: str) -> Fi
     return Finding("same-recording", "warning", message, channel, evidence)
 
 
-INSULATOR, SIZE, PRESSURE = RULES = ("insulator-without-anvil", "negative-size", "pressure-above-regulator")
+INSULATOR, SIZE, PRESSURE = ("insulator-without-anvil", "negative-size", "pressure-above-regulator")
+RULES = (INSULATOR, SIZE, PRESSURE, UNIT_FACTOR)
 
 #: A free factor with one of these words in its name is a size, a mass or the like: below zero there is none.
 _SIZES = frozenset(

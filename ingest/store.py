@@ -56,6 +56,7 @@ from .stored_rows import (
     stored_elsewhere,
     way_out,
 )
+from .unit_plausibility import MomentumRatio
 
 
 @dataclass(frozen=True)
@@ -266,16 +267,38 @@ class CampaignStore:
         ]
         for hit in hits:
             if hit.pulse is not None:
-                mass_kg = self._file.hammer.mass_kg if self._file.hammer else hit.row.number("bullet_mass")
-                velocity = hit_velocity(hit.row, hit, done)
                 findings.append(check_tip(hit.row.number("tip_radius"), hit.pulse, name))
+                mass_kg, velocity = self._mass_kg(hit.row), hit_velocity(hit.row, hit, done)
                 if mass_kg is not None and velocity is not None:
-                    pulse, held = done.pulses[hit.pulse], self._file.hammer is not None
-                    plate = self._plate_mass_kg
                     findings.append(
-                        check_impulse(pulse, mass_kg, velocity, hit.pulse, name, held=held, plate_mass_kg=plate)
+                        check_impulse(
+                            done.pulses[hit.pulse],
+                            mass_kg,
+                            velocity,
+                            hit.pulse,
+                            name,
+                            held=self._file.hammer is not None,
+                            integrated=_is_integrated(hit, done),
+                            plate_mass_kg=self._plate_mass_kg,
+                        )
                     )
         return [finding for finding in findings if finding is not None]
+
+    def momentum_ratios(self, done: ProcessedRecording, hits: Sequence[MatchedImpact]) -> list[MomentumRatio]:
+        """Impulse over mass times velocity of the hits whose mass and velocity are known."""
+        ratios = []
+        for hit in hits:
+            mass_kg = self._mass_kg(hit.row)
+            velocity = None if hit.pulse is None else hit_velocity(hit.row, hit, done)
+            if hit.pulse is not None and mass_kg is not None and velocity is not None and mass_kg * velocity > 0.0:
+                plate = self._plate_mass_kg
+                share = 1.0 if plate is None else plate / (plate + mass_kg)
+                ratio = done.pulses[hit.pulse].impulse_n_s / (mass_kg * velocity)
+                ratios.append(MomentumRatio(ratio, _is_integrated(hit, done), share))
+        return ratios
+
+    def _mass_kg(self, row: RunRow) -> float | None:
+        return self._file.hammer.mass_kg if self._file.hammer else row.number("bullet_mass")
 
     def _add_channels(self, session: Session, recording: int, done: ProcessedRecording) -> dict[str, int]:
         """Channels with their series; their keys by name."""
@@ -360,3 +383,8 @@ class CampaignStore:
             )
         )
         return session.scalar(query) is not None
+
+
+def _is_integrated(hit: MatchedImpact, done: ProcessedRecording) -> bool:
+    """Whether a hit's velocity is that of the impactor's own acceleration."""
+    return hit.row.impact_velocity_m_s is None and hit.pulse is not None and any(done.speeds[hit.pulse : hit.pulse + 1])

@@ -43,15 +43,15 @@ _LEAST_CODE = float(np.abs(CODES).min())
 
 def lone_samples(x: Floats, recorded: NDArray[Any]) -> NDArray[np.int64]:
     """Indices (k,) of the lone samples of a finite record `x` (n,), which the file holds as `recorded` (n,)."""
-    found: list[NDArray[np.int64]] = []
+    rounds: list[NDArray[np.int64]] = []
     for _ in range(_MOST_ROUNDS if x.size >= _LEAST_SAMPLES else 0):
         at = _round(x, recorded)
         if not at.size:
             break
-        x = x if found else x.copy()
+        x = x if rounds else x.copy()
         mend(x, at)
-        found.append(at)
-    return np.unique(np.concatenate(found)) if found else np.empty(0, np.int64)
+        rounds.append(at)
+    return np.unique(np.concatenate(rounds)) if rounds else np.empty(0, np.int64)
 
 
 def mend(x: Floats, at: NDArray[np.int64]) -> None:

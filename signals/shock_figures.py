@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..array_types import Floats
+from .record_rest import rest_before_shock
 from .srs.spectrum import SAMPLES_PER_CYCLE
 
 #: Share of the peak between whose crossings a pulse lasts, and that of the effective duration.
@@ -24,11 +25,6 @@ BEFORE_PULSE, AFTER_PULSE = 0.4, 0.1
 ENERGY_TAIL = 0.05
 #: The spectrum's summary: octaves from here up, Q = 10.
 LOWEST_LINE_HZ, SRS_Q = 10.0, 10.0
-#: Below this share of the peak a record counts as at rest, unless its noise is larger (as in the checks of a record).
-_REST_SHARE, _NOISE_SIGMAS, _NOISE_SAMPLES = 0.05, 5.0, 32
-_MAD_TO_SIGMA = 1.4826
-#: Fewer samples give no level.
-_MIN_REST_SAMPLES = 16
 #: A long record is searched in blocks of so many samples.
 _BLOCK = 4096
 #: Low lines are those of which means of so many samples have so many to a cycle: that loses some 0.5 % of them.
@@ -71,13 +67,13 @@ def shock_figures(acceleration: Floats, sampling_rate_hz: float, start_s: float 
     if acceleration.size < 2:
         return None
     if np.isfinite(acceleration.sum()):
-        rest, noise = _rest_before(acceleration)
+        rest, noise = rest_before_shock(acceleration)
         x = acceleration - (rest or 0.0)
     else:
         finite = np.isfinite(acceleration)
         if np.count_nonzero(finite) < 2:
             return None
-        rest, noise = _rest_before(acceleration[finite])
+        rest, noise = rest_before_shock(acceleration[finite])
         x = np.where(finite, acceleration - (rest or 0.0), 0.0)
     highest, lowest = int(x.argmax()), int(x.argmin())
     top = highest if x[highest] >= -x[lowest] else lowest
@@ -112,29 +108,6 @@ def summary_lines(samples: int, sampling_rate_hz: float) -> tuple[float, ...]:
     low, high = sampling_rate_hz / samples, sampling_rate_hz / SAMPLES_PER_CYCLE
     octaves = max(0, int(np.floor(np.log2(high / LOWEST_LINE_HZ) + 1e-9)) + 1) if high > 0 else 0
     return tuple(line for line in (LOWEST_LINE_HZ * 2.0**i for i in range(octaves)) if line >= low)
-
-
-def _rest_before(x: Floats) -> tuple[float | None, float]:
-    """Mean of the first half of what lies before the shock (the second may hold the foot of a slow pulse), and the
-    deviation of the noise at the begin."""
-    begin = x[:_NOISE_SAMPLES]
-    level = float(np.median(begin[:_MIN_REST_SAMPLES]))
-    peak = max(float(x.max()) - level, level - float(x.min()))
-    steps = np.diff(begin)
-    sigma = _MAD_TO_SIGMA * float(np.median(np.abs(steps - np.median(steps)))) / 2**0.5
-    loud = min(max(_REST_SHARE * peak, _NOISE_SIGMAS * sigma), 0.5 * peak)
-    onset = _first_beyond(x, level, loud)
-    quiet = x[: onset // 2]
-    return (float(quiet.mean()) if quiet.size >= _MIN_REST_SAMPLES else None), sigma
-
-
-def _first_beyond(x: Floats, level: float, distance: float) -> int:
-    """The first sample that is further than so much from a level; 0 where none is."""
-    for begin in range(0, x.size, _BLOCK):
-        beyond = np.abs(x[begin : begin + _BLOCK] - level) > distance
-        if beyond.any():
-            return begin + int(beyond.argmax())
-    return 0
 
 
 def _crossings(x: Floats, top: int, sign: float, level: float) -> tuple[float, float]:

@@ -235,6 +235,7 @@ class Twin:
             force_n=Band.of(seen.force_n),
             sensors=self.sensor_names,
             sampling_rate_hz=self.sampling_rate_hz,
+            acceleration_band_hz=self.plate.band_hz,
             accelerations_m_s2=accelerations,
             frequency_hz=self.frequency_hz,
             q=self.q,

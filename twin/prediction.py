@@ -102,8 +102,10 @@ class Prediction:
 
     `force_n` is over equal phases of the contact, `time_s` (p,) those phases of the mean contact. `spectra_m_s2` and
     the rows of `accelerations_m_s2` (d, sensors, n), from the beginning of contact on, go with `sensors`: none for a
-    twin without a plate. `models` says for each stage what answered, `outside` where it was asked beyond its domain,
-    `extrapolation` which quantities lie beyond what was recorded. `draws` are the random shots of the bands.
+    twin without a plate. Accelerations and their peaks are of the band up to `acceleration_band_hz`, the highest mode
+    of the plate, whatever lines the spectra have. `models` says for each stage what answered, `outside` where it was
+    asked beyond its domain, `extrapolation` which quantities lie beyond what was recorded. `draws` are the random shots
+    of the bands.
     """
 
     setting: Setting
@@ -116,6 +118,7 @@ class Prediction:
     force_n: Band
     sensors: tuple[str, ...]
     sampling_rate_hz: float
+    acceleration_band_hz: float
     accelerations_m_s2: Floats
     frequency_hz: Floats
     q: float
@@ -133,7 +136,7 @@ class Prediction:
         return np.arange(draws.shape[1]) / self.sampling_rate_hz, Band.of(draws)
 
     def peak_acceleration_m_s2(self, sensor: str) -> Quantity:
-        """Of the largest acceleration either way. Raises as `index`."""
+        """Of the largest acceleration either way, in the band up to `acceleration_band_hz`. Raises as `index`."""
         return Quantity.of(np.abs(self.accelerations_m_s2[:, self.index(sensor)]).max(axis=1))
 
     def index(self, sensor: str) -> int:
@@ -159,7 +162,12 @@ class Prediction:
     def _acceleration_json(self, sensor: str) -> dict[str, Any]:
         time, band = self.acceleration(sensor)
         peak = self.peak_acceleration_m_s2(sensor).as_json()
-        return {"peak_m_s2": peak, "time_s": time.tolist(), **band.as_json()}
+        return {
+            "peak_m_s2": peak,
+            "band_hz": [0.0, self.acceleration_band_hz],
+            "time_s": time.tolist(),
+            **band.as_json(),
+        }
 
     def _srs_json(self) -> dict[str, Any] | None:
         if not self.sensors:

@@ -11,6 +11,7 @@ from pydantic import BaseModel, Field
 from ...ingest.reextraction import preview_impacts, reextract_recording
 from ...ingest.settings import ExtractionSettings
 from ...schema.listings import list_impacts_page, list_shots_page
+from ...signals.record_rest import without_rest
 from ...signals.srs.spectrum import shock_response_spectrum
 from ..common.filters import parse_where
 from ..common.nominal_velocity import with_predictions
@@ -19,6 +20,7 @@ from ..web.dependencies import Key, OpenStore
 from .curves import preview_curve
 from .impact import get_impact, impact_page
 from .overlays import spectrum_overlay
+from .record_choice import chosen_part, parse_rest
 from .signals import channel_window, list_signals
 from .spectra import target_from_upload
 
@@ -127,6 +129,12 @@ class AccelerationSeries(BaseModel):
     sampling_rate_hz: Annotated[float, Field(ge=1e-3, le=1e9)]
     frequency_hz: Annotated[list[Annotated[float, Field(ge=1e-6, le=1e9)]], Field(min_length=1, max_length=1000)]
     q: Annotated[float, Field(gt=0.5, le=1000)] = 10.0
+    rest: Annotated[str, Field(max_length=60)] = Field(
+        "", description="Zero of the record: none, or two times as 0ms:5ms. [default: the rest before the shock]"
+    )
+    hit: Annotated[str, Field(max_length=20)] = Field(
+        "", description="Number of the hit of a record that holds several, or whole."
+    )
 
 
 @router.post("/srs")
@@ -134,9 +142,12 @@ def srs(series: AccelerationSeries) -> Any:
     """The spectrum of a series, in the form of `pyroshock srs --json` without its checks."""
     record = np.asarray(series.acceleration_m_s2, dtype=np.float64)
     lines = np.asarray(series.frequency_hz, dtype=np.float64)
-    spectrum = shock_response_spectrum(record, series.sampling_rate_hz, lines, q=series.q)
-    sides = {name: getattr(spectrum, name).tolist() for name in _SIDES}
-    return finite({"unit": "m/s2", "frequency_hz": lines.tolist(), **sides})
+    taken, part = chosen_part(record, series.sampling_rate_hz, 0.0, series.hit or None, "hit")
+    choice = parse_rest(series.rest, "rest")
+    shock, removed = without_rest(record[taken], series.sampling_rate_hz, taken.start / series.sampling_rate_hz, choice)
+    spectrum = shock_response_spectrum(shock, series.sampling_rate_hz, lines, q=series.q)
+    sides = {name: getattr(spectrum, name).tolist() for name in (*_SIDES, "sampling_error")}
+    return finite({"unit": "m/s2", "frequency_hz": lines.tolist(), **sides, "part": part, "rest": vars(removed)})
 
 
 @router.get("/spectra")

@@ -8,11 +8,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from sqlalchemy import or_, select
 from sqlalchemy.orm import Session
 
 from ...array_types import Floats
+from ...ingest.channel_figures import parts_between
 from ...ingest.processing import VALVE_OPENING
 from ...ingest.stored import list_channels, read_channel
 from ...schema.conditions import CHANNEL_COLUMNS
@@ -21,6 +21,7 @@ from ...schema.impacts import ChannelFigures, Impact, Pulse, velocity_kind
 from ...schema.listings import Condition, iter_impacts
 from ...schema.provenance import Provenance
 from ...schema.recordings import QualityFinding, RecordedChannel
+from ...signals.record_rest import without_rest
 
 #: Figures of a pulse, SI with the unit in the name.
 PULSE_FIGURES = (
@@ -142,12 +143,6 @@ def _valve_opening(channel: RecordedChannel) -> dict[str, float]:
     return {"valve_opening_s": opening["time_s"], "valve_opening_u_s": opening["time_u_s"]} if opening else {}
 
 
-#: Of a hit among others in a recording: rest before its contact, and what is kept clear of the next one.
-REST_S, CLEAR_S = 1e-3, 1e-3
-#: Of a record, what is taken for rest: the tuner's share.
-_QUIET = 0.1
-
-
 @dataclass(frozen=True, eq=False)
 class ImpactRecord:
     """A channel's record of one impact, (n,), less its rest; `start_s` on the recording's clock."""
@@ -162,8 +157,9 @@ class ImpactRecord:
 def impact_records(session: Session, key: int, channel: str | None, left_out: list[str]) -> Iterator[ImpactRecord]:
     """The acceleration channels of an impact (or the one named `channel`), between its neighbours in the recording.
 
-    A recording of one impact is taken whole, else from the rest before this contact up to the next one. Its first
-    tenth, or that rest, is its zero. What there is not is added to `left_out`. `LookupError` for an unknown impact.
+    A recording of one impact is taken whole, else from the rest before this contact up to that of the next one, as an
+    ingest divides it. The rest before the shock is its zero, where there is one. What there is not is added to
+    `left_out`. `LookupError` for an unknown impact.
     """
     impact = get_impact(session, key)
     rows = [] if impact.recording_id is None else list_channels(session, impact.recording_id)
@@ -176,20 +172,16 @@ def impact_records(session: Session, key: int, channel: str | None, left_out: li
         first = max(0, math.ceil((begin_s - row.start_s) * row.sampling_rate_hz)) if begin_s > -math.inf else 0
         stop = row.samples
         if end_s < math.inf:
-            stop = min(stop, math.floor((end_s - row.start_s) * row.sampling_rate_hz) + 1)
+            stop = min(stop, math.ceil((end_s - row.start_s) * row.sampling_rate_hz))
         if stop - first < 2:
             left_out.append(f"impact {key}: {row.name} has no samples between this contact and the next")
             continue
-        yield ImpactRecord(key, row.name, *_values(session, row, first, stop, begin_s))
+        yield ImpactRecord(key, row.name, *_values(session, row, first, stop))
 
 
-def _values(
-    session: Session, row: RecordedChannel, first: int, stop: int, begin_s: float
-) -> tuple[Floats, float, float]:
+def _values(session: Session, row: RecordedChannel, first: int, stop: int) -> tuple[Floats, float, float]:
     read = read_channel(session, row, first, stop)
-    alone = begin_s == -math.inf
-    quiet = int(_QUIET * read.readings.size) if alone else round(REST_S * row.sampling_rate_hz)
-    return read.readings - np.median(read.readings[: max(1, quiet)]), row.sampling_rate_hz, read.start_s
+    return without_rest(read.readings, row.sampling_rate_hz, read.start_s)[0], row.sampling_rate_hz, read.start_s
 
 
 def _window(session: Session, impact: Impact) -> tuple[float, float]:
@@ -203,6 +195,6 @@ def _window(session: Session, impact: Impact) -> tuple[float, float]:
     starts: dict[int, float] = dict(iter(session.execute(query)))
     if len(starts) < 2 or impact.id not in starts:
         return -math.inf, math.inf
-    start_of_impact = starts[impact.id]
-    later = [start for start in starts.values() if start > start_of_impact]
-    return start_of_impact - REST_S, min(later) - CLEAR_S if later else math.inf
+    onsets = sorted(starts.values())
+    rate_hz = min(row.sampling_rate_hz for row in list_channels(session, impact.recording_id))
+    return parts_between(onsets, [onsets.index(starts[impact.id])], rate_hz)[0]

@@ -20,7 +20,8 @@ from ...schema.listings import list_pulse_keys
 from ...schema.series import SeriesError, as_floats
 from ...signals.srs.spectrum import Spectrum, shock_response_spectrum
 from ...twin.chain import default_lines
-from ...twin.srs.target import SpectrumComparison, Target, compare, within_db
+from ...twin.srs.standards import within_db
+from ...twin.srs.target import SpectrumComparison, Target, compare
 from .impact import ImpactRecord, impact_records
 
 #: Impact, contact time, period and fine force of a pulse; label and number of its level of a factor.
@@ -207,7 +208,10 @@ class SpectrumOverlay:
             {
                 "impact": overlaid.impact,
                 "channel": overlaid.channel,
+                "met": bool(self.comparison.met[i]),
                 "share_within": float(self.comparison.share_within[i]),
+                "share_above": float(self.comparison.share_above[i]),
+                "sentence": self.comparison.sentence((i,)),
                 "worst_margin_db": float(self.comparison.worst_margin_db[i]),
                 "worst_frequency_hz": float(self.comparison.worst_frequency_hz[i]),
             }

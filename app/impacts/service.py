@@ -164,14 +164,21 @@ class StoredChannel:
         axes.set(xlabel=f"time ({time_unit})", ylabel=f"{self.quantity} ({unit})")
         return axes
 
-    def srs(self, *, q: float = 10.0, frequencies: Any = None) -> pd.Series[float]:
+    def srs(
+        self,
+        *,
+        q: float = 10.0,
+        frequencies: Any = None,
+        rest: str | None = None,
+        hit: int | str | None = None,
+    ) -> pd.Series[float]:
         """The maximax shock response spectrum of an acceleration, as `pyroshock.srs` gives it."""
         from .spectra_service import srs
 
         if self.quantity != "acceleration":
             with library_errors():
                 raise ValueError(f"{self.name} is a channel of {self.quantity}; a spectrum needs an acceleration")
-        return srs(self.values, self.sampling_rate_hz, q=q, frequencies=frequencies)
+        return srs(self.to_series(), self.sampling_rate_hz, q=q, frequencies=frequencies, rest=rest, hit=hit)
 
     def __repr__(self) -> str:
         return f"<{self.name}: {self.quantity} in {self.unit}, {self._samples} samples at {self.sampling_rate_hz:g} Hz>"

@@ -4,7 +4,7 @@ target. Which channel is the acceleration, and in which unit, is never guessed."
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path, PurePath
 from typing import Any
@@ -28,11 +28,14 @@ from ...parallel.read_ahead import map_ahead
 from ...signals.channel import Channel, Sensor
 from ...signals.checks import Finding, run_checks, run_spectrum_checks
 from ...signals.checks.recording import check_recording_channels
+from ...signals.record_rest import BEFORE_SHOCK, RemovedRest, RestChoice, without_rest
 from ...signals.srs.moments import Moments, temporal_moments
-from ...signals.srs.spectrum import Spectrum, octave_grid, shock_response_spectrum
+from ...signals.srs.spectrum import RESAMPLED_WITHIN, Spectrum, octave_grid, shock_response_spectrum
 from ...signals.units import UnitError, to_si
-from ...twin.srs.target import SpectrumComparison, Target, compare, parse_tolerance
+from ...twin.srs.standards import parse_tolerance
+from ...twin.srs.target import SpectrumComparison, Target, compare
 from ...twin.srs.target_csv import target_of_csv
+from .record_choice import chosen_part
 
 #: Of a file that crashes no library and takes no processor time: a network drive that hangs.
 PATIENCE_S = 120.0
@@ -138,15 +141,16 @@ def _unit(path: Path, info: ChannelInfo, given: str | None) -> str:
     return unit_text
 
 
-#: Samples per cycle of a line of a resampled record: they hide 0.5 % of a peak at most.
-RESAMPLED_TO = 40.0
-
-
 @dataclass(frozen=True, eq=False)
 class MeasuredSpectrum:
-    """All that a recording alone tells; `comparison` where there is a target."""
+    """All that a recording alone tells; `comparison` where there is a target.
+
+    `acceleration` is the part that was taken, as recorded; `part` says which, `rest` what was taken for its zero.
+    """
 
     acceleration: Acceleration
+    part: str
+    rest: RemovedRest
     spectrum: Spectrum
     moments: Moments
     findings: tuple[Finding, ...]
@@ -159,30 +163,53 @@ def measure(
     damping_ratio: float,
     *,
     target: Target | None = None,
-    resample: bool = False,
+    resample: bool = True,
     range_m_s2: float | None = None,
+    rest: RestChoice = BEFORE_SHOCK,
+    hit: str | None = None,
 ) -> MeasuredSpectrum:
-    """Spectrum, moments, checks, comparison. Lines that are not given are the target's, else the record's own grid."""
+    """Spectrum, moments, checks, comparison. Lines that are not given are the target's, else the record's own grid.
+
+    The checks see the record as it is, spectrum and moments its part less its rest (`record_choice`).
+    """
+    values, rate, start_s = acceleration.values_m_s2, acceleration.sampling_rate_hz, acceleration.start_s
     sensor = Sensor(acceleration.channel, "acceleration", "m/s2", range=range_m_s2)
+    # Hits are those of the readings: a placeholder is none.
+    taken, part = chosen_part(Channel(sensor, values, rate, start_s).readings, rate, start_s, hit, "--hit")
+    acceleration = replace(
+        acceleration,
+        values_m_s2=values[taken],
+        start_s=start_s + taken.start / rate,
+        header=_header_of(acceleration.header, taken),
+    )
     channel = Channel(
         sensor, acceleration.values_m_s2, acceleration.sampling_rate_hz, acceleration.start_s, acceleration.header
     )
     if frequency_hz is None and target is not None:
         frequency_hz = target.lines()
+    shock, removed = without_rest(channel.readings, rate, acceleration.start_s, rest)
     spectrum = shock_response_spectrum(
-        channel.readings,
+        shock,
         channel.sampling_rate_hz,
         frequency_hz,
         damping_ratio=damping_ratio,
-        resample=RESAMPLED_TO if resample else None,
+        resample_within=RESAMPLED_WITHIN if resample else None,
     )
     return MeasuredSpectrum(
         acceleration,
+        part,
+        removed,
         spectrum,
-        temporal_moments(channel.readings, channel.sampling_rate_hz, acceleration.start_s),
+        temporal_moments(shock, rate, acceleration.start_s),
         tuple(check_recording_channels([channel], run_checks(channel, ()) + run_spectrum_checks(channel, spectrum))),
         None if target is None else compare(spectrum.maximax, spectrum.frequency_hz, target),
     )
+
+
+def _header_of(header: dict[str, Any], part: slice) -> dict[str, Any]:
+    """What a file says of part of a record: its gaps are counted from the part's first sample."""
+    gaps = [[at - part.start, lost] for at, lost in header.get("time_gaps", []) if part.start < at < part.stop]
+    return {**header, "time_gaps": gaps} if "time_gaps" in header else header
 
 
 def parse_lines(text: str, name: str) -> NDArray[np.float64]:

@@ -35,6 +35,9 @@ def as_json(measured: MeasuredSpectrum) -> Any:
         "q": spectrum.q,
         "damping_ratio": spectrum.damping_ratio,
         "sampling_error": spectrum.sampling_error.tolist(),
+        "part": measured.part,
+        "rest": {"removed_m_s2": measured.rest.level_m_s2, "sentence": measured.rest.sentence},
+        "resampled": int(spectrum.resampled),
         "moments": asdict(measured.moments),
         "target": None if measured.comparison is None else _comparison_json(measured.comparison),
     }
@@ -48,6 +51,9 @@ def summary(measured: MeasuredSpectrum) -> dict[str, Any]:
         "channel": acceleration.channel,
         "sampling_rate_hz": acceleration.sampling_rate_hz,
         "samples": int(acceleration.values_m_s2.size),
+        "part": measured.part,
+        "rest": measured.rest.sentence,
+        "resampled": _resampled(measured),
         "q": measured.spectrum.q,
         **asdict(measured.moments),
     }
@@ -55,11 +61,21 @@ def summary(measured: MeasuredSpectrum) -> dict[str, Any]:
         return columns
     lines = held.frequency_hz.size
     return columns | {
-        "target": "met" if held.within else "missed",
+        "target": "met" if held.met else "missed",
+        "rule": held.sentence().partition(": ")[2],
         "lines_within": f"{round(float(held.share_within) * lines)} of {lines}",
         "worst_margin_db": float(held.worst_margin_db),
         "worst_frequency_hz": float(held.worst_frequency_hz),
     }
+
+
+def _resampled(measured: MeasuredSpectrum) -> str:
+    """By how much, and what sampling may still have changed."""
+    spectrum = measured.spectrum
+    factor = int(spectrum.resampled)
+    largest = float(spectrum.sampling_error.max())
+    error = f"lines are off by {largest:.1%} at most" if np.isfinite(largest) else "some lines have no bound"
+    return f"{f'{factor}-fold' if factor > 1 else 'no'}; by sampling, {error}"
 
 
 def rows_of(measured: MeasuredSpectrum) -> list[dict[str, Any]]:
@@ -104,6 +120,19 @@ def _finding_json(finding: Finding) -> dict[str, Any]:
 
 def _comparison_json(comparison: SpectrumComparison) -> dict[str, Any]:
     return {
+        "met": bool(comparison.met),
+        "sentence": comparison.sentence(),
+        "rule": {"name": comparison.target.rule.name, "clause": comparison.target.rule.clause},
+        "rules": [
+            {
+                "rule": kept.name,
+                "lines": int(kept.lines),
+                "of": kept.of,
+                "required": kept.required,
+                "met": bool(kept.met),
+            }
+            for kept in comparison.rules
+        ],
         "within": bool(comparison.within),
         "share_within": float(comparison.share_within),
         "share_above": float(comparison.share_above),

@@ -109,7 +109,7 @@ def settings_from(given: dict[str, Any]) -> ExtractionSettings:
     metavar="RULE",
     help=(
         "Allow rows to break this rule of what a bench can have. The message that refuses a "
-        "row names its rule. The option can be repeated."
+        "row, or the unit of a campaign, names its rule. The option can be repeated."
     ),
 )
 @click.option(

@@ -240,6 +240,8 @@ def _figures(prediction: Prediction) -> Row:
     for name, quantity in quantities.items():
         row |= {f"predicted_{name}": quantity.mean}
         row |= {f"predicted_{name}_{end}": value for end, value in zip(("low", "high"), quantity.ci90, strict=True)}
+    if prediction.sensors:
+        row |= {"predicted_peak_band_hz": prediction.acceleration_band_hz}
     row |= {f"{stage}_by": answered for stage, answered in prediction.models.items()}
     return row | {
         "rests_on_shots": prediction.rests_on.shots,

@@ -232,11 +232,12 @@ class ShotPrediction:
 
     @property
     def peak_acceleration(self) -> dict[str, PredictedNumber]:
-        """The largest acceleration either way, m/s2, by sensor."""
+        """The largest acceleration either way, m/s2, by sensor; its name says the band, that of the plate's modes."""
+        from .tables import band_words
+
+        band, predicted = band_words(self.prediction), self.prediction.peak_acceleration_m_s2
         return {
-            sensor: PredictedNumber.of(
-                f"peak acceleration, {sensor}", self.prediction.peak_acceleration_m_s2(sensor), "m/s2"
-            )
+            sensor: PredictedNumber.of(f"peak acceleration, {sensor}, {band}", predicted(sensor), "m/s2")
             for sensor in self.prediction.sensors
         }
 

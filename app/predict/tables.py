@@ -27,7 +27,17 @@ def quantity_rows(prediction: Prediction) -> Iterator[dict[str, Any]]:
         shown = display_of(field)
         yield _row(shown.label, shown, getattr(prediction, field)) | ({"warning": warning} if warning else {})
     for sensor in prediction.sensors:
-        yield _row(f"peak {sensor}", display_of(_ACCELERATION), prediction.peak_acceleration_m_s2(sensor))
+        yield _row(
+            f"peak {sensor}, {band_words(prediction)}",
+            display_of(_ACCELERATION),
+            prediction.peak_acceleration_m_s2(sensor),
+        )
+
+
+def band_words(prediction: Prediction) -> str:
+    """`0 to 19.9 kHz`: what the peak of an acceleration is of."""
+    shown = display_of("sampling_rate_hz")
+    return f"0 to {shown.scale * prediction.acceleration_band_hz:.3g} {shown.unit}"
 
 
 def _row(what: str, shown: Display, quantity: Quantity) -> dict[str, Any]:

@@ -52,9 +52,13 @@ class SensorTwin:
 
 
 def goal_of(target: Target, lines_hz: Floats, share: float) -> Goal:
-    """A target at the lines of the twin. Raises `ValueError` for a line outside of the target's range."""
+    """A target at the lines of the twin, with its whole rule; a smaller `share` than the rule's goes before it.
+
+    Raises `ValueError` for a line outside of the target's range.
+    """
     at = target.at(lines_hz)
-    return Goal(lines_hz, 20 * np.log10(at.level_m_s2), at.upper_db, at.lower_db, share)
+    least = min(share, at.rule.share_within)
+    return Goal(lines_hz, 20 * np.log10(at.level_m_s2), at.upper_db, at.lower_db, least, at.rule)
 
 
 def tuning_space(
@@ -182,6 +186,7 @@ def proposal_json(proposal: Proposal, rank: int) -> dict[str, Any]:
     return {
         "rank": rank,
         "settings": setting_json(proposal.setting),
+        "probability_met": proposal.probability_met,
         "probability_within": proposal.probability_within,
         "probability_95_percent_within": proposal.probability_95,
         "share_within": proposal.share_within,

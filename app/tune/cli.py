@@ -249,6 +249,7 @@ def _row(row: dict[str, Any]) -> dict[str, Any]:
     return {
         "rank": row["rank"],
         **_words(row["settings"]),
+        "target met": percent(row["probability_met"]),
         "every line fits": percent(row["probability_within"]),
         "95 % of lines fit": percent(row["probability_95_percent_within"]),
         "lines that fit": percent(row["share_within"]),

@@ -18,7 +18,8 @@ from ...schema.campaigns import Campaign
 from ...schema.listings import get_campaign_id
 from ...schema.session import Store
 from ...twin.contact.laws import LAWS
-from ...twin.srs.target import Target, parse_tolerance
+from ...twin.srs.standards import parse_tolerance
+from ...twin.srs.target import Target
 from ..common.model_registry import models_extra
 from ..common.number_format import format_number, percent
 from ..common.quantities import display_of

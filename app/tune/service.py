@@ -133,7 +133,8 @@ def target_of(given: TargetLike, tolerance: str | float | None = None) -> Target
     Without a tolerance of its own or a given one, NASA-STD-7003's is taken. Raises `ValueError` as
     `target_csv.read_target` and `Target`.
     """
-    from ...twin.srs.target import Target, parse_tolerance, within_db
+    from ...twin.srs.standards import parse_tolerance, within_db
+    from ...twin.srs.target import Target
     from ...twin.srs.target_csv import read_target, target_of_csv
 
     if isinstance(tolerance, str):

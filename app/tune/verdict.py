@@ -85,6 +85,9 @@ def verdict_text(data: Mapping[str, Any]) -> str:
             f"With {setting_words(best['settings'])}, every line of the spectrum lies within tolerance with a "
             f"probability of {_likely(best['probability_within'])}."
         )
+    met = best.get("probability_met", best["probability_within"])
+    if round(met, 2) != round(best["probability_within"], 2):
+        text = f"{text} The whole rule of the target is met with a probability of {_likely(met)}."
     worst = best["worst_frequency_hz"]
     if worst is None or best["worst_margin_db"] is None:
         return text

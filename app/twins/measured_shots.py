@@ -41,8 +41,6 @@ _QUIET = 0.1
 _CLIPPED = 0.99
 #: A peak below so many standard deviations of what the sensor shows before the shock is no shock.
 _SILENT = 10.0
-#: Every line gets so many samples a cycle, which a twin has at its highest line, whatever the recorder's rate.
-_SAMPLES_A_CYCLE = 10.0
 #: Relative standard uncertainty of a velocity that was stored without any.
 _UNSTATED_U = 0.01
 #: The tip of a shot of which nothing but the velocity was measured: the velocity does not depend on it.
@@ -381,6 +379,7 @@ class _Records:
 
     def _shock(self, row: RecordedChannel, hit: _Hit) -> Floats:
         """Largest acceleration and spectrum (1 + lines,). `ValueError` for a record that shows no whole shock."""
+        from ...signals.record_rest import without_rest
         from ...signals.srs.spectrum import shock_response_spectrum
 
         first, stop, quiet = self._window(row, hit)
@@ -391,13 +390,13 @@ class _Records:
         if full_scale is not None and np.abs(record).max() >= _CLIPPED * full_scale:
             raise ValueError(f"{row.name} reached its full scale")
         rest = record[:quiet]
-        shock = record - np.median(rest)
+        shock, removed = without_rest(record, row.sampling_rate_hz)
+        if not removed.level_m_s2:  # the contact says what came before the shock where the record is too short to
+            shock = record - np.median(rest)
         peak = float(np.abs(shock).max())
         if not peak >= _SILENT * float(rest.std()) or not peak > 0:
             raise ValueError(f"{row.name} shows no shock")
-        spectrum = shock_response_spectrum(
-            shock, row.sampling_rate_hz, self.frequency_hz, q=self.q, resample=_SAMPLES_A_CYCLE, threads=1
-        )
+        spectrum = shock_response_spectrum(shock, row.sampling_rate_hz, self.frequency_hz, q=self.q, threads=1)
         return np.concatenate(([peak], spectrum.maximax))
 
     def _window(self, row: RecordedChannel, hit: _Hit) -> tuple[int, int, int]:

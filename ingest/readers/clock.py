@@ -119,6 +119,8 @@ def _agreeing(path: Path, stated: Clock | None, clock: Clock) -> Clock:
 
 
 def _numbers(path: Path, array: Array) -> NDArray[np.float64]:
+    if array.obstacle is not None:
+        raise RecordingError(f"{path.name}: {array.name!r} {array.obstacle}")
     if array.dtype.kind not in "iuf" or array.samples == 0 or sum(length != 1 for length in array.shape) > 1:
         raise RecordingError(
             f"{path.name}: {array.name!r} is {array.dtype} of shape {array.shape}; expected numbers in a row or column"

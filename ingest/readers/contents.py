@@ -13,7 +13,7 @@ import os
 import re
 import signal
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
@@ -27,6 +27,7 @@ from ...array_types import Floats
 from ...parallel.read_ahead import Isolation
 from ...signals.units import SI_UNITS, UnitError, to_si
 from .base import RecordingError
+from .field_rules import FieldRule
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -79,6 +80,7 @@ class Array:
     start_s: float = 0.0
     times_s: Floats | None = None  # of its samples, where the file gives the array its own: rate and start follow
     header: dict[str, Any] = field(default_factory=dict)
+    fields: Mapping[str, Any] = field(default_factory=dict)  # what is stated of it: held against `Contents.rules`
     nameless: bool = False  # `name` is ours: the file has none
     rises_as_time: bool = False  # time by its unit, whatever its name
     obstacle: str | None = None  # why no channel can be made of it, as `unread_field` says it; others can be read
@@ -98,11 +100,17 @@ class Array:
 
 @dataclass(frozen=True)
 class Contents:
-    """All arrays of a file, the sampling rate it states once (any type, unchecked), and its other statements."""
+    """All arrays of a file, the sampling rate it states once (any type, unchecked), and its other statements.
+
+    `statements` are texts and attributes by group ("" is the root). With `rules` they, scalars and the fields of each
+    array are held against these; without, the reader has done so.
+    """
 
     arrays: list[Array]
     rate_hz: Any = None
     header: dict[str, Any] = field(default_factory=dict)
+    statements: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    rules: Sequence[FieldRule] | None = None
 
 
 def in_memory(name: str, values: NDArray[Any], **details: Any) -> Array:

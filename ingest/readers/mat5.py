@@ -135,13 +135,18 @@ _DEEPEST, _MOST_FIELDS = 8, 4096
 _INT32 = 5
 
 
-def struct_arrays(path: Path) -> dict[str, list[Array]]:
-    """By variable, the fields of every structure of one element, at any depth, as arrays of the group `variable/...`.
+Texts = dict[str, dict[str, str]]
 
-    Text is left out; a field that holds something else than real numbers cannot be a channel. Raises `RecordingError`
-    where a nested count is false.
+
+def struct_arrays(path: Path) -> tuple[dict[str, list[Array]], Texts]:
+    """By variable, the fields of every structure of one element, at any depth, as arrays of the group `variable/...`;
+    and its texts by group and name.
+
+    A field that holds something else than real numbers cannot be a channel. Raises `RecordingError` where a nested
+    count is false.
     """
     order, size, arrays_by_name = byte_order(path), path.stat().st_size, dict[str, list[Array]]()
+    texts: Texts = {}
     with path.open("rb") as file:
         for kind, start, count in elements(path, file, order, size):
             file.seek(start - 8 if kind == MATRIX else start)
@@ -162,12 +167,12 @@ def struct_arrays(path: Path) -> dict[str, list[Array]]:
             if len(body) < declared + 8:
                 raise _damaged(path)
             try:
-                name, arrays = _structure(path, body[8 : 8 + declared], order, "", 0)
+                name, arrays = _structure(path, body[8 : 8 + declared], order, "", 0, texts)
             except struct.error:
                 raise _damaged(path) from None
             if arrays:
                 arrays_by_name[name] = arrays
-    return arrays_by_name
+    return arrays_by_name, texts
 
 
 def _damaged(path: Path) -> RecordingError:
@@ -195,7 +200,7 @@ def _head(path: Path, body: bytes, order: str) -> tuple[int, tuple[int, ...], st
     return struct.unpack(f"{order}I", flags[:4])[0], shape, name.decode("latin1"), position
 
 
-def _structure(path: Path, body: bytes, order: str, group: str, depth: int) -> tuple[str, list[Array]]:
+def _structure(path: Path, body: bytes, order: str, group: str, depth: int, texts: Texts) -> tuple[str, list[Array]]:
     """Name and arrays of one structure; none of a row of structures, whose fields would be many of one name."""
     _, shape, name, position = _head(path, body, order)
     if math.prod(shape) != 1 or depth >= _DEEPEST:
@@ -212,18 +217,21 @@ def _structure(path: Path, body: bytes, order: str, group: str, depth: int) -> t
         kind, field, position = _part(path, body, position, order)
         if kind != MATRIX:
             raise _damaged(path)
-        arrays += _field(path, field, order, group, label, depth)
+        arrays += _field(path, field, order, group, label, depth, texts)
     return name, arrays
 
 
-def _field(path: Path, field: bytes, order: str, group: str, label: str, depth: int) -> list[Array]:
+def _field(path: Path, field: bytes, order: str, group: str, label: str, depth: int, texts: Texts) -> list[Array]:
     if not field:
         return [in_memory(label, np.empty(0), group=group)]
     flags, shape, _, position = _head(path, field, order)
     kind = flags & 0xFF
     if kind == _STRUCT_CLASS:
-        return _structure(path, field, order, f"{group}/{label}", depth + 1)[1]
+        return _structure(path, field, order, f"{group}/{label}", depth + 1, texts)[1]
     if kind == _CHAR_CLASS:
+        text = _text(path, field, position, order)
+        if text is not None:
+            texts.setdefault(group, {})[label] = text
         return []
     if kind not in _CLASSES or flags & (_COMPLEX | _LOGICAL):
         return [in_memory(label, np.empty(0, dtype=complex if flags & _COMPLEX else object), group=group)]
@@ -233,3 +241,18 @@ def _field(path: Path, field: bytes, order: str, group: str, label: str, depth: 
         raise _damaged(path)
     values: Any = np.frombuffer(content, dtype).astype(_CLASSES[kind])
     return [in_memory(label, values.reshape(shape, order="F"), group=group)]
+
+
+_LONGEST_TEXT_BYTES = 8192
+_ENCODINGS = {1: "latin1", 2: "latin1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
+
+
+def _text(path: Path, field: bytes, position: int, order: str) -> str | None:
+    """A char array as one line; None for a long one, or of signs of an unknown type."""
+    stored, content, _ = _part(path, field, position, order)
+    encoding = _ENCODINGS.get(stored)
+    if encoding is None or len(content) > _LONGEST_TEXT_BYTES:
+        return None
+    if encoding.startswith("utf-") and encoding != "utf-8":
+        encoding += "-le" if order == "<" else "-be"
+    return content.decode(encoding, "replace").strip()

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from .base import ReadingOptions, RecordingError
 from .contents import Array, Contents
+from .field_rules import used
 from .recording import ArrayReader
+from .stamps import as_time
 
 _LONGEST_HEADER = 1 << 16
 
@@ -22,6 +24,11 @@ class NpyReader(ArrayReader):
 
     format = "npy"
     suffixes = (".npy",)
+    fields = (
+        used("descr", "the type of the numbers"),
+        used("fortran_order", "the order of rows and columns"),
+        used("shape", "rows and columns; names, units and rate are the laboratory's"),
+    )
 
     def contents(self, path: Path, open_files: ExitStack, _: ReadingOptions) -> Contents:
         from numpy.lib import format as npy
@@ -43,7 +50,7 @@ class NpyReader(ArrayReader):
             stream.seek(offset + first * dtype.itemsize)
             return np.frombuffer(stream.read((last - first) * dtype.itemsize), dtype)
 
-        return Contents(_arrays(shape, fortran_order, dtype, rows))
+        return Contents([as_time(array) for array in _arrays(shape, fortran_order, dtype, rows)])
 
 
 def _arrays(shape: tuple[int, ...], fortran_order: bool, dtype: np.dtype[Any], rows: Any) -> list[Array]:

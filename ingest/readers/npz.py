@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from .base import ReadingOptions, RecordingError, refuse_bomb
 from .contents import Array, Contents, in_memory, lazy_array, to_python
 from .recording import ArrayReader
+from .stamps import as_time
+from .statements import STATEMENT_RULES
 
 if TYPE_CHECKING:
     from zipfile import ZipFile, ZipInfo
@@ -26,6 +28,7 @@ class NpzReader(ArrayReader):
 
     format = "npz"
     suffixes = (".npz",)
+    fields = STATEMENT_RULES
 
     def contents(self, path: Path, open_files: ExitStack, _: ReadingOptions) -> Contents:
         from zipfile import ZipFile
@@ -34,7 +37,8 @@ class NpzReader(ArrayReader):
         members = [m for m in archive.infolist() if m.filename.endswith(".npy")]
         arrays = [_array(path, archive, member) for member in members]
         texts = {a.name: to_python(a.take(0, a.samples)) for a in arrays if _is_text(a)}
-        return Contents([a for a in arrays if a.name not in texts], header=texts)
+        arrays = [as_time(a) for a in arrays if a.name not in texts]
+        return Contents(arrays, header=texts, statements={"": texts}, rules=self.fields)
 
 
 def _array(path: Path, archive: ZipFile, member: ZipInfo) -> Array:

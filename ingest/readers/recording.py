@@ -22,6 +22,7 @@ from .clock import Clock, clock_above, clock_of_times, clocks_agree, clocks_of, 
 from .contents import Array, Contents, in_memory, name_and_unit, refuse_nothing, to_python, translate_errors
 from .even_time import UnevenTimeError
 from .resampling import resampled
+from .statements import obstacle_of, with_statements
 from .unnamed_time import find_time_like, refuse_unnamed_time, with_times_by_unit
 
 #: A matrix with more channels than this is no recording of a bench.
@@ -131,6 +132,8 @@ class ArraysRecording(OpenRecording):
             reason = _why_not(array, clock, beside)
             if clock is None:
                 reason = f"{reason}{_hint(contents)}"
+            if reason is None and contents.rules is not None:
+                reason = obstacle_of(contents.rules, array, clock, options)
             if reason is not None or clock is None:
                 self._refused[name] = reason or "has no sampling rate"
                 continue
@@ -196,6 +199,8 @@ class ArrayReader(Reader):
         with translate_errors(path), ExitStack() as open_files:
             refuse_nothing(path)
             contents = self.contents(path, open_files, options)
+            if contents.rules is not None:
+                contents = with_statements(path, contents, options)
             contents = replace(contents, arrays=with_columns(path, contents.arrays, options.columns))
             recording = ArraysRecording(path, contents, options)
             recording.hold(open_files.pop_all())

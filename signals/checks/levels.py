@@ -231,10 +231,10 @@ def rest_before(x: NDArray[np.float64], span: ShockSpan) -> NDArray[np.float64]:
     Where a record begins inside of that foot, the first half climbs as well.
     """
     quiet = x[: span.first // 2]
-    return quiet[:0] if quiet.size < MIN_REST_SAMPLES or _climbs(quiet) else quiet
+    return quiet[:0] if quiet.size < MIN_REST_SAMPLES or climbs(quiet) else quiet
 
 
-def _climbs(x: NDArray[np.float64]) -> bool:
+def climbs(x: NDArray[np.float64]) -> bool:
     """Whether a line through the block means of `x` (n,), n >= 10, has a slope that is no chance."""
     means = block_means(x)
     at = np.arange(BLOCKS) - (BLOCKS - 1) / 2

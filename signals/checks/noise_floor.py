@@ -54,4 +54,6 @@ def _noise_spectrum(quiet: NDArray[np.float64], channel: Channel, spectrum: Spec
 
     noise = quiet - quiet.mean()
     rate_hz, damping = channel.sampling_rate_hz, spectrum.damping_ratio
-    return shock_response_spectrum(noise, rate_hz, spectrum.frequency_hz, damping_ratio=damping).maximax
+    return shock_response_spectrum(
+        noise, rate_hz, spectrum.frequency_hz, damping_ratio=damping, resample_within=None
+    ).maximax

@@ -2,8 +2,6 @@
 
 What a spectrum is asked of, refused where it makes no sense.
 
-A record at a multiple of its sampling rate, limited to the band that it has.
-
 A shock response spectrum.
 
 Lines of a spectrum: so many to an octave (ISO 18431-4: 6 for 5 % damping).
@@ -14,8 +12,9 @@ The response of one oscillator over time, for a plot: a spectrum keeps no series
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +22,8 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from . import coefficients
 from .coefficients import steps
+from .resampling import upsampled
+from .sampling_bound import RecordContent, SamplingBound
 
 PER_OCTAVE = 6
 #: Ten samples a cycle: what a record shows of a line above is off by more than 8 %.
@@ -116,8 +117,7 @@ class Spectrum:
 
     `positive` and `negative` are the largest responses either way over all time, `primary` the larger of both while the
     record lasts, `residual` after it; `maximax` is the largest of all. `pseudo_velocity_m_s` is the maximax of the
-    relative displacement times omega. `sampling_error` (f,): how much of a peak may be missed between samples,
-    relative, at most.
+    relative displacement times omega. `resampled` (...) is the factor by which each record was resampled.
     """
 
     frequency_hz: Floats
@@ -128,49 +128,47 @@ class Spectrum:
     primary: Floats
     residual: Floats
     pseudo_velocity_m_s: Floats
-    sampling_error: Floats
+    resampled: NDArray[np.int64]
+    sampling: Callable[[], SamplingBound] = field(repr=False)
 
     @property
     def q(self) -> float:
         return 1 / (2 * self.damping_ratio)
 
+    @property
+    def sampling_error(self) -> Floats:
+        """The share of the maximax by which sampling may have changed it, at most, (..., f): infinite where the record
+        bounds nothing. `sampling_bound.py` says what it assumes."""
+        return self._bound.total
 
-#: Zeros that keep the end of a record from ringing into its beginning: the transform takes a record for a circle.
-_GUARD = 64
-#: Leaves 8e-6 of an error; more only costs memory.
-MOST_SAMPLES_PER_CYCLE = 1000.0
+    @property
+    def hidden_error(self) -> Floats:
+        """The part of `sampling_error` of straight lines and of peaks between samples, (..., f)."""
+        return self._bound.hidden
+
+    @property
+    def unseen_error(self) -> Floats:
+        """The part of `sampling_error` of content above half the sampling rate, (..., f)."""
+        return self._bound.unseen
+
+    @property
+    def high_share(self) -> Floats:
+        """Of what passes and lies close to half the sampling rate, the largest over the record's largest, (...)."""
+        return self._bound.high_share
+
+    @cached_property
+    def _bound(self) -> SamplingBound:
+        # A transform of the record costs as much as many a spectrum, and most callers never ask.
+        return self.sampling()
 
 
-def upsampled(acceleration: Floats, factor: int) -> Floats:
-    """(k, n) to (k, (n - 1) factor + 1), each old sample kept: zeros put between the samples and the images removed.
-
-    Exact for a record without content above half the sampling rate that begins and ends at rest; a jump rings.
-    """
-    if factor == 1:
-        return acceleration
-    from scipy.fft import irfft, next_fast_len, rfft
-
-    n = acceleration.shape[-1]
-    length = next_fast_len(n + _GUARD, real=True)
-    length += length % 2
-    spectrum = rfft(acceleration, length)
-    spectrum[..., -1] *= 0.5  # the line at half the sampling rate stands for two of the finer record's
-    return np.asarray(factor * irfft(spectrum, factor * length)[..., : (n - 1) * factor + 1])
-
-
-def factors(frequency_hz: Floats, sampling_rate_hz: float, samples_per_cycle: float | None) -> NDArray[np.int64]:
-    """The least power of two for each line (f,) that gives it `samples_per_cycle`; 1 for None.
-
-    Raises `ValueError` for a number that is not finite and positive.
-    """
-    if samples_per_cycle is None:
-        return np.ones(frequency_hz.size, dtype=np.int64)
-    if not 0 < samples_per_cycle <= MOST_SAMPLES_PER_CYCLE:
-        raise ValueError(
-            f"resample = {samples_per_cycle!r}: expected samples per cycle, above 0, up to {MOST_SAMPLES_PER_CYCLE:g}"
-        )
-    wanted = np.maximum(samples_per_cycle * frequency_hz / sampling_rate_hz, 1.0)
-    return np.asarray(2 ** np.ceil(np.log2(wanted) - 1e-12).astype(np.int64))
+#: What straight lines between samples and peaks beside them may hide of a line, 0.09 dB: a tenth of what calibrated
+#: accelerometers are uncertain by.
+RESAMPLED_WITHIN = 0.01
+#: Content at half the sampling rate has 32 samples to a cycle then, which hide 0.8 % of a peak.
+MOST_RESAMPLED = 16
+#: Samples that are resampled at a time.
+_SAMPLES_AT_ONCE = 1 << 22
 
 
 def shock_response_spectrum(
@@ -180,7 +178,7 @@ def shock_response_spectrum(
     *,
     q: float | None = None,
     damping_ratio: float | None = None,
-    resample: float | None = None,
+    resample_within: float | None = RESAMPLED_WITHIN,
     threads: int | None = None,
 ) -> Spectrum:
     """Of each record in `acceleration` (..., n), m/s2, at `frequency_hz` (f,), by default `grid_of_record`'s.
@@ -189,9 +187,10 @@ def shock_response_spectrum(
     lines from sample to sample, in one more step to 0 after the last, and rests. Peaks while the record lasts are those
     at samples; the peaks of the free decay after it are exact.
 
-    `resample`: how many samples a cycle every line gets at least, by band-limited interpolation of the record: 30 leave
-    an error of 1 %, 300 of 0.01 %. None takes the record as it is. `sampling_error` tells what remains either way.
-    `threads`: at most so many, None for one to a processor.
+    `resample_within`: straight lines and peaks between samples may hide this share of a line at most. Where the content
+    of a record makes it more, the record is resampled band-limited, once for all lines, by the least power of two that
+    reaches it, at most by `MOST_RESAMPLED`. None takes every record as it is. `Spectrum.sampling_error` tells what
+    remains either way. `threads`: at most so many, None for one to a processor.
 
     Raises `ValueError` for a record that is empty, constant or not all numbers, and for lines from half the sampling
     rate upwards.
@@ -199,27 +198,89 @@ def shock_response_spectrum(
     records, rate = checked_records(acceleration), checked_rate(sampling_rate_hz)
     zeta = checked_damping(q, damping_ratio)
     lines = checked_lines(grid_of_record(records.shape[-1], rate) if frequency_hz is None else frequency_hz, rate)
-    factor = factors(lines, rate, resample)
     flat = records.reshape(-1, records.shape[-1])
-    responses = np.empty((6, len(flat), lines.size))
-    for times in np.unique(factor):  # an octave of lines each, so that only the highest pay for the highest rate
-        block = factor == times
-        theta = 2 * np.pi * lines[block] / (rate * times)
-        responses[..., block] = _largest(upsampled(flat, int(times)), theta, zeta, threads)
+    responses = _largest(flat, 2 * np.pi * lines / rate, zeta, threads)
+    factors = np.ones(len(flat), dtype=np.int64)
+    if resample_within is not None:
+        _resample(flat, rate, lines, zeta, _checked_share(resample_within), threads, responses, factors)
+    maximax = _maximax(responses)
+
+    def sampling() -> SamplingBound:
+        bounds = [
+            RecordContent.of(flat[i : i + 1], rate).bound(lines, zeta, int(factors[i]), maximax[i : i + 1])
+            for i in range(len(flat))
+        ]
+        shape = records.shape[:-1]
+        total, hidden, unseen = (
+            np.concatenate([getattr(bound, name) for bound in bounds]).reshape(*shape, -1)
+            for name in ("total", "hidden", "unseen")
+        )
+        return SamplingBound(
+            total, hidden, unseen, np.concatenate([bound.high_share for bound in bounds]).reshape(shape)
+        )
+
     peaks = _Peaks(*responses.reshape(6, *records.shape[:-1], lines.size))
-    return peaks.spectrum(lines, zeta, sampling_error(lines, np.asarray(rate * factor, dtype=np.float64)))
+    return peaks.spectrum(lines, zeta, factors.reshape(records.shape[:-1]), sampling)
 
 
-def sampling_error(frequency_hz: Floats, sampling_rate_hz: float | Floats) -> Floats:
-    """The share of a peak, at most, that a line of a sampled record may lose: 1 - cos(x) (sin(x) / x)^2, x = pi f / fs.
+def _checked_share(resample_within: float) -> float:
+    if not 0 < resample_within < 1:
+        raise ValueError(f"resample_within = {resample_within!r}: expected a share above 0 and below 1, or None")
+    return resample_within
 
-    cos(x): between samples a ringing at f goes on by x at most until its peak. (sin(x) / x)^2: what is left of content
-    at f where straight lines join the samples. The documentation of `pyyeti.srs` adds up the same two losses. It holds
-    for responses that ring at their own line and for records without content from half the sampling rate upwards, as
-    an analogue filter makes them; what was folded into a record when it was taken no one can tell from it.
+
+def _maximax(responses: Floats) -> Floats:
+    """(k, f) of the fields of `_Peaks`."""
+    return np.asarray(np.maximum(np.maximum(responses[0], responses[1]), np.maximum(responses[3], responses[4])))
+
+
+def _resample(
+    records: Floats,
+    rate: float,
+    lines: Floats,
+    zeta: float,
+    share: float,
+    threads: int | None,
+    responses: Floats,
+    factors: NDArray[np.int64],
+) -> None:
+    """Puts the responses (6, k, f) of resampled records, and their factors (k,), where the records need it."""
+    at_once = max(1, _SAMPLES_AT_ONCE // (MOST_RESAMPLED * records.shape[-1]))
+    doubtful = np.flatnonzero(~_fine_enough(records, rate, lines, zeta, share, _maximax(responses)))
+    for first in range(0, doubtful.size, at_once):
+        rows = doubtful[first : first + at_once]
+        maximax = _maximax(responses[:, rows])
+        content = RecordContent.of(records[rows], rate)
+        factor = 1
+        while rows.size:
+            fine = np.all(content.hidden(lines, zeta, factor, maximax) <= share * maximax, axis=-1)
+            settled = fine if factor < MOST_RESAMPLED else np.ones_like(fine)
+            if factor > 1 and settled.any():
+                theta = 2 * np.pi * lines / (rate * factor)
+                responses[:, rows[settled]] = _largest(upsampled(records[rows[settled]], factor), theta, zeta, threads)
+                factors[rows[settled]] = factor
+            rows, maximax, content = rows[~settled], maximax[~settled], content.take(np.flatnonzero(~settled))
+            factor *= 2
+
+
+def _fine_enough(
+    records: Floats, rate: float, lines: Floats, zeta: float, share: float, maximax: Floats
+) -> NDArray[np.bool_]:
+    """Records (k,) whose second differences already say that they need no resampling: a quick look without a transform.
+
+    Straight lines are off by a quarter of the second difference at most where a cycle has four samples or more; the
+    integral of the oscillator's response to an impulse carries that to its response.
     """
-    x = np.pi * frequency_hz / sampling_rate_hz
-    return np.asarray(1 - np.cos(x) * np.sinc(x / np.pi) ** 2)
+    largest = np.abs(records).max(axis=-1)[:, None]
+    omega = 2 * np.pi * lines
+    curvature = omega**2 * (largest + maximax)
+    if records.shape[-1] < 3 or np.all(curvature.max(axis=-1) / (8 * rate**2) > share * maximax.max(axis=-1)):
+        return np.zeros(len(records), dtype=np.bool_)
+    first = np.diff(records, prepend=0.0, append=0.0)
+    slope, second = (np.abs(x).max(axis=-1)[:, None] for x in (rate * first, np.diff(first)))
+    gain = (1 + 2 * zeta) / math.tanh(math.pi * zeta / (2 * math.sqrt(1 - zeta**2)))
+    hidden = gain * second / 4 + (curvature + 2 * zeta * omega * slope) / (8 * rate**2)
+    return np.asarray(np.all(hidden <= share * maximax, axis=-1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,7 +294,9 @@ class _Peaks:
     down_after: Floats
     p_after: Floats
 
-    def spectrum(self, lines: Floats, zeta: float, error: Floats) -> Spectrum:
+    def spectrum(
+        self, lines: Floats, zeta: float, resampled: NDArray[np.int64], sampling: Callable[[], SamplingBound]
+    ) -> Spectrum:
         primary, residual = np.maximum(self.up, self.down), np.maximum(self.up_after, self.down_after)
         return Spectrum(
             frequency_hz=lines,
@@ -244,7 +307,8 @@ class _Peaks:
             primary=primary,
             residual=residual,
             pseudo_velocity_m_s=np.maximum(self.p, self.p_after) / (2 * np.pi * lines),
-            sampling_error=error,
+            resampled=resampled,
+            sampling=sampling,
         )
 
 

@@ -20,7 +20,8 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "map_tasks",
     ),
     "signals": (
-        "units", "channel", "checks.base", "checks", "shock_figures", "srs.spectrum", "srs.moments",
+        "units", "channel", "checks.base", "checks", "record_rest", "record_hits", "shock_figures", "srs.spectrum",
+        "srs.moments",
     ),
     "ingest": (
         "load", "report", "errors", "folder", "runs", "settings", "readers", "readers.base", "segmentation",
@@ -49,7 +50,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "contact.bodies", "contact.pulse", "contact.laws", "contact.hertz", "contact.impact",
         "contact.impacts", "contact.stage", "contact.restitution_laws", "contact.measured_restitution",
         "plate.build", "plate.outline", "plate.modes", "plate.modal", "plate.table", "plate.response",
-        "sensors.chain", "sensors.effect", "srs.target", "srs.target_csv", "tune.space", "tune.goal",
+        "sensors.chain", "sensors.effect", "srs.standards", "srs.target", "srs.target_csv", "tune.space", "tune.goal",
         "tune.tuner", "tune.probability", "tune.search",
     ),
     "diagnosis": (

@@ -61,6 +61,12 @@ class PlateStage:
         return next((plate.sensors for plate in self.plates.values()), ())
 
     @property
+    def band_hz(self) -> float:
+        """Up to here accelerations have content: the highest mode of all plates; 0 without a plate."""
+        highest = (float(plate.frequency_hz.max(initial=0.0)) for plate in self.plates.values())
+        return max(highest, default=0.0)
+
+    @property
     def members(self) -> int:
         """How many plates are drawn from."""
         return self.spread.members

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Self
@@ -12,50 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
-
-
-@dataclass(frozen=True)
-class Tolerance:
-    """Bands: from `from_hz` on (the first is 0), a line may lie `upper_db` above and `lower_db` below its level."""
-
-    from_hz: tuple[float, ...]
-    upper_db: tuple[float, ...]
-    lower_db: tuple[float, ...]
-
-    def __post_init__(self) -> None:
-        if not all(value >= 0 for value in (*self.upper_db, *self.lower_db)):
-            raise ValueError(f"tolerance +{self.upper_db} / -{self.lower_db} dB: expected 0 dB or more, either way")
-
-    def at(self, frequency_hz: Floats) -> tuple[Floats, Floats]:
-        """Upper and lower tolerance at the lines, (f,) each."""
-        band = np.searchsorted(self.from_hz, frequency_hz, side="right") - 1
-        return np.asarray(self.upper_db)[band], np.asarray(self.lower_db)[band]
-
-
-def within_db(upper: float, lower: float | None = None) -> Tolerance:
-    """The same at every frequency; `lower` None for as much below as above."""
-    return Tolerance((0.0,), (upper,), (upper if lower is None else lower,))
-
-
-#: NASA-STD-7003A (2011), control tolerances: 6 dB either way to 3 kHz, +9 / -6 dB above. It asks, too, that half of
-#: the lines or more lie above the nominal: `share_above` of `comparison.py`. A line at 3 kHz belongs to the lower band.
-NASA_STD_7003 = Tolerance((0.0, 3000.01), (6.0, 9.0), (6.0, 6.0))
-
-_NAMED = {"nasa-std-7003": NASA_STD_7003}
-_ONE = re.compile(r"(?:±|\+-|\+/-)?\s*(\d+(?:\.\d+)?)\s*dB", re.IGNORECASE)
-_TWO = re.compile(r"\+\s*(\d+(?:\.\d+)?)\s*(?:dB)?\s*/\s*-\s*(\d+(?:\.\d+)?)\s*dB", re.IGNORECASE)
-
-
-def parse_tolerance(text: str) -> Tolerance:
-    """`6dB`, `+9/-6dB` or `nasa-std-7003`. Raises `ValueError` for anything else, a number without its unit, too."""
-    text = text.strip()
-    if text.lower() in _NAMED:
-        return _NAMED[text.lower()]
-    match = _ONE.fullmatch(text) or _TWO.fullmatch(text)
-    if match is None:
-        raise ValueError(f"tolerance is {text!r}; expected one such as 6dB, +9/-6dB or {', '.join(_NAMED)}")
-    return within_db(*(float(number) for number in match.groups()))
-
+from .standards import EVERY_LINE, PassRule, RuleResult, Tolerance, rule_results
 
 #: From this many break points per octave on, a target is a table of lines, and its lines are its own points.
 TABLE_PER_OCTAVE = 3.0
@@ -66,7 +22,8 @@ class Target:
     """A specification at `frequency_hz` (k,), rising; absolute acceleration `level_m_s2` (k,), > 0.
 
     `upper_db` and `lower_db` (k,) say how far above and below the level a line may lie, both 0 or more, infinite for
-    a side that is free; each holds from its point up to the next, as standards give tolerances by bands.
+    a side that is free; each holds from its point up to the next, as standards give tolerances by bands. `rule` is what
+    all lines together must keep to.
     Raises `ValueError` naming the field, the value and what is expected.
     """
 
@@ -74,6 +31,7 @@ class Target:
     level_m_s2: Floats
     upper_db: Floats
     lower_db: Floats
+    rule: PassRule = EVERY_LINE
 
     def __post_init__(self) -> None:
         k = self.frequency_hz.size
@@ -120,12 +78,12 @@ class Target:
         )
 
     def with_tolerance(self, tolerance: Tolerance) -> Self:
-        """The same levels with other tolerances; where a band begins between break points, there is one more."""
+        """The same levels with other tolerances and their rule; one more point where a band begins between points."""
         own = self.frequency_hz
         new = np.asarray([f for f in tolerance.from_hz if own[0] < f < own[-1] and f not in own])
         made = self.at(np.sort(np.concatenate([own, new])))
         upper, lower = tolerance.at(made.frequency_hz)
-        return replace(made, upper_db=upper, lower_db=lower)
+        return replace(made, upper_db=upper, lower_db=lower, rule=tolerance.rule)
 
     def lines(self, per_octave: int = 6) -> Floats:
         """Lines (f,) to judge it at: its own points where it is a table of lines, else so many per octave, both ends
@@ -162,7 +120,7 @@ class SpectrumComparison:
 
     `error_db` (..., f) is 20 log10(spectrum / level); `margin_db` (..., f) the way to the nearer edge of the band,
     positive inside. Per spectrum (...,): `share_within` and `share_above` (the level) of the lines, the smallest margin
-    and its frequency.
+    and its frequency. `rules` are those of the target, each with the lines that keep it.
     """
 
     frequency_hz: Floats
@@ -173,6 +131,20 @@ class SpectrumComparison:
     share_above: Floats
     worst_margin_db: Floats
     worst_frequency_hz: Floats
+    rules: tuple[RuleResult, ...]
+
+    @property
+    def met(self) -> NDArray[np.bool_]:
+        """Whether every rule of the target is met, (...,)."""
+        return np.asarray(np.all([rule.met for rule in self.rules], axis=0))
+
+    def sentence(self, place: tuple[int, ...] = ()) -> str:
+        """What the verdict on the spectrum at `place` (...,) rests on; the rules that are not met stand first."""
+        rule = self.target.rule
+        judged = f" ({', '.join(part for part in (rule.name, rule.clause) if part)})" if rule.name else ""
+        results = sorted(self.rules, key=lambda result: bool(result.met[place]))
+        verdict = "met" if bool(self.met[place]) else "missed"
+        return f"target {verdict}{judged}: {'; '.join(result.sentence(place) for result in results)}"
 
     @property
     def within(self) -> NDArray[np.bool_]:
@@ -207,4 +179,5 @@ def compare(maximax_m_s2: Floats, frequency_hz: Floats, target: Target) -> Spect
         share_above=np.asarray((error >= 0).mean(axis=-1)),
         worst_margin_db=np.asarray(margin.min(axis=-1)),
         worst_frequency_hz=lines.frequency_hz[worst],
+        rules=rule_results(lines.rule, error, lines.upper_db, lines.lower_db),
     )

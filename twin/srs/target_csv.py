@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from ...delimited_text import decode_utf8, parse_number, table_rows
-from .target import NASA_STD_7003, Target, Tolerance
+from .standards import NASA_STD_7003, Tolerance
+from .target import Target
 
 Row = Mapping[str, str]
 

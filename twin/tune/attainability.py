@@ -111,9 +111,13 @@ def attainability(evidence: Evidence, rng: np.random.Generator) -> Attainability
 
 
 def _lines(goal: Goal) -> str:
-    if goal.share == 1:
-        return "every line of the next shot lies within tolerance"
-    return f"at least {100 * goal.share:.3g} % of the lines of the next shot lie within tolerance"
+    lines = "every line of the next shot lies within tolerance"
+    if goal.share < 1:
+        lines = f"at least {100 * goal.share:.3g} % of the lines of the next shot lie within tolerance"
+    above = goal.rule.required_above(goal.frequency_hz.size)
+    if not above:
+        return lines
+    return f"{lines} and at least {above} of {goal.frequency_hz.size} at the level or above it ({goal.rule.name})"
 
 
 def _obstacle(evidence: Evidence, rng: np.random.Generator) -> Obstacle:
@@ -275,7 +279,7 @@ def _level_or_shape(evidence: Evidence, apart: Obstacle | None) -> Obstacle:
             f"{high:.3g} bar.{further}"
         )
         return Obstacle("level", sentence, 0.0, frequency, margin, (f"tank pressure {low:.3g} to {high:.3g} bar",))
-    line = goal.deciding_line(nearest.level_db)
+    line, _ = goal.deciding_line(nearest.level_db)
     expected, prescribed = (10 ** (level[line] / 20) for level in (nearest.level_db, goal.level_db))
     within = np.count_nonzero(goal.margin_db(nearest.level_db) >= 0)
     lines = "every line" if goal.share == 1 else f"{goal.required} of {goal.frequency_hz.size} lines"
@@ -283,7 +287,7 @@ def _level_or_shape(evidence: Evidence, apart: Obstacle | None) -> Obstacle:
         f"The shape of the spectrum stands in the way: of {evidence.result.examined} settings none has {lines} within "
         f"tolerance. The nearest, {setting_text(nearest.setting)}, has {within} of {goal.frequency_hz.size}; at "
         f"{frequency:.0f} Hz it gives {expected:,.0f} m/s2 where {prescribed:,.0f} m/s2 is prescribed, "
-        f"{-margin:.1f} dB outside of the tolerance.{further}"
+        f"{-margin:.1f} dB {_beyond(nearest.level_db, goal)}.{further}"
     )
     return Obstacle("shape", sentence, 0.0, frequency, margin)
 
@@ -299,8 +303,16 @@ def _promise(proposal: Proposal, goal: Goal) -> tuple[float, float]:
 
 def _decisive(level_db: Floats, goal: Goal) -> tuple[float, float]:
     """Frequency and margin of the line that decides."""
-    line = goal.deciding_line(level_db)
-    return float(goal.frequency_hz[line]), float(goal.margin_db(level_db)[line])
+    line, margin = goal.deciding_line(level_db)
+    return float(goal.frequency_hz[line]), margin
+
+
+def _beyond(level_db: Floats, goal: Goal) -> str:
+    """What the line that decides lies beyond, of levels that do not meet the goal."""
+    line, _ = goal.deciding_line(level_db)
+    if goal.margin_db(level_db)[line] < 0:
+        return "outside of the tolerance"
+    return f"below the level, which {goal.rule.required_above(goal.frequency_hz.size)} lines must reach"
 
 
 def _reached(proposal: Proposal, goal: Goal) -> str:

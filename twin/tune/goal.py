@@ -6,7 +6,7 @@ What the tuner asks of a forward model, and of the bench around it.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ...array_types import Floats
 from ..setting import Setting
+from ..srs.standards import EVERY_LINE, PassRule, RuleResult, rule_results
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,8 +22,8 @@ class Goal:
     """Levels (f,) in dB re 1 m/s2 at `frequency_hz` (f,), and how far a line may lie above and below, dB (f,) >= 0.
 
     An infinite tolerance leaves that side free.
-    `share` of the lines within tolerance makes a setting good; 1 asks for every line. Raises `ValueError` naming what
-    does not fit.
+    `share` of the lines within tolerance makes a setting good, and what else `rule` asks of all lines together; 1 asks
+    for every line. Raises `ValueError` naming what does not fit.
     """
 
     frequency_hz: Floats
@@ -30,6 +31,7 @@ class Goal:
     upper_db: Floats
     lower_db: Floats
     share: float = 1.0
+    rule: PassRule = EVERY_LINE
 
     def __post_init__(self) -> None:
         for name in ("level_db", "upper_db", "lower_db"):
@@ -60,12 +62,25 @@ class Goal:
         return int(np.ceil(self.share * self.frequency_hz.size - 1e-9))
 
     def met(self, level_db: Floats) -> NDArray[np.bool_]:
-        """Whether at least `share` of the lines lies within, (...) of levels (..., f)."""
-        return np.asarray(np.count_nonzero(self.margin_db(level_db) >= 0, axis=-1) >= self.required)
+        """Whether at least `share` of the lines lies within and the whole rule is met, (...) of levels (..., f)."""
+        return np.asarray(np.all([result.met for result in self.results(level_db)], axis=0))
 
-    def deciding_line(self, level_db: Floats) -> int:
-        """Of levels (f,), the worst of the `required` best lines: within just where the goal is met."""
-        return int(np.argsort(-self.margin_db(level_db), kind="stable")[self.required - 1])
+    def results(self, level_db: Floats) -> tuple[RuleResult, ...]:
+        """Each rule of levels (..., f), with the lines that keep it."""
+        rule = replace(self.rule, share_within=self.share)
+        return rule_results(rule, level_db - self.level_db, self.upper_db, self.lower_db)
+
+    def deciding_line(self, level_db: Floats) -> tuple[int, float]:
+        """Of levels (f,), the line that decides whether the goal is met, and its margin in dB, positive where it is.
+
+        It is the worst of the `required` best lines, or the lowest of those that must lie at the level or above it.
+        """
+        margin, error = self.margin_db(level_db), level_db - self.level_db
+        within = int(np.argsort(-margin, kind="stable")[self.required - 1])
+        if not (above := self.rule.required_above(self.frequency_hz.size)):
+            return within, float(margin[within])
+        highest = int(np.argsort(-error, kind="stable")[above - 1])
+        return min((within, float(margin[within])), (highest, float(error[highest])), key=lambda pair: pair[1])
 
 
 #: For each setting the reasons for which the bench must not fire it; empty where it may.

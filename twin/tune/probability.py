@@ -23,7 +23,7 @@ DRAWS = 400
 class Proposal:
     """A setting and what is expected of the next shot with it.
 
-    `probability_within`: every line within tolerance; `probability_met`: at least the goal's share of them;
+    `probability_within`: every line within tolerance; `probability_met`: the goal's whole rule;
     `probability_95`: at least 95 % of them; `probability_overtest`: some line above its upper edge. `share_within` is
     the expected share of lines, margin and frequency are the expected spectrum's worst. Levels (f,) in dB re 1 m/s2
     with 5 and 95 % quantiles. `outside`: what of it the model has not been made for. `alternatives` are settings that
@@ -95,7 +95,7 @@ def _proposal_of(
 
 
 def probability_met(level_db: Floats, covariance_db2: Floats, goal: Goal, normals: Floats) -> float:
-    """That the goal's share of the lines lies within, of a spectrum (f,) with a covariance (f, f), by draws (d, f)."""
+    """That the goal's whole rule is met, of a spectrum (f,) with a covariance (f, f), by draws (d, f)."""
     return float(np.mean(goal.met(level_db + normals @ root(covariance_db2).T)))
 
 

@@ -65,15 +65,23 @@ class Searcher:
         return np.concatenate(parts)
 
     def nearness(self, candidate: Candidate) -> tuple[int, float]:
-        """How many lines of the expected spectrum lie within tolerance, and the margin of the worst."""
+        """How many lines keep to the rules of the goal, and the margin of the worst."""
+        results = self.goal.results(candidate.level_db)
         margins = self.goal.margin_db(candidate.level_db)
-        return int(np.count_nonzero(margins >= 0)), float(margins.min())
+        return sum(int(result.lines) for result in results), float(margins.min())
 
     def _scores(self, levels: Floats, settings: Sequence[Setting]) -> Floats:
-        """Mean over lines of the logarithm of a line's probability, as if all settings were as sure as the nearest."""
+        """Mean over lines of the logarithm of a line's probability, as if all settings were as sure as the nearest; and
+        that of the lowest of the lines that must lie at the level or above it."""
         nearest = settings[int(np.argmin(np.mean((levels - self.goal.level_db) ** 2, axis=1)))]
         spread = np.sqrt(np.diag(self.learned.covariance_db2(nearest)))
-        return np.asarray(line_scores(levels - self.goal.level_db, spread, self.goal).mean(axis=1))
+        error = levels - self.goal.level_db
+        scores = line_scores(error, spread, self.goal).mean(axis=1)
+        if above := self.goal.rule.required_above(error.shape[1]):
+            from scipy.special import log_ndtr
+
+            scores = scores + log_ndtr(np.sort(error, axis=1)[:, -above] / np.median(spread))
+        return np.asarray(scores)
 
 
 def line_scores(error_db: Floats, spread_db: Floats, goal: Goal) -> Floats:

@@ -58,7 +58,7 @@ def test_a_file_without_one_rate_and_a_channel_is_refused(save, arrays, reason):
     ("values", "reason"),
     [
         (WAVE + 1j, "is complex; expected real numbers"),
-        (WAVE > 0, "is logical; expected real numbers"),
+        (WAVE > 0, "is (logical; expected real|a logical array; save it with double)"),
         (np.empty(0), "is empty"),
         (WAVE.reshape(8, 8), r"has shape \(8, 8\); expected one row or one column"),
     ],
@@ -142,7 +142,7 @@ def version_4(path):
     ("name", "write", "reason"),
     [
         ("pickled.npz", pickled, "'force' is an object"),
-        ("cells.mat", cells, "'force' is an object"),
+        ("cells.mat", cells, "'force' is a MATLAB cell"),
         ("flipped.npz", flipped, "CRC"),
         ("external.h5", external, "'force' keeps its samples in another file"),
         ("holes.parquet", holes, "'force' lacks 1 values"),

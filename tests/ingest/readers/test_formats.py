@@ -42,9 +42,9 @@ class TestMat:
         with pytest.raises(RecordingError, match=r"not a MATLAB file of version 5 or 7\.3; save it with -v7"):
             open_recording(path)
         path = tmp_path / "words.mat"
-        savemat(path, {"fs": 51200.0, "force": WAVE, "operator": "Ana", "gain": 2.5})
+        savemat(path, {"fs": 51200.0, "force": WAVE, "operator": "Ana", "humidity": 2.5})
         with open_recording(path) as recording:
-            assert recording.info("force").header == {"operator": "Ana", "gain": 2.5}
+            assert recording.info("force").header == {"operator": "Ana", "humidity": 2.5}
 
     def test_version_7_3_agrees_with_pymatreader(self, tmp_path, make_recording):
         pymatreader = pytest.importorskip("pymatreader")

@@ -210,7 +210,7 @@ class TestStructures:
         savemat(tmp_path / "shot.mat", contents, do_compression=compressed)
         with open_recording(tmp_path / "shot.mat") as recording:
             np.testing.assert_array_equal(recording.read("force"), TABLE[:, 2])
-            with pytest.raises(RecordingError, match="'rows' is an object"):
+            with pytest.raises(RecordingError, match="'rows' is a MATLAB struct"):
                 recording.read("rows")
 
 

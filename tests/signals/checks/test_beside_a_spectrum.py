@@ -109,10 +109,16 @@ def test_noise_before_the_shock_limits_the_lines():
 
 
 def test_lines_that_the_record_cannot_show_are_named():
-    lines = np.array([1000.0, 5000.0, 20_000.0])
-    found = findings(ringing(), lines=lines)["sampling"]
-    assert "up to 5000 Hz" in found.message
-    assert "sampling" not in findings(ringing(), lines=lines, resample=40.0)
+    """A burst at five samples a cycle is off at every line, until it is resampled; of one at half the sampling rate
+    nothing can be told."""
+    at = np.arange(4000) / 20_000 - 0.1
+    bursts = {hz: 100 * np.exp(-((at / 2e-3) ** 2)) * np.sin(2 * np.pi * hz * at) for hz in (4000.0, 9900.0)}
+    lines = np.array([250.0, 500.0, 1000.0, 2000.0])
+    plain = findings(bursts[4000.0], 20_000.0, lines, resample_within=None)["sampling"]
+    assert "trust no line" in plain.message and "--no-resample" in plain.message
+    assert "sampling" not in findings(bursts[4000.0], 20_000.0, lines)
+    folded = findings(bursts[9900.0], 20_000.0, lines)["sampling"]
+    assert "half the sampling rate" in folded.message and folded.evidence["close_to_half_rate_share"] > 0.5
     assert "truncation" in findings(ringing()[: ONSET + 300], lines=LINES[LINES > 500])
 
 
@@ -144,7 +150,9 @@ def test_raw_and_cleaned_pyroshock_are_told_apart(real_data):
     lines = np.array([100.0, 126, 159, 200, 500, 1000, 2000])
     assert {"zero-shift", "balance"} <= set(findings(*raw, lines))
     assert findings(*cleaned, lines) == {}
-    largest = [shock_response_spectrum(*record, [100.0, 2000.0]).maximax / G for record in (raw, cleaned)]
+    largest = [
+        shock_response_spectrum(*record, [100.0, 2000.0], resample_within=None).maximax / G for record in (raw, cleaned)
+    ]
     assert [at_100_hz for at_100_hz, _ in largest] == pytest.approx([239, 20.5], rel=2e-3)
     assert abs(20 * np.log10(largest[0][1] / largest[1][1])) < 0.1
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.twin.srs.target import NASA_STD_7003, Target, ramps, within_db
+from pyroshock.twin.srs.standards import NASA_STD_7003, within_db
+from pyroshock.twin.srs.target import Target, ramps
 from pyroshock.twin.srs.target_csv import read_target
 
 G = 9.80665

@@ -9,7 +9,8 @@ import pytest
 from pyroshock.signals.srs.spectrum import octave_grid, shock_response_spectrum
 from pyroshock.twin.plate.response import respond
 from pyroshock.twin.srs.ringing_window import BLOCK, ringing_spectra
-from pyroshock.twin.srs.target import NASA_STD_7003, Target, compare, parse_tolerance, within_db
+from pyroshock.twin.srs.standards import NASA_STD_7003, parse_tolerance, within_db
+from pyroshock.twin.srs.target import Target, compare
 from support.records.twin_parts import ringing_plate
 
 LINES = np.array([100.0, 200, 400, 800])
@@ -108,9 +109,8 @@ def test_shortened_records_lose_next_to_nothing(pulse_s, damping):
 def test_lowest_lines_take_the_whole_record_and_lines_come_in_the_order_asked():
     felt = record(1e-3, 0.005)
     short = felt[:, :10_000]
-    whole = shock_response_spectrum(short, RATE_HZ, OCTAVE_LINES, q=10).maximax
-    np.testing.assert_array_equal(
-        ringing_spectra(short, RATE_HZ, OCTAVE_LINES, 10.0, 1e-3)[:, :BLOCK], whole[:, :BLOCK]
-    )
+    lines = OCTAVE_LINES[:BLOCK]
+    whole = shock_response_spectrum(short, RATE_HZ, lines, q=10, resample_within=0.05).maximax
+    np.testing.assert_array_equal(ringing_spectra(short, RATE_HZ, OCTAVE_LINES, 10.0, 1e-3)[:, :BLOCK], whole)
     back = ringing_spectra(felt, RATE_HZ, OCTAVE_LINES[::-1], 10.0, 1e-3)
     np.testing.assert_allclose(back[:, ::-1], ringing_spectra(felt, RATE_HZ, OCTAVE_LINES, 10.0, 1e-3), rtol=0.012)
