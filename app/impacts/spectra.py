@@ -73,8 +73,9 @@ def read_acceleration(
     if not path.is_file() or not may_crash(path):
         return _read(path, channel, unit, reading)
     isolation = reading_apart(_unreadable, lambda _: PATIENCE_S, always=True)
-    ((_, reading),) = map_ahead(partial(_read, channel=channel, unit=unit, reading=reading), [path], 1, isolation)
-    return reading
+    read = partial(_read, channel=channel, unit=unit, reading=reading)
+    ((_, acceleration),) = map_ahead(read, [path], 1, isolation)
+    return acceleration
 
 
 def _unreadable(path: Path) -> Acceleration:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from .base import ReadingOptions, RecordingError
 from .contents import Array, Contents
+from .field_rules import used
 from .recording import ArrayReader
 from .stamps import as_time
 
@@ -23,6 +24,11 @@ class NpyReader(ArrayReader):
 
     format = "npy"
     suffixes = (".npy",)
+    fields = (
+        used("descr", "the type of the numbers"),
+        used("fortran_order", "the order of rows and columns"),
+        used("shape", "rows and columns; names, units and rate are the laboratory's"),
+    )
 
     def contents(self, path: Path, open_files: ExitStack, _: ReadingOptions) -> Contents:
         from numpy.lib import format as npy

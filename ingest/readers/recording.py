@@ -130,10 +130,10 @@ class ArraysRecording(OpenRecording):
             beside = clock_above(clocks, array.group)
             clock = own_clock.of(array) or beside
             reason = _why_not(array, clock, beside)
-            if reason is None and contents.rules is not None:
-                reason = obstacle_of(contents.rules, array, clock, options)
             if clock is None:
                 reason = f"{reason}{_hint(contents)}"
+            if reason is None and contents.rules is not None:
+                reason = obstacle_of(contents.rules, array, clock, options)
             if reason is not None or clock is None:
                 self._refused[name] = reason or "has no sampling rate"
                 continue

@@ -15,7 +15,7 @@ from .contents import TIME_UNITS, Array, Contents
 from .file_fields import is_harmless
 
 #: Samples that are looked at first: hardly any channel rises evenly through so many.
-_PROBE = 64
+_PROBE = 16
 _FEWEST = 8
 #: Of a step from the mean step, beyond the printed digits of a column; and of a rate from the inverse step.
 _EVEN, _AGREEMENT = 0.3, 1e-2

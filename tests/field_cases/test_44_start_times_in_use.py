@@ -23,8 +23,9 @@ MODES = ((0.0, 0.0, 0.05, 0.05), (620.0, 0.03, 0.10, -0.07), (1740.0, 0.03, -0.0
 LATE = [0.0, 16.0, 7.37, -0.5, 2048.0, -300.25]
 
 
-def acceleration(time_s, start_s, duration_s, peak_n, sensor):
+def acceleration(time_s, event, sensor):
     """Of the plate under a force peak * sin^2 at times (n,): of each mode on a grid eight times finer."""
+    start_s, duration_s, peak_n = event
     fine = 8
     grid = np.arange(time_s[0] * RATE * fine, time_s[-1] * RATE * fine + 1) / (RATE * fine)
     phase = (grid - start_s) / duration_s
@@ -50,8 +51,8 @@ def write(path, channels):
             file[name].attrs.update({"sampling_rate_hz": RATE, "start_s": start_s})
 
 
-def record(samples, start_s, *event, sensor):
-    return acceleration(start_s + np.arange(samples) / RATE, *event, sensor), start_s
+def record(samples, start_s, event, sensor):
+    return acceleration(start_s + np.arange(samples) / RATE, event, sensor), start_s
 
 
 TOML = """\
@@ -82,7 +83,7 @@ def hammer(path, late):
     noise = np.random.default_rng(1)
     channels = {"force": (force + noise.normal(size=samples) * 0.1, 0.0)}
     for sensor in range(2):
-        parts = [record(samples, late / RATE, hit, 0.2e-3, 3000.0, sensor=sensor)[0] for hit in hits]
+        parts = [record(samples, late / RATE, (hit, 0.2e-3, 3000.0), sensor)[0] for hit in hits]
         channels[f"acc_{sensor + 1}"] = sum(parts) + noise.normal(size=samples) * 0.05, late / RATE
     write(path, channels)
 
@@ -101,7 +102,7 @@ def test_derived_force_of_channels_that_start_at_different_times(store, tmp_path
     noise = np.random.default_rng(2)
     channels = {}
     for sensor, offset in enumerate((0.0, late)):
-        values, start_s = record(samples, offset / RATE, *event, sensor=sensor)
+        values, start_s = record(samples, offset / RATE, event, sensor)
         channels[f"acc_{sensor + 1}"] = values + noise.normal(size=samples) * 0.2, start_s
     write(tmp_path / "shot.h5", channels)
     hammer(tmp_path / "hammer.h5", hammer_late)
