@@ -20,7 +20,9 @@ RIGHT = (1200.0, 3155.0, 21680.0, 5938.0)
 
 @pytest.mark.parametrize("file", sorted(PLACEHOLDERS.glob("*.csv")), ids=lambda file: file.stem)
 def test_srs_rejects_the_record_and_has_the_spectrum_without_them(file: Path) -> None:
-    answer = CliRunner().invoke(main, ["srs", str(file), "--frequencies", "500,1000,2000,5000", "--no-resample", "--json"])
+    answer = CliRunner().invoke(
+        main, ["srs", str(file), "--frequencies", "500,1000,2000,5000", "--no-resample", "--json"]
+    )
     assert answer.exit_code == 0, answer.output
     told = json.loads(answer.stdout)
     assert [(f["check"], f["severity"]) for f in told["checks"]] == [("placeholder", "reject")]
