@@ -73,8 +73,8 @@ def read_acceleration(
     if not path.is_file() or not may_crash(path):
         return _read(path, channel, unit, reading)
     isolation = reading_apart(_unreadable, lambda _: PATIENCE_S, always=True)
-    ((_, reading),) = map_ahead(partial(_read, channel=channel, unit=unit, reading=reading), [path], 1, isolation)
-    return reading
+    ((_, read),) = map_ahead(partial(_read, channel=channel, unit=unit, reading=reading), [path], 1, isolation)
+    return read
 
 
 def _unreadable(path: Path) -> Acceleration:
