@@ -31,6 +31,7 @@ _MOST_ROUNDS = 16
 _LEAST_SAMPLES = 5
 #: Values that several samples near one another have: the farthest from the rest are looked at.
 _MOST_VALUES = 8
+_SCANNED = 16384
 #: What loggers and exports write for "no value" (-999.25: Log ASCII Standard), and the ends of 16, 24 and 32 bits.
 CODES = np.array(
     [
@@ -70,11 +71,19 @@ def mend(x: Floats, at: NDArray[np.int64]) -> None:
 @dataclass(frozen=True)
 class _Collapsed:
     """A record in which equal neighbours that may stand for one value are one: its samples, and each one's first index
-    and number of samples in the record."""
+    and number of samples in the record; None where none are equal."""
 
     x: Floats
-    first: NDArray[np.int64]
-    samples: NDArray[np.int64]
+    first: NDArray[np.int64] | None
+    samples: NDArray[np.int64] | None
+
+    def firsts(self, at: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Indices in the record of the samples `at` (k,)."""
+        return at if self.first is None else self.first[at]
+
+    def lengths(self, at: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Samples of the record that stand behind the samples `at` (k,)."""
+        return np.ones(at.size, np.int64) if self.samples is None else self.samples[at]
 
 
 def _round(x: Floats, recorded: NDArray[Any]) -> NDArray[np.int64]:
@@ -83,9 +92,13 @@ def _round(x: Floats, recorded: NDArray[Any]) -> NDArray[np.int64]:
     floor = LEAST_SHARE * max(high - rest, rest - low)
     if floor == 0.0:
         return np.empty(0, np.int64)
-    short = _collapsed(x, rest, floor)
-    at = _peaks(short.x, floor)
-    code_at = _codes(short, recorded)
+    steep, repeats = _steps(x, floor)
+    code_at = _code_samples(x, recorded)
+    short = _collapsed(x, steep, repeats, code_at)
+    if short.first is not None:
+        steep, _ = _steps(short.x, floor)
+    at = _peaks(short.x, steep)
+    code_at = _lone_codes(short, code_at)
     if code_at.size:
         at = np.union1d(at, code_at)
     runs = [_lone_ends(x, recorded, low, high)]
@@ -93,8 +106,8 @@ def _round(x: Floats, recorded: NDArray[Any]) -> NDArray[np.int64]:
         lone = _lone(short, members, others, code_at)
         if lone.size:
             departs = np.abs(short.x[lone] - _expected(_window(others, lone, 2)))
-            lone = lone[departs >= LEAST_STEPS * _step(x, short.first[lone])]
-        runs += [np.arange(a, a + n) for a, n in zip(short.first[lone], short.samples[lone], strict=True)]
+            lone = lone[departs >= LEAST_STEPS * _step(x, short.firsts(lone))]
+        runs += [np.arange(a, a + n) for a, n in zip(short.firsts(lone), short.lengths(lone), strict=True)]
     return np.unique(np.concatenate(runs))
 
 
@@ -128,36 +141,75 @@ def _lone(short: _Collapsed, at: NDArray[np.int64], others: Floats, code_at: NDA
     around = np.maximum(_of_the_next(near), _of_the_others(near))
     is_code = np.isin(at, code_at) if code_at.size else np.zeros(at.size, bool)
     far = _departure(near) >= np.where(is_code, CODE_RATIO, LONE_RATIO) * around
-    return at[far & (is_code | (short.samples[at] <= LONGEST_RUN))]
+    return at[far & (is_code | (short.lengths(at) <= LONGEST_RUN))]
 
 
-def _collapsed(x: Floats, rest: float, floor: float) -> _Collapsed:
-    repeats = np.flatnonzero(x[1:] == x[:-1]) + 1
-    repeats = repeats[np.abs(x[repeats] - rest) > floor]
-    if not repeats.size:
-        return _Collapsed(x, np.arange(x.size), np.ones(x.size, np.int64))
-    first = np.delete(np.arange(x.size), repeats)
-    return _Collapsed(x[first], first, np.diff(first, append=x.size))
+def _steps(x: Floats, least: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Samples of `x` (n,) after which it moves by more than `least`, and samples that equal the one before them.
+
+    In pieces that stay in the processor's cache: most of a record is at rest.
+    """
+    steep, repeats = [], []
+    rise = np.empty(min(_SCANNED, x.size))
+    for begin in range(0, x.size - 1, _SCANNED):
+        piece = x[begin : begin + _SCANNED + 1]
+        moved = np.subtract(piece[1:], piece[:-1], out=rise[: piece.size - 1])
+        repeats.append(np.flatnonzero(moved == 0.0) + (begin + 1))
+        np.abs(moved, out=moved)
+        steep.append(np.flatnonzero(moved > least) + begin)
+    return np.concatenate(steep), np.concatenate(repeats)
 
 
-def _codes(short: _Collapsed, recorded: NDArray[Any]) -> NDArray[np.int64]:
-    """Samples of exactly one of `CODES` that lie above both of their neighbours, or below both."""
+def _collapsed(
+    x: Floats, steep: NDArray[np.int64], repeats: NDArray[np.int64], code_at: NDArray[np.int64]
+) -> _Collapsed:
+    """The record with runs of equal samples as one sample, where these may be one value: between two steep steps, or
+    of a code."""
+    if repeats.size and (steep.size or code_at.size):
+        heads = np.flatnonzero(np.diff(repeats, prepend=-2) > 1)
+        first, last = repeats[heads] - 1, np.append(repeats[heads[1:] - 1], repeats[-1])
+        short = last - first < LONGEST_RUN
+        alone = (short & _among(first - 1, steep) & _among(last, steep)) | _among(first, code_at)
+        repeats = repeats[np.repeat(alone, np.diff(heads, append=repeats.size))]
+        if repeats.size:
+            kept = np.delete(np.arange(x.size), repeats)
+            return _Collapsed(x[kept], kept, np.diff(kept, append=x.size))
+    return _Collapsed(x, None, None)
+
+
+def _among(values: NDArray[np.int64], ascending: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which of `values` (k,) are among those of an ascending array; numpy's own test would hash all of them."""
+    if not ascending.size:
+        return np.zeros(values.size, dtype=bool)
+    at = np.minimum(np.searchsorted(ascending, values), ascending.size - 1)
+    return np.asarray(ascending[at] == values)
+
+
+def _code_samples(x: Floats, recorded: NDArray[Any]) -> NDArray[np.int64]:
+    """Samples of exactly one of `CODES`, but the first and the last one."""
     if max(float(recorded.max()), -float(recorded.min())) < _LEAST_CODE:
         return np.empty(0, np.int64)
-    values = recorded if short.first.size == recorded.size else recorded[short.first]
-    at = np.flatnonzero((values >= _LEAST_CODE) | (values <= -_LEAST_CODE))
-    at = at[(at > 0) & (at < values.size - 1)]
-    at = at[np.isin(values[at], CODES)]
+    at = np.flatnonzero((recorded >= _LEAST_CODE) | (recorded <= -_LEAST_CODE))
+    at = at[(at > 0) & (at < x.size - 1)]
+    return np.asarray(at[np.isin(recorded[at], CODES)])
+
+
+def _lone_codes(short: _Collapsed, code_at: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Those of the samples of codes that lie above both of their neighbours, or below both, in the collapsed record."""
+    if not code_at.size:
+        return code_at
+    at = code_at
+    if short.first is not None:
+        at = np.unique(np.searchsorted(short.first, code_at, side="right") - 1)
+        at = at[(at > 0) & (at < short.x.size - 1)]
     before, after = short.x[at] - short.x[at - 1], short.x[at] - short.x[at + 1]
-    return at[before * after > 0]
+    return np.asarray(at[before * after > 0])
 
 
-def _peaks(x: Floats, least: float) -> NDArray[np.int64]:
-    """Samples that lie farther than `least` above both of their neighbours, or below both."""
-    rise = np.diff(x)
-    steep = np.flatnonzero((rise > least) | (rise < -least))
-    before, after = rise[steep[:-1]], rise[steep[1:]]
-    return steep[1:][(np.diff(steep) == 1) & ((before > 0) != (after > 0))]
+def _peaks(x: Floats, steep: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Samples between two `steep` steps of opposite signs."""
+    at = steep[1:][np.diff(steep) == 1]
+    return np.asarray(at[(x[at] > x[at - 1]) != (x[at + 1] > x[at])])
 
 
 def _window(x: Floats, at: NDArray[np.int64], reach: int) -> Floats:
@@ -165,7 +217,7 @@ def _window(x: Floats, at: NDArray[np.int64], reach: int) -> Floats:
     near = at[:, None] + np.arange(-reach, reach + 1)
     if at.size and (near[0, 0] < 0 or near[-1, -1] >= x.size):
         near = np.clip(near, 0, x.size - 1)
-    return x[near]
+    return np.asarray(x[near])
 
 
 def _cubic(before: Floats, after: Floats) -> Floats:

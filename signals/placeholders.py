@@ -49,11 +49,14 @@ def without_placeholders(
     extreme of the others on their side, which is a bound. NaN stays, and infinity becomes NaN. Where there is no
     placeholder, the values are handed back as they came, not copied.
     """
-    beyond = _beyond_range(recorded)
-    with np.errstate(over="ignore", invalid="ignore"):
-        whole = bool(np.isfinite(values.sum()))  # the sum is none as soon as one sample is none
-    not_numbers = beyond[:0] if whole else np.flatnonzero(~np.isfinite(values))
-    if not beyond.size and values.size <= NEIGHBOURS:
+    if not values.size:
+        return NO_PLACEHOLDERS, values
+    beyond = not_numbers = NO_PLACEHOLDERS.lone
+    low, high = float(values.min()), float(values.max())  # NaN where one sample is none
+    extreme = _extreme(recorded)
+    if not (np.isfinite(low) and np.isfinite(high) and extreme < BEYOND_RANGE):
+        beyond, not_numbers = _beyond_range(recorded), np.flatnonzero(~np.isfinite(values))
+    elif pulsed or values.size <= NEIGHBOURS:
         return NO_PLACEHOLDERS, values
     usable = values
     alone = np.diff(beyond, prepend=-2) > 1
@@ -76,11 +79,14 @@ def without_placeholders(
     return placeholders, usable
 
 
+def _extreme(recorded: NDArray[Any]) -> float:
+    """The largest magnitude of the file's numbers; NaN where one is none."""
+    return max(float(recorded.max()), -float(recorded.min()))
+
+
 def _beyond_range(recorded: NDArray[Any]) -> NDArray[np.int64]:
     """Samples of finite numbers that no instrument measures."""
-    if recorded.dtype.kind != "f" or recorded.dtype.itemsize < 4 or not recorded.size:
-        return np.empty(0, np.int64)
+    if recorded.dtype.kind != "f" or recorded.dtype.itemsize < 4:
+        return NO_PLACEHOLDERS.lone
     with np.errstate(invalid="ignore", over="ignore"):
-        if abs(float(recorded.sum(dtype=np.float64))) < BEYOND_RANGE and float(np.ptp(recorded)) < BEYOND_RANGE:
-            return np.empty(0, np.int64)
         return np.flatnonzero((np.abs(recorded) >= BEYOND_RANGE) & np.isfinite(recorded))

@@ -135,13 +135,14 @@ def _refuse_placeholders(values: NDArray[np.float64], frame: pd.DataFrame | pd.S
     """Raise `ValueError` for a sample that is no reading: it would be the whole spectrum."""
     from ...signals.placeholders import without_placeholders
 
+    columns = list(getattr(frame, "columns", ())) or None
     for number, record in enumerate(values.reshape(values.shape[0], -1).T):
         placeholders, usable = without_placeholders(record, record)
         at = np.union1d(placeholders.lone, placeholders.beyond_range)
         if at.size:
-            which = f" of column {frame.columns[number]!r}" if values.ndim == 2 and hasattr(frame, "columns") else ""
+            column = "" if columns is None else f" of column {columns[number]!r}"
             raise ValueError(
-                f"{at.size} sample{'s' if at.size > 1 else ''}{which}, the first number {at[0]} = {record[at[0]]:.7g}, "
+                f"{at.size} sample{'s' if at.size > 1 else ''}{column}, the first number {at[0]} = {record[at[0]]:.7g}, "
                 f"far outside of the neighbours ({usable[at[0]]:.4g}): a placeholder is no reading; replace it, for "
                 "example by the mean of its neighbours, or leave the record out"
             )

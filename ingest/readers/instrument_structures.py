@@ -51,7 +51,7 @@ def with_instrument_axes(contents: Contents) -> Contents:
 
 def _of_picoscope(array: Array, facts: Facts) -> Array:
     step = facts.get(array.group, {}).get("Tinterval")
-    if not _positive(step) or array.samples == 1 or array.is_time or array.rate_hz is not None:
+    if step is None or not _positive(step) or array.samples == 1 or array.is_time or array.rate_hz is not None:
         return array
     start = facts[array.group].get("Tstart", 0.0)
     return replace(array, rate_hz=rate_from_step(float(step)), start_s=float(start))

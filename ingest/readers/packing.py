@@ -82,14 +82,14 @@ def packing_of(path: Path, name: str, attributes: Mapping[str, Any], stored: np.
             raise RecordingError(f"{path.name}: {name!r} has {key} = {values}; expected one number")
         return values[0] if values else default
 
-    limits = numbers("valid_range") or [None, None]
-    if len(limits) != 2:
+    limits = numbers("valid_range")
+    if len(limits) not in (0, 2):
         raise RecordingError(f"{path.name}: {name!r} has valid_range = {limits}; expected two numbers")
     return NetcdfPacking(
         scale=number("scale_factor", 1.0),
         offset=number("add_offset", 0.0),
         fills=tuple(value for key in _FILLS for value in numbers(key) if not np.isnan(value)),
-        lowest=number("valid_min", limits[0]),
-        highest=number("valid_max", limits[1]),
+        lowest=number("valid_min", limits[0] if limits else None),
+        highest=number("valid_max", limits[1] if limits else None),
         unsigned=str(attributes.get("_Unsigned", "false")).lower() == "true" and stored.kind == "i",
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.app.ingest.campaign_overview import campaign_overview
-from pyroshock.ingest import load
+from pyroshock.ingest import load, processing
 from pyroshock.ingest.load import ingest_folder
 from support.records.campaigns import FS_HZ, blows, force_record, hammer_campaign, recording_name, write_recording
 
@@ -40,7 +40,7 @@ def test_a_sample_that_is_no_number_beside_a_contact_sets_that_recording_aside(s
 
 
 def test_any_failure_of_one_recording_sets_that_one_aside(store, tmp_path, monkeypatch):
-    really = load.process_recording
+    really = processing.process_recording
 
     def fails(folder, path, *arguments, **options):
         if path == recording_name(2):

@@ -181,9 +181,9 @@ def test_reason_that_cannot_be_printed_is_stored(database_url, tmp_path):
 
 def test_number_beyond_double_precision_in_a_header_is_stored(sqlite_url, reported):
     """NumPy's longdouble has no Python float in it: the ingest ended in a traceback."""
-    reported(1, force=two_blows(), gain=np.longdouble("0.25"))
+    reported(1, force=two_blows(), humidity=np.longdouble("0.25"))
     with opened(sqlite_url) as store, store.reading() as session:
-        assert session.scalars(select(RecordedChannel)).one().header["gain"] == 0.25
+        assert session.scalars(select(RecordedChannel)).one().header["humidity"] == 0.25
 
 
 def test_name_in_a_header_that_is_no_text_is_stored(sqlite_url, tmp_path):
