@@ -181,7 +181,8 @@ def is_told(file: Path) -> bool:
 @pytest.mark.parametrize("flips", [40, pytest.param(1000, marks=pytest.mark.slow)])
 def test_no_flipped_bit_that_changes_a_row_is_missed(full_file, tmp_path, flips):
     content, sound = full_file.read_bytes(), rows_of(full_file)
-    rng, outcomes, missed = random.Random(flips), Counter(), []
+    outcomes: Counter[str] = Counter()
+    rng, missed = random.Random(flips), []
     for number in range(flips):
         place, bit = rng.randrange(len(content)), rng.randrange(8)
         damaged = bytearray(content)
