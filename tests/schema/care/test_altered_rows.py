@@ -166,7 +166,7 @@ def test_a_row_that_was_inserted_by_hand_is_named_and_not_approved_by_the_next_c
         engine.dispose()
         with opened(url) as store, store.writing() as session:
             session.execute(update(Factor).where(Factor.id == 1).values(description="by the software"))
-        (finding,) = findings_of(url)
+        (finding,) = [finding for finding in findings_of(url) if finding.check == "rows"]
     assert (finding.place["table"], finding.place["row"], finding.place["factor"]) == ("factors", "900", "by hand")
     assert "carries no hash" in finding.message
 
