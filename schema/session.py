@@ -237,6 +237,9 @@ def _opened(engine: Engine, url: str, writer: Writer, create: bool) -> Store:
     except DBAPIError as error:
         engine.dispose()
         raise refusal(engine, error, f"cannot use {describe(engine)} as a store") from error
+    except UnicodeDecodeError as error:  # SQLite's own message, of a table whose name was damaged
+        engine.dispose()
+        raise StoreError(f"{describe(engine)} is damaged: its names are no text; restore it from its backup") from error
     except BaseException:
         engine.dispose()
         raise

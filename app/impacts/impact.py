@@ -21,6 +21,7 @@ from ...schema.impacts import ChannelFigures, Impact, Pulse, velocity_kind
 from ...schema.listings import Condition, iter_impacts
 from ...schema.provenance import Provenance
 from ...schema.recordings import QualityFinding, RecordedChannel
+from ...schema.tables import metadata
 from ...signals.record_rest import without_rest
 
 #: Figures of a pulse, SI with the unit in the name.
@@ -76,7 +77,9 @@ def _pulse(session: Session, pulse: Pulse) -> dict[str, Any]:
 
 
 #: Figures of a channel as they are listed: one number each.
-LISTED_FIGURES = tuple(column.name for column in ChannelFigures.__table__.columns if kind_of(column) == NUMBER)
+LISTED_FIGURES = tuple(
+    column.name for column in metadata.tables[ChannelFigures.__tablename__].columns if kind_of(column) == NUMBER
+)
 
 
 def without_empty_figures(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:

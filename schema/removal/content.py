@@ -57,7 +57,7 @@ def figures_hashes(
     columns = _OF[model]
     query = select(model.id, *(getattr(model, name) for name in columns)).where(model.id.in_(keys))
     result = session.execute(query, execution_options={"yield_per": _PAGE})
-    return {row["id"]: _figures_hash(row, columns) for row in result.mappings()}
+    return {row["id"]: _figures_hash(dict(row), columns) for row in result.mappings()}
 
 
 def _figures_hash(row: Mapping[str, Any], columns: tuple[str, ...]) -> str:

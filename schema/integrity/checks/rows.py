@@ -100,4 +100,4 @@ def _parent(
     if not wanted:
         return None
     row = connection.execute(select(*wanted).where(key.column == value)).mappings().one_or_none()
-    return None if row is None else (parent, row)
+    return None if row is None else (parent, dict(row))

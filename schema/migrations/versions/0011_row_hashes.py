@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import sqlite3
 from typing import Any
 
 import sqlalchemy as sa
@@ -107,8 +108,7 @@ def downgrade() -> None:
 
 def _drop_column(table: str, column: str) -> None:
     """SQLite drops a column by itself since 3.35; before, the table is made anew."""
-    bind = op.get_bind()
-    if bind.dialect.name == "sqlite" and bind.dialect.server_version_info >= (3, 35):
+    if op.get_bind().dialect.name == "sqlite" and sqlite3.sqlite_version_info >= (3, 35):
         op.execute(f"ALTER TABLE {table} DROP COLUMN {column}")
         return
     with op.batch_alter_table(table, schema=None) as batch_op:

@@ -13,11 +13,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from pyroshock.schema.campaigns import Factor
 from pyroshock.schema.column_kinds import BYTES, DAY, INTEGER, JSON_TEXT, NUMBER, TEXT, TIME, TRUTH, kind_of
 from pyroshock.schema.engine import StoreError, make_engine
 from pyroshock.schema.integrity.checking import checks, iter_findings
 from pyroshock.schema.tables import metadata
-from sqlalchemy import CheckConstraint, select, text
+from sqlalchemy import CheckConstraint, select, text, update
 from sqlalchemy.exc import DBAPIError
 from support.stores.full_stores import fill_every_column
 from support.stores.stores import opened
@@ -157,6 +158,26 @@ def test_the_row_of_an_altered_cell_is_named_by_what_people_call_it(new_copy):
     assert places[1] == {**recording, "plan": "spring", "run": 1, "repetition": 3, "table": "pulses", "row": "3"}
 
 
+def test_a_row_that_was_inserted_by_hand_is_named_and_not_approved_by_the_next_command(new_copy):
+    with new_copy() as url:
+        engine = make_engine(url)
+        with engine.begin() as connection:
+            connection.execute(text("INSERT INTO factors (id, name, written_by_id) VALUES (900, 'by hand', 1)"))
+        engine.dispose()
+        with opened(url) as store, store.writing() as session:
+            session.execute(update(Factor).where(Factor.id == 1).values(description="by the software"))
+        (finding,) = [finding for finding in findings_of(url) if finding.check == "rows"]
+    assert (finding.place["table"], finding.place["row"], finding.place["factor"]) == ("factors", "900", "by hand")
+    assert "carries no hash" in finding.message
+
+
+def test_a_file_whose_table_names_are_no_text_is_told_in_one_line(full_file, tmp_path):
+    content = full_file.read_bytes()
+    assert b"CREATE TABLE guns" in content
+    (tmp_path / "x.db").write_bytes(content.replace(b"CREATE TABLE guns", b"CREATE TABLE g\xc1\xff("))
+    assert is_told(tmp_path / "x.db")
+
+
 def rows_of(file: Path) -> dict[str, list[str]] | None:
     """All rows as SQLite itself reads them, whatever their order; None where it cannot."""
     rows = {}
@@ -178,10 +199,11 @@ def is_told(file: Path) -> bool:
         return True
 
 
-@pytest.mark.parametrize("flips", [40, pytest.param(1000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("flips", [40, pytest.param(1000, marks=[pytest.mark.slow, pytest.mark.timeout(3600)])])
 def test_no_flipped_bit_that_changes_a_row_is_missed(full_file, tmp_path, flips):
     content, sound = full_file.read_bytes(), rows_of(full_file)
-    rng, outcomes, missed = random.Random(flips), Counter(), []
+    outcomes: Counter[str] = Counter()
+    rng, missed = random.Random(flips), []
     for number in range(flips):
         place, bit = rng.randrange(len(content)), rng.randrange(8)
         damaged = bytearray(content)
