@@ -1,4 +1,4 @@
-"""Tables in text files: encoding, delimiter, rows below a header, numbers with a point or a decimal comma."""
+"""Tables in text files: encoding, delimiter, rows below a header, numbers as people write them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import Self
+
+from .number_notation import AmbiguousNumberError, notation_of, plain_number, readings
 
 #: A row's number in the file, counted from one, and its cells without the blanks around them.
 Row = tuple[int, list[str]]
@@ -64,16 +67,36 @@ def delimiter_of(text: str) -> str:
 def table_rows(text: str, *, strict: bool = False) -> list[Row]:
     """The rows that hold anything, with `delimiter_of` between their cells.
 
-    Raises `ValueError` naming the row for what is no CSV; `strict` refuses a quote that is not closed, too.
+    A number that can be read in two ways (`1,250`) is written as Python does where the other numbers of the table prove
+    its meaning. Raises `ValueError` naming the row where they do not, and for what is no CSV; `strict` refuses a quote
+    that is not closed, too.
     """
     if "\0" in text:
         raise ValueError(f"holds a NUL character at {text.index(chr(0))}; not a text file")
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter_of(text), strict=strict)
+    delimiter = delimiter_of(text)
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=strict)
     try:
         rows = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
     except csv.Error as error:
         raise ValueError(f"row {reader.line_num}: {error}") from error
-    return [(line, cells) for line, cells in rows if any(cells)]
+    rows = [(line, cells) for line, cells in rows if any(cells)]
+    # a single column has no delimiter
+    return _with_settled_numbers(rows, comma_cells=delimiter == "," and any(len(cells) > 1 for _, cells in rows))
+
+
+def _with_settled_numbers(rows: list[Row], *, comma_cells: bool) -> list[Row]:
+    """`rows` without numbers that have two readings."""
+    doubtful = {text for _, cells in rows for text in cells if len(readings(text)) > 1}
+    if not doubtful:
+        return rows
+    columns = zip_longest(*(cells for _, cells in rows), fillvalue="")
+    try:
+        notation = notation_of(columns, comma_cells=comma_cells, by_hand=True)
+    except AmbiguousNumberError as error:
+        line = next(line for line, cells in rows if error.text in cells)
+        raise ValueError(f"row {line}: {error}; write {error.choices}") from error
+    assert notation is not None  # a doubtful number among contradictory ones is refused
+    return [(line, [notation.plain(text) if text in doubtful else text for text in cells]) for line, cells in rows]
 
 
 @dataclass(frozen=True)
@@ -112,10 +135,13 @@ class HeadedTable:
 
 
 def parse_number(text: str) -> float:
-    """A number as a person or a German spreadsheet writes it; `ValueError` for anything that is not finite."""
-    if "_" in text or not text.isascii():  # Python's own spellings: 1_0 in a table is a slip of the keyboard
-        raise ValueError(f"{text!r} is no decimal number")
-    value = float(text.replace(",", ".") if "," in text and "." not in text else text)
+    """A number as a person or a spreadsheet writes it, thousands apart or not; `ValueError` for anything that is not
+    finite, and for a comma that has two readings (`1,250`)."""
+    try:
+        # Python's own spellings, 1_0 and digits of other scripts, are slips of the keyboard in a table.
+        value = float(text if text.isascii() and "_" not in text else plain_number(text))
+    except ValueError:
+        value = float(plain_number(text))
     if not math.isfinite(value):
         raise ValueError(f"{text!r} is not finite")
     return value

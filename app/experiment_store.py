@@ -441,8 +441,7 @@ def open_experiment_store(address: str | os.PathLike[str], *, create: bool = Tru
     """
     from .. import __version__
 
-    text = str(address)
-    url = text if "://" in text else f"sqlite:///{Path(address)}"
+    url = os.fspath(address)
     return ExperimentStore(open_store(url, Writer("python", __version__), create=create), url)
 
 

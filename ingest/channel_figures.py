@@ -66,12 +66,8 @@ def shock_parts(channels: Sequence[Channel], expected: int, settings: Extraction
     if expected == 1:
         return ShockParts((WHOLE,))
     loudest = max(channels, key=lambda channel: float(np.ptp(_filled(channel))))
-    alike = [
-        c
-        for c in channels
-        if c.recorded.size == loudest.recorded.size and c.sampling_rate_hz == loudest.sampling_rate_hz
-    ]
-    envelope = np.max([np.abs(_filled(c)) for c in alike], axis=0)
+    alike = [c for c in channels if c.sampling_rate_hz == loudest.sampling_rate_hz]
+    envelope = np.max([_on_samples_of(loudest, c) for c in alike], axis=0)
     rate, start = loudest.sampling_rate_hz, loudest.start_s
     events = _events(envelope, _noise(_filled(loudest)), rate, expected, settings)
     if len(events) < expected:
@@ -86,8 +82,18 @@ def shock_parts(channels: Sequence[Channel], expected: int, settings: Extraction
 
 def _filled(channel: Channel) -> Floats:
     """The channel less its median, lost samples at rest."""
-    x = channel.si - rest_level(channel.si).baseline
+    x = channel.readings - rest_level(channel.readings).baseline
     return np.where(np.isfinite(x), x, 0.0)
+
+
+def _on_samples_of(loudest: Channel, channel: Channel) -> Floats:
+    """The size of a channel at the samples of the loudest, to the nearest sample; 0 where it was not recorded."""
+    size = np.zeros(loudest.recorded.size)
+    first = round((channel.start_s - loudest.start_s) * loudest.sampling_rate_hz)
+    begin, end = max(first, 0), min(first + channel.recorded.size, size.size)
+    if begin < end:
+        size[begin:end] = np.abs(_filled(channel))[begin - first : end - first]
+    return size
 
 
 def _noise(x: Floats) -> float:
@@ -231,7 +237,7 @@ def _measured(channels: Sequence[Channel], begin_s: float, end_s: float) -> Impa
         if end_s != inf:
             stop = min(stop, max(first, ceil((end_s - channel.start_s) * channel.sampling_rate_hz)))
         start_s = channel.start_s + first * channel.period_s
-        figures = shock_figures(channel.si[first:stop], channel.sampling_rate_hz, start_s)
+        figures = shock_figures(channel.readings[first:stop], channel.sampling_rate_hz, start_s)
         if figures is not None:
             figures_by_channel[channel.name] = figures
     return figures_by_channel

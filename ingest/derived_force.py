@@ -19,9 +19,10 @@ from ..array_types import Floats
 from ..signals.channel import Channel, Sensor
 from ..signals.checks.base import Finding, Severity
 from .acceleration import DEFAULT_REGULARISATION, deconvolve_together
+from .common_grid import GridError, on_one_grid
 from .errors import IngestError
 from .pulses import find_hits
-from .readers import RecordingError, open_recording
+from .readers import AS_IN_FILE, ReadingOptions, RecordingError, open_recording
 from .recording_options import ADVICE, FILE, ForceSource
 from .settings import ExtractionSettings
 from .transfer_function import TransferFunction, TransferFunctionError, estimate_transfer_function
@@ -58,35 +59,40 @@ class TransferFunctions:
         return self.functions[0].sampling_rate_hz
 
 
-def plate_response(folder: Path, source: ForceSource, sensors: dict[str, Sensor]) -> TransferFunctions:
+def plate_response(
+    folder: Path, source: ForceSource, sensors: dict[str, Sensor], reading: ReadingOptions = AS_IN_FILE
+) -> TransferFunctions:
     """H of each accelerometer from the hammer's recording (eq. 2.7). Raises `IngestError` that says how to get it."""
     file = folder / source.recording
     wanted = {name: sensors[name] for name in source.accelerometers} | {source.hammer.name: source.hammer}
     try:
-        with open_recording(file) as recording:
+        with open_recording(file, reading) as recording:
             channels = {
-                name: Channel(sensor, recording.read(name), recording.info(name).sampling_rate_hz)
+                name: Channel(
+                    sensor, recording.read(name), (info := recording.info(name)).sampling_rate_hz, info.start_s
+                )
                 for name, sensor in wanted.items()
             }
         digest = hashlib.sha256(file.read_bytes()).hexdigest()
-    except (RecordingError, OSError) as error:
+        grid = on_one_grid([channels[name] for name in (source.hammer.name, *source.accelerometers)])
+    except (RecordingError, GridError, OSError) as error:
         raise IngestError(f"{FILE}: force.transfer_function: {error}; {ADVICE}") from error
-    force = channels[source.hammer.name]
-    rate = force.sampling_rate_hz
-    hits = find_hits(force.si, rate).pulses
+    force, *accelerations = grid.values
+    rate = grid.sampling_rate_hz
+    hits = find_hits(force, rate).pulses
     if len(hits) < MIN_HITS:
         raise IngestError(
             f"{FILE}: force.transfer_function: {source.recording} holds {len(hits)} hits, {MIN_HITS} needed; {ADVICE}"
         )
-    upright = force.si * hits[0].sign - hits[0].rest_n
+    upright = force * hits[0].sign - hits[0].rest_n
     starts = np.array([max(0, pulse.contact.first - round(_BEFORE_S * rate)) for pulse in hits], dtype=np.int64)
-    segment = int(np.diff(starts, append=force.si.size).min()) // 2 * 2
+    segment = int(np.diff(starts, append=force.size).min()) // 2 * 2
     try:
         functions = tuple(
             estimate_transfer_function(
-                channels[name].si, upright, rate, starts=starts, segment=segment, end_weight=_END_WEIGHT
+                acceleration, upright, rate, starts=starts, segment=segment, end_weight=_END_WEIGHT
             )
-            for name in source.accelerometers
+            for acceleration in accelerations
         )
     except TransferFunctionError as error:
         raise IngestError(f"{FILE}: force.transfer_function: {source.recording}: {error}; {ADVICE}") from error
@@ -101,17 +107,19 @@ def derived_force(
     by_name = {channel.name: channel for channel in channels}
     used = [by_name[name] for name in plate.source.accelerometers]
     first, rate = used[0], used[0].sampling_rate_hz
-    if any(c.sampling_rate_hz != rate or c.recorded.size != first.recorded.size for c in used) or not np.isclose(
-        rate, plate.sampling_rate_hz
-    ):
-        message = (
-            f"no force derived: the shot was recorded at {rate:g} Hz, the hammer's hits at "
-            f"{plate.sampling_rate_hz:g} Hz; record both at one rate, all accelerometers alike"
-        )
-        return None, Finding("derived-force", "reject", message, first.name)
-    begin = _begin(used, rate)
+    try:
+        grid = on_one_grid(used)
+        if not np.isclose(rate, plate.sampling_rate_hz):
+            raise GridError(
+                f"the shot was recorded at {rate:g} Hz, the hammer's hits at {plate.sampling_rate_hz:g} Hz; record "
+                "both at one rate"
+            )
+    except GridError as error:
+        return None, Finding("derived-force", "reject", f"no force derived: {error}", first.name)
+    begin = _begin(grid.values, rate)
     segment = plate.functions[0].segment
-    window = np.stack([_rested(c.si, begin, round(_BEFORE_S * rate) // 2)[begin : begin + segment] for c in used])
+    rest = round(_BEFORE_S * rate) // 2
+    window = np.stack([_rested(samples, begin, rest)[begin : begin + segment] for samples in grid.values])
     force = deconvolve_together(window, plate.functions, rate, plate.to_hz, DEFAULT_REGULARISATION)
     force = force[: max(2, round(_KEPT_SHARE * segment))]
     hits = find_hits(force, rate, settings, expected=1).pulses
@@ -137,7 +145,7 @@ def derived_force(
         "known_to_hz": plate.to_hz,
     }
     sensor = Sensor(NAME, "force", "N", position=plate.source.impact_position)
-    channel = Channel(sensor, force.astype(np.float32), rate, first.start_s + begin / rate, header)
+    channel = Channel(sensor, force.astype(np.float32), rate, grid.start_s + begin / rate, header)
     return channel, _residual_finding(plate, residual)
 
 
@@ -166,9 +174,9 @@ def _known_to(functions: Sequence[TransferFunction]) -> float:
     return float(frequency[min(low, frequency.size - 1)])
 
 
-def _begin(channels: Sequence[Channel], rate_hz: float) -> int:
-    """The sample that a shot's window begins with: some rest before the accelerations leave it."""
-    away = np.max([np.abs(c.si - np.median(c.si[:64])) for c in channels], axis=0)
+def _begin(accelerations: Floats, rate_hz: float) -> int:
+    """The sample that a shot's window begins with: some rest before the accelerations (k, n) leave it."""
+    away = np.max([np.abs(x - np.median(x[:64])) for x in accelerations], axis=0)
     onset = int(np.argmax(away > 0.02 * away.max()))
     return max(0, onset - round(_BEFORE_S * rate_hz))
 

@@ -159,7 +159,7 @@ def _velocity(laser: Channel | None, length: float | None, length_u: float | Non
         return (None, None), [Finding("no-bullet-length", "warning", message, laser.name)]
     given = {} if length_u is None else {"length_u_m": length_u}
     try:
-        opening = muzzle_velocity(laser.si, laser.sampling_rate_hz, length, **given)
+        opening = muzzle_velocity(laser.readings, laser.sampling_rate_hz, length, **given)
     except (NoPassageError, ValueError) as error:
         return (None, None), [Finding("no-passage", "warning", str(error), laser.name)]
     return (opening.velocity_m_s, opening.velocity_u_m_s), []
@@ -169,7 +169,7 @@ def _pressure(channel: Channel | None) -> tuple[Pair, list[Finding]]:
     if channel is None:
         return (None, None), []
     try:
-        opening = tank_pressure_before(channel.si)
+        opening = tank_pressure_before(channel.readings)
     except (NoDropError, ValueError) as error:
         return (None, None), [Finding("no-pressure-drop", "note", str(error), channel.name)]
     # The calibration is common to all shots, and is not averaged out by them.
@@ -182,7 +182,7 @@ def _opening(channel: Channel | None) -> ValveOpening | None:
     if channel is None:
         return None
     try:
-        opening = valve_opening(channel.si, channel.sampling_rate_hz)
+        opening = valve_opening(channel.readings, channel.sampling_rate_hz)
     except (NoDropError, ValueError):
         return None
     return replace(opening, time_s=channel.start_s + opening.time_s, seen_s=channel.start_s + opening.seen_s)

@@ -6,15 +6,17 @@ Only an accelerometer that rides on the impactor can tell: its `position` in cam
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..array_types import Floats
-from ..signals.channel import Channel, on_impactor
-from ..signals.checks.base import Finding
+from ..signals.channel import Channel, Sensor, on_impactor
+from ..signals.checks.base import Contact, Finding
 from .acceleration import clean_acceleration, delay_is_plausible, measured_delay_samples
+from .common_grid import GridError, on_one_grid
 from .pulses import ExtractedPulse
+from .readers import RecordingError
 from .settings import ExtractionSettings
 from .transfer_function import TransferFunctionError
 from .velocity import impact_velocity
@@ -53,6 +55,10 @@ def impactor_channel(channels: list[Channel]) -> Channel | None:
     return None
 
 
+def _earlier(contact: Contact, samples: int) -> Contact:
+    return Contact(contact.first - samples, contact.peak - samples, contact.last - samples)
+
+
 #: Samples before a contact that its window begins with: the rest that noise and zero are taken from.
 _BEFORE = 64
 #: Longest window of a hit in seconds: a hammer head has rung down by then.
@@ -60,17 +66,39 @@ _LONGEST_WINDOW_S = 0.08
 
 
 def impact_speeds(
-    channels: list[Channel], pulses: tuple[ExtractedPulse, ...], settings: ExtractionSettings, force: Floats | None
+    channels: list[Channel],
+    pulses: tuple[ExtractedPulse, ...],
+    settings: ExtractionSettings,
+    contact_force: tuple[Floats, Channel] | None,
 ) -> tuple[tuple[ImpactSpeed | None, ...], list[Finding]]:
     """Velocity of each hit, and findings on the channel; no velocity where the impactor carries no accelerometer.
 
+    `contact_force` are the samples in which the pulses were found, and the channel on whose clock these are.
     With enough hits the acceleration is first freed of the hammer's own dynamics, each hit by the transfer
     function of the others. The delay behind the force is checked against eq. 4.1: the head's length is not part
     of a campaign, and its wave takes less than a sample (thesis: 12.4 of 19.5 µs), so the limit is two samples.
+    Raises `RecordingError` for a sample beside a contact that is no number.
     """
     channel = impactor_channel(channels)
-    if channel is None or force is None or not pulses or channel.recorded.size != force.size:
+    if channel is None or contact_force is None or not pulses:
         return (None,) * len(pulses), []
+    force, clock = contact_force
+    try:
+        grid = on_one_grid([clock, channel])
+    except GridError as error:
+        message = f"no velocity from the impactor's acceleration: {error}"
+        return (None,) * len(pulses), [Finding("no-impact-velocity", "warning", message, channel.name)]
+    samples = slice(grid.first, grid.first + grid.values.shape[1])
+    force, acceleration = force[samples], grid.values[1]
+    if pulses[0].contact.first < samples.start or pulses[-1].contact.last >= samples.stop:
+        message = (
+            f"no velocity from the impactor's acceleration: {channel.name!r} is recorded from {grid.start_s:.6g} s on "
+            f"for {force.size / grid.sampling_rate_hz:.6g} s only, in which not all contacts are"
+        )
+        return (None,) * len(pulses), [Finding("no-impact-velocity", "warning", message, channel.name)]
+    pulses = tuple(replace(pulse, contact=_earlier(pulse.contact, samples.start)) for pulse in pulses)
+    # The channel's own samples where its clock is the force's, else those of the common grid.
+    channel = Channel(Sensor(channel.name, "acceleration", "m/s2"), acceleration, grid.sampling_rate_hz)
     findings = _delays(channel, force, pulses)
     windows, origins, problem = _windows(channel, force, pulses, settings)
     speeds: list[ImpactSpeed | None] = []
@@ -94,13 +122,13 @@ def _windows(
     origins = [max(0, pulse.contact.first - _BEFORE) for pulse in pulses]
     ends = [*origins[1:], force.size]
     longest = round(_LONGEST_WINDOW_S * rate)
-    raw = [channel.si[a : min(b, a + longest)] for a, b in zip(origins, ends, strict=True)]
+    raw = [channel.readings[a : min(b, a + longest)] for a, b in zip(origins, ends, strict=True)]
     if not 0 < settings.deconvolve_from_hits <= len(pulses):
         return raw, origins, []
     segment = min(longest, *(b - a for a, b in zip(origins, ends, strict=True))) // 2 * 2
     try:
         cleaned = clean_acceleration(
-            channel.si,
+            channel.readings,
             force,
             rate,
             np.array(origins, dtype=np.int64),
@@ -118,9 +146,23 @@ def _delays(channel: Channel, force: Floats, pulses: tuple[ExtractedPulse, ...])
     for i, pulse in enumerate(pulses):
         origin = max(0, pulse.contact.first - _BEFORE)
         near = slice(origin, pulse.contact.last + _BEFORE)  # a contact is short and the record long
+        _refuse_not_finite(channel, channel.name, channel.readings, near)
+        _refuse_not_finite(channel, "force", force, near)
         span = (pulse.contact.first - origin, pulse.contact.last - origin)
-        delay = measured_delay_samples(force[near], channel.si[near], *span)
+        delay = measured_delay_samples(force[near], channel.readings[near], *span)
         if not delay_is_plausible(delay, 0.0, channel.sampling_rate_hz):
             message = f"acceleration follows force by {delay:.1f} samples; expected at most two, the wave's travel"
             speeds.append(Finding("delay", "warning", message, channel.name, {"delay_samples": delay}, i))
     return speeds
+
+
+def _refuse_not_finite(channel: Channel, name: str, values: Floats, near: slice) -> None:
+    """Raise `RecordingError` for a sample of `values` (n,), on the clock of `channel`, that is no number."""
+    lost = np.flatnonzero(~np.isfinite(values[near]))
+    if lost.size:
+        at = near.start + int(lost[0])
+        raise RecordingError(
+            f"channel {name!r} has no number at sample {at} ({channel.start_s + at * channel.period_s:.6g} s), beside "
+            "a contact, so that no impact velocity can be integrated; record the hit again, or take the channel on the "
+            "impactor out of campaign.toml"
+        )

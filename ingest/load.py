@@ -252,7 +252,7 @@ def campaign_plate_response(file: CampaignFile, rows: tuple[RunRow, ...]) -> Tra
                 f"{hammer!r}: a transfer function holds for one place; hit the plate with the hammer where the "
                 "projectile strikes it, or put these rows into a campaign of their own"
             )
-    return plate_response(file.folder, file.force, dict(file.sensors))
+    return plate_response(file.folder, file.force, dict(file.sensors), file.reading)
 
 
 def process(
@@ -281,6 +281,11 @@ def process(
         return match(work.path, own_rows, len(recording.pulses), rows), recording
     except RecordingError as error:
         return _damaged(work, str(error))
+    except (MemoryError, OSError, IngestError):  # of the machine or of the campaign, not of this recording
+        raise
+    except Exception as error:  # noqa: BLE001  # whatever a library says of one recording, the others are stored
+        reason = f"{work.path}: could not be processed ({type(error).__name__}: {error}); look at its samples"
+        return _damaged(work, reason)
 
 
 def _impact_rows(file: CampaignFile, rows: list[RunRow]) -> int:

@@ -87,6 +87,20 @@ def check_same_samples(twins: Sequence[str], channel: str) -> Finding | None:
     return Finding("same-recording", "warning", message, channel, {"same_as": list(twins)})
 
 
+def check_other_campaigns(places: Sequence[tuple[str, str]], channel: str) -> Finding | None:
+    """A recording whose file is stored in other campaigns, too: `places` are (campaign, path)."""
+    if not places:
+        return None
+    campaign, path = places[0]
+    more = f" and {len(places) - 1} more" if len(places) > 1 else ""
+    message = (
+        f"this very file is stored as {path} of campaign {campaign}{more}: datasets of both would hold its impacts "
+        "twice; delete one of the campaigns, or build datasets of one of them"
+    )
+    evidence = {"stored_as": [{"campaign": name, "recording": place} for name, place in places]}
+    return Finding("same-recording", "warning", message, channel, evidence)
+
+
 INSULATOR, SIZE, PRESSURE = RULES = ("insulator-without-anvil", "negative-size", "pressure-above-regulator")
 
 #: A free factor with one of these words in its name is a size, a mass or the like: below zero there is none.

@@ -21,6 +21,7 @@ from ..signals.units import UnitError, to_si
 from .channel_figures import ImpactFigures, measure_channels
 from .channel_mistakes import check_force_sign, refuse_no_reading
 from .column_names import resembled_channel
+from .common_grid import GridError, contacts_on, on_one_grid, with_numbers
 from .derived_force import TransferFunctions, derived_force
 from .gunshot import ShotMeasurement, measure_shot
 from .impact_speed import ImpactSpeed, impact_speeds
@@ -101,7 +102,7 @@ def process_recording(
     hits = hits_of(channels, settings, expected)
     pulses = hits.pulses
     force = total_force(channels)
-    speeds, conditioning = impact_speeds(channels, pulses, settings, force[0] if force else None)
+    speeds, conditioning = impact_speeds(channels, pulses, settings, force)
     shot, shot_findings = measure_shot(channels, bullet_length_m, bullet_length_u_m)
     figures = measure_channels(channels, hits, rows, settings)
     findings = check_recording(channels, hits) + unread + conditioning + shot_findings + list(figures.findings)
@@ -214,19 +215,22 @@ def _check_unit(file: str, sensor: Sensor, written: str | None) -> None:
 
 
 def total_force(channels: list[Channel]) -> tuple[NDArray[np.float64], Channel] | None:
-    """The contact force: the force channel, or the sum of a load-cell array's (thesis, section 2.2.1)."""
+    """The contact force: the force channel, or the sum of a load-cell array's (thesis, section 2.2.1).
+
+    With it a channel on whose clock its samples are: the first of an array, as far as all of its cells were recorded.
+    """
     forces = [c for c in channels if c.quantity == "force"]
     if not forces:
         return None
     first = forces[0]
     if len(forces) == 1:
-        return first.si, first
-    for other in forces[1:]:
-        if other.recorded.size != first.recorded.size or other.sampling_rate_hz != first.sampling_rate_hz:
-            raise RecordingError(
-                f"force channels {first.name!r} and {other.name!r} differ in length or rate; expected one array's"
-            )
-    return np.sum([c.si for c in forces], axis=0), first
+        return first.readings, first
+    try:
+        grid = on_one_grid(forces)
+    except GridError as error:
+        raise RecordingError(f"force channels cannot be added: {error}") from error
+    recorded = first.recorded[grid.first : grid.first + grid.values.shape[1]]
+    return grid.values.sum(axis=0), replace(first, recorded=recorded, start_s=grid.start_s)
 
 
 def hits_of(channels: list[Channel], settings: ExtractionSettings, expected: int | None) -> Hits:
@@ -241,7 +245,12 @@ def hits_of(channels: list[Channel], settings: ExtractionSettings, expected: int
 def check_recording(channels: list[Channel], hits: Hits) -> list[Finding]:
     """What the checks find on the channels of one recording and in its pulses, each event once."""
     contacts = tuple(pulse.contact for pulse in hits.pulses)
-    findings = [finding for channel in channels for finding in run_checks(channel, contacts)]
+    force = total_force(channels)
+    findings: list[Finding] = []
+    for channel in channels:
+        moved = contacts_on(channel, force[1] if force else channel, contacts)
+        on_channel = run_checks(channel, tuple(contact for _, contact in moved))
+        findings += with_numbers(on_channel, [number for number, _ in moved])
     return check_recording_channels(channels, findings + _pulse_findings(channels, hits))
 
 

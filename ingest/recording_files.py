@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
@@ -21,6 +21,7 @@ from .readers import (
     open_recording,
     reader_for,
 )
+from .readers.start_times import CLOCK_ZERO, parsed_instant, seconds_between
 
 #: Between the files of a recording, in the cell that names them and in the path that is stored.
 SEPARATOR = ";"
@@ -121,6 +122,8 @@ def file_hash(path: Path) -> str:
 class JoinedRecording(OpenRecording):
     """Several files as one recording, each channel with the rate and start of its own file.
 
+    Where every file says at which instant its time is 0, all start on one clock; else they begin together.
+
     A channel that two of the files have is refused when it is asked for: nobody can say which is meant.
     """
 
@@ -128,10 +131,11 @@ class JoinedRecording(OpenRecording):
         with ExitStack() as stack:
             self._files = [(path.name, stack.enter_context(open_recording(path, reading))) for path in paths]
             self._stack = stack.pop_all()
+        self._later_s = _later_s([recording for _, recording in self._files])
         by_name: dict[str, ChannelInfo] = {}
-        for _, file in self._files:
+        for (_, file), later_s in zip(self._files, self._later_s, strict=True):
             for channel in file.channels:
-                by_name.setdefault(channel.name, channel)
+                by_name.setdefault(channel.name, replace(channel, start_s=channel.start_s + later_s))
         self.channels = tuple(by_name.values())
 
     def names(self, name: str) -> bool:
@@ -142,7 +146,11 @@ class JoinedRecording(OpenRecording):
         if len(holders) > 1:
             named = " and in ".join(file for file, _ in holders)
             raise RecordingError(f"channel {name!r} is in {named}; expected it in one of the files")
-        return holders[0][1].info(name) if holders else super().info(name)
+        if not holders:
+            return super().info(name)
+        info = holders[0][1].info(name)
+        later_s = next(s for (_, f), s in zip(self._files, self._later_s, strict=True) if f is holders[0][1])
+        return replace(info, start_s=info.start_s + later_s)
 
     def read(self, name: str, start: int = 0, stop: int | None = None) -> NDArray[Any]:
         self.info(name)
@@ -153,3 +161,12 @@ class JoinedRecording(OpenRecording):
 
     def close(self) -> None:
         self._stack.close()
+
+
+def _later_s(recordings: Sequence[OpenRecording]) -> list[float]:
+    """By how much the zero of each file's clock is later than the earliest; nothing where one of them says none."""
+    zeros = [next((c.header[CLOCK_ZERO] for c in file.channels if CLOCK_ZERO in c.header), None) for file in recordings]
+    stated = [instant for instant in map(parsed_instant, zeros) if instant is not None]
+    if len(stated) < len(recordings):
+        return [0.0] * len(recordings)
+    return [seconds_between(min(stated), instant) for instant in stated]

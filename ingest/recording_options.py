@@ -14,12 +14,13 @@ from ..signals.units import UnitError
 from .errors import LONGEST_NAME, IngestError, printable
 from .readers import ReadingOptions
 from .readers.recording import MAX_COLUMNS
-from .readers.text import BLANKS
+from .readers.text_table import BLANKS
 
-_RECORDING_OPTIONS_KEYS = ("columns", "sampling_rate_hz", "delimiter", "decimal", "harmless_fields")
+_RECORDING_OPTIONS_KEYS = ("columns", "sampling_rate_hz", "delimiter", "decimal", "harmless_fields", "uneven_time")
 #: As campaign.toml writes it -> the sign.
 _DELIMITERS = {",": ",", ";": ";", "|": "|", "\t": "\t", "tab": "\t", " ": BLANKS, "blanks": BLANKS}
 _DECIMALS = (".", ",")
+REFUSE, RESAMPLE = UNEVEN_TIME = ("refuse", "resample")
 
 
 def reading_options(data: Mapping[str, Any]) -> ReadingOptions:
@@ -33,7 +34,11 @@ def reading_options(data: Mapping[str, Any]) -> ReadingOptions:
     decimal = _sign(table, "decimal", dict(zip(_DECIMALS, _DECIMALS, strict=True)), '"." or ","')
     if delimiter == "," and decimal == ",":
         raise IngestError("campaign.toml: recordings.delimiter and recordings.decimal are both ','; expected two signs")
-    return ReadingOptions(_columns(table), _rate(table), delimiter, decimal, _harmless_fields(table))
+    expected = '"refuse" or "resample"'
+    uneven_time = _sign(table, "uneven_time", dict(zip(UNEVEN_TIME, UNEVEN_TIME, strict=True)), expected)
+    return ReadingOptions(
+        _columns(table), _rate(table), delimiter, decimal, _harmless_fields(table), uneven_time == RESAMPLE
+    )
 
 
 def _columns(table: Mapping[str, Any]) -> tuple[str, ...]:

@@ -16,6 +16,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from ..delimited_text import Line, parse_number
+from ..number_notation import AmbiguousNumberError
 from ..schema.known_factors import BY_COLUMN, BY_NAME, LevelError, MaterialNames, RunLevel, level_of
 from ..signals.checks.base import Finding
 from ..signals.valve_profile import ValveProfile
@@ -193,6 +194,8 @@ class _Reading:
         expected = "a number of zero or more" if zero else "a number above zero"
         try:
             value = parse_number(text) * scale
+        except AmbiguousNumberError as error:
+            raise IngestError(self._fault(line, column, text, error.choices)) from error
         except ValueError as error:
             raise IngestError(self._fault(line, column, text, expected)) from error
         if not 0 <= value < math.inf or (value == 0 and not zero):

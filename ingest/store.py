@@ -26,7 +26,7 @@ from .excluded_recordings import DiscardedRecordings, UnreadableRecording, delet
 from .folder import CampaignFile
 from .impact_speed import TargetMotion
 from .modes import ModalTableFile
-from .plausibility import check_impulse, check_same_samples, check_tip
+from .plausibility import check_impulse, check_other_campaigns, check_same_samples, check_tip
 from .processing import ProcessedRecording
 from .report import IngestReport
 from .rows import (
@@ -53,6 +53,7 @@ from .stored_rows import (
     recordings_alike,
     refuse_changed_rows,
     refuse_other_modes,
+    stored_elsewhere,
     way_out,
 )
 
@@ -259,7 +260,10 @@ class CampaignStore:
     ) -> list[Finding]:
         """What mass, velocity and tip of the rows say against the pulses, and recordings of the same samples."""
         name = next((s.channel.name for s in done.series if s.channel.quantity == "force"), next(iter(channels)))
-        findings = [check_same_samples(recordings_alike(session, recording), name)]
+        findings = [
+            check_same_samples(recordings_alike(session, recording), name),
+            check_other_campaigns(stored_elsewhere(session, recording), name),
+        ]
         for hit in hits:
             if hit.pulse is not None:
                 mass_kg = self._file.hammer.mass_kg if self._file.hammer else hit.row.number("bullet_mass")

@@ -193,6 +193,21 @@ def recordings_alike(session: Session, recording: Recording) -> list[str]:
     return list(session.scalars(query))
 
 
+def stored_elsewhere(session: Session, recording: Recording) -> list[tuple[str, str]]:
+    """(campaign, path) of stored recordings of other campaigns that are the same file."""
+    query = (
+        select(Campaign.name, Recording.path)
+        .join(Campaign, Recording.campaign_id == Campaign.id)
+        .where(
+            Recording.sha256 == recording.sha256,
+            Recording.campaign_id != recording.campaign_id,
+            Recording.status == STORED,
+        )
+        .order_by(Campaign.name, Recording.path)
+    )
+    return [(name, path) for name, path in session.execute(query)]
+
+
 def row_values(row: RunRow, kind: str) -> dict[str, float | None]:
     """What `known_rows` has as the values of this very row."""
     speed, speed_u = row.impact_velocity_m_s, row.impact_velocity_u_m_s

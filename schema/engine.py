@@ -8,11 +8,10 @@ from errno import EDQUOT, EFBIG, ENOSPC
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import Connection, Engine, create_engine, event
+from sqlalchemy import URL, Connection, Engine, create_engine, event
 from sqlalchemy.exc import DBAPIError, NoSuchModuleError
 
-from .addresses import AddressError, address_for_display, without_secrets
-from .addresses import parse_address as parsed_address
+from .addresses import AddressError, address_for_display, parse_store_address, without_secrets
 from .transactions import RetryPolicy, retry
 
 #: Wait this long for another writer before giving up (SQLite lets one write at a time).
@@ -88,9 +87,9 @@ def _had_no_room(error: BaseException | None) -> bool:
 def make_engine(url: str) -> Engine:
     """An engine with the rules that the store relies on. Raises `StoreError` for an unusable address."""
     try:
-        parsed = parsed_address(url)
+        parsed = parse_store_address(url)
     except AddressError as error:
-        raise StoreError(f"{error}; expected sqlite:///FILE.db or postgresql+psycopg://USER@HOST/NAME") from error
+        raise StoreError(str(error)) from error
     backend = parsed.get_backend_name()
     if backend not in ("sqlite", "postgresql"):
         raise StoreError(
@@ -100,15 +99,19 @@ def make_engine(url: str) -> Engine:
         parsed = parsed.set(drivername="postgresql+psycopg")
     try:
         if backend == "sqlite":
-            _refuse_missing_folder(parsed.database)
-            engine = create_engine(parsed, connect_args={"timeout": BUSY_TIMEOUT_S})
-            _configure_sqlite(engine)
+            _refuse_missing_folder(Path(parsed.database or ""))
+            engine = _sqlite_engine(parsed)
         else:
             engine = create_engine(parsed, pool_pre_ping=True, connect_args=dict(_SERVER))
             _configure_postgresql(engine)
     except (ModuleNotFoundError, NoSuchModuleError) as error:
         raise StoreError(f"no driver for {address_for_display(url)!r}: pip install 'pyroshock[postgres]'") from error
     return engine
+
+
+def make_memory_engine() -> Engine:
+    """An engine of an SQLite store that is gone when it is disposed of."""
+    return _sqlite_engine(URL.create("sqlite", database=":memory:"))
 
 
 def one_state(engine: Engine) -> dict[str, Any]:
@@ -140,9 +143,17 @@ def _may_come(message: str, is_known: bool) -> bool:
     return any(words in message for words in _LATER)
 
 
-def _refuse_missing_folder(database: str | None) -> None:
-    if database and database != ":memory:" and not Path(database).absolute().parent.is_dir():
-        raise StoreError(f"no folder {str(Path(database).parent)!r} to keep the store {Path(database).name!r} in")
+def _refuse_missing_folder(database: Path) -> None:
+    if not database.absolute().parent.is_dir():
+        raise StoreError(f"no folder {str(database.parent)!r} to keep the store {database.name!r} in")
+    if database.is_dir():
+        raise StoreError(f"{str(database)!r} is a folder; a store is a file: give one in it, such as {database}/lab.db")
+
+
+def _sqlite_engine(url: URL) -> Engine:
+    engine = create_engine(url, connect_args={"timeout": BUSY_TIMEOUT_S})
+    _configure_sqlite(engine)
+    return engine
 
 
 def _configure_sqlite(engine: Engine) -> None:
@@ -183,8 +194,7 @@ def _write_ahead(cursor: sqlite3.Cursor) -> None:
 def make_engine_of_existing(url: str) -> Engine:
     """`make_engine`, refusing a missing SQLite file (which SQLite would silently create)."""
     engine = make_engine(url)
-    path = engine.url.database
-    if engine.dialect.name == "sqlite" and path and path != ":memory:" and not Path(path).exists():
+    if engine.dialect.name == "sqlite" and not Path(engine.url.database or "").exists():
         raise no_store(engine, url)
     return engine
 

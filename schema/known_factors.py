@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ..delimited_text import parse_number
+from ..number_notation import AmbiguousNumberError
 
 #: A layer that is not there.
 NONE = "none"
@@ -134,6 +135,8 @@ def _number_level(text: str, factor: KnownFactor, si_unit: str) -> RunLevel:
     try:
         cell = parse_number(text)
         number = float(level_label(cell * factor.scale))
+    except AmbiguousNumberError as error:
+        raise LevelError(f"{error.choices}, written so that it has one meaning") from error
     except ValueError as error:
         raise LevelError(factor.expected_number) from error
     if not math.isfinite(number) or not factor.allows(cell):
@@ -144,6 +147,8 @@ def _number_level(text: str, factor: KnownFactor, si_unit: str) -> RunLevel:
 def _free_level(column: str, text: str) -> RunLevel:
     try:
         number = parse_number(text)
+    except AmbiguousNumberError as error:
+        raise LevelError(f"{error.choices}, written so that it has one meaning") from error
     except ValueError:
         return RunLevel(column, text)
     label = level_label(number)

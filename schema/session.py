@@ -33,6 +33,7 @@ from .engine import (
     describe,
     make_engine,
     make_engine_of_existing,
+    make_memory_engine,
     no_store,
     one_state,
 )
@@ -207,7 +208,15 @@ def open_store(url: str, writer: Writer, *, create: bool = False) -> Store:
 
     Raises `StoreError` where there is none, and `StoreVersionError` where its tables are not this software's.
     """
-    engine = make_engine(url) if create else make_engine_of_existing(url)
+    return _opened(make_engine(url) if create else make_engine_of_existing(url), url, writer, create)
+
+
+def open_scratch_store(writer: Writer) -> Store:
+    """An empty store in memory, for figures that nobody keeps: it is gone when it is closed."""
+    return _opened(make_memory_engine(), ":memory:", writer, create=True)
+
+
+def _opened(engine: Engine, url: str, writer: Writer, create: bool) -> Store:
     try:
         _check_revision(engine, url, create)
         store = Store(engine, writer)
@@ -264,6 +273,7 @@ __all__ = [
     "count_rows",
     "describe",
     "make_engine",
+    "open_scratch_store",
     "open_store",
 ]
 

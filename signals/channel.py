@@ -11,9 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .calibration import Calibration
+from .placeholders import Placeholders, without_placeholders
 from .units import SI_UNITS, to_si
 
 Result = TypeVar("Result")
+#: Quantities whose records may be pulses of one sample: light barriers and triggers.
+MAY_STAND_ALONE = ("voltage", "displacement")
 #: Positions of sensors on what the operator's arm or the gun moves on purpose: its velocity changes for good.
 IMPACTOR_POSITIONS = ("hammer", "impactor", "projectile", "bullet", "tip")
 
@@ -98,6 +101,20 @@ class Channel:
         if offset != 0.0:
             values += offset
         return values
+
+    @cached_property
+    def placeholders(self) -> Placeholders:
+        """Samples that are no readings of the sensor."""
+        return self._without_placeholders[0]
+
+    @property
+    def readings(self) -> NDArray[np.float64]:
+        """`si` with its placeholders mended (n,): what figures, spectra and contacts are taken from."""
+        return self._without_placeholders[1]
+
+    @cached_property
+    def _without_placeholders(self) -> tuple[Placeholders, NDArray[np.float64]]:
+        return without_placeholders(self.si, self.recorded, pulsed=self.quantity in MAY_STAND_ALONE)
 
     def once(self, key: Hashable, reckon: Callable[[], Result]) -> Result:
         """What `reckon` gives, kept under `key`: several checks need the same figures of the same samples."""

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given, settings
 from pyroshock.delimited_text import HeadedTable, decode_utf8, delimiter_of, parse_number, table_rows
+from support.records.written_numbers import WrittenColumn, tables, text_of
 
 
 @pytest.mark.parametrize("delimiter", [";", "\t", ","])
@@ -42,8 +44,59 @@ def test_what_is_no_text_or_no_table_is_refused() -> None:
         table_rows('a,b\n1,"2\n', strict=True)
 
 
-def test_number_has_a_point_or_a_comma() -> None:
-    assert [parse_number(text) for text in ("1.5", "1,5", "-2e3", " 7 ")] == [1.5, 1.5, -2000.0, 7.0]
-    for text in ("1_0", "٣", "inf", "nan", "", "1,000.5"):
+def test_number_has_a_point_or_a_comma_and_may_have_its_thousands_apart() -> None:
+    assert [parse_number(text) for text in ("1.5", "1,5", "-2e3", " 7 ", "1.250")] == [1.5, 1.5, -2000.0, 7.0, 1.25]
+    spellings = (
+        "1,234.5",
+        "1.234,5",
+        "1 234,5",
+        "1\u00a0234.5",
+        "1\u202f234,5",
+        "1\u2009234,5",
+        "1'234.5",
+        "1\u2019234.5",
+    )
+    assert {parse_number(text) for text in spellings} == {1234.5}
+    assert parse_number("-1,234,567") == -1234567.0
+    for text in ("1_0", "٣", "inf", "nan", "", "12,34.5", "1,23,456", "1 23", "1,234.567,8", "0,123.5"):
         with pytest.raises(ValueError, match=r"could not convert|is no decimal number|is not finite"):
             parse_number(text)
+    with pytest.raises(ValueError, match=r"^'1,250' can be 1250 or 1\.25: its comma is a decimal sign or sets"):
+        parse_number("1,250")
+
+
+@pytest.mark.parametrize(
+    ("text", "cells"),
+    [
+        ('mm,g\n"1,200",0.6\n885,1\n', ["1200", "885"]),
+        ('mm,n\n"1,200",7\n885,1\n', ["1200", "885"]),
+        ("mm;g\n1.200;0,6\n885;1\n", ["1200", "885"]),
+        ("mm;g\n1,200;0,6\n885;1\n", ["1.200", "885"]),
+        ('mm,n\n1.250,7\n"1,5",8\n', None),
+        ('mm,n\n"1,200",7\n"1,100",1\n', None),
+        ("mm;n\n1,200;7\n885;1\n", None),
+        ("mm;n\n1.234;7\n998;1\n", None),
+        ("mm;n\n1,234;1.234\n", None),
+        ("mm\tn\n1,234,567\t1\n1,234\t5\n", ["1,234,567", "1234"]),
+    ],
+)
+def test_the_other_numbers_of_a_table_prove_what_a_comma_means(text: str, cells: list[str] | None) -> None:
+    if cells is None:
+        with pytest.raises(ValueError, match=r"^row 2: '1[.,]2\d\d' can be .* or .*; write "):
+            table_rows(text)
+    else:
+        assert [row[0] for _, row in table_rows(text)[1:]] == cells
+
+
+@settings(max_examples=300)
+@given(tables())
+def test_a_table_of_numbers_is_read_exactly_or_refused(drawn: tuple[list[WrittenColumn], tuple[str, str], str]) -> None:
+    table, notation, delimiter = drawn
+    text = text_of(table, notation, delimiter, ["a", "b", "c"][: len(table)])
+    try:
+        rows = HeadedTable.of(table_rows(text))
+        rows.check()
+        numbers = [[parse_number(cells[name]) for _, cells in rows.lines] for name in rows.header]
+    except ValueError:
+        return
+    assert numbers == [column.values for column in table]

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from ...parallel.executor import BACKENDS, LOCAL, ExecutorConfig, usual_jobs
-from ...schema.addresses import HIDDEN, AddressError, address_for_display, parse_address, without_secrets
+from ...schema.addresses import HIDDEN, AddressError, address_for_display, parse_store_address, without_secrets
 from ..common.default_store import DEFAULT_DB
 from ..common.number_format import format_number
 from ..common.quantities import SYSTEMS, VARIABLE, System, display_of, shown_in
@@ -42,7 +42,7 @@ def db_option(function: Function) -> Function:
         default=DEFAULT_DB,
         show_default=True,
         show_envvar=True,
-        help="Use this store: sqlite:///FILE or postgresql+psycopg://USER@HOST/NAME.",
+        help="Use this store: the path of a file, sqlite:///FILE or postgresql+psycopg://USER@HOST/NAME.",
     )(function)
 
 
@@ -158,7 +158,7 @@ def open_if_exists(db: str, *, silent: bool = False) -> Iterator[Store | None]:
     """The store, or None where its file is not there yet: not every command needs one."""
     with errors_as_one_line():
         try:
-            url = parse_address(db)
+            url = parse_store_address(db)
         except AddressError:  # `open_command_store` says what is wrong with it
             url = None
         missing = url is not None and url.drivername.startswith("sqlite") and not Path(url.database or "").exists()

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import click
 
+from ...schema.addresses import AddressError, sqlite_file
 from ..common.default_store import DEFAULT_DB
 
 Completion = Callable[[click.Context, click.Parameter, str], list[str]]
@@ -110,9 +111,11 @@ def _registry(store: str) -> str:
 
 
 def _file(address: str) -> Path | None:
-    if not address.startswith("sqlite") or ":///" not in address:
+    try:
+        file = sqlite_file(address)
+    except AddressError:  # the next command says it
         return None
-    return Path(address.partition(":///")[2].partition("?")[0])
+    return None if file is None else Path(file)
 
 
 def _rows(address: str, statement: str) -> list[tuple[str, ...]]:

@@ -181,7 +181,7 @@ def impact_records(session: Session, key: int, channel: str | None, left_out: li
 
 def _values(session: Session, row: RecordedChannel, first: int, stop: int) -> tuple[Floats, float, float]:
     read = read_channel(session, row, first, stop)
-    return without_rest(read.si, row.sampling_rate_hz, read.start_s)[0], row.sampling_rate_hz, read.start_s
+    return without_rest(read.readings, row.sampling_rate_hz, read.start_s)[0], row.sampling_rate_hz, read.start_s
 
 
 def _window(session: Session, impact: Impact) -> tuple[float, float]:

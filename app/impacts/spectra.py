@@ -4,16 +4,25 @@ target. Which channel is the acceleration, and in which unit, is never guessed."
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path, PurePath
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...array_types import Floats
 from ...ingest.channel_mistakes import refuse_no_reading
-from ...ingest.readers import ChannelInfo, OpenRecording, ReadingOptions, RecordingError, may_crash, open_recording
+from ...ingest.readers import (
+    AS_IN_FILE,
+    ChannelInfo,
+    OpenRecording,
+    ReadingOptions,
+    RecordingError,
+    may_crash,
+    open_recording,
+)
 from ...ingest.readers.contents import is_unit, reading_apart
 from ...parallel.read_ahead import map_ahead
 from ...signals.channel import Channel, Sensor
@@ -38,12 +47,13 @@ _ACCELERATION_NAME = re.compile(r"acc|a\d*[xyz]?(?:_|$)", re.IGNORECASE)
 
 @dataclass(frozen=True, eq=False)
 class Acceleration:
-    """One channel of a file, in m/s2, (n,)."""
+    """One channel of a file, in m/s2, (n,); `header` is what else the file says, gaps of its time among it."""
 
     channel: str
     values_m_s2: Floats
     sampling_rate_hz: float
     start_s: float
+    header: dict[str, Any] = field(default_factory=dict)
 
     @property
     def duration_s(self) -> float:
@@ -52,18 +62,18 @@ class Acceleration:
 
 
 def read_acceleration(
-    path: Path, channel: str | None = None, unit: str | None = None, rate_hz: float | None = None
+    path: Path, channel: str | None = None, unit: str | None = None, reading: ReadingOptions = AS_IN_FILE
 ) -> Acceleration:
     """The channel, or the only one that can be an acceleration, in SI.
 
-    Unit and sampling rate are the file's; `unit` and `rate_hz` stand in where the file tells none. Raises
+    Unit and sampling rate are the file's; `unit` and `reading` stand in where the file tells none. Raises
     `RecordingError` or `UnitError` with what is there and what to give. A file that may crash its library is read in a
     process of its own.
     """
     if not path.is_file() or not may_crash(path):
-        return _read(path, channel, unit, rate_hz)
+        return _read(path, channel, unit, reading)
     isolation = reading_apart(_unreadable, lambda _: PATIENCE_S, always=True)
-    ((_, reading),) = map_ahead(partial(_read, channel=channel, unit=unit, rate_hz=rate_hz), [path], 1, isolation)
+    ((_, reading),) = map_ahead(partial(_read, channel=channel, unit=unit, reading=reading), [path], 1, isolation)
     return reading
 
 
@@ -71,14 +81,14 @@ def _unreadable(path: Path) -> Acceleration:
     raise RecordingError(f"{path.name}: the library that reads it was crashed by it, or did not end; it is damaged")
 
 
-def _read(path: Path, channel: str | None, unit: str | None, rate_hz: float | None) -> Acceleration:
-    with open_recording(path, ReadingOptions(sampling_rate_hz=rate_hz)) as recording:
+def _read(path: Path, channel: str | None, unit: str | None, reading: ReadingOptions) -> Acceleration:
+    with open_recording(path, reading) as recording:
         info = recording.info(channel) if channel is not None else _only_acceleration(path, recording)
         gain, offset = to_si(_unit(path, info, unit), "acceleration")
         samples = recording.read(info.name)
         refuse_no_reading(path.name, info.name, samples)
         values = gain * samples.astype(np.float64) + offset
-    return Acceleration(info.name, values, info.sampling_rate_hz, info.start_s)
+    return Acceleration(info.name, values, info.sampling_rate_hz, info.start_s, info.header)
 
 
 def _said_unit(info: ChannelInfo) -> str | None:
@@ -162,14 +172,16 @@ def measure(
 
     The checks see the record as it is, spectrum and moments its part less its rest (`record_choice`).
     """
-    values, rate, start_s = acceleration.values_m_s2, acceleration.sampling_rate_hz, acceleration.start_s
-    taken, part = chosen_part(values, rate, start_s, hit, "--hit")
-    acceleration = replace(acceleration, values_m_s2=values[taken], start_s=start_s + taken.start / rate)
     sensor = Sensor(acceleration.channel, "acceleration", "m/s2", range=range_m_s2)
-    channel = Channel(sensor, acceleration.values_m_s2, acceleration.sampling_rate_hz, acceleration.start_s)
+    rate, start_s = acceleration.sampling_rate_hz, acceleration.start_s
+    whole = Channel(sensor, acceleration.values_m_s2, rate, start_s, acceleration.header)
+    taken, part = chosen_part(whole.readings, rate, start_s, hit, "--hit")
+    values, start_s = acceleration.values_m_s2[taken], start_s + taken.start / rate
+    acceleration = replace(acceleration, values_m_s2=values, start_s=start_s)
+    channel = Channel(sensor, values, rate, start_s, acceleration.header)
     if frequency_hz is None and target is not None:
         frequency_hz = target.lines()
-    shock, removed = without_rest(channel.si, rate, acceleration.start_s, rest)
+    shock, removed = without_rest(channel.readings, rate, acceleration.start_s, rest)
     spectrum = shock_response_spectrum(
         shock,
         channel.sampling_rate_hz,

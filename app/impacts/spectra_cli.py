@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from ...twin.srs.target import Target
     from .spectra import MeasuredSpectrum
 
+#: As `uneven_time` of campaign.toml has them.
+REFUSE, RESAMPLE = UNEVEN_TIME = ("refuse", "resample")
 _FILE = click.Path(dir_okay=False, path_type=Path)
 _RATIO = click.FloatRange(0, 1, min_open=True, max_open=True)
 
@@ -26,6 +28,20 @@ _RATIO = click.FloatRange(0, 1, min_open=True, max_open=True)
     "--rate",
     metavar="HZ",
     help="Give the sampling rate if the file has neither rate nor time, such as 51200 or 51.2kHz.",
+)
+@click.option(
+    "--uneven-time",
+    type=click.Choice(UNEVEN_TIME),
+    default=REFUSE,
+    show_default=True,
+    help="Refuse a record whose time steps are uneven, or resample it and state the error.",
+)
+@click.option(
+    "--harmless-field",
+    "harmless_fields",
+    multiple=True,
+    metavar="NAME",
+    help="Name a field of the file that changes no number (a pattern such as 'Trigger*'; give it several times).",
 )
 @click.option(
     "--frequencies",
@@ -91,6 +107,8 @@ def srs(
     channel: str | None,
     unit: str | None,
     rate: str | None,
+    uneven_time: str,
+    harmless_fields: tuple[str, ...],
     frequencies: str | None,
     q: float | None,
     damping: float | None,
@@ -117,13 +135,19 @@ def srs(
     progress = progress_bar(f"Computing the spectrum of {file.name}")
     with errors_as_one_line():
         with progress:
+            from ...ingest.readers import ReadingOptions
             from .record_choice import parse_rest
             from .spectra import measure, parse_lines, read_acceleration
             from .spectrum_tables import as_json, write_spectrum
 
             specified = _target(target, tolerance)
+            reading = ReadingOptions(
+                sampling_rate_hz=_rate_hz(rate),
+                harmless_fields=harmless_fields,
+                resample_uneven_time=uneven_time == RESAMPLE,
+            )
             measured = measure(
-                read_acceleration(file, channel, unit, _rate_hz(rate)),
+                read_acceleration(file, channel, unit, reading),
                 None if frequencies is None else parse_lines(frequencies, "--frequencies"),
                 _damping_ratio(q, damping),
                 target=specified,

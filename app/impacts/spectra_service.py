@@ -88,6 +88,7 @@ def srs(
         if frame is None:
             raise ValueError("rate is missing: give the sampling rate in Hz, or a Series whose index is the time in s")
         rate = _rate_of(frame.index)
+    _refuse_placeholders(values, frame)
     lines = parse_lines(frequencies, "frequencies") if isinstance(frequencies, str) else frequencies
     records = values.T if values.ndim == 2 else values[np.newaxis]
     start_s = 0.0 if frame is None else _start_of(frame.index)
@@ -125,6 +126,22 @@ def srs(
 def _start_of(index: pd.Index[Any]) -> float:
     """The first time of an index in s; 0 for one that holds no times."""
     return float(index[0]) if len(index) and index.dtype.kind == "f" else 0.0
+
+
+def _refuse_placeholders(values: NDArray[np.float64], frame: pd.DataFrame | pd.Series[Any] | None) -> None:
+    """Raise `ValueError` for a sample that is no reading: it would be the whole spectrum."""
+    from ...signals.placeholders import without_placeholders
+
+    for number, record in enumerate(values.reshape(values.shape[0], -1).T):
+        placeholders, usable = without_placeholders(record, record)
+        at = np.union1d(placeholders.lone, placeholders.beyond_range)
+        if at.size:
+            which = f" of column {frame.columns[number]!r}" if values.ndim == 2 and hasattr(frame, "columns") else ""
+            raise ValueError(
+                f"{at.size} sample{'s' if at.size > 1 else ''}{which}, the first number {at[0]} = {record[at[0]]:.7g}, "
+                f"far outside of the neighbours ({usable[at[0]]:.4g}): a placeholder is no reading; replace it, for "
+                "example by the mean of its neighbours, or leave the record out"
+            )
 
 
 def _rate_of(index: pd.Index[Any]) -> float:

@@ -7,6 +7,8 @@ from typing import Any
 from sqlalchemy import ColumnElement, Integer, and_, case, func, or_, select
 from sqlalchemy.orm import Session
 
+from ...dataset.predictors import shipped
+from ...dataset.selection import missing_in_campaigns, missing_words
 from ...ingest.errors import enumerated
 from ...schema.benches import Material
 from ...schema.campaigns import Campaign
@@ -26,7 +28,7 @@ def campaign_overview(session: Session, name: str) -> dict[str, Any]:
 
     `campaign`, `counts`, `set_aside` (the first ones, with reasons), `plans` and `levels` (design coverage), `achieved`
     and `achieved_summary` (planned settings against recorded ones), `findings` (counted by check and severity),
-    `first_impacts`, `first_shots`.
+    `missing_facts` (what training would miss, a sentence), `first_impacts`, `first_shots`.
     """
     key = get_campaign_id(session, name)
     row = session.get_one(Campaign, key)
@@ -41,9 +43,16 @@ def campaign_overview(session: Session, name: str) -> dict[str, Any]:
         "achieved": achieved.rows,
         "achieved_summary": achieved.summary,
         "findings": count_findings(session, key),
+        "missing_facts": missing_facts_words(session, row),
         "first_impacts": list_impacts_page(session, name, (), None, FIRST_ROWS)[0],
         "first_shots": list(with_predictions(session, shots)),
     }
+
+
+def missing_facts_words(session: Session, row: Campaign) -> str:
+    """What the predictors that ship for the campaign's kind lack in its stored rows ("8 impacts have no tip radius");
+    empty where nothing is missing."""
+    return missing_words(missing_in_campaigns(session, [row.name], shipped(row.kind)))
 
 
 def _campaign(session: Session, row: Campaign) -> dict[str, Any]:

@@ -83,6 +83,8 @@ def show(name: str, db: str, json_to: str | None) -> None:
         for key, value in overview[title].items():
             if not isinstance(value, list | dict):
                 click.echo(f"{key:24} {format_cell(value)}")
+    if overview["missing_facts"]:
+        click.echo(f"\nmissing facts\n  {overview['missing_facts']}")
     for title in ("findings", "first_impacts", "first_shots"):
         click.echo(f"\n{title.replace('_', ' ')}")
         print_table(overview[title], "  none")

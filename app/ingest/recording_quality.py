@@ -93,6 +93,14 @@ _ADVICE: dict[str, tuple[str, str]] = {
         "Check the mounting and the cable of the sensor; do not use its low frequencies.",
     ),
     "dropouts": ("Samples are missing or stand still", "Check the connection and the converter; repeat the run."),
+    "placeholder": (
+        "A sample is a placeholder, no reading",
+        "Export the record again without placeholders, or mend the sample in the file.",
+    ),
+    "resampled-time": (
+        "The time of the record was uneven, and it is resampled",
+        "Record with an even sampling rate where the stated error matters.",
+    ),
     "rest-level": ("The sensor does not rest at zero", "Check its offset and its mounting."),
     "noise-floor": ("Low lines of the spectrum show noise", "Use the spectrum above the frequency of the finding."),
     "no-shock": ("The channel shows no shock", "Check the sensor, its cable and the trigger."),

@@ -13,8 +13,6 @@ import numpy as np
 from sqlalchemy import select
 
 from ...array_types import Floats
-from ...dataset.predictors import shipped
-from ...dataset.selection import missing_in_campaigns, missing_words
 from ...doe.plans import StoredRun, read_plan
 from ...ingest.impact_speed import ImpactSpeed, StruckPlate
 from ...ingest.new_folder import KIND_OF_START, NewFolder, start_folder
@@ -24,6 +22,7 @@ from ...twin.contact.impacts import plate_impedance
 from ...twin.contact.target_motion import with_plate_motion
 from ..common.frames import frame_of, titled_table
 from ..common.plan_tables import cells_of
+from .campaign_overview import missing_facts_words
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -153,8 +152,7 @@ def training_notes(store: Store, campaign: str) -> list[dict[str, Any]]:
     """A note in the form of an ingest's findings, of the predictors that ship for the campaign's kind; none where
     nothing is missing."""
     with store.reading() as session:
-        kind = session.scalars(select(Campaign.kind).where(Campaign.name == campaign)).one()
-        words = missing_words(missing_in_campaigns(session, [campaign], shipped(kind)))
+        words = missing_facts_words(session, session.scalars(select(Campaign).where(Campaign.name == campaign)).one())
     note = {"recording": None, "channel": None, "check": CHECK, "severity": "note", "message": words}
     return [note] if words else []
 

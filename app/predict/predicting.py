@@ -12,6 +12,7 @@ import numpy as np
 from ...dataset.sources import STATED_PLATE_MASS
 from ...dataset.validity_limits import BETWEEN_LEVELS
 from ...delimited_text import parse_number
+from ...number_notation import AmbiguousNumberError
 from ...schema.known_factors import BY_NAME
 from ...signals.valve_profile import ValveProfile
 from ...twin.contact_interface import Extrapolation, OutOfDomain
@@ -44,9 +45,11 @@ def parse_factor(text: str) -> tuple[str, Value]:
 
 
 def factor_value(text: str) -> Value:
-    """A cell as a number where it reads as one."""
+    """A cell as a number where it reads as one. Raises `AmbiguousNumberError` for a number with two readings."""
     try:
         return parse_number(text)
+    except AmbiguousNumberError:
+        raise
     except ValueError:
         return text
 

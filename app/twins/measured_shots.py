@@ -386,7 +386,7 @@ class _Records:
         if stop - first < quiet + 2:
             raise ValueError(f"{row.name} has no samples between this contact and the next")
         channel = read_channel(self.session, row, first, stop)
-        record, full_scale = channel.si, channel.sensor.range_si
+        record, full_scale = channel.readings, channel.sensor.range_si
         if full_scale is not None and np.abs(record).max() >= _CLIPPED * full_scale:
             raise ValueError(f"{row.name} reached its full scale")
         rest = record[:quiet]

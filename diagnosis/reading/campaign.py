@@ -23,7 +23,7 @@ from ...schema.configurations import configuration_factors
 from ...schema.known_factors import BY_NAME
 from ...schema.listings import get_campaign_id
 from ...schema.recordings import SET_ASIDE, Recording
-from ...schema.session import Writer, open_store
+from ...schema.session import Writer, open_scratch_store, open_store
 from ..record import CampaignRecord, Factor, Run, RunConfiguration
 from .series import HitSeries, StoredImpact, read_exclusions, read_hits, read_series
 
@@ -277,8 +277,9 @@ def read_folder(path: Path) -> CampaignRecord:
     path = Path(path)
     large = sum(file.stat().st_size for file in path.rglob("*") if file.is_file()) > IN_MEMORY_BYTES
     with tempfile.TemporaryDirectory(prefix="pyroshock-") as scratch:
-        url = f"sqlite:///{scratch}/campaign.db" if large else "sqlite:///:memory:"
-        with open_store(url, Writer("diagnose", "temporary"), create=True) as store:
+        writer = Writer("diagnose", "temporary")
+        scratch_file = f"sqlite:///{scratch}/campaign.db"
+        with open_store(scratch_file, writer, create=True) if large else open_scratch_store(writer) as store:
             report = ingest_folder(store, path, jobs=None if large else 1)
             with store.reading() as session:
                 return read_campaign(session, report.campaign)

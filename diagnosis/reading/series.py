@@ -276,7 +276,7 @@ def _cut_ringing(session: Session, rows: Iterable[RecordedChannel]) -> dict[str,
 
     Channels without a finite sample, and silent ones, are left out.
     """
-    records = [(row, np.asarray(read_channel(session, row).si, dtype=np.float64)) for row in rows]
+    records = [(row, np.asarray(read_channel(session, row).readings, dtype=np.float64)) for row in rows]
     audible = [(row, x) for row, x in records if np.isfinite(x).any() and np.nanmax(x) > np.nanmin(x)]
     begins = [row.start_s + _begin_of_loudest(x, row.sampling_rate_hz) / row.sampling_rate_hz for row, x in audible]
     return {row.name: _cut(session, row, min(begins), _rest_s(row), _RINGING_S) for row, _ in audible}
@@ -296,7 +296,7 @@ def _cut(session: Session, row: RecordedChannel, start_s: float, before_s: float
     contact = (start_s - row.start_s) * rate
     first = max(0, math.ceil(contact - before_s * rate - _SAME_SAMPLE))
     stop = min(row.samples, max(first, math.floor(contact + after_s * rate + _SAME_SAMPLE) + 1))
-    values = np.asarray(read_channel(session, row, first, stop).si, dtype=np.float64)
+    values = np.asarray(read_channel(session, row, first, stop).readings, dtype=np.float64)
     # Where both clocks share their samples, rounding alone must not shift the series.
     exact = round(contact) if abs(contact - round(contact)) < _SAME_SAMPLE else contact
     return Series(values, rate, (first - exact) / rate)

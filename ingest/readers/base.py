@@ -14,7 +14,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, ClassVar, Self
 
-import numpy as np
 from numpy.typing import NDArray
 
 from .field_rules import FieldRule
@@ -37,7 +36,8 @@ class ReadingOptions:
 
     `columns` are the names of columns in order, where a file has none, with a unit if need be (`force [N]`);
     `delimiter` and `decimal` are signs, for text that could be read in two ways. `harmless_fields` are fields of the
-    files (or patterns of them) that the laboratory knows to change no number.
+    files (or patterns of them) that the laboratory knows to change no number. `resample_uneven_time` puts samples whose
+    own times are uneven on an even grid; without it such a file is refused.
     """
 
     columns: tuple[str, ...] = ()
@@ -45,6 +45,7 @@ class ReadingOptions:
     delimiter: str | None = None
     decimal: str | None = None
     harmless_fields: tuple[str, ...] = ()
+    resample_uneven_time: bool = False
 
 
 AS_IN_FILE = ReadingOptions()
@@ -152,29 +153,3 @@ def rate_from_step(step_s: float, relative: float = 1e-9) -> float:
         if candidate > 0 and abs(candidate - rate) <= relative * rate:
             return candidate
     return rate
-
-
-def rate_from_times(path: Path, times: NDArray[np.float64]) -> tuple[float, float]:
-    """Sampling rate (Hz) and start (s) of a time column in seconds (n,), n >= 2.
-
-    The rate is the inverse of the mean step outside gaps, rounded as far as the printed digits leave open, so
-    that a column printed to the microsecond gives 51200 and not 51199.7 (its median step would give 50000).
-    Raises `RecordingError` when time does not increase, a step is not finite, or the steps are uneven; gaps
-    (rare steps of several samples) are left for the quality check.
-    """
-    if times.size < 2:
-        raise RecordingError(f"{path.name}: a time column needs at least two samples, got {times.size}")
-    steps = np.diff(times)
-    if not np.all(np.isfinite(steps)) or np.any(steps <= 0):
-        row = int(np.argmin(np.where(np.isfinite(steps), steps, -np.inf))) + 1
-        raise RecordingError(f"{path.name}: time does not increase at sample {row} (t = {float(times[row])} s)")
-    typical = float(np.mean(steps[steps <= 2.5 * np.median(steps)]))
-    even = steps[steps < 1.5 * typical]
-    if even.size < 0.9 * steps.size:
-        raise RecordingError(
-            f"{path.name}: {steps.size - even.size} of {steps.size} time steps are longer than 1.5 times "
-            f"{typical:.6g} s; expected evenly spaced time"
-        )
-    step = float(np.mean(even))
-    printed = 2.0 * float(np.max(np.abs(even - step))) / (even.size * step)
-    return rate_from_step(step, min(max(printed, 1e-6), 5e-5)), float(times[0])

@@ -16,13 +16,14 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...parallel.read_ahead import Isolation
 from ...signals.units import SI_UNITS, UnitError, to_si
 from .base import RecordingError
@@ -33,13 +34,34 @@ Result = TypeVar("Result")
 RATE_NAMES = frozenset({"fs", "fs_hz", "sampling_rate", "sampling_rate_hz", "sample_rate", "sample_rate_hz"})
 RATE_UNITS = {"": 1.0, "hz": 1.0, "1/s": 1.0, "s/s": 1.0, "sps": 1.0, "khz": 1e3, "mhz": 1e6}
 TIME_UNITS = {
-    **dict.fromkeys(("s", "sec", "second", "seconds"), 1.0),
-    **dict.fromkeys(("ms", "msec", "milliseconds"), 1e-3),
-    **dict.fromkeys(("us", "usec", "microseconds", "µs", "μs"), 1e-6),
-    **dict.fromkeys(("ns", "nsec", "nanoseconds"), 1e-9),
+    **dict.fromkeys(
+        ("s", "sec", "secs", "second", "seconds", "sekunde", "sekunden", "seconde", "secondes", "с", "秒"), 1.0
+    ),
+    **dict.fromkeys(
+        ("ms", "msec", "msecs", "millisecond", "milliseconds", "millisekunden", "millisecondes", "мс", "毫秒"), 1e-3
+    ),
+    **dict.fromkeys(("us", "usec", "usecs", "microsecond", "microseconds", "µs", "μs", "мкс", "微秒"), 1e-6),
+    **dict.fromkeys(("ns", "nsec", "nanosecond", "nanoseconds"), 1e-9),
     "ps": 1e-12,
+    **dict.fromkeys(("min", "mins", "minute", "minutes", "minuten"), 60.0),
+    **dict.fromkeys(("h", "hr", "hrs", "hour", "hours", "stunden"), 3600.0),
 }
-_TIME_NAME = re.compile(r"(?:t|time)(?:_(s|sec|ms|msec|us|usec|ns|nsec))?", re.IGNORECASE)
+#: What instruments and people call time, in the languages of laboratories; compared without case.
+_TIME_WORDS = (
+    r"t|times?|zeit(?:en|achse|basis|stempel)?|messzeit|temps|tiempos?|tempo|tempi|tijd|tid|czas|čas|cas|idő|ido|"
+    r"время|zaman|waktu|χρόνος|时间|時間|时刻|時刻|시간|time ?(?:stamps?|axis|base|vector|column)|"
+    r"x[ _-]?values?"
+)
+#: `Elapsed time`, `rel. Zeit`.
+_BEFORE_TIME = r"(?:elapsed|relative|rel\.?|recording|measurement|sample|absolute|abs\.?|relativ(?:e|er)?|abgelaufene) "
+_UNIT_WORDS = "|".join(sorted(map(re.escape, TIME_UNITS), key=len, reverse=True))
+#: `time`, `Zeit`, `t_ms`, `Time/ms`, `Zeit in ms`, `temps, s`.
+_TIME_NAME = re.compile(
+    rf"(?:{_BEFORE_TIME})?(?:{_TIME_WORDS})(?:(?:_| in |/| ?[,:] ?| )({_UNIT_WORDS}))?\.?", re.IGNORECASE
+)
+#: A column that has a unit for a name: `(ms)`, `[s]`, `seconds`.
+_UNIT_AS_NAME = re.compile(rf"[\[(<] ?({_UNIT_WORDS}) ?[\])>]|([mnuµμ]s|[a-z]{{3,}})", re.IGNORECASE)
+_VOLTS = {"v", "volt", "volts"}
 _BRACKETED = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))")
 
 
@@ -55,8 +77,11 @@ class Array:
     unit: str | None = None
     rate_hz: Any = None  # where the file gives the array its own
     start_s: float = 0.0
+    times_s: Floats | None = None  # of its samples, where the file gives the array its own: rate and start follow
     header: dict[str, Any] = field(default_factory=dict)
     nameless: bool = False  # `name` is ours: the file has none
+    rises_as_time: bool = False  # time by its unit, whatever its name
+    obstacle: str | None = None  # why no channel can be made of it, as `unread_field` says it; others can be read
 
     @property
     def samples(self) -> int:
@@ -68,7 +93,7 @@ class Array:
 
     @property
     def is_time(self) -> bool:
-        return _TIME_NAME.fullmatch(self.name) is not None
+        return self.rises_as_time or is_time_name(self.name)
 
 
 @dataclass(frozen=True)
@@ -101,14 +126,35 @@ def lazy_array(load: Callable[[], NDArray[Any]]) -> Callable[[int, int], NDArray
 
 def is_clock_name(name: str) -> bool:
     """Whether a column of this name is a time or a rate."""
-    return name.lower() in RATE_NAMES or _TIME_NAME.fullmatch(name) is not None
+    return name.lower() in RATE_NAMES or is_time_name(name)
+
+
+@lru_cache(maxsize=1024)
+def is_time_name(name: str) -> bool:
+    """Whether a column of this name is time: a word for it in some language, or a unit of time alone."""
+    return _TIME_NAME.fullmatch(_words(name)) is not None or _unit_as_name(name) is not None
+
+
+def _words(name: str) -> str:
+    return " ".join(name.split())
+
+
+def _unit_as_name(name: str) -> str | None:
+    match = _UNIT_AS_NAME.fullmatch(_words(name))
+    unit = (match.group(1) or match.group(2)) if match else None
+    return unit if unit is not None and unit.lower() in TIME_UNITS else None
+
+
+def unit_in_time_name(name: str) -> str | None:
+    """The unit that the name of a time column carries: `t_ms`, `Zeit in ms`, `(ms)`; None where it carries none."""
+    match = _TIME_NAME.fullmatch(_words(name))
+    return match.group(1) if match is not None and match.group(1) else _unit_as_name(name)
 
 
 def time_scale(name: str, unit: str | None) -> float | None:
     """Seconds per unit of a time column called `name`; None for an unknown unit."""
-    suffix = _TIME_NAME.fullmatch(name)
-    unit_text = unit.strip() if unit and unit.strip() else (suffix.group(1) if suffix and suffix.group(1) else "s")
-    return TIME_UNITS.get(unit_text.lower())
+    unit_text = unit.strip() if unit and unit.strip() else (unit_in_time_name(name) or "s")
+    return TIME_UNITS.get(unit_text.strip(".").lower())
 
 
 def is_unit(text: str) -> bool:
@@ -121,6 +167,18 @@ def is_unit(text: str) -> bool:
         except UnitError:
             continue
         return True
+    return False
+
+
+def same_unit(first: str, second: str) -> bool:
+    """Whether two texts say one unit: `m/s2` and `m/s^2`, `V` and `Volts`."""
+    if first.strip().lower() == second.strip().lower() or {first.lower(), second.lower()} <= _VOLTS:
+        return True
+    for quantity in SI_UNITS:
+        try:
+            return to_si(first, quantity) == to_si(second, quantity)
+        except UnitError:
+            continue
     return False
 
 

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .base import MAX_EXPANSION, ReadingOptions, RecordingError, rate_from_times
-from .clock import time_gaps
+from .base import MAX_EXPANSION, ReadingOptions, RecordingError
 from .contents import Array, BoundedFile, Contents, lazy_array, one_line
+from .file_fields import refuse_unread_fields
+from .ide_fields import IDE_FIELDS
 from .recording import ArrayReader
 
 _EBML = b"\x1a\x45\xdf\xa3"
@@ -33,8 +34,9 @@ class IdeReader(ArrayReader):
 
     format = "ide"
     suffixes = (".ide",)
+    fields = IDE_FIELDS
 
-    def contents(self, path: Path, open_files: ExitStack, _: ReadingOptions) -> Contents:
+    def contents(self, path: Path, open_files: ExitStack, options: ReadingOptions) -> Contents:
         refuse_cut(path)
         with _no_compromise(path) as importer:
             stream = open_files.enter_context(BoundedFile(path.open("rb", buffering=0)))
@@ -49,6 +51,7 @@ class IdeReader(ArrayReader):
             recorder = {
                 key: value for key, value in dataset.recorderInfo.items() if isinstance(value, int | float | str)
             }
+        refuse_unread_fields(path, self.fields, recorder, "the recorder", options)
         return Contents(arrays, header=recorder)
 
 
@@ -102,7 +105,6 @@ def _array(path: Path, part: Any) -> Array | None:
         raise RecordingError(
             f"{path.name}: {part.displayName!r} declares {samples} samples, more than the file can hold"
         )
-    rate, start, header = _clock(path, events.arraySlice()[0])
     return Array(
         part.displayName,
         (samples,),
@@ -110,25 +112,14 @@ def _array(path: Path, part: Any) -> Array | None:
         lazy_array(partial(_values, path, events)),
         group=str(part.parent.id),
         unit=part.units[1] or None,
-        rate_hz=rate,
-        start_s=start,
-        header={"sensor": str(getattr(part.sensor, "name", None)), **header},
+        times_s=np.asarray(events.arraySlice()[0], dtype=np.float64) * _MICROSECOND,
+        header={"sensor": str(getattr(part.sensor, "name", None))},
     )
 
 
 def _values(path: Path, events: Any) -> NDArray[np.float64]:
     with _no_compromise(path):
         return np.asarray(events.arraySlice()[1], dtype=np.float64)
-
-
-def _clock(path: Path, times_us: NDArray[np.float64]) -> tuple[float | None, float, dict[str, Any]]:
-    """Rate in hertz, start in seconds and gaps; no rate for what is no even series, such as positions or texts."""
-    times = np.asarray(times_us, dtype=np.float64) * _MICROSECOND
-    try:
-        rate, start = rate_from_times(path, times)
-    except RecordingError:
-        return None, 0.0, {}
-    return rate, start, time_gaps(np.diff(times) * rate)
 
 
 def refuse_cut(path: Path) -> None:

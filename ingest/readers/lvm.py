@@ -10,22 +10,30 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .base import ReadingOptions, RecordingError, rate_from_step, rate_from_times
+from .base import ReadingOptions, RecordingError
 from .contents import Array, Contents, in_memory, one_line
 from .csv import table_contents
+from .file_fields import is_harmless, refuse_unread_fields
+from .lvm_axis import channel_clock, channel_starts
+from .lvm_fields import LVM_FIELDS
 from .recording import ArrayReader
 from .text import read_text, sniff
 
-#: LabVIEW prints Delta_X with seven digits.
-_PRINTED_STEP = 5e-7
+#: What lvm_read makes of a segment beside its keys.
+_NO_FIELDS = ("data", "Channel names", "comments", "")
 _SEPARATORS = {"Tab": "\t", "Comma": ","}
 
 
 class LvmReader(ArrayReader):
-    """One segment; `X_Columns` No or One. Several segments are refused: their gaps in time would be lost."""
+    """One segment; `X_Columns` No or One. Several segments are refused: their gaps in time would be lost.
+
+    Several writes under one heading are read where an X column tells the gaps between them. Channels start by `Date`,
+    `Time` and `X0`, in seconds after the earliest `Date` and `Time` of the segment.
+    """
 
     format = "lvm"
     suffixes = (".lvm",)
+    fields = LVM_FIELDS
 
     def contents(self, path: Path, _: ExitStack, options: ReadingOptions) -> Contents:
         import lvm_read
@@ -37,7 +45,11 @@ class LvmReader(ArrayReader):
         parsed = lvm_read.read_lines(lines, separator=_separator(path, lines))
         if parsed["Segments"] != 1 or "Channel names" not in parsed[0]:
             raise RecordingError(f"{path.name}: has {parsed['Segments']} segments; expected one, with channels")
-        return Contents(_arrays(path, parsed, text), header=_header(parsed))
+        header = _header(parsed)
+        refuse_unread_fields(path, self.fields, header, "the file", options)
+        stated = {key: value for key, value in parsed[0].items() if key not in _NO_FIELDS}
+        refuse_unread_fields(path, self.fields, stated, "the segment", options)
+        return Contents(_arrays(path, parsed, text, options), header=header)
 
 
 def _without_header(path: Path, text: str, options: ReadingOptions) -> Contents:
@@ -65,7 +77,7 @@ def _separator(path: Path, lines: list[str]) -> str:
     return "\t"
 
 
-def _arrays(path: Path, parsed: dict[Any, Any], text: str) -> list[Array]:
+def _arrays(path: Path, parsed: dict[Any, Any], text: str, options: ReadingOptions) -> list[Array]:
     segment = parsed[0]
     numbers, count = segment["data"], int(segment["Channels"])
     x_columns = parsed.get("X_Columns", "One")
@@ -75,21 +87,25 @@ def _arrays(path: Path, parsed: dict[Any, Any], text: str) -> list[Array]:
     names = segment["Channel names"][first : first + count]
     if numbers.ndim != 2 or numbers.shape[1] < first + count or len(names) != count:
         raise RecordingError(f"{path.name}: declares {count} channels, its lines hold {numbers.shape[-1] - first}")
-    lengths = _lengths(path, parsed, len(numbers))
+    lengths = _lengths(path, parsed, len(numbers), first == 1 or is_harmless("Samples", options))
     columns = [numbers[: lengths[i], first + i] for i in range(count)]
     _refuse_unreadable(path, columns, text)
-    rates = [_rate_and_start(path, segment, i, numbers[: lengths[i], 0] if first else None) for i in range(count)]
+    starts, zero = channel_starts(path, segment, count, options)
+    times = [np.ascontiguousarray(numbers[:length, 0]) if first else None for length in lengths]
+    clocks = [channel_clock(path, segment, i, count, times[i], starts[i]) for i in range(count)]
     units = [*segment.get("Y_Unit_Label", []), *[""] * count]
+    headers = [{**clock.pop("header", {}), **zero} for clock in clocks]
     return [
-        in_memory(names[i], np.ascontiguousarray(columns[i]), unit=units[i], rate_hz=rates[i][0], start_s=rates[i][1])
+        in_memory(names[i], np.ascontiguousarray(columns[i]), unit=units[i], header=headers[i], **clocks[i])
         for i in range(count)
     ]
 
 
-def _lengths(path: Path, parsed: dict[Any, Any], rows: int) -> list[int]:
+def _lengths(path: Path, parsed: dict[Any, Any], rows: int, gaps_known: bool) -> list[int]:
     """Samples of each channel, as declared. Raises `RecordingError` unless the longest is as long as the table.
 
-    With one heading for many writes (`Multi_Headings No`) LabVIEW declares the samples of the first write only.
+    With one heading for many writes (`Multi_Headings No`) LabVIEW declares the samples of the first write only. Each
+    write may have a trigger of its own, so that they are refused unless the gaps between them are known.
     """
     count = int(parsed[0]["Channels"])
     declared = [int(samples) for samples in parsed[0].get("Samples", [])[:count]]
@@ -97,6 +113,13 @@ def _lengths(path: Path, parsed: dict[Any, Any], rows: int) -> list[int]:
     if len(declared) != count or longest == 0:
         raise RecordingError(f"{path.name}: declares samples {declared} for {count} channels; expected one each")
     if parsed.get("Multi_Headings") == "No" and rows % longest == 0 and min(declared) == longest:
+        if rows > longest and not gaps_known:
+            raise RecordingError(
+                f"{path.name}: holds {rows // longest} writes of {longest} samples under one heading and no X column, "
+                "so that the gaps between them are not known; write it with one X column, or, where the writes follow "
+                'each other without a gap, harmless_fields = ["Samples"] under [recordings] of campaign.toml '
+                "(--harmless-field Samples of a command)"
+            )
         return [rows] * count
     if rows != longest:
         raise RecordingError(f"{path.name}: declares {longest} samples and holds {rows}; it is cut or damaged")
@@ -111,22 +134,6 @@ def _refuse_unreadable(path: Path, columns: list[NDArray[np.float64]], text: str
     written = text[text.index("X_Value") :].lower().count("nan")
     if missing > written:
         raise RecordingError(f"{path.name}: {missing - written} fields are not numbers; a line is cut or damaged")
-
-
-def _rate_and_start(
-    path: Path, segment: dict[str, Any], channel: int, times: NDArray[np.float64] | None
-) -> tuple[float, float]:
-    """From Delta_X and X0, else from the X column."""
-    steps, starts = segment.get("Delta_X", []), segment.get("X0", [])
-    if channel < len(steps) and np.isfinite(steps[channel]):
-        step = float(steps[channel])
-        if step <= 0.0:
-            raise RecordingError(f"{path.name}: Delta_X is {step} s; expected a step above 0")
-        start = float(starts[channel]) if channel < len(starts) and np.isfinite(starts[channel]) else 0.0
-        return rate_from_step(step, _PRINTED_STEP), start
-    if times is None:
-        raise RecordingError(f"{path.name}: has neither Delta_X nor an X column; expected one of them")
-    return rate_from_times(path, times)
 
 
 def _header(parsed: dict[Any, Any]) -> dict[str, str]:

@@ -16,9 +16,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .base import AS_IN_FILE, ChannelInfo, OpenRecording, Reader, ReadingOptions, RecordingError, refuse_bomb
-from .clock import Clock, clock_above, clocks_of, positive_rate, refuse_other_rate
-from .contents import Array, Contents, name_and_unit, refuse_nothing, to_python, translate_errors
+from .clock import Clock, clock_above, clock_of_times, clocks_agree, clocks_of, positive_rate, refuse_other_rate
+from .contents import Array, Contents, in_memory, name_and_unit, refuse_nothing, to_python, translate_errors
+from .even_time import UnevenTimeError
+from .resampling import resampled
+from .unnamed_time import find_time_like, refuse_unnamed_time, with_times_by_unit
 
 #: A matrix with more channels than this is no recording of a bench.
 MAX_COLUMNS = 1024
@@ -116,16 +120,25 @@ class ArraysRecording(OpenRecording):
         self._arrays: dict[str, Array] = {}
         self._refused: dict[str, str] = {}
         self._name_by_place: dict[str, str] = {}
-        clocks, header, channels = clocks_of(path, contents, options.sampling_rate_hz), _header(contents), []
+        contents = with_times_by_unit(contents)
+        clocks, header, channels = clocks_of(path, contents, options), _header(contents), []
+        refuse_unnamed_time(path, contents, options, clocks[""].rate_hz if "" in clocks else None)
+        own_clock = _OwnClocks(path, options)
         for name, array in _named(path, contents.arrays):
             self._name_by_place |= dict.fromkeys(_channel_positions(array), name)
-            clock = _own_clock(path, array) or clock_above(clocks, array.group)
-            reason = _why_not(array, clock)
+            beside = clock_above(clocks, array.group)
+            clock = own_clock.of(array) or beside
+            reason = _why_not(array, clock, beside)
+            if clock is None:
+                reason = f"{reason}{_hint(contents)}"
             if reason is not None or clock is None:
                 self._refused[name] = reason or "has no sampling rate"
                 continue
             refuse_bomb(path, name, array.samples, array.dtype.itemsize)
-            refuse_other_rate(path, clock, options.sampling_rate_hz)
+            if clock.uneven_s is None:
+                refuse_other_rate(path, clock, options.sampling_rate_hz)
+            else:
+                array = _on_grid(path, array, clock, clock.uneven_s)
             self._arrays[name] = array
             channels.append(_info(name, array, clock, header))
         self.channels = tuple(channels)
@@ -210,12 +223,48 @@ def _text(text: str) -> str:
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
-def _own_clock(path: Path, array: Array) -> Clock | None:
-    return None if array.rate_hz is None else Clock(positive_rate(path, array.rate_hz), array.start_s)
+class _OwnClocks:
+    """The clocks of arrays that have their own; channels that share their times share a clock."""
+
+    def __init__(self, path: Path, options: ReadingOptions) -> None:
+        self._path, self._options = path, options
+        self._by_times: dict[int, Clock] = {}
+
+    def of(self, array: Array) -> Clock | None:
+        if array.times_s is not None and array.obstacle is None:
+            if id(array.times_s) not in self._by_times:
+                self._by_times[id(array.times_s)] = self._clock(array.times_s)
+            return self._by_times[id(array.times_s)]
+        return None if array.rate_hz is None else Clock(positive_rate(self._path, array.rate_hz), array.start_s)
+
+    def _clock(self, times_s: Floats) -> Clock:
+        try:
+            return clock_of_times(self._path, times_s, options=self._options)
+        except UnevenTimeError as error:
+            return Clock(math.nan, obstacle=str(error).removeprefix(f"{self._path.name}: "))
 
 
-def _why_not(array: Array, clock: Clock | None) -> str | None:
+def _on_grid(path: Path, array: Array, clock: Clock, times_s: Floats) -> Array:
+    """A channel of uneven times on the even grid of its clock, with the error of this in its header."""
+    samples = array.take(0, array.samples).astype(np.float64)
+    values, error = resampled(path, array.name, times_s, samples, clock.rate_hz)
+    steps = np.diff(times_s)
+    peak = float(np.max(np.abs(samples - np.median(samples))))
+    facts = {
+        "samples": array.samples,
+        "shortest_step_s": float(steps.min()),
+        "longest_step_s": float(steps.max()),
+        "error_share_of_peak": error / peak if peak > 0.0 else 0.0,
+    }
+    return in_memory(
+        array.name, values, group=array.group, unit=array.unit, header={**array.header, "resampled_time": facts}
+    )
+
+
+def _why_not(array: Array, clock: Clock | None, beside: Clock | None) -> str | None:
     """Why `array` cannot be a channel; None where it can."""
+    if array.obstacle is not None:
+        return array.obstacle
     if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8:
         return f"is {_KINDS.get(array.dtype.kind, array.dtype.name)}; expected real numbers of at most 8 bytes"
     if array.samples == 0:
@@ -227,10 +276,15 @@ def _why_not(array: Array, clock: Clock | None) -> str | None:
             "has no sampling rate; expected fs in hertz, or a time vector named t, time or time_s; "
             "campaign.toml can give sampling_rate_hz under [recordings]"
         )
+    if clock.obstacle is not None:
+        return f"cannot be read: {clock.obstacle}"
     if not math.isfinite(clock.start_s):
         return f"starts at {clock.start_s} s; expected a finite time"
     if clock.samples not in (None, array.samples):
         return f"has {array.samples} samples, its time vector {clock.samples}; expected as many"
+    if beside is not None and beside.samples == array.samples and not clocks_agree(clock, beside):
+        time = beside.obstacle or f"it gives {beside.rate_hz:g} Hz"
+        return f"states {clock.rate_hz:g} Hz, which the time beside it contradicts: {time}; correct one of them"
     return None
 
 
@@ -245,6 +299,11 @@ def _info(name: str, array: Array, clock: Clock, header: dict[str, Any]) -> Chan
         unit=unit,
         header={**header, **clock.header, **array.header},
     )
+
+
+def _hint(contents: Contents) -> str:
+    like_time = find_time_like(contents.arrays)
+    return f"; {like_time[0]!r} rises evenly by {like_time[1]:.6g}: name it time if it is that" if like_time else ""
 
 
 def _header(contents: Contents) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -15,7 +16,9 @@ from numpy.typing import NDArray
 
 from .base import ReadingOptions, RecordingError
 from .contents import Array, Contents, name_and_unit
+from .file_fields import refuse_unread_fields
 from .recording import MAX_COLUMNS, ArrayReader
+from .wav_fields import WAV_FIELDS
 
 _PCM, _FLOAT, _EXTENSIBLE = 1, 3, 0xFFFE
 #: Of integers, by bits: the zero and the full scale, as scipy hands them on (24 bits as the upper ones of 32).
@@ -47,9 +50,11 @@ class WavReader(ArrayReader):
 
     format = "wav"
     suffixes = (".wav",)
+    fields = WAV_FIELDS
 
     def contents(self, path: Path, _: ExitStack, options: ReadingOptions) -> Contents:
         form = _form(path)
+        refuse_unread_fields(path, self.fields, _stated(path), "the file", options)
         labels = options.columns or tuple(f"ch{number + 1}" for number in range(form.channels))
         if len(labels) != form.channels:
             raise RecordingError(
@@ -66,6 +71,12 @@ class WavReader(ArrayReader):
         return Contents(arrays, form.rate_hz)
 
 
+def _stated(path: Path) -> dict[str, str]:
+    """Names of the chunks and the size of each."""
+    with path.open("rb") as file:
+        return {name.decode("latin-1"): f"a chunk of {size} bytes" for name, _, size in _chunks(path, file)}
+
+
 def _take(whole: Callable[[], NDArray[Any]], number: int, start: int, stop: int) -> NDArray[Any]:
     return whole()[number, start:stop].copy()
 
@@ -74,7 +85,9 @@ def _load(path: Path, form: _Form) -> NDArray[Any]:
     """All samples, one row a channel, in the dtype of `form`."""
     from scipy.io import wavfile
 
-    _, values = wavfile.read(path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", wavfile.WavFileWarning)  # of a chunk that it does not know; `fields` do
+        _, values = wavfile.read(path)
     if values.size != form.samples * form.channels:
         raise RecordingError(f"{path.name}: declares {form.samples} samples and holds {values.shape}; it is damaged")
     columns = values.reshape(form.samples, form.channels).T

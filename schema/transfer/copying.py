@@ -128,7 +128,7 @@ def _empty(connection: Connection) -> None:
 
 def _file_of(engine: Engine) -> Path | None:
     name = engine.url.database
-    return Path(name) if engine.dialect.name == "sqlite" and name and name != ":memory:" else None
+    return Path(name) if engine.dialect.name == "sqlite" and name else None
 
 
 def transfer(

@@ -13,7 +13,9 @@ from .dropouts import check_dropouts
 from .few_samples import check_few_samples
 from .no_shock import check_no_shock
 from .noise_floor import check_noise_floor
+from .placeholders import check_placeholders
 from .pre_trigger_noise import check_pre_trigger_noise
+from .resampled_time import check_resampled_time
 from .rest_level import check_rest_level
 from .sampling import check_sampling
 from .saturation import check_saturation
@@ -34,6 +36,8 @@ __all__ = [
 
 CHECKS: tuple[Check, ...] = (
     check_dropouts,
+    check_placeholders,
+    check_resampled_time,
     check_clipping,
     check_saturation,
     check_no_shock,

@@ -46,7 +46,7 @@ class Finding:
 class Check(Protocol):
     """A function of a channel and its contacts, which ascend in time, to what it finds; none where all is well."""
 
-    def __call__(self, channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]: ...
+    def __call__(self, channel: Channel, contacts: tuple[Contact, ...], /) -> list[Finding]: ...
 
 
 class SpectrumCheck(Protocol):

@@ -29,7 +29,11 @@ def check_clipping(channel: Channel, contacts: tuple[Contact, ...]) -> list[Find
         band = BAND_STEPS * scale.step
         flat = find_plateaus(x, scale, polarity, band) or find_short_top(x, scale, polarity, band)
         # a channel may be mounted upside down, so that its gain turns codes round
-        ends = find_code_limit(channel.recorded, polarity if channel.sensor.conversion[0] > 0 else -polarity)
+        upright = polarity if channel.sensor.conversion[0] > 0 else -polarity
+        ends = np.setdiff1d(find_code_limit(channel.recorded, upright), channel.placeholders.lone)
+        beyond = channel.placeholders.beyond_range
+        if beyond.size:  # and is at the extreme of the readings, which are bounds there
+            ends = np.union1d(ends, beyond[upright * channel.recorded[beyond] > 0])
         if ends.size and flat is None and np.ptp(channel.recorded):
             flat = Plateaus(float(x[ends[0]]), runs_of(ends))
         if flat is not None:

@@ -59,15 +59,17 @@ def scale_of(x: NDArray[np.float64]) -> Scale:
 
 def channel_scale(channel: Channel) -> Scale:
     """The scale of a channel's samples (`finite_samples`), at least one."""
-    return channel.once("scale", lambda: scale_of(finite_samples(channel)))
+    lone = channel.placeholders.lone  # mended, they have no step of the converter
+    return channel.once("scale", lambda: scale_of(np.delete(finite_samples(channel), lone)))
 
 
 def finite_samples(channel: Channel) -> NDArray[np.float64]:
-    """The channel in SI (n,); where it holds NaN or infinity, a copy with the median of the others in their place.
+    """The channel's readings in SI (n,); where they hold NaN or infinity, a copy with the median of the others there.
 
-    The dropout check reports those samples; the other checks need a record that they can compare.
+    The dropout check reports those samples, as the placeholder check does those that are mended in the readings; the
+    other checks need a record that they can compare.
     """
-    return channel.once("finite samples", lambda: _with_filler(channel.si))
+    return channel.once("finite samples", lambda: _with_filler(channel.readings))
 
 
 def _with_filler(si: NDArray[np.float64]) -> NDArray[np.float64]:

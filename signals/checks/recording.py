@@ -85,5 +85,5 @@ def _same_sensor(channel: Channel, other: Channel) -> bool:
 
 def _peak(channel: Channel) -> float:
     """Half of the swing: an offset is no shock."""
-    finite = channel.si[np.isfinite(channel.si)]
+    finite = channel.readings[np.isfinite(channel.readings)]
     return float(np.ptp(finite)) / 2.0 if finite.size else 0.0

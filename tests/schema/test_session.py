@@ -135,7 +135,7 @@ def test_missing_store_names_the_command(tmp_path):
     assert not (tmp_path / "nothing.db").exists()
 
 
-@pytest.mark.parametrize("url", ["nonsense", "mysql://a/b", "sqlite:////no/such/folder/x.db", "sqlite:///x.db"])
+@pytest.mark.parametrize("url", ["nonsense:x", "mysql://a/b", "sqlite:////no/such/folder/x.db", "sqlite:///x.db"])
 def test_unusable_address_is_refused(tmp_path, monkeypatch, url):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "x.db").write_bytes(b"this is not a database, but it is long enough to look at" * 100)

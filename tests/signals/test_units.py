@@ -17,6 +17,8 @@ from pyroshock.signals.units import SI_UNITS, UnitError, to_si
             "acceleration",
             {"g": 9.80665, "gn": 9.80665, "mg": 9.80665e-3, "m/s2": 1.0, "m/s²": 1.0, "m/s^2": 1.0, "mm/s2": 1e-3},
         ),
+        ("acceleration", dict.fromkeys(("g's", "g pk", "G"), 9.80665) | {"µg": 9.80665e-6, "Gal": 0.01}),
+        ("acceleration", dict.fromkeys(("ms-2", "m s-2", "m s^-2", "m·s⁻²", "ms⁻²", "m/s/s", "m/sec^2"), 1.0)),
         ("force", {"N": 1.0, "Newtons": 1.0, "kN": 1e3, "lbf": 4.4482216152605}),
         ("force", {"kg*m/s**2": 1.0, "kg m s^-2": 1.0, "kg*m/s²": 1.0, "m**3*kg/m**2/s**(2)": 1.0}),  # powers of names
         ("pressure", {"bar": 1e5, "psi": 6894.757293168, "MPa": 1e6}),

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from types import ModuleType
 
 from pyroshock.ingest import readers
-from pyroshock.ingest.readers import READERS, base, contents
+from pyroshock.ingest.readers import READERS, base, contents, file_fields
 from pyroshock.ingest.readers.base import Reader
-from pyroshock.ingest.readers.field_rules import Treatment
+from pyroshock.ingest.readers.csv import CsvReader
+from pyroshock.ingest.readers.field_rules import FieldRule, Treatment, used
+from pyroshock.ingest.readers.instruments import HEADER_FILE, INSTRUMENTS
 from pyroshock.signals import units
 
 from .comments import source_of
@@ -21,7 +23,7 @@ from .values import constants_table
 
 def page() -> str:
     """A section a reader; then what holds for all of them."""
-    return joined(*(_section(reader) for reader in READERS), _limits(), _rates(), _units())
+    return joined(_fields_of_all(), *(_section(reader) for reader in READERS), _limits(), _rates(), _units())
 
 
 def libraries(reader: Reader) -> list[str]:
@@ -39,7 +41,25 @@ def _section(reader: Reader) -> str:
         f"- class: {code(f'{kind.__module__}.{kind.__name__}')}",
     ]
     about = import_module(kind.__module__).__doc__
-    return joined(f"## {reader.format}", prose(about), prose(kind.__doc__), "\n".join(facts), _fields(reader))
+    return joined(
+        f"## {reader.format}",
+        prose(about),
+        prose(kind.__doc__),
+        "\n".join(facts),
+        _fields(reader),
+        _instruments(reader),
+    )
+
+
+def _fields_of_all() -> str:
+    """Of every reader how many fields it uses, passes over and refuses; and what becomes of one that no table has."""
+    rows = [
+        (reader.format, *(str(sum(rule.treatment is kind for rule in reader.fields)) for kind in Treatment))
+        for reader in READERS
+    ]
+    return joined(
+        "## Fields of a file", prose(file_fields.__doc__), table(["reader", *(kind.value for kind in Treatment)], rows)
+    )
 
 
 def _fields(reader: Reader) -> str:
@@ -47,8 +67,33 @@ def _fields(reader: Reader) -> str:
     if not reader.fields:
         return ""
     rows = [(code(rule.name), rule.treatment.value, rule.reason) for rule in reader.fields]
-    counts = ", ".join(f"{sum(rule.treatment is kind for rule in reader.fields)} {kind.value}" for kind in Treatment)
-    return joined(f"Fields that the reader knows: {counts}.", table(["field", "treatment", "reason"], rows))
+    return joined(
+        f"Fields that the reader knows: {_counts(reader.fields)}.", table(["field", "treatment", "reason"], rows)
+    )
+
+
+def _instruments(reader: Reader) -> str:
+    """The fields of each instrument that writes text."""
+    if not isinstance(reader, CsvReader):
+        return ""
+    instruments = (*INSTRUMENTS, HEADER_FILE)
+    rules = [rule for instrument in instruments for rule in instrument.rules]
+    rows = []
+    for instrument in instruments:
+        heading = [] if instrument.names else [used("heading of the columns", "names, units and time")]
+        for number, rule in enumerate((*heading, *instrument.rules)):
+            name = "" if number else instrument.name
+            rows.append((name, code(rule.name.replace("\\", "")), rule.treatment.value, rule.reason))
+    return joined(
+        "### Instruments",
+        f"{len(instruments)} forms are known by their headers, with {_counts(rules)} fields. A field that no rule "
+        "names, and whose name announces time, scale, unit or gaps, refuses the file.",
+        table(["instrument", "field", "treatment", "reason"], rows),
+    )
+
+
+def _counts(rules: Sequence[FieldRule]) -> str:
+    return ", ".join(f"{sum(rule.treatment is kind for rule in rules)} {kind.value}" for kind in Treatment)
 
 
 def _limits() -> str:

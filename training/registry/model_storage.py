@@ -6,9 +6,13 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 from urllib.parse import unquote, urlsplit
 
-from ...schema.addresses import AddressError, address_for_display, parse_address
+from ...schema.addresses import AddressError, address_for_display, parse_address, parse_store_address
+
+if TYPE_CHECKING:
+    from sqlalchemy import URL
 
 #: By which MLflow, and we with it, are told of another place.
 VARIABLE = "MLFLOW_TRACKING_URI"
@@ -88,9 +92,9 @@ def _storage_of(store_url: str, given: str | None) -> ModelStorage:
         if given == store_url:
             raise ValueError(f"{VARIABLE} is the store's own database; MLflow's tables need one of their own")
         return _storage_at(given)
-    database = _database(store_url)
+    database = _file_of(parse_store_address(store_url))
     stem = database.with_name(f"{database.stem}-models") if database else Path.cwd() / "pyroshock-models"
-    return ModelStorage(f"sqlite:///{stem.with_name(stem.name + '.db')}", stem)
+    return ModelStorage(_sqlite_uri(stem.with_name(stem.name + ".db")), stem)
 
 
 def _storage_at(uri: str) -> ModelStorage:
@@ -107,15 +111,21 @@ def _storage_at(uri: str) -> ModelStorage:
             f"{VARIABLE}={address_for_display(uri)}: MLflow keeps no models in plain folders any more; "
             "give sqlite:///FILE, postgresql+psycopg://USER@HOST/NAME or a server's address"
         )
-    database = _database(uri)
+    database = _file_of(parse_address(uri))
     if database is None:
         return ModelStorage(uri, Path.cwd() / "pyroshock-models")
-    return ModelStorage(f"sqlite:///{database}", database.with_suffix(""))
+    return ModelStorage(_sqlite_uri(database), database.with_suffix(""))
 
 
-def _database(url: str) -> Path | None:
+def _sqlite_uri(database: Path) -> str:
+    """As MLflow reads it, which decodes %20 and takes what follows a ? for options."""
+    from sqlalchemy import URL
+
+    return URL.create("sqlite", database=str(database)).render_as_string()
+
+
+def _file_of(address: URL) -> Path | None:
     """The file of an SQLite address, absolute; None for a server's, and for one in memory."""
-    address = parse_address(url)
     if address.get_backend_name() != "sqlite" or address.database in (None, "", ":memory:"):
         return None
     return Path(str(address.database)).absolute()

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...delimited_text import decode_utf8, delimiter_of, table_rows
+from ...delimited_text import decode_utf8, parse_number, table_rows
 from .standards import NASA_STD_7003, Tolerance
 from .target import Target
 
@@ -22,6 +22,8 @@ _UNITS = {"g": STANDARD_GRAVITY_M_S2, "m_s2": 1.0}
 _LEVELS = ("level", "target", "nominal", "srs", "maximax", "acceleration", "amplitude")
 _FREQUENCIES = ("frequency_hz", "freq_hz", "f_hz")
 _DEFAULT = NASA_STD_7003
+#: A side of the tolerance that is free.
+_FREE = ("inf", "+inf", "infinity")
 _TOLERANCES = ("tolerance_db", "upper_db", "lower_db")
 
 
@@ -31,7 +33,8 @@ def read_target(path: Path, tolerance: Tolerance | None = None) -> Target:
 
     In place of a level, a row may give `slope_db_per_octave` from the row above. `tolerance` overrides the file's;
     without either it is NASA-STD-7003A's. Header `Level (g)` is `level_g`; columns of other names are left alone; lines
-    that begin with # are comments; `;` or tab may stand for the comma, with `;` also a decimal comma.
+    that begin with # are comments; `;` or tab may stand for the comma. Numbers may have a decimal comma, or thousands
+    apart.
     Raises `ValueError` naming the file, the line, the value and what is expected.
     """
     return target_of_csv(path.read_bytes(), path.name, tolerance)
@@ -75,9 +78,7 @@ def _table(content: bytes, source: str) -> tuple[list[str], list[tuple[int, Row]
     for number, row in lines[1:]:
         if len(row) != len(columns):
             raise ValueError(f"{source}, line {number}: {len(row)} fields; expected {len(columns)}, as in the header")
-        # Elsewhere the comma of "1,500" may part thousands.
-        decimal = [cell.replace(",", ".") for cell in row] if delimiter_of(text) == ";" else row
-        rows.append((number, dict(zip(columns, decimal, strict=True))))
+        rows.append((number, dict(zip(columns, row, strict=True))))
     return columns, rows
 
 
@@ -130,7 +131,7 @@ def _tolerances(source: str, rows: list[tuple[int, Row]], columns: list[str], si
 def _number(source: str, line: int, row: Row, column: str, *, signed: bool = False, finite: bool = True) -> float:
     """A cell's number, positive (0 allowed where infinity is) unless `signed`."""
     try:
-        value = float(row[column])
+        value = math.inf if row[column].lower() in _FREE else parse_number(row[column])
     except ValueError:
         value = math.nan
     good = not math.isnan(value) and (math.isfinite(value) or not finite)

@@ -57,7 +57,7 @@ class TestTektronix:
     def test_a_part_that_was_chosen_is_shorter_and_a_spectrum_is_none(self, written):
         chosen = "".join(MDO3014.replace("0.0% to", "40.0% to").splitlines(keepends=True)[:-1])
         assert len(_read(written(chosen))[1]["CH1"]) == 3
-        with pytest.raises(RecordingError, match="'TIME' is in 'Hz'; expected one of s, ms, us, ns"):
+        with pytest.raises(RecordingError, match="'Sample Interval' is '1e-06' in Hz; expected a step"):
             open_recording(written(MSO58.replace("Units,s,s", "Units,Hz,Hz")))
 
 
@@ -79,5 +79,5 @@ class TestPicoScope:
 
 def test_a_sampling_period_above_single_values_is_the_rate(written):
     facts, samples = _read(written(GDS))
-    assert facts == {"Waveform Data": (None, 250e3, 0.0)}
+    assert facts == {"Waveform Data": ("V", 250e3, 0.0)}
     assert samples["Waveform Data"] == [1.0, 2.0, 3.0]

@@ -92,6 +92,8 @@ def test_healthy_campaigns_give_nothing_but_notes(channel_of, contact_at_peak, r
 
     found, recordings = Counter[tuple[str, str]](), 0
     for path in sorted(request.getfixturevalue(folders).glob("**/recordings/*.[mn]*")):
+        if "field-cases" in path.parts:
+            continue  # made to be found
         record = np.load(path) if path.suffix == ".npz" else loadmat(path, squeeze_me=True)
         recordings += 1
         contacts = contact_at_peak(record["force"])

@@ -318,6 +318,53 @@ def write_npz_compressed(path: Path, truth: Truth) -> Truth:
 
 
 #: Name -> suffix and writer. The writer returns what its format can hold of the truth it was given.
+def write_csv_clock(path: Path, truth: Truth) -> Truth:
+    """Dates and times of day that pass midnight, exact to the last digit."""
+    truth = all_double(truth)
+    steps_ps = round(1e12 / truth.rate_hz)
+    with path.open("w", encoding="utf-8") as out:
+        out.write(f"# samples = {truth.samples}\nTimestamp;force [N];acceleration_1 [m/s2];counts [V]\n")
+        for i, row in enumerate(zip(*truth.channels.values(), strict=True)):
+            second, fraction = divmod(86399 * 10**12 + 999 * 10**9 + i * steps_ps, 10**12)
+            day, second = divmod(second, 86400)
+            date = ("2026-02-28", "2026-03-01")[day]
+            clock = f"{second // 3600:02d}:{second // 60 % 60:02d}:{second % 60:02d}.{fraction:012d}"
+            out.write(";".join([f"{date}T{clock}Z", *(repr(float(value)) for value in row)]) + "\n")
+    return truth
+
+
+def write_csv_apart(path: Path, truth: Truth) -> Truth:
+    """Thousands apart, as a spreadsheet in German writes them."""
+    truth = all_double(truth)
+    with path.open("w", encoding="utf-8") as out:
+        out.write(f"samples;{truth.samples}\nfs;{truth.rate_hz:g}\nforce [N];acceleration_1 [m/s2];counts [V]\n")
+        for row in zip(*truth.channels.values(), strict=True):
+            cells = ["" if np.isnan(value) else f"{value:,.3f}" for value in row]
+            out.write(";".join(cell.translate(str.maketrans(",.", ".,")) for cell in cells) + "\n")
+    return truth
+
+
+def write_csv_yokogawa(path: Path, truth: Truth) -> Truth:
+    """ASCII with header of an oscilloscope: no time column, an empty one at both ends, start and rate above."""
+    truth = replace(all_double(truth), start_s=-0.25)
+
+    def line(key: str, *values: object) -> str:
+        return ",".join([f'"{key}"', *(f'"{v}"' if isinstance(v, str) else str(v) for v in values)]) + "\n"
+
+    count = len(truth.channels)
+    with path.open("w", encoding="utf-8") as out:
+        out.write(line("Model Name", "DLM3000") + line("BlockNumber", 1) + line("TraceName", *truth.channels))
+        out.write(
+            line("BlockSize", *[truth.samples] * count) + line("VUnit", *(truth.units[n] for n in truth.channels))
+        )
+        out.write(line("SampleRate", *[f"{truth.rate_hz:.6E}"] * count))
+        out.write(line("HResolution", *[f"{1 / truth.rate_hz:.6E}"] * count))
+        out.write(line("HOffset", *[f"{truth.start_s:.6E}"] * count) + line("HUnit", *["s"] * count) + "\n")
+        for row in zip(*truth.channels.values(), strict=True):
+            out.write(",".join(["", *("" if np.isnan(value) else repr(float(value)) for value in row), ""]) + "\n")
+    return truth
+
+
 RECIPES: dict[str, tuple[str, Callable[[Path, Truth], Truth]]] = {
     "mat5": (".mat", write_mat5),
     "mat5-compressed": (".mat", write_mat5_compressed),
@@ -325,6 +372,9 @@ RECIPES: dict[str, tuple[str, Callable[[Path, Truth], Truth]]] = {
     "mat73": (".mat", write_mat73),
     "csv": (".csv", write_csv),
     "csv-german": (".csv", write_csv_german),
+    "csv-clock": (".csv", write_csv_clock),
+    "csv-thousands-apart": (".csv", write_csv_apart),
+    "csv-yokogawa": (".csv", write_csv_yokogawa),
     "text": (".txt", write_text),
     "text-bare": (".dat", write_text_bare),
     "npy": (".npy", write_npy),
