@@ -1,8 +1,9 @@
 """`python -m benchmarks.srs`: shock response spectra from our peers and from us, on two processors.
 
 50,000 samples of noise at 100 kHz, 80 lines from 10 Hz to 10 kHz, Q = 10. Ours are whole spectra: both signs, primary,
-residual and pseudo velocity, of the record as it is, and of the record resampled as its content requires. The peers give the maximax while the record lasts, which is less work; pyyeti also with
-more processes and as it comes, which raises the sampling rate for all lines.
+residual and pseudo velocity, of the record as it is, and of the record resampled as its content requires. The peers
+give the maximax while the record lasts, which is less work; pyyeti also with more processes and as it comes, which
+raises the sampling rate for all lines.
 """
 
 from __future__ import annotations
