@@ -29,6 +29,8 @@ LOWEST_LINE_HZ, SRS_Q = 10.0, 10.0
 _BLOCK = 4096
 #: Low lines are those of which means of so many samples have so many to a cycle: that loses some 0.5 % of them.
 _MEANS, _SAMPLES_OF_LOW = 8, 40
+#: Second differences of this share of the peak are those of twelve samples a cycle, of which straight lines lose 2 %.
+_FAST_SHARE = 0.27
 #: What high lines need not see: below a share of the peak that Q = 10 cannot make more than 3 % of it, or the noise.
 _SILENT_SHARE, _SILENT_SIGMAS = 0.003, 6.0
 
@@ -184,7 +186,7 @@ def _spectrum(x: Floats, sampling_rate_hz: float, silent: float) -> tuple[tuple[
     lines = summary_lines(x.size, sampling_rate_hz)
     if not lines:
         return (), ()
-    from .srs.spectrum import shock_response_spectrum
+    from .srs.spectrum import RESAMPLED_WITHIN, shock_response_spectrum
 
     rate = sampling_rate_hz / _MEANS
     low = [line for line in lines if line * _SAMPLES_OF_LOW <= rate]
@@ -192,10 +194,14 @@ def _spectrum(x: Floats, sampling_rate_hz: float, silent: float) -> tuple[tuple[
     if low:
         whole = x.size // _MEANS * _MEANS
         means = np.append(x[:whole].reshape(-1, _MEANS) @ np.full(_MEANS, 1 / _MEANS), x[whole:].sum() / _MEANS)
-        maximax += shock_response_spectrum(means, rate, low, q=SRS_Q, threads=1).maximax.tolist()
+        of_means = shock_response_spectrum(means, rate, low, q=SRS_Q, resample_within=None, threads=1)
+        maximax += of_means.maximax.tolist()
     if high := lines[len(low) :]:
         heard = (x > silent) | (x < -silent)
         first, last = int(heard.argmax()), x.size - 1 - int(heard[::-1].argmax())
         part = x[max(0, first - _MEANS) : last + 1 + _MEANS]
-        maximax += shock_response_spectrum(part, sampling_rate_hz, high, q=SRS_Q, threads=1).maximax.tolist()
+        second = float(np.abs(np.diff(part, 2)).max(initial=0.0))
+        within = RESAMPLED_WITHIN if second > _FAST_SHARE * float(np.abs(part).max()) else None
+        spectrum = shock_response_spectrum(part, sampling_rate_hz, high, q=SRS_Q, resample_within=within, threads=1)
+        maximax += spectrum.maximax.tolist()
     return lines, tuple(maximax)

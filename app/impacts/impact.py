@@ -196,7 +196,7 @@ def _window(session: Session, impact: Impact) -> tuple[float, float]:
         .order_by(Pulse.start_s)
     )
     starts: dict[int, float] = dict(iter(session.execute(query)))
-    if len(starts) < 2 or impact.id not in starts:
+    if len(starts) < 2 or impact.id not in starts or impact.recording_id is None:
         return -math.inf, math.inf
     onsets = sorted(starts.values())
     rate_hz = min(row.sampling_rate_hz for row in list_channels(session, impact.recording_id))

@@ -168,8 +168,8 @@ class RecordContent:
         """Of maximax spectra (k, f) of records that were resampled by `factor`."""
         unseen = self.unseen(lines_hz, zeta)
         hidden = self.hidden(lines_hz, zeta, factor, maximax)
-        shares = [_share(part, maximax) for part in (hidden + unseen, hidden, unseen)]
-        return SamplingBound(*shares, np.where(self.high_crest < _STEADY_CREST, 0.0, self.high_share))
+        total, hidden, unseen = (_share(part, maximax) for part in (hidden + unseen, hidden, unseen))
+        return SamplingBound(total, hidden, unseen, np.where(self.high_crest < _STEADY_CREST, 0.0, self.high_share))
 
     def _sum(self, weights: Floats) -> Floats:
         """The largest response (k, f) to content that is weighted by (f, b)."""

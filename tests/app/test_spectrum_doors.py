@@ -48,7 +48,9 @@ def doors(record, tmp_path_factory):
     command = json.loads(printed.stdout)
     series = ps.srs(pd.Series(record, index=times), frequencies=LINES)
     answer = api_srs(
-        AccelerationSeries(acceleration_m_s2=record.tolist(), sampling_rate_hz=RATE, frequency_hz=LINES.tolist())
+        AccelerationSeries(
+            acceleration_m_s2=record.tolist(), sampling_rate_hz=RATE, frequency_hz=LINES.tolist(), rest="", hit=""
+        )
     )
     figures = shock_figures(record, RATE)
     with open_store(f"sqlite:///{folder / 'lab.db'}", Writer("test", "0"), create=True) as store:

@@ -47,7 +47,7 @@ def test_a_stretch_is_on_the_records_own_clock():
 @pytest.mark.parametrize("times_s", [(0.05,), (0.05, 0.35), (0.1, 0.4, 0.7)])
 @pytest.mark.parametrize("noise", [0.0, 0.01, 0.05])
 def test_hits_that_are_apart_are_counted(times_s, noise):
-    x = sum(ringing(at, 100.0 - 20 * i, seconds=1.0) for i, at in enumerate(times_s))
+    x = np.sum([ringing(at, 100.0 - 20 * i, seconds=1.0) for i, at in enumerate(times_s)], axis=0)
     hits = hits_of(x + 7.0 + np.random.default_rng(2).normal(0, 100 * noise, x.size), RATE)
     assert [hit.first / RATE for hit in hits] == pytest.approx(times_s, abs=1e-3)
 
@@ -64,4 +64,5 @@ def test_one_event_is_one_hit():
         "half sine": np.where(t < 0.011, np.sin(np.pi * t / 0.011), 0.0),
     }
     assert {name: len(hits_of(record, RATE)) for name, record in one.items()} == dict.fromkeys(one, 1)
+    assert len(hits_of(np.array([0.0, 1.0]), 10.0)) == 1
     assert hits_of(np.zeros(100), RATE) == [] and hits_of(np.array([]), RATE) == []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -125,7 +126,7 @@ def test_content_at_half_the_sampling_rate_is_said_to_bound_nothing():
 @pytest.mark.parametrize("samples", [7.3, 16.6, 40.2])
 def test_classical_pulses_between_samples_keep_the_bound(shape, samples):
     """IEC 60068-2-27: corners and jumps that no sample hits."""
-    shapes = {
+    shapes: dict[str, Callable[[Floats], Floats]] = {
         "half sine": lambda u: np.sin(np.pi * u),
         "triangle": lambda u: 1 - np.abs(2 * u - 1),
         "sawtooth": lambda u: u,
