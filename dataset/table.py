@@ -63,8 +63,8 @@ class Inputs:
 
     def take(self, rows: NDArray[np.intp] | NDArray[np.bool_] | slice) -> Self:
         """The same of some rows."""
-        arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != "predictors"}
-        return replace(self, **arrays)
+        arrays = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "predictors"}
+        return replace(self, **{name: values[rows] for name, values in arrays.items() if values is not None})
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +75,7 @@ class PulseTable(Inputs):
     of the finely smoothed pulse (`peak_force_n` its peak). `configuration` tells factor combinations apart (repetitions
     share it), `treatment` only those that the predictors other than the impact velocity see. `target_material` is the
     first layer hit. `key` identifies the pulse by content, in any store; `pulse_id` is its row in this one.
+    `sample_s` is the sampling period of the force record, NaN where it is not known; None: it is known of no pulse.
     """
 
     force_n: Floats
@@ -92,6 +93,7 @@ class PulseTable(Inputs):
     repetition: Integers
     key: Texts
     pulse_id: Integers
+    sample_s: Floats | None = None
 
     @property
     def inputs(self) -> Inputs:
@@ -105,7 +107,10 @@ def concatenate(tables: Sequence[PulseTable]) -> PulseTable:
     if any(table.predictors != first.predictors for table in tables):
         raise ValueError("tables of different predictors cannot be joined")
     names = [f.name for f in fields(first) if f.name != "predictors"]
-    arrays: dict[str, Any] = {name: np.concatenate([getattr(table, name) for table in tables]) for name in names}
+    columns = {name: [getattr(table, name) for table in tables] for name in names}
+    arrays: dict[str, Any] = {
+        name: None if any(part is None for part in parts) else np.concatenate(parts) for name, parts in columns.items()
+    }
     return replace(first, **arrays)
 
 

@@ -29,7 +29,9 @@ class ContactPrediction:
 
     The spreads are standard deviations of a new measurement (not of its mean); None where a law of physics gives none.
     The 90 % band is the mean plus and minus 1.645 spreads. `log_correlation` (n,) is that of the logarithms of peak
-    force and contact time; None for a model that does not know it.
+    force and contact time; None for a model that does not know it. `log_spread` (n x 2) are standard deviations of the
+    logarithms of peak force and contact time of a random pulse, calibrated by configuration; None where they follow
+    from the spreads.
     """
 
     force_n: Floats
@@ -37,6 +39,7 @@ class ContactPrediction:
     force_spread_n: Floats | None
     contact_time_spread_s: Floats | None
     log_correlation: Floats | None = None
+    log_spread: Floats | None = None
 
 
 class ContactModel(ABC):
