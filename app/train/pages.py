@@ -30,6 +30,7 @@ from .charts import (
     search_figure,
     training_figures,
 )
+from .comparing import UNSEEN_SPLITS
 from .figures import (
     compared_to,
     evaluated_figures,
@@ -154,12 +155,16 @@ def compare(
     version: Annotated[list[str], Query(max_length=20)] = [],  # noqa: B006
 ) -> Response:
     status, fault, comparison, rows = 200, "", None, []
+    ticked = [_ticked(text) for text in version]
+    splits = {split for _, split in ticked}
     with models_extra():
         registry = registry_at(settings.db)
         choices = [] if registry is None else listed_versions(registry, every=True)
         if version and registry is not None:
             try:
-                chosen = chosen_versions(registry, version)
+                if len(splits) > 1:
+                    raise ValueError("versions of several splits are chosen; choose versions of one split")
+                chosen = chosen_versions(registry, [label for label, _ in ticked], min(splits) or None)
                 comparison = side_by_side(registry, chosen, reader_of(store))
                 rows = version_rows(registry, chosen)
             except (LookupError, ValueError) as error:
@@ -169,12 +174,19 @@ def compare(
         "models_compare.html",
         status=status,
         choices=choices,
-        labels=version,
+        chosen={(row["label"], row["split"]) for row in rows} or set(ticked),
+        split=min((row["split"] for row in rows), default="") if len({row["split"] for row in rows}) == 1 else "",
         fault=fault,
         found=comparison,
         result=None if comparison is None else _comparison(comparison, rows),
         **_WORDS,
     )
+
+
+def _ticked(text: str) -> tuple[str, str]:
+    """A version and the split of its row in the list, "" for an address without one: "svr@1 configurations"."""
+    label, _, split = text.partition(" ")
+    return label, split
 
 
 def _comparison(comparison: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -200,8 +212,18 @@ def _comparison(comparison: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]
             for metric in metrics
         },
         "rows": rows,
-        "candidates": [row for row in rows if not row["champion"]],
+        "advice": _advice(comparison, split),
+        "candidates": [row for row in rows if not row["champion"] and not row["not_usable"]],
     }
+
+
+def _advice(comparison: Mapping[str, Any], split: str) -> str:
+    """What follows from the verdict on unseen configurations."""
+    if (label := comparison["promotable"]) is not None:
+        return f"{label} is better beyond chance on unseen configurations."
+    if split not in UNSEEN_SPLITS:
+        return "These held-out pulses are of configurations that the versions have seen: they do not decide."
+    return "No version is better than the others beyond chance on unseen configurations: measure further ones."
 
 
 @router.get("/models/{name}/{version}")

@@ -19,7 +19,7 @@ from typing import Literal
 
 from ..models.prior_pulses import UPDATED_LAW
 from .comparison import LEVEL
-from .summary import clustered, share_interval
+from .summary import clustered, least_p_value, share_interval
 from .unseen_configurations import QUANTITIES, UnseenScores
 
 #: What a decision says: the first that applies, in the order of `judge`.
@@ -82,11 +82,6 @@ def coverage_figures(scores: UnseenScores) -> dict[str, float]:
             key = f"coverage90.{name}.{check.quantity.replace(' ', '_')}"
             figures |= {key: check.share, f"{key}.low": check.low, f"{key}.high": check.high}
     return figures
-
-
-def least_p_value(configurations: int) -> float:
-    """The least two-sided p-value of a sign-flip test: all signs alike, one way or the other."""
-    return float(min(1.0, 2.0 ** (1 - configurations)))
 
 
 def too_few(configurations: int) -> str:

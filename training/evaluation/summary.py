@@ -160,6 +160,11 @@ def sign_flip_p(clusters: Clusters, rng: np.random.Generator, draws: int = 4999)
     return np.asarray((1.0 + hits) / (1.0 + draws))
 
 
+def least_p_value(clusters: int) -> float:
+    """The least p-value that `sign_flip_p` can give: all sums have one sign, or all the other."""
+    return float(min(1.0, 2.0 ** (1 - clusters)))
+
+
 def holm(p_values: Floats) -> Floats:
     """The same p-values (q,) for somebody who asked q questions (Holm, Scand. J. Statist. 6, 1979, 65)."""
     order = np.argsort(p_values)

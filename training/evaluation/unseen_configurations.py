@@ -124,14 +124,15 @@ def unseen_draws(model: ContactModel, learned: PulseTable, velocity_kind: str | 
 def without_configurations(
     model: ContactModel, learned: PulseTable, configurations: Sequence[str], rng: np.random.Generator
 ) -> ContactModel:
-    """The model as it is where it learned from none of these configurations, else refitted to its other pulses with
-    what it tuned (length scales, widths of bands) kept. Raises `ValueError` where nothing is left to learn from."""
+    """The model as it is where it learned from none of these configurations; else one that is learned and tuned anew
+    from its other pulses, with the bands that these calibrate. Raises `ValueError` where nothing is left to learn
+    from."""
     left_out = np.isin(learned.configuration, list(configurations))
     if not left_out.any():
         return model
     if left_out.all():
         raise ValueError("a model cannot be refitted without all configurations that it has learned from")
-    return model.refit(learned.take(~left_out), rng)
+    return model.relearn(learned.take(~left_out), rng)
 
 
 def updated_law_draws(learned: PulseTable, plates: PulseTable, velocity_kind: str | None = None) -> PulseDraws:

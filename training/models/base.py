@@ -60,6 +60,11 @@ class ContactModel(ABC):
         """A new one, learned from other pulses with what this one tuned kept; cheap where it can be."""
         return type(self)(**self.settings()).fit(pulses, rng)
 
+    def relearn(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
+        """A new one, learned and tuned from other pulses: it knows nothing of those left out, but for what only a long
+        search finds (`Estimator.relearn`)."""
+        return self.refit(pulses, rng)
+
     def fit_report(self) -> FitReport:
         """What `fit` searched and found, of all parts ("force.kernel", "time.noise")."""
         return FitReport()

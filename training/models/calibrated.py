@@ -107,12 +107,13 @@ def grouped_quantile(scores: Floats, groups: Texts, level: float) -> float:
 class Calibrated(ContactModel):
     """The model fitted to all pulses, its spreads scaled by what it deviates from pulses it has not seen.
 
-    Those are `folds`-fold cross-validation's, which leaves out whole configurations; the model is refitted each time,
-    with what it tuned on all kept. Deviations over spreads, averaged over impacts alike (`Difficulty`), say where the
-    spread is too narrow; a conformal quantile for the points of the force and one for contact time, pooled over folds,
-    then makes the band hold 90 % (normalised conformal prediction: Papadopoulos, Vovk and Gammerman 2011, J. Artif.
-    Intell. Res. 40; across folds: Vovk 2015, Barber et al. 2021, Ann. Stat. 49, CV+). A model without spreads gets
-    those of its deviations: of each point over the pulse's peak, of the contact time over itself.
+    Those are `folds`-fold cross-validation's, which leaves out whole configurations. The model is learned and tuned
+    anew each time (`relearn`): one that was tuned on all pulses errs less on those left out. Deviations over spreads,
+    averaged over impacts alike (`Difficulty`), say where the spread is too narrow; a conformal quantile for the points
+    of the force and one for contact time, pooled over folds, then makes the band hold 90 % (normalised conformal
+    prediction: Papadopoulos, Vovk and Gammerman 2011, J. Artif. Intell. Res. 40; across folds: Vovk 2015, and CV+ of
+    Barber et al. 2021, Ann. Stat. 49). A model without spreads gets those of its deviations: of each point over the
+    pulse's peak, of the contact time over itself.
 
     Random pulses have spreads of their own, for the peak, the contact time and the impulse: a quantile of each over
     configurations (`grouped_quantile`). A model that is refitted without some configurations leaves their deviations
@@ -162,9 +163,15 @@ class Calibrated(ContactModel):
         return self
 
     def refit(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
-        """Calibrated as this one, but for the configurations that are not among the pulses: only the model learns."""
+        return self._calibrated_for(pulses, self._learned().refit(pulses, rng))
+
+    def relearn(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
+        return self._calibrated_for(pulses, self._learned().relearn(pulses, rng))
+
+    def _calibrated_for(self, pulses: PulseTable, model: ContactModel) -> Self:
+        """Another model with these bands, but for the configurations that are not among the pulses."""
         new = type(self)(self.model, self.folds)
-        new.model_ = self._learned().refit(pulses, rng)
+        new.model_ = model
         new.relative_, new.factors_, new.difficulty_ = self.relative_, self.factors_, self.difficulty_
         new.impulse_, new.least_time_spread_ = self.impulse_, self.least_time_spread_
         if self.unseen_ is not None:
@@ -242,7 +249,7 @@ def _left_out(
 ) -> ContactPrediction:
     """Each fold's pulses as the others alone predict them, in the order of the pulses."""
     parts = [
-        model.refit(pulses.take(~fold), fold_rng).predict(pulses.take(fold).inputs)
+        model.relearn(pulses.take(~fold), fold_rng).predict(pulses.take(fold).inputs)
         for fold, fold_rng in zip(folds, rng.spawn(len(folds)), strict=True)
     ]
     back = np.argsort(np.concatenate([np.flatnonzero(fold) for fold in folds]))
