@@ -160,7 +160,8 @@ def rows_of(comparisons: Comparisons, metrics: Sequence[str]) -> list[dict[str, 
     for metric in metrics:
         for comparison in comparisons.comparisons:
             row = comparison.of(metric)
-            rows.append(row.row() | {"p_value": finite(row.p_value), "verdict": row.verdict})
+            count = {"least_p_value": row.least_p, "configurations": row.configurations}
+            rows.append(row.row() | {"p_value": finite(row.p_value), "verdict": row.verdict} | count)
             rows[-1]["where"] = [row.row() for row in comparison.where(metric)]
     return rows
 

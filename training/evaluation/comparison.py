@@ -86,7 +86,6 @@ class Difference:
         finite = np.isfinite([self.low, self.high]).all()
         named: dict[str, Any] = {"a": self.a, "b": self.b, "metric": self.metric, "difference": self.difference}
         named |= {"ci90": [self.low, self.high] if finite else None, "p_value": self.p_value}
-        named |= {"least_p_value": self.least_p, "configurations": self.configurations}
         return named | ({"group": {self.group[0]: self.group[1]}} if self.group else {})
 
 
