@@ -30,15 +30,15 @@ _EFFECTS = tuple(
 _STRENGTHS = (0.5, 2.0)
 _FORCE_SCATTER, _TIME_SCATTER, _POINT_NOISE = 0.02, 0.01, 0.003
 _VELOCITY_SCATTER = {"gun": 0.01, "hammer": 0.03}
+_LAYERS = ("none/none", "aluminum/none", "aluminum/polymeric", "steel/none", "steel/polymeric")
 _FACTORS: Mapping[str, Mapping[str, Sequence[Word]]] = {
     "gun": {
         "mass": (0.2, 0.5, 1.0), "tip": ("PLA", "aluminum", "steel"), "radius": (0.03, 0.045, 0.06),
-        "plate": ("aluminum", "steel"), "anvil": ("none", "aluminum", "steel"), "insulator": ("none", "polymeric"),
-        "velocity": (4.0, 8.0, 13.0, 18.0),
+        "plate": ("aluminum", "steel"), "layers": _LAYERS, "velocity": (4.0, 8.0, 13.0, 18.0),
     },
     "hammer": {
-        "tip": ("aluminum", "delrin", "polyurethane"), "anvil": ("none", "aluminum", "steel"),
-        "insulator": ("none", "polymeric"), "velocity": (0.6, 0.8, 1.1, 1.4, 1.8),
+        "tip": ("aluminum", "delrin", "polyurethane"), "layers": _LAYERS,
+        "velocity": (0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.35, 1.5, 1.65, 1.8, 2.0),
     },
 }  # fmt: skip
 _HAMMER_RADIUS_M = {"aluminum": 0.03, "delrin": 0.03, "polyurethane": 0.015}
@@ -96,7 +96,7 @@ def drawn_pulses(
     masses = [float(row.get("mass", HAMMER_KG)) for row in rows]
     radii = [float(row.get("radius", _HAMMER_RADIUS_M.get(str(row["tip"]), 0.0))) for row in rows]
     tips, plates = [str(row["tip"]) for row in rows], [str(row.get("plate", "aluminum")) for row in rows]
-    anvils, layers = [str(row["anvil"]) for row in rows], [str(row["insulator"]) for row in rows]
+    anvils, layers = zip(*(str(row["layers"]).split("/") for row in rows), strict=True)
     bodies = zip(tips, radii, masses, strict=True)
     impactors = [projectile(mass, tip, radius) if gun else hammer(tip, radius) for tip, radius, mass in bodies]
     below = zip(plates, anvils, layers, strict=True)
@@ -158,7 +158,7 @@ def _name(row: Mapping[str, Word]) -> str:
 
 
 def _drawn_rows(kind: str, count: int, rng: np.random.Generator, without: Collection[str]) -> list[Mapping[str, Word]]:
-    """Different configurations, each factor's levels about equally often; an insulator needs an anvil."""
+    """Different configurations, each factor's levels about equally often; layers are an anvil and its insulator."""
     rows: dict[str, Mapping[str, Word]] = {}
     while len(rows) < count:
         columns = {
@@ -167,7 +167,6 @@ def _drawn_rows(kind: str, count: int, rng: np.random.Generator, without: Collec
         }
         for values in zip(*columns.values(), strict=True):
             row = dict(zip(columns, values, strict=True))
-            row["insulator"] = "none" if row["anvil"] == "none" else row["insulator"]
             if _name(row) not in without and len(rows) < count:
                 rows.setdefault(_name(row), row)
     return list(rows.values())

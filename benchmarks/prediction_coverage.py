@@ -1,9 +1,10 @@
-"""`python -m benchmarks.prediction_coverage [--seeds 7,8,9] [--draws 200] [--law]`: do the bands of promoted models hold?
+"""Do the bands of promoted models hold? `python -m benchmarks.prediction_coverage [--seeds 7,8,9] [--draws 200]`.
 
 Benches whose laws of contact are not the twin's (`law_campaigns`) are hit at random configurations. Models learn from
-these, the gate of `promote` judges each against a model in use (with --law, against the contact law updated by the same
-pulses, too), and the bands of every model are then scored on fresh configurations, which neither model, calibration nor gate has seen. The second table is
-the null: of two equal models, one in use and one a candidate, the share that the gate promotes.
+these, the gate of `promote` judges each against a model in use, and the bands of every model are then scored on fresh
+configurations, which neither model, calibration nor gate has seen. With --law the contact law that was updated by the
+same pulses is a second reference. The second figure is the null: of two equal models, one in use and one a candidate,
+the share that the gate promotes.
 
 Exit code 1 where the promoted models' mean coverage of a quantity is outside of 85 to 97 %, or where more than 6 % of
 the equal models are promoted.

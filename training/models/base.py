@@ -31,7 +31,7 @@ class ContactPrediction:
     The 90 % band is the mean plus and minus 1.645 spreads. `log_correlation` (n,) is that of the logarithms of peak
     force and contact time; None for a model that does not know it. `log_spread` (n x 2) are standard deviations of the
     logarithms of peak force and contact time of a random pulse, calibrated by configuration; None where they follow
-    from the spreads.
+    from the spreads. No random pulse has an impulse above `impulse_allowance` times two momenta of the impactor.
     """
 
     force_n: Floats
@@ -40,6 +40,7 @@ class ContactPrediction:
     contact_time_spread_s: Floats | None
     log_correlation: Floats | None = None
     log_spread: Floats | None = None
+    impulse_allowance: float = 1.0
 
 
 class ContactModel(ABC):
@@ -129,6 +130,10 @@ def momentum(inputs: Inputs) -> Floats:
 #: Integral over the contact's phase from 0 to 1 by trapezoids, as weights of the points (20,).
 WEIGHTS: Floats = np.full(POINTS, 1.0 / (POINTS - 1))
 WEIGHTS[[0, -1]] /= 2
+
+
+#: A momentum bound lies this far above the greatest impulse measured.
+MARGIN = 1.05
 
 
 def impulse(force_n: Floats, contact_time_s: Floats) -> Floats:

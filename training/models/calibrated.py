@@ -19,7 +19,7 @@ from ...dataset.table import Inputs, PulseTable, Texts
 from ..estimators.base import Arrays, FitReport, Standard, require_fitted
 from ..gp.kernels import squared_distances
 from ..tuning.folds import grouped_folds
-from .base import ContactModel, ContactPrediction, get_array, own, prefixed, restored
+from .base import MARGIN, ContactModel, ContactPrediction, get_array, momentum, own, prefixed, restored
 from .prior_pulses import log_spreads, mean_pulses
 from .serialization import describe
 
@@ -137,6 +137,8 @@ class Calibrated(ContactModel):
     unseen_: UnseenDeviations | None = None
     #: Spread of the impulse over what peak force and contact time would give it, as older software calibrated it.
     impulse_: float | None = None
+    #: The greatest learned impulse over two momenta of the impactor, and some more; at least 1.
+    impulse_allowance_: float = 1.0
     #: The least spread of a contact time, s.
     least_time_spread_: float = 0.0
 
@@ -151,7 +153,7 @@ class Calibrated(ContactModel):
         force, time = pulses.force_n - unseen.force_n, pulses.contact_time_s - unseen.contact_time_s
         relative_time = _root_mean_square(time / unseen.contact_time_s)
         self.relative_ = np.append(_root_mean_square(force / _peak(unseen)), relative_time)
-        self.least_time_spread_ = _least_time_spread(pulses)
+        self.least_time_spread_, self.impulse_allowance_ = _least_time_spread(pulses), _impulse_allowance(pulses)
         force_spread, time_spread = self._spreads(unseen)
         force_over, time_over = _over(force, force_spread), _over(time, time_spread)
         squares = (force_over**2).mean(axis=1), time_over**2
@@ -174,6 +176,7 @@ class Calibrated(ContactModel):
         new.model_ = model
         new.relative_, new.factors_, new.difficulty_ = self.relative_, self.factors_, self.difficulty_
         new.impulse_, new.least_time_spread_ = self.impulse_, self.least_time_spread_
+        new.impulse_allowance_ = self.impulse_allowance_
         if self.unseen_ is not None:
             new.unseen_ = self.unseen_.of(pulses.configuration)
             rows = np.isin(self.unseen_.configuration, new.unseen_.configuration)
@@ -197,7 +200,12 @@ class Calibrated(ContactModel):
         force, time = self._spreads(prediction)
         factors = self.factors_ * difficulty
         time = np.maximum(factors[:, 1] * time, self._least_time_spread(prediction))
-        return replace(prediction, force_spread_n=factors[:, :1] * force, contact_time_spread_s=time)
+        return replace(
+            prediction,
+            force_spread_n=factors[:, :1] * force,
+            contact_time_spread_s=time,
+            impulse_allowance=self.impulse_allowance_,
+        )
 
     def _least_time_spread(self, prediction: ContactPrediction) -> Floats:
         return np.maximum(self.least_time_spread_, _ROUND_OFF * prediction.contact_time_s)
@@ -227,6 +235,7 @@ class Calibrated(ContactModel):
             "squares": np.column_stack([scaling.squares for scaling in self.difficulty_]),
             "reach": np.array([scaling.reach for scaling in self.difficulty_]),
             "least_time_spread": np.array(self.least_time_spread_),
+            "impulse_allowance": np.array(self.impulse_allowance_),
             **({} if self.impulse_ is None else {"impulse": np.array(self.impulse_)}),
             **({} if unseen is None else {"configuration": unseen.configuration, "unseen_ratio": unseen.ratio}),
         }
@@ -240,6 +249,7 @@ class Calibrated(ContactModel):
         if "unseen_ratio" in arrays:
             self.unseen_ = UnseenDeviations(get_array(arrays, "configuration", self.kind), arrays["unseen_ratio"])
         self.least_time_spread_ = float(arrays.get("least_time_spread", 0.0))
+        self.impulse_allowance_ = float(arrays.get("impulse_allowance", 1.0))
         self.model_ = restored(self.model, "model", arrays)
         return self
 
@@ -307,6 +317,16 @@ def _least_time_spread(pulses: PulseTable) -> float:
     if pulses.sample_s is None or not np.isfinite(pulses.sample_s).any():
         return 0.0
     return float(np.nanmax(pulses.sample_s)) * _OF_A_SAMPLE
+
+
+def _impulse_allowance(pulses: PulseTable) -> float:
+    """1 where no learned impulse exceeds two momenta: a hand that pushes and a velocity that is read too low give more,
+    and a band that ended there would not hold them. 1 where the mass is not known."""
+    try:
+        largest = float(np.max(pulses.impulse_n_s / (2 * momentum(pulses))))
+    except (ValueError, LookupError):
+        return 1.0
+    return max(1.0, MARGIN * largest)
 
 
 def _root_mean_square(deviation: Floats) -> Floats:

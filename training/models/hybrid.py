@@ -20,6 +20,7 @@ from ...dataset.table import POINTS, Inputs, PulseTable
 from ..estimators.base import Arrays, Estimator, FitReport, require_fitted
 from .analytic import Analytic
 from .base import (
+    MARGIN,
     WEIGHTS,
     ContactModel,
     ContactPrediction,
@@ -129,10 +130,6 @@ def _jacobian(pulse: ResidualPulse) -> Floats:
     points = np.arange(1, POINTS - 1)
     jacobian[:, points, points + 1] += 2.0 * pulse.mean_force_n * inner / square
     return jacobian
-
-
-#: The momentum bound lies this far above the greatest impulse measured.
-MARGIN = 1.05
 
 
 class Hybrid(ContactModel):

@@ -185,7 +185,7 @@ def random_pulses(prediction: ContactPrediction, z: Floats, momentum_n_s: Floats
     together = np.zeros(len(z)) if prediction.log_correlation is None else prediction.log_correlation
     time = time_s * z[:, 1]
     force = force_s * (together * z[:, 1] + np.sqrt(1 - together**2) * z[:, 0])
-    most = np.log(np.maximum(2 * momentum_n_s / mean.impulse_n_s, 1.0))
+    most = np.log(np.maximum(2 * prediction.impulse_allowance * momentum_n_s / mean.impulse_n_s, 1.0))
     force = np.minimum(force + time, most) - time
     time = np.exp(time)
     return ForcePulses(
