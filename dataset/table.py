@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..array_types import Floats, Mask
+from .near_duplicates import duplicate_groups
 
 Integers = NDArray[np.int64]
 Texts = NDArray[np.str_]
@@ -129,7 +130,7 @@ class Split:
 
 
 def split_of(table: PulseTable, text: str, seed: int = 0) -> Split:
-    """The split that `text` names: one of `forms()`.
+    """The split that `text` names: one of `forms()`. Copies of a pulse (`near_duplicates`) are on one side.
 
     Raises `ValueError` for another text, or where a side would be empty, `LookupError` for a material or campaign
     that the table has not.
@@ -137,11 +138,17 @@ def split_of(table: PulseTable, text: str, seed: int = 0) -> Split:
     check_form(text)
     name, _, value = text.partition("=")
     test, what = _NAMED[name][0](table, value) if value else _DRAWN[name](table, seed)
+    test = test[first_copies(table)]
     if not test.any() or test.all():
         side = "held out" if test.all() else "left to learn from"
         none = f"every pulse would be {side}" if test.any() else "no pulse would be held out"
         raise ValueError(f"split {text!r} of {len(table)} pulses: {none}; take another split")
     return Split(text, np.flatnonzero(~test), np.flatnonzero(test), what)
+
+
+def first_copies(table: PulseTable) -> NDArray[np.intp]:
+    """The row (n,) of the pulse that each pulse is a copy of, which may be its own (`near_duplicates`)."""
+    return duplicate_groups(table.key, table.force_n, table.peak_force_n, table.contact_time_s, table.impulse_n_s)
 
 
 def check_form(text: str) -> None:

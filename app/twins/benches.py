@@ -127,8 +127,8 @@ def shipped_bench() -> Bench:
 
 
 def bench_of_campaign(session: Session, name: str | None) -> Bench:
-    """Of a campaign, else of the newest one that states a gun, else of the newest of the kind gun; what it does not tell
-    is the shipped bench's.
+    """Of a campaign, else of the newest one that states a gun, else of the newest of the kind gun; what it does not
+    tell is the shipped bench's.
 
     Raises `LookupError` for a campaign there is none of.
     """
