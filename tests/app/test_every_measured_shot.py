@@ -53,7 +53,8 @@ def test_prediction_between_measured_velocities_lies_between_them(bench: GunBenc
     assert 22.9 < velocity_m_s(gun, 0.7)[0] < 30.4
     for pressure, measured in ((0.5, 22.9), (0.9, 30.4)):
         middle, width = spread_at(gun, pressure)
-        assert abs(math.log(measured) - middle) < 1.645 * width < 0.15
+        assert abs(math.log(measured) - middle) < 1.645 * width
+        assert width < spread_at(GunStage(bench, THESIS_VELOCITY_SPREAD, unknown_effects=True), pressure)[1]
 
 
 @pytest.mark.parametrize("count", [1, 2, 7])

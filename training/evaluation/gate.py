@@ -6,8 +6,9 @@
    by whole configurations (`summary.share_interval`). A band holds where the share is `NARROWEST` at least and the
    interval reaches below `WIDEST`; it fails where the interval lies outside of the range. A share below the range whose
    interval reaches into it is not enough to judge.
-3. The mean CRPS must be lower than that of the reference, with p < 0.05 in the two-sided sign-flip test over
-   configurations. n configurations give no p below 2^(1 - n).
+3. The mean CRPS must be lower than that of the reference, with p < 0.05 over configurations: in the two-sided sign-flip
+   test, where n configurations give no p below 2^(1 - n), and in the t-test that allows for the luck of what each model
+   learned from (`summary.corrected_p`).
 4. A force error of `NOT_USABLE` times what the bench repeats to is no prediction.
 """
 

@@ -19,7 +19,7 @@ from ...twin.prediction import stratified_normals
 from ..models.base import ContactModel, momentum
 from ..models.prior_pulses import prior_contact, prior_pulses, random_pulses, updated_contact, velocity_before
 from ..tuning.folds import grouped_folds
-from .summary import clustered, ensemble_crps, sign_flip_p
+from .summary import clustered, corrected_p, ensemble_crps, sign_flip_p
 
 QUANTITIES = ("peak force", "contact time", "impulse")
 FOLDS, DRAWS = 5, 64
@@ -61,9 +61,10 @@ class UnseenScores:
         return len(np.unique(self.configuration))
 
     def p_value(self, rng: np.random.Generator) -> float:
-        """Of the hypothesis that the difference of each configuration might as well have the other sign."""
-        difference = (self.crps[0] - self.crps[1]).mean(axis=1, keepdims=True)
-        return float(sign_flip_p(clustered(difference, self.configuration), rng)[0])
+        """Of the hypothesis that the models are equal: the larger p-value of the sign-flip test over configurations and
+        of the t-test that allows for the luck of what each model learned from (`corrected_p`)."""
+        clusters = clustered((self.crps[0] - self.crps[1]).mean(axis=1, keepdims=True), self.configuration)
+        return max(float(sign_flip_p(clusters, rng)[0]), float(corrected_p(clusters)[0]))
 
     def figures(self) -> dict[str, float]:
         """By metric names that MLflow takes: "crps.candidate", "crps.reference.peak_force", "crps.prior"."""
