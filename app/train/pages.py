@@ -15,6 +15,7 @@ from ...schema.impacts import Pulse
 from ...schema.listings import list_campaigns
 from ...schema.session import Store
 from ..common.model_registry import models_extra, reader_of, withdrawn_words
+from ..common.quantities import velocities_of
 from ..web.dependencies import Configured, Key, Name, OpenStore, Word
 from ..web.forms import FieldError
 from ..web.rendering import page, part
@@ -249,28 +250,32 @@ def model(
         histories = registry.fit_histories(chosen)
         searches = registry.searches(chosen)
         decisions = [entry for entry in registry.decisions() if entry.candidate == chosen.label]
-    return page(
-        request,
-        "model.html",
-        row=row,
-        splits=splits,
-        sentence=error_sentence(row),
-        found=figures,
-        why_not=why_not,
-        against={} if figures is None else {q: against_figure(figures, q) for q in ("peak_force_n", "contact_time_s")},
-        residuals={} if evaluation is None else residual_figures(residual_columns(evaluation, chosen.label)),
-        coverage=None if figures is None else coverage_figure(figures),
-        worst=[] if evaluation is None else _with_impacts(store, worst_pulses(evaluation, chosen.label)),
-        history=history_figure(rows),
-        training=training_figures(histories),
-        searches=[_search(part, search) for part, search in searches.items()],
-        decisions=decisions,
-        decision=decisions[0] if decided and decisions else None,
-        settings=fit_settings,
-        datasets=[entry["name"] for entry in store.read(list_snapshots)],
-        campaigns=[entry["name"] for entry in store.read(list_campaigns)],
-        **_WORDS,
-    )
+    velocity = {"impact_velocity_m_s": 1.0, "velocity_kind": chosen.dataset.velocity_kind}
+    with velocities_of([velocity]):
+        return page(
+            request,
+            "model.html",
+            row=row,
+            splits=splits,
+            sentence=error_sentence(row),
+            found=figures,
+            why_not=why_not,
+            against={}
+            if figures is None
+            else {q: against_figure(figures, q) for q in ("peak_force_n", "contact_time_s")},
+            residuals={} if evaluation is None else residual_figures(residual_columns(evaluation, chosen.label)),
+            coverage=None if figures is None else coverage_figure(figures),
+            worst=[] if evaluation is None else _with_impacts(store, worst_pulses(evaluation, chosen.label)),
+            history=history_figure(rows),
+            training=training_figures(histories),
+            searches=[_search(part, search) for part, search in searches.items()],
+            decisions=decisions,
+            decision=decisions[0] if decided and decisions else None,
+            settings=fit_settings,
+            datasets=[entry["name"] for entry in store.read(list_snapshots)],
+            campaigns=[entry["name"] for entry in store.read(list_campaigns)],
+            **_WORDS,
+        )
 
 
 def _search(part: str, search: SettingsSearch) -> dict[str, Any]:

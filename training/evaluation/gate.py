@@ -57,7 +57,7 @@ class BandCheck:
 
 
 @dataclass(frozen=True)
-class Judgement:
+class GateVerdict:
     """A verdict and the sentence that explains it."""
 
     verdict: Verdict
@@ -96,10 +96,10 @@ def too_few(configurations: int) -> str:
     )
 
 
-def judge(scores: UnseenScores, p_value: float) -> Judgement:
+def judge(scores: UnseenScores, p_value: float) -> GateVerdict:
     """The verdict on the first prediction of `scores`, judged against the second."""
     if few := too_few(scores.configurations):
-        return Judgement("not enough to judge", few)
+        return GateVerdict("not enough to judge", few)
     checks = band_checks(scores)
     words = comparison_words(scores, p_value)
     bands = ", ".join(map(str, checks))
@@ -109,18 +109,18 @@ def judge(scores: UnseenScores, p_value: float) -> Judgement:
             f"the 90 % bands of {scores.names[0]} do not hold for {failed} on configurations that they were not "
             f"calibrated by: inside are {bands}, expected {NARROWEST:.0%} to {WIDEST:.0%}"
         )
-        return Judgement("bands do not hold", f"{reason}; {words}")
+        return GateVerdict("bands do not hold", f"{reason}; {words}")
     if not scores.first_is_better:
-        return Judgement("worse", words)
+        return GateVerdict("worse", words)
     if p_value >= LEVEL:
-        return Judgement("may be chance", f"{words}; a model is put in use only where it is better beyond chance")
+        return GateVerdict("may be chance", f"{words}; a model is put in use only where it is better beyond chance")
     if not all(check.holds for check in checks):
         reason = (
             f"{scores.configurations} configurations are not enough to judge the 90 % bands of {scores.names[0]}: "
             f"inside are {bands}, expected {NARROWEST:.0%} to {WIDEST:.0%}; measure further configurations"
         )
-        return Judgement("not enough to judge", f"{reason}; {words}")
-    return Judgement("promoted", f"{words}; inside its 90 % bands are {bands}")
+        return GateVerdict("not enough to judge", f"{reason}; {words}")
+    return GateVerdict("promoted", f"{words}; inside its 90 % bands are {bands}")
 
 
 def comparison_words(scores: UnseenScores, p_value: float) -> str:

@@ -94,14 +94,15 @@ class UnseenDeviations:
 def grouped_quantile(scores: Floats, groups: Texts, level: float) -> float:
     """The score that a pulse of a further group does not exceed with probability `level`; scores (n,), groups (n,).
 
-    Every one of G groups weighs 1 / (G + 1), shared by its scores; the rest is at infinity (Lee, Barber and Willett,
-    Distribution-free inference with hierarchical data, arXiv 2306.06342, eq. 5). The largest score where G is below
-    level / (1 - level), for which no finite quantile is known.
+    Every group weighs the same, shared by its scores (pooled distributions: Dunn, Wasserman and Ramdas, J. Am. Stat.
+    Assoc. 118 (2023) 2491). The weight at infinity that makes the coverage of split conformal bands exact (Lee, Barber
+    and Willett, arXiv 2306.06342) is left out: cross-validated scores are those of models that learned from fewer
+    groups, and too large already.
     """
     _, member, sizes = np.unique(groups, return_inverse=True, return_counts=True)
     order = np.argsort(scores)
-    reached = np.cumsum(1.0 / ((len(sizes) + 1) * sizes[member[order]])) >= level * (1 - 1e-12)
-    return float(scores[order][np.argmax(reached)] if reached.any() else scores.max())
+    reached = np.cumsum(1.0 / (len(sizes) * sizes[member[order]])) >= level * (1 - 1e-12)
+    return float(scores[order][np.argmax(reached)])
 
 
 class Calibrated(ContactModel):

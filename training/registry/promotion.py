@@ -12,7 +12,7 @@ import numpy as np
 
 from ...dataset.table import PulseTable
 from ..evaluation.comparison import Comparison, compare
-from ..evaluation.gate import Judgement, Verdict, coverage_figures, judge, too_few
+from ..evaluation.gate import GateVerdict, Verdict, coverage_figures, judge, too_few
 from ..evaluation.metrics import METRICS
 from ..evaluation.unseen_configurations import (
     PulseDraws,
@@ -115,7 +115,7 @@ def _not_usable(registry: Registry, candidate: Version) -> str:
     return usability(records, registry.floors(candidate.dataset.hash, candidate.seed))
 
 
-def _reason(judgement: Judgement, forced: bool, given: str) -> str:
+def _reason(judgement: GateVerdict, forced: bool, given: str) -> str:
     """The judgement and the reason that was `given`, of which the one that decided comes first."""
     if judgement.promoted:
         return _joined(given, judgement.reason)
