@@ -1,7 +1,6 @@
 """The rule by which a model is put in use: its bands hold on unseen configurations, and it beats what is in use.
 
-1. Fewer than `LEAST_CONFIGURATIONS` configurations judge nothing: no finite 90 % band is known from them
-   (`models.calibrated.grouped_quantile`).
+1. Fewer than `LEAST_CONFIGURATIONS` configurations judge nothing: of fewer than ten, a 90 % band must hold all.
 2. The share of pulses inside the 90 % band is taken for peak force, contact time and impulse, with its interval of 90 %
    by whole configurations (`summary.share_interval`). A band holds where the share is `NARROWEST` at least and the
    interval reaches below `WIDEST`; it fails where the interval lies outside of the range. A share below the range whose
