@@ -49,12 +49,13 @@ def pulse_key(row: Row) -> str:
 def content_hash(predictors: PredictorSet, table: PulseTable) -> str:
     """SHA-256 of what models see of a snapshot: predictors with their sources, and every column, in the table's order.
 
-    The row's key in this store and the set's name are left out; the keys stand for raw files and extraction.
+    The row's key in this store and the set's name are left out; the keys stand for raw files and extraction, and so for
+    the sampling period.
     """
     entries = predictors.as_json()["predictors"]
     parts: list[bytes | NDArray[Any]] = [json.dumps([_SCHEME, len(table), entries]).encode()]
     for field in fields(table):
-        if field.name not in ("predictors", "pulse_id"):
+        if field.name not in ("predictors", "pulse_id", "sample_s"):
             parts += [field.name.encode(), _plain(getattr(table, field.name))]
     return _digest(*parts)
 
@@ -142,7 +143,14 @@ def table_of(members: Sequence[Member], predictors: PredictorSet) -> PulseTable:
         repetition=np.array([row["repetition"] for row in rows], dtype=np.int64),
         key=np.array([pulse_key(row) for row in rows]),
         pulse_id=np.array([row["pulse_id"] for row in rows], dtype=np.int64),
+        sample_s=np.array([_sample_s(row) for row in rows], dtype=np.float64),
     )
+
+
+def _sample_s(row: Row) -> float:
+    """The sampling period of the force: that of the finely smoothed pulse times what its extraction refined it by."""
+    settings = row.get("extraction_settings") or {}
+    return float(row["fine_period_s"]) * float(settings["refinement"]) if "refinement" in settings else float("nan")
 
 
 def configuration_text(words: Mapping[str, str]) -> str:

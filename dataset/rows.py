@@ -51,6 +51,7 @@ _COLUMNS = (
     Material.name.label("bench_plate_material"),
     Recording.sha256.label("recording_sha256"),
     ExtractionSettingsRow.fingerprint.label("extraction"),
+    ExtractionSettingsRow.settings.label("extraction_settings"),
     Pulse.id.label("pulse_id"),
     Pulse.start_s,
     Pulse.contact_time_s,
@@ -59,6 +60,7 @@ _COLUMNS = (
     Pulse.impulse_n_s,
     Pulse.compression_impulse_n_s,
     Pulse.force_points_n,
+    Pulse.fine_period_s,
 )
 
 

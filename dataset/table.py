@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..array_types import Floats, Mask
+from .near_duplicates import duplicate_groups
 
 Integers = NDArray[np.int64]
 Texts = NDArray[np.str_]
@@ -63,8 +64,8 @@ class Inputs:
 
     def take(self, rows: NDArray[np.intp] | NDArray[np.bool_] | slice) -> Self:
         """The same of some rows."""
-        arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != "predictors"}
-        return replace(self, **arrays)
+        arrays = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "predictors"}
+        return replace(self, **{name: values[rows] for name, values in arrays.items() if values is not None})
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +76,7 @@ class PulseTable(Inputs):
     of the finely smoothed pulse (`peak_force_n` its peak). `configuration` tells factor combinations apart (repetitions
     share it), `treatment` only those that the predictors other than the impact velocity see. `target_material` is the
     first layer hit. `key` identifies the pulse by content, in any store; `pulse_id` is its row in this one.
+    `sample_s` is the sampling period of the force record, NaN where it is not known; None: it is known of no pulse.
     """
 
     force_n: Floats
@@ -92,6 +94,7 @@ class PulseTable(Inputs):
     repetition: Integers
     key: Texts
     pulse_id: Integers
+    sample_s: Floats | None = None
 
     @property
     def inputs(self) -> Inputs:
@@ -105,7 +108,10 @@ def concatenate(tables: Sequence[PulseTable]) -> PulseTable:
     if any(table.predictors != first.predictors for table in tables):
         raise ValueError("tables of different predictors cannot be joined")
     names = [f.name for f in fields(first) if f.name != "predictors"]
-    arrays: dict[str, Any] = {name: np.concatenate([getattr(table, name) for table in tables]) for name in names}
+    columns = {name: [getattr(table, name) for table in tables] for name in names}
+    arrays: dict[str, Any] = {
+        name: None if any(part is None for part in parts) else np.concatenate(parts) for name, parts in columns.items()
+    }
     return replace(first, **arrays)
 
 
@@ -124,7 +130,7 @@ class Split:
 
 
 def split_of(table: PulseTable, text: str, seed: int = 0) -> Split:
-    """The split that `text` names: one of `forms()`.
+    """The split that `text` names: one of `forms()`. Copies of a pulse (`near_duplicates`) are on one side.
 
     Raises `ValueError` for another text, or where a side would be empty, `LookupError` for a material or campaign
     that the table has not.
@@ -132,11 +138,17 @@ def split_of(table: PulseTable, text: str, seed: int = 0) -> Split:
     check_form(text)
     name, _, value = text.partition("=")
     test, what = _NAMED[name][0](table, value) if value else _DRAWN[name](table, seed)
+    test = test[first_copies(table)]
     if not test.any() or test.all():
         side = "held out" if test.all() else "left to learn from"
         none = f"every pulse would be {side}" if test.any() else "no pulse would be held out"
         raise ValueError(f"split {text!r} of {len(table)} pulses: {none}; take another split")
     return Split(text, np.flatnonzero(~test), np.flatnonzero(test), what)
+
+
+def first_copies(table: PulseTable) -> NDArray[np.intp]:
+    """The row (n,) of the pulse that each pulse is a copy of, which may be its own (`near_duplicates`)."""
+    return duplicate_groups(table.key, table.force_n, table.peak_force_n, table.contact_time_s, table.impulse_n_s)
 
 
 def check_form(text: str) -> None:

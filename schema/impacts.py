@@ -17,6 +17,12 @@ from sqlalchemy.orm import Mapped, mapped_column, relationship
 from .base import Base, HasId, WithProvenance, names_row, not_negative, positive
 from .campaigns import Campaign, Configuration
 from .recordings import RecordedChannel, Recording
+from .velocity_kinds import BEFORE_CONTACT as BEFORE_CONTACT
+from .velocity_kinds import INTEGRATED as INTEGRATED
+from .velocity_kinds import KIND_OF_SOURCE as KIND_OF_SOURCE
+from .velocity_kinds import KINDS as KINDS
+from .velocity_kinds import TARGET_MOTION_ADDED as TARGET_MOTION_ADDED
+from .velocity_kinds import velocity_kind as velocity_kind
 
 
 class Impact(HasId, WithProvenance, Base):
@@ -209,28 +215,3 @@ class SnapshotPulse(WithProvenance, Base):
 
     snapshot_id: Mapped[int] = mapped_column(ForeignKey("dataset_snapshots.id"), primary_key=True)
     pulse_id: Mapped[int] = mapped_column(ForeignKey("pulses.id"), primary_key=True, index=True)
-
-
-#: Measured by a laser, reported by the lab, or predicted: the velocity with which the impactor meets the target.
-BEFORE_CONTACT = "before contact"
-INTEGRATED = "integrated to the peak"
-#: The same with the velocity that the target's surface had at the peak: an estimate of the velocity before contact.
-TARGET_MOTION_ADDED = "integrated, target's motion added"
-KINDS = (BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED)
-
-#: `velocity_source` of an impact or a shot -> kind. What a laboratory reports is taken to be before contact.
-KIND_OF_SOURCE = {
-    "reported": BEFORE_CONTACT,
-    "laser": BEFORE_CONTACT,
-    "integrated": INTEGRATED,
-    "integrated with target motion": TARGET_MOTION_ADDED,
-}
-
-
-def velocity_kind(source: str | None) -> str | None:
-    """The kind of a stored velocity; None where there is no velocity. Raises `LookupError` for an unknown source."""
-    if source is None:
-        return None
-    if source not in KIND_OF_SOURCE:
-        raise LookupError(f"velocity_source is {source!r}; known: {', '.join(KIND_OF_SOURCE)}")
-    return KIND_OF_SOURCE[source]

@@ -11,11 +11,12 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, Literal
 
 from ...schema.known_factors import NONE
+from ...schema.velocity_kinds import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED
 from .number_format import NOTHING, format_number, measured_text
 
 #: g, which pages and tables show accelerations in (ISO 80000-3). The twin's own constant would bring numpy along.
@@ -100,7 +101,16 @@ _OTHER_UNITS = {
 _FACTORS = {"tip_radius": "tip_radius_m", "bullet_mass": "bullet_mass_kg", "tank_pressure": "tank_pressure_pa"}
 
 
+#: Keys of the velocity that an impact is stored with, whose heading says how it was obtained.
+_OF_IMPACTS = ("impact_velocity_m_s", "impact_velocity")
+_VELOCITIES = {
+    BEFORE_CONTACT: "impact velocity",
+    INTEGRATED: "velocity change of the impactor by integration",
+    TARGET_MOTION_ADDED: "impact velocity by integration, with the target's motion",
+}
+
 _chosen: ContextVar[System | None] = ContextVar("units", default=None)
+_velocity: ContextVar[str] = ContextVar("velocity", default=_VELOCITIES[BEFORE_CONTACT])
 
 
 def units() -> System:
@@ -130,7 +140,29 @@ def _named(text: str) -> System:
 
 def display_of(key: str) -> Display:
     """What a key of data is called and shown in: `contact_time_s` is the contact time in ms, in SI in s."""
-    return _display_of(key, units())
+    display = _display_of(key, units())
+    return replace(display, label=_velocity.get()) if key in _OF_IMPACTS else display
+
+
+def velocity_label(kinds: Iterable[str | None]) -> str:
+    """What velocities of these kinds (`schema.impacts.KINDS`) are called. One that was integrated from first contact to
+    the peak of the force is a change of velocity: the target moves by then, so that it is some way below the velocity
+    before contact."""
+    present = {kind for kind in kinds if kind is not None}
+    if len(present) > 1:
+        return "velocity: before contact or change by integration (see velocity kind)"
+    return _VELOCITIES.get(next(iter(present), BEFORE_CONTACT), _VELOCITIES[BEFORE_CONTACT])
+
+
+@contextmanager
+def velocities_of(rows: Iterable[Mapping[str, Any]]) -> Iterator[None]:
+    """Within the block, head the velocities of impacts by what these rows say of them (`velocity_kind`)."""
+    kinds = (row.get("velocity_kind") for row in rows if row.get("impact_velocity_m_s") is not None)
+    token = _velocity.set(velocity_label(kinds))
+    try:
+        yield
+    finally:
+        _velocity.reset(token)
 
 
 @cache

@@ -48,6 +48,7 @@ class TrainedModel:
                 name: {"mean": estimate.mean, "ci90": [estimate.low, estimate.high]} for name, estimate in metrics
             },
             "promoted": self.decision.promoted,
+            "verdict": self.decision.decision.verdict,
             "decision": self.decision.sentence,
         }
 

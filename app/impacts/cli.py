@@ -25,7 +25,7 @@ from ..cli.listed import Listing, listing_options
 from ..cli.next_step import suggest_next
 from ..cli.options import split_names
 from ..common.progress import progress_bar
-from ..common.quantities import cell, heading
+from ..common.quantities import cell, heading, velocities_of
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -63,7 +63,8 @@ def show(impact: int, db: str, json_to: str | None, plot: Path | None) -> None:
         if json_to is not None:
             write_json(page, json_to)
             return
-    print_facts({key: value for key, value in page.items() if not isinstance(value, list) and value is not None})
+    with velocities_of([page]):
+        print_facts({key: value for key, value in page.items() if not isinstance(value, list) and value is not None})
     for key, value in page.items():
         if isinstance(value, list):
             click.echo(f"\n{heading(key)}")
@@ -119,7 +120,8 @@ def impacts(db: str, listing: Listing, campaign: str | None, where: tuple[str, .
         conditions = parse_where(where)
         rows = list(islice(iter_impacts(session, campaign, conditions), limit))
         no_match = "no impacts match" if rows else _no_match(session, conditions)
-        listing.show(rows if listing.is_chosen else without_empty_figures(rows), no_match)
+        with velocities_of(rows):
+            listing.show(rows if listing.is_chosen else without_empty_figures(rows), no_match)
 
 
 @click.command()

@@ -24,7 +24,7 @@ from ...schema.listings import (
 )
 from ..common.filters import parse_where
 from ..common.nominal_velocity import with_predictions
-from ..common.quantities import cell, heading, velocity_with_uncertainty
+from ..common.quantities import cell, heading, velocities_of, velocity_with_uncertainty
 from ..web.dependencies import OpenStore, Text
 from ..web.forms import FieldError
 from ..web.rendering import page, part, query
@@ -88,27 +88,28 @@ def impacts(
     names = list(dict.fromkeys(name for row in rows for name in row))
     shown = [name for name in names if name in columns] if columns else _varied(rows, names)
     menus = _menus(levels, where)
-    return page(
-        request,
-        "impacts.html",
-        status=422 if error else 200,
-        rows=rows,
-        names=[name for name in names if name not in ("id", QUALITY)],
-        shown=[name for name in shown if name not in ("id", QUALITY)],
-        main=MAIN,
-        thumbnails={key: thumbnail_points(forces) for key, forces in thumbnails.items()},
-        size=(_WIDTH, _HEIGHT),
-        campaigns=campaigns,
-        campaign=campaign,
-        menus=menus,
-        conditions=[condition for condition in where if condition not in {menu.chosen for menu in menus}],
-        error=error,
-        sort=sort,
-        sorts={name: _sorted_address(address, sort, name) for name in names},
-        following=following or "",
-        beginning=(query(address) or "/impacts") if after or offset else "",
-        compared=query({"campaign": campaign, "where": where}),
-    )
+    with velocities_of(rows):
+        return page(
+            request,
+            "impacts.html",
+            status=422 if error else 200,
+            rows=rows,
+            names=[name for name in names if name not in ("id", QUALITY)],
+            shown=[name for name in shown if name not in ("id", QUALITY)],
+            main=MAIN,
+            thumbnails={key: thumbnail_points(forces) for key, forces in thumbnails.items()},
+            size=(_WIDTH, _HEIGHT),
+            campaigns=campaigns,
+            campaign=campaign,
+            menus=menus,
+            conditions=[condition for condition in where if condition not in {menu.chosen for menu in menus}],
+            error=error,
+            sort=sort,
+            sorts={name: _sorted_address(address, sort, name) for name in names},
+            following=following or "",
+            beginning=(query(address) or "/impacts") if after or offset else "",
+            compared=query({"campaign": campaign, "where": where}),
+        )
 
 
 def _varied(rows: Sequence[Mapping[str, Any]], names: Iterable[str]) -> list[str]:

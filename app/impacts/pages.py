@@ -23,7 +23,7 @@ from ...schema.series import SeriesError
 from ...schema.session import Store
 from ..common.filters import parse_where
 from ..common.number_format import percent
-from ..common.quantities import display_of_unit
+from ..common.quantities import display_of_unit, velocities_of
 from ..web.dependencies import Key, OpenStore
 from ..web.figures_base import Figure
 from ..web.rendering import page, query
@@ -68,25 +68,26 @@ def impact(
         before, after = neighbours(session, impact)
     scales = {signal["key"]: display_of_unit(signal["unit"]).scale for signal in signals}
     lists = ("pulses", "channel_figures", "findings", "channels")
-    return page(
-        request,
-        "impact.html",
-        impact=impact,
-        facts={key: value for key, value in impact_view.items() if key not in lists},
-        **{key: impact_view[key] for key in lists},
-        signals=signals,
-        figures=figures,
-        scales=scales,
-        before=before,
-        after=after,
-        damaged=damaged,
-        segmentation=None if view is None else segmentation_figure(view),
-        previewed=view.preview if view else None,
-        used=next((version for version in view.versions if version.in_use), None) if view else None,
-        why_not=why_not,
-        asked=settings,
-        points=POINTS,
-    )
+    with velocities_of([impact_view]):
+        return page(
+            request,
+            "impact.html",
+            impact=impact,
+            facts={key: value for key, value in impact_view.items() if key not in lists},
+            **{key: impact_view[key] for key in lists},
+            signals=signals,
+            figures=figures,
+            scales=scales,
+            before=before,
+            after=after,
+            damaged=damaged,
+            segmentation=None if view is None else segmentation_figure(view),
+            previewed=view.preview if view else None,
+            used=next((version for version in view.versions if version.in_use), None) if view else None,
+            why_not=why_not,
+            asked=settings,
+            points=POINTS,
+        )
 
 
 def contact_span(impact_view: dict[str, Any]) -> tuple[float, float] | None:

@@ -10,7 +10,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from ...schema.conditions import get_campaign_id
-from ..common.quantities import display_of, heading, velocity_with_uncertainty
+from ..common.quantities import display_of, heading, velocities_of, velocity_with_uncertainty
 from ..plan.pages import coverage_figure
 from ..web.dependencies import Name, OpenStore
 from ..web.figures_base import Figure, figure, line, points
@@ -95,18 +95,19 @@ def campaign(request: Request, name: Name, store: OpenStore) -> Response:
         "first_impacts": _short(overview["first_impacts"], several),
         "first_shots": [velocity_with_uncertainty(row) for row in overview["first_shots"]],
     }
-    return page(
-        request,
-        "campaign.html",
-        **shown,
-        quality_words=quality.sentence,
-        poor=bool(quality.rejected or quality.set_aside),
-        coverage={factor: coverage_figure(levels, factor) for factor in factors},
-        achieved_figures={quantity: achieved_figure(achieved, quantity) for quantity in quantities},
-        planned_achieved=planned_achieved_rows(levels, achieved),
-        constant=constant_settings(levels),
-        bench=list(bench_facts(overview["campaign"]["bench"])),
-    )
+    with velocities_of(overview["first_impacts"]):
+        return page(
+            request,
+            "campaign.html",
+            **shown,
+            quality_words=quality.sentence,
+            poor=bool(quality.rejected or quality.set_aside),
+            coverage={factor: coverage_figure(levels, factor) for factor in factors},
+            achieved_figures={quantity: achieved_figure(achieved, quantity) for quantity in quantities},
+            planned_achieved=planned_achieved_rows(levels, achieved),
+            constant=constant_settings(levels),
+            bench=list(bench_facts(overview["campaign"]["bench"])),
+        )
 
 
 #: What the table of the first impacts has beside the factors that change.

@@ -20,6 +20,7 @@ from ..plan.rehearsal import rows_of
 from ..twins.building import BuiltTwin, TwinRequest, twin_of
 from .predicting import (
     ShotRequest,
+    bench_limit_warnings,
     check_used,
     extrapolation_text,
     extrapolations,
@@ -246,7 +247,7 @@ def _figures(prediction: Prediction) -> Row:
     return row | {
         "rests_on_shots": prediction.rests_on.shots,
         "extrapolation": " ".join(map(extrapolation_text, extrapolations(prediction))),
-        "outside_domain": "; ".join(map(_outside, prediction.outside)),
+        "outside_domain": "; ".join((*bench_limit_warnings(prediction), *map(_outside, prediction.outside))),
     }
 
 

@@ -240,11 +240,32 @@ def extrapolations(prediction: Prediction) -> tuple[Extrapolation, ...]:
     return tuple(items.values())
 
 
+def bench_limit_warnings(prediction: Prediction) -> tuple[str, ...]:
+    """Limits of the shipped bench that the shot is beyond, but for a pressure that was shot on this bench.
+
+    A campaign states no other limits of its bench in the store: a shot beyond them is answered, with this sentence.
+    """
+    from ...doe.limits.bench import BenchLimits
+
+    pressure, limits = prediction.setting.tank_pressure_pa, BenchLimits()
+    highest = min(limits.max_tank_pressure_pa, limits.max_regulated_pressure_pa, limits.max_valve_pressure_pa)
+    beyond_shots = any(_base(item.quantity) == "tank_pressure" for item in prediction.extrapolation)
+    if pressure is None or pressure <= highest or (prediction.rests_on.shots and not beyond_shots):
+        return ()
+    name, unit, scale = _in_lab_units("tank_pressure_pa")
+    return (
+        f"{name[0].upper()}{name[1:]} {format_number(scale * pressure)}{unit} is beyond the bench, whose regulator "
+        f"gives {format_number(scale * highest)}{unit} at most: such a shot cannot be fired.",
+    )
+
+
 def domain_warnings(prediction: Prediction) -> tuple[str, ...]:
-    """What lies outside of the contact's domain, but for quantities that an extrapolation names already."""
+    """What lies outside of the bench's limits and of the contact's domain, but for quantities that an extrapolation
+    names already."""
     beyond = {_base(item.quantity) for item in prediction.extrapolation}
     contact = prediction.models["contact"]
-    return tuple(_outside_text(item, contact) for item in prediction.outside if _base(item.predictor) not in beyond)
+    outside = (_outside_text(item, contact) for item in prediction.outside if _base(item.predictor) not in beyond)
+    return (*bench_limit_warnings(prediction), *outside)
 
 
 def extrapolation_text(item: Extrapolation) -> str:

@@ -4,7 +4,7 @@ them apart best; and its shots, the measured velocity beside the nominal gun's."
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from typing import Any
 
@@ -25,6 +25,7 @@ from ..common.quantities import (
     level_words,
     named_level,
     settings_words,
+    velocity_label,
     velocity_with_uncertainty,
 )
 from ..documents.document import Block, Cell, ChartRow, Figure, Paragraph, Section, Table, mean_and_spread
@@ -54,11 +55,13 @@ class PulseGroup:
 
 @dataclass(frozen=True, eq=False)
 class PulseGroups:
-    """Groups in the order in which they were recorded. Impacts `rejected`, or `without` a pulse, are in none."""
+    """Groups in the order in which they were recorded. Impacts `rejected`, or `without` a pulse, are in none.
+    `velocity` says what their velocities are (`quantities.velocity_label`)."""
 
     groups: tuple[PulseGroup, ...]
     rejected: int
     without: int
+    velocity: str = "impact velocity"
 
     @property
     def varied(self) -> tuple[str, ...]:
@@ -74,6 +77,7 @@ class PulseGroups:
 def pulses_of(session: Session, campaign: str) -> PulseGroups:
     """The pulses in use of a campaign. Raises `LookupError` for an unknown one."""
     members: dict[tuple[tuple[str, Any], ...], list[dict[str, Any]]] = {}
+    kinds: set[str | None] = set()
     rejected = without = 0
     for row in iter_impacts(session, campaign):
         if row["contact_time_s"] is None:
@@ -81,6 +85,7 @@ def pulses_of(session: Session, campaign: str) -> PulseGroups:
         elif row["quality"] == "reject":
             rejected += 1
         else:
+            kinds.add(row.get("velocity_kind"))
             levels = tuple((key, value) for key, value in row.items() if key not in _OTHERS)
             members.setdefault(levels, []).append({key: row[key] for key in ("id", *_FIGURES)})
     place = {row["id"]: (levels, i) for levels, rows in members.items() for i, row in enumerate(rows)}
@@ -90,7 +95,7 @@ def pulses_of(session: Session, campaign: str) -> PulseGroups:
             levels, i = place[key]
             forces[levels][i] = points
     groups = tuple(_group(dict(levels), rows, np.array(forces[levels])) for levels, rows in members.items())
-    return PulseGroups(groups, rejected, without)
+    return PulseGroups(groups, rejected, without, velocity_label(kinds))
 
 
 def _force_points(session: Session, campaign_id: int) -> Iterable[tuple[int, list[float]]]:
@@ -161,12 +166,17 @@ def _table(pulses: PulseGroups) -> Table:
         ]
         for group in islice(pulses.groups, _MOST_ROWS)
     ]
-    heads = [*map(heading, pulses.varied), "pulses", *map(heading, shown)]
+    heads = [*map(heading, pulses.varied), "pulses", *(_heading(key, pulses) for key in shown)]
     repeated = any(len(group) > 1 for group in pulses.groups)
     caption = "Mean ± standard deviation over the pulses of a configuration."
     main = [*map(heading, pulses.varied[:2]), heading("peak_force_n")]
     main += [] if repeated else [heading("contact_time_s")]  # a column of spreads more would be too wide
     return Table(caption if repeated else "One pulse of each configuration.", heads, rows, main=main)
+
+
+def _heading(key: str, pulses: PulseGroups) -> str:
+    display = display_of(key)
+    return replace(display, label=pulses.velocity).heading if key == "impact_velocity_m_s" else display.heading
 
 
 def _overlay(pulses: PulseGroups) -> ChartRow:

@@ -216,7 +216,8 @@ def residual_figures(residuals: Mapping[str, Any]) -> dict[str, Figure]:
         rows = [row for row, label in enumerate(tips) if label == tip]
         velocity = [residuals["impact_velocity_m_s"][row] for row in rows]
         traces.append(points(velocity, [error[row] for row in rows], str(tip), COLOURS[i % len(COLOURS)]))
-    charts["over the impact velocity"] = figure(traces, display_of("impact_velocity_m_s").heading, title)
+    shown = display_of("impact_velocity_m_s")
+    charts[f"over the {shown.label}"] = figure(traces, shown.heading, title)
     return charts
 
 

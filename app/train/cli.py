@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from ...training.models.catalogue import Budget
     from ...training.registry.records import Version
     from ...training.registry.registry import Registry
+    from .comparing import Comparisons
 
 
 @click.command()
@@ -114,7 +115,7 @@ def train(
         earlier = len(session.versions) - session.trained
         note(f"{_models(session.trained)} trained now; {_models(earlier)} registered already")
         _train_tell(session, floors, json_to)
-        _suggest_after_training(session)
+        _suggest_after_training(session, floors)
         if session.failures:
             fail(
                 "not trained: "
@@ -126,12 +127,16 @@ def _models(count: int) -> str:
     return f"{count} model{'' if count == 1 else 's'}"
 
 
-def _suggest_after_training(session: Session) -> None:
+def _suggest_after_training(session: Session, floors: dict[str, str]) -> None:
+    from ...training.registry.usability import usability
+
     versions = session.versions
     if len({version.name for version in versions}) > 1:
         suggest_next("compare", "--dataset", versions[0].dataset.name, "--split", versions[-1].split)
-    elif versions:
+    elif versions and not any(usability([version], floors) for version in versions):
         suggest_next("promote", versions[-1].label)
+    elif versions:
+        suggest_next("train", versions[0].dataset.name)
 
 
 def _train_tell(session: Session, floors: dict[str, str], json_to: str | None) -> None:
@@ -220,7 +225,25 @@ def compare(
         if settings := comparison.settings_table():
             click.echo("What each training searched and found:")
             print_table(settings, "")
-        suggest_next("promote", comparison.versions[0].label)
+        _suggest_after_comparison(comparison, wanted[0])
+
+
+def _suggest_after_comparison(comparison: Comparisons, metric: str) -> None:
+    """A promotion where the verdict on unseen configurations allows it; else what would give such a verdict."""
+    from .comparing import UNSEEN_SPLITS
+
+    if (label := comparison.promotable(metric)) is not None:
+        suggest_next("promote", label)
+    elif comparison.split not in UNSEEN_SPLITS:
+        note("held-out repetitions do not decide which model is put in use; unseen configurations do")
+        names = list(dict.fromkeys(version.name for version in comparison.versions))
+        dataset = comparison.versions[0].dataset.name
+        suggest_next("train", dataset, "--models", ",".join(names), "--split", "configurations")
+    else:
+        note(
+            "no version is better than the others beyond chance on unseen configurations: measure further "
+            "configurations, and build a dataset with them"
+        )
 
 
 @click.command()
@@ -233,7 +256,7 @@ def compare(
     metavar="DATASET|CAMPAIGN",
     help="Judge both models on the pulses of this dataset or campaign instead.",
 )
-@click.option("--force", is_flag=True, help="Promote the model although it is worse. This needs --reason.")
+@click.option("--force", is_flag=True, help="Promote the model although it does not pass. This needs --reason.")
 @click.option("--reason", default="", metavar="TEXT", help="Say why. The registry keeps the reason beside the figures.")
 @db_option
 @json_option
@@ -243,11 +266,12 @@ def promote(
     """Put a model in use: predictions on benches of its kind (gun or hammer) take it from then on.
 
     The kind is that of the campaigns that the predictors of the model are for. If there are several sets of
-    predictors for one kind, the model that was promoted last is in use. A model is promoted if it predicts
-    configurations that it has not seen better than the model in use. The first model must predict them better than
-    the contact law updated by the measured shots, which answers without a model. The measure is the mean CRPS of peak
-    force, contact time and impulse. A model that is worse is refused, with exit code 1. `pyroshock models
-    --promotions` lists refusals, too.
+    predictors for one kind, the model that was promoted last is in use. A model is promoted if, on configurations that
+    it has not seen, its 90 % bands hold 85 to 97 % of the measured peak forces, contact times and impulses, and it
+    predicts these better than the model in use, beyond chance. The first model must predict them better than the
+    contact law updated by the measured shots, which answers without a model. The measure is the mean CRPS. Another
+    model is refused, with exit code 1; exit code 3 means that there are too few configurations to judge it.
+    `pyroshock models --promotions` lists refusals, too.
 
     \b
     Example:
@@ -267,9 +291,9 @@ def promote(
         if decision.promoted:
             suggest_next("predict")
         elif (champion := decision.decision.champion) is not None:
-            suggest_next("compare", decision.decision.candidate, champion)
+            suggest_next("compare", decision.decision.candidate, champion, "--split", "configurations")
         if not decision.promoted:
-            raise click.exceptions.Exit(1)
+            raise click.exceptions.Exit(3 if decision.decision.verdict == "not enough to judge" else 1)
 
 
 @click.command()
@@ -314,6 +338,7 @@ def list_models(
     with errors_as_one_line():
         from ...training.registry.intact_models import damages
         from ...training.registry.listing import flat_row, newest, of_dataset
+        from ...training.registry.usability import usability
         from ..common.model_registry import models_extra, registry_of, withdrawals_at, withdrawn_words
         from .tables import floors_by_ground, json_row
 
@@ -342,6 +367,9 @@ def list_models(
             )
             return
         _tell(versions, floors, every)
+        for version in listed:
+            if reason := usability([version], floors[version.dataset.hash, version.seed]):
+                note(reason)
         for row in listed:
             if row.run_id in wrong:
                 note(f"{row.label} is damaged: {wrong[row.run_id]}")

@@ -10,7 +10,7 @@ from typing import Any
 
 from ...dataset.table import PulseTable
 from ...training.estimators.base import SettingValue
-from ...training.evaluation.comparison import Comparison, Difference
+from ...training.evaluation.comparison import Comparison, Difference, for_all_pairs
 from ...training.evaluation.metrics import METRICS
 from ...training.registry.evaluate import Evaluation, evaluate_held_out
 from ...training.registry.intact_models import intact_versions
@@ -18,7 +18,11 @@ from ...training.registry.listing import chosen, finite, in_order, newest, of_da
 from ...training.registry.promotion import compared
 from ...training.registry.records import Version
 from ...training.registry.registry import Registry
+from ...training.registry.usability import usability
+from .tables import floors_by_ground
 
+#: Splits whose held-out pulses are of configurations that a model has not seen: what a promotion rests on.
+UNSEEN_SPLITS = ("configurations", "treatments")
 #: So many pairs are told in sentences, and group by group.
 _TOLD_WHERE = 3
 
@@ -28,12 +32,31 @@ class Comparisons:
     """`versions` on the same pulses, the best first, and their comparisons.
 
     `settings` by label: what each version's training searched and found; empty for a version of older software.
+    `not_usable` by label: why a version is no prediction, of those that are none.
     """
 
     versions: tuple[Version, ...]
     judged: Evaluation
     comparisons: tuple[Comparison, ...]
     settings: Mapping[str, Mapping[str, SettingValue]]
+    not_usable: Mapping[str, str]
+
+    @property
+    def split(self) -> str:
+        """On which the versions were judged; empty where it is not the same for all."""
+        splits = {version.split for version in self.versions}
+        return splits.pop() if len(splits) == 1 else ""
+
+    def promotable(self, metric: str) -> str | None:
+        """The version that is better than the one in use (else than all others) on unseen configurations, beyond
+        chance, in a metric; None where there is none, as on repetitions."""
+        best = self.versions[0].label
+        if self.split not in UNSEEN_SPLITS or best in self.not_usable or self.versions[0].champion_of:
+            return None
+        pairs = [item.of(metric) for item in self.comparisons if best in (item.a, item.b)]
+        in_use = {version.label for version in self.versions if version.champion_of}
+        against = [row for row in pairs if not in_use or {row.a, row.b} & in_use]
+        return best if against and all(row.beyond_chance for row in against) else None
 
     def table(self, metrics: Sequence[str]) -> list[dict[str, Any]]:
         """The mean errors, for people."""
@@ -113,9 +136,15 @@ def comparisons_of(
     best = ranked[0].label
     pairs = list(combinations(labels, 2)) if each_with_each else [(best, v.label) for v in ranked[1:]]
     groups = len(pairs) <= _TOLD_WHERE
-    comparisons = [compared(judged, a, b, groups or number == 0) for number, (a, b) in enumerate(pairs)]
+    comparisons = for_all_pairs([compared(judged, a, b, groups or number == 0) for number, (a, b) in enumerate(pairs)])
     settings = {version.label: registry.fit_settings(version) for version in ranked}
-    return Comparisons(tuple(ranked), judged, tuple(comparisons), settings)
+    return Comparisons(tuple(ranked), judged, comparisons, settings, _not_usable(registry, ranked))
+
+
+def _not_usable(registry: Registry, versions: Sequence[Version]) -> dict[str, str]:
+    floors = floors_by_ground(registry, versions)
+    reasons = {v.label: usability([v], floors[v.dataset.hash, v.seed]) for v in versions}
+    return {label: reason for label, reason in reasons.items() if reason}
 
 
 def rows_of(comparisons: Comparisons, metrics: Sequence[str]) -> list[dict[str, Any]]:
@@ -126,17 +155,21 @@ def rows_of(comparisons: Comparisons, metrics: Sequence[str]) -> list[dict[str, 
         means = {metric: float(getattr(errors, metric).mean()) for metric in METRICS}
         own = {key: value for key, value in row_of(version).items() if key not in ("ci90", "coverage90")}
         settings = dict(comparisons.settings[version.label])
+        own |= {"not_usable": comparisons.not_usable.get(version.label)}
         rows.append(own | {"metrics": means, "pulses": len(comparisons.judged.pulses), "settings": settings})
     for metric in metrics:
         for comparison in comparisons.comparisons:
             row = comparison.of(metric)
-            rows.append(row.row() | {"p_value": finite(row.p_value), "verdict": row.verdict})
+            count = {"least_p_value": row.least_p, "configurations": row.configurations}
+            rows.append(row.row() | {"p_value": finite(row.p_value), "verdict": row.verdict} | count)
             rows[-1]["where"] = [row.row() for row in comparison.where(metric)]
     return rows
 
 
 def comparison_sentences(comparisons: Comparisons, metrics: Sequence[str]) -> Iterator[str]:
-    """Sentences: which is better in each metric, and each one's lead in the groups where it is beyond chance."""
+    """Sentences: which version is not usable; which is better in each metric, and each one's lead in the groups where
+    it is beyond chance."""
+    yield from (f"{reason}." for reason in comparisons.not_usable.values())
     for comparison in comparisons.comparisons:
         for metric in metrics:
             yield comparison.of(metric).verdict

@@ -18,7 +18,7 @@ from ...schema.conditions import listing_key
 from ...spreadsheet_guard import guarded_frame
 from ..common.number_format import format_number
 from ..common.plots import MEASURED, new_figure, save
-from ..common.quantities import display_of_predictor, shown_unit
+from ..common.quantities import display_of_predictor, shown_unit, velocity_label
 
 #: The splits that `show` counts; the thesis's first.
 SPLITS = ("repetitions", "configurations", "treatments", "materials", "campaigns")
@@ -76,6 +76,7 @@ def split_rows(table: PulseTable, texts: Sequence[str], seed: int) -> list[dict[
 def range_rows(snapshot: Snapshot) -> list[dict[str, Any]]:
     """`ranges` as a person reads them, numbers in the units of the laboratory."""
     rows = []
+    kind = (snapshot.definition.get("velocity") or {}).get("kind")
     for row in ranges(snapshot.table):
         shown = display_of_predictor(row["predictor"], row["unit"])
         if row["levels"] is None:
@@ -83,7 +84,8 @@ def range_rows(snapshot: Snapshot) -> list[dict[str, Any]]:
             values = " to ".join(dict.fromkeys(ends))
         else:
             values = _counted(row["levels"])
-        rows.append({"predictor": shown.label, "unit": shown.unit, "distinct": row["distinct"], "recorded": values})
+        label = velocity_label([kind]) if row["predictor"] == "impact_velocity" else shown.label
+        rows.append({"predictor": label, "unit": shown.unit, "distinct": row["distinct"], "recorded": values})
     return rows
 
 

@@ -60,7 +60,8 @@ def version_row(version: Version, floors: Mapping[str, str]) -> dict[str, Any]:
     """One version as plain data; `floors` by split, as the registry keeps them.
 
     `metrics` by name: `mean` over held-out pulses with its `ci90`, `floor` by scope, and the `thesis`'s figure; None
-    for what there is not. `champion` says whether it is in use, `champion_of` for which predictor set.
+    for what there is not. `not_usable` says why it is no prediction, or None. `champion` says whether it is in use,
+    `champion_of` for which predictor set.
     """
     row = json_row(version, floors)
     floor, thesis = row.get("floor") or {}, row["thesis"] or {}
@@ -80,6 +81,7 @@ def version_row(version: Version, floors: Mapping[str, str]) -> dict[str, Any]:
         "champion_of": version.champion_of,
         "run_id": version.run_id,
         "coverage90": row["coverage90"],
+        "not_usable": row["not_usable"],
         "metrics": {
             name: {
                 "mean": row["metrics"][name],
@@ -97,9 +99,9 @@ def side_by_side(registry: Registry, versions: Sequence[Version], read: Read) ->
 
     `models`: as `compare --json`, each with its `label`; `differences`: for every pair (of more than
     `MOST_EACH_WITH_EACH` versions, of the best with each other) and metric `a`, `b`, `difference` of their mean errors,
-    `ci90`, `p_value`, a `verdict` in words, and `where` (the groups that differ beyond chance); `settings`: as
-    `Comparisons.settings_table`. Raises `ValueError` for fewer than two versions, and where they have no held-out pulse
-    in common.
+    `ci90`, `p_value`, a `verdict` in words, and `where` (the groups that differ beyond chance); `settings` and
+    `promotable`: as those of `Comparisons`. Raises `ValueError` for fewer than two versions, and where they have no
+    held-out pulse in common.
     """
     if len({version.label for version in versions}) < 2:
         raise ValueError(f"{len(versions)} versions to compare; choose two or more")
@@ -112,6 +114,7 @@ def side_by_side(registry: Registry, versions: Sequence[Version], read: Read) ->
         "models": [{"label": version.label, **row} for version, row in zip(comparisons.versions, models, strict=True)],
         "differences": [row for row in rows if "a" in row],
         "settings": comparisons.settings_table(),
+        "promotable": comparisons.promotable("force_nrmse"),
     }
 
 
@@ -188,11 +191,12 @@ def compared_to(registry: Registry, reference: Version, others: Sequence[Version
 
     Rows as `side_by_side` gives its `differences`. Raises `ValueError` where they have none in common.
     """
+    from ...training.evaluation.comparison import for_all_pairs
     from ...training.registry.evaluate import evaluate_held_out
     from ...training.registry.promotion import compared
 
     judged = evaluate_held_out(registry, [reference, *others], read)
-    comparisons = [compared(judged, reference.label, other.label) for other in others]
+    comparisons = for_all_pairs([compared(judged, reference.label, other.label) for other in others])
     return [row.row() for comparison in comparisons for row in comparison.overall]
 
 

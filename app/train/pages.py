@@ -15,6 +15,7 @@ from ...schema.impacts import Pulse
 from ...schema.listings import list_campaigns
 from ...schema.session import Store
 from ..common.model_registry import models_extra, reader_of, withdrawn_words
+from ..common.quantities import velocities_of
 from ..web.dependencies import Configured, Key, Name, OpenStore, Word
 from ..web.forms import FieldError
 from ..web.rendering import page, part
@@ -30,6 +31,7 @@ from .charts import (
     search_figure,
     training_figures,
 )
+from .comparing import UNSEEN_SPLITS
 from .figures import (
     compared_to,
     evaluated_figures,
@@ -154,12 +156,16 @@ def compare(
     version: Annotated[list[str], Query(max_length=20)] = [],  # noqa: B006
 ) -> Response:
     status, fault, comparison, rows = 200, "", None, []
+    ticked = [_ticked(text) for text in version]
+    splits = {split for _, split in ticked}
     with models_extra():
         registry = registry_at(settings.db)
         choices = [] if registry is None else listed_versions(registry, every=True)
         if version and registry is not None:
             try:
-                chosen = chosen_versions(registry, version)
+                if len(splits) > 1:
+                    raise ValueError("versions of several splits are chosen; choose versions of one split")
+                chosen = chosen_versions(registry, [label for label, _ in ticked], min(splits) or None)
                 comparison = side_by_side(registry, chosen, reader_of(store))
                 rows = version_rows(registry, chosen)
             except (LookupError, ValueError) as error:
@@ -169,12 +175,19 @@ def compare(
         "models_compare.html",
         status=status,
         choices=choices,
-        labels=version,
+        chosen={(row["label"], row["split"]) for row in rows} or set(ticked),
+        split=min((row["split"] for row in rows), default="") if len({row["split"] for row in rows}) == 1 else "",
         fault=fault,
         found=comparison,
         result=None if comparison is None else _comparison(comparison, rows),
         **_WORDS,
     )
+
+
+def _ticked(text: str) -> tuple[str, str]:
+    """A version and the split of its row in the list, "" for an address without one: "svr@1 configurations"."""
+    label, _, split = text.partition(" ")
+    return label, split
 
 
 def _comparison(comparison: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -200,8 +213,18 @@ def _comparison(comparison: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]
             for metric in metrics
         },
         "rows": rows,
-        "candidates": [row for row in rows if not row["champion"]],
+        "advice": _advice(comparison, split),
+        "candidates": [row for row in rows if not row["champion"] and not row["not_usable"]],
     }
+
+
+def _advice(comparison: Mapping[str, Any], split: str) -> str:
+    """What follows from the verdict on unseen configurations."""
+    if (label := comparison["promotable"]) is not None:
+        return f"{label} is better beyond chance on unseen configurations."
+    if split not in UNSEEN_SPLITS:
+        return "These held-out pulses are of configurations that the versions have seen: they do not decide."
+    return "No version is better than the others beyond chance on unseen configurations: measure further ones."
 
 
 @router.get("/models/{name}/{version}")
@@ -227,28 +250,32 @@ def model(
         histories = registry.fit_histories(chosen)
         searches = registry.searches(chosen)
         decisions = [entry for entry in registry.decisions() if entry.candidate == chosen.label]
-    return page(
-        request,
-        "model.html",
-        row=row,
-        splits=splits,
-        sentence=error_sentence(row),
-        found=figures,
-        why_not=why_not,
-        against={} if figures is None else {q: against_figure(figures, q) for q in ("peak_force_n", "contact_time_s")},
-        residuals={} if evaluation is None else residual_figures(residual_columns(evaluation, chosen.label)),
-        coverage=None if figures is None else coverage_figure(figures),
-        worst=[] if evaluation is None else _with_impacts(store, worst_pulses(evaluation, chosen.label)),
-        history=history_figure(rows),
-        training=training_figures(histories),
-        searches=[_search(part, search) for part, search in searches.items()],
-        decisions=decisions,
-        decision=decisions[0] if decided and decisions else None,
-        settings=fit_settings,
-        datasets=[entry["name"] for entry in store.read(list_snapshots)],
-        campaigns=[entry["name"] for entry in store.read(list_campaigns)],
-        **_WORDS,
-    )
+    velocity = {"impact_velocity_m_s": 1.0, "velocity_kind": chosen.dataset.velocity_kind}
+    with velocities_of([velocity]):
+        return page(
+            request,
+            "model.html",
+            row=row,
+            splits=splits,
+            sentence=error_sentence(row),
+            found=figures,
+            why_not=why_not,
+            against={}
+            if figures is None
+            else {q: against_figure(figures, q) for q in ("peak_force_n", "contact_time_s")},
+            residuals={} if evaluation is None else residual_figures(residual_columns(evaluation, chosen.label)),
+            coverage=None if figures is None else coverage_figure(figures),
+            worst=[] if evaluation is None else _with_impacts(store, worst_pulses(evaluation, chosen.label)),
+            history=history_figure(rows),
+            training=training_figures(histories),
+            searches=[_search(part, search) for part, search in searches.items()],
+            decisions=decisions,
+            decision=decisions[0] if decided and decisions else None,
+            settings=fit_settings,
+            datasets=[entry["name"] for entry in store.read(list_snapshots)],
+            campaigns=[entry["name"] for entry in store.read(list_campaigns)],
+            **_WORDS,
+        )
 
 
 def _search(part: str, search: SettingsSearch) -> dict[str, Any]:

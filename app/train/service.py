@@ -197,6 +197,8 @@ class PromotionDecision:
         judged = f" (judged on {decision.pulses} pulses, {decision.judged_on})" if decision.pulses else ""
         if not decision.promoted:
             stays = f"{champion} stays in use" if champion else "no model is in use"
+            if decision.verdict == "not enough to judge":
+                return f"{candidate} is not promoted, {stays} for the {kind}: not enough to judge{why}{judged}"
             return f"{candidate} is refused, {stays} for the {kind}{why}{judged}"
         if champion == candidate:
             return f"{candidate} is in use for the {kind}, as before"

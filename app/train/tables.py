@@ -21,6 +21,7 @@ from ...training.evaluation.metrics import METRICS
 from ...training.registry.listing import finite, newest, row_of
 from ...training.registry.records import Version
 from ...training.registry.registry import Registry
+from ...training.registry.usability import usability
 
 #: In the order in which their figures are read.
 USUAL_SPLITS = ("repetitions", "configurations", "treatments")
@@ -93,6 +94,7 @@ def json_row(version: Version, floors: Mapping[str, str]) -> dict[str, Any]:
             scope: {name: finite(metrics[name].mean) for name in METRICS} if metrics else None
             for scope, metrics in scopes.items()
         }
+    row["not_usable"] = usability([version], floors) or None
     row["thesis"] = {name: figure.value for name, figure in _thesis(version).items()} or None
     return row
 

@@ -69,6 +69,8 @@ def error_sentence(row: Mapping[str, Any]) -> str:
         f"{row['label']} predicts the force within {share_with_range(force)} and the contact time within "
         f"{share_with_range(metrics['contact_time_error'])} on {unseen(row['split'])}"
     )
+    if row.get("not_usable"):
+        return f"{text}. {row['not_usable']}."
     floors = [value for value in force["floor"].values() if value is not None]
     if floors:
         return f"{text}; repeated impacts of the bench differ by {share(floors[0])} in force."
@@ -96,7 +98,13 @@ def lead_sentence(difference: Mapping[str, Any], means: Mapping[str, float], spl
     p_value = difference["p_value"]
     if p_value is not None and p_value < 0.05:
         return f"{text}."
-    chance = "" if p_value is None else f" (p = {format_number(p_value, 2)})"
+    least = difference.get("least_p_value")
+    few = (
+        f"; {difference['configurations']} configurations can give {format_number(least, 2)} at the least"
+        if least
+        else ""
+    )
+    chance = "" if p_value is None else f" (p = {format_number(p_value, 2)}{few})"
     return f"{text}, but this may be chance{chance}."
 
 

@@ -127,7 +127,8 @@ def shipped_bench() -> Bench:
 
 
 def bench_of_campaign(session: Session, name: str | None) -> Bench:
-    """Of a campaign, else of the newest one of a gun; what it does not tell is the shipped bench's.
+    """Of a campaign, else of the newest one that states a gun, else of the newest of the kind gun; what it does not
+    tell is the shipped bench's.
 
     Raises `LookupError` for a campaign there is none of.
     """
@@ -200,8 +201,10 @@ def _campaign(session: Session, name: str | None) -> Campaign | None:
 
     if name is not None:
         return session.get_one(Campaign, get_campaign_id(session, name))
-    newest = select(Campaign).where(Campaign.gun_id.is_not(None)).order_by(Campaign.date.desc(), Campaign.id.desc())
-    return session.scalars(newest).first()
+    newest = select(Campaign).order_by(Campaign.date.desc(), Campaign.id.desc())
+    with_gun = session.scalars(newest.where(Campaign.gun_id.is_not(None))).first()
+    # A campaign of a gun that states no bench still has shots: those of the shipped bench's numbers.
+    return with_gun or session.scalars(newest.where(Campaign.kind == GUN)).first()
 
 
 def _with_plate(session: Session, bench: Bench, plate: Plate, source: str) -> Bench:

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 import numpy as np
 from sqlalchemy import select
 
-from ...schema.impacts import BEFORE_CONTACT, DatasetSnapshot, Shot
+from ...schema.impacts import BEFORE_CONTACT, DatasetSnapshot, Impact, Shot, velocity_kind
 from ...schema.listings import get_campaign_id
 from ...twin.contact.prior import MOST_PULSES, PriorContact
 from ...twin.coupled_contact import CoupledContact
-from ...twin.gun.nominal import beyond_energy
+from ...twin.gun.nominal import beyond_energy, escape_speed_m_s
+from ...twin.gun.shot import ROOM_K
 from ...twin.gun.stage import GunStage
 from ...twin.measured_shots import MeasuredShots
 from ...twin.prediction import RestsOn
@@ -43,22 +44,48 @@ class PulseLearner(Protocol):
 
 
 def taught_gun(session: Session, campaign: str, gun: GunStage, without: Collection[int]) -> tuple[GunStage, str]:
-    """The gun after the campaign's measured velocities, but for those that no gas could have given and those of
-    configurations that are left out; and a note on the former. Shots without a mount count, too: the gun knows none."""
-    query = select(
-        Shot.tank_pressure_pa, Shot.bullet_mass_kg, Shot.measured_velocity_m_s, Shot.measured_velocity_u_m_s
-    ).where(
-        Shot.campaign_id == get_campaign_id(session, campaign),
-        Shot.measured_velocity_m_s > 0,
-        Shot.configuration_id.not_in(without),
-    )
-    rows = np.array([[value or 0.0 for value in row] for row in session.execute(query)], dtype=np.float64)
-    pressure, mass, measured, uncertainty = rows.reshape(-1, 4).T
-    possible = (pressure > 0) & ~beyond_energy(gun.bench, pressure, mass, measured)
-    if possible.any():
-        gun = gun.updated(*(values[possible] for values in (pressure, mass, measured, uncertainty)))
-    impossible = int(np.sum(~possible))
-    return gun, f"; {impossible} shots have more energy than the gas can give: left out" if impossible else ""
+    """The gun after the campaign's measured velocities, but for those of configurations that are left out; and a note
+    on those that the stated bench could not have given. Shots without a mount count, too: the gun knows none.
+
+    A few of many shots beyond the energy of the gas are mistakes and left out. Where half of them are beyond it or
+    more, the bench is stated wrong: then all are believed. A velocity before contact that only the impact has counts as
+    one of the shot.
+    """
+    own, of_impact = Shot.measured_velocity_m_s, Impact.impact_velocity_m_s
+    query = (
+        select(
+            Shot.tank_pressure_pa, Shot.bullet_mass_kg, own, Shot.measured_velocity_u_m_s,
+            of_impact, Impact.impact_velocity_u_m_s, Impact.velocity_source,
+        )
+        .outerjoin(Impact, Shot.impact_id == Impact.id)
+        .where(
+            Shot.campaign_id == get_campaign_id(session, campaign),
+            Shot.tank_pressure_pa > 0,
+            Shot.bullet_mass_kg > 0,
+            Shot.configuration_id.not_in(without),
+        )
+    )  # fmt: skip
+    rows = [
+        (pressure, mass, velocity or impact_velocity, (of_velocity if velocity else of_its_impact) or 0.0)
+        for pressure, mass, velocity, of_velocity, impact_velocity, of_its_impact, source in session.execute(query)
+        if velocity or (impact_velocity and velocity_kind(source) == BEFORE_CONTACT)
+    ]
+    if not rows:
+        return gun, ""
+    pressure, mass, measured, uncertainty = np.array(rows, dtype=np.float64).T
+    beyond = beyond_energy(gun.bench, pressure, mass, measured)
+    faster_than_gas = measured > escape_speed_m_s(gun.bench.heat_capacity_ratio, ROOM_K)
+    believed = ~faster_than_gas & (~beyond if 2 * int(beyond.sum()) < beyond.size else np.ones_like(beyond))
+    if believed.any():
+        gun = gun.updated(*(values[believed] for values in (pressure, mass, measured, uncertainty)))
+    left_out, unlikely = int(np.sum(~believed)), int(np.sum(beyond & believed))
+    more_energy = "more energy than the gas of the stated bench can give"
+    notes = [
+        f"; {left_out} of {believed.size} shots have {more_energy}: left out" if left_out else "",
+        f"; {unlikely} of {believed.size} shots have {more_energy}: check the tank's volume and the travel of the "
+        "bench and the unit of the pressures; the velocity follows the shots" if unlikely else "",
+    ]  # fmt: skip
+    return gun, "".join(notes)
 
 
 def taught_contact(contact: ContactStage, shots: MeasuredShots) -> ContactStage:

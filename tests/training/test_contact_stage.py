@@ -265,7 +265,7 @@ def test_calibration_says_how_force_and_time_go_together():
     arrays = model.arrays()
     again = Calibrated(Analytic("hertz")).restore(arrays).predict(TABLE.inputs)
     np.testing.assert_array_equal(again.log_correlation, found)
-    older = {name: array for name, array in arrays.items() if name != "impulse"}
+    older = {name: array for name, array in arrays.items() if name != "unseen_ratio"}
     assert Calibrated(Analytic("hertz")).restore(older).predict(TABLE.inputs).log_correlation is None
 
 

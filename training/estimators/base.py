@@ -125,6 +125,11 @@ class Estimator(ABC):
         """A new one, learned from other rows with what this one tuned (kernel parameters, say) kept."""
         return type(self)(**self.settings()).fit(x, y, groups, rng)
 
+    def relearn(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
+        """A new one, learned and tuned from other rows: it knows nothing of the rows left out. What only a long search
+        finds (the size of a network, the form of a kernel) is kept."""
+        return type(self)(**self.settings()).fit(x, y, groups, rng)
+
     def fit_report(self) -> FitReport:
         """What `fit` searched and found. Histories of the search are known after `fit` only, not after `restore`."""
         return FitReport()

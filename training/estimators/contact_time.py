@@ -114,6 +114,18 @@ class ContactTimeProcess(LearnedArrays):
     def refit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
         return type(self)(**self.settings()).restore(_as_arrays(x, y, self._tuned()))
 
+    def relearn(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
+        tuned = self._tuned()
+        choice = {name: tuned[name] for name in SPACE}
+        if not np.all(y > 0):
+            choice["log_time"] = False
+        with one_core():
+            rows = np.sort(rng.permutation(len(x))[: self.fit_rows])
+            parameters, _ = fitted(x[rows], y[rows], choice, 30)
+        return type(self)(**self.settings()).restore(
+            _as_arrays(x, y, {**choice, **parameters, "error": tuned["error"]})
+        )
+
     def _tuned(self) -> dict[str, Any]:
         self._learned()
         assert self.tuned_ is not None

@@ -75,6 +75,9 @@ class GeneticNetwork(Estimator):
         new.network_ = Network(network.layers, network.penalty, self.iterations).fit(x, y, groups, rng)
         return new
 
+    def relearn(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
+        return self.refit(x, y, groups, rng)
+
     def predict(self, x: Floats) -> Gaussian:
         return self._network().predict(x)
 

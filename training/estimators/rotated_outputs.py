@@ -46,6 +46,12 @@ class RotatedOutputs(Estimator):
         new.inner_ = inner.refit(x, y @ self.turn_, groups, rng)
         return new
 
+    def relearn(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
+        new = type(self)(self.inner)
+        new.turn_ = _rotation(x, y, groups)
+        new.inner_ = self._learned().relearn(x, y @ new.turn_, groups, rng)
+        return new
+
     def predict(self, x: Floats) -> Gaussian:
         turned = self._learned().predict(x)
         back = np.linalg.inv(self.turn_)

@@ -9,14 +9,15 @@ by configuration: repetitions of a configuration are no independent evidence.
   Exact where all 2^k signs can be tried, else by random ones with (1 + hits) / (1 + draws), which never is zero
   (Phipson and Smyth, Stat. Appl. Genet. Mol. Biol. 9, 2010, 39). Unlike a bootstrap's it keeps its level with few
   configurations.
-- Groups are many, so their p-values are Holm's, over all groups of one metric.
+- Groups are many, so their p-values are Holm's, over all groups of one metric. So are the pairs of a comparison of
+  several models (`for_all_pairs`).
 
 Where models may differ: labels of pulses by what lies in a contact.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -26,7 +27,7 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from ...dataset.table import Inputs, PulseTable, Texts
 from .metrics import METRICS, PulseErrors
-from .summary import bootstrap_interval, clustered, holm, sign_flip_p
+from .summary import bootstrap_interval, clustered, holm, least_p_value, sign_flip_p
 
 #: Below which a difference is told to be beyond chance.
 LEVEL = 0.05
@@ -37,7 +38,8 @@ class Difference:
     """Mean error of `a` minus that of `b` in one metric, over all pulses or over those of a group.
 
     `low` to `high` is the 90 % interval (NaN with a single configuration); `p_value` of a group is corrected for their
-    number. `group` is ("tip_material", "steel"), None for all pulses.
+    number. `least_p` is the least p-value that so many configurations can give. `group` is ("tip_material", "steel"),
+    None for all pulses.
     """
 
     a: str
@@ -51,6 +53,7 @@ class Difference:
     pulses: int
     configurations: int
     group: tuple[str, str] | None = None
+    least_p: float = 0.0
 
     @property
     def difference(self) -> float:
@@ -74,7 +77,8 @@ class Difference:
         by = f"{abs(self.difference):.2g}{range_}{_unit(self.metric)}"
         if self.beyond_chance:
             return f"{better} is better than {worse} in {_words(self.metric)} by {by}{where}, beyond chance."
-        chance = f"which may be chance (p = {self.p_value:.2g})"
+        count = f"{self.configurations} configuration{'' if self.configurations == 1 else 's'}"
+        chance = f"which may be chance (p = {self.p_value:.2g}; {count} can give {self.least_p:.2g} at the least)"
         return f"{better} leads {worse} in {_words(self.metric)} by {by}{where}, {chance}."
 
     def row(self) -> dict[str, Any]:
@@ -176,6 +180,7 @@ def _differences(
             p_value=float(p_values[i]),
             pulses=len(errors[0]),
             configurations=len(clusters),
+            least_p=least_p_value(len(clusters)),
         )
 
 
@@ -187,6 +192,28 @@ def _corrected(rows: list[Difference]) -> tuple[Difference, ...]:
         for i, p_value in zip(places, holm(np.array([rows[i].p_value for i in places])), strict=True):
             corrected[i] = replace(rows[i], p_value=float(p_value))
     return tuple(corrected)
+
+
+def for_all_pairs(comparisons: Sequence[Comparison]) -> tuple[Comparison, ...]:
+    """The same with p-values for as many questions as there are pairs: Holm's over all pulses, metric by metric; those
+    of groups, which are Holm's within their pair, times the number of pairs."""
+    pairs = len(comparisons)
+    if pairs < 2:
+        return tuple(comparisons)
+    overall = [list(comparison.overall) for comparison in comparisons]
+    for place in range(len(overall[0])):
+        p_values = holm(np.array([rows[place].p_value for rows in overall]))
+        for rows, p_value in zip(overall, p_values.tolist(), strict=True):
+            rows[place] = replace(rows[place], p_value=p_value, least_p=min(1.0, pairs * rows[place].least_p))
+    return tuple(
+        Comparison(
+            comparison.a,
+            comparison.b,
+            tuple(rows),
+            tuple(replace(row, p_value=min(1.0, pairs * row.p_value)) for row in comparison.by_group),
+        )
+        for comparison, rows in zip(comparisons, overall, strict=True)
+    )
 
 
 #: From slow to fast, a third of the pulses each.

@@ -160,6 +160,35 @@ def sign_flip_p(clusters: Clusters, rng: np.random.Generator, draws: int = 4999)
     return np.asarray((1.0 + hits) / (1.0 + draws))
 
 
+#: Variance of a mean difference that is due to which pulses the models happened to learn from, over the variance of the
+#: difference between clusters. Nadeau and Bengio's rule gives 0.25 for five folds; pairs of equal models, taught by
+#: different repetitions of the same configurations, showed less than 0.1 (`python -m benchmarks.prediction_coverage`).
+TRAINING_VARIANCE = 0.1
+
+
+def corrected_p(clusters: Clusters) -> Floats:
+    """Two-sided p-values (m,) of mean differences between models that were trained on overlapping pulses.
+
+    The corrected resampled t-test (Nadeau and Bengio, Mach. Learn. 52 (2003) 239, eq. 9) over the means of k clusters:
+    t = d / (s sqrt(1 / k + `TRAINING_VARIANCE`)), k - 1 degrees of freedom. A sign-flip test takes the models as given,
+    and calls the luck of what they learned from a difference. 1 for a single cluster.
+    """
+    from scipy.stats import t
+
+    k, means = len(clusters), clusters.sums / clusters.sizes[:, None]
+    if k < 2:
+        return np.ones(means.shape[1])
+    width = means.std(axis=0, ddof=1) * np.sqrt(1 / k + TRAINING_VARIANCE)
+    mean = np.abs(means.mean(axis=0))
+    ratio = np.divide(mean, width, out=np.where(mean > 0, np.inf, 0.0), where=width > 0)
+    return np.asarray(2 * t.sf(ratio, k - 1))
+
+
+def least_p_value(clusters: int) -> float:
+    """The least p-value that `sign_flip_p` can give: all sums have one sign, or all the other."""
+    return float(min(1.0, 2.0 ** (1 - clusters)))
+
+
 def holm(p_values: Floats) -> Floats:
     """The same p-values (q,) for somebody who asked q questions (Holm, Scand. J. Statist. 6, 1979, 65)."""
     order = np.argsort(p_values)

@@ -19,7 +19,7 @@ from ...twin.prediction import stratified_normals
 from ..models.base import ContactModel, momentum
 from ..models.prior_pulses import prior_contact, prior_pulses, random_pulses, updated_contact, velocity_before
 from ..tuning.folds import grouped_folds
-from .summary import clustered, ensemble_crps, sign_flip_p
+from .summary import clustered, corrected_p, ensemble_crps, sign_flip_p
 
 QUANTITIES = ("peak force", "contact time", "impulse")
 FOLDS, DRAWS = 5, 64
@@ -34,7 +34,8 @@ PulseDraws = Callable[[PulseTable, int, np.random.Generator], list[ForcePulses]]
 
 @dataclass(frozen=True, eq=False)
 class UnseenScores:
-    """CRPS of n pulses, (n, 3) for `QUANTITIES` as natural logarithms, of predictions by name.
+    """CRPS of n pulses, (n, 3) for `QUANTITIES` as natural logarithms, of predictions by name; and which values (n, 3)
+    lie `inside` their 90 % bands.
 
     The first is the candidate, the second the reference that it is judged against; a third, the contact of which
     nothing was learned, is further information.
@@ -42,6 +43,7 @@ class UnseenScores:
 
     names: tuple[str, ...]
     crps: tuple[Floats, ...]
+    inside: tuple[NDArray[np.bool_], ...]
     configuration: NDArray[np.str_]
     folds: int
 
@@ -59,9 +61,10 @@ class UnseenScores:
         return len(np.unique(self.configuration))
 
     def p_value(self, rng: np.random.Generator) -> float:
-        """Of the hypothesis that the difference of each configuration might as well have the other sign."""
-        difference = (self.crps[0] - self.crps[1]).mean(axis=1, keepdims=True)
-        return float(sign_flip_p(clustered(difference, self.configuration), rng)[0])
+        """Of the hypothesis that the models are equal: the larger p-value of the sign-flip test over configurations and
+        of the t-test that allows for the luck of what each model learned from (`corrected_p`)."""
+        clusters = clustered((self.crps[0] - self.crps[1]).mean(axis=1, keepdims=True), self.configuration)
+        return max(float(sign_flip_p(clusters, rng)[0]), float(corrected_p(clusters)[0]))
 
     def figures(self) -> dict[str, float]:
         """By metric names that MLflow takes: "crps.candidate", "crps.reference.peak_force", "crps.prior"."""
@@ -83,18 +86,26 @@ def unseen_scores(pulses: PulseTable, predictions: Mapping[str, PulseDraws], rng
     chosen = _some_repetitions(pulses.configuration, rng)
     rows: list[NDArray[np.intp]] = []
     crps: dict[str, list[Floats]] = {name: [] for name in predictions}
+    inside: dict[str, list[NDArray[np.bool_]]] = {name: [] for name in predictions}
     for fold in folds:
         part = np.flatnonzero(fold & chosen)
         rows.append(part)
         unseen = pulses.take(part)
         measured = np.log(np.stack([unseen.peak_force_n, unseen.contact_time_s, unseen.impulse_n_s], axis=1))
         for name, draws in predictions.items():
-            crps[name].append(_crps(draws(unseen, DRAWS, rng), measured))
+            scores, holds = _scored(draws(unseen, DRAWS, rng), measured)
+            crps[name].append(scores)
+            inside[name].append(holds)
             if not np.isfinite(crps[name][-1]).all():
                 raise ValueError(f"{name} predicts no finite pulse of some configurations that it has not seen")
     order = np.concatenate(rows)
-    scores = tuple(np.concatenate(parts) for parts in crps.values())
-    return UnseenScores(tuple(predictions), scores, pulses.configuration[order], len(folds))
+    return UnseenScores(
+        names=tuple(predictions),
+        crps=tuple(np.concatenate(parts) for parts in crps.values()),
+        inside=tuple(np.concatenate(parts) for parts in inside.values()),
+        configuration=pulses.configuration[order],
+        folds=len(folds),
+    )
 
 
 def unseen_draws(model: ContactModel, learned: PulseTable, velocity_kind: str | None = None) -> PulseDraws:
@@ -114,14 +125,15 @@ def unseen_draws(model: ContactModel, learned: PulseTable, velocity_kind: str | 
 def without_configurations(
     model: ContactModel, learned: PulseTable, configurations: Sequence[str], rng: np.random.Generator
 ) -> ContactModel:
-    """The model as it is where it learned from none of these configurations, else refitted to its other pulses with
-    what it tuned (length scales, widths of bands) kept. Raises `ValueError` where nothing is left to learn from."""
+    """The model as it is where it learned from none of these configurations; else one that is learned and tuned anew
+    from its other pulses, with the bands that these calibrate. Raises `ValueError` where nothing is left to learn
+    from."""
     left_out = np.isin(learned.configuration, list(configurations))
     if not left_out.any():
         return model
     if left_out.all():
         raise ValueError("a model cannot be refitted without all configurations that it has learned from")
-    return model.refit(learned.take(~left_out), rng)
+    return model.relearn(learned.take(~left_out), rng)
 
 
 def updated_law_draws(learned: PulseTable, plates: PulseTable, velocity_kind: str | None = None) -> PulseDraws:
@@ -143,12 +155,14 @@ def prior_draws(plates: PulseTable, velocity_kind: str | None = None) -> PulseDr
     return lambda unseen, count, rng: prior_pulses(prior_contact(unseen), unseen, count, rng, velocity_kind, plates)
 
 
-def _crps(draws: Sequence[ForcePulses], measured: Floats) -> Floats:
-    """(n, 3) of random pulses, in natural logarithms."""
+def _scored(draws: Sequence[ForcePulses], measured: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """CRPS (n, 3) of random pulses in natural logarithms, and which measured values (n, 3) lie in their 90 % band."""
     values = [np.stack([pulses.peak_force_n, pulses.contact_time_s, pulses.impulse_n_s], axis=1) for pulses in draws]
     logarithms = np.log(np.maximum(np.stack(values), np.finfo(np.float64).tiny))
     logarithms = np.clip(logarithms, measured - _FARTHEST, measured + _FARTHEST)
-    return np.stack([ensemble_crps(logarithms[..., i], measured[:, i]) for i in range(measured.shape[1])], axis=1)
+    crps = np.stack([ensemble_crps(logarithms[..., i], measured[:, i]) for i in range(measured.shape[1])], axis=1)
+    low, high = np.quantile(logarithms, [0.05, 0.95], axis=0, method="hazen")  # as a prediction states its bands
+    return crps, np.asarray((low <= measured) & (measured <= high))
 
 
 def _some_repetitions(configuration: NDArray[np.str_], rng: np.random.Generator) -> NDArray[np.bool_]:

@@ -29,7 +29,9 @@ class ContactPrediction:
 
     The spreads are standard deviations of a new measurement (not of its mean); None where a law of physics gives none.
     The 90 % band is the mean plus and minus 1.645 spreads. `log_correlation` (n,) is that of the logarithms of peak
-    force and contact time; None for a model that does not know it.
+    force and contact time; None for a model that does not know it. `log_spread` (n x 2) are standard deviations of the
+    logarithms of peak force and contact time of a random pulse, calibrated by configuration; None where they follow
+    from the spreads. No random pulse has an impulse above `impulse_allowance` times two momenta of the impactor.
     """
 
     force_n: Floats
@@ -37,6 +39,8 @@ class ContactPrediction:
     force_spread_n: Floats | None
     contact_time_spread_s: Floats | None
     log_correlation: Floats | None = None
+    log_spread: Floats | None = None
+    impulse_allowance: float = 1.0
 
 
 class ContactModel(ABC):
@@ -56,6 +60,11 @@ class ContactModel(ABC):
     def refit(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
         """A new one, learned from other pulses with what this one tuned kept; cheap where it can be."""
         return type(self)(**self.settings()).fit(pulses, rng)
+
+    def relearn(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
+        """A new one, learned and tuned from other pulses: it knows nothing of those left out, but for what only a long
+        search finds (`Estimator.relearn`)."""
+        return self.refit(pulses, rng)
 
     def fit_report(self) -> FitReport:
         """What `fit` searched and found, of all parts ("force.kernel", "time.noise")."""
@@ -121,6 +130,10 @@ def momentum(inputs: Inputs) -> Floats:
 #: Integral over the contact's phase from 0 to 1 by trapezoids, as weights of the points (20,).
 WEIGHTS: Floats = np.full(POINTS, 1.0 / (POINTS - 1))
 WEIGHTS[[0, -1]] /= 2
+
+
+#: A momentum bound lies this far above the greatest impulse measured.
+MARGIN = 1.05
 
 
 def impulse(force_n: Floats, contact_time_s: Floats) -> Floats:

@@ -20,6 +20,7 @@ from ...dataset.table import POINTS, Inputs, PulseTable
 from ..estimators.base import Arrays, Estimator, FitReport, require_fitted
 from .analytic import Analytic
 from .base import (
+    MARGIN,
     WEIGHTS,
     ContactModel,
     ContactPrediction,
@@ -131,10 +132,6 @@ def _jacobian(pulse: ResidualPulse) -> Floats:
     return jacobian
 
 
-#: The momentum bound lies this far above the greatest impulse measured.
-MARGIN = 1.05
-
-
 class Hybrid(ContactModel):
     """One coupled regression (as `SinglePass`'s) of what is left of `base`: of log contact time, of the logit of the
     impulse's share of its bound, and of the root of the pulse's shape at 18 inner points (see `residual`).
@@ -164,6 +161,9 @@ class Hybrid(ContactModel):
 
     def refit(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
         return type(self)(self.base, self.process)._learn(pulses, rng, self._learned().refit)
+
+    def relearn(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
+        return type(self)(self.base, self.process)._learn(pulses, rng, self._learned().relearn)
 
     def _learn(self, pulses: PulseTable, rng: np.random.Generator, learn: Callable[..., Estimator]) -> Self:
         self._predictors = spelled(pulses.predictors)

@@ -67,6 +67,10 @@ class Pair(ContactModel):
         force, time = self._learned()
         return type(self)(self.force, self.time, self.scaling)._learn(pulses, rng, time.refit, force.refit)
 
+    def relearn(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
+        force, time = self._learned()
+        return type(self)(self.force, self.time, self.scaling)._learn(pulses, rng, time.relearn, force.relearn)
+
     def _learn(
         self,
         pulses: PulseTable,

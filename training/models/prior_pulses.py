@@ -180,14 +180,12 @@ def _materials(part: str, names: list[str], target: object) -> list[ElasticMater
 
 def random_pulses(prediction: ContactPrediction, z: Floats, momentum_n_s: Floats) -> ForcePulses:
     """Pulses of normal numbers z (n, 2) about the mean ones, as `RegisteredContact` says; momenta (n,) in N s."""
-    mean = _pulses(prediction)
-    rows, peak = np.arange(len(z)), mean.force_n.argmax(axis=1)
-    force_s = _logarithmic(prediction.force_spread_n, rows, peak, mean.peak_force_n)
-    time_s = _logarithmic(prediction.contact_time_spread_s, rows, None, mean.contact_time_s)
+    mean = mean_pulses(prediction)
+    force_s, time_s = log_spreads(prediction).T
     together = np.zeros(len(z)) if prediction.log_correlation is None else prediction.log_correlation
     time = time_s * z[:, 1]
     force = force_s * (together * z[:, 1] + np.sqrt(1 - together**2) * z[:, 0])
-    most = np.log(np.maximum(2 * momentum_n_s / mean.impulse_n_s, 1.0))
+    most = np.log(np.maximum(2 * prediction.impulse_allowance * momentum_n_s / mean.impulse_n_s, 1.0))
     force = np.minimum(force + time, most) - time
     time = np.exp(time)
     return ForcePulses(
@@ -195,16 +193,29 @@ def random_pulses(prediction: ContactPrediction, z: Floats, momentum_n_s: Floats
     )
 
 
-def _logarithmic(spread: Floats | None, rows: np.ndarray, columns: np.ndarray | None, mean: Floats) -> Floats:
+def log_spreads(prediction: ContactPrediction) -> Floats:
+    """Standard deviations (n x 2) of the logarithms of peak force and contact time of a random pulse; 0 where the model
+    states no spread."""
+    if prediction.log_spread is not None:
+        return prediction.log_spread
+    mean = mean_pulses(prediction)
+    rows, peak = np.arange(len(mean.force_n)), mean.force_n.argmax(axis=1)
+    force, time = prediction.force_spread_n, prediction.contact_time_spread_s
+    return np.column_stack(
+        [
+            _logarithmic(None if force is None else force[rows, peak], mean.peak_force_n),
+            _logarithmic(time, mean.contact_time_s),
+        ]
+    )
+
+
+def _logarithmic(spread: Floats | None, mean: Floats) -> Floats:
     """Deviation (n,) of the logarithm of a log-normal quantity, from the deviation over the mean."""
-    if spread is None:
-        return np.zeros(len(rows))
-    values = spread if columns is None else spread[rows, columns]
-    return np.asarray(np.sqrt(np.log1p((values / mean) ** 2)))
+    return np.zeros(len(mean)) if spread is None else np.asarray(np.sqrt(np.log1p((spread / mean) ** 2)))
 
 
-def _pulses(prediction: ContactPrediction) -> ForcePulses:
-    """Models force nothing at the ends of contact, where the force is 0 by what contact means."""
+def mean_pulses(prediction: ContactPrediction) -> ForcePulses:
+    """The mean pulses. Models force nothing at the ends of contact, where the force is 0 by what contact means."""
     force = np.maximum(prediction.force_n, 0.0)
     force[:, [0, -1]] = 0.0
     share = np.argmax(force, axis=1) / (force.shape[1] - 1)

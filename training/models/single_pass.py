@@ -56,6 +56,9 @@ class SinglePass(ContactModel):
     def refit(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
         return type(self)(self.process)._learn(pulses, rng, self._learned().refit)
 
+    def relearn(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
+        return type(self)(self.process)._learn(pulses, rng, self._learned().relearn)
+
     def _learn(self, pulses: PulseTable, rng: np.random.Generator, learn: Callable[..., Estimator]) -> Self:
         self._predictors = spelled(pulses.predictors)
         check_same_predictors(pulses, self._predictors)

@@ -20,7 +20,7 @@ from ...twin.contact.target_motion import PulseMoments, TargetMotion, integrated
 from ...twin.contact_interface import Extrapolation, ForcePulses, ImpactBatch, OutOfDomain
 from ...twin.effects import Effect, checked_effects
 from ...twin.setting import ElasticMaterial, Setting
-from ..models.prior_pulses import _pulses, random_pulses
+from ..models.prior_pulses import mean_pulses, random_pulses
 from .records import RegisteredModel
 
 #: A model's velocity is at least this share of that before contact, and is looked for between so many velocities.
@@ -83,7 +83,7 @@ class RegisteredContact:
         if z is not None and z.shape != (len(strikes), self.normals):
             raise ValueError(f"z has shape {z.shape}: expected ({len(strikes)}, {self.normals})")
         prediction = self.registered.model.predict(self._inputs_at(strikes, self._model_velocity(strikes, z)))
-        pulses = _pulses(prediction) if z is None else random_pulses(prediction, z[:, :2], _momentum(strikes))
+        pulses = mean_pulses(prediction) if z is None else random_pulses(prediction, z[:, :2], _momentum(strikes))
         return with_effects(pulses, strikes, self.effects) if self.effects else pulses
 
     def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]:
@@ -137,7 +137,7 @@ class RegisteredContact:
         trials = ImpactBatch(
             [setting for setting in settings.values() for _ in range(_VELOCITIES)], trial_velocity.ravel()
         )
-        force = _pulses(self.registered.model.predict(self._inputs_at(trials, trial_velocity.ravel()))).force_n
+        force = mean_pulses(self.registered.model.predict(self._inputs_at(trials, trial_velocity.ravel()))).force_n
         moments = PulseMoments.of(force)
         moments = PulseMoments(*(values.reshape(trial_velocity.shape)[row] for values in vars(moments).values()))
         likely = TargetMotion.of_strikes(strikes)

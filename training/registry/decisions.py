@@ -88,7 +88,7 @@ def _move_or_drop(client: MlflowClient, name: str, aliases: Mapping[str, Any], l
 
 
 _NUMBER_TAG, _STAMP_TAG = PREFIX + "decision_number", PREFIX + "decision_stamp"
-_OF_RUN = ("candidate", "champion", "promoted", "forced", "reason", "judged_on", "judged_against", "who")
+_OF_RUN = ("candidate", "champion", "promoted", "forced", "reason", "judged_on", "judged_against", "verdict", "who")
 
 
 def decide(client: MlflowClient, experiment: str, decision: Decision, candidate: Version) -> None:

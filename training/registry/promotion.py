@@ -12,9 +12,9 @@ import numpy as np
 
 from ...dataset.table import PulseTable
 from ..evaluation.comparison import Comparison, compare
+from ..evaluation.gate import GateVerdict, Verdict, coverage_figures, judge, too_few
 from ..evaluation.metrics import METRICS
 from ..evaluation.unseen_configurations import (
-    QUANTITIES,
     PulseDraws,
     UnseenScores,
     prior_draws,
@@ -28,6 +28,7 @@ from .evaluate import Evaluation, evaluate_held_out, evaluate_on_table
 from .listing import chosen
 from .records import Decision, Version
 from .registry import Registry
+from .usability import usability
 
 Read = Callable[[str], PulseTable]
 
@@ -42,14 +43,17 @@ def promote(
     forced: bool = False,
     reason: str = "",
 ) -> Decision:
-    """Make a version the champion of its predictor set where it predicts unseen configurations better than the present
-    champion, or refuse to. A first champion must predict them better than what answers without a model: the contact law
-    updated by the pulses that the candidate learned from.
+    """Make a version the champion of its predictor set where the gate of `evaluation.gate` lets it pass, or refuse to.
+
+    On unseen configurations its 90 % bands must hold, and it must predict peak force, contact time and impulse better
+    than the present champion, beyond chance. A first champion must predict them better than what answers without a
+    model: the contact law updated by the pulses that the candidate learned from.
 
     They are judged on the candidate's dataset, or on the `other` (name, pulses) of a campaign, by the mean CRPS of peak
     force, contact time and impulse (`unseen_configurations`): models and law learn anew, without the configurations
-    that they predict. Either way the decision is kept, with its figures. `forced` promotes the worse one too, for the
-    `reason` given. Raises `LookupError` for a version there is not, `ValueError` for one whose files are damaged, where
+    that they predict, and a model's bands are calibrated without these. Either way the decision is kept, with its
+    `verdict` and figures. `forced` promotes a model that did not pass, too, for the `reason` given; the decision says
+    what failed. Raises `LookupError` for a version there is not, `ValueError` for one whose files are damaged, where
     there is nothing to judge on, or where `forced` has no reason.
     """
     if forced and not reason.strip():
@@ -62,7 +66,7 @@ def promote(
         champion = registry.champion(candidate.dataset.predictor_set)
         if champion is not None and champion.label == candidate.label:
             why = _joined(reason, "it was in use already")
-            decision = _decision(candidate, champion, True, forced, why)
+            decision = _decision(candidate, champion, True, forced, why, "promoted")
         else:
             decision = _decide_promotion(registry, candidate, champion, read, other, forced, reason)
         registry.decide(decision, candidate)
@@ -78,32 +82,50 @@ def _decide_promotion(
     forced: bool,
     reason: str,
 ) -> Decision:
+    if wrong := _not_usable(registry, candidate):
+        why = _joined(reason, f"promoted by force although {wrong}") if forced else _joined(wrong, _given(reason))
+        return _decision(candidate, champion, forced, forced, why, "forced" if forced else "not usable")
     try:
         pulses = other[1] if other else read(candidate.dataset.hash)
+        if few := too_few(len(np.unique(pulses.configuration))):
+            why = _joined(reason, f"promoted by force although {few}") if forced else _joined(few, _given(reason))
+            return _decision(candidate, champion, forced, forced, why, "forced" if forced else "not enough to judge")
         scores = _scores(registry, candidate, champion, read, pulses)
     except (ValueError, LookupError) as error:
         if not forced:
             raise ValueError(f"{candidate.label} cannot be judged on unseen configurations: {error}") from error
         why = _joined(reason, f"it could not be judged on unseen configurations ({error})")
-        return _decision(candidate, champion, True, forced, why)
+        return _decision(candidate, champion, True, forced, why, "forced")
     where = f"unseen configurations of {other[0] if other else candidate.dataset.name}"
     rng = rng_of("promote", candidate.dataset.hash, candidate.label, candidate.seed)
-    figures = {**scores.figures(), "crps.p_value": scores.p_value(rng)}
-    better = scores.first_is_better
-    why = _reason(_words(scores, figures["crps.p_value"]), better, forced, reason)
+    p_value = scores.p_value(rng)
+    judgement = judge(scores, p_value)
+    figures = {**scores.figures(), **coverage_figures(scores), "crps.p_value": p_value}
+    why = _reason(judgement, forced, reason)
     figures |= _pulse_errors(registry, candidate, champion, read, other)
-    decision = _decision(candidate, champion, forced or better, forced, why)
+    verdict = "forced" if forced and not judgement.promoted else judgement.verdict
+    decision = _decision(candidate, champion, forced or judgement.promoted, forced, why, verdict)
     pulses_judged = len(scores.configuration)
     return replace(decision, judged_on=where, judged_against=scores.names[1], pulses=pulses_judged, figures=figures)
 
 
-def _reason(words: str, better: bool, forced: bool, given: str) -> str:
-    """The judgement in `words` and the reason that was `given`, of which the one that decided comes first."""
-    if better:
-        return _joined(given, words)
+def _not_usable(registry: Registry, candidate: Version) -> str:
+    """Why the candidate is no prediction; empty where it is one."""
+    records = [version for version in registry.versions() if version.label == candidate.label]
+    return usability(records, registry.floors(candidate.dataset.hash, candidate.seed))
+
+
+def _reason(judgement: GateVerdict, forced: bool, given: str) -> str:
+    """The judgement and the reason that was `given`, of which the one that decided comes first."""
+    if judgement.promoted:
+        return _joined(given, judgement.reason)
     if forced:
-        return _joined(given, f"promoted by force although {words}")
-    return _joined(words, f"the reason given was: {given.strip()}" if given.strip() else "")
+        return _joined(given, f"promoted by force although {judgement.reason}")
+    return _joined(judgement.reason, _given(given))
+
+
+def _given(reason: str) -> str:
+    return f"the reason given was: {reason.strip()}" if reason.strip() else ""
 
 
 def _scores(
@@ -129,24 +151,6 @@ def _learned(registry: Registry, version: Version, read: Read) -> PulseTable:
     """The pulses that a registered model was trained on."""
     table = read(version.dataset.hash)
     return table.take(np.isin(table.key, registry.held_out(version).trained_on))
-
-
-def _words(scores: UnseenScores, p_value: float) -> str:
-    """Which predicts better, by how much, and how sure that is."""
-    places = (0, 1) if scores.first_is_better else (1, 0)
-    better, worse = (scores.names[place] for place in places)
-    means = [scores.means[place] for place in places]
-    parts = [
-        f"{quantity} {scores.crps[places[0]][:, i].mean():.3f} against {scores.crps[places[1]][:, i].mean():.3f}"
-        for i, quantity in enumerate(QUANTITIES)
-    ]
-    sure = "" if p_value <= 0.05 else ", which may be chance"
-    without = "without a model " if better == UPDATED_LAW else ""
-    return (
-        f"{without}{better} predicts unseen configurations better than {worse}: "
-        f"mean CRPS {means[0]:.3f} against {means[1]:.3f} "
-        f"({', '.join(parts)}; p = {p_value:.2g} over {scores.configurations} configurations{sure})"
-    )
 
 
 def _pulse_errors(
@@ -191,6 +195,7 @@ def _decision(
     promoted: bool,
     forced: bool,
     reason: str,
+    verdict: Verdict,
 ) -> Decision:
     """One that nothing was judged for."""
     return Decision(
@@ -206,6 +211,7 @@ def _decision(
         figures={},
         who=_user_and_host(),
         when=datetime.now(UTC),
+        verdict=verdict,
     )
 
 

@@ -147,7 +147,8 @@ class Decision:
 
     `figures` have the scores on `pulses` of unseen configurations: of the candidate ("crps.candidate"), of the model or
     law that it was `judged_against` ("crps.reference"), and of a first candidate's contact law before any shot
-    ("crps.prior"). Decisions of older software do not say what they were judged against: "".
+    ("crps.prior"); and shares inside the 90 % bands ("coverage90.candidate.peak_force"). `verdict` is one of
+    `evaluation.gate.Verdict`. Decisions of older software have neither `judged_against` nor a verdict: "".
     """
 
     candidate: str
@@ -162,3 +163,4 @@ class Decision:
     who: str
     when: datetime
     judged_against: str = ""
+    verdict: str = ""

@@ -174,4 +174,10 @@ def beyond_energy(
     bench: GunBench, tank_pressure_pa: Floats, bullet_mass_kg: Floats, velocity_m_s: Floats
 ) -> NDArray[np.bool_]:
     """Which of n measured shots have more energy than the gas of the tank can do work along the barrel."""
-    return np.asarray(bullet_mass_kg * velocity_m_s**2 / 2 > barrel_work_j(bench, tank_pressure_pa, 0.0))
+    return excess_velocity(bench, tank_pressure_pa, bullet_mass_kg, velocity_m_s) > 0
+
+
+def excess_velocity(bench: GunBench, tank_pressure_pa: Floats, bullet_mass_kg: Floats, velocity_m_s: Floats) -> Floats:
+    """ln of measured velocities (n,) over the fastest that the gas of the tank can give by its work in the barrel."""
+    work = np.maximum(barrel_work_j(bench, tank_pressure_pa, 0.0), np.finfo(np.float64).tiny)
+    return np.asarray(np.log(velocity_m_s) - np.log(2 * work / bullet_mass_kg) / 2)

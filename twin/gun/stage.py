@@ -17,7 +17,7 @@ from ..sensors.chain import SensorChain
 from ..setting import Setting
 from .bench import GunBench
 from .calibration import VelocityPosterior, VelocityShots
-from .nominal import refuse_faster_than_gas
+from .nominal import excess_velocity, refuse_faster_than_gas
 from .prior import GunPrior, gun_prior
 from .shot import GunEffect
 
@@ -25,6 +25,8 @@ from .shot import GunEffect
 _CHUNK = 2048
 # Where a smaller share of the guns fires the bullet, none does.
 _LEAST_LEAVING = 0.05
+# ln: beyond the fastest measured shot, where that has more energy than the stated bench gives.
+_BEYOND_FASTEST = 0.05
 # A pressure or a mass that is as near to the range of the shots is in it: they are read to no better.
 _SAME = 0.01
 
@@ -176,7 +178,17 @@ class GunStage:
             posterior = _posterior(gun_prior(self.bench, self.effects), self.shots, sensors)
             members, spread = replace(posterior, guns=guns).velocities(pressure_pa, mass_kg, sensors)
         leaves = members.log > members.least
-        return np.where(leaves, np.minimum(members.log, members.most), -np.inf), spread, members.most
+        most = members.most + self._excess()
+        return np.where(leaves, np.minimum(members.log, most), -np.inf), spread, most
+
+    def _excess(self) -> float:
+        """By how much (ln) the fastest measured shot exceeds what the stated bench can give, and as much again as shots
+        scatter: then its volumes are stated wrong, and the shots are believed. 0 where none does."""
+        if self.shots is None:
+            return 0.0
+        of_shots = (self.shots.tank_pressure_pa, self.shots.bullet_mass_kg, self.shots.measured_m_s)
+        excess = float(excess_velocity(self.bench, *of_shots).max())
+        return excess + _BEYOND_FASTEST if excess > 0 else 0.0
 
     def _shot(
         self, pressure_pa: Floats, mass_kg: Floats, sensors: SensorChain, z: Floats, profile: ValveProfile | None
