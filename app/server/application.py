@@ -50,13 +50,14 @@ from ..tune import pages as tune_pages
 from ..twins.twin_cache import TwinCache
 from ..validate import api as validate_api
 from ..validate import pages as validate_pages
-from ..web import api_pages, csrf, jobs_api, jobs_pages
+from ..web import api_pages, csrf, jobs_api, jobs_pages, sign_in_pages
 from ..web.csrf import require_csrf
 from ..web.forms import faults_of, field_of, is_form, where_next
 from ..web.guard import Guard
 from ..web.jobs import Jobs
 from ..web.rendering import HERE, page
 from ..web.settings import Settings
+from ..web.sign_in import SignIn
 
 #: A new feature's `api` and `pages` get a word here.
 _API = (
@@ -92,6 +93,7 @@ PAGES = (
     extract_pages,
     report_pages,
     validate_pages,
+    sign_in_pages,
 )
 
 
@@ -156,6 +158,7 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
         dependencies=[Depends(require_csrf)],
     )
     app.state.settings, app.state.store, app.state.jobs, app.state.twins = settings, store, jobs, twins
+    app.state.sign_in = SignIn(settings.token)
     for module in _API:
         app.include_router(module.router, prefix="/api", responses=PROBLEMS)
     for module in PAGES:
@@ -164,7 +167,7 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
     app.get("/static/report.css", include_in_schema=False)(_report_style)
     app.mount("/static", StaticFiles(directory=HERE / "static"), name="static")
     _tell_errors(app)
-    return Guard(app, settings)
+    return Guard(app, settings, app.state.sign_in)
 
 
 def _plotly() -> Response:
