@@ -21,6 +21,7 @@ from starlette.types import ASGIApp
 
 from ... import __version__
 from ...schema.addresses import without_secrets
+from ...schema.conditions import ConditionError
 from ...schema.engine import StoreRoleError
 from ...schema.session import Store
 from ..common.errors import is_for_the_user
@@ -98,10 +99,12 @@ PAGES = (
 
 
 def status_of(error: Exception) -> int:
-    """403 what the login's role may not, 404 what is not there, 422 what cannot be used, 503 a store or a disk that
+    """400 a filter that cannot be read, 403 what the login's role may not, 404 what is not there, 422 what cannot be used, 503 a store or a disk that
     fails."""
     if isinstance(error, StoreRoleError):
         return 403
+    if isinstance(error, ConditionError):
+        return 400
     if isinstance(error, LookupError):
         return 404
     return 422 if isinstance(error, ValueError | DataError) else 503
@@ -114,7 +117,7 @@ class Problem(BaseModel):
 
 
 _WORDS = {
-    400: "The body cannot be read",
+    400: "The body, or a filter, cannot be read",
     401: "The server's token is needed",
     403: "A write without the token of /api/csrf, or one that the role of the server's login forbids",
     404: "There is no such thing in the store",

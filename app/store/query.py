@@ -3,7 +3,8 @@ the store with units, for people who write SQL.
 
 SQLite: the file is opened with mode=ro and query_only, and an authorizer refuses everything but reading, ATTACH and
 PRAGMA included. PostgreSQL: a READ ONLY transaction with a statement timeout, with the rights of a reader where the
-login may have them, and with functions and tables that a question needs alone (postgresql_statement.py). Parameters are bound by the driver and never become part of the text.
+login may have them, and with the functions and tables alone that a question needs (postgresql_statement.py).
+Parameters are bound by the driver and never become part of the text.
 """
 
 from __future__ import annotations

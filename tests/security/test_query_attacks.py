@@ -1,4 +1,4 @@
-"""`query` on PostgreSQL, as every login: what ends other sessions, locks, reads the server's files or leaves the read-only
+"""`query` on PostgreSQL, as every login: what ends other sessions, locks, reads the server's files or leaves the
 transaction is refused before it runs."""
 
 from __future__ import annotations
