@@ -99,8 +99,8 @@ PAGES = (
 
 
 def status_of(error: Exception) -> int:
-    """400 a filter that cannot be read, 403 what the login's role may not, 404 what is not there, 422 what cannot be used, 503 a store or a disk that
-    fails."""
+    """400 a filter that cannot be read, 403 what the login's role may not, 404 what is not there, 422 what cannot be
+    used, 503 a store or a disk that fails."""
     if isinstance(error, StoreRoleError):
         return 403
     if isinstance(error, ConditionError):
