@@ -3,6 +3,7 @@ or pressure goes before what the record gives."""
 
 from __future__ import annotations
 
+from dataclasses import fields
 from datetime import UTC, datetime
 from typing import Any, TypeVar
 
@@ -12,8 +13,8 @@ from sqlalchemy.orm import Session
 
 from ..schema.benches import Gun, Hammer, Material, ModalTable, Mode, ModeShape, Plate, material_id
 from ..schema.campaigns import Campaign
-from ..schema.figures import PULSE
 from ..schema.impacts import ExtractionSettingsRow as SettingsRow
+from ..schema.impacts import Pulse
 from ..schema.known_factors import NONE
 from ..schema.series import encode
 from ..schema.transactions import fingerprint_of, get_or_add
@@ -172,12 +173,13 @@ def channel_values(series: StoredSeries) -> dict[str, Any]:
 
 def pulse_values(pulse: ExtractedPulse, impact_id: int, settings: int) -> dict[str, Any]:
     """The row of a pulse in use."""
+    measured = {column.name for column in Pulse.__table__.columns} & {field.name for field in fields(pulse)}
     return {
         "impact_id": impact_id,
         "settings_id": settings,
         "current": True,
         "extracted_at": datetime.now(UTC),
-        **{name: getattr(pulse, name) for name in PULSE},
+        **{name: getattr(pulse, name) for name in measured},
         "force_points_n": [float(x) for x in pulse.force_points_n],
         "fine_force_n": encode(pulse.fine_force_n),
     }

@@ -12,9 +12,13 @@ from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from typing import Any, TypeVar
 
-from sqlalchemy import JSON, BigInteger, DateTime, Dialect, ForeignKey, Integer, MetaData
+from sqlalchemy import JSON, BigInteger, DateTime, Dialect, ForeignKey, Index, Integer, MetaData, Table, text
 from sqlalchemy.orm import DeclarativeBase, Mapped, declared_attr, mapped_column
 from sqlalchemy.types import TypeDecorator
+
+from .row_hashes import hash_on_insert, mark_on_update
+from .row_keys import key_on_insert
+from .row_sealing import MARKED
 
 Value = TypeVar("Value")
 
@@ -100,6 +104,19 @@ class Base(DeclarativeBase):
     metadata = MetaData(naming_convention=NAMING)
     type_annotation_map = {datetime: UtcDateTime, dict[str, Any]: PlainJson, list[Any]: PlainJson}  # noqa: RUF012
 
+    #: See `row_hashes`. Not read with the row, for in SQLite it lies behind the row's frames.
+    row_sha256: Mapped[str | None] = mapped_column(
+        default=hash_on_insert, onupdate=mark_on_update, deferred=True, sort_order=1000
+    )
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        table = cls.__table__
+        assert isinstance(table, Table)
+        # "which rows does this transaction still have to seal"
+        name, marked = f"ix_{table.name}_unsealed", text(MARKED)
+        Index(name, *table.primary_key.columns, sqlite_where=marked, postgresql_where=marked)
+
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {getattr(self, 'id', '?')}>"
 
@@ -107,7 +124,7 @@ class Base(DeclarativeBase):
 class HasId:
     """A surrogate key."""
 
-    id: Mapped[int] = mapped_column(primary_key=True)
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True, default=key_on_insert)
 
 
 class WithProvenance:
@@ -119,6 +136,15 @@ class WithProvenance:
     @declared_attr
     def written_by_id(cls) -> Mapped[int]:
         return mapped_column(ForeignKey("provenance.id"))
+
+
+#: Key of a column's `info`: what the column is called where a finding names its row.
+NAMES_ROW = "names_row"
+
+
+def names_row(label: str) -> dict[str, str]:
+    """The `info` of a column by which people know a row: what a finding calls it, such as "campaign"."""
+    return {NAMES_ROW: label}
 
 
 def positive(column: str) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 from sqlalchemy import CheckConstraint, ForeignKey, UniqueConstraint, select
 from sqlalchemy.orm import Mapped, Session, mapped_column, relationship
 
-from .base import Base, HasId, WithProvenance, not_negative, positive
+from .base import Base, HasId, WithProvenance, names_row, not_negative, positive
 from .known_factors import MaterialNames
 
 
@@ -90,7 +90,7 @@ class Mode(HasId, WithProvenance, Base):
     )
 
     table_id: Mapped[int] = mapped_column(ForeignKey("modal_tables.id"))
-    number: Mapped[int]
+    number: Mapped[int] = mapped_column(info=names_row("mode"))
     frequency_hz: Mapped[float]
     damping_ratio: Mapped[float]
     shape_impact_per_sqrt_kg: Mapped[float]
@@ -105,7 +105,7 @@ class ModeShape(HasId, WithProvenance, Base):
     __table_args__ = (UniqueConstraint("mode_id", "channel"),)
 
     mode_id: Mapped[int] = mapped_column(ForeignKey("modes.id"))
-    channel: Mapped[str]
+    channel: Mapped[str] = mapped_column(info=names_row("channel"))
     shape_per_sqrt_kg: Mapped[float]
 
 
@@ -121,7 +121,7 @@ class Material(HasId, WithProvenance, Base):
         CheckConstraint(positive("yield_strength_pa"), "yield_strength_positive"),
     )
 
-    name: Mapped[str] = mapped_column(unique=True)
+    name: Mapped[str] = mapped_column(unique=True, info=names_row("material"))
     youngs_modulus_pa: Mapped[float]
     poisson_ratio: Mapped[float]
     density_kg_m3: Mapped[float]
@@ -137,7 +137,7 @@ class MaterialAlias(HasId, WithProvenance, Base):
     __table_args__ = (UniqueConstraint("alias"),)
 
     material_id: Mapped[int] = mapped_column(ForeignKey("materials.id"), index=True)
-    alias: Mapped[str]
+    alias: Mapped[str] = mapped_column(info=names_row("alias"))
     material: Mapped[Material] = relationship(back_populates="aliases")
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from sqlalchemy import CheckConstraint, Date, ForeignKey, Index, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
-from .base import Base, HasId, WithProvenance, one_of
+from .base import Base, HasId, WithProvenance, names_row, one_of
 from .benches import Gun, Hammer, Material, Plate
 
 KINDS = ("hammer", "gun")
@@ -21,7 +21,7 @@ class Campaign(HasId, WithProvenance, Base):
     __tablename__ = "campaigns"
     __table_args__ = (CheckConstraint(one_of("kind", KINDS), "kind_known"),)
 
-    name: Mapped[str] = mapped_column(unique=True)
+    name: Mapped[str] = mapped_column(unique=True, info=names_row("campaign"))
     kind: Mapped[str]
     date: Mapped[dt.date] = mapped_column(Date)
     description: Mapped[str | None]
@@ -41,7 +41,7 @@ class Factor(HasId, WithProvenance, Base):
 
     __tablename__ = "factors"
 
-    name: Mapped[str] = mapped_column(unique=True)
+    name: Mapped[str] = mapped_column(unique=True, info=names_row("factor"))
     si_unit: Mapped[str | None]
     description: Mapped[str | None]
 
@@ -53,7 +53,9 @@ class FactorLevel(HasId, WithProvenance, Base):
     __table_args__ = (UniqueConstraint("factor_id", "label"),)
 
     factor_id: Mapped[int] = mapped_column(ForeignKey("factors.id"))
-    label: Mapped[str]  # the number's shortest text where the level is a number
+    label: Mapped[str] = mapped_column(
+        info=names_row("level")
+    )  # the number's shortest text where the level is a number
     number: Mapped[float | None]
     material_id: Mapped[int | None] = mapped_column(ForeignKey("materials.id"))
     factor: Mapped[Factor] = relationship()
@@ -93,7 +95,7 @@ class Plan(HasId, WithProvenance, Base):
     __tablename__ = "plans"
     __table_args__ = (CheckConstraint(one_of("kind", KINDS), "kind_known"),)
 
-    name: Mapped[str] = mapped_column(unique=True)
+    name: Mapped[str] = mapped_column(unique=True, info=names_row("plan"))
     kind: Mapped[str]
     factors: Mapped[str]  # TOML: factors, levels, dependencies and bench limits, as the plan was made from
     method: Mapped[str]  # "lhs", "factorial", "import", ...
@@ -116,7 +118,7 @@ class PlannedRun(HasId, WithProvenance, Base):
     )
 
     plan_id: Mapped[int] = mapped_column(ForeignKey("plans.id"))
-    run: Mapped[int]
+    run: Mapped[int] = mapped_column(info=names_row("run"))
     position: Mapped[int]
     repetitions: Mapped[int] = mapped_column(default=10)
     configuration_id: Mapped[int] = mapped_column(ForeignKey("configurations.id"), index=True)

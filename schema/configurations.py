@@ -12,7 +12,7 @@ from .base import in_batches
 from .benches import material_id
 from .campaigns import Configuration, ConfigurationLevel, Factor, FactorLevel
 from .known_factors import RunLevel
-from .transactions import fingerprint_of, get_or_add
+from .transactions import add_or_get, fingerprint_of
 
 
 def configuration_fingerprint(levels: Sequence[RunLevel]) -> str:
@@ -90,7 +90,7 @@ def _key(level: RunLevel) -> tuple[str, str]:
 
 
 def _add(session: Session, fingerprint: str, levels: Sequence[FactorLevel]) -> int:
-    row = get_or_add(session, Configuration, {"fingerprint": fingerprint})
+    row = add_or_get(session, Configuration, {"fingerprint": fingerprint})
     # Whoever was faster stored it with its levels, in one transaction; nobody else can add to it before ours ends.
     query = select(ConfigurationLevel.level_id).where(ConfigurationLevel.configuration_id == row.id)
     there = set(session.scalars(query))
@@ -110,7 +110,7 @@ def _levels(session: Session, levels: Sequence[RunLevel]) -> dict[tuple[str, str
     factors = {row.name: row for row in session.scalars(select(Factor).where(Factor.name.in_(units)))}
     for name, unit in units.items():
         if name not in factors:
-            factors[name] = get_or_add(session, Factor, {"name": name}, {"si_unit": unit})
+            factors[name] = add_or_get(session, Factor, {"name": name}, {"si_unit": unit})
     names = {row.id: name for name, row in factors.items()}
     level_rows: dict[tuple[str, str], FactorLevel] = {}
     labels = sorted({level.label for level in wanted.values()})
@@ -122,7 +122,7 @@ def _levels(session: Session, levels: Sequence[RunLevel]) -> dict[tuple[str, str
 
 def _level(session: Session, factor: int, level: RunLevel) -> FactorLevel:
     material = material_id(session, level.material) if level.material else None
-    return get_or_add(
+    return add_or_get(
         session,
         FactorLevel,
         {"factor_id": factor, "label": level.label},

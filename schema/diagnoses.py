@@ -9,7 +9,7 @@ from typing import Any
 from sqlalchemy import CheckConstraint, ForeignKey
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
-from .base import Base, HasId, PlainJson, WithProvenance, positive
+from .base import Base, HasId, PlainJson, WithProvenance, names_row, positive
 from .campaigns import Campaign
 
 
@@ -19,7 +19,7 @@ class Diagnosis(HasId, WithProvenance, Base):
     __tablename__ = "diagnoses"
 
     campaign_id: Mapped[int] = mapped_column(ForeignKey("campaigns.id"), index=True)
-    simulator: Mapped[str]
+    simulator: Mapped[str] = mapped_column(info=names_row("simulator"))
     diagnosed_at: Mapped[datetime]
     report: Mapped[dict[str, Any]]
     #: What the report leaves out and its page draws: 5 to 50 kB, which a listing does not read. None in stores
@@ -38,7 +38,7 @@ class TwinVersion(HasId, WithProvenance, Base):
     __tablename__ = "twin_configurations"
     __table_args__ = (CheckConstraint(positive("version"), "version_positive"),)
 
-    version: Mapped[int] = mapped_column(unique=True)
+    version: Mapped[int] = mapped_column(unique=True, info=names_row("version"))
     #: "which versions speak for this campaign": every prediction
     campaign_id: Mapped[int] = mapped_column(ForeignKey("campaigns.id"), index=True)
     diagnosis_id: Mapped[int | None] = mapped_column(ForeignKey("diagnoses.id"))

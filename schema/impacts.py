@@ -14,9 +14,8 @@ from typing import Any
 from sqlalchemy import CheckConstraint, ForeignKey, Index, LargeBinary, UniqueConstraint, text
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
-from .base import Base, HasId, WithProvenance, not_negative, positive
+from .base import Base, HasId, WithProvenance, names_row, not_negative, positive
 from .campaigns import Campaign, Configuration
-from .figures import CHANNEL, IMPACT, PULSE, SHOT, hashed
 from .recordings import RecordedChannel, Recording
 
 
@@ -38,15 +37,14 @@ class Impact(HasId, WithProvenance, Base):
     )
 
     campaign_id: Mapped[int] = mapped_column(ForeignKey("campaigns.id"))
-    run: Mapped[int]
-    repetition: Mapped[int]
+    run: Mapped[int] = mapped_column(info=names_row("run"))
+    repetition: Mapped[int] = mapped_column(info=names_row("repetition"))
     configuration_id: Mapped[int] = mapped_column(ForeignKey("configurations.id"))
     recording_id: Mapped[int | None] = mapped_column(ForeignKey("recordings.id"))
     planned_run_id: Mapped[int | None] = mapped_column(ForeignKey("planned_runs.id"), index=True)
     impact_velocity_m_s: Mapped[float | None]
     impact_velocity_u_m_s: Mapped[float | None]
     velocity_source: Mapped[str | None]  # of `velocity_kinds.KIND_OF_SOURCE`: what the velocity means
-    figures_sha256: Mapped[str | None] = mapped_column(default=hashed(IMPACT))
     campaign: Mapped[Campaign] = relationship()
     configuration: Mapped[Configuration] = relationship()
     recording: Mapped[Recording | None] = relationship()
@@ -103,7 +101,6 @@ class Pulse(HasId, WithProvenance, Base):
     force_points_n: Mapped[list[Any]]  # 20 equidistant points of the contact
     fine_period_s: Mapped[float]
     fine_force_n: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)  # float64 frame, see `series`
-    figures_sha256: Mapped[str | None] = mapped_column(default=hashed(PULSE))
     impact: Mapped[Impact] = relationship(back_populates="pulses")
     settings: Mapped[ExtractionSettingsRow] = relationship()
 
@@ -149,7 +146,6 @@ class ChannelFigures(HasId, WithProvenance, Base):
     srs_maximax_m_s2: Mapped[list[Any]]  # Q = 10
     srs_peak_m_s2: Mapped[float | None]
     srs_peak_frequency_hz: Mapped[float | None]
-    figures_sha256: Mapped[str | None] = mapped_column(default=hashed(CHANNEL))
     impact: Mapped[Impact] = relationship()
     channel: Mapped[RecordedChannel] = relationship()
 
@@ -174,8 +170,8 @@ class Shot(HasId, WithProvenance, Base):
     )
 
     campaign_id: Mapped[int] = mapped_column(ForeignKey("campaigns.id"))
-    run: Mapped[int]
-    repetition: Mapped[int]
+    run: Mapped[int] = mapped_column(info=names_row("run"))
+    repetition: Mapped[int] = mapped_column(info=names_row("repetition"))
     configuration_id: Mapped[int] = mapped_column(ForeignKey("configurations.id"))
     recording_id: Mapped[int | None] = mapped_column(ForeignKey("recordings.id"))
     planned_run_id: Mapped[int | None] = mapped_column(ForeignKey("planned_runs.id"), index=True)
@@ -188,7 +184,6 @@ class Shot(HasId, WithProvenance, Base):
     measured_velocity_m_s: Mapped[float | None]
     measured_velocity_u_m_s: Mapped[float | None]
     velocity_source: Mapped[str | None]  # "reported", or "laser": before contact
-    figures_sha256: Mapped[str | None] = mapped_column(default=hashed(SHOT))
     campaign: Mapped[Campaign] = relationship()
     configuration: Mapped[Configuration] = relationship()
     recording: Mapped[Recording | None] = relationship()
@@ -201,7 +196,7 @@ class DatasetSnapshot(HasId, WithProvenance, Base):
     __tablename__ = "dataset_snapshots"
     __table_args__ = (CheckConstraint("length(content_hash) = 64", "content_hash_length"),)
 
-    name: Mapped[str] = mapped_column(unique=True)
+    name: Mapped[str] = mapped_column(unique=True, info=names_row("dataset"))
     content_hash: Mapped[str] = mapped_column(unique=True)
     frozen_at: Mapped[datetime]
     definition: Mapped[dict[str, Any]]  # campaigns, predictors, targets, quality rule

@@ -8,7 +8,7 @@ from typing import Any
 from sqlalchemy import CheckConstraint, Index, Text
 from sqlalchemy.orm import Mapped, mapped_column
 
-from .base import Base, HasId, PlainJson, WithProvenance, not_negative, one_of, positive
+from .base import Base, HasId, PlainJson, WithProvenance, names_row, not_negative, one_of, positive
 
 WAITING, RUNNING, DONE, FAILED, STOPPED = "waiting", "running", "done", "failed", "stopped"
 STATES = (WAITING, RUNNING, DONE, FAILED, STOPPED)
@@ -38,7 +38,7 @@ class Job(HasId, WithProvenance, Base):
     )  # fmt: skip
 
     kind: Mapped[str]  # a key of `app.jobs.kinds`
-    label: Mapped[str]  # what people call it
+    label: Mapped[str] = mapped_column(info=names_row("job"))  # what people call it
     #: All that another process needs to do it again; up to the size of an imported plan, hence not in listings.
     arguments: Mapped[dict[str, Any]] = mapped_column(deferred=True)
     #: The one machine that has what the work needs, such as an uploaded folder; None: any.

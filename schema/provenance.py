@@ -9,7 +9,7 @@ from typing import Any
 from sqlalchemy import CheckConstraint
 from sqlalchemy.orm import Mapped, mapped_column
 
-from .base import Base, HasId, WithProvenance, one_of
+from .base import Base, HasId, WithProvenance, names_row, one_of
 
 
 class Provenance(HasId, Base):
@@ -18,7 +18,7 @@ class Provenance(HasId, Base):
     __tablename__ = "provenance"
 
     software_version: Mapped[str]
-    command: Mapped[str]
+    command: Mapped[str] = mapped_column(info=names_row("command"))
     user: Mapped[str]
     host: Mapped[str]
     started_at: Mapped[datetime] = mapped_column()
@@ -51,8 +51,8 @@ class Tombstone(HasId, WithProvenance, Base):
     )
 
     kind: Mapped[str]
-    campaign: Mapped[str]
-    recording: Mapped[str | None]  # its path in the campaign folder
+    campaign: Mapped[str] = mapped_column(info=names_row("campaign"))
+    recording: Mapped[str | None] = mapped_column(info=names_row("recording"))  # its path in the campaign folder
     content_hash: Mapped[str]
     deleted_at: Mapped[datetime]
     reason: Mapped[str]

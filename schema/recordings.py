@@ -12,7 +12,7 @@ from typing import Any
 from sqlalchemy import CheckConstraint, ForeignKey, Index, LargeBinary, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
-from .base import LONG, Base, HasId, WithProvenance, one_of, positive
+from .base import LONG, Base, HasId, WithProvenance, names_row, one_of, positive
 
 STORED, SET_ASIDE = STATUSES = ("stored", "set aside")
 
@@ -31,7 +31,7 @@ class Recording(HasId, WithProvenance, Base):
     )
 
     campaign_id: Mapped[int] = mapped_column(ForeignKey("campaigns.id"))
-    path: Mapped[str]  # relative to the campaign folder
+    path: Mapped[str] = mapped_column(info=names_row("recording"))  # relative to the campaign folder
     sha256: Mapped[str]  # of the file
     size_bytes: Mapped[int] = mapped_column(LONG)
     format: Mapped[str]
@@ -59,7 +59,7 @@ class RecordedChannel(HasId, WithProvenance, Base):
     )
 
     recording_id: Mapped[int] = mapped_column(ForeignKey("recordings.id", ondelete="CASCADE"))
-    name: Mapped[str]
+    name: Mapped[str] = mapped_column(info=names_row("channel"))
     quantity: Mapped[str]
     unit: Mapped[str]  # the laboratory's, as in campaign.toml
     sensitivity: Mapped[float | None]  # volt per unit
@@ -86,7 +86,7 @@ class SeriesChunk(WithProvenance, Base):
     __tablename__ = "series_chunks"
 
     channel_id: Mapped[int] = mapped_column(ForeignKey("channels.id", ondelete="CASCADE"), primary_key=True)
-    number: Mapped[int] = mapped_column(primary_key=True)
+    number: Mapped[int] = mapped_column(primary_key=True, info=names_row("chunk"))
     frame: Mapped[bytes] = mapped_column(LargeBinary)
 
 
@@ -105,7 +105,7 @@ class QualityFinding(HasId, WithProvenance, Base):
     recording_id: Mapped[int] = mapped_column(ForeignKey("recordings.id"), index=True)
     channel_id: Mapped[int | None] = mapped_column(ForeignKey("channels.id"), index=True)
     impact_id: Mapped[int | None] = mapped_column(ForeignKey("impacts.id"), index=True)
-    check: Mapped[str] = mapped_column(index=True)
+    check: Mapped[str] = mapped_column(index=True, info=names_row("finding"))
     severity: Mapped[str]
     message: Mapped[str]
     evidence: Mapped[dict[str, Any]]

@@ -8,71 +8,26 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, TypeVar
 
 from sqlalchemy import (
-    JSON,
     BigInteger,
-    Boolean,
     Column,
     ColumnElement,
     Connection,
-    Date,
-    DateTime,
-    Float,
-    Integer,
-    LargeBinary,
     SmallInteger,
-    String,
     Table,
-    Text,
     cast,
     column,
     func,
     insert,
-    literal,
     select,
     table,
 )
 from sqlalchemy.dialects.postgresql import REGCLASS
 from sqlalchemy.exc import DBAPIError
-from sqlalchemy.types import TypeDecorator
 
+from .column_kinds import BYTES, DAY, INTEGER, JSON_TEXT, NUMBER, TEXT, TIME, TRUTH, kind_of, stored_type
 from .engine import StoreError, first_line
+from .row_keys import sequence_of
 from .tables import metadata
-
-INTEGER, NUMBER, TEXT, JSON_TEXT, TRUTH, TIME, DAY, BYTES = (
-    "integer",
-    "number",
-    "text",
-    "json",
-    "truth",
-    "time",
-    "day",
-    "bytes",
-)
-_KINDS: tuple[tuple[type[Any], str], ...] = (
-    (JSON, JSON_TEXT),
-    (LargeBinary, BYTES),
-    (Boolean, TRUTH),
-    (Integer, INTEGER),
-    (Float, NUMBER),
-    (DateTime, TIME),
-    (Date, DAY),
-    (String, TEXT),
-)
-
-
-def kind_of(column: Column[Any]) -> str:
-    """One of the kinds above. Raises `TypeError` for a type that no table had when this was written."""
-    own = column.type.impl_instance if isinstance(column.type, TypeDecorator) else column.type
-    for known_type, kind in _KINDS:
-        if isinstance(own, known_type):
-            return kind
-    raise TypeError(f"{column} is a {own!r}: say in schema/rows.py how it is copied and checked")
-
-
-def stored_type(column: Column[Any]) -> Any:
-    """The type by which a value is read and written as it is stored: JSON is its text, so that nothing is rewritten."""
-    return Text() if kind_of(column) == JSON_TEXT else column.type
-
 
 #: A row's values in the order of the table's columns.
 Values = Sequence[Any]
@@ -247,19 +202,7 @@ def set_sequences(connection: Connection) -> None:
     for key in counted_columns():
         last = connection.scalar(select(func.max(key)))
         if last is not None:
-            connection.execute(select(func.setval(_sequence(key), last)))
-
-
-def reserve_keys(connection: Connection, table: Table, count: int) -> list[int]:
-    """Keys for so many new rows: of the counter, or in SQLite, whose writer is alone, those after the largest."""
-    key = table.autoincrement_column
-    assert key is not None, table.name
-    if connection.dialect.name == "postgresql":
-        next_value = func.nextval(cast(_sequence(key), REGCLASS))
-        numbers = func.generate_series(1, count).table_valued("number")
-        return sorted(connection.scalars(select(next_value).select_from(numbers)))
-    first = (connection.scalar(select(func.max(key))) or 0) + 1
-    return list(range(first, first + count))
+            connection.execute(select(func.setval(sequence_of(key), last)))
 
 
 def iter_lagging(connection: Connection) -> Iterator[tuple[Column[int], int, int | None]]:
@@ -268,10 +211,6 @@ def iter_lagging(connection: Connection) -> Iterator[tuple[Column[int], int, int
         return
     for key in counted_columns():
         last = connection.scalar(select(func.max(key)))
-        given = connection.scalar(select(func.pg_sequence_last_value(cast(_sequence(key), REGCLASS))))
+        given = connection.scalar(select(func.pg_sequence_last_value(cast(sequence_of(key), REGCLASS))))
         if last is not None and (given is None or given < last):
             yield key, last, given
-
-
-def _sequence(key: Column[int]) -> object:
-    return func.pg_get_serial_sequence(literal(key.table.name), literal(key.name))

@@ -37,6 +37,7 @@ from .engine import (
     one_state,
 )
 from .provenance import Provenance
+from .row_sealing import seal
 from .tables import metadata
 from .transactions import get_or_add, is_disconnect, is_transient, is_unique_violation, retry
 
@@ -125,7 +126,7 @@ class Store:
             committing = False
             with self.writing() as session:
                 result = work(session)
-                session.flush()
+                _seal(session)
                 committing = True
             return result
 
@@ -148,6 +149,7 @@ class Store:
                     if self.engine.dialect.name == "postgresql":
                         session.execute(_WAITS)
                     yield session
+                    _seal(session)
         except BaseException:
             self._written_by_id = provenance_id  # its provenance row went with the transaction
             raise
@@ -200,6 +202,12 @@ class Store:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _seal(session: Session) -> None:
+    """Give the rows that the session has changed their hashes (see `row_hashes`)."""
+    session.flush()
+    seal(session.connection())
 
 
 def open_store(url: str, writer: Writer, *, create: bool = False) -> Store:

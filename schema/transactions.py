@@ -141,10 +141,12 @@ def get_or_add(session: Session, model: type[Row], key: dict[str, Any], values: 
 
     Safe against another process that adds it at the same moment: the loser of the race reads the winner's row.
     """
-    query = select(model).filter_by(**key)
-    existing_key = session.scalars(query).one_or_none()
-    if existing_key is not None:
-        return existing_key
+    row = session.scalars(select(model).filter_by(**key)).one_or_none()
+    return add_or_get(session, model, key, values) if row is None else row
+
+
+def add_or_get(session: Session, model: type[Row], key: dict[str, Any], values: dict[str, Any] | None = None) -> Row:
+    """`get_or_add` for a row that was just looked for, and not found."""
     try:
         with session.begin_nested():
             row = model(**key, **(values or {}))
@@ -152,7 +154,7 @@ def get_or_add(session: Session, model: type[Row], key: dict[str, Any], values: 
             session.flush()
         return row
     except IntegrityError:
-        winner = session.scalars(query).one_or_none()
+        winner = session.scalars(select(model).filter_by(**key)).one_or_none()
         if winner is None:
             raise  # another rule was broken, not the key's
         return winner

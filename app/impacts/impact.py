@@ -15,8 +15,8 @@ from sqlalchemy.orm import Session
 from ...array_types import Floats
 from ...ingest.processing import VALVE_OPENING
 from ...ingest.stored import list_channels, read_channel
+from ...schema.column_kinds import NUMBER, kind_of
 from ...schema.conditions import CHANNEL_COLUMNS
-from ...schema.figures import CHANNEL
 from ...schema.impacts import ChannelFigures, Impact, Pulse, velocity_kind
 from ...schema.listings import Condition, iter_impacts
 from ...schema.provenance import Provenance
@@ -75,7 +75,7 @@ def _pulse(session: Session, pulse: Pulse) -> dict[str, Any]:
 
 
 #: Figures of a channel as they are listed: one number each.
-LISTED_FIGURES = tuple(name for name in CHANNEL if name not in ("largest", "srs_frequency_hz", "srs_maximax_m_s2"))
+LISTED_FIGURES = tuple(column.name for column in ChannelFigures.__table__.columns if kind_of(column) == NUMBER)
 
 
 def without_empty_figures(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:

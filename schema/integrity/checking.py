@@ -19,8 +19,9 @@ from .checks.engine_rules import (
     check_tables,
     check_values,
 )
-from .checks.fingerprints import check_figures, check_fingerprints
+from .checks.fingerprints import check_fingerprints
 from .checks.pulses import check_pulses
+from .checks.rows import check_rows, check_rows_without_bytes
 from .checks.series import check_chunks, check_series
 from .checks.tombstones import check_tombstones
 from .findings import RESTORE, IntegrityFinding, Scope
@@ -37,10 +38,17 @@ _SHARED: tuple[Check, ...] = (
     check_tombstones,
 )
 #: With every byte of every series; and without.
-_THOROUGH: tuple[Check, ...] = (check_database, *_SHARED, check_belonging, check_figures, check_pulses, check_series)
-_FAST: tuple[Check, ...] = (check_pages, *_SHARED, check_belonging, check_chunks)
+_THOROUGH: tuple[Check, ...] = (check_database, *_SHARED, check_rows, check_belonging, check_pulses, check_series)
+_FAST: tuple[Check, ...] = (check_pages, *_SHARED, check_rows_without_bytes, check_belonging, check_chunks)
 #: Of one campaign's own rows.
-_OF_A_CAMPAIGN: tuple[Check, ...] = (check_belonging, check_chunks, check_figures, check_pulses, check_series)
+_OF_A_CAMPAIGN: tuple[Check, ...] = (
+    check_rows,
+    check_rows_without_bytes,
+    check_belonging,
+    check_chunks,
+    check_pulses,
+    check_series,
+)
 
 
 def checks(*, fast: bool = False, of_a_campaign: bool = False) -> tuple[Check, ...]:

@@ -26,10 +26,15 @@ class IntegrityFinding:
     def as_json(self) -> dict[str, Any]:
         return {"check": self.check, **self.place, "message": self.message, "advice": self.advice}
 
-    def __str__(self) -> str:
+    @property
+    def what(self) -> str:
+        """Check, place and message in one line."""
         keys = [key for key in _PLACE if key in self.place] + [key for key in self.place if key not in _PLACE]
         where = ", ".join(f"{key} {self.place[key]}" for key in keys)
-        return f"{self.check}: {where}{': ' if where else ''}{self.message}; {self.advice}"
+        return f"{self.check}: {where}{': ' if where else ''}{self.message}"
+
+    def __str__(self) -> str:
+        return f"{self.what}; {self.advice}"
 
 
 #: A select of any columns, whose types SQLAlchemy's versions write differently.

@@ -18,6 +18,7 @@ from ..impacts import ChannelFigures, DatasetSnapshot, ExtractionSettingsRow, Im
 from ..provenance import CAMPAIGN, Tombstone
 from ..recordings import QualityFinding, RecordedChannel, Recording, SeriesChunk
 from ..run_states import done_runs
+from .content import figures_hashes
 from .part import Keys, Part
 from .returning import pulse_digests
 
@@ -29,8 +30,8 @@ def content_hash(session: Session, part: Part) -> str:
     shots the configuration and the SHA-256 of the figures.
     """
     digest = hashlib.sha256()
-    for kind, query in _queries(part):
-        for row in sorted(session.execute(query), key=repr):
+    for kind, rows in _content(session, part):
+        for row in sorted(rows, key=repr):
             digest.update(f"{kind} {tuple(map(_text, row))!r}\n".encode())
     return digest.hexdigest()
 
@@ -39,23 +40,33 @@ def _text(value: Any) -> str:
     return "" if value is None else str(value)
 
 
-def _queries(part: Part) -> Iterator[tuple[str, Any]]:
+def _content(session: Session, part: Part) -> Iterator[tuple[str, list[tuple[Any, ...]]]]:
     facts = (Campaign.name, Campaign.kind, Campaign.date, Campaign.fingerprint)
-    yield "campaign", select(*facts).where(Campaign.id == part.campaign_id)
+    yield "campaign", _rows_of(session, select(*facts).where(Campaign.id == part.campaign_id))
     files = (Recording.path, Recording.sha256, Recording.status)
-    yield "recording", select(*files).where(Recording.id.in_(part.recordings))
+    yield "recording", _rows_of(session, select(*files).where(Recording.id.in_(part.recordings)))
     channels = select(Recording.path, RecordedChannel.name, RecordedChannel.sha256).join(
         Recording, RecordedChannel.recording_id == Recording.id
     )
-    yield "channel", channels.where(Recording.id.in_(part.recordings))
-    for kind, table, keys in (("impact", Impact, part.impacts), ("shot", Shot, part.shots)):
-        columns = (table.run, table.repetition, Configuration.fingerprint, table.figures_sha256)
-        hits = select(*columns).join(Configuration, table.configuration_id == Configuration.id)
-        yield kind, hits.where(table.id.in_(keys))
-    pulses = select(Impact.run, Impact.repetition, ExtractionSettingsRow.fingerprint, Pulse.figures_sha256)
+    yield "channel", _rows_of(session, channels.where(Recording.id.in_(part.recordings)))
+    tables: tuple[tuple[str, type[Impact] | type[Shot], Keys], ...] = (
+        ("impact", Impact, part.impacts),
+        ("shot", Shot, part.shots),
+    )
+    for kind, table, keys in tables:
+        hashes = figures_hashes(session, table, keys)
+        hits = select(table.id, table.run, table.repetition, Configuration.fingerprint)
+        hits = hits.join(Configuration, table.configuration_id == Configuration.id).where(table.id.in_(keys))
+        yield kind, [(*row, hashes[key]) for key, *row in session.execute(hits)]
+    hashes = figures_hashes(session, Pulse, part.pulses)
+    pulses = select(Pulse.id, Impact.run, Impact.repetition, ExtractionSettingsRow.fingerprint)
     pulses = pulses.join(Impact, Pulse.impact_id == Impact.id)
     pulses = pulses.join(ExtractionSettingsRow, Pulse.settings_id == ExtractionSettingsRow.id)
-    yield "pulse", pulses.where(Pulse.id.in_(part.pulses))
+    yield "pulse", [(*row, hashes[key]) for key, *row in session.execute(pulses.where(Pulse.id.in_(part.pulses)))]
+
+
+def _rows_of(session: Session, query: Any) -> list[tuple[Any, ...]]:
+    return [tuple(row) for row in session.execute(query)]
 
 
 def datasets_on(session: Session, part: Part) -> list[dict[str, Any]]:

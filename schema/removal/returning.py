@@ -14,6 +14,7 @@ from ..campaigns import Campaign, Configuration
 from ..impacts import DatasetSnapshot, ExtractionSettingsRow, Impact, Pulse, Shot, SnapshotPulse
 from ..provenance import RECORDING, Tombstone
 from ..recordings import STORED, Recording
+from .content import figures_hashes
 from .part import Part
 
 
@@ -32,10 +33,9 @@ def pulse_digests(session: Session, part: Part, snapshot: int | None = None) -> 
             Impact.run,
             Impact.repetition,
             Configuration.fingerprint,
-            Impact.figures_sha256,
-            Shot.figures_sha256,
+            Impact.id,
+            Shot.id,
             ExtractionSettingsRow.fingerprint,
-            Pulse.figures_sha256,
         )
         .join(Impact, Pulse.impact_id == Impact.id)
         .join(Campaign, Impact.campaign_id == Campaign.id)
@@ -48,11 +48,17 @@ def pulse_digests(session: Session, part: Part, snapshot: int | None = None) -> 
     if snapshot is not None:
         query = query.join(SnapshotPulse, SnapshotPulse.pulse_id == Pulse.id)
         query = query.where(SnapshotPulse.snapshot_id == snapshot)
-    return {row[0]: _digest(row) for row in session.execute(query.order_by(Pulse.id))}
-
-
-def _digest(row: Any) -> str:
-    return hashlib.sha256(repr(tuple(row)[1:]).encode()).hexdigest()[:32]
+    shots = select(Shot.id).where(Shot.campaign_id == part.campaign_id)
+    impact_hashes = figures_hashes(session, Impact, part.impacts)
+    shot_hashes = figures_hashes(session, Shot, shots)
+    pulse_hashes = figures_hashes(session, Pulse, part.pulses)
+    digests = {}
+    for row in session.execute(query.order_by(Pulse.id)):
+        pulse, *facts, impact_id, shot_id, extraction = row
+        hit_hashes = (impact_hashes[impact_id], shot_hashes.get(shot_id))
+        content = (*facts, *hit_hashes, extraction, pulse_hashes[pulse])
+        digests[pulse] = hashlib.sha256(repr(content).encode()).hexdigest()[:32]
+    return digests
 
 
 def restore_references(session: Session, part: Part, written_by: int) -> dict[str, int]:

@@ -14,21 +14,10 @@ from sqlalchemy import BigInteger, Column, ColumnElement, Connection, Engine, Ta
 from sqlalchemy.exc import DBAPIError
 
 from ..access.permissions import refusal
+from ..column_kinds import INTEGER, JSON_TEXT, NUMBER, TEXT, kind_of
 from ..engine import StoreError, describe
 from ..migrate import MIGRATION_LOCK, make_within
-from ..rows import (
-    INTEGER,
-    JSON_TEXT,
-    NUMBER,
-    TEXT,
-    Progress,
-    ProgressBar,
-    TableDigest,
-    iter_batches,
-    kind_of,
-    load,
-    set_sequences,
-)
+from ..rows import Progress, ProgressBar, TableDigest, iter_batches, load, set_sequences
 from ..session import Store
 from ..tables import metadata
 

@@ -19,15 +19,18 @@ from sqlalchemy.orm import Session
 from sqlalchemy.pool import NullPool
 
 from .. import migrate
+from ..campaign_rows import members
 from ..campaigns import Campaign
 from ..engine import StoreError, StoreVersionError, first_line, make_engine
-from ..integrity.checking import checks, iter_findings
+from ..integrity.checking import Check, checks, iter_findings
 from ..integrity.checks.cross_table_rules import check_belonging
 from ..integrity.checks.engine_rules import check_database, check_references, check_values
 from ..integrity.checks.fingerprints import check_fingerprints
 from ..integrity.checks.json_columns import check_names
 from ..integrity.checks.pulses import check_pulses
+from ..integrity.checks.rows import check_rows
 from ..integrity.checks.series import check_series
+from ..integrity.findings import IntegrityFinding
 from ..listings import get_campaign_id
 from ..provenance import Provenance
 from ..removal.part import campaign_part
@@ -36,7 +39,7 @@ from ..rows import Progress, ProgressBar, TableDigest, Values, iter_batches, loa
 from ..session import Store
 from ..tables import metadata
 from .copying import initialise_store, verify
-from .merge_rules import WRITERS, members
+from .merge_rules import WRITERS
 
 
 def export_campaign(store: Store, campaign: str, out: Path, progress: Progress | None = None) -> dict[str, int]:
@@ -101,17 +104,11 @@ def _noting(batches: Iterator[Sequence[Values]], at: int, seen: set[int]) -> Ite
         yield batch
 
 
-#: In this order: what a later check takes for granted, an earlier one has seen to.
-_CHECKS = (
-    check_database,
-    check_values,
-    check_names,
-    check_references,
-    check_fingerprints,
-    check_belonging,
-    check_pulses,
-    check_series,
-)
+#: What reading the rows takes for granted, in this order.
+_FORM: tuple[Check, ...] = (check_database, check_values, check_names, check_references)
+_CONTENT: tuple[Check, ...] = (check_rows, check_fingerprints, check_belonging, check_pulses, check_series)
+#: Findings that a refusal names.
+_MOST_FINDINGS = 10
 #: Bytes of one value: far above the largest frame or report, far below what would fill a memory.
 _LONGEST_VALUE = 64 * 2**20
 _OWN_TABLES = frozenset({"alembic_version", "sqlite_stat1", "sqlite_stat4"})
@@ -130,8 +127,8 @@ def opened_file(file: Path, progress: Progress | None = None) -> Iterator[Connec
         with engine.connect() as connection:
             connection.execute(text("BEGIN"))
             _refuse_other_schema(connection, file)
-            for finding in iter_findings(connection, _CHECKS, progress=progress):
-                raise ForeignFileError(f"{file} is refused: {finding}")
+            for chosen in (*((check,) for check in _FORM), _CONTENT):
+                _refuse_damaged_file(file, list(iter_findings(connection, chosen, progress=progress)))
             yield connection
     except DBAPIError as error:
         raise ForeignFileError(
@@ -139,6 +136,18 @@ def opened_file(file: Path, progress: Progress | None = None) -> Iterator[Connec
         ) from error
     finally:
         engine.dispose()
+
+
+def _refuse_damaged_file(file: Path, findings: Sequence[IntegrityFinding]) -> None:
+    if not findings:
+        return
+    lines = [finding.what for finding in findings[:_MOST_FINDINGS]]
+    if len(findings) > _MOST_FINDINGS:
+        lines.append(f"and {len(findings) - _MOST_FINDINGS} further findings")
+    raise ForeignFileError(
+        f"{file} is refused, and nothing of it was stored: {'; '.join(lines)}; ask for another export, or take the "
+        "file from its backup"
+    )
 
 
 def _connected(file: Path) -> sqlite3.Connection:

@@ -1,4 +1,4 @@
-"""Which rows belong to a campaign, by what a row from elsewhere is known here, and what must agree where it is."""
+"""By what a row from elsewhere is known here, and what must agree where it is."""
 
 from __future__ import annotations
 
@@ -6,13 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import ColumnElement, Select, Table, or_, select, union
+from sqlalchemy import Table
 
-from ..benches import Gun, Hammer, Material, MaterialAlias, ModalTable, Mode, ModeShape, Plate
-from ..campaigns import Campaign, Configuration, ConfigurationLevel, Factor, FactorLevel, Plan, PlannedRun
-from ..diagnoses import Diagnosis
-from ..impacts import ChannelFigures, ExtractionSettingsRow, Impact, Pulse, Shot
-from ..recordings import QualityFinding, RecordedChannel, Recording, SeriesChunk
 from ..tables import metadata
 
 #: A row as it is stored, its references those of the store that takes it.
@@ -94,61 +89,3 @@ RULES = (
 STAY_BEHIND = frozenset({"dataset_snapshots", "snapshot_pulses", "twin_configurations", "jobs", "tombstones"})
 #: Follows from the rows that were taken: who wrote them.
 WRITERS = "provenance"
-
-
-def members(campaign: int) -> dict[str, ColumnElement[bool]]:
-    """The rows of the campaign with this key, as a condition on each table; the writers' are left open."""
-    own = Campaign.id == campaign
-    plates = select(Campaign.plate_id).where(own)
-    tables = select(Plate.modal_table_id).where(Plate.id.in_(plates))
-    modes = select(Mode.id).where(Mode.table_id.in_(tables))
-    recordings = select(Recording.id).where(Recording.campaign_id == campaign)
-    channels = select(RecordedChannel.id).where(RecordedChannel.recording_id.in_(recordings))
-    impacts = select(Impact.id).where(Impact.campaign_id == campaign)
-    runs = _of_hits(campaign, "planned_run_id")
-    plans = select(PlannedRun.plan_id).where(PlannedRun.id.in_(runs))
-    planned = select(PlannedRun.configuration_id).where(PlannedRun.plan_id.in_(plans))
-    configurations = or_(Configuration.id.in_(_of_hits(campaign, "configuration_id")), Configuration.id.in_(planned))
-    chosen = ConfigurationLevel.configuration_id.in_(select(Configuration.id).where(configurations))
-    levels = select(ConfigurationLevel.level_id).where(chosen)
-    factors = select(FactorLevel.factor_id).where(FactorLevel.id.in_(levels))
-    materials = or_(
-        Material.id.in_(select(FactorLevel.material_id).where(FactorLevel.id.in_(levels))),
-        Material.id.in_(select(Plate.material_id).where(Plate.id.in_(plates))),
-    )
-    pulses = Pulse.impact_id.in_(impacts)
-    return {
-        "campaigns": own,
-        "guns": Gun.id.in_(select(Campaign.gun_id).where(own)),
-        "hammers": Hammer.id.in_(select(Campaign.hammer_id).where(own)),
-        "plates": Plate.id.in_(plates),
-        "modal_tables": ModalTable.id.in_(tables),
-        "modes": Mode.table_id.in_(tables),
-        "mode_shapes": ModeShape.mode_id.in_(modes),
-        "materials": materials,
-        "material_aliases": MaterialAlias.material_id.in_(select(Material.id).where(materials)),
-        "configurations": configurations,
-        "configuration_levels": chosen,
-        "factor_levels": FactorLevel.id.in_(levels),
-        "factors": Factor.id.in_(factors),
-        "plans": Plan.id.in_(plans),
-        "planned_runs": PlannedRun.plan_id.in_(plans),
-        "recordings": Recording.campaign_id == campaign,
-        "channels": RecordedChannel.recording_id.in_(recordings),
-        "series_chunks": SeriesChunk.channel_id.in_(channels),
-        "impacts": Impact.campaign_id == campaign,
-        "pulses": pulses,
-        "channel_figures": ChannelFigures.impact_id.in_(impacts),
-        "extraction_settings": ExtractionSettingsRow.id.in_(select(Pulse.settings_id).where(pulses)),
-        "shots": Shot.campaign_id == campaign,
-        "quality_findings": QualityFinding.recording_id.in_(recordings),
-        "diagnoses": Diagnosis.campaign_id == campaign,
-    }
-
-
-def _of_hits(campaign: int, column: str) -> Select[Any]:
-    """What the campaign's impacts and shots point at."""
-    both = union(
-        *(select(getattr(table, column).label("key")).where(table.campaign_id == campaign) for table in (Impact, Shot))
-    ).subquery()
-    return select(both.c.key).where(both.c.key.is_not(None))

@@ -22,7 +22,9 @@ from ..impacts import Impact, Pulse, Shot
 from ..provenance import Provenance
 from ..recordings import Recording
 from ..removal.returning import settle_imported
-from ..rows import Progress, iter_batches, load, reserve_keys, stored_columns
+from ..row_hashes import ROW_SHA256, row_hash
+from ..row_keys import reserve_keys
+from ..rows import Progress, iter_batches, load, stored_columns
 from ..session import Store
 from ..tables import metadata
 from .export import ForeignFileError, opened_file
@@ -181,6 +183,7 @@ class Merge:
                 row["id"] = key
         for row in rows:
             row["written_by_id"] = self._writer(row["written_by_id"])
+            row[ROW_SHA256] = row_hash(rule.of, row)
         load(self._target, rule.of, [[list(row.values()) for row in rows]])
         self.added[rule.table] += len(rows)
 
@@ -193,12 +196,14 @@ class Merge:
     def _writer_here(self, key: int) -> int:
         table = metadata.tables[WRITERS]
         row = self._origin.execute(select(table).where(Provenance.id == key)).mappings().one()
-        content = {name: value for name, value in row.items() if name != "id"}
+        content = {name: value for name, value in row.items() if name not in ("id", ROW_SHA256)}
         here = self._target.scalar(select(Provenance.id).filter_by(**content).limit(1))
         if here is not None:
             return int(here)
         (new_key,) = reserve_keys(self._target, table, 1)
-        load(self._target, table, [[[{**content, "id": new_key}[column.name] for column in table.columns]]])
+        new = {**content, "id": new_key}
+        new[ROW_SHA256] = row_hash(table, new)
+        load(self._target, table, [[[new[column.name] for column in table.columns]]])
         return new_key
 
 

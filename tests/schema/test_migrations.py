@@ -57,7 +57,7 @@ def _unsound(store):
         return [(each.check, each.message) for each in iter_findings(session.connection(), checks())]
 
 
-def test_figures_that_were_stored_before_they_were_hashed_are_hashed_by_the_upgrade(database_url, tmp_path):
+def test_rows_that_were_stored_before_they_were_hashed_are_hashed_by_the_upgrade(database_url, tmp_path):
     ingested(database_url, gun_campaign(tmp_path / "gun"), hammer_campaign(tmp_path / "hammer"))
     engine = make_engine(database_url)
     migrate.downgrade(engine, "0006")
@@ -99,7 +99,7 @@ def test_diagnosis_of_an_older_store_says_to_diagnose_again(old_store):
     assert len(drawn) == (0 if older else 1)
 
 
-def test_figures_of_an_older_store_are_hashed_and_an_altered_one_is_found(old_store, tmp_path):
+def test_rows_of_an_older_store_are_hashed_and_an_altered_one_is_found(old_store, tmp_path):
     copy = shutil.copy(old_store.removeprefix("sqlite:///"), tmp_path)
     with open_store(f"sqlite:///{copy}", WRITER) as store:
         assert _unsound(store) == []
@@ -107,8 +107,23 @@ def test_figures_of_an_older_store_are_hashed_and_an_altered_one_is_found(old_st
             connection.exec_driver_sql("UPDATE pulses SET peak_force_n = peak_force_n + 1 WHERE id = 2")
             connection.exec_driver_sql("UPDATE shots SET measured_velocity_m_s = 1 WHERE id = 3")
         problems = _unsound(store)
-        assert sorted(check for check, _ in problems) == ["figures", "pulses"]
-        assert all("a figure was altered" in message for _, message in problems)
+        assert [check for check, _ in problems] == ["rows", "rows"]
+        assert all("the row was altered" in message for _, message in problems)
+
+
+def test_figures_that_were_altered_before_rows_were_hashed_stay_findings_after_the_upgrade(database_url, tmp_path):
+    ingested(database_url, gun_campaign(tmp_path / "gun"), hammer_campaign(tmp_path / "hammer"))
+    engine = make_engine(database_url)
+    migrate.downgrade(engine, "0010")
+    with engine.begin() as connection:
+        connection.exec_driver_sql("UPDATE pulses SET peak_force_n = peak_force_n + 1 WHERE id = 2")
+        connection.exec_driver_sql("UPDATE shots SET measured_velocity_m_s = 1 WHERE id = 1")
+    migrate.upgrade(engine)
+    engine.dispose()
+    with open_store(database_url, WRITER) as store, store.reading() as session:
+        findings = list(iter_findings(session.connection(), checks()))
+    assert [(finding.place["table"], finding.place["row"]) for finding in findings] == [("pulses", "2"), ("shots", "1")]
+    assert all("a figure was altered before the store was upgraded" in finding.message for finding in findings)
 
 
 def test_every_migration_has_a_way_back(database_url):

@@ -25,7 +25,8 @@ from sqlalchemy import (
     text,
 )
 
-from ...rows import BYTES, DAY, INTEGER, JSON_TEXT, NUMBER, TEXT, TIME, TRUTH, iter_lagging, kind_of
+from ...column_kinds import BYTES, DAY, INTEGER, JSON_TEXT, NUMBER, TEXT, TIME, TRUTH, kind_of
+from ...rows import iter_lagging
 from ...tables import metadata
 from ..findings import RESTORE, IntegrityFinding, Scope
 

@@ -1,27 +1,21 @@
-"""Rows that are known by a hash of their content have that content: else two things would be taken for one. The figures
-of impacts, shots and acceleration channels are those that were written."""
+"""Rows that are known by a hash of their content have that content: else two things would be taken for one."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from itertools import groupby
 from typing import Any
 
 from sqlalchemy import Connection, Table, select
 
-from ... import figures
-from ...base import from_plain
 from ...benches import Gun, Hammer, Material, ModalTable, Mode, ModeShape, Plate
-from ...campaigns import Campaign, Configuration, ConfigurationLevel, Factor, FactorLevel
-from ...impacts import ChannelFigures, ExtractionSettingsRow, Impact, Shot
-from ...recordings import RecordedChannel
-from ...rows import stored_columns
-from ...tables import metadata
+from ...campaigns import Configuration, ConfigurationLevel, Factor, FactorLevel
+from ...impacts import ExtractionSettingsRow
+from ...row_hashes import ROW_SHA256
 from ...transactions import fingerprint_of
 from ..findings import RESTORE, IntegrityFinding, Scope
 
-_NOT_CONTENT = ("id", "fingerprint", "written_by_id")
+_NOT_CONTENT = ("id", "fingerprint", "written_by_id", ROW_SHA256)
 
 
 def check_fingerprints(connection: Connection, _: Scope) -> Iterator[IntegrityFinding]:
@@ -91,59 +85,3 @@ def _settings(connection: Connection) -> Iterator[tuple[int, str, object]]:
     columns = (ExtractionSettingsRow.id, ExtractionSettingsRow.fingerprint, ExtractionSettingsRow.code_version)
     for key, fingerprint, *content in connection.execute(select(*columns, ExtractionSettingsRow.settings)):
         yield key, fingerprint, content
-
-
-_PAGE = 2000
-_OF: tuple[tuple[type[Impact] | type[Shot], tuple[str, ...]], ...] = ((Impact, figures.IMPACT), (Shot, figures.SHOT))
-#: Are read as they are stored: a text that need not be JSON.
-_LISTS = ("force_points_n", "srs_frequency_hz", "srs_maximax_m_s2")
-
-
-def check_figures(connection: Connection, scope: Scope) -> Iterator[IntegrityFinding]:
-    """Impacts, shots and acceleration channels whose figures (velocities, pressures, masses, peaks) have another
-    SHA-256 than the recorded one."""
-    for table, columns in _OF:
-        own = [getattr(table, name) for name in ("id", "figures_sha256", *columns)]
-        query = select(Campaign.name.label("campaign"), *own).join(Campaign, table.campaign_id == Campaign.id)
-        rows = scope.iter_rows(connection, query, table.campaign_id, table.id, _PAGE)
-        yield from _altered(rows, columns, table.__tablename__)
-    channels = metadata.tables[ChannelFigures.__tablename__]
-    wanted = ("id", "figures_sha256", *figures.CHANNEL)
-    own = [column for column in stored_columns(channels) if column.name in wanted]
-    place = (Campaign.name.label("campaign"), Impact.run, Impact.repetition, RecordedChannel.name.label("channel"))
-    query = select(*place, *own).join_from(channels, Impact, channels.c.impact_id == Impact.id)
-    query = query.join(Campaign, Impact.campaign_id == Campaign.id)
-    query = query.join(RecordedChannel, channels.c.channel_id == RecordedChannel.id)
-    rows = scope.iter_rows(connection, query, Impact.campaign_id, channels.c.id, _PAGE)
-    yield from _altered(rows, figures.CHANNEL, channels.name)
-
-
-def _altered(rows: Iterable[Any], columns: tuple[str, ...], table: str) -> Iterator[IntegrityFinding]:
-    for row in rows:
-        figures_of_row = dict(row._mapping)
-        problem = figures_problem(figures_of_row, columns)
-        if problem is not None:
-            names = [name for name in ("campaign", "run", "repetition", "channel") if name in figures_of_row]
-            place = {name: figures_of_row[name] for name in names}
-            yield IntegrityFinding("figures", problem, RESTORE, {**place, "table": table})
-
-
-def figures_problem(row: Mapping[str, Any], columns: tuple[str, ...]) -> str | None:
-    """What is wrong with the figures of a row beside their SHA-256; None where they are those that were written."""
-    recorded = row["figures_sha256"]
-    if recorded is None:
-        return "its row does not say the SHA-256 of its figures"
-    computed_hash = figures.figures_hash(_decoded(row), columns)
-    if computed_hash == recorded:
-        return None
-    return f"a figure was altered: its figures have the SHA-256 {computed_hash[:12]}…, its row says {recorded[:12]}…"
-
-
-def _decoded(row: Mapping[str, Any]) -> Mapping[str, Any]:
-    decoded = dict(row)
-    for name in _LISTS:
-        try:
-            decoded[name] = from_plain(json.loads(row[name]))
-        except (KeyError, TypeError, ValueError):
-            continue
-    return decoded

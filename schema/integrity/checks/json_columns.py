@@ -11,7 +11,8 @@ from typing import Any
 from sqlalchemy import Column, Connection, select
 
 from ...base import from_plain
-from ...rows import JSON_TEXT, iter_batches, kind_of
+from ...column_kinds import JSON_TEXT, kind_of
+from ...rows import iter_batches
 from ...tables import metadata
 from ..findings import IntegrityFinding, Scope
 

@@ -20,7 +20,9 @@ from pyroshock.schema.impacts import Impact
 from pyroshock.schema.jobs import Job
 from pyroshock.schema.provenance import Tombstone
 from pyroshock.schema.recordings import QualityFinding, RecordedChannel, Recording
+from pyroshock.schema.row_sealing import seal_table
 from pyroshock.schema.session import Store
+from pyroshock.schema.tables import metadata
 from pyroshock.schema.transfer.copying import copy_store
 from sqlalchemy import select, text
 
@@ -128,8 +130,11 @@ def copied(source: str, target: str, progress: Callable[[int, int, str], None] |
         engine.dispose()
 
 
-def execute(url: str, *statements: str, keys: bool = True, **values: Any) -> None:
-    """SQL that no rule of ours sees; in SQLite with foreign keys switched off where `keys` is False."""
+def execute(url: str, *statements: str, keys: bool = True, sealed: bool = False, **values: Any) -> None:
+    """SQL that no rule of ours sees; in SQLite with foreign keys switched off where `keys` is False.
+
+    With `sealed`, the rows get the hashes of what they hold now: as one would do who forges.
+    """
     engine = make_engine(url)
     with engine.connect() as connection:
         if not keys:
@@ -137,6 +142,9 @@ def execute(url: str, *statements: str, keys: bool = True, **values: Any) -> Non
         with connection.begin():
             for statement in statements:
                 connection.execute(text(statement), values)
+            if sealed:
+                for table in metadata.sorted_tables:
+                    seal_table(connection, table)
     engine.dispose()
 
 

@@ -22,8 +22,8 @@ from pyroshock.schema.tables import metadata
 from sqlalchemy import event, func, select, text
 from sqlalchemy.orm import Session
 
-#: When and by whom, not what.
-_NOT_CONTENT = ("id", "written_by_id", "extracted_at")
+#: When and by whom, not what; the hash is of these, too.
+_NOT_CONTENT = ("id", "written_by_id", "extracted_at", "row_sha256")
 
 CLI = [sys.executable, "-c", "from pyroshock.app.cli.main import main; main()"]
 
