@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from alembic.script import ScriptDirectory
 
 #: The revision that this software reads and writes: the newest in `migrations/versions` (a test holds it to that).
-HEAD = "0011"
+HEAD = "0012"
 #: Who makes or moves a store on PostgreSQL holds it. Any number will do that no other program on the server takes.
 MIGRATION_LOCK = 0x5EED
 

@@ -102,7 +102,9 @@ def test_an_altered_cell_of_every_populated_column_is_named(full_store):
     """Each in a row of its own where the table has as many, so that one check finds them all."""
     assert findings_of(full_store) == []
     columns = populated(full_store)
-    empty = {f"{c.table.name}.{c.name}" for table in metadata.sorted_tables for c in table.columns} - set(map(str, columns))
+    empty = {f"{c.table.name}.{c.name}" for table in metadata.sorted_tables for c in table.columns} - set(
+        map(str, columns)
+    )
     assert empty == set()
     found, missed = Counter(), []
     engine_name = full_store.partition(":")[0].partition("+")[0]
