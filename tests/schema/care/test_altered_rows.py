@@ -3,20 +3,17 @@ flipped in a file: none that changes a row is missed."""
 
 from __future__ import annotations
 
-import random
 import shutil
-import sqlite3
 from collections import Counter
-from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import pytest
 from pyroshock.schema.column_kinds import BYTES, DAY, INTEGER, JSON_TEXT, NUMBER, TEXT, TIME, TRUTH, kind_of
-from pyroshock.schema.engine import StoreError, make_engine
+from pyroshock.schema.engine import make_engine
 from pyroshock.schema.integrity.checking import checks, iter_findings
 from pyroshock.schema.tables import metadata
-from sqlalchemy import func, select, text
+from sqlalchemy import select, text
 from support.stores.full_stores import fill_every_column
 from support.stores.stores import opened
 
