@@ -26,8 +26,9 @@ CHANGED_COLUMNS = {
     "pulses": ("current", *_BY_SOFTWARE),
     "campaigns": ("fingerprint", "gun_id", "hammer_id", "plate_id", *_BY_SOFTWARE),
 }
-#: Figures that are computed from the samples, and replaced when they are computed anew.
-DELETED_FROM = ("channel_figures",)
+#: Figures that are computed from the samples, and replaced when they are computed anew; and versions of models that are
+#: deleted in their registry.
+DELETED_FROM = ("channel_figures", "registered_versions")
 #: Functions of the store that an operator may call, with the types of their arguments.
 FUNCTIONS = (
     "pyroshock_delete_set_aside(integer)",

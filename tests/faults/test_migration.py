@@ -144,7 +144,8 @@ COMMAND_LINES = (
     "campaigns restore target.csv", "runs discard spring 1.npz --reason r",
     "runs replace spring 1.npz --from . --reason r",
     "plans list", "datasets list", "diagnoses list",
-    "db upgrade", "db backup kept", "db export spring --out spring.pyroshock", "db import target.csv", "plan quality autumn", "plan list",
+    "db backup kept", "models recover",
+    "db upgrade", "db export spring --out spring.pyroshock", "db import target.csv", "plan quality autumn", "plan list",
 )  # fmt: skip
 #: These open no store, or one of their own.
 WITHOUT_STORE = {"calibrate", "models", "srs", "blind-check", "demo"}

@@ -12,9 +12,10 @@ import tempfile
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr
+from datetime import UTC, datetime
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ...schema.transactions import is_transient, retry
 from ..estimators.base import SettingValue
@@ -73,6 +74,25 @@ class Registry:
             version = version_from(v.name, number, v.run_id, v.creation_timestamp, tags, of_set)
             records += [version, *further_splits(version, tags)]
         return in_order(records)
+
+    @patient
+    def recorded(self) -> list[dict[str, Any]]:
+        """What the registry says of each version: `name`, `version`, `run_id`, `model_id`, `registered_at`, `tags`."""
+        if self.connection.nothing_there:
+            return []
+        with self.connection.client() as client:
+            rows = [v for v in client.search_model_versions(max_results=10_000) if TASK_TAG in v.tags]
+        return [
+            {
+                "name": v.name,
+                "version": int(v.version),
+                "run_id": v.run_id,
+                "model_id": v.model_id or str(v.source).removeprefix("models:/"),
+                "registered_at": datetime.fromtimestamp(v.creation_timestamp / 1000, UTC),
+                "tags": dict(v.tags),
+            }
+            for v in rows
+        ]
 
     def champion(self, predictor_set: str) -> Version | None:
         """The version in use for impacts described by this predictor set, or None."""
@@ -369,7 +389,8 @@ class Registry:
         if not uri.startswith("file:"):
             return Path(mlflow.artifacts.download_artifacts(artifact_uri=uri, dst_path=str(room)))
         path = Path(uri.removeprefix("file://"))
-        parts = path.parts[path.parts.index("models") :] if "models" in path.parts else path.parts[-3:]
+        own = path.parts[-2:] if path.name == "artifacts" else path.parts[-3:]  # of a run, whole or one file
+        parts = path.parts[path.parts.index("models") :] if "models" in path.parts else own
         for candidate in (path, self.place.folder.joinpath(*parts)):
             if candidate.exists():
                 return candidate

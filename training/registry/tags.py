@@ -42,7 +42,7 @@ ORDER_TAG = PREFIX + "order"
 #: The same for every split of one training.
 TRAINING_TAG = PREFIX + "training"
 #: Start of the tags that hold the records of further splits.
-_SPLIT_TAG = PREFIX + "split."
+SPLIT_TAG = PREFIX + "split."
 
 #: When a version was made champion, the last time.
 PROMOTED_TAG = PREFIX + "promoted_at"
@@ -112,12 +112,12 @@ def split_tag(
         "model_id": model_id,
         "registered_at": seconds,
     }
-    return _SPLIT_TAG + digest, json.dumps(record)
+    return SPLIT_TAG + digest, json.dumps(record)
 
 
 def further_splits(version: Version, tags: Mapping[str, str]) -> list[Version]:
     """The records of a version's further splits, from the tags of the version."""
-    records = [json.loads(text) for name, text in tags.items() if name.startswith(_SPLIT_TAG)]
+    records = [json.loads(text) for name, text in tags.items() if name.startswith(SPLIT_TAG)]
     return [
         replace(
             version,

@@ -1,4 +1,5 @@
-"""append-only records: operators add recordings, calibrations and samples, and change or delete none
+"""append-only records: operators add recordings, calibrations and samples, and change or delete none; and the list of
+registered versions of models, so that a registry that is lost is told
 
 On PostgreSQL, three functions do what the software itself must change as an operator, each within what it checks: they
 run with their owner's rights, name every object by its schema, and look up nothing else but in pg_catalog.
@@ -6,6 +7,7 @@ run with their owner's rights, name every object by its schema, and look up noth
 
 from __future__ import annotations
 
+import sqlalchemy as sa
 from alembic import op
 
 revision = "0012"
@@ -73,14 +75,20 @@ _CHANGED = ("recordings", "channels", "series_chunks", "quality_findings", "impa
 _DELETED_FROM = ("recordings", "series_chunks")
 
 
+_TABLE = "registered_versions"
+_UNSEALED = sa.text("row_sha256 = 'unsealed'")
+
+
 def upgrade() -> None:
     connection = op.get_bind()
     if connection.dialect.name != "postgresql":
+        _create_table()
         return
     from pyroshock.schema.access.permissions import missing_roles
     from pyroshock.schema.access.roles import act_as_owner, grant_rights, names_in, run
 
     act_as_owner(connection)
+    _create_table()
     names = names_in(connection)
     for function in _FUNCTIONS:
         run(connection, function, names)
@@ -90,8 +98,39 @@ def upgrade() -> None:
         grant_rights(connection)
 
 
+def _create_table() -> None:
+    op.create_table(
+        _TABLE,
+        sa.Column("label", sa.String(), nullable=False),
+        sa.Column("name", sa.String(), nullable=False),
+        sa.Column("version", sa.Integer(), nullable=False),
+        sa.Column("dataset", sa.String(), nullable=False),
+        sa.Column("dataset_hash", sa.String(), nullable=False),
+        sa.Column("sha256", sa.String(), nullable=False),
+        sa.Column("registry_address", sa.String(), nullable=False),
+        sa.Column("registered_at", sa.DateTime(timezone=True), nullable=False),
+        sa.Column("record", sa.JSON(), nullable=False),
+        sa.Column("id", sa.Integer(), nullable=False),
+        sa.Column("written_by_id", sa.Integer(), nullable=False),
+        sa.Column("row_sha256", sa.String(), nullable=True),
+        sa.CheckConstraint("version > 0", name=op.f("ck_registered_versions_version_positive")),
+        sa.CheckConstraint("length(sha256) = 64", name=op.f("ck_registered_versions_sha256_length")),
+        sa.CheckConstraint("length(dataset_hash) = 64", name=op.f("ck_registered_versions_dataset_hash_length")),
+        sa.ForeignKeyConstraint(
+            ["written_by_id"], ["provenance.id"], name=op.f("fk_registered_versions_written_by_id_provenance")
+        ),
+        sa.PrimaryKeyConstraint("id", name=op.f("pk_registered_versions")),
+        sa.UniqueConstraint("label", "sha256", name=op.f("uq_registered_versions_label_sha256")),
+    )
+    op.create_index("ix_registered_versions_dataset_hash", _TABLE, ["dataset_hash"])
+    op.create_index(
+        "ix_registered_versions_unsealed", _TABLE, ["id"], sqlite_where=_UNSEALED, postgresql_where=_UNSEALED
+    )
+
+
 def downgrade() -> None:
     connection = op.get_bind()
+    op.drop_table(_TABLE)
     if connection.dialect.name != "postgresql":
         return
     from pyroshock.schema.access.permissions import missing_roles
