@@ -5,6 +5,8 @@ BIN := .venv/bin
 PYTEST := $(BIN)/python -m pytest
 PIP := $(BIN)/python -m pip -qq
 CLEAN := $(BIN)/python tools/clean_environment.py
+# Exactly the packages that are listed, with the content that is listed (requirements/, made by `make lock`).
+LOCKED := $(PIP) install --require-hashes --no-deps -r
 
 # Old pip applies the first to build environments too, new pip wants the second for them.
 export PIP_CONSTRAINT := constraints.txt
@@ -15,7 +17,7 @@ export PIP_ROOT_USER_ACTION := ignore
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-fresh fuzz mutants test-clients test-faults test-slow test-browser screenshots page-pictures gallery bench bench-full bench-models bench-tuning bench-scale blind-check coverage check format format-check lint types imports licences audit docs notebooks links docs-links clean
+.PHONY: help lock setup demo test test-fresh fuzz mutants test-clients test-faults test-slow test-browser screenshots page-pictures gallery bench bench-full bench-models bench-tuning bench-scale blind-check coverage check format format-check lint types imports licences audit docs notebooks links docs-links clean
 
 help: ## list these commands
 	@grep -hE '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)/make \1	\2/' | expand -t 18
@@ -162,23 +164,33 @@ $(SHARED_BY_TESTS:%=.cache/mypy/%):
 	@mkdir -p $(@D)
 	@ln -sfn ../../tests/$(@F) $@
 
-.venv/.pyroshock-run: pyproject.toml constraints.txt
+LOCKER := uv==0.13.9
+
+lock: ## requirements/ anew from pyproject.toml and constraints.txt: after a dependency was added or raised; needs an index
+	@$(PYTHON) -m venv .cache/locker && PIP_CONSTRAINT= .cache/locker/bin/python -m pip -qq install $(LOCKER)
+	@$(PYTHON) -m tools.lock .cache/locker/bin/uv
+
+.venv/.pyroshock-run: pyproject.toml constraints.txt requirements/run.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 	  version=$$($(PYTHON) -V 2>/dev/null); \
 	  echo "pyroshock needs Python 3.11 or newer; '$(PYTHON)' is $${version:-no Python}: name another, make PYTHON=python3.12"; \
 	  exit 1; } >&2
 	@echo "Installing pyroshock into .venv; the first time takes a few minutes."
 	@$(PYTHON) -m venv .venv
-	@$(PIP) install -e .
+	@$(LOCKED) requirements/run.txt
+	@$(PIP) install --no-deps --no-build-isolation -e .
 	@touch $@
 
-.venv/.pyroshock-models: .venv/.pyroshock-run
+# PyTorch's build without GPU libraries where it is to be had; the other one needs more to be imported at all.
+.venv/.pyroshock-models: .venv/.pyroshock-run requirements/models.txt
 	@echo "Installing the extra for models; the first time takes a few minutes."
-	@$(PIP) install -e '.[models]'
+	@$(LOCKED) requirements/cpu.txt 2>/dev/null || true
+	@$(LOCKED) requirements/models.txt
+	@if $(BIN)/python -m pip check | grep -qE '^torch .* requires (nvidia|cuda|triton)'; then $(LOCKED) requirements/cuda.txt; fi
 	@touch $@
 
-.venv/.pyroshock-test: .venv/.pyroshock-run
-	@$(PIP) install -e '.[test]'
+.venv/.pyroshock-test: .venv/.pyroshock-models requirements/test.txt
+	@$(LOCKED) requirements/test.txt
 	@touch $@
 
 # What does not go with our packages has an environment of its own: QCoDeS brings notebooks, endaq a package named `tests`.
@@ -194,10 +206,10 @@ MISSING := echo "bench: not every peer could be installed; the rows say which ar
 	done
 	@touch $@
 
-.venv/.pyroshock-fuzz: .venv/.pyroshock-test
-	@$(PIP) install -e '.[fuzz]'
+.venv/.pyroshock-fuzz: .venv/.pyroshock-test requirements/fuzz.txt
+	@$(LOCKED) requirements/fuzz.txt
 	@touch $@
 
-.venv/.pyroshock-dev: .venv/.pyroshock-test
-	@$(PIP) install -e '.[dev]'
+.venv/.pyroshock-dev: .venv/.pyroshock-test requirements/dev.txt
+	@$(LOCKED) requirements/dev.txt
 	@touch $@

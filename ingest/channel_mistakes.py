@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import delete, select
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from ..schema.access.append_only import withdraw_findings
 from ..schema.campaigns import Campaign
 from ..schema.impacts import Impact, Pulse
 from ..schema.recordings import QualityFinding, RecordedChannel, Recording
@@ -84,8 +85,7 @@ def _write(
     present: set[Place],
 ) -> None:
     for recording, _ in sorted(withdrawn):
-        old = (QualityFinding.recording_id == recording, QualityFinding.check == OTHER_SIGN)
-        session.execute(delete(QualityFinding).where(*old))
+        withdraw_findings(session.connection(), recording, OTHER_SIGN)
     rows: list[dict[str, object]] = [
         {
             "recording_id": recording,

@@ -7,9 +7,10 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import delete, func, select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from ..schema.access.append_only import delete_set_aside
 from ..schema.campaigns import Campaign
 from ..schema.provenance import CAMPAIGN, Tombstone
 from ..schema.recordings import SET_ASIDE, Recording
@@ -50,11 +51,9 @@ def store_rejected(session: Session, campaign: Campaign, file: CampaignFile, ite
 
 def delete_rejected(session: Session, campaign: Campaign, path: str) -> None:
     """A recording that was set aside and has been mended makes room for its better self."""
-    session.execute(
-        delete(Recording).where(
-            Recording.campaign_id == campaign.id, Recording.path == path, Recording.status == SET_ASIDE
-        )
-    )
+    own = (Recording.campaign_id == campaign.id, Recording.path == path, Recording.status == SET_ASIDE)
+    for key in session.scalars(select(Recording.id).where(*own)).all():
+        delete_set_aside(session.connection(), key)
 
 
 @dataclass(frozen=True)

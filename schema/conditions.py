@@ -140,7 +140,11 @@ QUALITIES = ("ok", *SEVERITIES[1:], NOT_JUDGED)
 CAMPAIGN = "campaign"
 
 
-class UnknownFieldError(ValueError):
+class ConditionError(ValueError):
+    """A filter that cannot be read or used; the message says which one and what is expected."""
+
+
+class UnknownFieldError(ConditionError):
     """A filter names no column and no factor; the message lists those there are."""
 
 
@@ -194,7 +198,7 @@ def restricted(
 
 def _of_campaign(session: Session, table: Table, condition: Condition) -> ColumnElement[bool]:
     if condition.operator not in ("=", "!="):
-        raise ValueError(f"condition {CAMPAIGN}{condition.operator}{condition.value}; expected = or != and a name")
+        raise ConditionError(f"condition {CAMPAIGN}{condition.operator}{condition.value}; expected = or != and a name")
     matches: ColumnElement[bool] = OPERATORS[condition.operator](
         table.campaign_id, get_campaign_id(session, str(condition.value))
     )
@@ -206,7 +210,7 @@ def _of_quality(condition: Condition) -> ColumnElement[bool]:
     wanted = str(condition.value)
     if condition.operator not in ("=", "!=") or wanted not in QUALITIES:
         condition_text = f"{QUALITY}{condition.operator}{wanted}"
-        raise ValueError(
+        raise ConditionError(
             f"condition {condition_text!r}; expected {QUALITY}= or {QUALITY}!= one of {', '.join(QUALITIES)}"
         )
     graver = QUALITIES[QUALITIES.index(wanted) + 1 : -1]
@@ -230,7 +234,7 @@ def _has_finding_of(*severities: str) -> ColumnElement[bool]:
 def _refuse_word(condition: Condition) -> None:
     """Every other column of a listing is a number: one database would find nothing equal to a word, another fail."""
     if isinstance(condition.value, str):
-        raise ValueError(f"{condition.field} is compared with {condition.value!r}; expected a number, in SI")
+        raise ConditionError(f"{condition.field} is compared with {condition.value!r}; expected a number, in SI")
 
 
 def has_campaign(session: Session, name: str) -> bool:

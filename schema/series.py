@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import hashlib
 import zlib
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Container, Generator, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from typing import Any, cast
@@ -154,15 +154,17 @@ def _packing(samples: NDArray[Any]) -> Packing:
     return next(packing for packing, size in room.items() if size <= _WORTH_THE_TIME * min(room.values()))
 
 
-def write_series(session: Session, channel_id: int, frames: list[bytes], written_by_id: int) -> None:
-    """Insert the frames of a channel, within the caller's transaction."""
-    session.execute(
-        insert(SeriesChunk),
-        [
-            {"channel_id": channel_id, "number": number, "frame": frame, "written_by_id": written_by_id}
-            for number, frame in enumerate(frames)
-        ],
-    )
+def write_series(
+    session: Session, channel_id: int, frames: list[bytes], written_by_id: int, without: Container[int] = ()
+) -> None:
+    """Insert the frames of a channel, but for the chunks `without`, within the caller's transaction."""
+    rows = [
+        {"channel_id": channel_id, "number": number, "frame": frame, "written_by_id": written_by_id}
+        for number, frame in enumerate(frames)
+        if number not in without
+    ]
+    if rows:
+        session.execute(insert(SeriesChunk), rows)
 
 
 #: In the drivers' two ways to mark a value's place: neither takes the other's.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import benches, campaigns, diagnoses, impacts, jobs, provenance, recordings
+from . import benches, campaigns, diagnoses, impacts, jobs, provenance, recordings, registered_models
 from .base import Base
 
 metadata = Base.metadata
@@ -16,4 +16,5 @@ __all__ = [
     "metadata",
     "provenance",
     "recordings",
+    "registered_models",
 ]

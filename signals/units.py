@@ -86,6 +86,20 @@ def unit_spelling(unit: str) -> str:
     return _SPELLINGS.get(unit) or re.sub(r"(?<=[A-Za-z])([23])(?![0-9])", r"**\1", unit)
 
 
+def unit_quantity(unit: str) -> Any:
+    """One of a unit, as a quantity of pint. Raises `UnitError` for any text that is none."""
+    import pint
+
+    try:
+        return registry().Quantity(unit_spelling(unit))
+    except UnitError:
+        raise
+    except (pint.UndefinedUnitError, pint.DefinitionSyntaxError, AttributeError, TypeError, ValueError) as error:
+        raise UnitError(f"unknown unit {unit!r:.100}") from error
+    except Exception as error:  # pint's parser leaks tokenizer errors of several kinds for odd text
+        raise UnitError(f"unreadable unit {unit!r:.100}") from error
+
+
 @cache
 def to_si(unit: str, quantity: str) -> tuple[float, float]:
     """Gain and offset that take a number in `unit` to the SI unit of `quantity`: si = gain * x + offset.
@@ -102,7 +116,7 @@ def to_si(unit: str, quantity: str) -> tuple[float, float]:
     ureg = registry()
     try:
         wanted = _PINT_OF_SI.get(target, target)
-        source: Any = ureg.Quantity(unit_spelling(unit))
+        source = unit_quantity(unit)
         if unit.strip() in ("degC", "°C", "degF", "°F"):
             zero = ureg.Quantity(0.0, source.units).to(wanted).magnitude
             factor = ureg.Quantity(1.0, source.units).to(wanted).magnitude
@@ -110,7 +124,5 @@ def to_si(unit: str, quantity: str) -> tuple[float, float]:
         return float(source.to(wanted).magnitude), 0.0
     except pint.DimensionalityError as error:
         raise UnitError(f"unit {unit!r} does not measure {quantity}; expected something like {target!r}") from error
-    except (pint.UndefinedUnitError, pint.DefinitionSyntaxError, AttributeError, TypeError, ValueError) as error:
-        raise UnitError(f"unknown unit {unit!r} for {quantity}; expected something like {target!r}") from error
-    except Exception as error:  # pint's parser leaks tokenizer errors of several kinds for odd text
-        raise UnitError(f"unreadable unit {unit!r} for {quantity}; expected something like {target!r}") from error
+    except (UnitError, AttributeError, TypeError, ValueError) as error:
+        raise UnitError(f"unknown unit {unit!r:.100} for {quantity}; expected something like {target!r}") from error

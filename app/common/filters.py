@@ -4,29 +4,41 @@ from __future__ import annotations
 
 import re
 
-from ...schema.conditions import CAMPAIGN, IMPACT_COLUMNS, SHOT_COLUMNS
+from ...schema.conditions import CAMPAIGN, IMPACT_COLUMNS, SHOT_COLUMNS, ConditionError
 from ...schema.known_factors import BY_COLUMN, BY_NAME, level_label
 from ...schema.listings import OPERATORS, Condition
 from .frames import parse_quantity
 from .quantities import key_of, si_unit_of
 
+#: What no store can look for: zero bytes, and halves of surrogate pairs.
+_UNWRITABLE = re.compile("[\x00\ud800-\udfff]")
 _FORM = re.compile(r"\s*(?P<field>[^=<>!]+?)\s*(?P<operator><=|>=|!=|=|<|>)\s*(?P<value>.*?)\s*$")
 
 
 def parse_where(words: tuple[str, ...]) -> tuple[Condition, ...]:
-    """Conditions from `field=value` (also != < <= > >=). Raises `ValueError` with the form that is expected.
+    """Conditions from `field=value` (also != < <= > >=). Raises `ConditionError` with the form that is expected.
 
     A field may be a listing's key (`tip_radius_m`), or the column of `runs.csv` with its unit (`tip_radius_mm`): a bare
     number is in that unit. It may be the words of a heading (`peak force`), whose numbers need a unit (`1kN`).
     """
-    return tuple(_condition(word) for word in words)
+    try:
+        return tuple(_condition(word) for word in words)
+    except ConditionError:
+        raise
+    except ValueError as error:
+        raise ConditionError(str(error)) from error
 
 
 def _condition(word: str) -> Condition:
+    unwritable = _UNWRITABLE.search(word)
+    if unwritable is not None:
+        raise ConditionError(
+            f"--where {word!r:.200} has the character {unwritable[0]!r}, which is in no name; leave it out"
+        )
     match = _FORM.match(word)
     if match is None or not match["value"]:
         signs = " ".join(OPERATORS)
-        raise ValueError(f"--where {word!r} is not a condition; expected FIELD=VALUE (or one of {signs})")
+        raise ConditionError(f"--where {word!r:.200} is not a condition; expected FIELD=VALUE (or one of {signs})")
     field, operator, text = match["field"], match["operator"], match["value"]
     factor = BY_COLUMN.get(field)
     if factor is None and (condition := _with_unit(field, operator, text)) is not None:
@@ -40,7 +52,7 @@ def _condition(word: str) -> Condition:
         if number is not None and factor.si_unit is not None:
             value = float(level_label(number * factor.scale))
     if operator not in ("=", "!=") and number is None:
-        raise ValueError(f"--where {word!r} compares with {text!r}; expected a number after {operator}")
+        raise ConditionError(f"--where {word!r:.200} compares with {text!r:.200}; expected a number after {operator}")
     return Condition(field, operator, value if isinstance(value, float) else text)
 
 

@@ -114,6 +114,11 @@ def facts_table(title: str, facts: dict[str, Any]) -> str:
     return f"<p><b>{escape(title)}</b></p><table>{cells}</table>"
 
 
+#: Quotes, brackets, comments and separators: pint's parser, which is Python's, passes over some of them. Marks that
+#: turn the direction of writing are not seen.
+_NEVER_IN_UNITS = re.compile(
+    "[\"'`\\\\#@$;,!?=<>&|~:{}\\[\\]\x00-\x1f\x7f\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufeff]"
+)
 _NUMBER = re.compile(r"\s*[-+]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?\s*")
 #: SI unit -> units that a bare number may be meant in, each up to the largest number that is plausible in it.
 _MEANT: dict[str, tuple[tuple[float, str], ...]] = {
@@ -148,23 +153,26 @@ def parse_quantity(text: str, si_unit: str, name: str) -> float:
     """
     from pint.errors import PintError
 
-    from ...signals.units import registry, unit_spelling
+    from ...signals.units import UnitError, unit_quantity
 
     number = _NUMBER.match(text)
     unit = text[number.end() :].strip() if number else ""
     if number is None:
         example = f"1{suggested_unit(1, si_unit, name)}"
         raise ValueError(f"{name} is {text!r}; expected a number with a unit, such as {example}")
+    if odd := _NEVER_IN_UNITS.search(unit):
+        raise ValueError(f"{name} is {text!r:.200}; the unit has the character {odd[0]!r}, which is in no unit")
     if not unit:
         given = text.strip()
         meant = suggested_unit(float(given.replace(",", ".")), si_unit, name)
         raise ValueError(f"{name} is {text!r}; expected a number with a unit: did you mean {given}{meant}?")
     try:
-        spelled = "gram" if (unit, si_unit) == ("g", "kg") else unit_spelling(unit)  # a mass in g is no acceleration
-        scale: Any = registry().Quantity(spelled)
+        scale = unit_quantity("gram" if (unit, si_unit) == ("g", "kg") else unit)  # a mass in g is no acceleration
         value = (float(number.group().replace(",", ".")) * scale).to(si_unit).magnitude
-    except (PintError, AttributeError, TypeError, ValueError) as error:
-        raise ValueError(f"{name} is {text!r}; expected a unit such as {suggested_unit(1, si_unit, name)!r}") from error
+    except (PintError, UnitError, ArithmeticError, AttributeError, TypeError, ValueError) as error:
+        raise ValueError(
+            f"{name} is {text!r:.200}; expected a unit such as {suggested_unit(1, si_unit, name)!r}"
+        ) from error
     if not math.isfinite(value):
         raise ValueError(f"{name} is {text!r}; expected a finite number")
     return float(value)

@@ -26,7 +26,7 @@ from ..common.filters import parse_where
 from ..common.nominal_velocity import with_predictions
 from ..common.quantities import cell, heading, velocities_of, velocity_with_uncertainty
 from ..web.dependencies import OpenStore, Text
-from ..web.forms import FieldError
+from ..web.forms import FieldError, status_of_fault
 from ..web.rendering import page, part, query
 from .impact import without_empty_figures
 
@@ -64,7 +64,7 @@ def impacts(
     columns: Columns = [],  # noqa: B006
 ) -> Response:
     where = [condition for condition in where if condition.strip()]
-    error, following = "", None
+    error, status, following = "", 200, None
     rows: list[dict[str, Any]] = []
     thumbnails: dict[int, list[float]] = {}
     address = {"campaign": campaign, "where": where, "sort": sort, "columns": columns}
@@ -83,7 +83,7 @@ def impacts(
                 following = query({**address, "after": last}) if last else None
             thumbnails = list_thumbnails(session, [row["id"] for row in rows])
         except (ValueError, LookupError) as why:
-            error = str(why)
+            error, status = str(why), status_of_fault(why)
     rows = without_empty_figures(rows)
     names = list(dict.fromkeys(name for row in rows for name in row))
     shown = [name for name in names if name in columns] if columns else _varied(rows, names)
@@ -92,7 +92,7 @@ def impacts(
         return page(
             request,
             "impacts.html",
-            status=422 if error else 200,
+            status=status,
             rows=rows,
             names=[name for name in names if name not in ("id", QUALITY)],
             shown=[name for name in shown if name not in ("id", QUALITY)],
@@ -147,7 +147,7 @@ def thumbnail_points(forces_n: Sequence[float]) -> str:
 @router.get("/shots")
 def shots(request: Request, store: OpenStore, where: Where = [], campaign: str = "", after: After = None) -> Response:  # noqa: B006
     where = [condition for condition in where if condition.strip()]
-    error, following = "", None
+    error, status, following = "", 200, None
     rows: list[dict[str, Any]] = []
     with store.reading() as session:
         campaigns = list_campaign_names(session)
@@ -155,12 +155,12 @@ def shots(request: Request, store: OpenStore, where: Where = [], campaign: str =
             shot_rows, following = list_shots_page(session, campaign or None, parse_where(tuple(where)), after, PAGE)
             rows = [velocity_with_uncertainty(row) for row in with_predictions(session, shot_rows)]
         except (ValueError, LookupError) as why:
-            error = str(why)
+            error, status = str(why), status_of_fault(why)
     address = {"campaign": campaign, "where": where}
     return page(
         request,
         "shots.html",
-        status=422 if error else 200,
+        status=status,
         rows=rows,
         campaigns=campaigns,
         campaign=campaign,

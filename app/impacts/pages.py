@@ -26,6 +26,7 @@ from ..common.number_format import percent
 from ..common.quantities import display_of_unit, velocities_of
 from ..web.dependencies import Key, OpenStore
 from ..web.figures_base import Figure
+from ..web.forms import status_of_fault
 from ..web.rendering import page, query
 from .curves import PulseView, pulse_view
 from .figures import (
@@ -195,6 +196,7 @@ def compare(
     rejected: bool = False,
 ) -> Response:
     where, overlay, spectra, error = [condition for condition in where if condition.strip()], None, [], ""
+    status = 200
     with store.reading() as session:
         factors = list(session.scalars(select(Factor.name).order_by(Factor.name).limit(200)))
         campaigns = list_campaign_names(session)
@@ -208,11 +210,11 @@ def compare(
                 overlay = pulse_overlay(session, of_campaign, conditions, chosen, normalised=normalised, most=PULSES)
             spectra = _some_of(overlay) if overlay is not None else _some_impacts(session, of_campaign, conditions)
         except (ValueError, LookupError) as why:
-            error = str(why)
+            error, status = str(why), status_of_fault(why)
     return page(
         request,
         "compare.html",
-        status=422 if error else 200,
+        status=status,
         error=error,
         rejected=rejected,
         campaigns=campaigns,

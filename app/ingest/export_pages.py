@@ -19,6 +19,7 @@ from ...spreadsheet_guard import guarding
 from ..common.filters import parse_where
 from ..impacts.export import export_table
 from ..web.dependencies import Name, OpenStore
+from ..web.forms import status_of_fault
 from ..web.rendering import page
 
 router = APIRouter()
@@ -46,7 +47,7 @@ def export(
     """The form; with `what`, the file. A fault stands beside its field. In CSV, texts that begin with = + - @ get an
     apostrophe unless `spreadsheet_guard=false`."""
     store.read(lambda session: get_campaign_id(session, name))
-    field, fault = "", ""
+    field, fault, status = "", "", 422
     if what and what not in TABLES:
         field, fault = "what", f"{what!r} cannot be exported; expected one of {', '.join(TABLES)}"
     elif format not in FORMATS:
@@ -62,11 +63,11 @@ def export(
 
             return _saved(write, f"{name}-{what}.{format}")
         except (ValueError, LookupError) as error:
-            field, fault = ("where" if where.strip() else "what"), str(error)
+            field, fault, status = ("where" if where.strip() else "what"), str(error), status_of_fault(error)
     return page(
         request,
         "export.html",
-        status=422 if fault else 200,
+        status=status if fault else 200,
         campaign=name,
         tables=list(TABLES.items()),
         formats=FORMATS,

@@ -21,6 +21,7 @@ from starlette.types import ASGIApp
 
 from ... import __version__
 from ...schema.addresses import without_secrets
+from ...schema.conditions import ConditionError
 from ...schema.engine import StoreRoleError
 from ...schema.session import Store
 from ..common.errors import is_for_the_user
@@ -50,13 +51,14 @@ from ..tune import pages as tune_pages
 from ..twins.twin_cache import TwinCache
 from ..validate import api as validate_api
 from ..validate import pages as validate_pages
-from ..web import api_pages, csrf, jobs_api, jobs_pages
+from ..web import api_pages, csrf, jobs_api, jobs_pages, sign_in_pages
 from ..web.csrf import require_csrf
 from ..web.forms import faults_of, field_of, is_form, where_next
 from ..web.guard import Guard
 from ..web.jobs import Jobs
 from ..web.rendering import HERE, page
 from ..web.settings import Settings
+from ..web.sign_in import SignIn
 
 #: A new feature's `api` and `pages` get a word here.
 _API = (
@@ -92,14 +94,17 @@ PAGES = (
     extract_pages,
     report_pages,
     validate_pages,
+    sign_in_pages,
 )
 
 
 def status_of(error: Exception) -> int:
-    """403 what the login's role may not, 404 what is not there, 422 what cannot be used, 503 a store or a disk that
-    fails."""
+    """400 a filter that cannot be read, 403 what the login's role may not, 404 what is not there, 422 what cannot be
+    used, 503 a store or a disk that fails."""
     if isinstance(error, StoreRoleError):
         return 403
+    if isinstance(error, ConditionError):
+        return 400
     if isinstance(error, LookupError):
         return 404
     return 422 if isinstance(error, ValueError | DataError) else 503
@@ -112,7 +117,7 @@ class Problem(BaseModel):
 
 
 _WORDS = {
-    400: "The body cannot be read",
+    400: "The body, or a filter, cannot be read",
     401: "The server's token is needed",
     403: "A write without the token of /api/csrf, or one that the role of the server's login forbids",
     404: "There is no such thing in the store",
@@ -156,6 +161,7 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
         dependencies=[Depends(require_csrf)],
     )
     app.state.settings, app.state.store, app.state.jobs, app.state.twins = settings, store, jobs, twins
+    app.state.sign_in = SignIn(settings.token)
     for module in _API:
         app.include_router(module.router, prefix="/api", responses=PROBLEMS)
     for module in PAGES:
@@ -164,7 +170,7 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
     app.get("/static/report.css", include_in_schema=False)(_report_style)
     app.mount("/static", StaticFiles(directory=HERE / "static"), name="static")
     _tell_errors(app)
-    return Guard(app, settings)
+    return Guard(app, settings, app.state.sign_in)
 
 
 def _plotly() -> Response:

@@ -47,6 +47,16 @@ if TYPE_CHECKING:
 @click.option(
     "--no-worker", is_flag=True, help="Serve pages only. `pyroshock work`, on this machine or another, does the jobs."
 )
+@click.option(
+    "--trusted-proxy",
+    "trusted_proxies",
+    multiple=True,
+    metavar="ADDRESS",
+    envvar="PYROSHOCK_TRUSTED_PROXY",
+    show_envvar=True,
+    help="Believe the X-Forwarded-For and X-Forwarded-Proto headers of the proxy at this address or network, such as "
+    "127.0.0.1, and of nobody else. Name the proxy that speaks TLS in front of this server. May be repeated.",
+)
 @click.option("--open", "show", is_flag=True, help="Open the application in the browser.")
 def serve(
     db: str,
@@ -57,6 +67,7 @@ def serve(
     mlflow: str | None,
     max_upload: int,
     no_worker: bool,
+    trusted_proxies: tuple[str, ...],
     show: bool,
 ) -> None:
     """Start the web application: campaigns, pulses, models, the twin, plans and diagnoses as pages, and a JSON API
@@ -73,7 +84,15 @@ def serve(
         from ..web.settings import MEGABYTE, Settings
 
         settings = Settings(
-            db, host, port, token, folders or (Path.cwd(),), mlflow, max_upload * MEGABYTE, works=not no_worker
+            db,
+            host,
+            port,
+            token,
+            folders or (Path.cwd(),),
+            mlflow,
+            max_upload * MEGABYTE,
+            works=not no_worker,
+            trusted_proxies=trusted_proxies,
         )
     with open_command_store(db, create=True) as store:
         from .application import application
@@ -96,6 +115,8 @@ def _listen(app: Any, settings: Settings, show: bool) -> None:
 
     import uvicorn
 
+    from .connections import server_options
+
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
     with socket.socket(family, socket.SOCK_STREAM) as listener:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -115,5 +136,4 @@ def _listen(app: Any, settings: Settings, show: bool) -> None:
             import webbrowser
 
             webbrowser.open(address + (f"?token={settings.token}" if settings.token else ""))
-        config = uvicorn.Config(app, log_level="warning", access_log=False, timeout_graceful_shutdown=3)
-        uvicorn.Server(config).run(sockets=[listener])
+        uvicorn.Server(uvicorn.Config(app, **server_options(settings))).run(sockets=[listener])

@@ -58,6 +58,15 @@ def damaged_models(registry: Registry) -> Iterator[IntegrityFinding]:
         yield IntegrityFinding("models", what, f"train it anew: {again}", {"model": version.label})
 
 
+def lost_models(session: Session, registry: Registry) -> Iterator[IntegrityFinding]:
+    """Versions that the store lists and the registry does not have."""
+    from ..train.registered import CURE, lost_versions
+
+    for row in lost_versions(session, registry):
+        what = f"version {row.label} of dataset {row.dataset!r} is not in the registry {registry.place.shown}"
+        yield IntegrityFinding("models", what, CURE, {"model": row.label})
+
+
 @dataclass(frozen=True)
 class Wanted:
     """What to look at: `fast` leaves out what every byte must be read for, `campaign` all that is not its own."""
@@ -75,5 +84,8 @@ def findings_of(store: Store, url: str, wanted: Wanted, progress: Progress | Non
         if wanted.fast or key is not None:
             return
         yield from damaged_datasets(session)
+        registry = registry_of(url)
+        with models_extra():
+            yield from lost_models(session, registry)
     with models_extra():
-        yield from damaged_models(registry_of(url))
+        yield from damaged_models(registry)

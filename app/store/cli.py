@@ -13,6 +13,7 @@ from ..cli.common import CommandGroup, db_option, errors_as_one_line, json_optio
 from ..cli.completion import campaign_names
 from ..cli.listed import Listing, listing_options
 from ..common.progress import progress_bar
+from .backup_cli import backup, restore
 
 if TYPE_CHECKING:
     from sqlalchemy import Engine
@@ -241,7 +242,7 @@ def db() -> None:
     """
 
 
-for command in (check, copy, export, import_, roles):
+for command in (backup, check, copy, export, import_, restore, roles):
     db.add_command(command)
 
 

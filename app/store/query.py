@@ -2,8 +2,9 @@
 the store with units, for people who write SQL.
 
 SQLite: the file is opened with mode=ro and query_only, and an authorizer refuses everything but reading, ATTACH and
-PRAGMA included. PostgreSQL: a READ ONLY transaction with a statement timeout and a cursor of the server, which the
-extended protocol holds to one statement. Parameters are bound by the driver and never become part of the text.
+PRAGMA included. PostgreSQL: a READ ONLY transaction with a statement timeout, with the rights of a reader where the
+login may have them, and with the functions and tables alone that a question needs (postgresql_statement.py).
+Parameters are bound by the driver and never become part of the text.
 """
 
 from __future__ import annotations
@@ -20,8 +21,10 @@ from typing import Any
 
 from sqlalchemy import Engine
 
+from ...schema.access.permissions import READER
 from ...schema.base import Base
 from ...schema.tables import metadata
+from .postgresql_statement import ForbiddenStatementError, become_reader, check_statement
 
 #: What is no code: quoted text and names, comments; then casts (`::`) and parameters (`:name`).
 _TOKENS = re.compile(
@@ -202,11 +205,8 @@ def _postgresql(engine: Engine, statement: Statement, timeout_s: float) -> Itera
     def explained(error: psycopg.Error) -> QueryError:
         if error.sqlstate == "57014":
             return _too_long(timeout_s)
-        changes = [word for word in statement.words() if word.upper() in _CHANGES]
-        # DECLARE CURSOR, which asks the statement, has no grammar for a change
-        beside = any(f'syntax error at or near "{word}"' in str(error) for word in changes)
-        if beside or error.sqlstate == "25006" or "data-modifying" in str(error):
-            return refusal(changes[0] if changes else "a change of the store")
+        if error.sqlstate == "25006":
+            return _refused_change(statement)
         return _explained(str(error).splitlines()[0], statement)
 
     pooled = engine.raw_connection()
@@ -218,9 +218,14 @@ def _postgresql(engine: Engine, statement: Statement, timeout_s: float) -> Itera
         for name in ("json", "jsonb"):  # as SQLite gives it
             connection.adapters.register_loader(name, TextLoader)
         connection.execute("SELECT set_config('statement_timeout', %s, true)", [f"{1000 * timeout_s:.0f}"])
+        become_reader(connection, READER, metadata.tables["campaigns"].name)
+        sql, values = statement.for_postgresql()
         with psycopg.RawServerCursor(connection, "pyroshock_query") as cursor:
             try:
-                cursor.execute(*statement.for_postgresql())
+                check_statement(connection, sql)
+                cursor.execute(sql, values)
+            except ForbiddenStatementError as error:
+                raise _forbidden(error, statement) from error
             except psycopg.Error as error:
                 raise explained(error) from error
 
@@ -236,6 +241,17 @@ def _postgresql(engine: Engine, statement: Statement, timeout_s: float) -> Itera
                 connection.rollback()
     finally:
         pooled.invalidate()  # with its settings it must not serve others
+
+
+def _forbidden(error: ForbiddenStatementError, statement: Statement) -> QueryError:
+    if error.changes:
+        return _refused_change(statement)
+    return QueryError(f"query reads the tables of the store, so {error.subject} is refused; ask the database with psql")
+
+
+def _refused_change(statement: Statement) -> QueryError:
+    changes = [word for word in statement.words() if word.upper() in _CHANGES]
+    return refusal(changes[0] if changes else "a change of the store")
 
 
 def _batches(cursor: Any) -> Iterator[Batch]:

@@ -340,6 +340,7 @@ def list_models(
         from ...training.registry.listing import flat_row, newest, of_dataset
         from ...training.registry.usability import usability
         from ..common.model_registry import models_extra, registry_of, withdrawals_at, withdrawn_words
+        from .registered import lost_at
         from .tables import floors_by_ground, json_row
 
         registry = registry_of(db)
@@ -353,6 +354,8 @@ def list_models(
         if promotions:
             _tell_promotions(decisions, listing)
             return
+        if lost := lost_at(db, registry):
+            note(lost)
         withdrawn = withdrawals_at(db) if listed else {}
         if listing.csv or listing.sort or listing.columns:
             listing.show(

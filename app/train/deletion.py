@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from ...dataset.catalog import get_snapshot_row
 from ...dataset.deletion import delete_snapshot
 from ..common.model_registry import models_extra, registry_of
+from .registered import forget_registered
 
 if TYPE_CHECKING:
     from ...schema.session import Store
@@ -74,4 +75,5 @@ def delete_version(url: str, label: str) -> Version:
     with models_extra(), registry.promoting():
         version = unused_version(url, label)
         registry.delete(version)
+    forget_registered(url, version.label)
     return version

@@ -46,11 +46,14 @@ def _do(work: RunningJob, arguments: TrainArguments) -> Ending:
 def _trained(work: RunningJob, arguments: TrainArguments) -> Session:
     from ...training.fitting.session import Progress, train
     from ..common.model_registry import context_of, splits_of
+    from .registered import note_registered
 
     registry = FencedRegistry(work)
     context = context_of(work.store, arguments.dataset, registry, arguments.seed, arguments.budget)
     splits = splits_of(context.table, arguments.split)
-    return train(registry, context, arguments.models, splits, progress=Progress(work.step))
+    session = train(registry, context, arguments.models, splits, progress=Progress(work.step))
+    note_registered(work.store, registry)
+    return session
 
 
 def _rows(work: RunningJob, arguments: TrainArguments, session: Session) -> list[dict[str, object]]:

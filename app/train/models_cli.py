@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ..cli.common import db_option, errors_as_one_line, json_option, note
+from ..cli.common import db_option, errors_as_one_line, json_option, note, open_command_store
 from ..cli.completion import model_versions
 from ..cli.nouns import noun_group
 from ..cli.options import confirm_deletion, deletion_options
@@ -71,4 +71,31 @@ def delete(model: str, db: str, dry_run: bool) -> None:
     note(f"model {label} is deleted")
 
 
-models = noun_group(list_models, {"show": show, "delete": delete}, list_models.help or "", otherwise="show")
+@click.command()
+@db_option
+def recover(db: str) -> None:
+    """Register the surviving files of versions again that the store lists and the registry has lost.
+
+    Every file is held against the SHA-256 that was registered of it. Numbers of versions are kept where they are free.
+    No model is put in use: promote the one that was. Histories of trainings and promotions are not in the files.
+
+    \b
+    Example:
+        pyroshock models recover
+    """
+    with open_command_store(db) as store:
+        from ..common.model_registry import models_extra, registry_of
+        from .registered import recover_lost
+
+        count = 0
+        with models_extra():
+            for label, outcome in recover_lost(store, registry_of(db)):
+                note(f"{label} {outcome}")
+                count += 1
+    if count == 0:
+        note("nothing is lost: the registry has every version that the store lists")
+
+
+models = noun_group(
+    list_models, {"show": show, "delete": delete, "recover": recover}, list_models.help or "", otherwise="show"
+)

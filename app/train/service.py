@@ -234,6 +234,7 @@ def train_models(
     from ...parallel.executor import HERE
     from ...training.fitting import session as training_session
     from ...training.models.catalogue import models_of
+    from .registered import note_registered
 
     names = models_of(",".join(models))
     registry = registry_of(url)
@@ -249,6 +250,7 @@ def train_models(
             executor=executor or HERE,
             progress=progress or training_session.Progress(),
         )
+        note_registered(store, registry)
         return session, registry.floors(context.dataset.hash, seed)
 
 

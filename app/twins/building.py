@@ -260,7 +260,7 @@ def _contact(
             raise LookupError(_none_in_use(bench.kind))
         prior = _prior(bench, (*effects, *adopted))
         note = f"contact: {prior.label}, each drawn from its likely range; no model is in use for the {bench.kind}"
-        return prior, note
+        return prior, "; ".join(filter(None, (note, _lost_models(session, db))))
     return _registered_with(session, *_named_version(db, request.contact), effects, adopted)
 
 
@@ -270,6 +270,16 @@ def check_contact(db: str, name: str) -> None:
 
     if name not in (PRIOR, REGISTERED, *LAWS):
         _named_version(db, name)
+
+
+def _lost_models(session: Session | None, db: str) -> str:
+    """What the registry has lost of the versions that the store lists; empty for nothing."""
+    from ..train.registered import lost_versions, lost_words
+
+    if session is None:
+        return ""
+    registry = registry_of(db)
+    return lost_words(lost_versions(session, registry), registry)
 
 
 def _named_version(db: str, name: str) -> tuple[Registry, Version]:

@@ -12,6 +12,8 @@ from typing import Any
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
+from ...schema.conditions import ConditionError
+
 HEADER = "x-pyroshock-form"
 
 
@@ -26,6 +28,11 @@ class FieldError(ValueError):
 def is_form(request: Request) -> bool:
     """Whether the page's own script sent it, which reads JSON."""
     return HEADER in request.headers
+
+
+def status_of_fault(error: Exception) -> int:
+    """What a page with a form answers that was filled in wrongly: 400 for a filter that cannot be read, else 422."""
+    return 400 if isinstance(error, ConditionError) else 422
 
 
 def field_of(error: Exception) -> str:

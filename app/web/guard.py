@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import hmac
 import secrets
-from http.cookies import CookieError, SimpleCookie
 from urllib.parse import parse_qsl, unquote, urlencode, urlsplit
 
 from starlette.requests import Request
@@ -19,10 +18,10 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from .forms import is_form
 from .settings import Settings, is_loopback
+from .sign_in import SIGN_IN, SignIn, SignInError, new_identifier, session_cookie, session_of
 
 #: Stands within a path for a slash that belongs to a name; a private character of Unicode.
 INNER_SLASH = "\ue02f"
-SESSION, ADMITTED = "pyroshock_session", "pyroshock_admitted"
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 #: These take files.
 UPLOADS = ("/ingest", "/api/ingest")
@@ -43,8 +42,8 @@ _HEADERS = {
 class Guard:
     """The application behind its checks (ASGI). A refused request never reaches it."""
 
-    def __init__(self, app: ASGIApp, settings: Settings) -> None:
-        self.app, self.settings = app, settings
+    def __init__(self, app: ASGIApp, settings: Settings, sign_in: SignIn) -> None:
+        self.app, self.settings, self.sign_in = app, settings, sign_in
         self._key = secrets.token_bytes(32)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -55,7 +54,7 @@ class Guard:
             await send({"type": "websocket.close", "code": 1008})
             return
         request = Request(scope)
-        session = _cookie(request, SESSION) or secrets.token_urlsafe(18)
+        session = session_of(request) or new_identifier()
         scope.setdefault("state", {})["csrf"] = self.csrf(session)
         answer = self._headed(send, request, session)
         refused = self._refusal(request)
@@ -101,28 +100,31 @@ class Guard:
         return is_loopback(name) or not is_loopback(self.settings.host)
 
     def _admission(self, request: Request) -> Response | None:
-        """None for who may pass; a way in with `?token=` is kept as a cookie and leaves the address."""
-        token = self.settings.token
-        if token is None:
-            return None
-        proof = hmac.new(token.encode(), b"admitted", hashlib.sha256).hexdigest()
-        bearer = request.headers.get("authorization", "").removeprefix("Bearer ")
-        if _same(_cookie(request, ADMITTED) or "", proof) or _same(bearer, token):
-            return None
-        query = parse_qsl(request.url.query, keep_blank_values=True)
-        if request.method in SAFE_METHODS and any(name == "token" and _same(value, token) for name, value in query):
-            rest = urlencode([(name, value) for name, value in query if name != "token"])
-            # A path of two slashes would name another host.
-            path = "/" + request.url.path.lstrip("/") + (f"?{rest}" if rest else "")
-            answer = RedirectResponse(path, 303)
-            answer.set_cookie(ADMITTED, proof, httponly=True, samesite="strict")
-            return answer
-        return refusal(
-            request,
-            401,
-            "a token is needed: open the address that pyroshock serve printed, or send Authorization: Bearer TOKEN",
-            {"www-authenticate": "Bearer"},
-        )
+        """None for who may pass. `?token=` opens a session and leaves the address; a browser gets the sign-in page."""
+        path = request.url.path
+        try:
+            query = parse_qsl(request.url.query, keep_blank_values=True)
+            token = next((value for name, value in query if name == "token"), None)
+            if self.sign_in.needed and token is not None and request.method in SAFE_METHODS:
+                rest = urlencode([(name, value) for name, value in query if name != "token"])
+                # A path of two slashes would name another host.
+                answer = RedirectResponse("/" + path.lstrip("/") + (f"?{rest}" if rest else ""), 303)
+                answer.headers.append("set-cookie", session_cookie(request, self.sign_in.new_session(request, token)))
+                return answer
+            if path != SIGN_IN:
+                self.sign_in.check_admitted(request)
+        except SignInError as error:
+            if request.method == "GET" and "text/html" in request.headers.get("accept", ""):
+                request.scope["state"]["refused"] = (error, self._without_token(request))
+                request.scope["path"], request.scope["raw_path"] = SIGN_IN, SIGN_IN.encode()
+                return None
+            return refusal(request, error.status, str(error), error.headers)
+        return None
+
+    @staticmethod
+    def _without_token(request: Request) -> str:
+        query = [pair for pair in parse_qsl(request.url.query, keep_blank_values=True) if pair[0] != "token"]
+        return request.url.path + (f"?{urlencode(query)}" if query else "")
 
     def _limit(self, path: str) -> int:
         return self.settings.max_upload_bytes if path.startswith(UPLOADS) else self.settings.max_body_bytes
@@ -157,7 +159,7 @@ class Guard:
 
     @staticmethod
     def _headed(send: Send, request: Request, session: str) -> Send:
-        has_session = _cookie(request, SESSION) is not None
+        has_session = session_of(request) is not None
 
         async def headed(message: Message) -> None:
             if message["type"] == "http.response.start":
@@ -167,9 +169,8 @@ class Guard:
                     _HEADERS if request.url.path.startswith("/static") else {**_HEADERS, "cache-control": "no-store"}
                 )
                 headers += [(n.encode(), v.encode()) for n, v in added.items() if n.encode() not in present]
-                if not has_session:
-                    cookie = f"{SESSION}={session}; HttpOnly; Path=/; SameSite=strict"
-                    headers.append((b"set-cookie", cookie.encode()))
+                if not has_session and b"set-cookie" not in present:
+                    headers.append((b"set-cookie", session_cookie(request, session).encode()))
             await send(message)
 
         return headed
@@ -180,15 +181,3 @@ def refusal(request: Request, status: int, why: str, headers: dict[str, str] | N
     if request.url.path.startswith("/api") or is_form(request):
         return JSONResponse({"detail": why}, status, headers)
     return PlainTextResponse(f"pyroshock: {why}\n", status, headers)
-
-
-def _same(a: str, b: str) -> bool:
-    return hmac.compare_digest(a.encode(), b.encode())
-
-
-def _cookie(request: Request, name: str) -> str | None:
-    try:
-        cookies = SimpleCookie(request.headers.get("cookie", ""))
-    except CookieError:
-        return None
-    return cookies[name].value if name in cookies else None

@@ -84,6 +84,7 @@ def page(request: Request, template: str, status: int = 200, **values: Any) -> H
             csrf=request.state.csrf,
             version=__version__,
             mlflow=request.app.state.settings.mlflow,
+            signed_in=request.app.state.sign_in.needed,
             **values,
         )
     )

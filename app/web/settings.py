@@ -20,6 +20,8 @@ class Settings:
     """`folders`: those below which a campaign may be ingested by its path. `token`: what others must know.
     `works`: whether it does the jobs that it is asked for, or leaves them to workers (`pyroshock work`).
 
+    `trusted_proxies`: addresses and networks whose `X-Forwarded-For` and `X-Forwarded-Proto` are believed.
+
     Raises `SettingsError` for an address that others can reach without a token, and for a token that can be guessed.
     """
 
@@ -32,6 +34,7 @@ class Settings:
     max_upload_bytes: int = 2_000 * MEGABYTE
     max_body_bytes: int = MEGABYTE
     works: bool = True
+    trusted_proxies: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.token is None and not is_loopback(self.host):
@@ -49,6 +52,21 @@ class Settings:
             raise SettingsError(
                 f"--mlflow {address_for_display(self.mlflow)!r}: every page would show its password; leave it out"
             )
+        for proxy in self.trusted_proxies:
+            try:
+                ipaddress.ip_network(proxy)
+            except ValueError as error:
+                raise SettingsError(
+                    f"--trusted-proxy {proxy!r} is no address or network; expected one like 127.0.0.1 or 172.18.0.0/16"
+                ) from error
+
+    def is_trusted_proxy(self, host: str) -> bool:
+        """Whether a connection from this address is one of a trusted proxy, which brings the requests of many."""
+        try:
+            address = ipaddress.ip_address(host)
+        except ValueError:
+            return False
+        return any(address in ipaddress.ip_network(proxy) for proxy in self.trusted_proxies)
 
 
 def is_loopback(host: str) -> bool:

@@ -18,12 +18,15 @@ from sqlalchemy.exc import DBAPIError
 from ..engine import StoreError, StoreRoleError, describe
 from .permissions import (
     ADMIN,
+    APPEND_ONLY,
+    CHANGED_COLUMNS,
     DELETED_FROM,
-    NEVER_CHANGED,
     OPERATOR,
     READER,
     ROLES,
     VERSION,
+    changed_columns,
+    functions_of,
     missing_rights,
     missing_roles,
     refusal,
@@ -37,10 +40,12 @@ OF_THE_SCHEMA = (
 OF_THE_TABLES = (
     "GRANT SELECT ON TABLE {tables} TO {reader}",
     "GRANT SELECT, INSERT, UPDATE ON TABLE {tables} TO {operator}",
-    "GRANT DELETE ON TABLE {deleted_from} TO {operator}",
-    "REVOKE UPDATE ON TABLE {never_changed} FROM {operator}",
+    "REVOKE DELETE ON TABLE {tables} FROM {operator}",
+    "REVOKE UPDATE ON TABLE {append_only} FROM {operator}",
     "REVOKE INSERT, UPDATE ON TABLE {version} FROM {operator}",
     "GRANT ALL ON TABLE {tables} TO {admin}",
+)
+OF_THE_SEQUENCES = (
     "GRANT SELECT ON ALL SEQUENCES IN SCHEMA {schema} TO {reader}",
     "GRANT USAGE, SELECT ON ALL SEQUENCES IN SCHEMA {schema} TO {operator}",
     "GRANT ALL ON ALL SEQUENCES IN SCHEMA {schema} TO {admin}",
@@ -78,8 +83,7 @@ def names_in(connection: Connection) -> dict[str, Any]:
     return {
         **{key: identifier(name) for key, name in named.items()},
         "tables": listed(there),
-        "deleted_from": listed([table for table in there if table in DELETED_FROM]),
-        "never_changed": listed([table for table in there if table in NEVER_CHANGED]),
+        "append_only": listed([table for table in there if table in (*APPEND_ONLY, *CHANGED_COLUMNS)]),
     }
 
 
@@ -119,14 +123,32 @@ def grant_roles(connection: Connection) -> bool:
     for role in missing:
         _make(connection, role, joined=role == ADMIN and not is_super)
     names = names_in(connection)
-    for statement in (*OF_THE_SCHEMA, *OF_THE_TABLES):
+    for statement in (*OF_THE_SCHEMA, *OF_THE_SEQUENCES):
         run(connection, statement, names)
+    grant_rights(connection)
     for maker in _makers(connection):
         for rights, role in OF_LATER_ONES:
             run(connection, f"{GIVE}{rights} TO {role}", names | maker)
     if _may_act_as_admin(connection) and connection.scalar(_MAKES_TABLES, {"role": ADMIN}):
         _hand_over(connection, names, "{admin}")
     return True
+
+
+def grant_rights(connection: Connection) -> None:
+    """Give each role, which must be there, its rights on the store's tables and functions, and no more."""
+    names = names_in(connection)
+    for statement in OF_THE_TABLES:
+        run(connection, statement, names)
+    for table in tables_of(connection):
+        named = names | {"table": identifier(table)}
+        if table in DELETED_FROM:
+            run(connection, "GRANT DELETE ON TABLE {table} TO {operator}", named)
+        for column in changed_columns(connection, table):
+            own = named | {"column": identifier(column)}
+            run(connection, "GRANT UPDATE ({column}) ON TABLE {table} TO {operator}", own)
+    for function in functions_of(connection):
+        run(connection, f"REVOKE ALL ON FUNCTION {{schema}}.{function} FROM PUBLIC, {{reader}}", names)
+        run(connection, f"GRANT EXECUTE ON FUNCTION {{schema}}.{function} TO {{operator}}, {{admin}}", names)
 
 
 def revoke_roles(connection: Connection) -> None:
@@ -141,6 +163,8 @@ def revoke_roles(connection: Connection) -> None:
             run(connection, f"{TAKE}{rights} FROM {role}", names | maker)
     for statement in TAKE_ALL:
         run(connection, statement, names)
+    for function in functions_of(connection):
+        run(connection, f"REVOKE ALL ON FUNCTION {{schema}}.{function} FROM {{operator}}, {{admin}}", names)
 
 
 def owns(connection: Connection) -> bool:
@@ -187,9 +211,11 @@ def _makers(connection: Connection) -> list[dict[str, Any]]:
 
 
 def _hand_over(connection: Connection, names: dict[str, Any], owner: str) -> None:
-    """Sequences and indexes go with their tables."""
+    """Sequences and indexes go with their tables; the functions act as their owner."""
     for table in tables_of(connection):
         run(connection, f"ALTER TABLE {{table}} OWNER TO {owner}", names | {"table": identifier(table)})
+    for function in functions_of(connection):
+        run(connection, f"ALTER FUNCTION {{schema}}.{function} OWNER TO {owner}", names)
 
 
 #: What each role is for, in a person's words.

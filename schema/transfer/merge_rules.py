@@ -84,8 +84,10 @@ RULES = (
 )
 
 
-#: A dataset and an adopted effect are a laboratory's own choice, from campaigns of its own; a job is a machine's, and a
-#: tombstone tells of what that store no longer has.
-STAY_BEHIND = frozenset({"dataset_snapshots", "snapshot_pulses", "twin_configurations", "jobs", "tombstones"})
+#: A dataset and an adopted effect are a laboratory's own choice, from campaigns of its own; a job is a machine's, a
+#: tombstone tells of what that store no longer has, and a model is in a registry of its own.
+STAY_BEHIND = frozenset(
+    {"dataset_snapshots", "snapshot_pulses", "twin_configurations", "jobs", "tombstones", "registered_versions"}
+)
 #: Follows from the rows that were taken: who wrote them.
 WRITERS = "provenance"

@@ -14,13 +14,13 @@ from sqlalchemy import Connection, Table, func, select, tuple_, update
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
+from ..access.append_only import replace_set_aside
 from ..base import in_batches
 from ..benches import Material, MaterialAlias
 from ..campaigns import Campaign, PlannedRun
 from ..engine import StoreError, first_line
 from ..impacts import Impact, Pulse, Shot
 from ..provenance import Provenance
-from ..recordings import Recording
 from ..removal.returning import settle_imported
 from ..row_hashes import ROW_SHA256, row_hash
 from ..row_keys import reserve_keys
@@ -46,7 +46,7 @@ def _recording(target: Connection, row: Row, here: Row, writer: Writer) -> Settl
     if here["status"] == "stored":
         return Settled.OPEN
     better = {name: row[name] for name in ("sha256", "size_bytes", "format", "status", "reason")}
-    target.execute(update(Recording).where(Recording.id == here["id"]).values(**better, written_by_id=writer()))
+    replace_set_aside(target, here["id"], {**better, "written_by_id": writer()})
     return Settled.REPLACED
 
 

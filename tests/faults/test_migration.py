@@ -144,6 +144,7 @@ COMMAND_LINES = (
     "campaigns restore target.csv", "runs discard spring 1.npz --reason r",
     "runs replace spring 1.npz --from . --reason r",
     "plans list", "datasets list", "diagnoses list",
+    "db backup kept", "models recover",
     "db upgrade", "db export spring --out spring.pyroshock", "db import target.csv", "plan quality autumn", "plan list",
 )  # fmt: skip
 #: These open no store, or one of their own.

@@ -24,6 +24,7 @@ from pyroshock.schema.jobs import DONE, Job
 from pyroshock.schema.listings import get_campaign_id
 from pyroshock.schema.migrate import HEAD
 from pyroshock.schema.provenance import Tombstone
+from pyroshock.schema.registered_models import RegisteredVersion
 from pyroshock.schema.session import Store, Writer, open_store
 
 HERE = Path(__file__).parent
@@ -136,6 +137,17 @@ def add_tombstone(store: Store) -> None:
         )  # fmt: skip
 
 
+def add_registered_version(store: Store) -> None:
+    """A version of a model whose registry is elsewhere."""
+    with store.writing() as session:
+        session.add(
+            RegisteredVersion(label="linear@1", name="linear", version=1, dataset="stored", dataset_hash="0" * 64,
+                              sha256="1" * 64, registry_address="sqlite:///lab-models.db",
+                              registered_at=datetime(2026, 1, 6, tzinfo=UTC),
+                              record={"run_id": "r", "model_id": "m", "tags": {}})
+        )  # fmt: skip
+
+
 def main() -> int:
     target = HERE / "stored" / f"{HEAD}.sqlite.z"
     with tempfile.TemporaryDirectory() as temporary:
@@ -148,6 +160,7 @@ def main() -> int:
             add_diagnosis(store)
             add_jobs(store)
             add_tombstone(store)
+            add_registered_version(store)
             with store.engine.connect() as connection:
                 connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
         target.write_bytes(zlib.compress(database.read_bytes(), 9))

@@ -200,7 +200,8 @@ def test_the_way_back_takes_every_right(server: Server) -> None:
     migrate.upgrade(engine)
     migrate.downgrade(engine, "0004")
     with engine.connect() as connection:
-        assert len([right for right in missing_rights(connection) if "admin" not in right]) == sum(
+        lacking = [right for right in missing_rights(connection) if "admin" not in right and "UPDATE of" not in right]
+        assert len(lacking) == sum(
             role != "pyroshock_admin" for table in tables_of(connection) for role, _ in rights_on(table)
         )
         left = "SELECT count(*) FROM pg_default_acl"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import sqlite3
 import threading
 import warnings
 from collections.abc import Callable, Iterator
@@ -73,6 +74,7 @@ class Connection:
             before = os.environ.get(VARIABLE)
             import mlflow
             from mlflow.exceptions import MlflowException
+            from sqlalchemy.exc import DatabaseError
 
             for name in ("mlflow", "alembic"):
                 logging.getLogger(name).setLevel(logging.ERROR)
@@ -88,6 +90,13 @@ class Connection:
                 yield mlflow.MlflowClient()
             except MlflowException as error:
                 raise RegistryError(f"model registry {self.place.shown}: {_first_line(error)}") from error
+            except (DatabaseError, sqlite3.DatabaseError) as error:
+                if is_transient(error):
+                    raise
+                raise RegistryError(
+                    f"model registry {self.place.shown} cannot be read: {_first_line(error)}; restore it from a backup "
+                    "(pyroshock db restore), or move it away and register its files again (pyroshock models recover)"
+                ) from error
             finally:
                 mlflow.set_registry_uri(None)
                 mlflow.set_tracking_uri(None)

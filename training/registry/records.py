@@ -78,6 +78,9 @@ class Version:
     was fitted without the split's held-out pulses. The model of the first split is the one that is put in use: its
     record has an empty `model_id`, the others have the id of their own logged model.
 
+    `files`: the SHA-256 of each file of the model and its run, by name (`file_hashes.py`); empty for versions of
+    software that recorded none.
+
     `order` rises with each registration, whatever the clock says that `registered_at` was read from; 0 before there
     was one. `promoted_at` is the time of its last promotion as text that sorts; empty before the first.
     """
@@ -97,6 +100,7 @@ class Version:
     order: int = 0
     promoted_at: str = ""
     model_id: str = ""
+    files: Mapping[str, str] = field(default_factory=dict, repr=False)
 
     @property
     def is_served(self) -> bool:

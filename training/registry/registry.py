@@ -12,9 +12,10 @@ import tempfile
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr
+from datetime import UTC, datetime
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ...schema.transactions import is_transient, retry
 from ..estimators.base import SettingValue
@@ -22,6 +23,7 @@ from ..models.serialization import ARRAYS_FILE, MODEL_FILE, ModelFileError, read
 from ..tuning.trials import SettingsSearch, searches_from
 from .connection import Connection, RegistryError, patient
 from .decisions import champions_of, crown, decide, decisions, next_stamp, settle
+from .file_hashes import MODEL, RUN, AlteredFilesError, check_file, check_files, hash_files
 from .listing import in_order
 from .locks import exclusive_lock
 from .logged import HELD_OUT, SEARCHES, code_version, log_figures, log_files, log_model
@@ -73,6 +75,25 @@ class Registry:
             records += [version, *further_splits(version, tags)]
         return in_order(records)
 
+    @patient
+    def recorded(self) -> list[dict[str, Any]]:
+        """What the registry says of each version: `name`, `version`, `run_id`, `model_id`, `registered_at`, `tags`."""
+        if self.connection.nothing_there:
+            return []
+        with self.connection.client() as client:
+            rows = [v for v in client.search_model_versions(max_results=10_000) if TASK_TAG in v.tags]
+        return [
+            {
+                "name": v.name,
+                "version": int(v.version),
+                "run_id": v.run_id,
+                "model_id": v.model_id or str(v.source).removeprefix("models:/"),
+                "registered_at": datetime.fromtimestamp(v.creation_timestamp / 1000, UTC),
+                "tags": dict(v.tags),
+            }
+            for v in rows
+        ]
+
     def champion(self, predictor_set: str) -> Version | None:
         """The version in use for impacts described by this predictor set, or None."""
         served = (version for version in self.versions() if version.is_served)
@@ -93,7 +114,9 @@ class Registry:
         """The held-out predictions that the version was judged by."""
         with self._files_of(version) as (client, room):
             uri = client.get_run(version.run_id).info.artifact_uri
-            return read_held_out(self._fetched(f"{uri}/{HELD_OUT}", room, version))
+            file = self._fetched(f"{uri}/{HELD_OUT}", room, version)
+            check_file(file, RUN + HELD_OUT, version.files)
+            return read_held_out(file)
 
     @patient
     def fit_settings(self, version: Version) -> dict[str, SettingValue]:
@@ -141,6 +164,7 @@ class Registry:
             with self._model_of(version) as folder:
                 read_files(folder, version.sha256)
             self.held_out(version)
+            self._check_run(version)
         except ValueError as error:
             return str(error)
         return None
@@ -190,16 +214,17 @@ class Registry:
             model_uri, model_id, sha256 = log_model(trained, room / "model")
             log_figures(client, run.info.run_id, model_id, trained)
             log_files(client, run.info.run_id, trained, room / "files")
+            files = self._hash_logged(client, run.info.run_id, model_id, room / "logged")
             # MLflow counts a name's versions, and gives up after three races.
             with exclusive_lock(self.place, "registering"):
                 order = _next_order(client)
                 earlier = _version_without_split(client, trained)
                 if earlier is None:
-                    own = version_tags(trained, sha256, order)
+                    own = version_tags(trained, sha256, files, order)
                     with redirect_stderr(StringIO()):  # MLflow announces every version there
                         earlier = mlflow.register_model(model_uri, task.model, tags=own)
                 else:
-                    key, value = split_tag(trained, sha256, order, run.info.run_id, model_id, time.time())
+                    key, value = split_tag(trained, sha256, files, order, run.info.run_id, model_id, time.time())
                     client.set_model_version_tag(task.model, earlier.version, key, value)
                     own = {**earlier.tags, key: value}
         return _record_of_task(earlier, own, task.key)
@@ -319,7 +344,9 @@ class Registry:
         """The folder with a version's model."""
         with self._files_of(version) as (client, room):
             uri = _address_of_model(client, version)
-            yield self._fetched(uri, room, version) / "data" / "model"
+            folder = self._fetched(uri, room, version)
+            check_files(folder, MODEL, version.files)
+            yield folder / "data" / "model"
 
     @contextmanager
     def _files_of(self, version: Version) -> Iterator[tuple[MlflowClient, Path]]:
@@ -327,8 +354,33 @@ class Registry:
         try:
             with self.connection.client() as client, tempfile.TemporaryDirectory() as room:
                 yield client, Path(room)
-        except (ModelFileError, HeldOutError) as error:
+        except (ModelFileError, HeldOutError, AlteredFilesError) as error:
             raise type(error)(f"{version.label}: {error}; {_again(version)}") from error
+
+    def _check_run(self, version: Version) -> None:
+        """Hold every file of a version's run against those registered. Raises `AlteredFilesError`."""
+        with self._files_of(version) as (client, room):
+            uri = client.get_run(version.run_id).info.artifact_uri
+            check_files(self._fetched(uri, room, version), RUN, version.files)
+
+    @staticmethod
+    def _hash_logged(client: MlflowClient, run_id: str, model_id: str, room: Path) -> dict[str, str]:
+        """SHA-256 of every file of a model and its run, as they were stored."""
+        import mlflow
+
+        hashes = {}
+        for begin, uri in (
+            (MODEL, client.get_logged_model(model_id).artifact_location),
+            (RUN, client.get_run(run_id).info.artifact_uri),
+        ):
+            if uri.startswith("file:"):
+                folder = Path(uri.removeprefix("file://"))
+            else:
+                target = room / begin.rstrip("/")
+                target.mkdir(parents=True)
+                folder = Path(mlflow.artifacts.download_artifacts(artifact_uri=uri, dst_path=str(target)))
+            hashes |= hash_files(folder, begin)
+        return hashes
 
     def _fetched(self, uri: str, room: Path, version: Version) -> Path:
         """A local path of an artifact; where its folder was moved, the one beside the store as it stands now."""
@@ -337,7 +389,8 @@ class Registry:
         if not uri.startswith("file:"):
             return Path(mlflow.artifacts.download_artifacts(artifact_uri=uri, dst_path=str(room)))
         path = Path(uri.removeprefix("file://"))
-        parts = path.parts[path.parts.index("models") :] if "models" in path.parts else path.parts[-3:]
+        own = path.parts[-2:] if path.name == "artifacts" else path.parts[-3:]  # of a run, whole or one file
+        parts = path.parts[path.parts.index("models") :] if "models" in path.parts else own
         for candidate in (path, self.place.folder.joinpath(*parts)):
             if candidate.exists():
                 return candidate

@@ -33,6 +33,8 @@ FIT = "fit."
 TASK_TAG = PREFIX + "task"
 
 
+#: The SHA-256 of every file of the version.
+FILES_TAG = PREFIX + "files"
 #: Rises with each registration.
 ORDER_TAG = PREFIX + "order"
 
@@ -40,7 +42,7 @@ ORDER_TAG = PREFIX + "order"
 #: The same for every split of one training.
 TRAINING_TAG = PREFIX + "training"
 #: Start of the tags that hold the records of further splits.
-_SPLIT_TAG = PREFIX + "split."
+SPLIT_TAG = PREFIX + "split."
 
 #: When a version was made champion, the last time.
 PROMOTED_TAG = PREFIX + "promoted_at"
@@ -48,7 +50,7 @@ PROMOTED_TAG = PREFIX + "promoted_at"
 _KINDS = ("bench_kind", "velocity_kind")
 
 
-def version_tags(trained: Trained, sha256: str, order: int) -> dict[str, str]:
+def version_tags(trained: Trained, sha256: str, files: Mapping[str, str], order: int) -> dict[str, str]:
     """Everything that a listing tells of a version: it is written in one go with the version itself."""
     return {
         TASK_TAG: trained.task.key,
@@ -61,6 +63,7 @@ def version_tags(trained: Trained, sha256: str, order: int) -> dict[str, str]:
         PREFIX + "metrics": json.dumps({name: asdict(value) for name, value in trained.metrics.items()}),
         PREFIX + "cost": json.dumps(asdict(trained.cost)),
         PREFIX + "sha256": sha256,
+        FILES_TAG: json.dumps(files),
         ORDER_TAG: str(order),
         **{PREFIX + name: value for name in _KINDS if (value := getattr(trained.dataset, name)) is not None},
     }
@@ -88,10 +91,13 @@ def version_from(
         champion_of=champion_of,
         order=int(own.get("order", "0")),
         promoted_at=tags.get(PROMOTED_TAG, ""),
+        files=json.loads(tags.get(FILES_TAG, "{}")),
     )
 
 
-def split_tag(trained: Trained, sha256: str, order: int, run_id: str, model_id: str, seconds: float) -> tuple[str, str]:
+def split_tag(
+    trained: Trained, sha256: str, files: Mapping[str, str], order: int, run_id: str, model_id: str, seconds: float
+) -> tuple[str, str]:
     """Name and value of the tag that holds the record of a further split, registered at `seconds` since 1970."""
     digest = hashlib.sha256(trained.task.split.encode()).hexdigest()[:16]
     record = {
@@ -100,17 +106,18 @@ def split_tag(trained: Trained, sha256: str, order: int, run_id: str, model_id: 
         "cost": asdict(trained.cost),
         "task": trained.task.key,
         "sha256": sha256,
+        "files": dict(files),
         "order": order,
         "run_id": run_id,
         "model_id": model_id,
         "registered_at": seconds,
     }
-    return _SPLIT_TAG + digest, json.dumps(record)
+    return SPLIT_TAG + digest, json.dumps(record)
 
 
 def further_splits(version: Version, tags: Mapping[str, str]) -> list[Version]:
     """The records of a version's further splits, from the tags of the version."""
-    records = [json.loads(text) for name, text in tags.items() if name.startswith(_SPLIT_TAG)]
+    records = [json.loads(text) for name, text in tags.items() if name.startswith(SPLIT_TAG)]
     return [
         replace(
             version,
@@ -123,6 +130,7 @@ def further_splits(version: Version, tags: Mapping[str, str]) -> list[Version]:
             registered_at=datetime.fromtimestamp(record["registered_at"], UTC),
             order=record["order"],
             model_id=record["model_id"],
+            files=record.get("files", {}),
         )
         for record in records
     ]

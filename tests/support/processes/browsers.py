@@ -17,6 +17,7 @@ from typing import Any
 
 import pytest
 from pyroshock.app.server.application import application
+from pyroshock.app.server.connections import server_options
 from pyroshock.app.web.settings import Settings
 from pyroshock.schema.session import Store, Writer, open_store
 
@@ -71,8 +72,9 @@ def served(db: str, folder: Path, **settings: Any) -> Iterator[Lab]:
 
     with open_store(db, Writer("browser", "0")) as store, socket.socket() as listener:
         listener.bind(("127.0.0.1", 0))
-        app = application(Settings(db, folders=(folder,), **settings), store)
-        server = uvicorn.Server(uvicorn.Config(app, log_level="warning", access_log=False, timeout_graceful_shutdown=3))
+        served_as = Settings(db, folders=(folder,), **settings)
+        app = application(served_as, store)
+        server = uvicorn.Server(uvicorn.Config(app, **server_options(served_as)))
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
         thread.start()
         until(lambda: server.started or not thread.is_alive(), 60 * SLOW)
