@@ -141,8 +141,9 @@ def _refuse_placeholders(values: NDArray[np.float64], frame: pd.DataFrame | pd.S
         at = np.union1d(placeholders.lone, placeholders.beyond_range)
         if at.size:
             column = "" if columns is None else f" of column {columns[number]!r}"
+            samples = "sample" if at.size == 1 else "samples"
             raise ValueError(
-                f"{at.size} sample{'s' if at.size > 1 else ''}{column}, the first number {at[0]} = {record[at[0]]:.7g}, "
+                f"{at.size} {samples}{column}, the first number {at[0]} = {record[at[0]]:.7g}, "
                 f"far outside of the neighbours ({usable[at[0]]:.4g}): a placeholder is no reading; replace it, for "
                 "example by the mean of its neighbours, or leave the record out"
             )
