@@ -168,8 +168,8 @@ def _array(
 ) -> Array:
     properties = channel.properties
     unit, two_units = _unit(properties)
-    in_use = {"unit": unit, "rate_hz": axis.rate_hz if isinstance(axis.rate_hz, float) else None}
-    unread = unread_field(TDMS_FIELDS, {**group, **properties}, options, **in_use)
+    rate_hz = axis.rate_hz if isinstance(axis.rate_hz, float) else None
+    unread = unread_field(TDMS_FIELDS, {**group, **properties}, options, unit=unit, rate_hz=rate_hz)
 
     def take(start: int, stop: int) -> NDArray[Any]:
         with _no_compromise(path):

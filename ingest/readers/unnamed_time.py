@@ -22,12 +22,13 @@ _EVEN, _AGREEMENT = 0.3, 1e-2
 
 
 def with_times_by_unit(contents: Contents) -> Contents:
-    """`contents` in which an array in s, ms, us, ns, min or h that rises is a time, where its group has no other."""
+    """`contents` in which the one array of a group that rises and is in s, ms or their like is its time, if none is."""
     arrays = []
     for _, members in groupby(contents.arrays, key=lambda array: array.group):
         group = list(members)
-        if not any(array.is_time for array in group):
-            group = [replace(a, rises_as_time=True) if _is_time_by_unit(a) else a for a in group]
+        by_unit = [] if any(array.is_time for array in group) else [a for a in group if _is_time_by_unit(a)]
+        if len(by_unit) == 1:
+            group = [replace(a, rises_as_time=True) if a is by_unit[0] else a for a in group]
         arrays += group
     return replace(contents, arrays=arrays)
 
