@@ -143,7 +143,8 @@ def _refuse_placeholders(values: NDArray[np.float64], frame: pd.DataFrame | pd.S
             column = "" if columns is None else f" of column {columns[number]!r}"
             raise ValueError(
                 f"{at.size} sample{'s' if at.size > 1 else ''}{column}, the first number {at[0]} = "
-                f"{record[at[0]]:.7g}, far outside of the neighbours ({usable[at[0]]:.4g}): a placeholder is no reading; replace it, for "
+                f"{record[at[0]]:.7g}, far outside of the neighbours ({usable[at[0]]:.4g}): a placeholder is "
+                "no reading; replace it, for "
                 "example by the mean of its neighbours, or leave the record out"
             )
 
