@@ -14,7 +14,7 @@ from pyroshock.app.documents.page import html_of
 from support.processes.browsers import at, page_of, wait_drawn
 from support.processes.served_pages import PAGES
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(900), pytest.mark.usefixtures("quick_plates")]
 
 #: Addresses that a click may lead to: of links (in drawings, too), of forms, and of buttons that send them elsewhere.
 _ADDRESSES = """[...document.querySelectorAll('a, area, form, [formaction]')]

@@ -61,7 +61,7 @@ def test_a_kernel_of_gpytorch_predicts_as_gpytorch_does() -> None:
     likelihood = gpytorch.likelihoods.GaussianLikelihood().double()
     likelihood.noise = 0.05
 
-    class Peer(gpytorch.models.ExactGP):  # type: ignore[misc, name-defined]
+    class Peer(gpytorch.models.ExactGP):  # type: ignore[misc]
         def __init__(self) -> None:
             super().__init__(torch.tensor(X), torch.tensor(Y[:, 0]), likelihood)
             self.mean_module, self.covar_module = gpytorch.means.ZeroMean(), kernel
