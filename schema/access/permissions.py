@@ -76,7 +76,9 @@ def needed_role(error: DBAPIError) -> str | None:
         return None
     words = (error.statement or "").split() or [""]
     if words[0].upper() == "SELECT":
-        return OPERATOR if "FOR UPDATE" in " ".join(words) else READER
+        # Who locks a row, or takes a key for a new one (`row_keys`), is about to write.
+        statement = " ".join(words)
+        return OPERATOR if "FOR UPDATE" in statement or "nextval(" in statement else READER
     if words[:2] == ["DELETE", "FROM"] and words[2] not in DELETED_FROM:
         return ADMIN
     return OPERATOR if words[0].upper() in _CHANGE_ROWS and VERSION not in words else ADMIN
