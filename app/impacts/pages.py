@@ -302,5 +302,9 @@ def spectra(
         why_not=why_not,
         figure=spectra_figure(overlay, sides) if overlay else None,
         paper=four_coordinate_figure(overlay) if overlay else None,
-        rows=[{**row, "share_within": percent(row["share_within"])} for row in overlay.rows()] if overlay else [],
+        rows=[
+            {**row, **{name: percent(row[name]) for name in ("share_within", "share_above")}} for row in overlay.rows()
+        ]
+        if overlay
+        else [],
     )
