@@ -307,8 +307,8 @@ def _two_repetitions():
 
 
 def _without_law(table):
-    """Eight configurations with forces far from each other, whatever the predictors say."""
-    few = table.take(np.isin(table.configuration, np.unique(table.configuration)[::8]))
+    """Twelve configurations with forces far from each other, whatever the predictors say."""
+    few = table.take(np.isin(table.configuration, np.unique(table.configuration)[::5]))
     factor = np.exp(0.7 * np.random.default_rng(3).normal(size=len(np.unique(few.configuration))))
     return _scaled(few, factor[np.unique(few.configuration, return_inverse=True)[1]])
 
@@ -351,10 +351,13 @@ def test_single_configuration_cannot_be_judged(registry):
     table = context_in(registry).table
     context = context_in(registry, table.take(table.configuration == table.configuration[0]))
     registry.record(trained(context, "hann"))
-    with pytest.raises(ValueError, match="cannot be judged on unseen configurations: 1 configurations"):
-        promote(registry, "hann", 1, lambda _: context.table)
+    decision = promote(registry, "hann", 1, lambda _: context.table)
+    assert (decision.promoted, decision.verdict) == (False, "not enough to judge")
+    assert "1 configurations are not enough to judge a model: 10 at least are needed" in decision.reason
+    assert registry.champion("hammer") is None
     decision = promote(registry, "hann", 1, lambda _: context.table, forced=True, reason="the only one")
     assert decision.promoted and decision.judged_on == "nothing"
+    assert decision.reason.startswith("the only one; promoted by force although 1 configurations")
 
 
 def test_each_predictor_set_has_its_champion(registry, first_unjudged):

@@ -24,7 +24,7 @@ from .unseen_configurations import QUANTITIES, UnseenScores
 
 #: What a decision says: the first that applies, in the order of `judge`.
 Verdict = Literal[
-    "promoted", "not usable", "not enough to judge", "bands do not hold", "worse", "may be chance", "forced", ""
+    "promoted", "not usable", "not enough to judge", "worse", "bands do not hold", "may be chance", "forced", ""
 ]
 LEAST_CONFIGURATIONS = 10
 NARROWEST, WIDEST = 0.85, 0.97
@@ -102,6 +102,8 @@ def judge(scores: UnseenScores, p_value: float) -> GateVerdict:
     checks = band_checks(scores)
     words = comparison_words(scores, p_value)
     bands = ", ".join(map(str, checks))
+    if not scores.first_is_better:
+        return GateVerdict("worse", words)
     if any(check.fails for check in checks):
         failed = " and ".join(check.quantity for check in checks if check.fails)
         reason = (
@@ -109,8 +111,6 @@ def judge(scores: UnseenScores, p_value: float) -> GateVerdict:
             f"calibrated by: inside are {bands}, expected {NARROWEST:.0%} to {WIDEST:.0%}"
         )
         return GateVerdict("bands do not hold", f"{reason}; {words}")
-    if not scores.first_is_better:
-        return GateVerdict("worse", words)
     if p_value >= LEVEL:
         return GateVerdict("may be chance", f"{words}; a model is put in use only where it is better beyond chance")
     if not all(check.holds for check in checks):
