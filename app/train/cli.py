@@ -315,7 +315,7 @@ def list_models(
         from ...training.registry.intact_models import damages
         from ...training.registry.listing import flat_row, newest, of_dataset
         from ..common.model_registry import models_extra, registry_of, withdrawals_at, withdrawn_words
-        from .registered import lost_at
+        from ..common.registered_models import lost_at
         from .tables import floors_by_ground, json_row
 
         registry = registry_of(db)

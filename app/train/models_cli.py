@@ -85,7 +85,7 @@ def recover(db: str) -> None:
     """
     with open_command_store(db) as store:
         from ..common.model_registry import models_extra, registry_of
-        from .registered import recover_lost
+        from ..common.registered_models import recover_lost
 
         count = 0
         with models_extra():

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pyroshock.app.common.model_registry import registry_of
-from pyroshock.app.train.registered import note_registered
+from pyroshock.app.common.registered_models import note_registered
 from pyroshock.schema.registered_models import RegisteredVersion
 from pyroshock.training.fitting.fitting import fit_task, task_of
 from sqlalchemy import select
