@@ -60,7 +60,7 @@ def damaged_models(registry: Registry) -> Iterator[IntegrityFinding]:
 
 def lost_models(session: Session, registry: Registry) -> Iterator[IntegrityFinding]:
     """Versions that the store lists and the registry does not have."""
-    from ...training.registry.registered_versions import CURE, lost_versions
+    from ..common.registered_models import CURE, lost_versions
 
     for row in lost_versions(session, registry):
         what = f"version {row.label} of dataset {row.dataset!r} is not in the registry {registry.place.shown}"

@@ -338,9 +338,9 @@ def list_models(
     with errors_as_one_line():
         from ...training.registry.intact_models import damages
         from ...training.registry.listing import flat_row, newest, of_dataset
-        from ...training.registry.registered_versions import lost_at
         from ...training.registry.usability import usability
         from ..common.model_registry import models_extra, registry_of, withdrawals_at, withdrawn_words
+        from ..common.registered_models import lost_at
         from .tables import floors_by_ground, json_row
 
         registry = registry_of(db)

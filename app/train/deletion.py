@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from ...dataset.catalog import get_snapshot_row
 from ...dataset.deletion import delete_snapshot
-from ...training.registry.registered_versions import forget_registered
 from ..common.model_registry import models_extra, registry_of
+from ..common.registered_models import forget_registered
 
 if TYPE_CHECKING:
     from ...schema.session import Store

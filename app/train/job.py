@@ -45,8 +45,8 @@ def _do(work: RunningJob, arguments: TrainArguments) -> Ending:
 
 def _trained(work: RunningJob, arguments: TrainArguments) -> Session:
     from ...training.fitting.session import Progress, train
-    from ...training.registry.registered_versions import note_registered
     from ..common.model_registry import context_of, splits_of
+    from ..common.registered_models import note_registered
 
     registry = FencedRegistry(work)
     context = context_of(work.store, arguments.dataset, registry, arguments.seed, arguments.budget)

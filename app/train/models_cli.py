@@ -84,8 +84,8 @@ def recover(db: str) -> None:
         pyroshock models recover
     """
     with open_command_store(db) as store:
-        from ...training.registry.registered_versions import recover_lost
         from ..common.model_registry import models_extra, registry_of
+        from ..common.registered_models import recover_lost
 
         count = 0
         with models_extra():

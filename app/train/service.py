@@ -234,7 +234,7 @@ def train_models(
     from ...parallel.executor import HERE
     from ...training.fitting import session as training_session
     from ...training.models.catalogue import models_of
-    from ...training.registry.registered_versions import note_registered
+    from ..common.registered_models import note_registered
 
     names = models_of(",".join(models))
     registry = registry_of(url)

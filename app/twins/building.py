@@ -274,7 +274,7 @@ def check_contact(db: str, name: str) -> None:
 
 def _lost_models(session: Session | None, db: str) -> str:
     """What the registry has lost of the versions that the store lists; empty for nothing."""
-    from ...training.registry.registered_versions import lost_versions, lost_words
+    from ..common.registered_models import lost_versions, lost_words
 
     if session is None:
         return ""

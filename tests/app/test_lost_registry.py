@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pyroshock.app.common.model_registry import registry_of
+from pyroshock.app.common.registered_models import note_registered
 from pyroshock.schema.registered_models import RegisteredVersion
 from pyroshock.training.fitting.fitting import fit_task, task_of
-from pyroshock.training.registry.registered_versions import note_registered
 from sqlalchemy import select
 from support.stores.registries import context_in, fresh_registry, without_figures
 from support.stores.stores import opened, pyroshock, run_pyroshock

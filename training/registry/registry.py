@@ -368,7 +368,7 @@ class Registry:
         """SHA-256 of every file of a model and its run, as they were stored."""
         import mlflow
 
-        hashes = {}
+        hashes: dict[str, str] = {}
         for begin, uri in (
             (MODEL, client.get_logged_model(model_id).artifact_location),
             (RUN, client.get_run(run_id).info.artifact_uri),

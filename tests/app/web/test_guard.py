@@ -80,7 +80,7 @@ def test_without_the_token_of_the_server_nothing_is_told_and_a_browser_keeps_it(
     for wrong in ("", "x", WORD + "x", WORD[:-1], WORD.upper()):
         assert guarded.get(f"/jobs?token={wrong}").status_code == 401
         assert guarded.get("/jobs", headers={"authorization": f"Bearer {wrong}"}).status_code == 401
-        guarded.app.sign_in.attempts.succeeded("testclient")  # test_sign_in.py: how long more of them wait
+        guarded.app.sign_in.attempts.succeeded("testclient")  # type: ignore[attr-defined]  # test_sign_in.py: how long more of them wait
     assert guarded.get("/api/jobs", headers={"authorization": f"Bearer {WORD}"}).json() == []
     answer = guarded.get(f"/ingest?a=1&token={WORD}")
     # the token leaves the address
