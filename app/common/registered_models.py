@@ -11,10 +11,10 @@ from sqlalchemy.orm import Session
 
 from ...schema.registered_models import RegisteredVersion
 from ...schema.session import Store, StoreError, Writer, open_store
-from .tags import PREFIX
+from ...training.registry.tags import PREFIX
 
 if TYPE_CHECKING:
-    from .registry import Registry
+    from ...training.registry.registry import Registry
 
 CURE = (
     "restore the registry (pyroshock db restore), name it in MLFLOW_TRACKING_URI, or register the surviving files "
@@ -90,7 +90,7 @@ def forget_registered(url: str, label: str) -> None:
 
 def recover_lost(store: Store, registry: Registry) -> Iterator[tuple[str, str]]:
     """Register the surviving files of each lost version again: its label, and the new one or why not."""
-    from .recovery import RecoveryError, recover
+    from ...training.registry.recovery import RecoveryError, recover
 
     with store.reading() as session:
         wanted = [(row.label, row.name, row.version, row.record) for row in lost_versions(session, registry)]
