@@ -123,10 +123,13 @@ def _rows_of_bench(
 
 def _pair(scores: UnseenScores, candidate: int, reference: int) -> UnseenScores:
     """Two of the predictions."""
-    names, crps, inside = (
-        (values[candidate], values[reference]) for values in (scores.names, scores.crps, scores.inside)
+    return UnseenScores(
+        (scores.names[candidate], scores.names[reference]),
+        (scores.crps[candidate], scores.crps[reference]),
+        (scores.inside[candidate], scores.inside[reference]),
+        scores.configuration,
+        scores.folds,
     )
-    return UnseenScores(names, crps, inside, scores.configuration, scores.folds)
 
 
 def _fitted(name: str, pulses: PulseTable, rng: np.random.Generator) -> ContactModel:
