@@ -209,7 +209,7 @@ class Calibrated(ContactModel):
         )
 
     def _least_time_spread(self, prediction: ContactPrediction) -> Floats:
-        return np.maximum(self.least_time_spread_, _ROUND_OFF * prediction.contact_time_s)
+        return np.asarray(np.maximum(self.least_time_spread_, _ROUND_OFF * prediction.contact_time_s))
 
     def _spreads(self, prediction: ContactPrediction) -> tuple[Floats, Floats]:
         """Before the factors: the model's own, or those of its deviations."""
@@ -337,7 +337,7 @@ def _root_mean_square(deviation: Floats) -> Floats:
 def _over(deviation: Floats, spread: Floats) -> Floats:
     """A model may be sure of a value, with no spread: then a billionth of the largest spread, not of none. A deviation
     counts as a millionth of the spread at least: values that are all the same are met exactly, and have a logarithm."""
-    return np.maximum(np.abs(deviation) / np.maximum(spread, 1e-9 * spread.max()), 1e-6)
+    return np.asarray(np.maximum(np.abs(deviation) / np.maximum(spread, 1e-9 * spread.max()), 1e-6))
 
 
 def _factor(deviation: Floats) -> float:
