@@ -209,7 +209,7 @@ class Calibrated(ContactModel):
         )
 
     def _least_time_spread(self, prediction: ContactPrediction) -> Floats:
-        return np.maximum(self.least_time_spread_, _ROUND_OFF * prediction.contact_time_s)
+        return np.asarray(np.maximum(self.least_time_spread_, _ROUND_OFF * prediction.contact_time_s))
 
     def _spreads(self, prediction: ContactPrediction) -> tuple[Floats, Floats]:
         """Before the factors: the model's own, or those of its deviations."""

@@ -103,7 +103,7 @@ def _decide_promotion(
     figures = {**scores.figures(), **coverage_figures(scores), "crps.p_value": p_value}
     why = _reason(judgement, forced, reason)
     figures |= _pulse_errors(registry, candidate, champion, read, other)
-    verdict = "forced" if forced and not judgement.promoted else judgement.verdict
+    verdict: Verdict = "forced" if forced and not judgement.promoted else judgement.verdict
     decision = _decision(candidate, champion, forced or judgement.promoted, forced, why, verdict)
     pulses_judged = len(scores.configuration)
     return replace(decision, judged_on=where, judged_against=scores.names[1], pulses=pulses_judged, figures=figures)

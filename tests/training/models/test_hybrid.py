@@ -9,9 +9,8 @@ import pytest
 from pyroshock.dataset.table import PulseTable
 from pyroshock.training.estimators.linear import LinearPowers
 from pyroshock.training.models.analytic import Analytic
-from pyroshock.training.models.base import impulse
+from pyroshock.training.models.base import MARGIN, impulse
 from pyroshock.training.models.hybrid import (
-    MARGIN,
     Hybrid,
     ResidualPulse,
     _jacobian,
