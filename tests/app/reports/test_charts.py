@@ -160,7 +160,7 @@ def test_bars_stay_in_the_frame(shares: list[float], before: float, after: float
 
 
 def test_a_long_title_of_an_axis_fits_it() -> None:
-    from pyroshock.app.documents.pdf_sheet import fonts
+    from pyroshock.app.documents.pdf_fonts import fonts
 
     font, _ = fonts()
     heights = []

@@ -102,7 +102,7 @@ def test_pdf_has_its_date_its_letters_and_long_tables() -> None:
     assert b"/CreationDate (D:20260302000000Z)" in found and b"/Title (Campaign: spring)" in found
     pdf = pdf_of(document("Δv = 5.6 ± 0.1 m/s, ε ≤ 3 σ"))
     assert pdf.count(b"/FontFile2") == 2  # regular and bold are inside
-    from pyroshock.app.documents.pdf_sheet import fonts
+    from pyroshock.app.documents.pdf_fonts import fonts
     from reportlab.pdfbase import pdfmetrics
 
     letters = pdfmetrics.getFont(fonts()[0]).face.charToGlyph
