@@ -6,7 +6,7 @@ PYTEST := $(BIN)/python -m pytest
 PIP := $(BIN)/python -m pip -qq
 CLEAN := $(BIN)/python tools/clean_environment.py
 # Exactly the packages that are listed, with the content that is listed (requirements/, made by `make lock`).
-LOCKED := $(PIP) install --require-hashes --no-deps -r
+LOCKED := PIP_CONSTRAINT= PIP_BUILD_CONSTRAINT= $(PIP) install --require-hashes --no-deps -r
 
 # Old pip applies the first to build environments too, new pip wants the second for them.
 export PIP_CONSTRAINT := constraints.txt
@@ -178,7 +178,7 @@ lock: ## requirements/ anew from pyproject.toml and constraints.txt: after a dep
 	@echo "Installing pyroshock into .venv; the first time takes a few minutes."
 	@$(PYTHON) -m venv .venv
 	@$(LOCKED) requirements/run.txt
-	@$(PIP) install --no-deps --no-build-isolation -e .
+	@PIP_CONSTRAINT= PIP_BUILD_CONSTRAINT= $(PIP) install --no-deps --no-build-isolation -e .
 	@touch $@
 
 # PyTorch's build without GPU libraries where it is to be had; the other one needs more to be imported at all.
