@@ -1,4 +1,7 @@
-"""Fig. 1.1: a shock response spectrum, built from the responses of oscillators to one record."""
+"""Fig. 1.1: a shock response spectrum, built from the responses of oscillators to one record.
+
+The oscillators respond to the record as the spectrum takes it: resampled, where its content requires that.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ from pyroshock.array_types import Floats
 from pyroshock.ingest.folder import read_campaign_file
 from pyroshock.ingest.processing import read_channels
 from pyroshock.signals.channel import Channel
+from pyroshock.signals.srs.resampling import upsampled
 from pyroshock.signals.srs.spectrum import octave_grid, oscillator_response, shock_response_spectrum
 
 if TYPE_CHECKING:
@@ -32,18 +36,20 @@ def draw() -> Figure:
     """Base, responses of three oscillators with their largest values, and the spectrum that these are points of."""
     base = recorded()
     spectrum = shock_response_spectrum(base.si, base.sampling_rate_hz, octave_grid(100.0, 5000.0, 6))
+    factor = int(spectrum.resampled)
+    record, rate_hz = upsampled(base.si[np.newaxis], factor)[0], factor * base.sampling_rate_hz
     figure = new_figure(10.0, 5.0)
     halves: Any = figure.subfigures(1, 2, width_ratios=(1.15, 1))
     left, right = halves
     panels = left.subplots(1 + len(OSCILLATORS_HZ), 1, sharex=True)
-    _draw_series(panels[0], base, base.si, "base", QUIET)
+    _draw_series(panels[0], record, rate_hz, "base", QUIET)
     axes: Any = right.subplots()
     axes.loglog(spectrum.frequency_hz, spectrum.maximax, color="black", lw=1.2, label="maximax spectrum")
     for panel, frequency in zip(panels[1:], OSCILLATORS_HZ, strict=True):
-        response = oscillator_response(base.si, base.sampling_rate_hz, frequency).absolute_acceleration_m_s2
+        response = oscillator_response(record, rate_hz, frequency).absolute_acceleration_m_s2
         largest = int(np.argmax(np.abs(response)))
-        _draw_series(panel, base, response, f"{frequency:g} Hz", MEASURED)
-        panel.plot(_time_ms(base)[largest], response[largest], "o", color=MODEL, ms=4)
+        _draw_series(panel, response, rate_hz, f"{frequency:g} Hz", MEASURED)
+        panel.plot(1e3 * largest / rate_hz, response[largest], "o", color=MODEL, ms=4)
         axes.plot(frequency, abs(response[largest]), "o", color=MODEL)
     panels[-1].set_xlabel("time (ms)")
     left.supylabel("acceleration (m/s²)", fontsize=10)
@@ -54,12 +60,8 @@ def draw() -> Figure:
     return figure
 
 
-def _time_ms(base: Channel) -> Floats:
-    return 1e3 * np.arange(base.si.size, dtype=np.float64) / base.sampling_rate_hz
-
-
-def _draw_series(axes: Any, base: Channel, values: Floats, name: str, ink: str) -> None:
-    shown = slice(0, round(_SHOWN_S * base.sampling_rate_hz))
-    axes.plot(_time_ms(base)[shown], values[shown], color=ink, lw=0.9)
+def _draw_series(axes: Any, values: Floats, rate_hz: float, name: str, ink: str) -> None:
+    shown = values[: round(_SHOWN_S * rate_hz)]
+    axes.plot(1e3 * np.arange(shown.size) / rate_hz, shown, color=ink, lw=0.9)
     axes.set_title(name, loc="left", fontsize=8, pad=2)
     axes.tick_params(labelsize=7)
