@@ -133,12 +133,15 @@ def test_command_api_and_page_say_the_same(filled: Lab, name: str) -> None:
     for sensor in ("acceleration_1", "acceleration_2"):
         (spectrum,) = [trace for trace in figures["spectrum"]["data"] if trace.get("name") == sensor]
         assert spectrum["y"] == pytest.approx([level / G for level in command["srs"][sensor]["mean"]], rel=1e-4)
+    acceleration = command["acceleration"]["acceleration_1"]
+    lowest_hz, highest_hz = acceleration["band_hz"]
+    peak = f"peak acceleration_1, {1e-3 * lowest_hz:g} to {1e-3 * highest_hz:.3g} kHz"
     expected = {
         "impact velocity": (command["velocity_m_s"], 1.0),
         "contact time": (command["contact_time_s"], 1e3),
         "peak force": (command["peak_force_n"], 1e-3),
         "impulse": (command["impulse_n_s"], 1.0),
-        "peak acceleration_1": (command["acceleration"]["acceleration_1"]["peak_m_s2"], 1 / G),
+        peak: (acceleration["peak_m_s2"], 1 / G),
     }
     rows = {row["quantity"]: row for row in answer["numbers"]}
     printed = of_command(filled, name)
@@ -152,6 +155,7 @@ def test_command_api_and_page_say_the_same(filled: Lab, name: str) -> None:
     html = filled.client.get("/twin", params=question(name))
     assert html.status_code == 200, html.text
     visible = " ".join(Page(html.text).text.split())
+    assert all(quantity in visible for quantity in expected)
     assert SENTENCE == command["rests_on"]["sentence"] == printed.stdout.splitlines()[0]
     assert visible.index("This shot, with 90 % bands") < visible.index(SENTENCE)
     for sentence in (*command["warnings"], *command["notes"]):
