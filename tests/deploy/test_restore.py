@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import shutil
 import sqlite3
 import subprocess
@@ -20,7 +21,7 @@ from sqlalchemy import make_url
 from support.missing import skip_for_want_of
 from support.records.campaigns import hammer_campaign
 from support.stores.postgres_server import NoServerError, installations, running_server
-from support.stores.stores import content, counts, ingested, pyroshock, refusal
+from support.stores.stores import content, counts, ingested, pyroshock, refusal, run_pyroshock
 
 ROOT = Path(__file__).resolve().parents[2]
 DEPLOY = ROOT / "deploy"
@@ -176,40 +177,24 @@ def _move_to(url: str, revision: str) -> None:
         engine.dispose()
 
 
-#: `.backup FILE` of the program sqlite3 by the function of SQLite's library that it calls, so that no machine needs it.
-_BACKUP = """#!{python}
-import shlex, sqlite3, sys
-file, command = sys.argv[1:]
-word, copy = shlex.split(command)
-assert word == ".backup", command
-sqlite3.connect(file).backup(sqlite3.connect(copy))
-"""
-
-
-def _backup_program(folder: Path) -> Path:
-    folder.mkdir()
-    program = folder / "sqlite3"
-    program.write_text(_BACKUP.format(python=sys.executable))
-    program.chmod(0o755)
-    return folder
-
-
 def test_copy_of_a_file_in_use_comes_back(tmp_path, monkeypatch):
-    """`sqlite3 lab.db ".backup lab-backup.db"` of docs/reference/store.md, while somebody writes."""
-    line = re.search(r"`(sqlite3 [^`]+)`", (ROOT / "docs" / "reference" / "store.md").read_text())
-    assert line is not None
+    """`pyroshock db backup` of docs/reference/store.md, while somebody writes, and `restore`, when the file is gone."""
+    page = (ROOT / "docs" / "reference" / "store.md").read_text()
+    back_up, restore = (
+        shlex.split(line, comments=True) for line in re.findall(r"^pyroshock (db (?:backup|restore) .+)$", page, re.M)
+    )
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("PATH", f"{_backup_program(tmp_path / 'bin')}:{os.environ['PATH']}")
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
     campaign = hammer_campaign(tmp_path / "first", 2, HITS, "first")
     ingested("sqlite:///lab.db", campaign)
     before = content("sqlite:///lab.db")
     writer = sqlite3.connect("lab.db", isolation_level=None)
     writer.execute("BEGIN IMMEDIATE")
     writer.execute("DELETE FROM quality_findings")
-    subprocess.run(["/bin/sh", "-c", line[1]], check=True)
+    run_pyroshock(*back_up)
     writer.close()
     for file in tmp_path.glob("lab.db*"):
         file.unlink()
-    (tmp_path / "lab-backup.db").rename(tmp_path / "lab.db")
-    assert content("sqlite:///lab.db") == before
-    _assert_in_use("sqlite:///lab.db", campaign, tmp_path)
+    run_pyroshock(*restore)
+    assert content("sqlite:///restored.db") == before
+    _assert_in_use("sqlite:///restored.db", campaign, tmp_path)
