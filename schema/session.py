@@ -147,11 +147,12 @@ class Store:
             with self._translated(), Session(self._writes) as session:
                 event.listen(session, "before_flush", self._sign)
                 event.listen(session, "after_rollback", self._forget_with)
-                with session.begin():
+                with session.begin() as transaction:
                     if self.engine.dialect.name == "postgresql":
                         session.execute(_WAITS)
                     yield session
-                    _seal(session)
+                    if transaction.is_active:  # the block may have rolled it back
+                        _seal(session)
         except BaseException:
             self._written_by_id = provenance_id  # its provenance row went with the transaction
             raise

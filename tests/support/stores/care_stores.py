@@ -20,6 +20,7 @@ from pyroshock.schema.impacts import Impact
 from pyroshock.schema.jobs import Job
 from pyroshock.schema.provenance import Tombstone
 from pyroshock.schema.recordings import QualityFinding, RecordedChannel, Recording
+from pyroshock.schema.registered_models import RegisteredVersion
 from pyroshock.schema.row_sealing import seal_table
 from pyroshock.schema.session import Store
 from pyroshock.schema.tables import metadata
@@ -117,6 +118,11 @@ def _fill(store: Store) -> None:
                       stood_on={"datasets": [], "models": [], "diagnoses": [], "adopted": [], "reopened": []})
         )  # fmt: skip
         session.add(Job(kind="ingest", label="l", arguments={"folder": "x"}, asked_at=WHEN))
+        session.add(
+            RegisteredVersion(label="linear@1", name="linear", version=1, dataset=HAMMER, dataset_hash="0" * 64,
+                              sha256="1" * 64, registry_address="sqlite:///lab-models.db", registered_at=WHEN,
+                              record={"run_id": "r", "model_id": "m", "tags": {}})
+        )  # fmt: skip
     link_campaign(store, HAMMER, HAMMER)
 
 
