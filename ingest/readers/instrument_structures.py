@@ -20,7 +20,11 @@ INSTRUMENT_FIELDS: tuple[FieldRule, ...] = (
     harmless("*Length", "PicoScope: the number of samples"),
     used("*_time_*", "Dewesoft: the times of the channel of the same name without `time`, in seconds"),
     used("x_values.*", "Testlab: start, step and unit of the axis; one that is no time is refused"),
-    used("y_values.quantity.*", "Testlab: the unit of the samples; a factor or offset of it is refused"),
+    harmless(
+        "y_values.quantity.*",
+        "Testlab: the unit of the display. The samples are in it or in SI, as the export was set, and the file does "
+        "not say which: the channel has no unit until the laboratory gives it; a factor or offset is refused",
+    ),
 )
 _DEWESOFT_TIME = re.compile(r"(Data\d+)_time_(.+)")
 
@@ -67,9 +71,8 @@ def _of_testlab(array: Array, facts: Facts) -> Array:
     if seconds is None:
         stated = f"in {label!r}, which is no time" if label else "of no stated unit"
         return replace(array, obstacle=f"is over x_values {stated}; export a time signal, with its unit")
-    quantity = f"{signal}/y_values/quantity"
-    unit = str(facts.get(quantity, {}).get("label", "")).strip() or None
-    for group in (f"{quantity}/unit_transformation", f"{signal}/x_values/quantity/unit_transformation"):
+    for axis_name in ("y_values", "x_values"):
+        group = f"{signal}/{axis_name}/quantity/unit_transformation"
         for name, neutral in (("factor", 1.0), ("offset", 0.0)):
             value = facts.get(group, {}).get(name, neutral)
             if value != neutral:
@@ -79,7 +82,6 @@ def _of_testlab(array: Array, facts: Facts) -> Array:
         array,
         rate_hz=rate_from_step(float(axis["increment"]) * seconds),
         start_s=float(axis.get("start_value", 0.0)) * seconds,
-        unit=array.unit or unit,
     )
 
 
