@@ -1,9 +1,12 @@
 """`python -m benchmarks.srs`: shock response spectra from our peers and from us, on two processors.
 
 50,000 samples of noise at 100 kHz, 80 lines from 10 Hz to 10 kHz, Q = 10. Ours are whole spectra: both signs, primary,
-residual and pseudo velocity, of the record as it is, and of the record resampled as its content requires. The peers
-give the maximax while the record lasts, which is less work; pyyeti also with more processes and as it comes, which
-raises the sampling rate for all lines.
+residual and pseudo velocity, of the record as it is. The peers give the maximax while the record lasts, which is less
+work; pyyeti also with more processes and as it comes, which raises the sampling rate for all lines.
+
+Then ours as the product computes it, which resamples a record where its content requires that, beside the record as it
+is: of that noise, of a half sine of 2 ms, and of the shipped hit of a modal hammer; and the figures that an ingest
+measures of that hit.
 """
 
 from __future__ import annotations
@@ -17,15 +20,21 @@ from pathlib import Path
 
 import numpy as np
 from pyroshock.array_types import Floats
+from pyroshock.ingest.folder import read_campaign_file
+from pyroshock.ingest.processing import read_channels
+from pyroshock.signals.channel import Channel
+from pyroshock.signals.shock_figures import shock_figures
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.signals.srs.threads import processors
 
 from .harness import (
     ABSENT,
+    ROOT,
     Figure,
     Program,
     ProgramError,
     beside,
+    compared,
     interpreter_with,
     multiplying,
     promised,
@@ -36,12 +45,11 @@ from .shared_records import absolute_acceleration
 
 THEME = "Shock response spectra: 50,000 samples, 80 lines, Q = 10; ours whole, the peers' maximax"
 QUESTION = "a shock response spectrum"
+DEFAULT_THEME = "Shock response spectra by default, resampled where the content requires it, beside the record as it is"
 SAMPLES, RATE_HZ, LINES, Q, PROCESSORS = 50_000, 1e5, 80, 10.0, 2
 #: Ours over pyyeti's without roll-off, whose lines are the same; and by what equal lines may differ.
 LIMIT, DIFFERENCE = 1 / 8, 1e-9
 OURS, LFILTER = "ours", "scipy lfilter"
-#: As the product computes it: white noise has content up to half the sampling rate, and is resampled eightfold.
-RESAMPLED = "ours, resampled by the content"
 PROMISED = ("pyyeti", "pyyeti, processes")
 #: Its filter takes the base for constant in a step, so that it gives another number.
 ENDAQ = "endaq, base in steps"
@@ -55,7 +63,6 @@ def spectra(record: Floats, lines: Floats) -> dict[str, Callable[[], Floats]]:
     plain = partial(srs, record, RATE_HZ, lines, Q)
     return {
         OURS: lambda: shock_response_spectrum(record, RATE_HZ, lines, q=Q, resample_within=None).primary,
-        RESAMPLED: lambda: shock_response_spectrum(record, RATE_HZ, lines, q=Q).primary,
         "pyyeti": partial(plain, rolloff="none", parallel="no"),
         "pyyeti, processes": partial(plain, rolloff="none", parallel="yes"),
         "pyyeti, as it comes": plain,
@@ -98,6 +105,32 @@ def measure_srs(folder: Path, repeats: int = 45) -> Iterator[Figure]:
         )  # fmt: skip
     for name in (*PROMISED, LFILTER):
         yield promised(THEME, f"largest difference from {name}", [difference[name]], DIFFERENCE, "")
+    yield from _measure_default(record, lines, repeats)
+
+
+def _measure_default(noise: Floats, lines: Floats, repeats: int) -> Iterator[Figure]:
+    hit = _shipped_hit()
+    phase = np.clip((np.arange(SAMPLES) / RATE_HZ - 0.05) / 2e-3, 0, 1)
+    of_hit = f"a hit of a modal hammer, {hit.si.size:,} samples at {1e-3 * hit.sampling_rate_hz:g} kHz"
+    records = {
+        "white noise": (noise, RATE_HZ),
+        "a half sine of 2 ms": (np.sin(np.pi * phase), RATE_HZ),
+        of_hit: (hit.si, hit.sampling_rate_hz),
+    }
+    for name, (record, rate) in records.items():
+        spectrum = partial(shock_response_spectrum, record, rate, lines[lines <= rate / 5], q=Q)
+        seconds = take_turns({"default": spectrum, "as it is": partial(spectrum, resample_within=None)}, repeats)
+        factor = int(spectrum().resampled)
+        resampling = f"resampled {factor}-fold" if factor > 1 else "not resampled"
+        yield compared(DEFAULT_THEME, f"{name}: {resampling}", seconds["default"], seconds["as it is"])
+    seconds = take_turns({"ours": partial(shock_figures, hit.si, hit.sampling_rate_hz)}, repeats)
+    yield beside(DEFAULT_THEME, "all figures that an ingest measures of that hit", seconds, "", "no peer, no promise")
+
+
+def _shipped_hit() -> Channel:
+    folder = ROOT / "examples" / "modal-hammer-hit"
+    channels, _ = read_channels(folder / "recordings" / "acceleration.lvm", read_campaign_file(folder).sensors)
+    return next(channel for channel in channels if channel.quantity == "acceleration")
 
 
 def _endaq(stack: ExitStack, folder: Path, record: Floats, lines: Floats) -> Program | str:
