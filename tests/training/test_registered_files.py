@@ -78,7 +78,7 @@ def test_each_changed_missing_or_further_file_is_named(
 def test_altered_predictions_and_pages_of_a_version_are_its_damage(registered: tuple[Registry, Version]) -> None:
     registry, version = registered
     for name in ("held_out.npz", "code_version.json", "MLmodel"):
-        (path,) = (path for path in _files(registry) if path.name == name and _is_of(path, version))
+        path = _file_of(registry, version, name)
         before = path.read_bytes()
         _byte(path)
         assert f"{name} is not the file that was registered" in str(registry.damage(version))
@@ -88,7 +88,7 @@ def test_altered_predictions_and_pages_of_a_version_are_its_damage(registered: t
 
 def test_a_model_with_a_changed_file_is_not_loaded(registered: tuple[Registry, Version]) -> None:
     registry, version = registered
-    (path,) = (path for path in _files(registry) if path.name == "MLmodel" and _is_of(path, version))
+    path = _file_of(registry, version, "MLmodel")
     before = path.read_bytes()
     path.write_bytes(before.replace(b"pyroshock", b"elsewhere"))
     try:
@@ -99,8 +99,19 @@ def test_a_model_with_a_changed_file_is_not_loaded(registered: tuple[Registry, V
     registry.load(version)
 
 
-def _is_of(path: Path, version: Version) -> bool:
-    return hashlib.sha256(path.read_bytes()).hexdigest() in version.files.values()
+def _file_of(registry: Registry, version: Version, name: str) -> Path:
+    """The file of the version's run; of its model, whose folder does not bear the run, the one with the SHA-256."""
+    named = [path for path in _files(registry) if path.name == name]
+    (path,) = (
+        [path for path in named if version.run_id in path.parts]
+        if f"run/{name}" in version.files
+        else [path for path in named if _hash(path) == version.files[f"model/{name}"]]
+    )
+    return path
+
+
+def _hash(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 @pytest.mark.parametrize("share", [0.5, 0.001])

@@ -21,8 +21,9 @@ import pandas
 import pytest
 from pyroshock.training.estimators.base import FitReport
 from pyroshock.training.fitting.fitting import TrainingContext, fit_task, task_of
-from pyroshock.training.models.serialization import ModelFileError, unpack
+from pyroshock.training.models.serialization import unpack
 from pyroshock.training.registry.connection import RegistryError, user_environment
+from pyroshock.training.registry.file_hashes import AlteredFilesError
 from pyroshock.training.registry.loading import ServedModel
 from pyroshock.training.registry.model_storage import VARIABLE, storage_for
 from pyroshock.training.registry.promotion import promote
@@ -282,7 +283,7 @@ def test_moved_folder_is_found_and_changed_or_vanished_files_are_told(registry, 
     assert len(moved.held_out(version).keys)
     (file,) = (there / "lab-models").glob("models/*/artifacts/data/*/model.json")
     file.write_text(file.read_text().replace('"hann"', '"reed"'))
-    with pytest.raises(ModelFileError, match="not the file that was registered"):
+    with pytest.raises(AlteredFilesError, match=r"hann@1: .*model\.json is not the file that was registered"):
         moved.load(version)
     shutil.rmtree(there / "lab-models" / "models")
     with pytest.raises(RegistryError, match="the files of hann@1 are gone"):
