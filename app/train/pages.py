@@ -175,7 +175,7 @@ def compare(
         "models_compare.html",
         status=status,
         choices=choices,
-        chosen={(row["label"], row["split"]) for row in rows} or set(ticked),
+        chosen={(row["label"], row["split"]) for row in rows} or _ticked_rows(ticked, choices),
         split=min((row["split"] for row in rows), default="") if len({row["split"] for row in rows}) == 1 else "",
         fault=fault,
         found=comparison,
@@ -188,6 +188,14 @@ def _ticked(text: str) -> tuple[str, str]:
     """A version and the split of its row in the list, "" for an address without one: "svr@1 configurations"."""
     label, _, split = text.partition(" ")
     return label, split
+
+
+def _ticked_rows(
+    ticked: Sequence[tuple[str, str]], choices: Sequence[Mapping[str, Any]]
+) -> set[tuple[str, str | None]]:
+    """The rows of the list to tick: of a version without a split, the first row that it has there."""
+    first_split = {row["label"]: row["split"] for row in reversed(choices)}
+    return {(label, split or first_split.get(label)) for label, split in ticked}
 
 
 def _comparison(comparison: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from pyroshock.doe.plans import read_plan
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
 from pyroshock.schema.impacts import Pulse
 from pyroshock.schema.provenance import Provenance
+from pyroshock.training.evaluation import gate
 from pyroshock.training.registry.registry import Registry
 from pyroshock.twin.tune.attainability import Attainability
 from sqlalchemy import select
@@ -81,7 +82,7 @@ def test_an_empty_store_says_what_to_do(empty: Lab, address: str, words: str) ->
     ("/models/tree/1", 'id="against-1-data"'),
     ("/models/tree/1", 'id="worst"'),
     ("/models/compare?version=tree@1&version=linear@1", 'id="differences"'),
-    ("/models/compare", 'value="tree@1"'),
+    ("/models/compare", 'value="tree@1 repetitions"'),
     ("/models/train", 'id="model-tree"'),
     ("/datasets", f'href="/datasets/{DATASET}"'),
     (f"/datasets/{DATASET}", 'id="models"'),
@@ -434,7 +435,15 @@ def run(filled: Lab, number: int) -> tuple[str, str | None]:
         return planned_run.status, planned_run.reason
 
 
-def test_a_model_is_promoted_and_a_worse_one_refused(filled: Lab) -> None:
+def test_a_model_is_promoted_and_another_not_judged_by_few_configurations(filled: Lab) -> None:
+    post(filled.client, "/models/tree/1/promote", {"reason": "the first one", "force": "true"})
+    answer = post(filled.client, "/models/linear/1/promote", {"reason": "for a try"})
+    page = filled.client.get(answer.headers["location"]).text
+    assert "Not enough to judge: 4 configurations are not enough" in page and 'id="in-use"' not in page
+
+
+def test_a_model_is_promoted_and_a_worse_one_refused(filled: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gate, "LEAST_CONFIGURATIONS", 4)  # as many as the store has
     decisions = len(filled.client.get("/api/models/promotions").json())
     better, worse = "tree", "linear"
     answer = post(filled.client, f"/models/{better}/1/promote", {"reason": "the first one", "force": "true"})
@@ -467,7 +476,7 @@ def test_versions_to_compare_are_picked_where_they_cannot_be_compared(
 ) -> None:
     answer = filled.client.get(f"/models/compare{query}")
     assert answer.status_code == status and words in answer.text and 'id="picker"' in answer.text
-    assert ('value="tree@1" checked' in answer.text) == ("tree@1" in query)
+    assert ('value="tree@1 repetitions" checked' in answer.text) == ("tree@1" in query)
 
 
 def test_a_comparison_says_in_percent_which_version_is_better(filled: Lab) -> None:
