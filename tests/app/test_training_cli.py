@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import builtins
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +20,9 @@ from pyroshock.training.estimators.base import FitReport
 from pyroshock.training.evaluation.metrics import METRICS
 from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.tuning.trials import SettingsSearch, Trial
+from support.records.campaigns import blows, force_record, recording_name, write_recording
 from support.records.pulse_tables import PREDICTORS, pulse_table
-from support.stores.hammer_stores import filled_store, full_campaign
+from support.stores.hammer_stores import HITS, filled_store, full_campaign, rows_of
 from support.stores.registries import fresh_registry, without_figures, without_judging_the_first
 from support.stores.stores import opened
 
@@ -44,15 +45,19 @@ class _Snapshot:
 
 
 @pytest.fixture
-def lab(tmp_path, monkeypatch):
-    """A store whose dataset `spring` is a synthetic campaign; gives the command line."""
+def lab(request, tmp_path, monkeypatch):
+    """A store whose dataset `spring` is a synthetic campaign; gives the command line.
+
+    A parameter is the scatter of its repetitions.
+    """
     url = f"sqlite:///{tmp_path / 'lab.db'}"
     with opened(url, create=True):
         pass
     fresh_registry(tmp_path)
     without_figures(monkeypatch)
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
-    tables = {"spring": pulse_table(np.random.default_rng(1), repetitions=3)}
+    noise = getattr(request, "param", 0.02)
+    tables = {"spring": pulse_table(np.random.default_rng(1), repetitions=3, noise=noise)}
     tables["autumn"] = pulse_table(np.random.default_rng(2), repetitions=2, campaign="autumn")
 
     def read(_source: object, name: str) -> _Snapshot:
@@ -172,6 +177,17 @@ def test_compare_needs_pulses_in_common(lab):
     assert result.exit_code == 2 and "no held-out pulse in common" in result.stderr
 
 
+def test_a_model_far_from_the_repeatability_is_refused_as_not_usable(lab, monkeypatch):
+    without_judging_the_first(monkeypatch)
+    done(lab("train", "spring", "--models", "linear", "--split", "repetitions"))
+    refused = lab("promote", "linear", "1", "--json")
+    decision = json.loads(refused.stdout)
+    assert (refused.exit_code, decision["promoted"], decision["verdict"]) == (1, False, "not usable")
+    assert "linear@1 is not usable: its force error on the split repetitions is 51%, 18 times" in refused.stderr
+
+
+# With less scatter a line is not usable, and is refused before it is judged on anything.
+@pytest.mark.parametrize("lab", [0.06], indirect=True)
 def test_promotion_and_refusal_judged_on_either_dataset(lab, monkeypatch):
     without_judging_the_first(monkeypatch)
     done(lab("train", "spring", "--models", "hann,linear", "--split", "repetitions"))
@@ -200,8 +216,8 @@ def test_campaign_to_promoted_model(tmp_path, monkeypatch):
     """Nothing stands in: recordings, store, dataset, training, and a judgement on another campaign."""
     without_figures(monkeypatch)
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
-    campaigns = [full_campaign(tmp_path / name, name, seed=seed) for seed, name in enumerate(("spring", "autumn"))]
-    database = filled_store(tmp_path, *campaigns)
+    campaigns = [("spring", 4), ("autumn", 12)]  # configurations, of which twelve judge a model
+    database = filled_store(tmp_path, *(_scattered_campaign(tmp_path / name, name, runs) for name, runs in campaigns))
     fresh_registry(tmp_path, database.stem)
     end = ["--db", f"sqlite:///{database}"]
 
@@ -211,18 +227,28 @@ def test_campaign_to_promoted_model(tmp_path, monkeypatch):
     done(run(dataset, "build", "all-of-spring", "--from", "spring"))
     done(run(train, "all-of-spring", "--models", "linear,hertz", "--split", "repetitions"))
     refused = run(promote, "linear", "1")
-    assert refused.exit_code == 3, "five configurations judge no model"
+    assert refused.exit_code == 3, "four configurations judge no model"
     assert "linear@1 is not promoted, no model is in use for the hammer: not enough to judge" in refused.stderr
     (row,) = json.loads(done(run(models, "--promotions", "--json")).stdout)
     assert row["judged_against"] == "nothing"
     first = done(run(promote, "linear", "1", "--force", "--reason", "the first one")).stderr
     assert "(none before): the first one; promoted by force although " in first
     judged = run(promote, "hertz", "1", "--on", "autumn", "--force", "--reason", "a law for all")
-    assert "judged on 20 pulses, unseen configurations of autumn" in done(judged).stderr
+    assert "judged on 60 pulses, unseen configurations of autumn" in done(judged).stderr
     row = next(row for row in json.loads(done(run(models, "--json")).stdout) if row["model"] == "hertz")
     assert (row["champion_of"], row["dataset"]) == ("hammer", "all-of-spring")
     lost = run(promote, "linear", "1", "--on", "winter")
     assert (lost.exit_code, "'winter' is no dataset" in lost.stderr) == (2, True)
+
+
+def _scattered_campaign(folder: Path, name: str, runs: int) -> Path:
+    """One configuration for each run, whose repeated hits differ by so much (25 %) that a law of contact is usable."""
+    full_campaign(folder, name, runs, rows=[row | {"tip_radius_mm": 15 + 5 * row["run"]} for row in rows_of(runs)])
+    rng = np.random.default_rng(runs)
+    for run in range(1, runs + 1):
+        hits = [replace(hit, peak_n=hit.peak_n * float(np.exp(rng.normal(0, 0.25)))) for hit in blows(run, HITS)]
+        write_recording(folder / recording_name(run), {"force": force_record(hits, rng)})
+    return folder
 
 
 @pytest.mark.parametrize(("words", "said"), [

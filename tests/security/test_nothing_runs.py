@@ -6,6 +6,7 @@ import hashlib
 import io
 import json
 import pickle
+import shutil
 import zipfile
 from collections.abc import Iterator
 from dataclasses import replace
@@ -19,6 +20,7 @@ from pyroshock.doe.plans import list_plans
 from pyroshock.ingest.readers import RecordingError, open_recording
 from pyroshock.schema.session import count_rows
 from pyroshock.training.fitting.fitting import fit_task, task_of
+from pyroshock.training.registry.file_hashes import AlteredFilesError
 from pyroshock.training.registry.records import Version
 from pyroshock.training.registry.registry import Registry
 from scipy.io import savemat
@@ -80,7 +82,8 @@ def test_no_file_of_a_model_is_unpickled(registered: tuple[Registry, Version], t
     file.write_bytes(make(Payload(trap)))
     try:
         with pytest.raises(ValueError, match="linear@1"):
-            registry.held_out(version) if name == "held_out.npz" else registry.load(vouched(registry, version))
+            own = vouched(registry, version)
+            registry.held_out(own) if name == "held_out.npz" else registry.load(own)
     finally:
         for each, content in before.items():
             each.write_bytes(content)
@@ -97,23 +100,35 @@ def vouched(registry: Registry, version: Version) -> Version:
         pass
     else:
         description.write_text(json.dumps(document))
-    return replace(version, sha256=hashlib.sha256(description.read_bytes()).hexdigest())
+    (model_id,) = (row["model_id"] for row in registry.recorded() if row["run_id"] == version.run_id)
+    with registry.connection.client() as client:
+        files = registry._hash_logged(client, version.run_id, model_id, registry.place.work)
+    return replace(version, sha256=hashlib.sha256(description.read_bytes()).hexdigest(), files=files)
 
 
 def test_what_mlflow_would_run_is_not_asked(registered: tuple[Registry, Version], trap: Path) -> None:
-    """`MLmodel` names the module that MLflow's own `load_model` imports, and a folder of code beside it."""
+    """`MLmodel` names the module that MLflow's own `load_model` imports, and a folder of code beside it.
+
+    Neither is run, not even where whoever planted them could change the digests, too.
+    """
     registry, version = registered
     description = next(registry.place.folder.rglob("MLmodel"))
-    before, code = description.read_text(), description.parent / "code"
+    ours = next(description.parent.rglob("model.json"))
+    before, code, written = description.read_text(), description.parent / "code", ours.read_bytes()
     code.mkdir()
     (code / "planted.py").write_text(f"from pathlib import Path\nPath({str(trap)!r}).touch()\n")
     description.write_text(
         before.replace("pyroshock.training.registry.loading", "planted").replace("code: null", "code: code")
     )
     try:
-        assert registry.load(version).model is not None
+        with pytest.raises(AlteredFilesError, match=r"linear@1: model/MLmodel is not .*planted\.py was not registered"):
+            registry.load(version)
+        assert registry.load(vouched(registry, version)).model is not None
     finally:
         description.write_text(before)
+        ours.write_bytes(written)
+        shutil.rmtree(code)
+    assert registry.load(version).model is not None
 
 
 def npz_of_objects(path: Path, trap: Path) -> None:

@@ -78,8 +78,13 @@ def test_a_model_predicts_the_pulses_of_a_frame_with_what_the_bench_says(lab):
 def test_a_comparison_says_what_the_command_says(lab):
     store, _, runs = lab
     comparison = store.compare(*runs.labels)
-    (verdict,) = (row["verdict"] for row in _printed(store, "compare", *runs.labels) if "verdict" in row)
-    assert comparison.sentences[0] == verdict and set(comparison.to_frame()["model"]) == set(runs.labels)
+    rows = _printed(store, "compare", *runs.labels)
+    (verdict,) = (row["verdict"] for row in rows if "verdict" in row)
+    (unusable,) = (row["not_usable"] for row in rows if row.get("not_usable"))
+    assert unusable.startswith("reed@1 is not usable: its force error")
+    assert comparison.sentences[:2] == [f"{unusable}.", verdict] and set(comparison.to_frame()["model"]) == set(
+        runs.labels
+    )
     assert comparison.plot().get_xlabel().startswith("force_nrmse of")
 
 
