@@ -8,7 +8,7 @@ import sqlite3
 import threading
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, suppress
 from functools import wraps
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
@@ -86,6 +86,7 @@ class Connection:
             _restore_variable(before)
             try:
                 if self.experiment is None:
+                    self._refuse_damaged()
                     self.experiment = self._made_ready()
                 yield mlflow.MlflowClient()
             except MlflowException as error:
@@ -101,6 +102,13 @@ class Connection:
                 mlflow.set_registry_uri(None)
                 mlflow.set_tracking_uri(None)
                 _restore_variable(before)
+
+    def _refuse_damaged(self) -> None:
+        """Raise `sqlite3.DatabaseError` for a file that is cut or no database: MLflow tries to open it for minutes."""
+        if self.place.database is None or self.nothing_there:
+            return
+        with suppress(sqlite3.OperationalError), closing(sqlite3.connect(self.place.database)) as connection:
+            connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
 
     def _made_ready(self) -> str:
         """The experiment; the first call makes MLflow's tables, and two at once would stumble over each other."""
