@@ -40,18 +40,22 @@ _NAME = re.compile(r"[A-Za-z0-9][\w.-]*")
 def main() -> int:
     """Write the files of `requirements/` anew; the argument is the program `uv`."""
     (uv,) = sys.argv[1:]
-    known: dict[str, str] = {}
+    hashes_by_file: dict[str, str] = {}
     cuda: dict[str, str] = {}
     FOLDER.mkdir(exist_ok=True)
     for name, (before, extra) in ENVIRONMENTS.items():
         packages = _resolved(uv, extra)
         cuda |= {package: entry for package, entry in packages.items() if CUDA.match(package)}
-        own = {package: entry for package, entry in packages.items() if package not in known and package not in cuda}
+        own = {
+            package: entry
+            for package, entry in packages.items()
+            if package not in hashes_by_file and package not in cuda
+        }
         if name != "fuzz":  # no other environment adds to it
-            known |= own
+            hashes_by_file |= own
         _write(name, before, own)
     _write("cuda", None, cuda)
-    _write("cpu", None, _builds(known))
+    _write("cpu", None, _builds(hashes_by_file))
     return 0
 
 

@@ -55,11 +55,14 @@ def test_a_lost_registry_is_told_and_its_files_are_registered_again(url: str) ->
     lines = [line for line in run_pyroshock("models", "--db", url).stderr.splitlines() if "lost" in line]
     assert len(lines) == 1 and "linear@1, linear@2" in lines[0] and "pyroshock models recover" in lines[0]
     checked = pyroshock("db", "check", "--db", url, "--json")
-    found = [finding for finding in json.loads(checked.stdout)["findings"] if finding["check"] == "models"]
-    assert checked.exit_code == 1 and sorted(finding["model"] for finding in found) == ["linear@1", "linear@2"]
+    lost_findings = [finding for finding in json.loads(checked.stdout)["findings"] if finding["check"] == "models"]
+    assert checked.exit_code == 1 and sorted(finding["model"] for finding in lost_findings) == ["linear@1", "linear@2"]
 
-    said = run_pyroshock("models", "recover", "--db", url).stderr
-    assert "linear@1 registered again as linear@1" in said and "linear@2 registered again as linear@2" in said
+    recovery_message = run_pyroshock("models", "recover", "--db", url).stderr
+    assert (
+        "linear@1 registered again as linear@1" in recovery_message
+        and "linear@2 registered again as linear@2" in recovery_message
+    )
     after = {(version.label, version.split): version for version in registry.versions()}
     assert after.keys() == before.keys()
     for key, version in after.items():
@@ -77,8 +80,8 @@ def test_altered_or_missing_files_are_not_registered_again(url: str) -> None:
     held_out = sorted(folder.glob("*/artifacts/held_out.npz"))
     held_out[0].write_bytes(b"x")
     shutil.rmtree(held_out[1].parent)
-    said = run_pyroshock("models", "recover", "--db", url).stderr
-    assert "not registered again" in said
+    recovery_message = run_pyroshock("models", "recover", "--db", url).stderr
+    assert "not registered again" in recovery_message
     assert len(registry.versions()) <= 2 and all(registry.damage(version) is None for version in registry.versions())
 
 

@@ -86,8 +86,8 @@ def test_an_offset_changes_no_line_and_is_told(record, doors):
     assert removed == pytest.approx(OFFSET, abs=0.05)
     clean = ps.srs(record - OFFSET, RATE, frequencies=LINES, rest="none")
     np.testing.assert_allclose(maximax, clean, rtol=0.02)
-    left = ps.srs(record, RATE, frequencies=LINES, rest="none")
-    assert left.attrs["rest"] == 0 and left.iloc[0] > 1.5 * clean.iloc[0]
+    spectrum_with_rest = ps.srs(record, RATE, frequencies=LINES, rest="none")
+    assert spectrum_with_rest.attrs["rest"] == 0 and spectrum_with_rest.iloc[0] > 1.5 * clean.iloc[0]
     chosen = ps.srs(record, RATE, frequencies=LINES, rest="5ms:40ms")
     np.testing.assert_allclose(chosen, clean, rtol=0.02)
     for wrong in ("5ms", "40ms:5ms", "5:40"):

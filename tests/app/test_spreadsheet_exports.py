@@ -32,8 +32,8 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
         f"name = 'own'\nkind = 'hammer'\n[[factors]]\nname = 'lot'\nkind = 'categorical'\nlevels = ['{FORMULA}', 'b']\n"
     )
     (folder / "factors.toml").write_text(factors, encoding="utf-8")
-    given = ("--factors", folder / "factors.toml", "--seed", "1", "--db", url)
-    run_pyroshock("plan", "factorial", "planned", *given, "--out", folder / "plan.csv")
+    plan_options = ("--factors", folder / "factors.toml", "--seed", "1", "--db", url)
+    run_pyroshock("plan", "factorial", "planned", *plan_options, "--out", folder / "plan.csv")
     return folder
 
 
@@ -78,12 +78,12 @@ def test_a_dataset_is_guarded(tmp_path: Path) -> None:
 
 
 def test_the_table_of_a_plan_is_guarded_and_imported_as_it_was(lab: Path, tmp_path: Path) -> None:
-    given = ("--factors", lab / "factors.toml", "--db", sqlite(tmp_path))
+    plan_options = ("--factors", lab / "factors.toml", "--db", sqlite(tmp_path))
     table = (lab / "plan.csv").read_text()
     assert GUARDED in cells(table) and FORMULA not in cells(table)
-    run_pyroshock("plan", "import", "b", lab / "plan.csv", *given, "--out", tmp_path / "again.csv")
+    run_pyroshock("plan", "import", "b", lab / "plan.csv", *plan_options, "--out", tmp_path / "again.csv")
     assert (tmp_path / "again.csv").read_text() == table
-    run_pyroshock("plan", "import", "c", lab / "plan.csv", *given, "--out", tmp_path / "c.csv", AS_IT_IS)
+    run_pyroshock("plan", "import", "c", lab / "plan.csv", *plan_options, "--out", tmp_path / "c.csv", AS_IT_IS)
     assert FORMULA in cells((tmp_path / "c.csv").read_text())
 
 

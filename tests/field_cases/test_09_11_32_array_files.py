@@ -75,13 +75,13 @@ def test_their_campaigns_hold_no_wrong_number(case, tmp_path):
     """Peaks of the campaigns are 4738 m/s2 (483 g) above a rest of nothing, or the recording is set aside."""
     with ps.open(tmp_path / "lab.db") as store:
         try:
-            told = store.ingest(INPUTS / case / "campaign", jobs=1, progress=False)
+            ingest_report = store.ingest(INPUTS / case / "campaign", jobs=1, progress=False)
         except ps.PyroshockError as error:
             assert "MATLAB" in str(error) or "gain" in str(error)
             return
         peaks = store.impacts()["peak_acceleration_m_s2"].dropna().to_numpy()
     assert peaks == pytest.approx(4738.0, rel=2e-3)
-    assert told is not None
+    assert ingest_report is not None
 
 
 @pytest.mark.parametrize(

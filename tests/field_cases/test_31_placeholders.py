@@ -24,16 +24,16 @@ def test_srs_rejects_the_record_and_has_the_spectrum_without_them(file: Path) ->
         main, ["srs", str(file), "--frequencies", "500,1000,2000,5000", "--no-resample", "--json"]
     )
     assert answer.exit_code == 0, answer.output
-    told = json.loads(answer.stdout)
-    assert [(f["check"], f["severity"]) for f in told["checks"]] == [("placeholder", "reject")]
-    assert told["maximax"] == pytest.approx(RIGHT, rel=1e-3)
+    outcome = json.loads(answer.stdout)
+    assert [(f["check"], f["severity"]) for f in outcome["checks"]] == [("placeholder", "reject")]
+    assert outcome["maximax"] == pytest.approx(RIGHT, rel=1e-3)
 
 
 def test_the_campaign_is_rejected_and_its_figures_are_those_of_the_hits(tmp_path: Path) -> None:
     with ps.open(tmp_path / "lab.db") as store:
-        told = store.ingest(PLACEHOLDERS / "campaign", jobs=1, progress=False)
+        outcome = store.ingest(PLACEHOLDERS / "campaign", jobs=1, progress=False)
         impacts = store.impacts()
-    findings = {(f["recording"], f["channel"], f["check"], f["severity"]) for f in told.report.findings}
+    findings = {(f["recording"], f["channel"], f["check"], f["severity"]) for f in outcome.report.findings}
     assert findings == {
         ("recordings/acc-one-9.9e37.csv", "acceleration_1", "placeholder", "reject"),
         ("recordings/force-one-9.9e37.csv", "force", "placeholder", "reject"),
@@ -47,10 +47,10 @@ def test_the_campaign_is_rejected_and_its_figures_are_those_of_the_hits(tmp_path
 
 def test_samples_beyond_an_oscilloscope_s_range_are_clipped_at_the_largest_reading() -> None:
     answer = CliRunner().invoke(main, ["srs", str(INPUTS / "13-over-time.csv"), "--json"])
-    told = json.loads(answer.stdout)
-    assert {(f["check"], f["severity"]) for f in told["checks"]} == {("clipping", "reject")}
-    assert max(told["maximax"]) < 1e5
-    assert all(abs(f["evidence"]["level"]) <= 200 * 9.80665 for f in told["checks"])
+    outcome = json.loads(answer.stdout)
+    assert {(f["check"], f["severity"]) for f in outcome["checks"]} == {("clipping", "reject")}
+    assert max(outcome["maximax"]) < 1e5
+    assert all(abs(f["evidence"]["level"]) <= 200 * 9.80665 for f in outcome["checks"])
 
 
 def test_the_library_s_spectrum_refuses_them(tmp_path: Path) -> None:

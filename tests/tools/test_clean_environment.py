@@ -27,16 +27,22 @@ def run_clean(*command: str, **variables: str) -> str:
 def test_home_is_empty_and_variables_are_gone(tmp_path: Path) -> None:
     (tmp_path / "marker").touch()
     script = "import json, os; print(json.dumps([dict(os.environ), os.listdir(os.path.expanduser('~'))]))"
-    given = {"HOME": str(tmp_path), "PATH": "/opt/x", "PYROSHOCK_DB": "lab.db", "LANG": "de_DE.UTF-8", "EDITOR": "x"}
-    variables, home = json.loads(run_clean(sys.executable, "-c", script, **given))
+    variables_before = {
+        "HOME": str(tmp_path),
+        "PATH": "/opt/x",
+        "PYROSHOCK_DB": "lab.db",
+        "LANG": "de_DE.UTF-8",
+        "EDITOR": "x",
+    }
+    variables, home = json.loads(run_clean(sys.executable, "-c", script, **variables_before))
     assert home == ["fonts.conf"] and variables["HOME"] != str(tmp_path) and "/opt/x" not in variables["PATH"]
     assert not {"PYROSHOCK_DB", "LANG", "EDITOR", "PYTHONPATH"} & variables.keys()
     assert not Path(variables["HOME"]).exists(), "the home is removed afterwards"
 
 
 def test_what_reaches_packages_and_what_tests_are_asked_by_is_kept(tmp_path: Path) -> None:
-    given = {"PIP_INDEX_URL": "x", "https_proxy": "y", "TEST_DATABASE_URL": "z", "CI": "true"}
-    assert given.items() <= clean_environment.clean_variables(given, tmp_path).items()
+    variables_before = {"PIP_INDEX_URL": "x", "https_proxy": "y", "TEST_DATABASE_URL": "z", "CI": "true"}
+    assert variables_before.items() <= clean_environment.clean_variables(variables_before, tmp_path).items()
 
 
 def test_pip_still_reads_where_packages_come_from(tmp_path: Path) -> None:

@@ -29,11 +29,11 @@ _RECORD_OPENED = "window.opened = []; window.open = (address) => { window.opened
 @pytest.fixture
 def elsewhere() -> Iterator[tuple[str, list[str]]]:
     """Another server on this machine, by its address, and what it was asked."""
-    asked: list[str] = []
+    requested_addresses: list[str] = []
 
     class Handler(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
-            asked.append(self.path)
+            requested_addresses.append(self.path)
             self.send_response(200)
             self.end_headers()
 
@@ -45,7 +45,7 @@ def elsewhere() -> Iterator[tuple[str, list[str]]]:
     server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
     thread = threading.Thread(target=server.serve_forever, daemon=True)
     thread.start()
-    yield f"http://127.0.0.1:{server.server_port}", asked
+    yield f"http://127.0.0.1:{server.server_port}", requested_addresses
     server.shutdown()
     server.server_close()
     thread.join(10)
@@ -100,7 +100,7 @@ _ATTEMPTS = {
 def test_a_page_that_tries_to_reach_another_server_is_stopped(
     browser: Any, lab: Any, elsewhere: tuple[str, list[str]], attempt: str
 ) -> None:
-    url, asked = elsewhere
+    url, requested_addresses = elsewhere
     context = browser.new_context()
     page = context.new_page()
     refused: list[str] = []
@@ -109,24 +109,24 @@ def test_a_page_that_tries_to_reach_another_server_is_stopped(
     page.evaluate(f"a => {{ {_ATTEMPTS[attempt]} }}", f"{url}/{attempt}")
     page.wait_for_timeout(500)
     context.close()
-    assert asked == [] and any("Content Security Policy" in text for text in refused)
+    assert requested_addresses == [] and any("Content Security Policy" in text for text in refused)
 
 
 def test_the_other_server_is_reached_without_a_policy(browser: Any, elsewhere: tuple[str, list[str]]) -> None:
     """The tests above and below can fail."""
-    url, asked = elsewhere
+    url, requested_addresses = elsewhere
     context = browser.new_context()
     page = context.new_page()
     page.set_content(f"<img src='{url}/image'>")
     page.wait_for_timeout(500)
     context.close()
-    assert asked == ["/image"]
+    assert requested_addresses == ["/image"]
 
 
 def test_a_report_in_a_file_asks_nobody_whatever_it_is_made_to_hold(
     browser: Any, elsewhere: tuple[str, list[str]], tmp_path: Path
 ) -> None:
-    url, asked = elsewhere
+    url, requested_addresses = elsewhere
     page_text = html_of(Document("Campaign", "spring", "x", {}, [Section("s", [Paragraph("p")])]))
     evil = (
         f"<img src='{url}/image'><script src='{url}/script'></script><iframe src='{url}/frame'></iframe>"
@@ -141,4 +141,4 @@ def test_a_report_in_a_file_asks_nobody_whatever_it_is_made_to_hold(
     page.locator("button").evaluate("button => button.click()")
     page.wait_for_timeout(500)
     context.close()
-    assert asked == [] and "<main>" in page_text
+    assert requested_addresses == [] and "<main>" in page_text

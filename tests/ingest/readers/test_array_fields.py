@@ -166,8 +166,8 @@ class TestHdf5Axes:
         return path
 
     def test_each_data_set_has_the_time_of_its_dimension_scale(self, tmp_path):
-        found = channels(self.write(tmp_path / "a.h5", 1e-4, "s"))
-        assert found["force"] == (FS_HZ, 0.5, None) and found["slow"] == (100.0, 0.5, None)
+        channel_infos = channels(self.write(tmp_path / "a.h5", 1e-4, "s"))
+        assert channel_infos["force"] == (FS_HZ, 0.5, None) and channel_infos["slow"] == (100.0, 0.5, None)
 
     def test_a_scale_that_is_no_time_is_refused(self, tmp_path):
         with pytest.raises(RecordingError, match="'force' is over 't_fast' in 'Hz', which is no time"):

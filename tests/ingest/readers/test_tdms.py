@@ -59,8 +59,8 @@ def refusal(path, name="force", options=None):
     ],
 )
 def test_x_axis_in_its_unit(written, properties, rate, start):
-    found, found_start, _ = facts(written([("force", FORCE, properties)]))
-    assert found == pytest.approx(rate, rel=1e-9) and found_start == pytest.approx(start)
+    rate_read, start_read, _ = facts(written([("force", FORCE, properties)]))
+    assert rate_read == pytest.approx(rate, rel=1e-9) and start_read == pytest.approx(start)
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,7 @@ def test_a_record_that_ends_while_it_rings_does_not_ring_more_there(level):
     record, by a tenth of the jump."""
     whole, fine = burst(1e4) + level, burst(8e4) + level
     cut = slice(170, 260)
-    found = upsampled(whole[np.newaxis, cut], 8)[0]
-    apart = np.abs(found - fine[8 * 170 : 8 * 259 + 1])
+    finer = upsampled(whole[np.newaxis, cut], 8)[0]
+    apart = np.abs(finer - fine[8 * 170 : 8 * 259 + 1])
     assert apart.max() < 0.15
     assert apart[8 * 10 : -8 * 10].max() < 0.01

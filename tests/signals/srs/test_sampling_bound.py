@@ -118,8 +118,8 @@ def test_content_at_half_the_sampling_rate_is_said_to_bound_nothing():
         spectrum = shock_response_spectrum(record, RATE_HZ, lines)
         assert np.all(spectrum.unseen_error > 0.3)
     truth = shock_response_spectrum(burst(64 * RATE_HZ, NYQUIST_HZ + 300), 64 * RATE_HZ, lines, resample_within=None)
-    found = shock_response_spectrum(above, RATE_HZ, lines)
-    assert np.all(np.abs(found.maximax / truth.maximax - 1) <= found.sampling_error)
+    spectrum_found = shock_response_spectrum(above, RATE_HZ, lines)
+    assert np.all(np.abs(spectrum_found.maximax / truth.maximax - 1) <= spectrum_found.sampling_error)
 
 
 @pytest.mark.parametrize("shape", ["half sine", "triangle", "sawtooth", "rectangle"])
@@ -140,8 +140,8 @@ def test_classical_pulses_between_samples_keep_the_bound(shape, samples):
     lines = np.array([20.0, 100.0, 400.0, 1500.0])
     for q in (5.0, 50.0):
         truth = shock_response_spectrum(pulse(256 * RATE_HZ), 256 * RATE_HZ, lines, q=q, resample_within=None).maximax
-        found = shock_response_spectrum(pulse(RATE_HZ), RATE_HZ, lines, q=q)
-        assert np.all(np.abs(found.maximax / truth - 1) <= found.sampling_error), (shape, q)
+        spectrum_found = shock_response_spectrum(pulse(RATE_HZ), RATE_HZ, lines, q=q)
+        assert np.all(np.abs(spectrum_found.maximax / truth - 1) <= spectrum_found.sampling_error), (shape, q)
 
 
 def test_silence_has_no_error_and_a_share_out_of_range_is_refused():
