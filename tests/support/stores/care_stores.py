@@ -118,12 +118,22 @@ def _fill(store: Store) -> None:
                       stood_on={"datasets": [], "models": [], "diagnoses": [], "adopted": [], "reopened": []})
         )  # fmt: skip
         session.add(Job(kind="ingest", label="l", arguments={"folder": "x"}, asked_at=WHEN))
-        session.add(
-            RegisteredVersion(label="linear@1", name="linear", version=1, dataset=HAMMER, dataset_hash="0" * 64,
-                              sha256="1" * 64, registry_address="sqlite:///lab-models.db", registered_at=WHEN,
-                              record={"run_id": "r", "model_id": "m", "tags": {}})
-        )  # fmt: skip
     link_campaign(store, HAMMER, HAMMER)
+
+
+def registered_version() -> RegisteredVersion:
+    """A version that no registry has: a check with a registry would tell it."""
+    return RegisteredVersion(
+        label="linear@1",
+        name="linear",
+        version=1,
+        dataset=HAMMER,
+        dataset_hash="0" * 64,
+        sha256="1" * 64,
+        registry_address="sqlite:///lab-models.db",
+        registered_at=WHEN,
+        record={"run_id": "r", "model_id": "m", "tags": {}},
+    )
 
 
 def copied(source: str, target: str, progress: Callable[[int, int, str], None] | None = None) -> list[Any]:

@@ -19,7 +19,7 @@ from sqlalchemy import func, select, update
 from sqlalchemy.orm import Session
 
 from support.records.campaigns import blows, force_record, hammer_campaign, recording_name, write_recording
-from support.stores.care_stores import WHEN, fill
+from support.stores.care_stores import WHEN, fill, registered_version
 from support.stores.hammer_stores import url_of
 from support.stores.stores import ingested, opened
 
@@ -75,6 +75,7 @@ def _add_rows(session: Session) -> None:
             ),
             Job(**ended, **times, state=DONE, address="/campaigns/spring", words="w", result=[1, 2.5], host="bench"),
             Job(**ended, **times, state=FAILED, error="e"),
+            registered_version(),
             Tombstone(
                 kind=RECORDING,
                 campaign="spring",
