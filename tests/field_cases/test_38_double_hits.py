@@ -62,7 +62,7 @@ def test_second_hits_taps_and_turned_signs_are_named_and_the_figures_are_of_the_
     with ps.open(tmp_path / "lab.db") as store:
         outcome = store.ingest(write_campaign(tmp_path / "hits"), jobs=1, progress=False)
         impacts = store.impacts()
-    checks = {name: set() for name in RECORDS}
+    checks: dict[str, set[str]] = {name: set() for name in RECORDS}
     for finding in outcome.report.findings:
         checks[Path(finding["recording"]).stem].add(finding["check"])
     assert checks["single"] == set()
