@@ -211,6 +211,6 @@ def iter_lagging(connection: Connection) -> Iterator[tuple[Column[int], int, int
         return
     for key in counted_columns():
         last = connection.scalar(select(func.max(key)))
-        given = connection.scalar(select(func.pg_sequence_last_value(cast(sequence_of(key), REGCLASS))))
-        if last is not None and (given is None or given < last):
-            yield key, last, given
+        counter = connection.scalar(select(func.pg_sequence_last_value(cast(sequence_of(key), REGCLASS))))
+        if last is not None and (counter is None or counter < last):
+            yield key, last, counter

@@ -70,18 +70,19 @@ def test_fill_values_are_no_numbers():
     np.testing.assert_array_equal(values[stored != fill], by_hand[stored != fill])
 
 
-@pytest.mark.parametrize("case", ["09-mat73-objects", "11-hdf5-packed"])
-def test_their_campaigns_hold_no_wrong_number(case, tmp_path):
-    """Peaks of the campaigns are 4738 m/s2 (483 g) above a rest of nothing, or the recording is set aside."""
+def test_a_campaign_of_a_matlab_timeseries_is_refused_by_its_class(tmp_path):
+    with ps.open(tmp_path / "lab.db") as store, pytest.raises(ps.PyroshockError, match="is a MATLAB timeseries"):
+        store.ingest(INPUTS / "09-mat73-objects" / "campaign", jobs=1, progress=False)
+
+
+def test_a_campaign_of_packed_files_has_the_right_peaks_and_sets_uneven_time_aside(tmp_path):
+    """Peaks are 4738 m/s2 (483 g) above a rest of nothing, and 2000 N."""
     with ps.open(tmp_path / "lab.db") as store:
-        try:
-            ingest_report = store.ingest(INPUTS / case / "campaign", jobs=1, progress=False)
-        except ps.PyroshockError as error:
-            assert "MATLAB" in str(error) or "gain" in str(error)
-            return
-        peaks = store.impacts()["peak_acceleration_m_s2"].dropna().to_numpy()
-    assert peaks == pytest.approx(4738.0, rel=2e-3)
-    assert ingest_report is not None
+        store.ingest(INPUTS / "11-hdf5-packed" / "campaign", jobs=1, progress=False)
+        impacts = store.impacts()
+    assert impacts["run"].tolist() == [1, 3]
+    assert impacts["peak_acceleration_m_s2"].to_numpy() == pytest.approx([4738.0] * 2, rel=2e-3)
+    assert impacts["peak_force_n"].to_numpy() == pytest.approx([2000.0] * 2, rel=2e-3)
 
 
 @pytest.mark.parametrize(

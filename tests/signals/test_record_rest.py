@@ -55,7 +55,7 @@ def test_hits_that_are_apart_are_counted(times_s, noise):
 def test_one_event_is_one_hit():
     """A bounce within milliseconds, a small rebound, slow oscillation, beats, noise, a step, and silence."""
     t = np.arange(100_000) / RATE
-    one = {
+    single_hits = {
         "bounce": ringing(0.05) + ringing(0.062),
         "small rebound": ringing(0.05, seconds=1.0) + ringing(0.5, 15.0, seconds=1.0),
         "sine of 1 Hz": np.sin(2 * np.pi * t),
@@ -63,6 +63,6 @@ def test_one_event_is_one_hit():
         "noise": np.random.default_rng(3).normal(size=100_000),
         "half sine": np.where(t < 0.011, np.sin(np.pi * t / 0.011), 0.0),
     }
-    assert {name: len(hits_of(record, RATE)) for name, record in one.items()} == dict.fromkeys(one, 1)
+    assert {name: len(hits_of(record, RATE)) for name, record in single_hits.items()} == dict.fromkeys(single_hits, 1)
     assert len(hits_of(np.array([0.0, 1.0]), 10.0)) == 1
     assert hits_of(np.zeros(100), RATE) == [] and hits_of(np.array([]), RATE) == []

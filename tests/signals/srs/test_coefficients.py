@@ -78,11 +78,11 @@ def test_a_slow_oscillator_takes_the_velocity():
     tan(delta tau) = delta / zeta."""
     rate, zeta = 1e6, 0.05
     line = 1e-6 * rate / (2 * np.pi)
-    one = shock_response_spectrum(
+    spectrum = shock_response_spectrum(
         np.array([0.0, 1.0, 1.0, 0.0]), rate, [line], damping_ratio=zeta, resample_within=None
     )
     largest = np.exp(-zeta / np.sqrt(1 - zeta**2) * np.arccos(zeta))
-    assert one.pseudo_velocity_m_s == pytest.approx([largest * 2 / rate], rel=1e-9, abs=0)
+    assert spectrum.pseudo_velocity_m_s == pytest.approx([largest * 2 / rate], rel=1e-9, abs=0)
 
 
 values = st.floats(-10, 10)
