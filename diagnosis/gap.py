@@ -313,4 +313,6 @@ def _stage_counts(gap: GapTable, columns: NDArray[np.intp]) -> Floats:
 def _counts(item: Observable, spectra: bool) -> bool:
     if item.stage == "contact":
         return item.name in _CONTACT
+    if item.stage == "gun":
+        return item.channel == "velocity"
     return item.stage != "plate" or item.unit == "dB" or not spectra

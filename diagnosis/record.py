@@ -61,7 +61,8 @@ class Run:
     recorded one: muzzle velocity of a shot, impact velocity of a hammer. `travel_m` is the projectile's travel to the
     vent holes where the campaign states it for each run; else that of the gun holds. `force` is what the force
     channel shows of the contact, with some samples before it; `accelerations` by channel, on the same clock,
-    as long as they ring.
+    as long as they ring. `tank_pressure` is the record of a shot's tank, in means over half a millisecond, and its 0 s
+    is the middle of the projectile's passage through the laser.
     """
 
     configuration: int
@@ -75,6 +76,7 @@ class Run:
     travel_m: float | None = None
     force: Series | None = None
     accelerations: Mapping[str, Series] = field(default_factory=dict)
+    tank_pressure: Series | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -158,7 +158,8 @@ def absolute_pressure(record: CampaignRecord, stages: Sequence[Stage]) -> list[L
     if np.ptp(np.log(measured)) < _PRESSURE_SPAN:
         return []
     gauge = (pressure - ATMOSPHERE_PA).tolist()
-    gaps = [_by_configuration(record, stage.measured() - stage.simulated(upstream=p)) for p in (None, gauge)]
+    residuals = [(stage.measured() - stage.simulated(upstream=p))[:, :1] for p in (None, gauge)]
+    gaps = [_by_configuration(record, velocity) for velocity in residuals]
     before, after = (LogGap.of(gap).rms for gap in gaps)
     if before < _PRESSURE_GAP or not after <= min(_PRESSURE_REST, _PRESSURE_SHARE * before):
         return []

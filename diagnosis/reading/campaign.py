@@ -26,6 +26,7 @@ from ...schema.recordings import SET_ASIDE, Recording
 from ...schema.session import Writer, open_scratch_store, open_store
 from ..record import CampaignRecord, Factor, Run, RunConfiguration
 from .series import HitSeries, StoredImpact, read_exclusions, read_hits, read_series
+from .tank_pressure import TankPressures, read_tank_pressures
 
 #: Columns of a projectile's own travel to the vent holes, and their units in m.
 TRAVEL = {"travel_m": 1.0, "travel_mm": 1e-3}
@@ -136,6 +137,19 @@ def _gun(record: CampaignRecord, hits: Sequence[StoredImpact]) -> Iterator[str]:
         )
 
 
+def _tank_pressure(record: CampaignRecord, pressures: TankPressures) -> Iterator[str]:
+    """What keeps records of the tank's pressure from being compared."""
+    if record.gun is None:
+        return
+    if pressures.without_passage:
+        yield (
+            f"tank pressure: its record is not compared in {pressures.without_passage} shots, since no laser shows "
+            "when the projectile passed"
+        )
+    if pressures.rejected:
+        yield f"tank pressure: its record is left out in {pressures.rejected} shots, since quality checks reject it"
+
+
 def _velocity(hits: Sequence[StoredImpact]) -> Iterator[str]:
     integrated = [hit for hit in hits if hit.velocity_source == "integrated"]
     if integrated:
@@ -201,6 +215,12 @@ def read_campaign(session: Session, name: str, *, most_runs_per_configuration: i
     travels = [travel_m(configuration) for configuration in configurations]
     with_series = _hits_with_series(hits, rows, most_runs_per_configuration)
     series = read_series(session, hits, with_series, exclusions)
+    recorded = [
+        row if campaign.kind == "gun" and hit.recording_id is not None else None
+        for hit, row in zip(hits, rows, strict=True)
+    ]
+    shots = evenly_chosen(recorded, most_runs_per_configuration)
+    pressures = read_tank_pressures(session, hits, shots, exclusions)
     materials, bench = stored_materials(session), campaign.plate
     modes = session.get_one(ModalTable, bench.modal_table_id) if bench and bench.modal_table_id is not None else None
     material = session.get_one(StoredMaterial, bench.material_id) if bench and bench.material_id is not None else None
@@ -221,6 +241,7 @@ def read_campaign(session: Session, name: str, *, most_runs_per_configuration: i
                 travel_m=travels[row],
                 force=series.force.get(order),
                 accelerations=series.accelerations.get(order, {}),
+                tank_pressure=pressures.traces.get(order),
             )
             for order, (hit, row) in enumerate(zip(hits, rows, strict=True))
         ),
@@ -236,7 +257,10 @@ def read_campaign(session: Session, name: str, *, most_runs_per_configuration: i
     set_aside = (Recording.campaign_id == campaign.id, Recording.status == SET_ASIDE)
     if unread := session.scalar(select(func.count()).select_from(Recording).where(*set_aside)):
         notes = (*notes, f"recordings that could not be read and are left out: {unread}")
-    return replace(record, assumptions=(*notes, *assumptions(campaign, record, hits, series)))
+    return replace(
+        record,
+        assumptions=(*notes, *_tank_pressure(record, pressures), *assumptions(campaign, record, hits, series)),
+    )
 
 
 def _hits_with_series(hits: Sequence[StoredImpact], rows: Sequence[int], most: int) -> list[int]:

@@ -62,6 +62,8 @@ _VALVE = f8[:, :, ::1]
 _LAMINAR = 1e-3
 #: How a shot's integration ended.
 REACHED, GIVEN_UP, TOO_MANY_STEPS = 0, 1, 2
+#: Steps of a shot whose tank pressure is remembered; what came before the last so many counts as the start.
+_REMEMBERED_STEPS = 2048
 
 _DP_NODES, _DP_ERROR = np.array(DORMAND_PRINCE_NODES), np.array(DORMAND_PRINCE_ERROR)
 _DP_STAGES = np.stack([np.pad(row, (0, 7 - row.size)) for row in DORMAND_PRINCE_STAGES])
@@ -428,11 +430,43 @@ def _aimed(step, start, rate, end, end_rate, target):  # type: ignore[no-untyped
 
 
 @njit(nogil=True, error_model="numpy")
+def _remember(row, time, pressure, rate):  # type: ignore[no-untyped-def]
+    """Where a step begins, into a row of the history."""
+    row[0], row[1], row[2] = time, pressure, rate
+
+
+@njit(nogil=True, error_model="numpy")
+def _earlier_pressures(history, count, end_time, end_pressure, end_rate, leads, pressures):  # type: ignore[no-untyped-def]
+    """Tank pressures at moments `leads` (m,) before the end, by cubics between the last steps; `history` is a ring of
+    times, pressures and their rates at the beginnings of `count` steps. What is before the first of them is as it."""
+    size = history.shape[0]
+    kept = min(count, size)
+    for m in range(leads.size):
+        moment = end_time - leads[m]
+        time1, pressure1, rate1 = end_time, end_pressure, end_rate
+        value = end_pressure
+        for back in range(1, kept + 1):
+            row = history[(count - back) % size]
+            time0, pressure0, rate0 = row[0], row[1], row[2]
+            if time0 <= moment or back == kept:
+                width = time1 - time0
+                share = min(max((moment - time0) / width, 0.0), 1.0) if width > 0 else 1.0
+                rest = 1 - share
+                value = rest * rest * (1 + 2 * share) * pressure0 + share * share * (3 - 2 * share) * pressure1
+                value += share * rest * width * (rest * rate0 - share * rate1)
+                break
+            time1, pressure1, rate1 = time0, pressure0, rate0
+        pressures[m] = value
+
+
+@njit(nogil=True, error_model="numpy")
 def _moved(  # type: ignore[no-untyped-def]
-    q, valve, state, step, floor, relative, most_steps, work, system, by_time, new, slope, first, error
-):
-    """One shot to its end, its state in its place: time, and how it ended."""
+    q, valve, state, step, floor, relative, most_steps, work, system, by_time, new, slope, first, error,
+    leads, history, pressures,
+):  # fmt: skip
+    """One shot to its end, its state in its place: time, and how it ended; tank pressures (m,) at `leads` before it."""
     k, time, aims = state.size, 0.0, False
+    tank, count, remembers = (4 if k == 6 else 2), 0, leads.size > 0
     since, then, speed, corner = valve_motion(valve, time)
     _rates(q, since, then, speed, time, state, 0.0, 0.0, first)
     for _ in range(most_steps):
@@ -461,12 +495,21 @@ def _moved(  # type: ignore[no-untyped-def]
             gap = new[0] - q.travel_m
             if abs(gap) <= AT_TARGET * q.travel_m:
                 late = gap / slope[0]
+                if remembers:
+                    _remember(history[count % history.shape[0]], time, state[tank], first[tank])
                 for c in range(k):
                     state[c] = new[c] - late * slope[c]
+                if remembers:
+                    _earlier_pressures(
+                        history, count + 1, time + step - late, state[tank], slope[tank], leads, pressures
+                    )
                 return time + step - late, REACHED
             if gap > 0:
                 step, aims = _aimed(step, state[0], first[0], new[0], slope[0], q.travel_m), True
             else:
+                if remembers:
+                    _remember(history[count % history.shape[0]], time, state[tank], first[tank])
+                    count += 1
                 time += step
                 if at_corner:
                     time = corner
@@ -483,24 +526,30 @@ def _moved(  # type: ignore[no-untyped-def]
 
 
 @njit(
-    void(_TABLE, _VALVE, f8[:, ::1], f8[::1], f8[:, ::1], f8, i8, f8[::1], i8[::1]),
+    void(
+        _TABLE, _VALVE, f8[:, ::1], f8[::1], f8[:, ::1], f8, i8, f8[::1], i8[::1], f8[:, ::1], f8[:, ::1]
+    ),
     nogil=True,
     error_model="numpy",
     cache=True,
-)
-def run_all(table, valve, states, steps, floors, relative, most_steps, times, ends):  # type: ignore[no-untyped-def]
+)  # fmt: skip
+def run_all(  # type: ignore[no-untyped-def]
+    table, valve, states, steps, floors, relative, most_steps, times, ends, leads, pressures
+):
     """Shots (n,) one after the other from `states` (n, 4 or 6) to their ends, in their place: times, and how each
-    ended. `steps` are tried first; `floors` (n, k) are as in `ode.StepTolerance`.
+    ended. `steps` are tried first; `floors` (n, k) are as in `ode.StepTolerance`. `pressures` (n, m): the law's tank
+    pressure at `leads` (n, m) before the end of a shot that reaches it.
 
     Ends with the first shot that takes too many steps.
     """
     k = states.shape[1]
     work, system, by_time = np.empty((8, k)), np.empty((6, 6)), np.empty(6)
     new, slope, first, error = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
+    history = np.empty((_REMEMBERED_STEPS if leads.shape[1] else 1, 3))
     for i in range(times.size):
         times[i], ends[i] = _moved(
             table[i], valve[i], states[i], steps[i], floors[i], relative, most_steps,
-            work, system, by_time, new, slope, first, error,
+            work, system, by_time, new, slope, first, error, leads[i], history, pressures[i],
         )  # fmt: skip
         if ends[i] == TOO_MANY_STEPS:
             break

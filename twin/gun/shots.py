@@ -59,6 +59,28 @@ def travel_time_s(shot: ShotInputs) -> Floats:
     return np.asarray(_WEIGHTS @ (2 * shot.travel_m * phases / speed))
 
 
+#: Places s of x = L s^2 between which the time on the way is interpolated.
+_WAY = np.linspace(0.0, 1.0, 129)
+
+
+def earlier_pressures_pa(shot: ShotInputs, leads_s: Floats) -> Floats:
+    """The law's tank pressure at moments (n, m) before the exit of shots that get there, eq. 2.15 along the way.
+
+    What is before the start is as at the start, when tank and dead volume are filled.
+    """
+    energy = net_work_j(shot, shot.travel_m * _WAY[1:, None] ** 2)
+    slowness = np.empty((_WAY.size, len(shot)))  # dt / ds, which is finite at rest
+    slowness[1:] = 2 * shot.travel_m * _WAY[1:, None] / np.sqrt(2 * energy / shot.bullet_mass_kg)
+    slowness[0] = np.sqrt(2 * shot.travel_m * shot.bullet_mass_kg / np.maximum(starting_force_n(shot), 1e-300))
+    steps = (slowness[1:] + slowness[:-1]) / 2 * np.diff(_WAY)[:, None]
+    elapsed = np.concatenate([np.zeros((1, len(shot))), np.cumsum(steps, axis=0)])
+    places = np.array(
+        [np.interp(times[-1] - leads, times, _WAY, left=0.0) for times, leads in zip(elapsed.T, leads_s, strict=True)]
+    ).reshape(leads_s.shape)
+    growth = 1 + (shot.area_m2 * shot.travel_m / shot.volume_m3)[:, None] * places**2
+    return np.asarray(shot.filled_pressure_pa[:, None] * growth ** -shot.polytropic_index[:, None])
+
+
 class Status(IntEnum):
     """How a shot ended."""
 
@@ -73,11 +95,16 @@ class Status(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class GunShots:
-    """n shots: velocity at the vent holes (0 for one that does not get there), when (NaN), and `Status` of each."""
+    """n shots: velocity at the vent holes (0 for one that does not get there), when (NaN), and `Status` of each.
+
+    `tank_pressure_pa` (n, m): gauge, at the m moments before the exit that were asked for; NaN for a shot that does not
+    get there, and where a hook of an effect acts.
+    """
 
     velocity_m_s: Floats
     exit_time_s: Floats
     status: NDArray[np.int_]
+    tank_pressure_pa: Floats
 
     @property
     def left(self) -> NDArray[np.bool_]:
@@ -86,7 +113,7 @@ class GunShots:
     def put(self, rows: NDArray[np.intp], others: GunShots) -> None:
         """Writes others into some rows."""
         self.velocity_m_s[rows], self.exit_time_s[rows] = others.velocity_m_s, others.exit_time_s
-        self.status[rows] = others.status
+        self.status[rows], self.tank_pressure_pa[rows] = others.status, others.tank_pressure_pa
 
     def words(self) -> list[str]:
         """Of each status."""
@@ -102,6 +129,7 @@ def gun_velocity(
     *,
     travel_m: ArrayLike | None = None,
     valve_profiles: Sequence[ValveProfile | None] | None = None,
+    before_exit_s: ArrayLike | None = None,
 ) -> GunShots:
     """Shots with gauge pressures (Pa) and masses (kg), broadcast to (n,): eq. 2.16, 2.18, and what effects do to it.
 
@@ -110,7 +138,8 @@ def gun_velocity(
     closed form without effects and where they only prepare the shot. `coarser`: a factor on the error that a step of
     the integration may make. `valve_profiles`, n of them, say how the valve of `gun.valve_flow` is opened and closed,
     in place of that effect's opening time; None for a shot leaves that to the effect. Where the effects give no valve,
-    a profile acts on one as wide as the bore that loses one dynamic head. Raises `ValueError` as `muzzle_velocity`
+    a profile acts on one as wide as the bore that loses one dynamic head. `before_exit_s` (n, m): how long before the
+    exit the pressure of the tank is asked for. Raises `ValueError` as `muzzle_velocity`
     does, for an effect given twice and for parameters or profiles that are not one or n; `TypeError` for another
     stage's effect.
     """
@@ -122,7 +151,10 @@ def gun_velocity(
         shot = effect.prepare(shot)
     if valve_profiles is not None:
         shot = _with_profiles(shot, valve_profiles)
-    return _fired(shot, acting, bench.efficiency, coarser)
+    leads = np.zeros((len(shot), 0)) if before_exit_s is None else np.asarray(before_exit_s, dtype=np.float64)
+    if leads.ndim != 2 or len(leads) != len(shot):
+        raise ValueError(f"before_exit_s has shape {leads.shape}: expected (n, m) for {len(shot)} shots")
+    return _fired(shot, acting, bench.efficiency, coarser, leads)
 
 
 def _with_profiles(shot: ShotInputs, profiles: Sequence[ValveProfile | None]) -> ShotInputs:
@@ -134,52 +166,66 @@ def _with_profiles(shot: ShotInputs, profiles: Sequence[ValveProfile | None]) ->
     return replace(shot, valve_area_m2=area, valve_profile=profile_table(profiles))
 
 
-def _fired(shot: ShotInputs, effects: Sequence[GunEffect], efficiency: float, coarser: float) -> GunShots:
+def _fired(
+    shot: ShotInputs, effects: Sequence[GunEffect], efficiency: float, coarser: float, leads_s: Floats
+) -> GunShots:
     n = len(shot)
     moving = np.zeros(n, dtype=bool)
     for effect in effects:
         if effect.moves:
             moving |= ~effect.off(n)
     valve = np.isfinite(shot.valve_area_m2)
-    shots = GunShots(np.zeros(n), np.full(n, np.nan), np.full(n, Status.STOPPED, dtype=np.int_))
+    shots = _unfired(n, Status.STOPPED, leads_s)
     simulators = ((~moving & ~valve, _closed), (moving & ~valve, _one_chamber), (valve, _two_chambers))
     for mask, simulator in simulators:
         rows = np.flatnonzero(mask)
         if rows.size:
             acting = [effect.take(rows) for effect in effects if effect.has_hooks() and not effect.off(n)[rows].all()]
-            shots.put(rows, simulator(shot.take(rows), acting, coarser))
+            shots.put(rows, simulator(shot.take(rows), acting, coarser, leads_s[rows]))
     return replace(shots, velocity_m_s=efficiency * shots.velocity_m_s)
 
 
-def _closed(shot: ShotInputs, _: Sequence[GunEffect], __: float) -> GunShots:
+def _unfired(n: int, status: Status, leads_s: Floats) -> GunShots:
+    return GunShots(np.zeros(n), np.full(n, np.nan), np.full(n, status, dtype=np.int_), np.full(leads_s.shape, np.nan))
+
+
+def _closed(shot: ShotInputs, _: Sequence[GunEffect], __: float, leads_s: Floats) -> GunShots:
     velocity = ideal_velocity_m_s(shot)
-    exited = velocity > 0
-    time = np.full(len(shot), np.nan)
-    time[exited] = travel_time_s(shot.take(np.flatnonzero(exited)))
-    status = np.where(exited, Status.LEFT, np.where(starting_force_n(shot) > 0, Status.STOPPED, Status.NOT_STARTED))
-    return GunShots(velocity, time, status)
-
-
-def _one_chamber(shot: ShotInputs, effects: Sequence[GunEffect], coarser: float) -> GunShots:
-    from .chambers import Chamber
-
-    # Without a valve the pressure only falls: a projectile that does not start now never does.
-    n = len(shot)
-    shots = GunShots(np.zeros(n), np.full(n, np.nan), np.full(n, Status.NOT_STARTED, dtype=np.int_))
-    rows = np.flatnonzero(starting_force_n(shot) > 0)
-    if rows.size:
-        shots.put(rows, _shots_of_chamber(Chamber(shot.take(rows), [effect.take(rows) for effect in effects], coarser)))
+    exited = np.flatnonzero(velocity > 0)
+    shots = _unfired(len(shot), Status.STOPPED, leads_s)
+    shots.velocity_m_s[:] = velocity
+    shots.status[:] = np.where(starting_force_n(shot) > 0, Status.STOPPED, Status.NOT_STARTED)
+    shots.status[exited] = Status.LEFT
+    if exited.size:
+        left = shot.take(exited)
+        shots.exit_time_s[exited] = travel_time_s(left)
+        if leads_s.size:
+            pressure = earlier_pressures_pa(left, leads_s[exited])
+            shots.tank_pressure_pa[exited] = pressure - left.opposing_pressure_pa[:, None]
     return shots
 
 
-def _two_chambers(shot: ShotInputs, effects: Sequence[GunEffect], coarser: float) -> GunShots:
+def _one_chamber(shot: ShotInputs, effects: Sequence[GunEffect], coarser: float, leads_s: Floats) -> GunShots:
+    from .chambers import Chamber
+
+    # Without a valve the pressure only falls: a projectile that does not start now never does.
+    shots = _unfired(len(shot), Status.NOT_STARTED, leads_s)
+    rows = np.flatnonzero(starting_force_n(shot) > 0)
+    if rows.size:
+        chamber = Chamber(shot.take(rows), [effect.take(rows) for effect in effects], coarser)
+        shots.put(rows, _shots_of_chamber(chamber, leads_s[rows]))
+    return shots
+
+
+def _two_chambers(shot: ShotInputs, effects: Sequence[GunEffect], coarser: float, leads_s: Floats) -> GunShots:
     from .chambers import TwoChambers
 
-    return _shots_of_chamber(TwoChambers(shot, effects, coarser))
+    return _shots_of_chamber(TwoChambers(shot, effects, coarser), leads_s)
 
 
-def _shots_of_chamber(chamber: Chamber) -> GunShots:
-    ends = chamber.run()
+def _shots_of_chamber(chamber: Chamber, leads_s: Floats) -> GunShots:
+    ends, pressure = chamber.run(leads_s)
     velocity = np.where(ends.reached, ends.state[1], 0.0)
     status = np.where(ends.reached, Status.LEFT, np.where(ends.state[0] > 0, Status.STOPPED, Status.NOT_STARTED))
-    return GunShots(velocity, np.where(ends.reached, ends.time, np.nan), status)
+    gauge = np.where(ends.reached[:, None], pressure - chamber.shot.opposing_pressure_pa[:, None], np.nan)
+    return GunShots(velocity, np.where(ends.reached, ends.time, np.nan), status, gauge)

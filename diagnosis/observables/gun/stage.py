@@ -1,4 +1,5 @@
-"""The gun: from the tank's pressure and the projectile's mass, as read, to the velocity that the bench shows."""
+"""The gun: from the tank's pressure and the projectile's mass, as read, to the velocity that the bench shows, and to
+the pressure that the tank still has then, where its record was kept."""
 
 from __future__ import annotations
 
@@ -17,6 +18,14 @@ from ....twin.gun.shot import GunEffect
 from ....twin.gun.shots import gun_velocity
 from ...record import CampaignRecord, RunConfiguration
 from ..base import Observable, Stage, Upstream, at_rows, batched_changes, sensor_chain
+from .tank_pressure import (
+    LAG_S,
+    LASER_M,
+    PressureWindows,
+    measured_pressures,
+    pressure_observables,
+    reading_noise_pa,
+)
 
 #: 1 % of velocity counts as agreement; the scatter where no run states its uncertainty.
 TOLERANCE, ASSUMED_FLOOR = 0.01, 0.01
@@ -31,7 +40,9 @@ _STEP = 1e-3
 class GunObservables(Stage):
     """Eq. 2.16 with gauge pressure and the campaign's own friction and efficiency, which stays as effects come in.
 
-    The travel is that of each run where the record has it, else the gun's.
+    The travel is that of each run where the record has it, else the gun's. Where the record of the tank's pressure was
+    kept from before the shot until after the exit, three readings of it are compared too (`tank_pressure`); the middle
+    of the projectile's passage through the laser stands for the exit.
 
     `uncertain`: standard deviations of the gun's settings by their names in `GunBench`, and of "tank_pressure_pa" and
     "bullet_mass_kg", each the same in all runs. Raises `ValueError` for a record without a gun, and for a name or a
@@ -57,35 +68,68 @@ class GunObservables(Stage):
             "valve_profile": np.array([run.configuration for run in record.runs], dtype=np.float64),
         }
         self._profiles = [_profile(configuration) for configuration in record.configurations]
+        self._traces = [run.tank_pressure for run in record.runs]
+        self._noise_pa = reading_noise_pa(self._traces)
         self._medians = {name: self._median(values) for name, values in self._shots.items()}
-        self._nuisances = self._derivatives()
+        self._windows = self._pressure_windows() if any(trace is not None for trace in self._traces) else None
+        if self._windows is not None:
+            self._ask(self._windows.before_exit_s, self._windows.scale_pa)
+            shots = sum(trace is not None for trace in self._traces)
+            self.assumptions = (
+                f"tank pressure: its record is compared in {shots} of {len(self._traces)} shots, just before the exit, "
+                "half a nominal transit before it, and once the tank is empty; the exit is the middle of the passage "
+                "through the laser",
+            )
+        self._nuisances = {**self._derivatives(), **self._timing()}
 
     @property
     def observables(self) -> tuple[Observable, ...]:
-        stated = np.exp(_logarithms(self.record.run_values("velocity_u_m_s")) - self.measured()[:, 0])
+        stated = np.exp(_logarithms(self.record.run_values("velocity_u_m_s")) - _logarithms(self._velocity_m_s))
         good = stated[np.isfinite(stated)]
         floor = float(np.median(good)) if good.size else ASSUMED_FLOOR
-        return (Observable("ln_velocity", "gun", "velocity", "1", TOLERANCE, floor),)
+        velocity = Observable("ln_velocity", "gun", "velocity", "1", TOLERANCE, floor)
+        return (velocity, *(pressure_observables(self._windows, self._noise_pa) if self._windows else ()))
 
     @property
     def shows(self) -> tuple[str, ...]:
         return super().shows if np.isfinite(self.residuals()).any() else ()
 
     def measured(self) -> Floats:
-        return _logarithms(self._velocity_m_s)[:, None]
+        velocity = _logarithms(self._velocity_m_s)[:, None]
+        if self._windows is None:
+            return velocity
+        before_pa = self._shots["tank_pressure_pa"]
+        readings = measured_pressures(self._traces, before_pa, self.record.configuration_of, self._windows)
+        return np.hstack([velocity, readings])
 
     def simulated(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Floats:
-        return self._shown(effects, self._fired(effects, self._shots, upstream))
+        return self._shown(effects, self._shots, upstream)
 
     def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Upstream:
-        return cast(Sequence[float], self._fired(effects, self._shots, upstream).tolist())
+        return cast(Sequence[float], self._fired(effects, self._shots, upstream)[0].tolist())
 
     def changes(self, sets: Sequence[Sequence[Effect]]) -> Floats:
         def observed(effects: Sequence[Effect], count: int) -> Floats:
             shots = {name: np.tile(values, count) for name, values in self._medians.items()}
-            return self._shown(effects, self._fired(effects, shots))
+            return self._shown(effects, shots)
 
         return batched_changes([self.acting(effects) for effects in sets], observed)
+
+    def _pressure_windows(self) -> PressureWindows:
+        transit_s = np.full(len(self.record.configurations), np.nan)
+        pressure_pa, mass_kg = (self._medians[name] for name in READINGS)
+        rows = np.flatnonzero((pressure_pa > 0) & (mass_kg > 0) & (self._medians["travel_m"] > 0))
+        if rows.size:
+            travel_m = self._medians["travel_m"][rows]
+            transit_s[rows] = gun_velocity(self.bench, pressure_pa[rows], mass_kg[rows], travel_m=travel_m).exit_time_s
+        return PressureWindows.of(transit_s, pressure_pa, self._noise_pa)
+
+    def _ask(self, before_exit_s: Floats, scale_pa: Floats) -> None:
+        """Moments (C, 2) before the exit and scales (C,), for configurations and for their runs."""
+        columns = {"before_exit_s_0": before_exit_s[:, 0], "before_exit_s_1": before_exit_s[:, 1]}
+        for name, values in {**columns, "scale_pa": scale_pa}.items():
+            self._medians[name] = values
+            self._shots[name] = values[self.record.configuration_of]
 
     def _median(self, values: Floats) -> Floats:
         """(C,): medians over the runs of each configuration; NaN without any."""
@@ -93,9 +137,27 @@ class GunObservables(Stage):
         groups = [values[(rows == c) & np.isfinite(values)] for c in range(len(self.record.configurations))]
         return np.array([float(np.median(group)) if group.size else np.nan for group in groups])
 
-    def _shown(self, effects: Sequence[Effect], velocity_m_s: Floats) -> Floats:
-        """(n, 1): ln of what the velocity measurement shows of true velocities."""
-        return _logarithms(sensor_chain(effects).measured_velocity_m_s(velocity_m_s))[:, None]
+    def _shown(
+        self,
+        effects: Sequence[Effect],
+        shots: Mapping[str, Floats],
+        upstream: Upstream | None = None,
+        bench: GunBench | None = None,
+    ) -> Floats:
+        """(n, d): ln of what the velocity measurement shows of true velocities, and what the transducer shows."""
+        sensors = sensor_chain(effects)
+        velocity_m_s, pressure_pa = self._fired(effects, shots, upstream, bench)
+        velocity = _logarithms(sensors.measured_velocity_m_s(velocity_m_s))[:, None]
+        if self._windows is None:
+            return velocity
+        # The transducer's errors are a gain and an offset: two readings tell both.
+        zero = np.zeros(len(velocity))
+        none, one = sensors.true_pressure_pa(zero), sensors.true_pressure_pa(zero + 1e5)
+        gain = 1e5 / (one - none)
+        scale = shots["scale_pa"][:, None]
+        readings = gain[:, None] * (pressure_pa - none[:, None]) / scale
+        empty = np.where(np.isfinite(velocity_m_s), -gain * none / 1e5, np.nan)
+        return np.hstack([velocity, readings, empty[:, None]])
 
     def _fired(
         self,
@@ -103,8 +165,9 @@ class GunObservables(Stage):
         shots: Mapping[str, Floats],
         upstream: Upstream | None = None,
         bench: GunBench | None = None,
-    ) -> Floats:
-        """True velocities (n,); NaN for a shot that stays in the barrel, or of which pressure or mass is not known.
+    ) -> tuple[Floats, Floats]:
+        """True velocities (n,) and tank pressures (n, 2) before the exit, Pa, where they are compared; NaN for a shot
+        that stays in the barrel, or of which pressure or mass is not known.
 
         `upstream` is the true pressure of each, where it is known, `bench` another than the stage's.
         """
@@ -112,6 +175,9 @@ class GunObservables(Stage):
         given = sensor_chain(effects).true_pressure_pa(read_pa) if upstream is None else upstream
         pressure_pa = np.asarray(given, dtype=np.float64)
         velocity_m_s = np.full(pressure_pa.shape, np.nan)
+        compared = [shots[name] for name in ("before_exit_s_0", "before_exit_s_1") if self._windows is not None]
+        before_exit_s = np.array(compared).reshape(len(compared), pressure_pa.size).T
+        before_exit_pa = np.full(before_exit_s.shape, np.nan)
         good = (pressure_pa >= 0) & np.isfinite(pressure_pa) & (mass_kg > 0) & np.isfinite(mass_kg) & (travel_m > 0)
         if (rows := np.flatnonzero(good)).size:
             gun = at_rows([effect for effect in effects if isinstance(effect, GunEffect)], rows)
@@ -124,9 +190,11 @@ class GunObservables(Stage):
                 _COARSER,
                 travel_m=travel_m[rows],
                 valve_profiles=self._stated_profiles(gun, shots["valve_profile"][rows]),
+                before_exit_s=before_exit_s[rows],
             )
             velocity_m_s[rows] = np.where(fired.left, fired.velocity_m_s, np.nan)
-        return velocity_m_s
+            before_exit_pa[rows] = fired.tank_pressure_pa
+        return velocity_m_s, before_exit_pa
 
     def _stated_profiles(
         self, effects: Sequence[GunEffect], configurations: Floats
@@ -139,7 +207,7 @@ class GunObservables(Stage):
         return [self._profiles[int(row)] if on else None for row, on in zip(configurations, acts, strict=True)]
 
     def _derivatives(self) -> dict[str, Floats]:
-        """(C, 1) by name: ln velocity's derivative times one standard deviation, at the medians of configurations.
+        """(C, d) by name: the derivative times one standard deviation, at the medians of configurations.
 
         Central differences; one-sided where the other side is no gun, as above an efficiency of one. NaN where the
         nominal shot stays in the barrel.
@@ -158,14 +226,27 @@ class GunObservables(Stage):
         return derivatives
 
     def _beside(self, name: str, step: float) -> Floats | None:
-        """ln velocity (C, 1) with one setting moved; None where that is no gun."""
+        """What is observed (C, d) with one setting moved; None where that is no gun."""
         if name in self._medians:
-            return self._shown((), self._fired((), {**self._medians, name: self._medians[name] + step}))
+            return self._shown((), {**self._medians, name: self._medians[name] + step})
         try:
             bench = replace(self.bench, **{name: getattr(self.bench, name) + step})
         except ValueError:
             return None
-        return self._shown((), self._fired((), self._medians, bench=bench))
+        return self._shown((), self._medians, bench=bench)
+
+    def _timing(self) -> dict[str, Floats]:
+        """(C, d) by name: what the moment of the exit leaves of the pressures, by the transducer's lag and by where the
+        laser stands, one standard deviation each and the same in all shots."""
+        if self._windows is None:
+            return {}
+        nominal = self._shown((), self._medians)
+        velocity_m_s = self._fired((), self._medians)[0]
+        timing = {}
+        for name, late_s in (("pressure_lag_s", np.full(len(nominal), LAG_S)), ("laser_m", LASER_M / velocity_m_s)):
+            moments = {moment: self._medians[moment] + late_s for moment in ("before_exit_s_0", "before_exit_s_1")}
+            timing[name] = np.asarray(self._shown((), {**self._medians, **moments}) - nominal)
+        return timing
 
 
 def _logarithms(velocity_m_s: Floats) -> Floats:

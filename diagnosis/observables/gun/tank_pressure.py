@@ -1,0 +1,127 @@
+"""What the record of the tank's pressure says of a shot beside its velocity.
+
+A tank does not lose air through a bore that brakes, a leak loses air before the projectile has moved, a dead volume
+shows itself in the first drop, and an offset of the transducer in what it reads of an empty tank. Three numbers need no
+moment at which the valve opened: the pressure just before the exit, that half a nominal transit before it, and that of
+the empty tank.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ....array_types import Floats, Rows
+from ...record import Series
+from ..base import Observable
+
+#: Names of the observables in their order.
+AT_EXIT, ON_THE_WAY, EMPTY = "pressure_at_exit", "pressure_on_the_way", "pressure_when_empty"
+#: Half a percent of the pressure before the shot counts as agreement, and so much of an empty tank's, in Pa.
+TOLERANCE, EMPTY_TOLERANCE_PA = 0.005, 500.0
+#: Readings are means over this share of the nominal transit, within these limits.
+_WINDOW_SHARE, _SHORTEST_S, _LONGEST_S = 0.05, 2e-3, 20e-3
+#: The last share of a record tells of the empty tank; emptied: less than this share of the pressure before is left, and
+#: the pressure no longer moves by this share of it.
+_END_SHARE, _EMPTIED, _RESTING = 0.05, 0.10, 0.003
+#: A valve that shuts before the tank is empty leaves what goes with the pressure; an offset does not.
+_LARGEST_SLOPE = 0.01
+#: Standard uncertainty of the moment (lag of the transducer), and of where the laser stands beside the vent holes.
+LAG_S, LASER_M = 1e-3, 0.03
+
+
+@dataclass(frozen=True, eq=False)
+class PressureWindows:
+    """For each of C configurations: `length_s` over which a reading is averaged, `half_transit_s` before the exit, and
+    `scale_pa` by which readings are divided: the pressure before the shot, and where that is small, what the noise
+    allows to be told. NaN for a configuration whose nominal shot stays in the barrel."""
+
+    length_s: Floats
+    half_transit_s: Floats
+    scale_pa: Floats
+
+    @classmethod
+    def of(cls, transit_s: Floats, pressure_pa: Floats, noise_pa: float) -> PressureWindows:
+        """`transit_s` (C,) of nominal shots, `pressure_pa` (C,) before them, `noise_pa` of a reading."""
+        length = np.clip(_WINDOW_SHARE * transit_s, _SHORTEST_S, _LONGEST_S)
+        return cls(length, transit_s / 2, np.hypot(pressure_pa, noise_pa / TOLERANCE))
+
+    @property
+    def before_exit_s(self) -> Floats:
+        """(C, 2): how long before the exit the middles of the first two readings lie."""
+        return np.stack([self.length_s / 2, self.half_transit_s], axis=1)
+
+
+def reading_noise_pa(traces: Sequence[Series | None]) -> float:
+    """Standard deviation of a mean over the shortest window, the median over the records; by second differences, which
+    a smooth fall leaves alone."""
+    noise = []
+    for trace in traces:
+        if trace is not None and trace.values.size > 2:
+            single = float(np.median(np.abs(np.diff(trace.values, 2)))) * 1.4826 / np.sqrt(6)
+            noise.append(single / np.sqrt(max(_SHORTEST_S * trace.sampling_rate_hz, 1.0)))
+    return float(np.median(noise)) if noise else 0.0
+
+
+def measured_pressures(
+    traces: Sequence[Series | None], pressure_pa: Floats, configuration_of: Rows, windows: PressureWindows
+) -> Floats:
+    """(R, 3) of records whose 0 s is the exit: two pressures over the scale of their configuration, and that of the
+    empty tank in Pa over 1 bar. `pressure_pa` (R,) is that before the shot. NaN where a record does not reach so far,
+    and where the tank was not emptied."""
+    table = np.full((len(traces), 3), np.nan)
+    for row, (trace, before, c) in enumerate(zip(traces, pressure_pa, configuration_of, strict=True)):
+        if trace is None:
+            continue
+        length, half, scale = windows.length_s[c], windows.half_transit_s[c], windows.scale_pa[c]
+        if np.isfinite(length):
+            table[row, 0] = _mean(trace, -length, 0.0) / scale
+            if half > length:
+                table[row, 1] = _mean(trace, -half - length / 2, -half + length / 2) / scale
+        table[row, 2] = _empty_pa(trace, before) / 1e5
+    if _grows(pressure_pa, 1e5 * table[:, 2]):
+        table[:, 2] = np.nan
+    return table
+
+
+def _mean(trace: Series, start_s: float, stop_s: float) -> float:
+    """Of the samples between two moments, which a record may hold only in part: then NaN."""
+    time = trace.time_s
+    inside = (time >= start_s) & (time <= stop_s)
+    whole = time[0] <= start_s and time[-1] >= stop_s
+    return float(trace.values[inside].mean()) if whole and inside.any() else float("nan")
+
+
+def _empty_pa(trace: Series, before_pa: float) -> float:
+    """Of the tank once it is empty; NaN where it is not."""
+    count = int(_END_SHARE * trace.values.size)
+    if count < 4 or not before_pa > 0:
+        return float("nan")
+    last, previous = trace.values[-count:], trace.values[-2 * count : -count]
+    level = float(last.mean())
+    noise = float(np.std(np.diff(last))) / np.sqrt(count)
+    resting = abs(level - float(previous.mean())) <= max(4 * noise, _RESTING * before_pa)
+    return level if resting and abs(level) <= _EMPTIED * before_pa else float("nan")
+
+
+def _grows(pressure_pa: Floats, level_pa: Floats) -> bool:
+    """Whether what is left goes with the pressure before the shot, as that of a valve that has shut."""
+    known = np.isfinite(pressure_pa) & np.isfinite(level_pa)
+    if known.sum() < 3 or np.ptp(pressure_pa[known]) == 0:
+        return False
+    slope, _ = np.polyfit(pressure_pa[known], level_pa[known], 1)
+    rest = level_pa[known] - np.polyval(np.polyfit(pressure_pa[known], level_pa[known], 1), pressure_pa[known])
+    error = np.std(rest) / (np.std(pressure_pa[known]) * np.sqrt(known.sum()))
+    return bool(slope > _LARGEST_SLOPE and slope > 3 * error)
+
+
+def pressure_observables(windows: PressureWindows, noise_pa: float) -> tuple[Observable, ...]:
+    """The three columns of `measured_pressures`."""
+    floor = noise_pa / float(np.nanmedian(windows.scale_pa))
+    return (
+        Observable(AT_EXIT, "gun", "tank_pressure", "1", TOLERANCE, floor),
+        Observable(ON_THE_WAY, "gun", "tank_pressure", "1", TOLERANCE, floor),
+        Observable(EMPTY, "gun", "tank_pressure", "bar", EMPTY_TOLERANCE_PA / 1e5, noise_pa / 1e5),
+    )

@@ -1,0 +1,75 @@
+"""Records of the tank's pressure of chosen shots, on a clock that begins when the projectile leaves the barrel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from sqlalchemy.orm import Session
+
+from ...ingest.gunshot import laser_channel
+from ...ingest.stored import list_channels, read_channel
+from ...ingest.velocity import NoPassageError, muzzle_velocity
+from ...signals.channel import Channel
+from ..record import Series
+from .series import QualityExclusions, StoredImpact
+
+#: Means over this time are what is kept: a tank changes by less than its transducer's noise meanwhile.
+_BLOCK_S = 0.5e-3
+
+
+@dataclass(eq=False)
+class TankPressures:
+    """Records by a shot's place in the order of runs. `without_passage`: shots whose pressure was recorded, and whose
+    laser shows no whole passage or is not there; `rejected`: those that a quality check said not to use."""
+
+    traces: dict[int, Series] = field(default_factory=dict)
+    without_passage: int = 0
+    rejected: int = 0
+
+
+def read_tank_pressures(
+    session: Session, hits: Sequence[StoredImpact], chosen: Sequence[int], exclusions: QualityExclusions
+) -> TankPressures:
+    """Of the shots at the places `chosen`. Raises `schema.series.SeriesError` where a stored record is damaged."""
+    result = TankPressures()
+    for place in chosen:
+        hit = hits[place]
+        rows = list_channels(session, hit.recording_id or 0)
+        tank = next((row for row in rows if row.quantity == "pressure"), None)
+        if tank is None:
+            continue
+        lasers = [read_channel(session, row) for row in rows if row.quantity in ("displacement", "voltage")]
+        exit_s = _passage_s(laser_channel(lasers))
+        if exclusions.rejects(hit, tank.name):
+            result.rejected += 1
+        elif exit_s is None:
+            result.without_passage += 1
+        else:
+            trace = _block_means(read_channel(session, tank), exit_s)
+            if trace.values.size and np.isfinite(trace.values).all():
+                result.traces[place] = trace
+            else:
+                result.rejected += 1
+    return result
+
+
+def _passage_s(laser: Channel | None) -> float | None:
+    """The middle of the projectile's passage, on the recording's clock."""
+    if laser is None:
+        return None
+    try:
+        passage = muzzle_velocity(laser.readings, laser.sampling_rate_hz, 1.0)  # its length does not matter here
+    except (NoPassageError, ValueError):
+        return None
+    middle = (passage.enter_sample + passage.leave_sample) / 2
+    return float(laser.start_s + middle / laser.sampling_rate_hz)
+
+
+def _block_means(tank: Channel, exit_s: float) -> Series:
+    block = max(1, round(_BLOCK_S * tank.sampling_rate_hz))
+    count = tank.readings.size // block
+    means = np.asarray(tank.readings[: count * block], dtype=np.float64).reshape(count, block).mean(axis=1)
+    first_s = tank.start_s + (block - 1) / 2 / tank.sampling_rate_hz
+    return Series(means, tank.sampling_rate_hz / block, first_s - exit_s)
