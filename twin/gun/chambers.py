@@ -35,7 +35,7 @@ from ...array_types import Floats
 from .. import ode
 from ..ode import DORMAND_PRINCE, RODAS, Ends, Method, StepTolerance
 from .motion_kernel import QUANTITIES, REACHED, TOO_MANY_STEPS, all_rates, run_all
-from .shot import GAS_CONSTANT, GunEffect, Instant, ShotInputs
+from .shot import ATMOSPHERE_PA, GAS_CONSTANT, GunEffect, Instant, ShotInputs
 
 
 @cache
@@ -136,7 +136,7 @@ class Chamber:
         table["critical_ratio"] = critical_ratio(shot.heat_capacity_ratio)
         table["leak_m2"], table["gauge_leak_m2"] = shot.leak_area_m2 * choked, shot.gauge_leak_area_m2 * choked
         table["wall_1_m"], table["gas_heads"] = shot.friction_factor / shot.bore_diameter_m, shot.gas_heads
-        table["air_density_kg_m3"] = shot.air_heads * shot.atmosphere_pa / table["outside_rt"]
+        table["air_density_kg_m3"] = shot.air_heads * ATMOSPHERE_PA / table["outside_rt"]
         table["travel_m"], table["patience_s"] = shot.travel_m, self.patience_s
         table["creep_m_s"] = self.creep_m_s
         return table

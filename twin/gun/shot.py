@@ -22,6 +22,9 @@ from .bench import STANDARD_GRAVITY_M_S2, GunBench, checked
 GAS_CONSTANT = 287.05
 #: Standard atmosphere, ISO 2533, and a room.
 ATMOSPHERE_PA = 101_325.0
+#: What surrounds a gun whose law knows gauge pressure only: a thousandth of an atmosphere, so that gas which has leaked
+#: away keeps a temperature.
+VACUUM_PA = 100.0
 ROOM_K = 293.15
 
 
@@ -30,7 +33,8 @@ class ShotInputs:
     """n shots, SI; every array but the valve's profile is (n,). Effects replace fields before the shots are fired.
 
     The gas law is that of eq. 2.15 for gauge pressure plus `opposing_pressure_pa`: with 0 it is the nominal law of
-    gauge pressure, with the atmosphere it is the law of absolute pressure.
+    gauge pressure, a gun in a vacuum whose tank holds the gauge pressure; with the atmosphere it is the law of absolute
+    pressure. Flows past the projectile and through the valve see the same surroundings.
     """
 
     tank_pressure_pa: Floats  # gauge
@@ -45,7 +49,6 @@ class ShotInputs:
     heat_capacity_ratio: float
     polytropic_index: Floats  # takes the heat capacity ratio's place in eq. 2.15
     opposing_pressure_pa: Floats  # ahead of the projectile, as far as the law knows it
-    atmosphere_pa: Floats
     temperature_k: Floats  # of the tank, and outside
     valve_area_m2: Floats  # of flow, wide open; infinite: no valve
     opening_time_s: Floats
@@ -60,8 +63,13 @@ class ShotInputs:
         return len(self.tank_pressure_pa)
 
     @property
+    def atmosphere_pa(self) -> Floats:
+        """Absolute pressure of the surroundings: what opposes the projectile, and a trace of air without it."""
+        return np.maximum(self.opposing_pressure_pa, VACUUM_PA)
+
+    @property
     def pressure_zero_pa(self) -> Floats:
-        """The absolute pressure at which the law's pressure is 0: the atmosphere for the nominal law."""
+        """The absolute pressure at which the law's pressure is 0."""
         return np.asarray(self.atmosphere_pa - self.opposing_pressure_pa)
 
     @property
@@ -128,7 +136,6 @@ def nominal_shot(bench: GunBench, tank_pressure_pa: ArrayLike, bullet_mass_kg: A
         heat_capacity_ratio=bench.heat_capacity_ratio,
         polytropic_index=each(bench.heat_capacity_ratio),
         opposing_pressure_pa=each(0.0),
-        atmosphere_pa=each(ATMOSPHERE_PA),
         temperature_k=each(ROOM_K),
         valve_area_m2=each(math.inf),
         opening_time_s=each(0.0),

@@ -53,7 +53,7 @@ class ScalarGun:
         self.area = math.pi * b.projectile_diameter_m**2 / 4
         time = math.sqrt(2 * b.travel_m * self.mass / (self.pressure * self.area))
         self.index = g - min(self.heat + 1 - math.exp(-self.heat_rate * time), 1.0) * (g - 1)
-        self.room_air = max(AIR, self.atmosphere)
+        self.room_air = max(100.0, self.atmosphere)  # a trace of air in a vacuum
         self.zero = self.room_air - self.atmosphere
         self.drag_n = (b.friction_coefficient + self.added_friction) * self.mass * GRAVITY + self.seal
         self.drag_n += (self.atmosphere + self.seal_share * self.pressure) * self.area
@@ -101,7 +101,7 @@ class ScalarGun:
         warm = absolute / (GAS * density)
         leak = self.flow(self.ring, absolute, warm, self.room_air, ROOM) if self.ring > 0 else 0.0
         leak += self.gauge_ring * self.choked * max(absolute - self.room_air, 0.0) / math.sqrt(GAS * max(warm, 1.0))
-        outside = (self.drag + self.steady_loss) * self.room_air / (GAS * ROOM)
+        outside = (self.drag + self.steady_loss) * AIR / (GAS * ROOM)
         entrance = self.gas_heads * max(p, 0.0) / (GAS * max(warm, 1.0))
         heads = self.friction_factor * x / b.bore_diameter_m * density + outside + entrance
         force = p * self.area - self.drag_n - self.area * heads * speed * speed / 2

@@ -21,7 +21,7 @@ from pyroshock.twin.gun.effects.heat_exchange import HeatExchange
 from pyroshock.twin.gun.effects.sliding_friction import SlidingFriction
 from pyroshock.twin.gun.effects.valve_flow import ValveFlow
 from pyroshock.twin.gun.motion_kernel import open_share
-from pyroshock.twin.gun.shot import GAS_CONSTANT, GunEffect, ShotInputs, nominal_shot
+from pyroshock.twin.gun.shot import GAS_CONSTANT, VACUUM_PA, GunEffect, ShotInputs, nominal_shot
 from pyroshock.twin.gun.shots import (
     Status,
     gun_velocity,
@@ -51,20 +51,20 @@ def no_endless_steps(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_effects_prepare_what_a_shot_holds() -> None:
-    """A nominal shot has no valve, no leak and no atmosphere. Back pressure opposes and is the atmosphere that flows
-    see, on a bench below standard pressure the standard one. A dead volume shares the tank's energy; friction is of
+    """A nominal shot has no valve, no leak and no atmosphere: it stands in a vacuum. Back pressure opposes and is the
+    atmosphere that flows see. A dead volume shares the tank's energy; friction is of
     weight and of a seal; a valve has the bore's area over the root of its loss."""
     shot = prepared([])
     absent = (shot.dead_volume_m3, shot.opposing_pressure_pa, shot.leak_area_m2, shot.opening_time_s)
     assert [float(quantity[0]) for quantity in absent] == [0, 0, 0, 0]
     assert np.isinf(shot.valve_area_m2[0])
-    assert shot.pressure_zero_pa[0] == AIR
+    assert shot.pressure_zero_pa[0] == shot.atmosphere_pa[0] == VACUUM_PA
     assert shot.friction_n[0] == pytest.approx(0.3 * 0.5 * 9.80665)
     high, low = prepared([BackPressure(atmosphere_pa=1.05e5)]), prepared([BackPressure(atmosphere_pa=0.9e5)])
     assert (high.opposing_pressure_pa[0], high.atmosphere_pa[0]) == (1.05e5, 1.05e5)
-    assert (low.opposing_pressure_pa[0], low.atmosphere_pa[0]) == (0.9e5, AIR)
+    assert (low.opposing_pressure_pa[0], low.atmosphere_pa[0]) == (0.9e5, 0.9e5)
     assert high.driving_pressure_pa[0] == 5.05e5
-    assert low.pressure_zero_pa[0] == pytest.approx(AIR - 0.9e5)
+    assert low.pressure_zero_pa[0] == 0.0
     dead = prepared([DeadVolume(volume_m3=5e-4), BackPressure(atmosphere_pa=AIR)])
     assert dead.volume_m3[0] == pytest.approx(1e-2)
     assert dead.filled_pressure_pa[0] == pytest.approx(((4e5 + AIR) * 9.5e-3 + AIR * 5e-4) / 1e-2, rel=1e-12)

@@ -18,7 +18,7 @@ from pyroshock.twin.gun.effects.barrel_loss import BarrelLoss
 from pyroshock.twin.gun.effects.blow_by import BlowBy
 from pyroshock.twin.gun.effects.valve_flow import ValveFlow
 from pyroshock.twin.gun.motion_kernel import all_derivatives, ellipse, mass_flow
-from pyroshock.twin.gun.shot import GAS_CONSTANT, GunEffect, Instant, ShotInputs, nominal_shot
+from pyroshock.twin.gun.shot import ATMOSPHERE_PA, GAS_CONSTANT, GunEffect, Instant, ShotInputs, nominal_shot
 from pyroshock.twin.gun.shots import GunShots, Status, gun_velocity
 from scipy.stats import qmc
 
@@ -38,7 +38,7 @@ class AddedDrag(GunEffect):
     heads: Value = parameter("H", "", default=0.0, low=0.0, high=100.0, off=-1.0)  # noqa: RUF009
 
     def resistance_n(self, shot: ShotInputs, instant: Instant) -> np.ndarray:
-        air = shot.atmosphere_pa / (GAS_CONSTANT * shot.temperature_k)
+        air = ATMOSPHERE_PA / (GAS_CONSTANT * shot.temperature_k)
         return shot.area_m2 * self.heads * air * instant.velocity_m_s**2 / 2
 
 

@@ -117,7 +117,7 @@ def test_velocity_bends_down_with_pressure_and_a_projectile_that_creeps_stays():
     leak = effect("gun.blow_by", discharge_coefficient=1.0, wear_m=2e-3)
     slow = effect("gun.valve_flow", loss_coefficient=0.0, opening_time_s=0.0, steady_loss_coefficient=1e4)
     bench = replace(THESIS_GUN, friction_coefficient=0.0)
-    assert gun_velocity(bench, 2e5, 0.5, [leak, slow]).words() == ["stopped in the barrel"]
+    assert gun_velocity(bench, 2e5, 0.5, [leak, slow, ABSOLUTE]).words() == ["stopped in the barrel"]
 
 
 def test_ends_have_words_and_other_numbers_of_parameters_and_no_travel_are_refused():

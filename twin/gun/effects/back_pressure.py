@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from ...effects import Value, parameter
 from ..shot import GunEffect, ShotInputs
 
@@ -15,7 +13,8 @@ from ..shot import GunEffect, ShotInputs
 class BackPressure(GunEffect):
     """Gauge pressure does not expand: the gas does, from Q0 + p_atm, and the atmosphere pushes back.
 
-    Between 0 (the nominal law) and the atmosphere the law is one of a pressure that counts from in between.
+    Without it the gun stands in a vacuum, and leaks, valve and dead volume do too: the nominal law knows gauge pressure
+    only.
     """
 
     id = "gun.back_pressure"
@@ -37,7 +36,4 @@ class BackPressure(GunEffect):
     )
 
     def prepare(self, shot: ShotInputs) -> ShotInputs:
-        # A bench above standard pressure: flows must not see a vacuum below the law's zero.
-        return shot.but(
-            opposing_pressure_pa=self.atmosphere_pa, atmosphere_pa=np.maximum(shot.atmosphere_pa, self.atmosphere_pa)
-        )
+        return shot.but(opposing_pressure_pa=self.atmosphere_pa)
