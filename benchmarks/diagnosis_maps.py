@@ -83,7 +83,7 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
     """The row of one campaign: its truth, odds, fraction held out, and shares beside the true ones."""
     rng = np.random.default_rng([SEED, campaign.number])
     if campaign.tier in BENCHES:
-        case = BENCHES[campaign.tier].draw(campaign.kind, rng, SPLIT)
+        case = BENCHES[campaign.tier].draw(campaign.kind, rng, SPLIT, campaign.number)
     else:
         gaps, rough = ("strong", True) if campaign.tier == "rough" else (campaign.tier, False)
         case = draw_case(campaign.kind, gaps, rng, cause=campaign.cause, split=SPLIT, rough=rough)

@@ -19,6 +19,10 @@ from .designs import CaseSetting
 from .unknown_effects import UnknownEffect
 
 KINDS = ("gun", "hammer", "plate", "chain")
+#: A gun and what its bullet strikes, without accelerometers: of the tiers that name it alone.
+GUN_AND_CONTACT = "gun-contact"
+#: Kinds whose campaign is a gun's.
+GUN_KINDS = ("gun", "chain", GUN_AND_CONTACT)
 #: Tier to the range of gap over floor. "any" leaves it to the cause's physical range.
 TIERS: Mapping[str, tuple[float, float]] = {
     "weak": (0.5, 1.5),
@@ -35,7 +39,10 @@ STAGES: Mapping[str, tuple[str, ...]] = {
     "hammer": ("contact",),
     "plate": ("plate",),
     "chain": ("gun", "contact", "plate"),
+    GUN_AND_CONTACT: ("gun", "contact"),
 }
+#: `KINDS` and those that only some tiers have; the order is part of seeds.
+ALL_KINDS = tuple(STAGES)
 
 
 @dataclass(frozen=True)
@@ -58,7 +65,8 @@ class Case:
     `strengths` by effect id, in the unit of `strength.RANGES`; `unknown` is a family outside the catalogue with its
     `amount`. `laws`: by which second laws the effects act, "development" or "sealed"; empty: by the bench's own (see
     `virtualbench.second_laws`). `decoys`: nominal figures of campaign.toml by name, times a factor within tolerance.
-    `blocked`: a configuration's repetitions follow one another; else runs are shuffled.
+    `blocked`: a configuration's repetitions follow one another; else runs are shuffled. `traces`: a gun's tank pressure
+    and laser are recorded, and the plan's pressure is what a regulator was set to instead of what the transducer read.
     """
 
     kind: str
@@ -74,6 +82,7 @@ class Case:
     decoys: Mapping[str, float] = field(default_factory=dict)
     blocked: bool = False
     sampling_rate_hz: float = 102_400.0
+    traces: bool = False
 
     @property
     def cause(self) -> tuple[str, ...]:
@@ -93,7 +102,7 @@ class Label:
     `configurations`, factors by name. `left_out` and `shapley` by stage: what each effect makes of the squared gap
     (`attribution.Attribution`); `shown`: the effects that such a campaign can show; `laws`: as in `Case`. `alone` has
     the ratio of each effect by itself. `background`: rms in tolerances as drawn. `region`: the factor and value in
-    which alone the effect acts.
+    which alone the effect acts. `traces`: as in `Case`.
     """
 
     kind: str
@@ -117,6 +126,7 @@ class Label:
     shapley: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     shown: tuple[str, ...] = ()
     laws: str = ""
+    traces: bool = False
 
     @property
     def within_tolerance(self) -> bool:

@@ -38,9 +38,11 @@ class CasePulse:
 
     @property
     def figures(self) -> Floats:
-        """ln of peak (N), impulse (N s) and width at half of the peak (s)."""
+        """ln of peak (N), impulse (N s) and width at half of the peak (s); NaN without any force."""
         peak = int(np.argmax(self.force_n))
         top = self.force_n[peak]
+        if not top > 0:
+            return np.full(3, np.nan)
         above = np.flatnonzero(self.force_n > top / 2)
         first, last = int(above[0]), int(above[-1])
         width = last - first + _share(self.force_n, first - 1, top / 2) + _share(self.force_n[::-1], -last - 2, top / 2)

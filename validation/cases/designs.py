@@ -100,4 +100,4 @@ def _chain(rng: np.random.Generator) -> tuple[CaseSetting, ...]:
     )
 
 
-_PLANS = {"gun": _gun, "hammer": _hammer, "plate": _plate, "chain": _chain}
+_PLANS = {"gun": _gun, "hammer": _hammer, "plate": _plate, "chain": _chain, "gun-contact": _chain}

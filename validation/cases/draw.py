@@ -1,7 +1,7 @@
 """Draws what a withheld campaign hides: design, cause, strength, background, noise.
 
 Draws benches on which many effects act at once, and benches whose effects obey second laws: the tiers `realistic`
-and `foreign` of the blind check.
+and `foreign` of the blind check, and those that score what a reader acts on.
 """
 
 from __future__ import annotations
@@ -12,11 +12,23 @@ from dataclasses import replace
 
 import numpy as np
 
-from .case import KINDS, STAGES, TIERS, Case
+from .case import GUN_AND_CONTACT, GUN_KINDS, KINDS, STAGES, TIERS, Case
 from .designs import DESIGNS, design
 from .effect_size import changes, gaps
 from .run_scatter import draw_background
-from .scale_cause import FLOORS, RANGES, inside, largest, ratio_of, shown_by, signs, sized, whole_cause, with_cause
+from .scale_cause import (
+    FLOORS,
+    RANGES,
+    inside,
+    largest,
+    ratio_of,
+    shown_by,
+    signs,
+    sized,
+    strength_for,
+    whole_cause,
+    with_cause,
+)
 from .unknowns import FAMILIES, families
 
 #: Share of cases with a nominal figure that is a little off, and by how much at most.
@@ -154,7 +166,13 @@ ALWAYS = "gun.back_pressure"
 #: Gap over all observables, in tolerances. A realistic bench has one beyond tolerance; otherwise nothing is to explain.
 USUAL_GAP = (1.5, 90.0)
 #: At full scale; spectra of a plate have a wide tolerance, so that a large error is fewer of them.
-FULL_SCALE: Mapping[str, tuple[float, float]] = {kind: (4.0 if kind == "plate" else 10.0, 60.0) for kind in KINDS}
+FULL_SCALE: Mapping[str, tuple[float, float]] = {
+    kind: (4.0 if kind == "plate" else 10.0, 60.0) for kind in (*KINDS, GUN_AND_CONTACT)
+}
+#: Gap in tolerances that each of many effects makes alone: at full scale, and where all of them are small together.
+ALONE_GAPS: Mapping[bool, tuple[float, float]] = {True: (1.0, 25.0), False: (0.7, 4.0)}
+#: Gap in tolerances of a cause outside of the catalogue; of five effects that are small together.
+OUTSIDE_GAP, SMALL_GAP = (2.0, 10.0), (2.0, 5.0)
 #: Gap over floor of one effect, and of each of two, by second laws; and of all of them.
 FOREIGN_RATIOS: Mapping[int, tuple[float, float]] = {1: (1.5, 6.0), 2: (1.7, 12.0)}
 FOREIGN_GAPS: Mapping[int, tuple[float, float]] = {1: (1.5, 6.3), 2: (3.0, 20.0)}
@@ -219,6 +237,47 @@ def draw_foreign_bench(kind: str, rng: np.random.Generator, split: str) -> Case:
     raise ValueError(f"no {kind} case at full scale by second laws found in {_TRIES} draws")
 
 
+def draw_visible_bench(
+    kind: str, rng: np.random.Generator, split: str, *, effects: tuple[int, int], limits: tuple[float, float]
+) -> Case:
+    """A case of so many effects (least and most) that act by second laws of a split, with a gap within `limits`. What
+    each effect makes alone is drawn evenly in its logarithm: a weak law is as strong as it has to be to be seen.
+
+    A gun at full scale stands in an atmosphere, which counts as an effect; sensors stay within their data sheets.
+    Raises `ValueError` where no such case is drawn.
+    """
+    full_scale = limits[1] > SMALL_GAP[1]
+    atmosphere = full_scale and kind in GUN_KINDS
+    for _ in range(_TRIES):
+        case = replace(base_case(kind, "any", rng), laws=split)
+        shown = [name for name in shown_by(kind, case.design) if name != ALWAYS]
+        count = min(int(rng.integers(effects[0], effects[1] + 1)) - atmosphere, len(shown))
+        names = rng.choice(shown, count, replace=False).tolist()
+        strengths = {name: _visible_strength(case, name, ALONE_GAPS[full_scale], rng) for name in names}
+        if atmosphere:
+            strengths[ALWAYS] = float(rng.uniform(RANGES[ALWAYS].low, RANGES[ALWAYS].high))
+        case = replace(case, strengths=strengths)
+        if limits[0] <= total_gap(case) <= limits[1]:
+            return case
+    raise ValueError(f"no {kind} case of {effects} visible effects found in {_TRIES} draws")
+
+
+def draw_outside(kind: str, rng: np.random.Generator, split: str) -> Case:
+    """A case whose cause is a family of a split, with a gap of 2 to 10 tolerances. Raises `ValueError` where no such
+    case is drawn."""
+    for _ in range(_TRIES):
+        case = base_case(kind, "any", rng)
+        name = str(rng.choice(families(kind, split)))
+        setting = FAMILIES[name].varies
+        if setting and len({getattr(configuration, setting) for configuration in design(kind, case.design)}) < 2:
+            continue
+        wanted = math.exp(rng.uniform(math.log(OUTSIDE_GAP[0] * 1.05), math.log(OUTSIDE_GAP[1] * 0.95)))
+        case = sized(case, name, 1, wanted / case.floor, rng)
+        if OUTSIDE_GAP[0] <= ratio_of(case) * case.floor <= OUTSIDE_GAP[1]:
+            return case
+    raise ValueError(f"no {kind} case of a cause outside of the catalogue found in {_TRIES} draws")
+
+
 def total_gap(case: Case) -> float:
     """Root mean square over all configurations and observables of all stages, in tolerances; infinite where a shot
     does not leave the barrel."""
@@ -246,6 +305,15 @@ def _strength(name: str, rng: np.random.Generator, laws: str = "") -> float:
     """0.3 to 3 times the bench's default, with a random sign where the effect has one."""
     size = math.exp(rng.uniform(math.log(WEAKEST), math.log(STRONGEST))) * BENCH_DEFAULT.get(name, 1.0)
     return int(rng.choice(signs(name, laws))) * size
+
+
+def _visible_strength(case: Case, name: str, gaps: tuple[float, float], rng: np.random.Generator) -> float:
+    """At which an effect alone has a drawn gap (tolerances), or the largest that there is."""
+    sign, wanted = int(rng.choice(signs(name, case.laws))), math.exp(rng.uniform(math.log(gaps[0]), math.log(gaps[1])))
+    strength = strength_for(case.kind, case.design, name, sign, wanted, laws=case.laws)
+    strength = largest(name, sign, case.laws) if strength is None else strength
+    most = STRONGEST * BENCH_DEFAULT.get(name, 1.0) if name.startswith("sensor.") else math.inf
+    return sign * min(abs(strength), most)
 
 
 def _enlarged(case: Case, least: float) -> Case:

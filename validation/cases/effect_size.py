@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 from ...array_types import Floats
-from .case import STAGES, TOLERANCES, ActingCause
+from .case import GUN_KINDS, STAGES, TOLERANCES, ActingCause
 from .contact_case import CasePulse, cell_reading, strikes
 from .designs import design
 from .gun_case import ln_truth, ln_velocity
@@ -27,7 +27,7 @@ RATE_HZ, SAMPLES, START_S = 102_400.0, 6144, 2e-3
 
 def speeds_of(kind: str, number: int) -> Floats:
     """Speeds (C,) in m/s at which a plan's impacts happen."""
-    if kind == "chain":
+    if kind in GUN_KINDS:
         return np.asarray(np.exp(ln_velocity(kind, number, {})))
     return np.array([setting.speed_m_s for setting in design(kind, number)])
 

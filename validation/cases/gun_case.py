@@ -89,20 +89,20 @@ def _velocities(kind: str, number: int, strengths: tuple[tuple[str, float], ...]
     given, gun = dict(strengths), gun_of(kind, number)
     if laws:
         return tuple(
-            muzzle_velocity_m_s(
-                gun, given, laws, 1e5 * pressure_bar(s.tank_pressure_bar, given, laws), Projectile(s.mass_kg)
-            )
+            muzzle_velocity_m_s(gun, given, laws, true_pressure_pa(s, given, laws), Projectile(s.mass_kg))
             for s in design(kind, number)
         )
     effects = Effects(tuple(EffectSwitch(name, strength=value) for name, value in strengths if name.startswith("gun.")))
     rng = np.random.default_rng(0)
     return tuple(
-        muzzle_velocity(gun, effects, _true_pa(setting, given), Projectile(setting.mass_kg), rng)
+        muzzle_velocity(gun, effects, true_pressure_pa(setting, given), Projectile(setting.mass_kg), rng)
         for setting in design(kind, number)
     )
 
 
-def _true_pa(setting: CaseSetting, strengths: Mapping[str, float]) -> float:
-    """The pressure that the transducer reads as the plan's."""
+def true_pressure_pa(setting: CaseSetting, strengths: Mapping[str, float], laws: str = "") -> float:
+    """The pressure (Pa, gauge) that the transducer reads as the plan's."""
+    if laws:
+        return 1e5 * pressure_bar(setting.tank_pressure_bar, strengths, laws)
     read = setting.tank_pressure_bar - strengths.get("sensor.pressure_offset", 0.0)
     return max(0.0, read / (1 + strengths.get("sensor.pressure_gain", 0.0))) * 1e5

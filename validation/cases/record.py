@@ -14,9 +14,11 @@ import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from ...virtualbench.campaigns.gun import BULLET_LENGTH_M, BULLET_LENGTH_U_M
 from ...virtualbench.recorder import (
     CampaignCard,
     SealError,
@@ -28,10 +30,11 @@ from ...virtualbench.recorder import (
 )
 from ...virtualbench.sensors import SensorBuild
 from .attribution import attribution
-from .case import Case, Label, tier_of
-from .designs import design
+from .case import GUN_KINDS, Case, Label, tier_of
+from .designs import CaseSetting, design
 from .effect_size import changes, gaps
-from .gun_case import gun_stage
+from .gun_case import gun_stage, true_pressure_pa
+from .gun_trace import RATE_HZ, SENSORS
 from .plates import CHANNELS, CasePlate, plate_of
 from .scale_cause import shown_by, whole_cause
 from .simulate_case import SimulatedCase, simulate_case
@@ -84,20 +87,24 @@ def label_of(case: Case, seed: int) -> Label:
         background=asdict(case.background),
         decoys=dict(case.decoys),
         region={"insulator": "polymeric"} if names == ["contact.layer_compliance"] else {},
-        configurations=tuple(setting.factors() for setting in settings),
+        configurations=tuple(factors_of(case, setting) for setting in settings),
         changes={name: rows.tolist() for name, rows in moved.items()},
         seed=seed,
         left_out=parts.left_out,
         shapley=parts.shapley,
         shown=shown_by(case.kind, case.design),
         laws=case.laws,
+        traces=case.traces,
     )
 
 
 def _row(case: Case, number: int, run: SimulatedCase, folder: Path) -> dict[str, str]:
     """A row of runs.csv; its recording is written."""
-    factors = {key: str(value) for key, value in run.setting.factors().items()}
+    factors = {key: str(value) for key, value in factors_of(case, run.setting).items()}
     row = {"run": str(number), "repetition": str(run.repetition), **factors}
+    if case.traces:
+        row["bullet_length_mm"] = f"{BULLET_LENGTH_M * 1e3:g}"
+        row["bullet_length_u_mm"] = f"{BULLET_LENGTH_U_M * 1e3:g}"
     if run.velocity_m_s is not None:
         column = "measured_velocity_m_s" if run.setting.tank_pressure_bar else "impact_velocity_m_s"
         row[column] = f"{run.velocity_m_s:.6g}"
@@ -106,13 +113,24 @@ def _row(case: Case, number: int, run: SimulatedCase, folder: Path) -> dict[str,
     if run.channels:
         row["recording"] = f"recordings/{number:04d}.npz"
         channels = {name: values.astype(np.float32) for name, values in run.channels.items()}
-        write_recording(folder / row["recording"], channels, case.sampling_rate_hz)
+        rate = RATE_HZ if case.kind == "gun" else case.sampling_rate_hz
+        write_recording(folder / row["recording"], channels, rate)
     return row
+
+
+def factors_of(case: Case, setting: CaseSetting) -> dict[str, Any]:
+    """Factors as runs.csv has them. The pressure is what the transducer reads, or, beside its recordings, what the
+    regulator is set to: the true one."""
+    factors = setting.factors()
+    if case.traces:
+        true_bar = 1e-5 * true_pressure_pa(setting, case.strengths, case.laws)
+        factors["tank_pressure_bar"] = float(f"{true_bar:.5g}")
+    return factors
 
 
 def _card(case: Case, name: str) -> CampaignCard:
     bench: dict[str, Mapping[str, Value]] = {}
-    if case.kind in ("gun", "chain"):
+    if case.kind in GUN_KINDS:
         bench["gun"] = _misstated(gun_stage(case.kind, case.design), case.decoys)
     if case.kind == "hammer":
         bench["hammer"] = _misstated({"mass_kg": design(case.kind, case.design)[0].mass_kg}, case.decoys)
@@ -120,7 +138,9 @@ def _card(case: Case, name: str) -> CampaignCard:
     if case.kind in ("plate", "chain"):
         bench["plate"] = {"modes": "plate_modes.csv"}
         sensors = (_FORCE, *_ACCELERATIONS)
-    kind = "gun" if case.kind in ("gun", "chain") else "hammer"
+    if case.traces:
+        sensors = (*SENSORS, *sensors)
+    kind = "gun" if case.kind in GUN_KINDS else "hammer"
     return CampaignCard(name, kind, _DATE, sensors, "withheld-cause campaign", bench)
 
 

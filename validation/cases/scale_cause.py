@@ -59,12 +59,12 @@ RANGES: Mapping[str, StrengthRange] = {
 }
 #: Campaigns that can show an effect, by the beginning of its name.
 _SEEN: Mapping[str, tuple[str, ...]] = {
-    "gun.": ("gun", "chain"),
-    "contact.": ("hammer", "chain"),
+    "gun.": ("gun", "chain", "gun-contact"),
+    "contact.": ("hammer", "chain", "gun-contact"),
     "plate.": ("plate", "chain"),
-    "sensor.pressure": ("gun", "chain"),
-    "sensor.velocity": ("gun", "hammer", "chain"),
-    "sensor.force": ("hammer", "plate", "chain"),
+    "sensor.pressure": ("gun", "chain", "gun-contact"),
+    "sensor.velocity": ("gun", "hammer", "chain", "gun-contact"),
+    "sensor.force": ("hammer", "plate", "chain", "gun-contact"),
     "sensor.acceleration": ("plate", "chain"),
     "sensor.mount": ("plate", "chain"),
     "sensor.zero": ("plate", "chain"),

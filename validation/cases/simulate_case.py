@@ -7,15 +7,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...array_types import Floats
-from .case import TOLERANCES, Case
+from ...virtualbench.gun.build import Projectile
+from .case import GUN_KINDS, TOLERANCES, Case
 from .contact_case import CasePulse, cell_reading, strikes
 from .designs import CaseSetting
 from .effect_size import loudest_n
-from .gun_case import ln_reading, ln_truth, ln_velocity
+from .gun_case import gun_of, ln_reading, ln_truth, ln_velocity
+from .gun_trace import ShotRecords, shot_records, velocities_as_read
 from .plates import changed, plate_of
 from .ringing import SAMPLES, accelerations, pulses_of, sensor_readings
 from .run_scatter import CaseRuns, PlateBackground, heavy, warped
@@ -27,17 +31,24 @@ FORCE_SAMPLES, START_S = 2048, 4e-3
 FORCE_NOISE_N, FORCE_NOISE, ACCELERATION_NOISE = 0.2, 1e-3, 5e-4
 
 
-def recordings(runs: CaseRuns, speeds: Floats, rng: np.random.Generator) -> Iterator[dict[str, Floats]]:
-    """The recording of each run."""
+def recordings(
+    runs: CaseRuns, speeds: Floats, rng: np.random.Generator, shots: ShotRecords | None = None
+) -> Iterator[dict[str, Floats]]:
+    """The recording of each run; with the recordings of its shots, as long as those."""
     case, loudest = runs.case, loudest_n(runs.case.kind, runs.case.design)
     true, read = _pulses(runs, speeds, rng, loudest)
     plated = case.kind in ("plate", "chain")
     length = SAMPLES if plated else FORCE_SAMPLES
+    flights_s, beside = np.zeros(len(runs.rows)), [{}] * len(runs.rows)
+    if shots is not None:
+        gun = gun_of(case.kind, case.design)
+        length, beside = shots.samples, list(shots.channels)
+        flights_s = np.array(shots.exit_s) + (gun.travel_m(Projectile()) - gun.vent_position_m) / speeds - START_S
     plate = PlateBackground.of(case) if plated else None
     modes = changed(plate_of(case.kind, case.design), case.strengths, case.laws) if plated else None
     time = np.arange(length) / case.sampling_rate_hz
     for r, (setting, pulse, shown) in enumerate(zip(runs.settings, true, read, strict=True)):
-        start = START_S + float(rng.uniform(0, 1)) / case.sampling_rate_hz
+        start = START_S + float(rng.uniform(0, 1)) / case.sampling_rate_hz + float(flights_s[r])
         noise = FORCE_NOISE_N + FORCE_NOISE * shown.force_n.max()
         signals = {"force": shown.on(time - start) + noise * rng.standard_normal(length)}
         if plate is not None and modes is not None:
@@ -49,7 +60,7 @@ def recordings(runs: CaseRuns, speeds: Floats, rng: np.random.Generator) -> Iter
             hiss = ACCELERATION_NOISE * np.abs(felt_by).max(axis=1, keepdims=True)
             felt_by = felt_by + hiss * rng.standard_normal(felt_by.shape)
             signals |= {f"acceleration_{k}": row for k, row in enumerate(felt_by, start=1)}
-        yield signals
+        yield {**beside[r], **signals}
 
 
 def _pulses(
@@ -84,13 +95,13 @@ READING_U, HAND_SPREAD = 0.003, 0.12
 
 @dataclass(frozen=True, eq=False)
 class SimulatedCase:
-    """One run as it is recorded; channels (n,) in SI."""
+    """One run as it is recorded; channels (n,) as campaign.toml has them, in SI but for volts."""
 
     setting: CaseSetting
     repetition: int
     velocity_m_s: float | None = None
     velocity_u_m_s: float | None = None
-    channels: Mapping[str, Floats] = field(default_factory=dict)
+    channels: Mapping[str, NDArray[Any]] = field(default_factory=dict)
 
 
 def simulate_case(case: Case, seed: int) -> Iterator[SimulatedCase]:
@@ -100,8 +111,14 @@ def simulate_case(case: Case, seed: int) -> Iterator[SimulatedCase]:
     true, read = _speeds(runs, rng)
     shown = (f"{v:.6g}" for v in read) if case.kind != "plate" else ("",) * len(runs.rows)
     recorded = [float(text) if text else None for text in shown]
-    u = [READING_U * v if v and case.kind in ("gun", "chain") else None for v in recorded]
-    channels = iter(recordings(runs, true, rng)) if case.kind != "gun" else ({} for _ in runs.rows)
+    u = [READING_U * v if v and case.kind in GUN_KINDS else None for v in recorded]
+    shots = None
+    if case.traces:
+        own_rng = np.random.default_rng([seed, case.background.seed, 17])  # the same velocities with and without
+        shots = shot_records(runs, true, velocities_as_read(runs, true), own_rng)
+    channels: Iterator[Mapping[str, NDArray[Any]]] = iter(shots.channels if shots else [{}] * len(runs.rows))
+    if case.kind != "gun":
+        channels = recordings(runs, true, rng, shots)
     for (c, repetition), v, error, signals in zip(runs.rows, recorded, u, channels, strict=True):
         yield SimulatedCase(runs.plan[c], int(repetition) + 1, v, error, signals)
 

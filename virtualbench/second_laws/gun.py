@@ -17,7 +17,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 
 import numpy as np
@@ -49,13 +49,15 @@ DEAD_WALL_W_K = 6.0
 CAVITY_HOLE_M2 = 0.7 * 2e-4
 #: A smaller cavity is none: it fills at once, and holds nothing.
 SMALLEST_CAVITY_M3 = 1e-6
+#: A valve that stays open closes at this time.
+NEVER_S = 1e9
 _CHUNK_S, _STEP_S, _UNTIL_S = 0.1, 2e-4, 1.2
 _TOLERANCES = np.array([1e-9, 1e-4, 1e-9, 1e-4, 1e-9, 1e-4, 1e-6, 1e-5])
 
 # fmt: off
 (TANK_M3, BREECH_M3, CAVITY_M3, AREA, MASS, TRAVEL, BORE, AMBIENT, WALL_K, MERGED, VALVE_M2, OPEN_S, VALVE_LAW,
  COULOMB, FILM, PRESS, LEAK_M2, LEAK_K, LEAK_R, LAMINAR, ROUGH, WAVE, TURBULENT, RELAX, DEAD_W_K, COLUMN,
- SHOCK) = range(27)
+ SHOCK, CLOSE_AT, CLOSE_S) = range(29)
 # fmt: on
 
 
@@ -66,37 +68,56 @@ def muzzle_velocity_m_s(
 
     Raises `RuntimeError` where the integrator gives up.
     """
-    from scipy.integrate import odeint
+    figures = shot_figures(gun, strengths, split, projectile)
+    time, rows, exit_s = run_to_vents(figures, tank_pressure_pa, gun.vent_position_m)
+    return float(velocity_at(time, rows[:, 6], rows[:, 7], np.array([exit_s]))[0]) if math.isfinite(exit_s) else 0.0
 
-    figures, state = _figures(gun, strengths, split, projectile), np.zeros(8)
+
+def run_to_vents(figures: Floats, tank_pressure_pa: float, vent_position_m: float) -> tuple[Floats, Floats, float]:
+    """Times (n,) from the valve's opening on, states (n, 8) up to the first ones past the vents, and when the tail
+    reaches them: NaN where it does not within 1.2 s. Raises `RuntimeError` where the integrator gives up."""
+    state = np.zeros(8)
     ambient, wall = figures[AMBIENT], figures[WALL_K]
     pressures = (tank_pressure_pa + ambient, ambient, ambient)
     for chamber, (pressure, volume) in enumerate(zip(pressures, figures[[TANK_M3, BREECH_M3, CAVITY_M3]], strict=True)):
         state[2 * chamber] = pressure * volume / (GAS_CONSTANT * wall)
         state[2 * chamber + 1] = state[2 * chamber] * CV * wall
-    start = 0.0
-    while start < _UNTIL_S - 1e-9:
+    times, states = [np.zeros(1)], [state[None]]
+    while (start := float(times[-1][-1])) < _UNTIL_S - 1e-9:
         stop = start + _CHUNK_S
         if not figures[MERGED] and start < figures[OPEN_S] - 1e-6:
             stop = min(stop, float(figures[OPEN_S]))  # the flow has a kink where the valve is open
-        time = np.linspace(start, stop, max(2, round((stop - start) / _STEP_S) + 1))
-        rows, solver_report = odeint(
-            rates, state, time, args=(figures,), tfirst=True, full_output=True, rtol=1e-6, atol=_TOLERANCES,
-            mxstep=20_000,
-        )  # type: ignore[call-overload]  # fmt: skip
-        if solver_report["message"] != "Integration successful.":
-            raise RuntimeError(f"the shot could not be integrated past {start:.4g} s: {solver_report['message']}")
-        past = crossings(time, rows[:, 6], rows[:, 7], gun.vent_position_m)
+        time, rows = integrated(rates, states[-1][-1], start, stop, figures)
+        times.append(time[1:])
+        states.append(rows[1:])
+        past = crossings(time, rows[:, 6], rows[:, 7], vent_position_m)
         if past.size:
-            return float(velocity_at(time, rows[:, 6], rows[:, 7], past[:1])[0])
+            return np.concatenate(times), np.concatenate(states), float(past[0])
         if rows[-1, 6] < -1e-3:
-            return 0.0
-        start, state = float(stop), rows[-1]
-    return 0.0
+            break
+    return np.concatenate(times), np.concatenate(states), math.nan
 
 
-def _figures(gun: GunBuild, strengths: Mapping[str, float], split: str, projectile: Projectile) -> Floats:
-    """The figures (27,) of a shot, in the order of the names above."""
+def integrated(
+    law: Callable[..., Floats], state: Floats, start: float, stop: float, figures: Floats
+) -> tuple[Floats, Floats]:
+    """Times (k,) from start to stop, both included, and states (k, 8) by rates like `rates`.
+
+    Raises `RuntimeError` where the integrator gives up.
+    """
+    from scipy.integrate import odeint
+
+    time = np.linspace(start, stop, max(2, round((stop - start) / _STEP_S) + 1))
+    rows, solver_report = odeint(
+        law, state, time, args=(figures,), tfirst=True, full_output=True, rtol=1e-6, atol=_TOLERANCES, mxstep=20_000
+    )  # type: ignore[call-overload]
+    if solver_report["message"] != "Integration successful.":
+        raise RuntimeError(f"the shot could not be integrated past {start:.4g} s: {solver_report['message']}")
+    return time, np.asarray(rows)
+
+
+def shot_figures(gun: GunBuild, strengths: Mapping[str, float], split: str, projectile: Projectile) -> Floats:
+    """The figures (29,) of a shot whose valve stays open, in the order of the names above."""
 
     def of(name: str, law: str) -> float:
         return strengths.get(name, 0.0) if split == law else 0.0
@@ -109,7 +130,7 @@ def _figures(gun: GunBuild, strengths: Mapping[str, float], split: str, projecti
     ring, friction, choked = _ring(gun, projectile, factor)
     clearance = TIGHT_CLEARANCE_M * factor
     laminar = math.pi * projectile.diameter_m * clearance**3 * (1 + 1.5 * ECCENTRICITY**2)
-    f = np.zeros(27)
+    f = np.zeros(29)
     f[TANK_M3], f[AREA], f[MASS], f[TRAVEL], f[BORE] = (
         base.tank_volume_m3, base.area_m2, base.mass_kg, base.travel_m, base.bore_m,
     )  # fmt: skip
@@ -130,6 +151,7 @@ def _figures(gun: GunBuild, strengths: Mapping[str, float], split: str, projecti
     f[TURBULENT], f[RELAX] = of("gun.heat_exchange", first), of("gun.heat_exchange", last)
     f[DEAD_W_K] = DEAD_WALL_W_K * of("gun.dead_volume", first)
     f[COLUMN], f[SHOCK] = (float(of("gun.back_pressure", law) > 0) for law in (first, last))
+    f[CLOSE_AT], f[CLOSE_S] = NEVER_S, 1.0
     return f
 
 
@@ -161,7 +183,7 @@ def shock_pressure(ambient: float, mach: float) -> float:
 
 
 @njit(cache=True)
-def _gas(mass: float, energy: float, volume: float) -> tuple[float, float, float]:
+def gas_state(mass: float, energy: float, volume: float) -> tuple[float, float, float]:
     """Pressure, temperature, density."""
     if mass <= 0 or energy <= 0 or volume <= 0:
         return 0.0, COLDEST_K, 0.0
@@ -202,7 +224,7 @@ def perry_coefficient(ratio: float) -> float:
 
 @njit(cache=True)
 def _through_valve(time: float, up: tuple[float, float, float], ratio: float, f: Floats) -> float:
-    turned = min(max(time / f[OPEN_S], 0.0), 1.0)
+    turned = min(max(time / f[OPEN_S], 0.0), 1.0, max(1 - (time - f[CLOSE_AT]) / f[CLOSE_S], 0.0))
     if f[VALVE_LAW] == 0.0:
         return float(f[VALVE_M2] * turned * control_valve(up[0], up[2], ratio))
     share = 1 - math.cos(math.pi / 2 * turned)
@@ -238,11 +260,11 @@ def rates(time: float, state: Floats, f: Floats) -> Floats:
     volume = max(f[BREECH_M3] + f[AREA] * x, 0.2 * f[BREECH_M3])
     rate = np.zeros(8)
     if f[MERGED]:
-        tank = _gas(state[0] + state[2], state[1] + state[3], f[TANK_M3] + volume)
+        tank = gas_state(state[0] + state[2], state[1] + state[3], f[TANK_M3] + volume)
         breech = tank
     else:
-        tank = _gas(state[0], state[1], f[TANK_M3])
-        breech = _gas(state[2], state[3], volume)
+        tank = gas_state(state[0], state[1], f[TANK_M3])
+        breech = gas_state(state[2], state[3], volume)
         flow = 0.0
         if tank[0] > breech[0]:
             flow = _through_valve(time, tank, breech[0] / tank[0], f)
@@ -271,7 +293,7 @@ def rates(time: float, state: Floats, f: Floats) -> Floats:
     rate[2] -= leak
     rate[3] -= leak * CP * breech[1] + pressure * f[AREA] * v
     if f[CAVITY_M3] > 0:
-        cavity = _gas(state[4], state[5], f[CAVITY_M3])
+        cavity = gas_state(state[4], state[5], f[CAVITY_M3])
         fill, filled = 0.0, 0.0
         if breech[0] > cavity[0]:
             fill = CAVITY_HOLE_M2 * nozzle(breech[0], breech[1], cavity[0] / breech[0])

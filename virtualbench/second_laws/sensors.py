@@ -16,6 +16,8 @@ from .owners import bullet_share, tip_value
 #: The transducer's range; where its foot ends; between its two ranges, and how softly it changes.
 SPAN_BAR, FOOT_BAR, RANGE_BAR, RANGE_WIDTH = 4.0, 0.6, 1.0, 0.15
 LOW_RANGE = 0.2
+#: Readings at which the inverse of its law is worked out.
+_READINGS_BAR = np.concatenate([np.arange(-1.5, 6.0, 2e-3), np.arange(6.0, 30.0, 0.02)])
 #: A timer's error is the stated one at this velocity; by tip, where there is no bullet.
 FULL_SPEED_M_S = {"gun": 20.0, "hand": 1.5}
 TIP_BASE = {"aluminum": 1.4, "steel": 0.5, "delrin": 1.0, "polyurethane": 1.6, "PLA": 0.8}
@@ -37,13 +39,26 @@ def pressure_bar(read_bar: float, strengths: Mapping[str, float], split: str) ->
     Development: r - s (1 - r / 4) and r / (1 + s r / 4); sealed: r - s exp(-r / 0.6) and r / (1 + s g), g from 0.2
     to 1 about 1 bar.
     """
+    return max(0.0, float(_true_pressure_bar(np.array([read_bar]), strengths, split)[0]))
+
+
+def pressure_read_bar(true_bar: Floats, strengths: Mapping[str, float], split: str) -> Floats:
+    """What the transducer reads (n,) of pressures from -1 to 16 bar gauge: the inverse of `pressure_bar`, or offset and
+    gain, r = p (1 + g) + s, where `split` is empty."""
+    if not split:
+        gain, offset = strengths.get("sensor.pressure_gain", 0.0), strengths.get("sensor.pressure_offset", 0.0)
+        return np.asarray(true_bar * (1 + gain) + offset)
+    return np.asarray(np.interp(true_bar, _true_pressure_bar(_READINGS_BAR, strengths, split), _READINGS_BAR))
+
+
+def _true_pressure_bar(read_bar: Floats, strengths: Mapping[str, float], split: str) -> Floats:
     offset, gain = strengths.get("sensor.pressure_offset", 0.0), strengths.get("sensor.pressure_gain", 0.0)
     if split == "development":
         true = read_bar - offset * (1 - read_bar / SPAN_BAR)
-        return max(0.0, true / (1 + gain * read_bar / SPAN_BAR))
-    true = read_bar - offset * float(np.exp(-read_bar / FOOT_BAR))
+        return np.asarray(true / (1 + gain * read_bar / SPAN_BAR))
+    true = read_bar - offset * np.exp(-np.maximum(read_bar, 0.0) / FOOT_BAR)
     upper = 1 / (1 + np.exp(-(read_bar - RANGE_BAR) / RANGE_WIDTH))
-    return max(0.0, true / (1 + gain * (LOW_RANGE + (1 - LOW_RANGE) * float(upper))))
+    return np.asarray(true / (1 + gain * (LOW_RANGE + (1 - LOW_RANGE) * upper)))
 
 
 def velocity_factor(

@@ -67,7 +67,7 @@ def test_fast_relaxation_is_isothermal_and_a_step_backwards_meets_no_vacuum() ->
     assert shot({"gun.heat_exchange": 3e4}, "sealed") == pytest.approx(expanded(1.0), rel=1e-3)
     # An integrator tries such steps where the atmosphere nearly stops a shot.
     acting = {"gun.back_pressure": 1.0, "gun.blow_by": 0.4, "gun.valve_flow": 0.4}
-    figures = law._figures(GUN, acting, "development", BULLET)
+    figures = law.shot_figures(GUN, acting, "development", BULLET)
     exhausted, backwards = [3e-3, 600.0, 6e-4, -211.0, 0.0, 0.0], [-0.47, -597.0]
     assert np.isfinite(law.rates(0.3, np.array(exhausted + backwards), figures)).all()
 
@@ -114,7 +114,7 @@ def test_isothermal_flow_is_choked_where_it_is_largest(friction: float) -> None:
 def test_laminar_leak_goes_with_the_cube_of_the_clearance() -> None:
     """And so differs by bullet more than the other law's."""
     masses = (0.1, 0.2, 0.5)
-    figures = [law._figures(GUN, {"gun.blow_by": 1.0}, "sealed", Projectile(mass)) for mass in masses]
+    figures = [law.shot_figures(GUN, {"gun.blow_by": 1.0}, "sealed", Projectile(mass)) for mass in masses]
     from pyroshock.virtualbench.second_laws.owners import bullet_factor
 
     cubes = [bullet_factor(mass) ** 3 for mass in masses]
