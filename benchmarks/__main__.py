@@ -47,6 +47,7 @@ _SERIES = ("51.2 kHz, 16 bits in float32", "51.2 kHz, 24 bits in float32", "1 MH
 THEMES: dict[str, Theme] = {
     "ingest": Theme("ingest", "measure_ingest", {"recordings": 60, "formats": (".mat",)}, {}),
     "memory": Theme("ingest", "measure_memory", {"recordings": 40, "repeats": 2}, {}),
+    "row-hashes": Theme("row_hashes", "measure_row_hashes", {"recordings": 15, "repeats": 6}, {}),
     "pulses": Theme("pulses", "measure_pulses"),
     "series": Theme("series", "measure_series", {"only": _SERIES, "repeats": 9}, {}),
     "querying": Theme("series", "measure_querying", {}, {"recordings": 180}),

@@ -38,7 +38,7 @@ from .report import IngestReport
 from .runs import MatchedImpact, RunRow, expected_hits, match, read_runs
 from .settings import ExtractionSettings
 from .store import CampaignStore
-from .unit_plausibility import ENOUGH_IMPACTS, MomentumRatio, refuse_wrong_unit
+from .unit_plausibility import ENOUGH_IMPACTS, MomentumRatio, refuse_wrong_clock, refuse_wrong_unit
 from .unit_plausibility import RULE as UNIT_FACTOR
 
 #: Called with (done, total, what) after each recording.
@@ -130,13 +130,16 @@ def _units_judged(
     Raises `IngestError` where one is, before anything is stored.
     """
     ratios: list[MomentumRatio] = []
+    contact_times_s: list[float] = []
     held_back = []
     for pending, outcome in results:
         held_back.append((pending, outcome))
         if not isinstance(outcome, UnreadableRecording):
             ratios += target.momentum_ratios(outcome[1], outcome[0])
+            contact_times_s += [pulse.contact_time_s for pulse in outcome[1].pulses]
         if len(ratios) >= ENOUGH_IMPACTS or len(held_back) >= ENOUGH_IMPACTS:
             break
+    refuse_wrong_clock(campaign, contact_times_s)
     refuse_wrong_unit(campaign, ratios)
     yield from held_back
     yield from results

@@ -14,12 +14,14 @@ from sqlalchemy.orm import Session
 from ..schema.campaigns import Campaign
 from ..schema.configurations import configuration_ids
 from ..schema.impacts import ChannelFigures, Impact, Pulse, Shot
+from ..schema.known_factors import NONE
 from ..schema.recordings import SET_ASIDE, STORED, QualityFinding, RecordedChannel, Recording
 from ..schema.removal.part import Part
 from ..schema.row_keys import reserve_ahead
 from ..schema.series import write_series
 from ..schema.session import Store
 from ..schema.tables import metadata
+from ..signals.channel import on_impactor
 from ..signals.checks.base import Finding
 from .additions import Additions, add_facts, refuse_changed_channels, row_additions
 from .channel_figures import figure_rows
@@ -296,6 +298,7 @@ class CampaignStore:
                             name,
                             held=self._file.hammer is not None,
                             integrated=_is_integrated(hit, done),
+                            behind_anvil=self._is_behind_anvil(hit.row, done),
                             plate_mass_kg=self._plate_mass_kg,
                         )
                     )
@@ -310,9 +313,26 @@ class CampaignStore:
             if hit.pulse is not None and mass_kg is not None and velocity is not None and mass_kg * velocity > 0.0:
                 plate = self._plate_mass_kg
                 share = 1.0 if plate is None else plate / (plate + mass_kg)
-                ratio = done.pulses[hit.pulse].impulse_n_s / (mass_kg * velocity)
-                ratios.append(MomentumRatio(ratio, _is_integrated(hit, done), share))
+                pulse = done.pulses[hit.pulse]
+                ratios.append(
+                    MomentumRatio(
+                        pulse.impulse_n_s / (mass_kg * velocity),
+                        _is_integrated(hit, done),
+                        share,
+                        self._is_behind_anvil(hit.row, done),
+                        _is_by_laser(hit, done),
+                    )
+                )
         return ratios
+
+    def _is_behind_anvil(self, row: RunRow, done: ProcessedRecording) -> bool:
+        """Whether the force of a row is measured on the target's side of an anvil: no sensor of it rides on the
+        impactor."""
+        anvil = row.levels_by_factor.get("anvil_material")
+        if self._file.hammer is not None or anvil is None or anvil.label == NONE:
+            return False
+        forces = [series.channel for series in done.series if series.channel.quantity == "force"]
+        return not any(on_impactor(channel.sensor.position) for channel in forces)
 
     def _mass_kg(self, row: RunRow) -> float | None:
         return self._file.hammer.mass_kg if self._file.hammer else row.number("bullet_mass")
@@ -400,3 +420,9 @@ class CampaignStore:
 def _is_integrated(hit: MatchedImpact, done: ProcessedRecording) -> bool:
     """Whether a hit's velocity is that of the impactor's own acceleration."""
     return hit.row.impact_velocity_m_s is None and hit.pulse is not None and any(done.speeds[hit.pulse : hit.pulse + 1])
+
+
+def _is_by_laser(hit: MatchedImpact, done: ProcessedRecording) -> bool:
+    """Whether a hit's velocity is the muzzle velocity by the laser."""
+    reported = hit.row.impact_velocity_m_s is not None or hit.row.measured_velocity_m_s is not None
+    return not reported and not _is_integrated(hit, done) and done.shot is not None

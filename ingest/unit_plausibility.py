@@ -2,7 +2,8 @@
 
 Impulse over mass times velocity is between 1 and 2 for what flies free, and up to 3 for a hammer in a hand
 (`plausibility`). A velocity that is integrated from the impactor's own deceleration is that of the contact alone, .32
-to .82 of the impact's: 168 impacts of correct virtual campaigns have ratios of 1.8 to 4.2 by it.
+to .82 of the impact's: 168 impacts of correct virtual campaigns have ratios of 1.8 to 4.2 by it. Cells behind an anvil
+show up to twice the impulse.
 """
 
 from __future__ import annotations
@@ -16,7 +17,9 @@ from .errors import IngestError
 #: The rule that a laboratory confirms where its unit is right all the same.
 RULE = "unit-factor"
 #: Ratios of correct campaigns by velocities that are reported or measured, and by integrated ones.
-USUAL, USUAL_INTEGRATED = (0.5, 3.0), (1.0, 7.0)
+USUAL, USUAL_ANVIL, USUAL_INTEGRATED = (0.5, 3.0), (0.5, 4.6), (1.0, 7.0)
+#: No contact of an impact lasts so long, and none is as short as the other (s): the sampling rate is another one.
+LONGEST_CONTACT_S, SHORTEST_CONTACT_S = 0.1, 4e-6
 #: So many impacts are judged, so large a share of them must be off, and so large a share right with the factor.
 LEAST_IMPACTS, OFF_SHARE, RIGHT_SHARE = 3, 2 / 3, 0.9
 #: So many impacts are held back before the first of them is stored.
@@ -27,16 +30,19 @@ ENOUGH_IMPACTS = 12
 class MomentumRatio:
     """Impulse over mass times velocity of one impact; `integrated`: by the impactor's own acceleration.
 
-    `share`: of the plate's mass in both masses, by which a light plate lowers the ratio.
+    `share`: of the plate's mass in both masses, by which a light plate lowers the ratio. `behind_anvil`: the force is
+    measured behind an anvil. `by_laser`: the velocity is the bullet's length over the time in the laser's beam.
     """
 
     ratio: float
     integrated: bool
     share: float = 1.0
+    behind_anvil: bool = False
+    by_laser: bool = False
 
     def is_usual(self, factor: float = 1.0) -> bool:
         """Whether the ratio is that of a correct campaign once its readings are divided by `factor`."""
-        low, high = USUAL_INTEGRATED if self.integrated else USUAL
+        low, high = USUAL_INTEGRATED if self.integrated else USUAL_ANVIL if self.behind_anvil else USUAL
         return low * self.share <= self.ratio / factor <= high
 
 
@@ -47,7 +53,7 @@ def refuse_wrong_unit(campaign: str, ratios: Sequence[MomentumRatio]) -> None:
         return
     fitting = [
         (factor, words)
-        for factor, words in _mistakes(any(ratio.integrated for ratio in ratios))
+        for factor, words in _mistakes(ratios)
         if sum(ratio.is_usual(factor) for ratio in ratios) >= RIGHT_SHARE * len(ratios)
     ]
     if not fitting:
@@ -66,10 +72,34 @@ def refuse_wrong_unit(campaign: str, ratios: Sequence[MomentumRatio]) -> None:
     )
 
 
-def _mistakes(integrated: bool) -> list[tuple[float, str]]:
+def refuse_wrong_clock(campaign: str, contact_times_s: Sequence[float]) -> None:
+    """Raise `IngestError` where most contacts of a campaign are a thousand times too long or too short."""
+    if len(contact_times_s) < LEAST_IMPACTS:
+        return
+    middle = sorted(contact_times_s)[len(contact_times_s) // 2]
+    if SHORTEST_CONTACT_S <= middle <= LONGEST_CONTACT_S:
+        return
+    slow = middle > LONGEST_CONTACT_S  # the sampling rate reads too low
+    factor, words = next(mistake for mistake in unit_mistakes("clock") if (mistake[0] < 1.0) == slow)
+    raise IngestError(
+        f"{campaign}: contacts last {middle:.3g} s in the median of {len(contact_times_s)} impacts, which no impact "
+        f"does; a factor of {1.0 / factor:.4g} explains it: sampling rate: {words}, or times in "
+        f"{'ms where s' if slow else 's where ms'} is declared. Correct the sampling rate or the unit of the time in "
+        f"the recordings or in campaign.toml; where it is right, confirm it with --confirm {RULE} or with "
+        f'confirmed = ["{RULE}"] in [bench] of campaign.toml'
+    )
+
+
+def _mistakes(ratios: Sequence[MomentumRatio]) -> list[tuple[float, str]]:
     """Factors on the ratio, each with the mistake that makes it."""
     mistakes = [(factor, f"force: {words}") for factor, words in unit_mistakes("force")]
-    quantity, name = ("acceleration", "acceleration of the impactor") if integrated else ("velocity", "impact velocity")
+    if any(ratio.integrated for ratio in ratios):
+        quantity, name = "acceleration", "acceleration of the impactor"
+    elif any(ratio.by_laser for ratio in ratios):
+        mistakes.insert(0, (1e3, "bullet length: values in m where mm is declared"))
+        quantity, name = "velocity", "velocity by the laser"
+    else:
+        quantity, name = "velocity", "impact velocity"
     mistakes += [(1.0 / factor, f"{name}: {words}") for factor, words in unit_mistakes(quantity)]
     mistakes += [(1e-3, "mass: values in g where kg is declared"), (1e3, "mass: values in kg where g is declared")]
     return mistakes

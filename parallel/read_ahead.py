@@ -13,6 +13,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
@@ -79,12 +80,25 @@ def map_ahead(
             yield item, _alone(function, item, isolation)
 
 
-def _pool(jobs: int, isolation: Isolation[Any, Any]) -> ProcessPoolExecutor:
+@contextmanager
+def _open_pool(jobs: int, isolation: Isolation[Any, Any]) -> Iterator[ProcessPoolExecutor]:
+    """Raises `OSError` where no process begins: then no item is the cause, and none is given up."""
+    from .workers_without_main import ContextWithoutMain  # which Windows lacks
+
     # Processes are forked from a clean server, not from this one, which may hold connections and threads; the
     # server has imported what they need, so that each does not do it again.
-    context = multiprocessing.get_context("forkserver")
+    context = ContextWithoutMain()
     context.set_forkserver_preload(list(isolation.preload))
-    return ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin, initargs=(isolation.begin,))
+    processes = ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin, initargs=(isolation.begin,))
+    with working_directory_closed(), processes as pool:
+        try:
+            pool.submit(_nothing).result()
+        except BrokenProcessPool as error:
+            raise OSError(
+                "a process that reads files ended before it read one, so nothing is known about the files; its error "
+                "output says why, and where it says nothing, memory is short: close other programs, then repeat"
+            ) from error
+        yield pool
 
 
 def _watched(function: Callable[[Item], Result], patience_s: float, item: Item) -> Result:
@@ -118,7 +132,7 @@ def _until_a_crash(
 ) -> Iterator[tuple[Item, Result]]:
     """Work off `rest`; after a crash `under_way` holds the items of which one did it."""
     waiting: deque[tuple[Item, Future[Result]]] = deque()
-    with working_directory_closed(), _pool(jobs, isolation) as pool:
+    with _open_pool(jobs, isolation) as pool:
         try:
             while rest or waiting:
                 while rest and len(waiting) < 2 * jobs:
@@ -136,7 +150,7 @@ def _until_a_crash(
 
 
 def _alone(function: Callable[[Item], Result], item: Item, isolation: Isolation[Item, Result]) -> Result:
-    with working_directory_closed(), _pool(1, isolation) as pool:
+    with _open_pool(1, isolation) as pool:
         try:
             return pool.submit(_watched, function, isolation.patience_s(item), item).result()
         except BrokenProcessPool:

@@ -31,9 +31,9 @@ import json
 import math
 from collections.abc import Mapping
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
-from sqlalchemy import Column, Connection, Table
+from sqlalchemy import Connection, Table
 from sqlalchemy.types import TypeDecorator
 
 from .column_kinds import BYTES, INTEGER, JSON_TEXT, NUMBER, TEXT, kind_of
@@ -69,6 +69,8 @@ def _canonical(kind: str, value: Any) -> bytes:
 
     A value of another kind than its column's, which SQLite takes, has a form too.
     """
+    if type(value) is float:  # most are
+        return b"number " + (value + 0.0).hex().encode()
     if isinstance(value, dt.datetime):
         value = value if value.tzinfo is None else value.astimezone(dt.UTC).replace(tzinfo=None)
         value = value.isoformat(" ", "microseconds")
@@ -80,7 +82,7 @@ def _canonical(kind: str, value: Any) -> bytes:
         text = value.encode("utf-8", "surrogateescape")
         # Of bytes, a server gives its own SHA-256 of them.
         return b"bytes " + text if kind == BYTES else b"text %d %s" % (len(text), text)
-    if isinstance(value, bytes | bytearray | memoryview):
+    if isinstance(value, (bytes, bytearray, memoryview)):
         return b"bytes " + hashlib.sha256(value).hexdigest().encode()
     if isinstance(value, int) and kind not in (NUMBER, JSON_TEXT):
         return b"integer %d" % value
@@ -125,11 +127,33 @@ def take_marked(connection: Connection) -> list[Table]:
     return sorted(connection.info.pop(_MARKED, ()), key=lambda table: table.name)
 
 
+class _WrittenColumn(NamedTuple):
+    """What a column does to the value that an INSERT gives it; `null` is what None is stored as."""
+
+    name: str
+    kind: str
+    decorator: TypeDecorator[Any] | None
+    null: str | None
+
+
+@cache
+def _written_columns(table: Table) -> tuple[_WrittenColumn, ...]:
+    """Those that count. Looked up once for a table: it takes longer than the hash of a row."""
+    columns = []
+    for column in table.columns:
+        if column.name != ROW_SHA256:
+            decorator = column.type if isinstance(column.type, TypeDecorator) else None
+            own, kind = column.type if decorator is None else decorator.impl_instance, kind_of(column)
+            is_null = kind != JSON_TEXT or getattr(own, "none_as_null", False)
+            columns.append(_WrittenColumn(column.name, kind, decorator, None if is_null else "null"))
+    return tuple(columns)
+
+
 def _as_stored(table: Table, parameters: Mapping[str, Any], dialect: Any) -> dict[str, Any] | None:
     """The values that the engine will keep of an INSERT's parameters; None where it would convert one."""
     stored = {}
-    for column in table.columns:
-        if column.name in parameters and column.name != ROW_SHA256:
+    for column in _written_columns(table):
+        if column.name in parameters:
             value = _bound(column, parameters[column.name], dialect)
             if value is _CONVERTED:
                 return None
@@ -140,18 +164,15 @@ def _as_stored(table: Table, parameters: Mapping[str, Any], dialect: Any) -> dic
 _CONVERTED = object()
 
 
-def _bound(column: Column[Any], value: Any, dialect: Any) -> Any:
-    own = column.type
-    if isinstance(own, TypeDecorator):
-        value, own = own.process_bind_param(value, dialect), own.impl_instance
-    kind = kind_of(column)
-    if kind == JSON_TEXT:
-        if value is None:
-            return None if getattr(own, "none_as_null", False) else "null"
-        return json.dumps(value)
+def _bound(column: _WrittenColumn, value: Any, dialect: Any) -> Any:
+    if column.decorator is not None:
+        value = column.decorator.process_bind_param(value, dialect)
     if value is None:
-        return None
-    if kind == NUMBER and isinstance(value, float | int):
+        return column.null
+    kind = column.kind
+    if kind == JSON_TEXT:
+        return json.dumps(value)
+    if kind == NUMBER and isinstance(value, (float, int)):
         return None if math.isnan(value) and dialect.name == "sqlite" else float(value)
     expected = _PYTHON.get(kind)
     return value if expected is None or isinstance(value, expected) else _CONVERTED

@@ -43,6 +43,9 @@ _LEFT = 0.35
 _BEYOND_PHYSICS, ORDER = math.log(20.0), math.log(2.5)
 #: What is only named fits within `_NEAR`, a factor below that within `_NEAR_SMALL`: losses come on top of it.
 _NEAR, _NEAR_SMALL, _NEAR_SAME = 0.25, 0.10, 0.20
+#: Momentum bounds an impulse: mass times velocity to twice that, whatever lies between impactor and target. Within
+#: this gap (nats) of the impulse force and velocity have the right units, however small a soft layer makes the peak.
+_IMPULSE_BY_PHYSICS = math.log(2.3)
 #: So many mistakes are named where several fit.
 _NAMED = 3
 
@@ -183,7 +186,8 @@ def _stage_finding(record: CampaignRecord, stage: Stage) -> tuple[float, LikelyM
     scaled = amplitude > 0  # by a wrong unit of the channel
     nats = _by_configuration(record, measured - stage.simulated())[:, columns]
     gap = LogGap.of(nats, scaled)
-    if not max(abs(gap.centre), gap.rms / 2) >= WORTH_A_LOOK:
+    impulse = [place for place, column in enumerate(columns) if stage.observables[column].name == "ln_impulse"]
+    if not max(abs(gap.centre), gap.rms / 2) >= WORTH_A_LOOK or _is_by_physics(LogGap.of(nats[:, impulse])):
         return None
     suspicions = []
     for factor, mistake in unit_mistakes(channel):
@@ -200,6 +204,12 @@ def _stage_finding(record: CampaignRecord, stage: Stage) -> tuple[float, LikelyM
         suspicions.append(Suspicion(entrance, mistake, gap.centre - remaining.centre, remaining))
     finding = unit_finding(channel, stage.name, gap, suspicions)
     return (gap.rms, finding) if finding else None
+
+
+def _is_by_physics(impulse: LogGap) -> bool:
+    """Whether the gap of the impulses is one that momentum allows: they are what mass and velocity make them, which a
+    wrong unit of force, velocity or time changes by its whole factor. False where there is none."""
+    return abs(impulse.centre) <= _IMPULSE_BY_PHYSICS
 
 
 def _readings(record: CampaignRecord, name: str) -> Floats:

@@ -105,6 +105,19 @@ def magnitude(typing_context: Any, x: Any) -> Any:
     return LANES(LANES), build
 
 
+@intrinsic
+def total(typing_context: Any, x: Any) -> Any:
+    """The sum over the lanes, in any order."""
+
+    def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        find: Any = cgutils.get_or_insert_function
+        kind = ir.FunctionType(ir.DoubleType(), [ir.DoubleType(), _VECTOR])
+        function = find(builder.module, kind, f"llvm.vector.reduce.fadd.v{WIDTH}f64")
+        return builder.call(function, [ir.Constant(ir.DoubleType(), 0.0), *args], fastmath=("reassoc",))
+
+    return types.float64(LANES), build
+
+
 def _address(context: Any, builder: Any, kind: Any, array: Any, row: Any) -> Any:
     struct = context.make_array(kind)(context, builder, array)
     start = builder.mul(row, ir.Constant(row.type, WIDTH))

@@ -69,88 +69,119 @@ class SamplingBound:
 
 @dataclass(frozen=True, eq=False)
 class RecordContent:
-    """Amplitudes of records (k, n) over frequency: sums in bands (k, b), `upper_hz` (b,) the upper ends of those;
-    `half_octave` (b,) the number of the half octave that each lies in, `peaks` (k, h) the largest of each over time;
-    `folded` and `folded_squares` (k, bands) what may lie above half the sampling rate, band by band away from it."""
+    """Amplitudes of records (k, n) over frequency: sums in bands (k, b), `upper_hz` (b,) the upper ends of those.
+
+    `half_octave` (b,) is the number of the half octave that each lies in, and `peaks` (k, h) the largest of each of
+    those over time, NaN until `find_peaks` was asked for it. `spectrum` (k, bins) is of the `extended` records.
+    """
 
     sampling_rate_hz: float
+    records: Floats
+    spectrum: NDArray[np.complex128]
+    samples: int
     upper_hz: Floats
     amplitudes: Floats
     half_octave: NDArray[np.intp]
+    spans: tuple[slice, ...]
     peaks: Floats
-    folded: Floats
-    folded_squares: Floats
-    high_crest: Floats
-    high_share: Floats
     largest_m_s2: Floats
 
     @classmethod
     def of(cls, records: Floats, sampling_rate_hz: float) -> RecordContent:
-        from scipy.fft import irfft, rfft
+        from scipy.fft import rfft
 
         whole = extended(records)
         samples = whole.shape[-1]
         spectrum = rfft(whole)
-        amplitude = 2 * np.abs(spectrum) / samples
-        amplitude[..., [0, -1]] *= 0.5
-        bins = amplitude.shape[-1]
+        amplitude = _amplitude(spectrum, samples)
         upper_hz = sampling_rate_hz / 2 * 2.0 ** (np.arange(-_PER_OCTAVE * _OCTAVES, 1) / _PER_OCTAVE)
-        stops = np.searchsorted(np.arange(bins) * sampling_rate_hz / samples, upper_hz * (1 + 1e-12), side="right")
+        edges = upper_hz * (1 + 1e-12) * samples / sampling_rate_hz
+        stops = np.searchsorted(np.arange(amplitude.shape[-1]), edges, side="right")
         starts = np.concatenate(([0], stops[:-1]))
         filled = stops > starts
         down = np.arange(upper_hz.size)[::-1] // (_PER_OCTAVE // 2)
         half_octave = np.minimum(down, _HALF_OCTAVES)
-        peaks = np.full((len(records), _HALF_OCTAVES + 1), np.inf)
-        for band in range(_HALF_OCTAVES):
-            inside = slice(starts[half_octave == band][0], stops[half_octave == band][-1])
-            part = np.zeros_like(spectrum)
-            part[:, inside] = spectrum[:, inside]
-            peaks[:, band] = np.abs(irfft(part, samples)).max(axis=-1)
-        # Of gain 1 at half the sampling rate.
-        high = np.diff(records, min(_HIGH_DIFFERENCE, records.shape[-1] - 1)) / 2**_HIGH_DIFFERENCE
-        largest = np.abs(records).max(axis=-1)
-        bins_of_band = bins / _FOLDED_BANDS
-        above = _above(amplitude)
+        peaks = np.full((len(records), _HALF_OCTAVES + 1), np.nan)
+        peaks[:, _HALF_OCTAVES] = np.inf
         return cls(
             sampling_rate_hz,
+            records,
+            spectrum,
+            samples,
             upper_hz[filled],
             np.add.reduceat(amplitude, starts[filled], axis=-1),
             half_octave[filled],
+            tuple(
+                slice(starts[half_octave == band][0], stops[half_octave == band][-1]) for band in range(_HALF_OCTAVES)
+            ),
             peaks,
-            above * bins_of_band,
-            above**2 * bins_of_band,
-            _crest(high),
-            np.abs(high).max(axis=-1) / np.where(largest > 0, largest, 1.0),
-            largest,
+            np.maximum(records.max(axis=-1), -records.min(axis=-1)),
         )
 
     def take(self, rows: np.ndarray[tuple[int], np.dtype[np.intp]]) -> RecordContent:
         """The content of some of the records."""
-        names = ("amplitudes", "peaks", "folded", "folded_squares", "high_crest", "high_share", "largest_m_s2")
+        if rows.size == len(self.records):
+            return self
+        names = ("records", "spectrum", "amplitudes", "peaks", "largest_m_s2")
         return replace(self, **{name: getattr(self, name)[rows] for name in names})
+
+    def find_peaks(self, rows: NDArray[np.intp]) -> None:
+        """Puts the `peaks` of records `rows` that are not known."""
+        from scipy.fft import irfft
+
+        rows = rows[np.isnan(self.peaks[rows, 0])]
+        if rows.size:
+            part = np.zeros((rows.size, self.spectrum.shape[-1]), dtype=np.complex128)
+            for band, inside in enumerate(self.spans):
+                part[:, inside] = self.spectrum[rows, inside]
+                series = irfft(part, self.samples)
+                self.peaks[rows, band] = np.maximum(series.max(axis=-1), -series.min(axis=-1))
+                part[:, inside] = 0
+
+    def fine(self, lines_hz: Floats, zeta: float, factor: int, maximax: Floats, limit: Floats) -> NDArray[np.bool_]:
+        """Records (k,) of which `hidden` is at most `limit` (k, f), m/s2, at each line of their spectra `maximax`."""
+        weights = self._weights(lines_hz, zeta, factor)
+        fine = np.all(self._hidden(weights, lines_hz, zeta, factor, maximax) <= limit, axis=-1)
+        if not fine.all():
+            # Sums in phase are too large, and the peaks over time cost several transforms.
+            self.find_peaks(np.flatnonzero(~fine))
+            fine = np.all(self._hidden(weights, lines_hz, zeta, factor, maximax) <= limit, axis=-1)
+        return np.asarray(fine)
 
     def hidden(self, lines_hz: Floats, zeta: float, factor: int, maximax: Floats) -> Floats:
         """What straight lines and peaks between samples may hide (k, f), m/s2, of records resampled by `factor`."""
+        self.find_peaks(np.arange(len(self.peaks)))
+        return self._hidden(self._weights(lines_hz, zeta, factor), lines_hz, zeta, factor, maximax)
+
+    def _weights(self, lines_hz: Floats, zeta: float, factor: int) -> tuple[Floats, Floats]:
+        """What straight lines lose of content (f, b), and peaks between samples."""
         rate = self.sampling_rate_hz * factor
         turn = np.pi * self.upper_hz / rate
         gain = _largest_gain(np.concatenate(([0.0], self.upper_hz[:-1])), self.upper_hz, lines_hz, zeta)
-        images = np.zeros_like(gain)
+        straight = gain * (1 - np.sinc(turn / np.pi) ** 2)
         for image in _IMAGES:
             image_hz = np.abs(self.upper_hz + image * rate)
-            images += np.sinc(image_hz / rate) ** 2 * _gain(image_hz, lines_hz, zeta)
-        straight = self._sum(gain * (1 - np.sinc(turn / np.pi) ** 2) + images)
+            straight += np.sinc(image_hz / rate) ** 2 * _gain(image_hz, lines_hz, zeta)
+        return straight, gain * np.minimum(turn**2 / 2, 2.0)
+
+    def _hidden(
+        self, weights: tuple[Floats, Floats], lines_hz: Floats, zeta: float, factor: int, maximax: Floats
+    ) -> Floats:
+        straight, beside = (self._sum(weight) for weight in weights)
         omega = 2 * np.pi * lines_hz
-        slope = self._sum(np.broadcast_to(2 * np.pi * self.upper_hz, gain.shape))
+        slope = self._sum(2 * np.pi * self.upper_hz[None, :])
         largest = _BETWEEN_SAMPLES * self.largest_m_s2[:, None]
         curvature = omega**2 * (largest + maximax) + 2 * zeta * omega * slope
-        beside = np.minimum(curvature / (8 * rate**2), self._sum(gain * np.minimum(turn**2 / 2, 2.0)))
-        return np.asarray(straight + beside)
+        return straight + np.minimum(curvature / (8 * (self.sampling_rate_hz * factor) ** 2), beside)
 
     def unseen(self, lines_hz: Floats, zeta: float) -> Floats:
         """What content above half the sampling rate may have changed (k, f), m/s2: its response is missing, and what it
         was folded to responds instead."""
+        amplitude = _amplitude(self.spectrum, self.samples)
+        bins_of_band = amplitude.shape[-1] / _FOLDED_BANDS
+        assumed = _above(amplitude)
         half = self.sampling_rate_hz / 2
-        edges = half * (1 + np.arange(self.folded.shape[-1] + 1) / _FOLDED_BANDS)
+        edges = half * (1 + np.arange(assumed.shape[-1] + 1) / _FOLDED_BANDS)
         # A band lies folded about the multiples of half the sampling rate that it does not cross.
         folded = half - np.abs(edges % (2 * half) - half)
         above, below = (
@@ -160,26 +191,48 @@ class RecordContent:
                 (np.minimum(folded[:-1], folded[1:]), np.maximum(folded[:-1], folded[1:])),
             )
         )
-        in_phase = self.folded @ (above[0] + below[0]).T
-        random = _CREST_RESERVE * self.high_crest[:, None] * np.sqrt(self.folded_squares @ (above[1] + below[1]).T / 2)
+        in_phase = assumed * bins_of_band @ (above[0] + below[0]).T
+        squares = assumed**2 * bins_of_band @ (above[1] + below[1]).T
+        random = _CREST_RESERVE * _crest(self._high_differences())[:, None] * np.sqrt(squares / 2)
         return np.asarray(np.minimum(in_phase, random))
 
-    def bound(self, lines_hz: Floats, zeta: float, factor: int, maximax: Floats) -> SamplingBound:
-        """Of maximax spectra (k, f) of records that were resampled by `factor`."""
+    def bound(
+        self, lines_hz: Floats, zeta: float, factor: int, maximax: Floats, by_differences: Floats
+    ) -> SamplingBound:
+        """Of maximax spectra (k, f) of records that were resampled by `factor`. `by_differences` (k, f), m/s2, bounds
+        what is hidden as well, and the smaller bound holds."""
         unseen = self.unseen(lines_hz, zeta)
-        hidden = self.hidden(lines_hz, zeta, factor, maximax)
+        hidden = np.minimum(self.hidden(lines_hz, zeta, factor, maximax), by_differences)
         total, hidden, unseen = (_share(part, maximax) for part in (hidden + unseen, hidden, unseen))
-        return SamplingBound(total, hidden, unseen, np.where(self.high_crest < _STEADY_CREST, 0.0, self.high_share))
+        high, largest = self._high_differences(), self.largest_m_s2
+        high_share = np.abs(high).max(axis=-1) / np.where(largest > 0, largest, 1.0)
+        return SamplingBound(total, hidden, unseen, np.where(_crest(high) < _STEADY_CREST, 0.0, high_share))
+
+    def _high_differences(self) -> Floats:
+        """Of gain 1 at half the sampling rate."""
+        return np.asarray(
+            np.diff(self.records, min(_HIGH_DIFFERENCE, self.records.shape[-1] - 1)) / 2**_HIGH_DIFFERENCE
+        )
 
     def _sum(self, weights: Floats) -> Floats:
         """The largest response (k, f) to content that is weighted by (f, b)."""
         total = np.zeros((len(self.amplitudes), len(weights)))
         for band in np.unique(self.half_octave):
-            inside = self.half_octave == band
-            in_phase = self.amplitudes[:, inside] @ weights[:, inside].T
-            of_peak = _GAIN_RESERVE * self.peaks[:, band, None] * weights[:, inside].max(axis=-1)
-            total += np.minimum(in_phase, of_peak)
+            inside = slice(
+                *np.searchsorted(-self.half_octave, (-band, 1 - band))
+            )  # the bands go up, their numbers down
+            part = weights[:, inside]
+            in_phase = self.amplitudes[:, inside] @ part.T
+            of_peak = _GAIN_RESERVE * self.peaks[:, band, None] * part.max(axis=-1)
+            total += np.fmin(in_phase, of_peak)
         return total
+
+
+def _amplitude(spectrum: NDArray[np.complex128], samples: int) -> Floats:
+    amplitude = np.abs(spectrum)
+    amplitude *= 2 / samples
+    amplitude[..., [0, -1]] *= 0.5
+    return np.asarray(amplitude)
 
 
 def _crest(series: Floats) -> Floats:

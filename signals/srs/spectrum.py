@@ -207,7 +207,7 @@ def shock_response_spectrum(
 
     def sampling() -> SamplingBound:
         bounds = [
-            RecordContent.of(flat[i : i + 1], rate).bound(lines, zeta, int(factors[i]), maximax[i : i + 1])
+            _sampling_bound(flat[i : i + 1], rate, lines, zeta, int(factors[i]), maximax[i : i + 1])
             for i in range(len(flat))
         ]
         shape = records.shape[:-1]
@@ -221,6 +221,16 @@ def shock_response_spectrum(
 
     peaks = _Peaks(*responses.reshape(6, *records.shape[:-1], lines.size))
     return peaks.spectrum(lines, zeta, factors.reshape(records.shape[:-1]), sampling)
+
+
+def _sampling_bound(
+    record: Floats, rate: float, lines: Floats, zeta: float, factor: int, maximax: Floats
+) -> SamplingBound:
+    """Of one record (1, n) and its spectrum (1, f)."""
+    from .difference_bound import hidden_by_differences
+
+    by_differences = hidden_by_differences(upsampled(record, factor), rate * factor, lines, zeta, maximax)
+    return RecordContent.of(record, rate).bound(lines, zeta, factor, maximax, by_differences)
 
 
 def _checked_share(resample_within: float) -> float:
@@ -245,42 +255,30 @@ def _resample(
     factors: NDArray[np.int64],
 ) -> None:
     """Puts the responses (6, k, f) of resampled records, and their factors (k,), where the records need it."""
+    from .difference_bound import hidden_by_differences
+
     at_once = max(1, _SAMPLES_AT_ONCE // (MOST_RESAMPLED * records.shape[-1]))
-    doubtful = np.flatnonzero(~_fine_enough(records, rate, lines, zeta, share, _maximax(responses)))
+    maximax = _maximax(responses)
+    # Infinite where the differences settle the line: it is fine at any factor, whatever the content's bound says.
+    limit = np.where(
+        hidden_by_differences(records, rate, lines, zeta, maximax) > share * maximax, share * maximax, np.inf
+    )
+    doubtful = np.flatnonzero(np.isfinite(limit).any(axis=-1))
     for first in range(0, doubtful.size, at_once):
         rows = doubtful[first : first + at_once]
-        maximax = _maximax(responses[:, rows])
+        tested = np.flatnonzero(np.isfinite(limit[rows]).any(axis=0))
         content = RecordContent.of(records[rows], rate)
         factor = 1
         while rows.size:
-            fine = np.all(content.hidden(lines, zeta, factor, maximax) <= share * maximax, axis=-1)
+            at = np.ix_(rows, tested)
+            fine = content.fine(lines[tested], zeta, factor, maximax[at], limit[at])
             settled = fine if factor < MOST_RESAMPLED else np.ones_like(fine)
             if factor > 1 and settled.any():
                 theta = 2 * np.pi * lines / (rate * factor)
                 responses[:, rows[settled]] = _largest(upsampled(records[rows[settled]], factor), theta, zeta, threads)
                 factors[rows[settled]] = factor
-            rows, maximax, content = rows[~settled], maximax[~settled], content.take(np.flatnonzero(~settled))
+            rows, content = rows[~settled], content.take(np.flatnonzero(~settled))
             factor *= 2
-
-
-def _fine_enough(
-    records: Floats, rate: float, lines: Floats, zeta: float, share: float, maximax: Floats
-) -> NDArray[np.bool_]:
-    """Records (k,) whose second differences already say that they need no resampling: a quick look without a transform.
-
-    Straight lines are off by a quarter of the second difference at most where a cycle has four samples or more; the
-    integral of the oscillator's response to an impulse carries that to its response.
-    """
-    largest = np.abs(records).max(axis=-1)[:, None]
-    omega = 2 * np.pi * lines
-    curvature = omega**2 * (largest + maximax)
-    if records.shape[-1] < 3 or np.all(curvature.max(axis=-1) / (8 * rate**2) > share * maximax.max(axis=-1)):
-        return np.zeros(len(records), dtype=np.bool_)
-    first = np.diff(records, prepend=0.0, append=0.0)
-    slope, second = (np.abs(x).max(axis=-1)[:, None] for x in (rate * first, np.diff(first)))
-    gain = (1 + 2 * zeta) / math.tanh(math.pi * zeta / (2 * math.sqrt(1 - zeta**2)))
-    hidden = gain * second / 4 + (curvature + 2 * zeta * omega * slope) / (8 * rate**2)
-    return np.asarray(np.all(hidden <= share * maximax, axis=-1))
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 from pyroshock.ingest.channel_mistakes import unit_mistakes
+from pyroshock.ingest.plausibility import check_impulse
 from pyroshock.ingest.pulses import find_hits
 from pyroshock.signals.units import to_si
 from support.records.campaigns import (
@@ -93,6 +94,16 @@ def test_light_plate_takes_its_share_of_the_lower_limit(sqlite_url, tmp_path, ra
     told = findings(folder, sqlite_url)
     assert [f["check"] for f in told] == ["implausible-impulse"] * doubted
     assert all("0.5 to 2 are possible" in f["message"] for f in told)
+
+
+@pytest.mark.parametrize(("ratio", "doubted"), [(3.6, False), (5.0, True)])
+def test_cells_behind_an_anvil_may_show_twice_the_impulse(ratio, doubted):
+    """A mass on a spring that is struck pushes with twice the impulse before it pulls."""
+    (pulse,) = find_hits(force_record((BLOW,), np.random.default_rng(3)), FS_HZ).pulses
+    velocity_m_s = pulse.impulse_n_s / (ratio * MASS_KG)
+    anvil = check_impulse(pulse, MASS_KG, velocity_m_s, 0, "force_1", held=False, behind_anvil=True)
+    bare = check_impulse(pulse, MASS_KG, velocity_m_s, 0, "force_1", held=False)
+    assert (anvil is not None, bare is not None) == (doubted, True)
 
 
 def signed_campaign(path, signs):

@@ -209,6 +209,13 @@ def test_dead_or_endless_item_of_one_job_is_given_up_alone():
     assert time.monotonic() - begun < 60
 
 
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_process_that_cannot_begin_is_no_fault_of_an_item(jobs):
+    broken = Isolation(chores.lost, chores.patience, always=True, begin=chores.dies_before_any)
+    with pytest.raises(OSError, match="ended before it read one, so nothing is known about the files"):
+        list(map_ahead(chores.squared, range(5), jobs, broken))
+
+
 def test_item_that_kills_the_only_process_is_not_tried_again(tmp_path):
     """It was the first of those under way: a second try would take as long to fail."""
     list(

@@ -89,8 +89,9 @@ MIL_STD_810H_517 = Tolerance(
     (3.0,),
     PassRule("MIL-STD-810H Method 517.3", "test tolerances", 0.8, wider_upper_db=9.0, wider_lower_db=6.0),
 )
-#: ECSS-E-HB-32-25A (2015) repeats the shock row of the table of test tolerances of ECSS-E-ST-10-03C (4.4.3): -3 / +6 dB
-#: of the response spectrum, and half of its amplitudes above 0 dB.
+#: ECSS-E-HB-32-25A (2015) repeats the shock row of the table of test tolerances of ECSS-E-ST-10-03C (table 4-1, which a
+#: paraphrase of the standard places in clause 4.4.2): -3 / +6 dB of the response spectrum, and half of its amplitudes
+#: above 0 dB.
 ECSS_E_HB_32_25A = Tolerance(
     (0.0,), (6.0,), (3.0,), PassRule("ECSS-E-HB-32-25A", "test tolerances of ECSS-E-ST-10-03C", share_above=0.5)
 )

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.diagnosis.plausibility import LikelyMistake, implausible
-from pyroshock.diagnosis.plausibility.channels import early_fits
-from pyroshock.diagnosis.record import CampaignRecord, Series
+from pyroshock.diagnosis.plausibility.channels import early_fits, tensile_force
+from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration, Series
 from support.records.plate_folders import CHANNELS, plate_record, small_plate
 
 Accelerations = Mapping[str, Series]
@@ -67,6 +67,19 @@ def test_a_channel_of_any_name_in_another_unit_is_refused() -> None:
     (finding,) = implausible(replace(record, runs=runs, plate=replace(small_plate(), sensors=("left", "right"))), [])
     assert (finding.severity, finding.channel) == ("refuse", "left")
     assert finding.message.endswith("correct its unit or sensitivity in campaign.toml")
+
+
+@pytest.mark.parametrize(
+    ("kind", "anvil", "refused"), [("gun", "steel", 0), ("gun", "none", 1), ("hammer", "steel", 1)]
+)
+def test_an_anvil_on_preloaded_cells_swings_back(kind: str, anvil: str, refused: int) -> None:
+    """After the blow the cells show a pull of 60 %, which neither bare cells nor a hammer's tip do."""
+    time = np.arange(400) / 1e5
+    swing = 1e4 * np.where(time < 1e-3, np.sin(np.pi * time / 1e-3), -0.6 * np.sin(np.pi * (time - 1e-3) / 1e-3))
+    force = Series(np.where(time < 2e-3, swing, 0.0), 1e5, 0.0)
+    runs = tuple(Run(0, number, 1, number, force=force) for number in range(1, 4))
+    record = CampaignRecord("swings", kind, (RunConfiguration("c", {"anvil_material": anvil}),), runs)
+    assert len(tensile_force(record)) == refused
 
 
 def test_channels_in_each_other_s_place_or_reversed_are_refused() -> None:

@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from pyroshock.array_types import Floats
 from pyroshock.diagnosis.observables.contact.stage import ContactObservables
@@ -70,6 +71,21 @@ def test_mass_that_raises_the_force_by_the_factor_of_a_unit_is_not_refused(facto
 @pytest.mark.parametrize("name", list(catalogue()))
 def test_no_effect_on_gun_or_contact_is_refused_at_any_corner(name: str) -> None:
     assert refusals(ends(catalogue()[name])) == []
+
+
+class SoftContact(ContactObservables):
+    """Measures its own impacts as through a soft layer: a fifth of the peak, half of the impulse, twice the width."""
+
+    def measured(self) -> Floats:
+        factors = {"ln_peak": 0.2, "ln_impulse": 0.51, "ln_width_half": 2.2, "ln_width_tenth": 2.9}
+        return self.simulated() + np.log([factors.get(item.name, 1.0) for item in self.observables])
+
+
+def test_a_soft_contact_whose_impulse_is_right_is_not_named() -> None:
+    """Peak and impulse together are .33 of the simulated ones, as a velocity in feet per second would make them; but
+    the impulse alone is what momentum allows without restitution."""
+    record = hammer_record(repetitions=1)
+    assert unit_findings(record, [SoftContact(record)]) == []
 
 
 def refusals(effects: Sequence[Effect]) -> list[str]:

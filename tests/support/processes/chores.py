@@ -51,6 +51,11 @@ def deadly(number: int) -> int:
     return number
 
 
+def dies_before_any() -> None:
+    """A worker that cannot begin, as one that lacks memory for its libraries."""
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
 def endless(number: int) -> int:
     while number == 3:
         time.sleep(0.05)
