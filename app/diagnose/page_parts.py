@@ -103,8 +103,18 @@ def parts_of(verdict: Verdict) -> DiagnosisParts:
         explained=bool(verdict.effects),
         columns=EFFECT_COLUMNS if verdict.effects else EFFECT_COLUMNS[:2],
         rows=_rows(verdict),
-        adoptable={name: spell_sets(name) for name in adoptable_names(verdict)},
+        adoptable={name: _adoptable_words(name) for name in adoptable_names(verdict)},
     )
+
+
+def _adoptable_words(name: str) -> str:
+    """`a/b+c` as "the mean of a and b, with c"."""
+    sets = [part.split("/") for part in name.split("+")]
+    if all(len(own) == 1 for own in sets):
+        return spell_sets(name)
+    averaged = [f"the mean of {join_words(own)}" for own in sets if len(own) > 1]
+    others = [own[0] for own in sets if len(own) == 1]
+    return join_words(averaged) + (f", with {join_words(others)}" if others else "")
 
 
 def _html(titled: Mapping[str, Any], titles: Sequence[str]) -> str:

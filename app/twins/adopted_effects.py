@@ -70,6 +70,13 @@ class AdoptedEffects:
         error = f"; {self.error.sentence.rstrip('.')}" if self.error is not None else ""
         return f"with {_names(self.effects, self.gun_choices)} ({adopted}){error}"
 
+    @property
+    def sentence(self) -> str:
+        """What is adopted, and how near it came to what was measured."""
+        names = _names(self.effects, self.gun_choices)
+        error = f" {self.error.sentence}" if self.error is not None else ""
+        return f"Version {self.version}, from the diagnosis of {self.campaign}, has {names}.{error}"
+
 
 def _names(effects: Sequence[Effect], gun_choices: GunChoices) -> str:
     """Ids; those that are averaged as "the mean of a and b"."""

@@ -100,7 +100,10 @@ def test_set_is_named_once_and_alike_everywhere() -> None:
     assert GapDiagnosis(verdict).sets["effects"].tolist() == [" or ".join(NAMES), "gun.blow_by"]
     assert GapDiagnosis(verdict).path["fraction"].iloc[-1] == held_out_fraction(verdict) == 0.97
     parts = parts_of(verdict)
-    assert f"<td>{' or '.join(NAMES)}</td>" not in parts.after and parts.rows[0][0] == " or ".join(NAMES)
+    assert parts.rows[0][0] == " or ".join(NAMES)
+    assert parts.adoptable["gun.barrel_loss/gun.valve_flow+gun.blow_by"] == (
+        "the mean of gun.barrel_loss and gun.valve_flow, with gun.blow_by"
+    )
 
 
 def test_mean_of_a_set_is_offered_and_its_channel_is_named() -> None:
