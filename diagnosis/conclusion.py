@@ -6,50 +6,48 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..array_types import Floats
+from .effect_sets import EstablishedSets, best_by_effects, established_sets
 from .gap_reduction import FoldCorrections
-from .inference.held_out import set_predictions
-from .inference.model_search import fit_sets
 from .inference.posterior import HypothesisPosterior, fitted_effects, fitted_parameters
 from .inference.shares import GapShares
 from .inference.subset_fit import SubsetFit
+from .observables.base import Stage
 from .options import UnknownMap, first_entry_probability
-from .verdict import NONE, UNKNOWN, Cause, EffectShare, PathStep, Unexplained
+from .verdict import NONE, UNKNOWN, Cause, EffectSet, EffectShare, Unexplained
 
 #: Entries below this probability are not listed; what is listed sums to one.
 _LISTED = 1e-3
 #: Two sets are one entry where these data leave the less likely one a twentieth of both; an entry has at most so many.
 _ALIKE, _MOST_ALIKE = 0.05, 4
-#: An effect is named from this probability on that it acts.
-_INCLUDED = 0.5
-#: A named effect with less of the gap stands in the table of effects alone.
+#: A set of effects with less of the gap stands in the table of effects alone.
 _LEAST_LISTED = 0.05
-#: An effect that another one cancels is not named for it.
-_LEAST_SHARE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
 class Conclusion:
     """The entries of a report. `fits`: every set that can be adopted, as it was fitted; `first_evidence`: the
-    probability of the likeliest entry but "unknown" by evidence alone."""
+    probability of the likeliest entry but "unknown" by evidence alone; `established`: the sets that are causes."""
 
     causes: tuple[Cause, ...]
     effects: tuple[EffectShare, ...]
     unexplained: Unexplained
-    path: tuple[PathStep, ...]
+    established: EstablishedSets
     fits: Mapping[str, SubsetFit]
     first_evidence: float
 
 
 def conclude(
-    posterior: HypothesisPosterior, shares: GapShares, held: FoldCorrections | None, unknown: UnknownMap
+    posterior: HypothesisPosterior,
+    shares: GapShares,
+    held: FoldCorrections | None,
+    unknown: UnknownMap,
+    stages: Sequence[Stage] = (),
 ) -> Conclusion:
-    """`held` is what was held out by configuration; None where there are too few configurations."""
-    gains = _held_out_gains(posterior, held)
-    named = _named(posterior, shares, gains)
-    listed = _listed_sets(posterior, [name for name in named if shares.share[name] >= _LEAST_LISTED])
+    """`held` is what was held out by configuration; None where there are too few configurations. `stages` say what
+    channels that were not recorded would show."""
+    established = established_sets(posterior, shares, held, stages)
+    listed = _listed_sets(posterior, [own for own in established.sets if own.share >= _LEAST_LISTED])
     causes_in_catalogue, p_unknown = _known_causes(posterior, *listed), 0.0
     first_evidence = causes_in_catalogue[0].probability
     if _large(posterior):
@@ -57,15 +55,14 @@ def conclude(
         p_unknown = unknown(posterior.log_odds_unknown, fraction, remaining_gap, posterior.none_probability)
         causes_in_catalogue = _weighed(causes_in_catalogue, fraction)
     causes = _listed(causes_in_catalogue, p_unknown)
-    path = _path(posterior, held, named)
     if causes[0].effects == (UNKNOWN,):
-        named = ()  # those that are nearest, no causes
+        established = replace(established, sets=(), choices=(), averaged=None)  # those that are nearest, no causes
     return Conclusion(
         causes=causes,
-        effects=_effect_shares(posterior, shares, gains, named),
+        effects=_effect_shares(posterior, shares, established),
         unexplained=Unexplained(shares.unexplained, shares.unexplained_interval),
-        path=path,
-        fits=_fits(posterior, named, listed[1]),
+        established=established,
+        fits=_fits(posterior, established, listed[1]),
         first_evidence=first_evidence,
     )
 
@@ -88,76 +85,17 @@ def _held_out_figures(
     return fraction, float(np.sqrt(max(remaining_square, 0.0)) / tolerance)
 
 
-def _held_out_gains(posterior: HypothesisPosterior, held: FoldCorrections | None) -> dict[str, tuple[float, float]]:
-    """By effect: by how much the fraction that goes is larger with it on configurations that it was not fitted to, and
-    the standard error of that; of effects outside of the best set by adding them to it. 0 where there is no gap."""
-    if held is None:
-        return {}
-    if not held.is_gap:
-        return dict.fromkeys(posterior.effects, (0.0, 0.0))
-    library, best = posterior.library, posterior.best
-    by_effects: dict[frozenset[str], SubsetFit] = {}
-    for fit in library.fits.values():
-        key = frozenset(fit.effects)
-        if key not in by_effects or library.log_joint(fit) > library.log_joint(by_effects[key]):
-            by_effects[key] = fit
-    neighbours = {effect: by_effects.get(frozenset(best.effects) ^ {effect}) for effect in posterior.effects}
-    fits = [fit for fit in neighbours.values() if fit is not None]
-    whole, *rest = (held.squares(table) for table in _unseen(posterior, held, [best, *fits]))
-    squares = iter(rest)
-    gains = {}
-    for effect, other in neighbours.items():
-        if other is None:
-            gains[effect] = (0.0, 0.0)
-            continue
-        own = next(squares)
-        less, more = (own, whole) if effect in best.effects else (whole, own)
-        gains[effect] = _gain(held, less, more)
-    return gains
-
-
-def _unseen(posterior: HypothesisPosterior, held: FoldCorrections, fits: Sequence[SubsetFit]) -> list[Floats]:
-    """By set (C, D): what it predicts of each configuration, fitted to the folds that do not have it."""
-    tables = [set_predictions(posterior.library, fold.training, fits) for fold in held.folds]
-    return [held.unseen(held.gaps.over_scale(np.array(own))) for own in zip(*tables, strict=True)]
-
-
-def _gain(held: FoldCorrections, without: Floats, with_effect: Floats) -> tuple[float, float]:
-    """Difference of the roots over the room, and its jackknife standard error over configurations."""
-    before, floor = held.squares(), held.gaps.floor[held.split.held_out]
-
-    def value(rows: NDArray[np.bool_]) -> float:
-        room = np.sqrt(before[rows].mean()) - np.sqrt(floor[rows].mean())
-        return float((np.sqrt(without[rows].mean()) - np.sqrt(with_effect[rows].mean())) / max(room, 1e-9))
-
-    everything = np.ones(len(before), dtype=bool)
-    left_out = np.array([value(everything & (np.arange(len(before)) != i)) for i in range(len(before))])
-    count = len(before)
-    return value(everything), float(np.sqrt((count - 1) / count * np.sum((left_out - left_out.mean()) ** 2)))
-
-
-def _named(
-    posterior: HypothesisPosterior, shares: GapShares, gains: Mapping[str, tuple[float, float]]
-) -> tuple[str, ...]:
-    """Effects that probably act and that predict what they have not seen, by falling share."""
-    kept = []
-    for effect in posterior.effects:
-        gain, error = gains.get(effect, (np.inf, 0.0))
-        if posterior.inclusion(effect) >= _INCLUDED and gain > error and shares.share[effect] >= _LEAST_SHARE:
-            kept.append(effect)
-    return tuple(sorted(kept, key=lambda name: -shares.share[name]))
-
-
 def _listed_sets(
-    posterior: HypothesisPosterior, named: Sequence[str]
+    posterior: HypothesisPosterior, sets: Sequence[EffectSet]
 ) -> tuple[dict[tuple[str, ...], float], dict[tuple[str, ...], SubsetFit]]:
-    """Probabilities, and fits, by the effects that a report lists of a set: its major ones, and of its others those
-    that are `named`."""
+    """Probabilities, and fits, by the effects that a report lists of a set: those of the established `sets`, the larger
+    set first; the major ones of a set that has none of them."""
     probabilities: dict[tuple[str, ...], float] = {}
     fits: dict[tuple[str, ...], SubsetFit] = {}
     for major, p in posterior.set_probabilities().items():
         fit = posterior.representative(major)
-        names = (*major, *(name for name in named if name in fit.effects and name not in major))
+        acting = {*major, *fit.effects}
+        names = tuple(name for own in sets for name in own.effects if name in acting) or major
         same = next((earlier_set for earlier_set in fits if set(earlier_set) == set(names)), names)
         probabilities[same] = probabilities.get(same, 0.0) + p
         fits.setdefault(same, fit)
@@ -222,55 +160,30 @@ def _cause(fit: SubsetFit, group: Sequence[tuple[str, ...]], probabilities: Sequ
 
 
 def _effect_shares(
-    posterior: HypothesisPosterior, shares: GapShares, gains: Mapping[str, tuple[float, float]], named: Sequence[str]
+    posterior: HypothesisPosterior, shares: GapShares, established: EstablishedSets
 ) -> tuple[EffectShare, ...]:
-    sets = posterior.credible_sets()
-    number = {name: i for i, names in reversed(list(enumerate(sets, start=1))) for name in names}
     rows = [
         EffectShare(
             effect=name,
             inclusion=posterior.inclusion(name),
             share=shares.share[name],
             ci90=shares.interval[name],
-            held_out_gain=gains.get(name, (0.0, 0.0))[0],
-            credible_set=number.get(name),
+            held_out_gain=established.gains.get(name, 0.0),
+            credible_set=established.number_of(name),
             parameters=posterior.parameters(name),
-            named=name in named,
+            named=established.number_of(name) is not None,
         )
         for name in posterior.effects
     ]
     return tuple(sorted(rows, key=lambda row: -row.share))
 
 
-def _path(posterior: HypothesisPosterior, held: FoldCorrections | None, named: Sequence[str]) -> tuple[PathStep, ...]:
-    """The named effects (else those of the likeliest set) added one by one, largest share first, held out."""
-    if held is None:
-        return ()
-    order = list(named) or list(posterior.major(posterior.best) if posterior.best.laws else ())
-    prefixes = [order[: i + 1] for i in range(len(order))]
-    fit_sets(posterior.problem, posterior.library, prefixes)
-    fits = [_fit_of(posterior, prefix) for prefix in prefixes]
-    steps = [
-        PathStep(prefix[-1], float(np.sqrt(held.squares(table).mean())), held.fraction(table))
-        for prefix, table in zip(prefixes, _unseen(posterior, held, fits) if fits else [], strict=True)
-    ]
-    return tuple(steps)
-
-
-def _fit_of(posterior: HypothesisPosterior, effects: Sequence[str]) -> SubsetFit:
-    wanted = frozenset(effects)
-    fits = [fit for fit in posterior.library.fits.values() if frozenset(fit.effects) == wanted]
-    return max(fits, key=posterior.library.log_joint)
-
-
 def _fits(
-    posterior: HypothesisPosterior, named: Sequence[str], sets: Mapping[tuple[str, ...], SubsetFit]
+    posterior: HypothesisPosterior, established: EstablishedSets, sets: Mapping[tuple[str, ...], SubsetFit]
 ) -> dict[str, SubsetFit]:
-    """By name, "a+b" for several: every set of the report, each prefix of the path, and single effects."""
-    fits = {"+".join(names): fit for names, fit in sets.items()}
-    for i in range(len(named)):
-        fits.setdefault("+".join(named[: i + 1]), _fit_of(posterior, named[: i + 1]))
-    for fit in posterior.library.fits.values():
-        if len(fit.laws) == 1:
-            fits.setdefault(fit.effects[0], fit)
-    return fits
+    """By name, "a+b" for several: the choices of the established sets, every set of the report, and single effects. One
+    that was fitted by itself goes before a larger set that holds it."""
+    own = best_by_effects(posterior)
+    fits = {"+".join(fit.effects): fit for fit, _ in established.choices}
+    fits |= {"+".join(names): own.get(frozenset(names), fit) for names, fit in sets.items()}
+    return fits | {fit.effects[0]: fit for fit in own.values() if len(fit.laws) == 1}

@@ -29,6 +29,7 @@ from .next_runs import next_runs
 from .observables.base import Stage
 from .observables.contact.stage import ContactObservables, pulse_residuals
 from .options import Options
+from .parameter_limits import exceeded_limit
 from .plausibility import check
 from .record import CampaignRecord
 from .verdict import NONE, UNKNOWN, FrequencyBand, Pictures, Shrinkage, TimeWindow, Verdict, Where
@@ -117,7 +118,7 @@ def _verdict(record: CampaignRecord, options: Options, progress: Progress, draw:
     scales = posterior.metric.scales(posterior.gap)
     held = measure_reduction(stages, partial(fit_fold, posterior.library), rng, scales, options.rate_pulses)
     entries = tuple(entry for entry, _ in held)
-    conclusion = conclude(posterior, shares, held[0][1] if held else None, options.unknown_map)
+    conclusion = conclude(posterior, shares, held[0][1] if held else None, options.unknown_map, stages)
     progress(4, _STEPS, "where")
     where = localise_gap(gap, stages, rng) if options.where else Where()
     progress(5, _STEPS, "next experiment")
@@ -133,11 +134,13 @@ def _verdict(record: CampaignRecord, options: Options, progress: Progress, draw:
         shrinkage=entries if options.shrink else (),
         effects=conclusion.effects,
         unexplained=conclusion.unexplained,
-        path=conclusion.path,
+        sets=conclusion.established.sets,
+        path=conclusion.established.path,
         next_runs=runs,
         assumptions=(*record.assumptions, *notes, *stage_notes(stages), *assumed),
         seconds=time.perf_counter() - started,
         fits={name: common_effects(fit) for name, fit in conclusion.fits.items()},
+        averaged=conclusion.established.averaged,
         unknown_log_odds=posterior.log_odds_unknown,
         set_scores=posterior.set_scores(),
         first_evidence=conclusion.first_evidence,
@@ -172,13 +175,13 @@ def _assumptions(
             "probabilities are not calibrated"
         )
     for row in conclusion.effects:
-        likely = {item.name: item.likely for item in catalogue()[row.effect].parameters()}
         for item in row.parameters if row.named else ():
-            low, high = likely.get(item.parameter) or (-np.inf, np.inf)
-            if not low <= item.value <= high:
+            exceeded = exceeded_limit(row.effect, item.parameter, item.value)
+            if exceeded is not None:
+                where = "beyond" if exceeded.is_beyond else "at the end of"
                 yield (
-                    f"{row.effect}: {item.name} = {f'{item.value:.3g} {item.unit}'.rstrip()} lies at the end of its "
-                    f"likely range ({low:g} to {high:g}); it may stand for something else"
+                    f"{row.effect}: {item.name} = {f'{item.value:.3g} {item.unit}'.rstrip()} lies {where} its range "
+                    f"({exceeded.limit:g}); this is a miss of the law and not a value of the part"
                 )
     first = conclusion.causes[0].effects[0]
     for entry in entries if first not in (NONE, UNKNOWN) else ():

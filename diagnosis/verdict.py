@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, is_dataclass
 from typing import Any
 
@@ -60,6 +60,10 @@ class Pictures:
 
 
 NONE, UNKNOWN = "none", "unknown"
+#: The last step of a path where effects that are not established take something away.
+OTHERS = "effects that are not established"
+#: Between the effects of a set in the name of a step.
+_OR = " or "
 #: The entry of `Shrinkage.more` with what goes when the learned discrepancy corrects the rest.
 CORRECTED = "with the learned discrepancy"
 Interval = tuple[float, float]
@@ -187,9 +191,8 @@ class EffectShare:
 
     `inclusion` is the posterior probability that it acts. `share` of the squared gap is its Shapley value, with its
     90 % interval. `held_out_gain` is the fraction of the gap that it takes away on configurations that it was not
-    fitted to. Effects with the same `credible_set` are those of which at least one acts, but the data cannot say
-    which; None for an effect that no set needs. `named` says whether the report calls it a cause: it predicts what it
-    has not seen.
+    fitted to, in the place of the others of its set. `credible_set` is the number of its set among `Verdict.sets`, from
+    1; None for an effect of no set. `named`: it is in one.
     """
 
     effect: str
@@ -200,6 +203,62 @@ class EffectShare:
     credible_set: int | None = None
     parameters: tuple[Fitted, ...] = ()
     named: bool = False
+
+
+@dataclass(frozen=True)
+class SettledBy:
+    """The channel, not recorded, that would tell the effects of a set apart, and by how much: `d_prime` is the least
+    distance between what two of them predict of it, in standard deviations of the noise."""
+
+    channel: str
+    d_prime: float
+
+
+def set_name(effects: Sequence[str]) -> str:
+    """A set of effects of which at least one acts, as the path has it: "gun.barrel_loss or gun.valve_flow"."""
+    return _OR.join(effects)
+
+
+@dataclass(frozen=True)
+class EffectSet:
+    """Effects of which at least one acts and which these runs cannot tell apart, the likeliest first; one effect that
+    is established by itself is a set of one.
+
+    `inclusion` is the posterior probability that at least one acts, `share` that of all together of the squared gap,
+    with its 90 % interval, `held_out_gain` the fraction of the gap that the set takes away on configurations that it
+    was not fitted to. `settled_by` is None where no channel is known that would tell them apart.
+    """
+
+    effects: tuple[str, ...]
+    inclusion: float
+    share: float
+    ci90: Interval
+    held_out_gain: float
+    settled_by: SettledBy | None = None
+
+    @property
+    def name(self) -> str:
+        return set_name(self.effects)
+
+
+@dataclass(frozen=True)
+class WeightedEffects:
+    """Effects that may stand for the established sets, one of each set, as they were fitted together: their `weight`
+    among such choices, and the gap that they leave held out, in the unit of `GapSize` (None: not measured)."""
+
+    weight: float
+    effects: tuple[Effect, ...]
+    after: float | None
+
+
+@dataclass(frozen=True)
+class AveragedEffects:
+    """What can be adopted of the established sets: `choices` of one effect of each set, the likeliest first, whose
+    parameters are values that the parts can have, and the gap that the mean of their predictions leaves held out, in
+    the unit of `GapSize` (None: not measured)."""
+
+    choices: tuple[WeightedEffects, ...]
+    after: float | None
 
 
 @dataclass(frozen=True)
@@ -214,13 +273,19 @@ class Unexplained:
 class PathStep:
     """One step of the path of the shrinkage, largest share first.
 
-    `after` is the gap that is left, in the unit of `GapSize`, when `added` acts with all effects before it, measured on
-    configurations that the fit has not seen; `fraction` is the part of the reducible gap that is gone by then.
+    `added` is an effect, or the name of a set of several (`set_name`), or `OTHERS`. `after` is the gap that is
+    left, in the unit of `GapSize`, when it acts with all effects before it, measured on configurations that the fit has
+    not seen; `fraction` is the part of the reducible gap that is gone by then.
     """
 
     added: str
     after: float
     fraction: float
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """The ids in `added`; () for `OTHERS`."""
+        return () if self.added == OTHERS else tuple(self.added.split(_OR))
 
 
 @dataclass(frozen=True)
@@ -237,13 +302,15 @@ class Verdict:
     """A finished diagnosis. `causes` by falling probability, summing to one.
 
     `effects` has every effect of the catalogue that the campaign's channels can show, by falling share; their shares
-    and `unexplained` add up to one. `path` adds the named effects in that order.
+    and `unexplained` add up to one. `sets` are those that are established as causes, by falling share; `path` adds them
+    in that order, and ends at the fraction of `shrinkage`.
 
     What is not in the JSON: `fits`, every effect ("a+b" for two) as it was fitted by itself, from which one can be
-    adopted that is not the likeliest of its group; `unknown_log_odds`, what the evidence alone says for a cause outside
-    of the catalogue; `set_scores`, the major effects of each likely set with its log evidence, the log prior of the
-    set, and the probability that it is within tolerance; `first_evidence`, the probability of the likeliest entry but
-    "unknown" by evidence alone; `pictures`, what the page draws.
+    adopted that is not the likeliest of its group; `averaged`, what can be adopted of the established sets, None where
+    no choice of their effects has parameters that the parts can have; `unknown_log_odds`, what the evidence alone says
+    for a cause outside of the catalogue; `set_scores`, the major effects of each likely set with its log evidence, the
+    log prior of the set, and the probability that it is within tolerance; `first_evidence`, the probability of the
+    likeliest entry but "unknown" by evidence alone; `pictures`, what the page draws.
     """
 
     campaign: str
@@ -254,11 +321,13 @@ class Verdict:
     shrinkage: tuple[Shrinkage, ...] = ()
     effects: tuple[EffectShare, ...] = ()
     unexplained: Unexplained | None = None
+    sets: tuple[EffectSet, ...] = ()
     path: tuple[PathStep, ...] = ()
     next_runs: tuple[NextRun, ...] = ()
     assumptions: tuple[str, ...] = ()
     seconds: float = 0.0
     fits: Mapping[str, tuple[Effect, ...]] = field(default_factory=dict)
+    averaged: AveragedEffects | None = None
     unknown_log_odds: float = float("nan")
     set_scores: tuple[tuple[tuple[str, ...], float, float, float], ...] = ()
     first_evidence: float = float("nan")
@@ -268,12 +337,28 @@ class Verdict:
     def first(self) -> Cause:
         return self.causes[0]
 
+    @property
+    def cause_sets(self) -> tuple[EffectSet, ...]:
+        """The sets of effects that are called causes, by falling share: every text and figure takes them from here.
+
+        Of a verdict without `sets`, as an older version kept it: the named effects, each with the others of its
+        credible set, whose shares have no interval together (NaN).
+        """
+        if self.sets:
+            return self.sets
+        groups: list[list[EffectShare]] = []
+        for row in self.effects:
+            if row.named and not any(row in group for group in groups):
+                others = [item for item in self.effects if item.credible_set == row.credible_set and item != row]
+                groups.append([row, *others] if row.credible_set is not None else [row])
+        return tuple(sorted(map(_set_of, groups), key=lambda own: -own.share))
+
     def as_json(self) -> dict[str, Any]:
         """The report as scripts read it."""
-        names = ("campaign", "simulator", "gap", "where", "causes", "shrinkage", "effects", "unexplained", "path")
-        table = {name: plain(getattr(self, name)) for name in (*names, "next_runs", "assumptions", "seconds")}
+        names = ("campaign", "simulator", "gap", "where", "causes", "shrinkage", "effects", "unexplained", "sets")
+        table = {name: plain(getattr(self, name)) for name in (*names, "path", "next_runs", "assumptions", "seconds")}
         for effect in table["effects"]:
-            del effect["named"]  # scripts read it from `causes`
+            del effect["named"]  # scripts read it from `sets`
         for cause in table["causes"]:
             del cause["fitted"]
             if not cause["parameters"]:
@@ -281,6 +366,13 @@ class Verdict:
             if len(cause["split"]) < 2:
                 del cause["split"]
         return table
+
+
+def _set_of(group: Sequence[EffectShare]) -> EffectSet:
+    """Of an older verdict: what is known of a group as a whole."""
+    share, gain = sum(row.share for row in group), max(row.held_out_gain for row in group)
+    interval = group[0].ci90 if len(group) == 1 else (math.nan, math.nan)
+    return EffectSet(tuple(row.effect for row in group), max(row.inclusion for row in group), share, interval, gain)
 
 
 def plain(value: Any) -> Any:

@@ -33,7 +33,8 @@ class Parameter:
     what benches have, not what is possible. None: not looked for, the default stays. `typical`: the standard deviation
     that data sheets and calibrations give for an error of either sign; None where there is no such sheet. `owner`: what
     the parameter belongs to, and from whose one level to the next it may differ: "bench", "bullet", "tip", "face" (what
-    the tip meets), "layer", "plate", "mode band", "channel" or "session".
+    the tip meets), "layer", "plate", "mode band", "channel" or "session". `plausible`: what the part can be, by its
+    physics; a fitted value beyond it says that the law stands for something else. None: nothing is known.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Parameter:
     likely: tuple[float, float] | None
     typical: float | None = None
     owner: str = "bench"
+    plausible: tuple[float, float] | None = None
 
 
 def parameter(
@@ -59,9 +61,10 @@ def parameter(
     likely: tuple[float, float] | None = None,
     typical: float | None = None,
     owner: str = "bench",
+    plausible: tuple[float, float] | None = None,
 ) -> Any:
     """A field of an effect. SI; the unit stands in the field's name, too."""
-    return field(default=default, metadata={_KEY: (meaning, unit, low, high, off, likely, typical, owner)})
+    return field(default=default, metadata={_KEY: (meaning, unit, low, high, off, likely, typical, owner, plausible)})
 
 
 @dataclass(frozen=True)
@@ -110,9 +113,9 @@ class Effect(ABC):
 
 
 def _parameter(item: Field[Any]) -> Parameter:
-    meaning, unit, low, high, off, likely, typical, owner = item.metadata[_KEY]
+    meaning, unit, *others = item.metadata[_KEY]
     assert item.default is not MISSING
-    return Parameter(item.name, meaning, unit, float(item.default), low, high, off, likely, typical, owner)
+    return Parameter(item.name, meaning, unit, float(item.default), *others)
 
 
 _FOLDERS = ("gun", "contact", "plate", "sensors")

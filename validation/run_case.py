@@ -112,7 +112,8 @@ def diagnosed(folder: Path, options: Options) -> dict[str, Any]:
     verdict = diagnose(read_folder(folder), options=options)
     seconds, cpu = time.perf_counter() - began, time.process_time() - used
     report = verdict.as_json()
-    kept = {key: report[key] for key in ("gap", "where", "causes", "shrinkage", "effects", "unexplained", "path")}
+    parts = ("gap", "where", "causes", "shrinkage", "effects", "unexplained", "sets", "path")
+    kept = {key: report[key] for key in parts}
     fitted = [effect.as_json() for effect in verdict.first.fitted]
     cost = {"seconds": seconds, "cpu_s": cpu, "memory_mb": memory.used_mb()}
     text = json.dumps({"verdict": kept, "fitted": fitted, "odds": verdict.unknown_log_odds, **cost})

@@ -57,8 +57,8 @@ _STAGES = ("gun", "contact", "plate")
     multiple=True,
     metavar="EFFECT|none",
     help=(
-        "Let predictions of this bench use these effects from now on; `none` ends this. Repeat the option, or give a "
-        "list: a,b."
+        "Let predictions of this bench use these effects from now on, or the mean of effects that cannot be told "
+        "apart: a/b; `none` ends this. Repeat the option, or give a list: a,b."
     ),
     shell_complete=effect_ids,
 )
@@ -157,13 +157,16 @@ def _suggest(diagnosis: GapDiagnosis, target: str) -> None:
 
 
 def _tell_adopted(verdict: Verdict, row: TwinVersion, wanted: str) -> None:
+    from ..twins.adopted_effects import adoption, offered
     from .wording import cause_name, spell_sets
 
     if not row.configuration["effects"]:
         stages = ", ".join(row.configuration["stages"])
         note(f"nothing is adopted from version {row.version} on: predict and tune use the nominal {stages}")
         return
-    if set(wanted.split("+")) not in [set(name.split("+")) for name in verdict.first.effects]:
+    best, chosen = offered(verdict), adoption(verdict, wanted)
+    is_offered = best is not None and best.name == chosen.name
+    if not is_offered and set(wanted.split("+")) not in [set(name.split("+")) for name in verdict.first.effects]:
         note(f"{spell_sets(wanted)} is not what the diagnosis says first: {cause_name(verdict.first)}")
     note(f"adopted as version {row.version}: {spell_sets(row.reason)}; predict and tune use it (--no-adopted: without)")
 

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 from ..common.number_format import join_words, number, percent, percent_range
 from ..twins.adopted_effects import adoptable_names, effects_of_stages
 from .request import restrictions_among
-from .summary import is_agreement, named_groups, summary
-from .wording import effect_subject, spell_sets
+from .summary import is_agreement, summary
+from .wording import effect_subject, set_name, spell_sets
 
 if TYPE_CHECKING:
     from ...diagnosis.verdict import Verdict
@@ -103,8 +103,18 @@ def parts_of(verdict: Verdict) -> DiagnosisParts:
         explained=bool(verdict.effects),
         columns=EFFECT_COLUMNS if verdict.effects else EFFECT_COLUMNS[:2],
         rows=_rows(verdict),
-        adoptable={name: spell_sets(name) for name in adoptable_names(verdict)},
+        adoptable={name: _adoptable_words(name) for name in adoptable_names(verdict)},
     )
+
+
+def _adoptable_words(name: str) -> str:
+    """`a/b+c` as "the mean of a and b, with c"."""
+    sets = [part.split("/") for part in name.split("+")]
+    if all(len(own) == 1 for own in sets):
+        return spell_sets(name)
+    averaged = [f"the mean of {join_words(own)}" for own in sets if len(own) > 1]
+    others = [own[0] for own in sets if len(own) == 1]
+    return join_words(averaged) + (f", with {join_words(others)}" if others else "")
 
 
 def _html(titled: Mapping[str, Any], titles: Sequence[str]) -> str:
@@ -125,7 +135,8 @@ def _rows(verdict: Verdict) -> list[tuple[Any, ...]]:
     shown = {effect.effect for effect in verdict.effects}
     blank = ("",) * (len(EFFECT_COLUMNS) - 2 if shown else 0)
     others = [(name, effect_subject(name), *blank) for name in effects_of_stages(verdict) if name not in shown]
-    return [*rows[: len(shown)], *others, *rows[len(shown) :]]
+    last = len(rows) - (verdict.unexplained is not None)
+    return [*rows[:last], *others, *rows[last:]]
 
 
 def list_row(row: Mapping[str, Any], verdict: Verdict) -> dict[str, Any]:
@@ -143,12 +154,8 @@ def list_row(row: Mapping[str, Any], verdict: Verdict) -> dict[str, Any]:
 def _causes(verdict: Verdict) -> str:
     if is_agreement(verdict):
         return "none needed"
-    groups = named_groups(verdict)
-    if not groups:
+    sets = verdict.cause_sets
+    if not sets:
         names = [effect_subject(part) for name in verdict.first.effects[:1] for part in name.split("+")]
         return f"{join_words(names)} ({percent(verdict.first.probability)})"
-    texts = []
-    for group in groups:
-        subjects = [effect_subject(effect.effect).removeprefix("the ") for effect in group]
-        texts.append(f"{join_words(subjects, 'or')} {percent(sum(effect.share for effect in group))}")
-    return ", ".join(texts)
+    return ", ".join(f"{set_name(own.effects).removeprefix('the ')} {percent(own.share)}" for own in sets)

@@ -6,10 +6,11 @@ import re
 import shlex
 from collections.abc import Iterable, Iterator
 
+from ...diagnosis.parameter_limits import exceeded_limit
 from ...diagnosis.verdict import NONE, UNKNOWN, Fitted, NextRun, Verdict
-from ...twin.effects import catalogue
 from ..common.number_format import join_words, number, percent
 from ..common.quantities import display_of
+from ..twins.adopted_effects import offered
 from .summary import (
     MOST,
     NEAREST,
@@ -17,19 +18,25 @@ from .summary import (
     held_out_fraction,
     is_agreement,
     is_unknown,
-    named_groups,
     nearest_effects,
     set_subject,
     stage_name,
 )
-from .wording import EFFECT_SUBJECTS, effect_check, effect_subject, single_effects, span_label, with_labels
+from .wording import (
+    EFFECT_SUBJECTS,
+    effect_check,
+    effect_subject,
+    miss_sentence,
+    set_name,
+    single_effects,
+    span_label,
+    with_labels,
+)
 
 #: From this held-out fraction on an effect is worth adopting.
 _WORTH_ADOPTING = 0.5
 #: From this unexplained share on the reader is told where the rest lies.
 _LARGE_REST = 0.15
-#: A parameter within this share of the end of its range lies at the end.
-_AT_LIMIT = 0.01
 #: So many sentences at most.
 _MOST_STEPS = 5
 
@@ -72,28 +79,55 @@ def recommendations(verdict: Verdict) -> tuple[str, ...]:
 
 
 def _adoption(verdict: Verdict) -> str:
-    fraction = held_out_fraction(verdict)
-    name = verdict.first.effects[0]
+    best = offered(verdict)
+    names = join_words([set_name(own.effects) for own in verdict.cause_sets]) or set_subject(verdict.first.effects[0])
+    if best is None:
+        return f"Do not adopt {names}: no fit of them has parameters that the parts can have."
+    fraction = held_out_fraction(verdict) if best.after is None else _fraction(verdict, best.after)
     if fraction is None:
-        return f"How far the error shrinks with {set_subject(name)} was not measured: do not adopt it on this alone."
+        return f"How far the error shrinks with {names} was not measured: do not adopt it on this alone."
     if fraction < _WORTH_ADOPTING:
         return (
-            f"Do not adopt {set_subject(name)} yet: only {percent(max(fraction, 0.0))} of the error disappears on "
-            "configurations that the fit has not seen."
+            f"Do not adopt {names} yet: only {percent(max(fraction, 0.0))} of the error disappears on configurations "
+            "that the fit has not seen."
         )
-    advice = "Adopt this effect, so that predictions include it"
-    if len(verdict.first.effects) > 1:
-        advice = "At the settings that were fired these effects predict alike; to adopt the likeliest"
-    elif "+" in name:
-        advice = "Adopt these effects, so that predictions include them"
-    return f"{advice}: pyroshock diagnose {shlex.quote(verdict.campaign)} --adopt {name.replace('+', ',')}."
+    command = f"pyroshock diagnose {shlex.quote(verdict.campaign)} --adopt {best.name.replace('+', ',')}"
+    if best.is_averaged:
+        return f"Adopt the mean of what these sets of effects predict, so that predictions include it: {command}."
+    if len(best.effects) > 1:
+        return f"Adopt these effects, so that predictions include them: {command}."
+    if any(len(own.effects) > 1 for own in verdict.cause_sets) or len(verdict.first.effects) > 1:
+        subject = effect_subject(best.effects[0].id)
+        return f"Of the effects that these runs cannot tell apart, adopt {subject}, {best.reason}: {command}."
+    return f"Adopt this effect, so that predictions include it: {command}."
+
+
+def _fraction(verdict: Verdict, after: float) -> float | None:
+    """The part of the reducible error that is gone where `after` is left."""
+    room = verdict.gap.before - verdict.gap.noise_floor
+    return (verdict.gap.before - after) / room if room > 0 else None
+
+
+def _settling(verdict: Verdict) -> str:
+    """The channel that would tell the effects of the largest such set apart; "" where none is known."""
+    for own in verdict.cause_sets:
+        if own.settled_by is not None:
+            channel, distance = own.settled_by.channel.replace("_", " "), number(own.settled_by.d_prime)
+            subjects = join_words([effect_subject(name) for name in own.effects], "or")
+            return (
+                f"To tell whether {subjects} acts, record the {channel}: it would tell them apart by {distance} "
+                "standard deviations of its noise."
+            )
+    return ""
 
 
 def _separation(verdict: Verdict) -> str:
+    if settling := _settling(verdict):
+        return settling
     if verdict.next_runs:
         return run_sentence(verdict.next_runs[0])
-    groups = [tuple(effect.effect for effect in group) for group in named_groups(verdict)]
-    names = next((group for group in (*groups, verdict.first.effects) if len(group) > 1), ())
+    several = [own.effects for own in verdict.cause_sets if len(own.effects) > 1]
+    names = next(iter([*several, *([verdict.first.effects] if len(verdict.first.effects) > 1 else [])]), ())
     checks = _checks(single_effects(names))
     subjects = join_words([set_subject(name, "with") for name in names], "or")
     return f"These runs cannot tell whether {subjects} acts; to decide, measure {checks}." if checks else ""
@@ -132,22 +166,19 @@ def run_sentence(run: NextRun) -> str:
 
 
 def _limits(verdict: Verdict) -> Iterator[str]:
-    """A sentence for each fitted parameter of a named effect that lies at the end of its range."""
+    """A sentence for each fitted parameter of a cause that is no value of the part."""
     for identity, fitted in _fitted_parameters(verdict):
-        end = limit_of(identity, fitted)
-        if end is not None:
-            yield (
-                f"The parameter {fitted.parameter} of {effect_subject(identity)} lies at the end of its range "
-                f"({f'{number(end)} {fitted.unit}'.rstrip()}): take its value as a bound, and check the effect on the "
-                "bench."
-            )
+        exceeded = exceeded_limit(identity, fitted.parameter, fitted.value)
+        if exceeded is not None:
+            yield miss_sentence(exceeded)
 
 
 def _fitted_parameters(verdict: Verdict) -> list[tuple[str, Fitted]]:
-    """Parameters with their effects: of the named effects, or of the first cause where none is named."""
-    named = [effect for effect in verdict.effects if effect.named]
-    if named:
-        return [(effect.effect, item) for effect in named for item in effect.parameters]
+    """Parameters with their effects: of the sets that are causes, or of the first answer where there is none."""
+    members = {name for own in verdict.cause_sets for name in own.effects}
+    if members:
+        rows = [effect for effect in verdict.effects if effect.effect in members]
+        return [(effect.effect, item) for effect in rows for item in effect.parameters]
     first = verdict.first.effects[0]
     return [
         (next((name for name in first.split("+") if item.name.startswith(f"{name}.")), first), item)
@@ -155,24 +186,12 @@ def _fitted_parameters(verdict: Verdict) -> list[tuple[str, Fitted]]:
     ]
 
 
-def limit_of(identity: str, fitted: Fitted) -> float | None:
-    """The end of the range at which a fitted parameter lies: where a diagnosis looks for it, or where it may be.
-
-    None where it lies inside, and at the value that switches the effect off.
-    """
-    items = catalogue()[identity].parameters() if identity in catalogue() else ()
-    for item in items:
-        if item.name == fitted.parameter:
-            ends = [end for end in (*(item.likely or ()), item.low, item.high) if end != item.off]
-            return next((end for end in ends if abs(fitted.value - end) <= _AT_LIMIT * abs(end)), None)
-    return None
-
-
 def _confirmation(verdict: Verdict) -> str:
-    groups = named_groups(verdict)
-    largest = groups[0][0].effect if groups else verdict.first.effects[0].split("+")[0]
-    check = effect_check(largest)
-    return f"To confirm {effect_subject(largest)} without the model, measure {check}." if check else ""
+    """What shows the largest cause by itself; a set of several is to be told apart first."""
+    sets = verdict.cause_sets
+    largest = sets[0].effects if sets else (verdict.first.effects[0].split("+")[0],)
+    check = effect_check(largest[0]) if len(largest) == 1 else ""
+    return f"To confirm {effect_subject(largest[0])} without the model, measure {check}." if check else ""
 
 
 def _nearest_sentence(verdict: Verdict) -> str:
@@ -219,7 +238,7 @@ def next_experiment(verdict: Verdict) -> tuple[str, ...]:
     if is_unknown(verdict):
         return (*(runs or (_separating_runs(verdict),)), _further_measurement(verdict))
     if runs:
-        return runs
+        return tuple(filter(None, (_settling(verdict), *runs)))
     if is_agreement(verdict):
         return ("No experiment is needed: model and measurement agree.",)
     separation = _separation(verdict) or "No run is needed to tell causes apart."

@@ -4,8 +4,8 @@ share. A kept diagnosis comes with all that its page draws, one of an older stor
 from __future__ import annotations
 
 import datetime as dt
-from collections import Counter
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from ...diagnosis.verdict import (
     NONE,
     UNKNOWN,
     Cause,
+    EffectSet,
     EffectShare,
     Pictures,
     ResidualPicture,
@@ -52,6 +53,7 @@ from .wording import (
     cause_title,
     effect_subject,
     fitted_words,
+    set_name,
     shrinkage_line,
     single_effects,
     where_lines,
@@ -143,8 +145,9 @@ def _path_and_shares(verdict: Verdict) -> list[Block]:
     return [
         ChartRow(figures),
         Paragraph(
-            "The path adds one effect after the other and measures the error on configurations that the fit has not "
-            "seen. Shares are of the squared error of all configurations; blue effects are established as causes.",
+            "The path adds one set of effects after the other and measures the error on configurations that the fit "
+            "has not seen. Shares are of the squared error of all configurations; what is blue is established as a "
+            "cause.",
             quiet=True,
         ),
     ]
@@ -156,33 +159,65 @@ EFFECT_COLUMNS = (
 )  # fmt: skip
 
 
+#: What the column "cause" says: established by itself or as a set, one of a set, in the first answer, or none of these.
+_ESTABLISHED, _OF_SET, _POSSIBLE, _NO = "yes", "in set", "possible", "no"
+
+
 def effect_rows(verdict: Verdict) -> list[tuple[Cell, ...]]:
-    """A row for each effect under `EFFECT_COLUMNS`, and a last one for what is unexplained."""
-    rows = [_effect_row(effect) for effect in verdict.effects]
+    """A row for each set and for each effect under `EFFECT_COLUMNS`, and a last one for what is unexplained."""
+    rows: list[tuple[Cell, ...]] = []
+    for row in _table_order(verdict):
+        name = set_name(row.effects) if isinstance(row, EffectSet) else effect_subject(row.effect)
+        single = row if isinstance(row, EffectShare) else None
+        rows.append(
+            (
+                row.name if isinstance(row, EffectSet) else row.effect,
+                name,
+                percent(row.share),
+                percent_range(*row.ci90) if math.isfinite(sum(row.ci90)) else "",
+                percent(row.inclusion),
+                percent(row.held_out_gain),
+                set_number(verdict, row),
+                cause_word(verdict, row),
+                ", ".join(map(fitted_words, single.parameters)) if single else "",
+            )
+        )
     if verdict.unexplained is not None:
         rest = verdict.unexplained
         rows.append(("unexplained", "", percent(rest.share), percent_range(*rest.ci90), "", "", "", "", ""))
     return rows
 
 
-def _effect_row(effect: EffectShare) -> tuple[Cell, ...]:
-    return (
-        effect.effect,
-        effect_subject(effect.effect),
-        percent(effect.share),
-        percent_range(*effect.ci90),
-        percent(effect.inclusion),
-        percent(effect.held_out_gain),
-        effect.credible_set,
-        "yes" if effect.named else "no",
-        ", ".join(map(fitted_words, effect.parameters)),
-    )
+def _table_order(verdict: Verdict) -> Iterator[EffectSet | EffectShare]:
+    """The sets that are causes, by falling share, each of several before its effects; then the other effects."""
+    effects = {row.effect: row for row in verdict.effects}
+    for own in verdict.cause_sets:
+        if len(own.effects) > 1:
+            yield own
+        yield from (effects.pop(name) for name in own.effects if name in effects)
+    yield from effects.values()
+
+
+def set_number(verdict: Verdict, row: EffectSet | EffectShare) -> int | None:
+    """The number of the set that a row of the table is, or is of; None for an effect of no set."""
+    members = set(row.effects) if isinstance(row, EffectSet) else {row.effect}
+    return next((i for i, own in enumerate(verdict.cause_sets, start=1) if members <= set(own.effects)), None)
+
+
+def cause_word(verdict: Verdict, row: EffectSet | EffectShare) -> str:
+    """Whether a set or an effect is a cause, as the table says it: an effect of the first answer is never "no"."""
+    number_of_set = set_number(verdict, row)
+    if number_of_set is not None:
+        alone = isinstance(row, EffectSet) or len(verdict.cause_sets[number_of_set - 1].effects) == 1
+        return _ESTABLISHED if alone else f"{_OF_SET} {number_of_set}"
+    members = set(row.effects) if isinstance(row, EffectSet) else {row.effect}
+    return _POSSIBLE if members & set(single_effects(verdict.first.effects)) else _NO
 
 
 EFFECTS_CAPTION = (
     "Share of the squared error with its 90 % interval, probability that the effect acts, and what it takes away on "
-    "configurations that it was not fitted to (held out). Of the effects of one set at least one acts, but the data "
-    "cannot say which."
+    "configurations that it was not fitted to (held out). Of the effects of one set at least one acts, and these runs "
+    "cannot tell which; its first row is that of the set."
 )
 
 
@@ -190,9 +225,12 @@ def _effects(verdict: Verdict) -> list[Block]:
     """The effects that matter with a row each; the others in a sentence, so that a printed report stays short."""
     if not verdict.effects:
         return []
-    shown = [effect for effect in verdict.effects if effect.named or effect.share >= _WORTH_A_ROW]
-    sizes = Counter(effect.credible_set for effect in verdict.effects)
-    rows = [_printed_row(effect, sizes[effect.credible_set] > 1) for effect in shown]
+    shown = [
+        row
+        for row in _table_order(verdict)
+        if isinstance(row, EffectSet) or cause_word(verdict, row) != _NO or row.share >= _WORTH_A_ROW
+    ]
+    rows = [_printed_row(verdict, row) for row in shown]
     if verdict.unexplained is not None:
         interval = percent_with_range(verdict.unexplained.share, verdict.unexplained.ci90)
         rows.append(("unexplained", interval, "", "", ""))
@@ -209,14 +247,17 @@ _SHARE = "share (90 % interval)"
 _PRINTED_COLUMNS = ("effect", _SHARE, "probability", "held out", "cause")
 
 
-def _printed_row(effect: EffectShare, grouped: bool) -> tuple[Cell, ...]:
-    group = f" (set {effect.credible_set})" if grouped and effect.credible_set is not None else ""
+def _printed_row(verdict: Verdict, row: EffectSet | EffectShare) -> tuple[Cell, ...]:
+    if isinstance(row, EffectSet):
+        name = f"set {set_number(verdict, row)}: {set_name(row.effects)}"
+    else:
+        name = f"{row.effect}, {effect_subject(row.effect)}"
     return (
-        f"{effect.effect}, {effect_subject(effect.effect)}{group}",
-        percent_with_range(effect.share, effect.ci90),
-        percent(effect.inclusion),
-        percent(effect.held_out_gain),
-        "yes" if effect.named else "no",
+        name,
+        percent_with_range(row.share, row.ci90) if math.isfinite(sum(row.ci90)) else percent(row.share),
+        percent(row.inclusion),
+        percent(row.held_out_gain),
+        cause_word(verdict, row),
     )
 
 
@@ -321,10 +362,11 @@ def diagnosis_document(session: Session, diagnosis_id: int) -> Document:
 def verdict_of(report: Mapping[str, Any]) -> Verdict:
     """The verdict of a report alone, without pictures and fits. Raises `ValueError` where a part is missing.
 
-    A report alone does not say which effects are causes: those of the first entry are.
+    A report of an older version does not say which effects are causes: those of the first entry are.
     """
     try:
-        causes = [name for cause in report["causes"][:1] for name in single_effects(cause["effects"])]
+        sets = report.get("sets") or report["causes"][:1]
+        causes = [name for own in sets for name in single_effects(own["effects"])]
         details = {
             "format": FORMAT,
             "causes": [{} for _ in report["causes"]],

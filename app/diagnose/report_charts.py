@@ -16,7 +16,7 @@ import numpy as np
 
 from ...array_types import Floats
 from ...diagnosis.verdict import CORRECTED, CurvePicture, Pictures, ResidualPicture, Verdict
-from ..common.number_format import number, percent, percent_with_range
+from ..common.number_format import join_words, number, percent, percent_with_range
 from ..common.quantities import shown_unit
 from ..documents.svg import WIDTH, band, chart, dots, frame_of, level, line, tick_text, ticks
 from .wording import effect_subject, observable_label
@@ -122,16 +122,16 @@ def path_rows(verdict: Verdict) -> tuple[BarRow, ...]:
     for step, before, after in zip(verdict.path, levels, levels[1:], strict=False):
         kind = "bar-gone" if after <= before else "bar-error"
         gone = f"{percent(step.fraction)} gone" if math.isfinite(step.fraction) else ""
-        rows.append(BarRow(f"+ {_short(step.added)}", gone, after, before, kind))
+        rows.append(BarRow(f"+ {_short(step.effects) or step.added}", gone, after, before, kind))
     rows.append(BarRow("what remains", _tolerances(levels[-1]), 0.0, levels[-1], "bar-error"))
     rows += _learned(verdict)
     noise = gap.noise_floor / gap.tolerance
     return (*rows, BarRow("measurement noise", _tolerances(noise), 0.0, noise, "floor"))
 
 
-def _short(identity: str) -> str:
-    """An effect without its article: a row has little room."""
-    return effect_subject(identity).removeprefix("the ")
+def _short(effects: Sequence[str]) -> str:
+    """A set of effects without articles: a row has little room."""
+    return join_words([effect_subject(name).removeprefix("the ") for name in effects], "or")
 
 
 def _tolerances(level: float) -> str:
@@ -148,12 +148,15 @@ def _learned(verdict: Verdict) -> list[BarRow]:
 
 
 def share_rows(verdict: Verdict) -> tuple[BarRow, ...]:
-    """Shares of the squared error in per cent with their 90 % intervals, and beside them what is unexplained."""
-    effects = [effect for effect in verdict.effects if math.isfinite(effect.share)]
-    rows = [
-        _share_row(_short(effect.effect), effect.share, effect.ci90, "bar-named" if effect.named else "bar-other")
-        for effect in effects[:_MOST_EFFECTS]
-    ]
+    """Shares of the squared error in per cent with their 90 % intervals: of the sets that are causes, of the other
+    effects, and of what is unexplained."""
+    sets = verdict.cause_sets
+    members = {name for own in sets for name in own.effects}
+    others = [effect for effect in verdict.effects if effect.effect not in members]
+    bars = [(_short(own.effects), own.share, own.ci90, "bar-named") for own in sets]
+    bars += [(_short([effect.effect]), effect.share, effect.ci90, "bar-other") for effect in others]
+    effects = [bar for bar in bars if math.isfinite(bar[1])]
+    rows = [_share_row(*bar) for bar in effects[:_MOST_EFFECTS]]
     if verdict.unexplained is not None and math.isfinite(verdict.unexplained.share):
         rows.append(_share_row("unexplained", verdict.unexplained.share, verdict.unexplained.ci90, "bar-error"))
     return tuple(rows) if effects else ()

@@ -69,6 +69,26 @@ class GapDiagnosis:
         )
 
     @property
+    def sets(self) -> pd.DataFrame:
+        """A set of effects in each row of which at least one acts and which these runs cannot tell apart, by falling
+        share; an effect that is established by itself is a set of one."""
+        return frame_of(
+            (
+                {
+                    "effects": " or ".join(own.effects),
+                    "probability": own.inclusion,
+                    "share": own.share,
+                    "share_low": own.ci90[0],
+                    "share_high": own.ci90[1],
+                    "held_out_gain": own.held_out_gain,
+                    "settled_by": None if own.settled_by is None else own.settled_by.channel,
+                }
+                for own in self.verdict.cause_sets
+            ),
+            ("effects", "probability", "share", "share_low", "share_high", "held_out_gain", "settled_by"),
+        )
+
+    @property
     def causes(self) -> pd.DataFrame:
         """An entry of the answer in each row, by falling probability."""
         return frame_of(
@@ -147,13 +167,21 @@ class GapDiagnosis:
         return report_json(self.verdict)
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """The shares of the gap by effect, with their 90 % intervals, the largest at the top."""
-        effects = [effect for effect in self.verdict.effects if effect.share >= 0.005 or effect.named][:12][::-1]
-        axes = axes_or_new(ax, height=1.2 + 0.35 * max(len(effects), 2))
-        for place, effect in enumerate(effects):
-            axes.barh(place, effect.share, color="#1b6ca8" if effect.named else "0.75")
-            axes.plot(effect.ci90, [place, place], color="black", lw=1)
-        axes.set_yticks(range(len(effects)), [effect.effect for effect in effects])
+        """The shares of the gap by set of effects, with their 90 % intervals, the causes at the top."""
+        sets = self.verdict.cause_sets
+        members = {name for own in sets for name in own.effects}
+        bars = [(own.name, own.share, own.ci90, "#1b6ca8") for own in sets]
+        bars += [
+            (effect.effect, effect.share, effect.ci90, "0.75")
+            for effect in self.verdict.effects
+            if effect.effect not in members and effect.share >= 0.005
+        ]
+        bars = bars[:12][::-1]
+        axes = axes_or_new(ax, height=1.2 + 0.35 * max(len(bars), 2))
+        for place, (_, share, interval, colour) in enumerate(bars):
+            axes.barh(place, share, color=colour)
+            axes.plot(interval, [place, place], color="black", lw=1)
+        axes.set_yticks(range(len(bars)), [name for name, *_ in bars])
         axes.set_xlabel("share of the squared gap, with its 90 % interval; blue: named as a cause")
         return axes
 
@@ -192,7 +220,7 @@ def diagnose_campaign(
 
 
 def adopt_effect(store: Store, diagnosis: GapDiagnosis, effect: str | None) -> GapDiagnosis:
-    """The diagnosis with the twin's version that adopted `effect` of it (None: what it says first).
+    """The diagnosis with the twin's version that adopted `effect` of it (None: what it offers).
 
     Raises as `adopting.adopt`, and `ValueError` for a diagnosis that the store does not keep.
     """
@@ -201,7 +229,8 @@ def adopt_effect(store: Store, diagnosis: GapDiagnosis, effect: str | None) -> G
     verdict = diagnosis.verdict
     if diagnosis.number is None:
         raise ValueError(f"the diagnosis of {verdict.campaign} is of a folder; ingest it, and diagnose the campaign")
-    wanted = verdict.first.effects[0] if effect is None else effect
+    best = adopted_effects.offered(verdict)
+    wanted = effect or (verdict.first.effects[0] if best is None else best.name)
     return replace(diagnosis, version=adopted_effects.adopt(store, verdict, wanted, diagnosis.number))
 
 

@@ -18,6 +18,7 @@ from ...schema.campaigns import Campaign
 from ...schema.diagnoses import Diagnosis, TwinVersion
 from ...schema.listings import get_campaign_id
 from ...twin.effects import Effect, effect_from_json
+from ..twins.adopted_effects import configuration_name
 from .request import DiagnosisRequest, restrictions_among
 
 if TYPE_CHECKING:
@@ -65,8 +66,7 @@ def _adopted(session: Session, keys: Iterable[int]) -> dict[int, str]:
     """What became part of the twin, by diagnosis: "version 3: gun.valve_flow"; the first where there are several."""
     query = select(TwinVersion).where(TwinVersion.diagnosis_id.in_(list(keys))).order_by(TwinVersion.version.desc())
     return {
-        row.diagnosis_id: f"version {row.version}: "
-        + (" + ".join(effect["id"] for effect in row.configuration["effects"]) or "none")
+        row.diagnosis_id: f"version {row.version}: {configuration_name(row.configuration)}"
         for row in session.scalars(query)
         if row.diagnosis_id is not None
     }
@@ -140,6 +140,7 @@ def verdict_to_json(verdict: Verdict) -> tuple[Json, Json]:
         "causes": [{"split": list(cause.split), "fitted": plain(cause.fitted)} for cause in verdict.causes],
         "effects": [{"named": effect.named} for effect in verdict.effects],
         "fits": plain(verdict.fits),
+        "averaged": plain(verdict.averaged),
         "pictures": plain(verdict.pictures),
     }
     return _with_values(table, [(entry["at"], None) for entry in lost]), details
@@ -157,7 +158,7 @@ def verdict_from_json(report: Mapping[str, Any], details: Mapping[str, Any]) -> 
     for name in ("causes", "effects"):
         pairs = zip(table.get(name, ()), details.get(name, ()), strict=True)
         table[name] = [{**row, **detail} for row, detail in pairs]
-    table |= {name: details[name] for name in ("fits", "pictures") if name in details}
+    table |= {name: details[name] for name in ("fits", "averaged", "pictures") if name in details}
     verdict: Verdict = _decode(Verdict, table)
     return verdict
 

@@ -6,11 +6,11 @@ Functions of a verdict alone. A verdict without shares of effects (an older one)
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from ...diagnosis.verdict import NONE, UNKNOWN, Cause, EffectShare, Verdict
 from ..common.number_format import join_words, percent, percent_range, percent_with_range, times
-from .wording import STAGE_NAMES, effect_subject, single_effects
+from .wording import ALIKE, STAGE_NAMES, effect_subject, set_name, single_effects
 
 #: A stage with this share of the error is where most of it arises; from _WHOLE on, all of it.
 MOST, _WHOLE = 0.5, 0.995
@@ -18,7 +18,7 @@ MOST, _WHOLE = 0.5, 0.995
 _PROBABLE = 0.5
 #: Shares below this are not worth words.
 WORTH_SAYING = 0.005
-#: So many effects are named under `unknown`, and of those that the data cannot tell apart.
+#: So many effects are named under `unknown`.
 NEAREST = 3
 
 
@@ -41,6 +41,9 @@ def _sentences(verdict: Verdict) -> Iterator[str]:
     yield _size_and_stage(verdict)
     if is_agreement(verdict):
         yield f"No effect is needed to explain it ({percent(verdict.first.probability)})."
+        for own in verdict.cause_sets:
+            acts = f"acts with a probability of {percent(own.inclusion)}, and hardly matters for this error"
+            yield f"{_capitalise(set_name(own.effects))} {acts}."
     elif is_unknown(verdict):
         yield _unknown(verdict)
         yield _shares(verdict)
@@ -89,17 +92,15 @@ def stage_name(name: str) -> str:
 
 def _shares(verdict: Verdict) -> str:
     """Which effects cause how much, and what remains; "" where no effect is named."""
-    groups = named_groups(verdict)
-    if not groups:
+    sets = verdict.cause_sets
+    if not sets:
         return ""
     parts: list[str] = []
-    for group in groups:
-        share = percent(sum(effect.share for effect in group))
-        if not parts:
-            share = f"{'causes' if len(group) == 1 else 'together cause'} {share} of it"
-        interval = f" ({percent_range(*group[0].ci90)})" if len(group) == 1 else ""  # those of several do not add
-        parts.append(f"{_group_subject(group)} {share}{interval}")
-    members = {effect.effect for group in groups for effect in group}
+    for own in sets:
+        share = percent(own.share) if parts else f"causes {percent(own.share)} of it"
+        interval = f" ({percent_range(*own.ci90)})" if math.isfinite(sum(own.ci90)) else ""
+        parts.append(f"{set_name(own.effects)} {share}{interval}")
+    members = {name for own in sets for name in own.effects}
     rest = sum(effect.share for effect in verdict.effects if effect.effect not in members)
     ends = []
     if rest >= 2 * WORTH_SAYING:
@@ -110,32 +111,13 @@ def _shares(verdict: Verdict) -> str:
     return _capitalise("; ".join(filter(None, (join_words(parts), join_words(ends))))) + "."
 
 
-def named_groups(verdict: Verdict) -> list[tuple[EffectShare, ...]]:
-    """The effects that are called causes, by falling share, each with those of its credible set: of these at least one
-    acts, but the data cannot say which."""
-    groups: list[tuple[EffectShare, ...]] = []
-    for effect in verdict.effects:
-        if effect.named and not any(effect in group for group in groups):
-            number = effect.credible_set
-            others = [item for item in verdict.effects if item.credible_set == number and item != effect]
-            groups.append((effect, *others) if number is not None else (effect,))
-    return sorted(groups, key=lambda group: -sum(effect.share for effect in group))
-
-
-def _group_subject(group: Sequence[EffectShare]) -> str:
-    names = [effect_subject(effect.effect) for effect in group]
-    if len(names) > NEAREST:
-        names = [*names[:NEAREST], f"{len(names) - NEAREST} more"]
-    return names[0] if len(names) == 1 else f"{join_words(names, 'or')} (the data cannot say which)"
-
-
 def _by_cause(cause: Cause) -> str:
     """Of a verdict without shares."""
     probability = percent(cause.probability)
     if len(cause.effects) > 1:
         subjects = join_words([set_subject(name, "with") for name in cause.effects], "or")
         start = "Most probably it" if cause.probability >= _PROBABLE else "The likeliest cause"
-        return f"{start} is {subjects}; these runs cannot tell which (together {probability})."
+        return f"{start} is {subjects}, {ALIKE} (together {probability})."
     subject = set_subject(cause.effects[0])
     if cause.probability < _PROBABLE:
         return f"No cause stands out; the likeliest is {subject} ({probability})."
@@ -150,7 +132,7 @@ def set_subject(name: str, last: str = "and") -> str:
 
 def _unknown(verdict: Verdict) -> str:
     probability = f"(unknown: {percent(verdict.first.probability)})"
-    if named_groups(verdict):
+    if verdict.cause_sets:
         return f"The effects of the catalogue explain only a part of it {probability}."
     rest = ""
     if verdict.unexplained is not None:
@@ -162,7 +144,7 @@ def _unknown(verdict: Verdict) -> str:
 
 def held_out_fraction(verdict: Verdict) -> float | None:
     """The part of the reducible error that disappears on configurations that the fit has not seen; None: not known."""
-    if verdict.path:
+    if verdict.path:  # it ends at the figure of the shrinkage
         return verdict.path[-1].fraction
     first = set(single_effects(verdict.first.effects))
     entries = [entry for entry in verdict.shrinkage if first.intersection(single_effects(entry.effects))]

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+from ...diagnosis.parameter_limits import ExceededLimit
 from ...diagnosis.verdict import CORRECTED, NONE, UNKNOWN, Cause, Fitted, FrequencyBand, Shrinkage, TimeWindow, Where
 from ...twin.effects import catalogue
 from ..common.number_format import format_interval, join_words, number, percent, percent_with_range
@@ -83,6 +84,20 @@ def effect_subject(identity: str) -> str:
 def effect_check(identity: str) -> str:
     """What to measure on the bench for an effect; "" where nothing is known."""
     return EFFECT_CHECKS.get(identity, "")
+
+
+#: So many effects of a set are named in a sentence.
+_MOST_NAMES = 3
+#: Behind the names of effects of which at least one acts.
+ALIKE = "which these runs cannot tell apart"
+
+
+def set_name(effects: Sequence[str]) -> str:
+    """A set of effects of which at least one acts, as every sentence, table and chart names it."""
+    names = [effect_subject(identity) for identity in effects]
+    if len(names) > _MOST_NAMES:
+        names = [*names[:_MOST_NAMES], f"{len(names) - _MOST_NAMES} more"]
+    return names[0] if len(names) == 1 else f"{join_words(names, 'or')} ({ALIKE})"
 
 
 def single_effects(names: Iterable[str]) -> tuple[str, ...]:
@@ -169,6 +184,19 @@ def fitted_words(parameter: Fitted) -> str:
     value, low, high = format_interval(*(scale * item for item in (parameter.value, *parameter.ci90)))
     label = parameter_label(parameter.name, parameter.unit)
     return f"{label} = {f'{value} {unit}'.rstrip()} ({low} to {f'{high} {unit}'.rstrip()})"
+
+
+def miss_sentence(exceeded: ExceededLimit) -> str:
+    """What to say of a fitted parameter that is no value of its part."""
+    item = exceeded.parameter
+    unit, scale = shown_unit(item.unit)
+    value, limit = (f"{number(scale * size)} {unit}".rstrip() for size in (exceeded.value, exceeded.limit))
+    where = f"beyond its range, which ends at {limit}" if exceeded.is_beyond else f"at the end of its range ({limit})"
+    subject = f"{parameter_label(item.name, item.unit)} of {effect_subject(exceeded.effect)}"
+    return (
+        f"The {subject} is fitted as {value}, {where}: this is a miss of the law and not a value, and is not offered "
+        "for adoption."
+    )
 
 
 def spell_sets(text: str) -> str:

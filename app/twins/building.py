@@ -19,6 +19,7 @@ from ...twin.chain import Twin, default_lines
 from ...twin.contact.prior import PriorContact
 from ...twin.coupled_contact import CoupledContact
 from ...twin.effects import Effect, checked_effects
+from ...twin.gun.averaged import AveragedGunStage
 from ...twin.gun.shot import GunEffect
 from ...twin.gun.stage import GunStage
 from ...twin.plate.stage import PlateSpread, PlateStage
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from ...twin.contact_interface import ContactStage
     from ...twin.measured_shots import MeasuredShots
     from ...twin.plate.modal import ModalPlate
+    from .adopted_effects import GunChoices
 
 #: Without a model: what is likely of the contact, narrowed by measured shots (`PriorContact`).
 PRIOR = "prior"
@@ -143,6 +145,7 @@ def _built(
     if request.modes is not None:
         bench = with_modes(bench, request.modes)
     plate = _material_named(materials, request.plate or bench.plate_material)
+    by_hand = request.effects
     adopted, adopted_notes = _adopted(session, bench, request)
     adopted_contact = tuple(effect for effect in adopted if effect.stage() == "contact")
     request = replace(request, effects=(*request.effects, *(e for e in adopted if e not in adopted_contact)))
@@ -151,7 +154,9 @@ def _built(
         shots = _shots(session, recorded, materials, plates.sensors, request)
     shots = shots.without(sorted(request.without_configurations))
     same_gun = request.learn and bench.gun == recorded.gun
-    gun, gun_note = _gun(session, bench, request, recorded.campaign if same_gun else None)
+    taught_by = recorded.campaign if same_gun else None
+    choices = _gun_choices(session, bench, replace(request, effects=by_hand))
+    gun, gun_note = _averaged_gun(session, bench, request, taught_by, choices)
     contact, contact_note = _contact(session, db, bench, request, adopted_contact)
     contact = taught_contact(contact, shots)
     if request.coupled:
@@ -209,6 +214,15 @@ def _adopted(session: Session | None, bench: Bench, request: TwinRequest) -> tup
     return effects_in_use(session, bench.campaign, request.effects, ("plate",) if other_plate else ())
 
 
+def _gun_choices(session: Session | None, bench: Bench, request: TwinRequest) -> GunChoices:
+    """Effects of the gun that were adopted as a mean; as `_adopted` where they count."""
+    from .adopted_effects import gun_choices_in_use
+
+    if session is None or bench.campaign is None or request.bench is not None or not request.adopted:
+        return ()
+    return gun_choices_in_use(session, bench.campaign, request.effects)
+
+
 def _of_stage(request: TwinRequest, stage: str) -> tuple[Effect, ...]:
     return tuple(effect for effect in request.effects if effect.stage() == stage)
 
@@ -233,6 +247,24 @@ def _gun(
     if session is not None and campaign is not None:
         stage, left_out = taught_gun(session, campaign, stage, request.without_configurations)
     return stage, f"{stage.sentence.rstrip('.')}{left_out}{also}"
+
+
+def _averaged_gun(
+    session: Session | None, bench: Bench, request: TwinRequest, campaign: str | None, choices: GunChoices
+) -> tuple[GunStage | None, str]:
+    """The gun as `_gun` makes it; with `choices` the mean of a gun for each, in the place of the request's effects of
+    the gun."""
+    if not choices:
+        return _gun(session, bench, request, campaign)
+    others = tuple(effect for effect in request.effects if effect.stage() != "gun")
+    guns, notes = [], []
+    for weight, effects in choices:
+        gun, note = _gun(session, bench, replace(request, effects=(*others, *effects)), campaign)
+        if gun is None:
+            return None, note
+        guns.append((weight, gun))
+        notes.append(note)
+    return AveragedGunStage.of(guns), notes[0]
 
 
 def _contact(

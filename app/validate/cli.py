@@ -97,7 +97,7 @@ def validate(
 
 
 def _show(data: dict[str, Any]) -> None:
-    from .validation import failure_lines, reason_lines, score_rows
+    from .validation import adopted_lines, failure_lines, reason_lines, score_rows
 
     click.echo(f"{data['campaign']}: {data['verdict']}")
     click.echo(f"What the predictions had seen: {data['seen']}.")
@@ -106,6 +106,10 @@ def _show(data: dict[str, Any]) -> None:
     if data["failures"]:
         click.echo("\nWhere the predictions fail")
         for line in failure_lines(data):
+            click.echo(f"  {line}")
+    if adopted := adopted_lines(data):
+        click.echo("\nWith the adopted effects")
+        for line in adopted:
             click.echo(f"  {line}")
     for line in reason_lines(data["left_out"]):
         note(f"not compared: {line}")

@@ -23,7 +23,7 @@ from ..web.rendering import page
 from .api import ValidationQuestion, validate_job
 from .job import VALIDATE
 from .report import validation_document
-from .validation import COLUMNS, failure_lines, quantity_words, reason_lines, score_rows
+from .validation import COLUMNS, adopted_lines, failure_lines, quantity_words, reason_lines, score_rows
 
 
 def coverage_figure(data: Mapping[str, Any]) -> Figure:
@@ -156,6 +156,7 @@ def validation(request: Request, job: Key, running: Running) -> Response:
         validation=data,
         columns=COLUMNS,
         rows=list(score_rows(data)),
+        adopted=adopted_lines(data),
         failures=failure_lines(data),
         left_out=reason_lines(data["left_out"]),
         coverage=coverage_figure(data),

@@ -11,7 +11,7 @@ from ..common.number_format import number
 from ..common.quantities import shown_unit
 from ..documents.document import Block, Bullets, ChartRow, Document, Figure, Paragraph, Section, Table
 from ..documents.svg import Curve, band, chart, dots, frame_of, level, line, line_chart, line_keys
-from .validation import COLUMNS, MAIN_COLUMNS, failure_lines, quantity_words, reason_lines, score_rows
+from .validation import COLUMNS, MAIN_COLUMNS, adopted_lines, failure_lines, quantity_words, reason_lines, score_rows
 
 #: Per cent of the ranks in each of the ten bins, of bands that are right.
 _UNIFORM = 10.0
@@ -26,6 +26,7 @@ def validation_document(data: Mapping[str, Any]) -> Document:
             [Bullets(failure_lines(data), "No group of shots is predicted wrong by more than chance.")],
         ),
         Section("Scores", _scores(data)),
+        Section("With the adopted effects", [Bullets(lines, "")] if (lines := adopted_lines(data)) else []),
         Section("Measured beside predicted", _comparisons(data)),
         Section("Ranks of the measured values", _ranks(data)),
         Section("Lines of the spectra", _lines(data["lines"])),

@@ -8,7 +8,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -34,6 +34,7 @@ from ...validation.prediction_scores.shot_comparison import (
     verdict,
 )
 from ..common.number_format import finite, number, percent, percent_range, signed_percent
+from ..twins.adopted_effects import adopted_for
 from ..twins.building import BuiltTwin, TwinRequest, twin_of
 from ..twins.learning import MOST_SHOTS
 from ..twins.measured_shots import read_measured_shots, struck_plate
@@ -82,6 +83,22 @@ def quantity_words(name: str) -> str:
 
 def failure_lines(data: Mapping[str, Any]) -> list[str]:
     return [failure["sentence"] for failure in data["failures"]]
+
+
+def adopted_lines(data: Mapping[str, Any]) -> list[str]:
+    """What effects that diagnoses left to the bench do to the errors; nothing where none is adopted."""
+    adopted = data.get("adopted")
+    if not adopted:
+        return []
+    errors = [
+        f"{quantity_words(row['name'])}: median error {_size(row['without'], row['unit'])} without and "
+        f"{_size(row['with'], row['unit'])} with the adopted effects."
+        for row in adopted["errors"]
+    ]
+    lines = [*adopted["sentences"], *(f"{line[:1].upper()}{line[1:]}" for line in errors)]
+    if adopted["fitted_to_these_shots"]:
+        lines.append("The effects were fitted to these shots: errors with them are smaller than those of new shots.")
+    return lines
 
 
 def reason_lines(reasons: Sequence[str]) -> list[str]:
@@ -167,8 +184,8 @@ def _silent(*_: object) -> None:
 
 @dataclass(frozen=True)
 class ValidationRequest:
-    """As the options of `pyroshock validate`. Effects that diagnoses left to the bench do not act: they were fitted to
-    the shots that are to be predicted."""
+    """As the options of `pyroshock validate`. Effects that diagnoses left to the bench do not act in its scores: they
+    may have been fitted to the shots that are to be predicted."""
 
     campaign: str
     folds: int = FOLDS
@@ -180,23 +197,42 @@ class ValidationRequest:
         if self.folds < 2 or self.draws < 20:
             raise ValueError(f"folds = {self.folds}, draws = {self.draws}: expected 2 folds and 20 draws at least")
 
-    def twin(self, without: Sequence[int] = (), plate: str | None = None) -> TwinRequest:
-        """The twin of the campaign's bench that has not learned from some configurations."""
+    def twin(self, without: Sequence[int] = (), plate: str | None = None, *, adopted: bool = False) -> TwinRequest:
+        """The twin of the campaign's bench that has not learned from some configurations, with adopted effects or
+        without."""
         return TwinRequest(
             campaign=self.campaign,
             contact=self.contact,
             plate=plate,
-            adopted=False,
+            adopted=adopted,
             learn=True,
             without_configurations=frozenset(without),
         )
+
+
+@dataclass(frozen=True)
+class AdoptedErrors:
+    """What adopted effects do to predictions of shots: `sentences` on each version, whether one of them was
+    `fitted_to_these_shots`, and by quantity its unit and the median errors without and with them."""
+
+    sentences: tuple[str, ...]
+    fitted_to_these_shots: bool
+    errors: Mapping[str, tuple[str, float, float]]
+
+    def as_json(self) -> dict[str, Any]:
+        errors = [{"name": name, "unit": unit, "without": a, "with": b} for name, (unit, a, b) in self.errors.items()]
+        return {
+            "sentences": list(self.sentences),
+            "fitted_to_these_shots": self.fitted_to_these_shots,
+            "errors": errors,
+        }
 
 
 @dataclass(frozen=True, eq=False)
 class Validation:
     """What a campaign says of the twin. `seen` says in words what the predictions had seen, `left_out` which shots were
     not compared and why; `folds` is 0 where nothing could be learned from other configurations. `notes` are those of
-    the first fold's twin."""
+    the first fold's twin. `adopted` is None where no effects are adopted for the bench."""
 
     campaign: str
     shots: MeasuredShots
@@ -208,6 +244,7 @@ class Validation:
     left_out: tuple[str, ...]
     notes: tuple[str, ...]
     seconds: float
+    adopted: AdoptedErrors | None = None
 
     @property
     def scores(self) -> list[QuantityScore]:
@@ -226,6 +263,7 @@ class Validation:
                 "folds": self.folds,
                 "left_out": list(self.left_out),
                 "notes": list(self.notes),
+                "adopted": None if self.adopted is None else self.adopted.as_json(),
                 "seconds": self.seconds,
                 "shots": list(shot_rows(self.shots, list(self.comparisons))),
                 "lines": {c.measure.name: line_rows(c) for c in self.comparisons if c.is_spectrum},
@@ -247,8 +285,8 @@ def run_validation(store: Store, db: str, request: ValidationRequest, step: Step
     contacts = _UnseenContacts(store, db)
     notes: list[str] = []
 
-    def twin_without(configurations: Sequence[int], plate: str) -> BuiltTwin:
-        built = twin_of(store, db, request.twin(configurations, plate), shots)
+    def twin_without(configurations: Sequence[int], plate: str, *, adopted: bool = False) -> BuiltTwin:
+        built = twin_of(store, db, request.twin(configurations, plate, adopted=adopted), shots)
         if not notes:
             notes.extend(note for note in built.notes if note)
         twin = contacts.unseen(built, configurations)
@@ -259,6 +297,11 @@ def run_validation(store: Store, db: str, request: ValidationRequest, step: Step
     comparisons = compared_shots(shots, draws, rng)
     if not comparisons:
         raise ValueError(f"no shot of {request.campaign!r} can be compared: {'; '.join(missing[:3]) or 'no quantity'}")
+
+    def with_adopted() -> list[QuantityComparison]:
+        _, adopted_draws, _ = predicted_folds(shots, partial(twin_without, adopted=True), request, step)
+        return compared_shots(shots, adopted_draws, np.random.default_rng([request.seed, 1]))
+
     return Validation(
         campaign=request.campaign,
         shots=shots,
@@ -270,6 +313,27 @@ def run_validation(store: Store, db: str, request: ValidationRequest, step: Step
         left_out=(*left_out, *missing),
         notes=tuple(notes),
         seconds=time.perf_counter() - begun,
+        adopted=_adopted_errors(store, request.campaign, comparisons, with_adopted),
+    )
+
+
+def _adopted_errors(
+    store: Store,
+    campaign: str,
+    without: Sequence[QuantityComparison],
+    with_adopted: Callable[[], Sequence[QuantityComparison]],
+) -> AdoptedErrors | None:
+    """Errors without adopted effects and with them; None where none is adopted, and then nothing is predicted anew."""
+    with store.reading() as session:
+        versions = adopted_for(session, campaign)
+    if not versions:
+        return None
+    errors = {own.score.as_json()["name"]: own.score.as_json() for own in without}
+    after = {own.score.as_json()["name"]: own.score.as_json()["median_abs_error"] for own in with_adopted()}
+    return AdoptedErrors(
+        tuple(version.sentence for version in versions),
+        any(version.campaign == campaign for version in versions),
+        {name: (row["unit"], row["median_abs_error"], after[name]) for name, row in errors.items() if name in after},
     )
 
 

@@ -32,8 +32,6 @@ _DRAWS = 400
 #: Sets beside which something unexplained is looked for.
 _BESIDE = 3
 _Z90 = 1.6449
-#: Probability that the alternatives of an effect have together.
-_CREDIBLE = 0.90
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,21 +212,6 @@ class HypothesisPosterior:
             if weight > _RARE and (frozenset(self.major(fit)) == wanted if fit.laws else not wanted):
                 return fit
         return self.best
-
-    def credible_sets(self) -> list[tuple[str, ...]]:
-        """Of each effect of the best set: itself and what could stand in its place, with 90 % of the probability."""
-        sets = []
-        joint = {frozenset(fit.effects): self.library.log_joint(fit) for fit in self._best_of_effects()}
-        for out in self.best.effects:
-            rest = frozenset(self.best.effects) - {out}
-            options = {
-                name: joint[rest | {name}] for name in self.effects if rest | {name} in joint and name not in rest
-            }
-            names = sorted(options, key=lambda name: -options[name])
-            mass = np.exp(np.array([options[name] for name in names]) - options[names[0]])
-            share = np.cumsum(mass / mass.sum())
-            sets.append(tuple(names[: int(np.searchsorted(share, _CREDIBLE - 1e-9)) + 1]))
-        return sets
 
     def _best_of_effects(self) -> list[SubsetFit]:
         """The likeliest laws of every set of effects, the least likely first."""

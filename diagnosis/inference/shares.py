@@ -35,12 +35,24 @@ _MOST_EXACT, _LEAST_EXACT = 4, 0.05
 
 @dataclass(frozen=True)
 class GapShares:
-    """`share` and `interval` (90 %) by effect id, of the squared gap beyond the noise floor, and of what remains."""
+    """`share` and `interval` (90 %) by effect id, of the squared gap beyond the noise floor, and of what remains.
+
+    `draws` (n, m): shares of the m effects from the posterior over sets, in the order of `share`; `normals` (n, m): the
+    standard normal numbers of their laws' errors.
+    """
 
     share: Mapping[str, float]
     interval: Mapping[str, tuple[float, float]]
     unexplained: float
     unexplained_interval: tuple[float, float]
+    draws: Floats
+    normals: Floats
+
+    def of_set(self, effects: Sequence[str]) -> tuple[float, tuple[float, float]]:
+        """The share of some effects together, with its 90 % interval. Drawn jointly: what one of them gives up to
+        another does not widen it. The set errs as its first effect does."""
+        columns = [list(self.share).index(name) for name in effects]
+        return _with_interval(self.draws[:, columns].sum(axis=1), self.normals[:, columns[0]])
 
 
 def gap_shares(library: ModelLibrary, weights: Floats, floor: float, rng: np.random.Generator) -> GapShares:
@@ -55,15 +67,19 @@ def gap_shares(library: ModelLibrary, weights: Floats, floor: float, rng: np.ran
         exact = place == 0 or (place < _MOST_EXACT and weight > _LEAST_EXACT)
         draws.append(_draws(library.problem, fit, weights, floor, effects, count, rng, exact=exact))
     values = np.concatenate(draws)
-    mean = values.mean(axis=0)
-    # What the laws of the catalogue are off by is not in the posterior of their parameters.
-    wider = share_spread(mean)
-    values = np.clip(values + wider * rng.standard_normal(values.shape), 0.0, 1.0)
-    low, high = np.quantile(values, [0.05, 0.95], axis=0)
-    low, high = np.minimum(low, mean), np.maximum(high, mean)
-    share = {name: float(mean[i]) for i, name in enumerate(effects)}
-    interval = {name: (float(low[i]), float(high[i])) for i, name in enumerate(effects)}
-    return GapShares(share, interval, float(mean[-1]), (float(low[-1]), float(high[-1])))
+    normals = rng.standard_normal(values.shape)
+    rows = [_with_interval(values[:, i], normals[:, i]) for i in range(values.shape[1])]
+    share = {name: mean for name, (mean, _) in zip(effects, rows, strict=False)}
+    interval = {name: ends for name, (_, ends) in zip(effects, rows, strict=False)}
+    return GapShares(share, interval, *rows[-1], values[:, :-1], normals[:, :-1])
+
+
+def _with_interval(draws: Floats, normals: Floats) -> tuple[float, tuple[float, float]]:
+    """Mean of draws (n,) of a share, and its 90 % interval, widened by what laws are off by: that is not in the
+    posterior of their parameters."""
+    mean = draws.mean()
+    low, high = np.quantile(np.clip(draws + share_spread(mean) * normals, 0.0, 1.0), [0.05, 0.95])
+    return float(mean), (float(min(low, mean)), float(max(high, mean)))
 
 
 def share_spread(share: Floats) -> Floats:

@@ -47,6 +47,15 @@ class Observable:
     parts: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, eq=False)
+class PossibleObservables:
+    """What a channel that a campaign lacks would show of its C configurations, under k sets of effects: `predicted`
+    (k, C, d), NaN where there is no answer, and `noise` (d, d), the covariance of one run."""
+
+    predicted: Floats
+    noise: Floats
+
+
 class Stage(ABC):
     """One stage of the bench with its nominal simulator, on one campaign's record.
 
@@ -125,6 +134,20 @@ class Stage(ABC):
     def part_of_observables(self, owner: str, names: Sequence[str]) -> NDArray[np.intp]:  # noqa: ARG002
         """(d,): which of an owner's parts, by their `names`, each observable tells of; -1 for none."""
         raise LookupError(f"the {self.name} has no parts that are called {owner!r}")
+
+    @property
+    def possible_channels(self) -> tuple[str, ...]:
+        """Channels that this campaign did not record and `possible_observables` knows."""
+        return ()
+
+    def possible_observables(
+        self,
+        channel: str,
+        sets: Sequence[Sequence[Effect]],  # noqa: ARG002
+    ) -> PossibleObservables:
+        """What one of `possible_channels` would have shown under each of k sets of effects, one value of a parameter
+        for all configurations or one for each. Raises `LookupError` for another channel."""
+        raise LookupError(f"the {self.name} cannot say what {channel!r} would show")
 
     def nuisances(self) -> dict[str, Floats]:
         """(C, d) by name: what one standard deviation of a nominal parameter that is declared uncertain does."""

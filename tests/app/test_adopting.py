@@ -15,9 +15,30 @@ from pyroshock.app.diagnose import diagnosing
 from pyroshock.app.tune import session as tuning_session
 from pyroshock.app.twins import adopted_effects, learning
 from pyroshock.app.twins import building as twins
-from pyroshock.app.twins.adopted_effects import acts_at, adopt, adopted_for, effects_in_use, fitted
+from pyroshock.app.twins.adopted_effects import (
+    acts_at,
+    adopt,
+    adoptable_names,
+    adopted_for,
+    adoption,
+    configuration_name,
+    effects_in_use,
+    fitted,
+    gun_choices_in_use,
+    offered,
+)
 from pyroshock.app.twins.building import TwinRequest
-from pyroshock.diagnosis.verdict import Verdict
+from pyroshock.app.validate.report import validation_document
+from pyroshock.app.validate.validation import ValidationRequest, adopted_lines, run_validation
+from pyroshock.diagnosis.verdict import (
+    AveragedEffects,
+    Cause,
+    EffectSet,
+    EffectShare,
+    PathStep,
+    Verdict,
+    WeightedEffects,
+)
 from pyroshock.schema.session import Store
 from pyroshock.training.registry.records import DatasetName
 from pyroshock.twin.contact.stage import LawContact
@@ -126,6 +147,113 @@ def test_sets_and_single_effects_of_a_fit_can_be_adopted(wanted, effects, probab
 def test_what_was_not_fitted_is_refused(wanted: str) -> None:
     with pytest.raises(LookupError, match=r"no fit of .*; it has: contact.layer_compliance; gun.valve_flow; none"):
         fitted(verdicts.verdict(), wanted)
+
+
+BORE = effect("gun.barrel_loss", drag_coefficient=3.0)
+
+
+def of_set(*choices: WeightedEffects, campaign: str = "spring", after: float | None = 0.05) -> Verdict:
+    """Valve or bore, which its runs cannot tell apart, and what its choices leave of an error of 0.42."""
+    names = ("gun.barrel_loss", "gun.valve_flow")
+    members = tuple(EffectShare(name, 0.5, 0.45, (0.0, 1.0), 0.8, 1, named=True) for name in names)
+    return verdicts.gun(
+        campaign=campaign,
+        causes=(Cause(names, 0.9, (), (0.53, 0.47)), Cause(("none",), 0.1)),
+        effects=members,
+        sets=(EffectSet(names, 0.98, 0.9, (0.8, 1.0), 0.85),),
+        path=(PathStep(" or ".join(names), 0.05, 0.9),),
+        averaged=AveragedEffects(choices, after),
+        fits={"gun.barrel_loss": (BORE,), "gun.valve_flow": (VALVE,)},
+    )
+
+
+BOTH = (WeightedEffects(0.6, (BORE,), 0.07), WeightedEffects(0.4, (VALVE,), 0.06))
+MEAN = "gun.barrel_loss/gun.valve_flow"
+
+
+def test_mean_of_a_set_is_offered_and_one_of_its_effects_too() -> None:
+    verdict = of_set(*BOTH)
+    best = offered(verdict)
+    assert best is not None and (best.name, best.is_averaged, best.after) == (MEAN, True, 0.05)
+    assert best.probability == 0.98 and best.gun_choices == ((0.6, (BORE,)), (0.4, (VALVE,)))
+    for wanted in (MEAN, "gun.valve_flow/gun.barrel_loss"):
+        assert adoption(verdict, wanted) == best
+    single = adoption(verdict, "gun.valve_flow")
+    assert (single.effects, single.after, single.is_averaged) == ((VALVE,), 0.06, False)
+    assert adoptable_names(verdict) == [MEAN, "gun.barrel_loss", "gun.valve_flow"]
+    with pytest.raises(LookupError, match=r"has no fit of 'gun\.valve_flow/gun\.blow_by'"):
+        adoption(verdict, "gun.valve_flow/gun.blow_by")
+
+
+def test_effects_of_sensors_are_not_averaged_but_the_best_predictor_is_offered() -> None:
+    choices = (WeightedEffects(0.6, (VALVE,), 0.07), WeightedEffects(0.4, (GAIN,), 0.06))
+    best = offered(of_set(*choices))
+    assert best is not None and (best.name, best.effects, best.after) == (GAIN.id, (GAIN,), 0.06)
+    assert best.reason == "which predicts best on configurations that the fit has not seen"
+
+
+def test_fit_that_no_part_has_is_refused_and_not_listed(store: Store) -> None:
+    wild = effect("gun.barrel_loss", drag_coefficient=21.7)
+    verdict = replace(
+        of_set(replace(BOTH[1], weight=1.0)), fits={"gun.barrel_loss": (wild,), "gun.valve_flow": (VALVE,)}
+    )
+    assert adoptable_names(verdict) == ["gun.valve_flow"]
+    with pytest.raises(
+        ValueError, match=r"gun.barrel_loss is not adopted: drag_coefficient = 21.7 lies beyond its range"
+    ):
+        adopt(store, verdict, "gun.barrel_loss")
+    assert used(store, "spring") == []
+    nothing = replace(verdict, averaged=None)
+    assert offered(nothing) is None and adoptable_names(nothing) == ["gun.valve_flow"]
+
+
+@pytest.mark.usefixtures("quick_twins")
+def test_mean_is_kept_and_predicts_between_its_effects(store: Store, lab: str) -> None:
+    row = adopt(store, of_set(*BOTH), MEAN)
+    assert configuration_name(row.configuration) == "the mean of gun.barrel_loss and gun.valve_flow"
+    with store.reading() as session:
+        (found,) = adopted_for(session, "summer")
+        assert gun_choices_in_use(session, "spring") == ((0.6, (BORE,)), (0.4, (VALVE,)))
+        assert gun_choices_in_use(session, "spring", (verdicts.LEAK,)) == ()
+    assert found.effects == (BORE,) and found.gun_choices == ((0.6, (BORE,)), (0.4, (VALVE,)))
+    assert found.note.startswith("with the mean of gun.barrel_loss and gun.valve_flow (adopted 2")
+    error = "the model error was 42 times the tolerance without and 5 times with what was adopted"
+    assert found.note.endswith(f"On configurations that the fit had not seen, {error}")
+
+    def velocity(**given: object) -> float:
+        built = twins.twin_of(store, lab, TwinRequest(campaign="spring", contact="hertz", learn=False, **given))
+        tip = {"tip": built.material("steel"), "tip_radius_m": 0.03}
+        shot = built.setting(tank_pressure_pa=5e5, impactor_mass_kg=0.5, **tip)
+        return float(built.twin.velocities([shot])[0])
+
+    mean = velocity()
+    parts = [velocity(effects=(own,), adopted=False) for own in (BORE, VALVE)]
+    assert mean == pytest.approx(0.6 * parts[0] + 0.4 * parts[1], rel=1e-9)
+    assert abs(parts[0] - parts[1]) > 0.01 * mean
+    # An effect of the gun by hand goes before the mean, and none goes back.
+    assert velocity(effects=(BORE,)) != pytest.approx(mean, rel=1e-3)
+    adopt(store, of_set(*BOTH), "none")
+    assert velocity() == velocity(adopted=False)
+
+
+@pytest.mark.usefixtures("quick_twins")
+def test_validation_shows_the_errors_without_and_with_what_was_adopted(store: Store, lab: str) -> None:
+    request = ValidationRequest("spring", folds=2, draws=20, contact="hertz")
+    assert run_validation(store, lab, request).as_json()["adopted"] is None
+    adopt(store, of_set(*BOTH), MEAN)
+    data = run_validation(store, lab, request).as_json()
+    (row,) = [row for row in data["adopted"]["errors"] if row["name"] == "velocity"]
+    score = next(score for score in data["quantities"] if score["name"] == "velocity")
+    assert row["without"] == score["median_abs_error"] and row["with"] != row["without"]
+    lines = adopted_lines(data)
+    assert lines[0].startswith("Version 1, from the diagnosis of spring, has the mean of gun.barrel_loss and gun.valve")
+    assert "5 times with what was adopted." in lines[0] and lines[-1].startswith(
+        "The effects were fitted to these shots"
+    )
+    assert any(line.startswith("Impact velocity: median error") for line in lines)
+    other = run_validation(store, lab, replace(request, campaign="summer")).as_json()
+    assert not other["adopted"]["fitted_to_these_shots"]
+    assert "With the adopted effects" in [section.title for section in validation_document(data).sections]
 
 
 def test_two_at_once_keep_both(database_url: str, tmp_path: Path) -> None:

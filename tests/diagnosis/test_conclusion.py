@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis import conclusion
+from pyroshock.diagnosis import conclusion, effect_sets
 from pyroshock.diagnosis.diagnose import Options, diagnose
 from pyroshock.diagnosis.options import first_entry_probability
 from pyroshock.diagnosis.record import CampaignRecord
@@ -156,13 +156,13 @@ def test_what_the_first_entry_loses_and_gains_have_closed_forms():
     assert table[(UNKNOWN,)] == pytest.approx(1 - 0.99 * first_entry_probability(1.0, ("a",), 1.0))
     # (sqrt 9 - sqrt 4) / (sqrt 16 - sqrt 1); configurations that are alike leave no standard error.
     held = _held(before=16.0, floor=1.0)
-    value, error = conclusion._gain(held, np.full(5, 9.0), np.full(5, 4.0))
+    value, error = effect_sets._gain(held, np.full(5, 9.0), np.full(5, 4.0))
     assert value == pytest.approx((3 - 2) / (4 - 1))
     assert error == pytest.approx(0.0, abs=1e-12)
     # Of a mean it is the textbook's standard error: here roots that are nearly linear.
     held, rng = _held(before=100.0, floor=1.0, count=40), np.random.default_rng(0)
     less = 50 + 0.1 * rng.standard_normal(40)
-    _, error = conclusion._gain(held, less, np.full(40, 4.0))
+    _, error = effect_sets._gain(held, less, np.full(40, 4.0))
     slope = 0.5 / np.sqrt(50) / (10 - 1)
     assert error == pytest.approx(slope * less.std(ddof=1) / np.sqrt(40), rel=0.02)
 
@@ -188,6 +188,7 @@ CONTRACT = {
     },
     "causes": [{"effects": [str], "probability": float}],
     "shrinkage": [{"effects": [str], "held_out_by": str, "before": float, "after": float}],
+    "sets": [{"effects": [str], "inclusion": float, "share": float, "ci90": [float], "held_out_gain": float}],
     "effects": [
         {
             "effect": str,

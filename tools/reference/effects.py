@@ -22,7 +22,7 @@ def _section(kind: type[Effect]) -> str:
     ]
     if kind.regimes:
         facts.append(f"- looked for in turn: {'; '.join(', '.join(map(code, names)) for names in kind.regimes)}")
-    header = ["parameter", "meaning", "unit", "range", "default", "off", "looked for in"]
+    header = ["parameter", "meaning", "unit", "range", "default", "off", "looked for in", "plausible"]
     return joined(f"## {kind.id}", prose(kind.__doc__), "\n".join(facts), table(header, rows))
 
 
@@ -36,4 +36,5 @@ def _row(item: Parameter) -> tuple[str, ...]:
         f"{item.default:g}",
         f"{item.off:g}",
         likely,
+        f"{item.plausible[0]:g} to {item.plausible[1]:g}" if item.plausible else "",
     )

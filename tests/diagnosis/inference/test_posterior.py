@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 from pyroshock.diagnosis.gap import GapMetric, GapTable
+from pyroshock.diagnosis.inference.credible_sets import credible_sets, inclusion
 from pyroshock.diagnosis.inference.model_search import ModelLibrary, fit_sets
 from pyroshock.diagnosis.inference.posterior import (
     HypothesisPosterior,
@@ -166,12 +167,15 @@ def test_effects_that_do_the_same_are_one_credible_set():
     response = 3 * np.random.default_rng(0).standard_normal((2, COUNT))
     responses = np.array([response[0], response[0], response[1]])
     posterior = linear_posterior(responses, response[0], [[f"gun.linear_{i}"] for i in range(3)])
-    (own,) = posterior.credible_sets()
+    weighted = [(frozenset(fit.effects), weight) for fit, weight in posterior.weighted]
+    (own,) = credible_sets(weighted)
     assert set(own) == {"gun.linear_0", "gun.linear_1"}
+    assert inclusion(weighted, own) > 0.9
     assert posterior.inclusion("gun.linear_0") == pytest.approx(0.5, abs=0.05)
     responses = 3 * np.random.default_rng(0).standard_normal((3, COUNT))
     posterior = linear_posterior(responses, responses[1], [[f"gun.linear_{i}"] for i in range(3)])
-    assert posterior.credible_sets() == [("gun.linear_1",)]
+    weighted = [(frozenset(fit.effects), weight) for fit, weight in posterior.weighted]
+    assert credible_sets(weighted) == [("gun.linear_1",)]
 
 
 def test_more_unexplained_evidence_makes_unknown_likelier():

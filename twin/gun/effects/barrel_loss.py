@@ -28,9 +28,17 @@ class BarrelLoss(GunEffect):
         "Darcy's, of the bore", "", default=0.02, low=0.0, high=1.0, off=0.0, likely=(0.0, 0.1)
     )
     # Likely: 1 in the open; many times that in a tube, where the air ahead has nowhere to go but out of the barrel. As
-    # wide as a valve's steady loss: the two laws are one, and none may be preferred for its range.
+    # wide as a valve's steady loss: the two laws are one, and none may be preferred for its range. Plausible: the air
+    # ahead that fills the bore costs f L / D, at most 0.04 over 100 diameters, and 1 at the muzzle (White, ch. 6).
     drag_coefficient: Value = parameter(
-        "of the projectile, on its cross section", "", default=1.0, low=0.0, high=1e4, off=0.0, likely=(0.0, 300.0)
+        "of the projectile, on its cross section",
+        "",
+        default=1.0,
+        low=0.0,
+        high=1e4,
+        off=0.0,
+        likely=(0.0, 300.0),
+        plausible=(0.0, 5.0),
     )
 
     # Likely: a sharp entrance 0.5, bends and reducers up to some tens (Idelchik, ch. 3 to 6)

@@ -30,6 +30,7 @@ class SlidingFriction(GunEffect):
         high=10.0,
         off=0.0,
         likely=(0.0, 3.0),
+        plausible=(0.0, 1.0),
         owner="bullet",
     )
     # Likely: O-rings drag by some tenths of a newton per mm of their length, up to 60 N in 50 mm of bore.

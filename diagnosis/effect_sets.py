@@ -1,0 +1,263 @@
+"""The sets of effects that a report calls causes: what they take away held out, in what order, and what would tell
+their members apart.
+
+An effect that these runs cannot tell from another is named together with it. What a set predicts is the mean of what
+its effects predict, by their probabilities: no single one of them is established.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..array_types import Floats
+from ..twin.effects import Effect
+from .gap_reduction import FoldCorrections
+from .inference.credible_sets import credible_sets, inclusion
+from .inference.held_out import set_predictions
+from .inference.model_search import TEMPER, fit_sets
+from .inference.posterior import HypothesisPosterior, common_effects, fitted_effects
+from .inference.shares import GapShares
+from .inference.subset_fit import SubsetFit
+from .observables.base import PossibleObservables, Stage
+from .parameter_limits import exceeded_limits
+from .verdict import OTHERS, AveragedEffects, EffectSet, PathStep, SettledBy, WeightedEffects, set_name
+
+#: A set with less of the squared gap than this is no cause.
+_LEAST_SHARE = 0.02
+#: Choices of one effect from each set whose predictions are averaged, at most, and the least weight of one.
+_MOST_CHOICES, _LEAST_WEIGHT = 4, 0.05
+#: What the effects of no set take away is a step of its own from this fraction on.
+_LEAST_STEP = 0.005
+#: A channel tells two effects apart from this d' on.
+_TOLD_APART = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class EstablishedSets:
+    """`sets` by falling share. `gains` by effect of the catalogue: by how much the fraction that goes is larger with it
+    on configurations that it was not fitted to, in the place of the others of its set. `choices`: one effect of each
+    set, as they were fitted together, with their weights, the likeliest first."""
+
+    sets: tuple[EffectSet, ...]
+    gains: Mapping[str, float]
+    path: tuple[PathStep, ...]
+    choices: tuple[tuple[SubsetFit, float], ...]
+    averaged: AveragedEffects | None
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        return tuple(name for own in self.sets for name in own.effects)
+
+    def number_of(self, effect: str) -> int | None:
+        """The number of an effect's set, from 1; None for an effect of no set."""
+        return next((i for i, own in enumerate(self.sets, start=1) if effect in own.effects), None)
+
+
+def established_sets(
+    posterior: HypothesisPosterior, shares: GapShares, held: FoldCorrections | None, stages: Sequence[Stage]
+) -> EstablishedSets:
+    """The sets that probably act, make a part of the gap, and predict what they have not seen. `held` is what was held
+    out by configuration; None where there are too few configurations, and then nothing is asked of predictions."""
+    weighted = [(frozenset(fit.effects), weight) for fit, weight in posterior.weighted]
+    groups = credible_sets(weighted)
+    gains, of_groups = _held_out_gains(posterior, held, groups)
+    sets = []
+    for group in groups:
+        gain, error = of_groups.get(group, (np.inf, 0.0))
+        share, interval = shares.of_set(group)
+        if gain > error and share >= _LEAST_SHARE:
+            measured_gain = gain if np.isfinite(gain) else 0.0
+            own = EffectSet(group, inclusion(weighted, group), share, interval, measured_gain)
+            sets.append(replace(own, settled_by=_settled_by(posterior, group, stages)))
+    sets.sort(key=lambda own: -own.share)
+    # Without a set that is established, what the likeliest effects would take still says how near they come.
+    steps = [own.effects for own in sets] or [(name,) for name in posterior.major(posterior.best)]
+    choices = [_choices(posterior, [name for own in steps[: i + 1] for name in own]) for i in range(len(steps))]
+    tables: dict[tuple[str, ...], Floats] = {}
+    if held is not None:
+        fits = {fit.key: fit for own in choices for fit, _ in own}
+        tables = dict(zip(fits, _unseen(posterior, held, list(fits.values())), strict=True))
+    path = _path(held, steps, choices, tables) if held is not None and steps else ()
+    chosen = tuple(choices[-1]) if sets else ()
+    return EstablishedSets(tuple(sets), gains, path, chosen, _averaged(chosen, held, tables))
+
+
+def _held_out_gains(
+    posterior: HypothesisPosterior, held: FoldCorrections | None, groups: Sequence[tuple[str, ...]]
+) -> tuple[dict[str, float], dict[tuple[str, ...], tuple[float, float]]]:
+    """By effect the fraction that it adds held out, and by set the same with its standard error; 0 without a gap.
+
+    An effect of a set takes the place of the others there: beside them it would add nothing. Others are left out of the
+    likeliest set, or added to it.
+    """
+    if held is None:
+        return {}, {}
+    if not held.is_gap:
+        return dict.fromkeys(posterior.effects, 0.0), dict.fromkeys(groups, (0.0, 0.0))
+    best = frozenset(posterior.best.effects)
+    rest_of = {group: best - set(group) for group in groups}
+    several = [group for group in groups if len(group) > 1]
+    wanted = [own for group in several for own in (rest_of[group], *(rest_of[group] | {m} for m in group))]
+    _fit_missing(posterior, wanted)
+    fit_of = best_by_effects(posterior)
+    flipped = {name: fit_of.get(best ^ {name}) for name in posterior.effects}
+    fits = {fit.key: fit for fit in [posterior.best, *(fit for fit in flipped.values() if fit is not None)]}
+    fits |= {fit_of[own].key: fit_of[own] for own in wanted}
+    tables = dict(zip(fits, _unseen(posterior, held, list(fits.values())), strict=True))
+    squares = {key: held.squares(table) for key, table in tables.items()}
+
+    gains: dict[str, float] = {}
+    of_groups: dict[tuple[str, ...], tuple[float, float]] = {}
+    for name, other in flipped.items():
+        of_groups[(name,)] = (0.0, 0.0)
+        if other is not None:
+            without, acting = (other, posterior.best) if name in best else (posterior.best, other)
+            of_groups[(name,)] = _gain(held, squares[without.key], squares[acting.key])
+        gains[name] = of_groups[(name,)][0]
+    for group in several:
+        rest = fit_of[rest_of[group]]
+        members = [fit_of[rest_of[group] | {name}] for name in group]
+        joint = TEMPER * np.array([posterior.library.log_joint(fit) for fit in members])
+        weights = np.exp(joint - joint.max())
+        mean = np.tensordot(weights / weights.sum(), [tables[fit.key] for fit in members], axes=1)
+        of_groups[group] = _gain(held, squares[rest.key], held.squares(mean))
+        gains |= {n: _gain(held, squares[rest.key], squares[f.key])[0] for n, f in zip(group, members, strict=True)}
+    return gains, {group: of_groups[group] for group in groups}
+
+
+def _gain(held: FoldCorrections, without: Floats, with_effect: Floats) -> tuple[float, float]:
+    """Difference of the roots over the room, and its jackknife standard error over configurations."""
+    before, floor = held.squares(), held.gaps.floor[held.split.held_out]
+
+    def value(rows: NDArray[np.bool_]) -> float:
+        room = np.sqrt(before[rows].mean()) - np.sqrt(floor[rows].mean())
+        return float((np.sqrt(without[rows].mean()) - np.sqrt(with_effect[rows].mean())) / max(room, 1e-9))
+
+    everything = np.ones(len(before), dtype=bool)
+    left_out = np.array([value(everything & (np.arange(len(before)) != i)) for i in range(len(before))])
+    count = len(before)
+    return value(everything), float(np.sqrt((count - 1) / count * np.sum((left_out - left_out.mean()) ** 2)))
+
+
+def _path(
+    held: FoldCorrections,
+    steps: Sequence[tuple[str, ...]],
+    choices: Sequence[Sequence[tuple[SubsetFit, float]]],
+    tables: Mapping[tuple[str, ...], Floats],
+) -> tuple[PathStep, ...]:
+    """Sets added one by one, largest share first, held out, up to what all effects of the fit take: the last figure is
+    that of the shrinkage."""
+    path = [_step(set_name(own), held, _mean(some, tables)) for own, some in zip(steps, choices, strict=True)]
+    whole = _step(OTHERS, held, held.correction)
+    if _has_others(held, {name for own in steps for name in own}) and _differ(path[-1].fraction, whole.fraction):
+        return (*path, whole)
+    return (*path[:-1], replace(whole, added=path[-1].added))
+
+
+def _mean(choices: Sequence[tuple[SubsetFit, float]], tables: Mapping[tuple[str, ...], Floats]) -> Floats:
+    """(C, D): the mean prediction of choices whose weights need not sum to one."""
+    total = sum(weight for _, weight in choices)
+    return np.asarray(np.sum([weight / total * tables[fit.key] for fit, weight in choices], axis=0))
+
+
+def _averaged(
+    choices: Sequence[tuple[SubsetFit, float]], held: FoldCorrections | None, tables: Mapping[tuple[str, ...], Floats]
+) -> AveragedEffects | None:
+    """Of the choices whose parameters are values that the parts can have."""
+    kept = [(fit, weight) for fit, weight in choices if not exceeded_limits(common_effects(fit))]
+    if not kept:
+        return None
+
+    def after(some: Sequence[tuple[SubsetFit, float]]) -> float | None:
+        return None if held is None else _root(held, _mean(some, tables))
+
+    total = sum(weight for _, weight in kept)
+    rows = [WeightedEffects(weight / total, common_effects(fit), after([(fit, weight)])) for fit, weight in kept]
+    return AveragedEffects(tuple(rows), after(kept))
+
+
+def _step(added: str, held: FoldCorrections, correction: Floats) -> PathStep:
+    return PathStep(added, _root(held, correction), held.fraction(correction))
+
+
+def _root(held: FoldCorrections, correction: Floats) -> float:
+    """The gap that a correction leaves held out."""
+    return float(np.sqrt(held.squares(correction).mean()))
+
+
+def _has_others(held: FoldCorrections, effects: Collection[str]) -> bool:
+    return any(name not in effects for fold in held.folds for fit in fold.fits for name in fit.effects)
+
+
+def _differ(a: float, b: float) -> bool:
+    return not abs(a - b) < _LEAST_STEP
+
+
+def _choices(posterior: HypothesisPosterior, effects: Collection[str]) -> list[tuple[SubsetFit, float]]:
+    """What the likely sets have of some effects, fitted by itself, with weights that sum to one, the largest first."""
+    mass: dict[frozenset[str], float] = {}
+    for fit, weight in posterior.weighted:
+        if own := frozenset(fit.effects) & set(effects):
+            mass[own] = mass.get(own, 0.0) + weight
+    likely = sorted((mass or {frozenset(effects): 1.0}).items(), key=lambda item: -item[1])
+    kept = [(own, weight) for own, weight in likely[:_MOST_CHOICES] if weight >= _LEAST_WEIGHT * likely[0][1]]
+    _fit_missing(posterior, [own for own, _ in kept])
+    fit_of, total = best_by_effects(posterior), sum(weight for _, weight in kept)
+    return [(fit_of[own], weight / total) for own, weight in kept]
+
+
+def best_by_effects(posterior: HypothesisPosterior) -> dict[frozenset[str], SubsetFit]:
+    """The likeliest fit, over laws, of every set of effects that was fitted."""
+    ranked = sorted(posterior.library.fits.values(), key=posterior.library.log_joint)
+    return {frozenset(fit.effects): fit for fit in ranked}
+
+
+def _fit_missing(posterior: HypothesisPosterior, sets: Sequence[frozenset[str]]) -> None:
+    there = {frozenset(fit.effects) for fit in posterior.library.fits.values()}
+    missing = dict.fromkeys(own for own in sets if own not in there)
+    fit_sets(posterior.problem, posterior.library, [sorted(own) for own in missing])
+
+
+def _unseen(posterior: HypothesisPosterior, held: FoldCorrections, fits: Sequence[SubsetFit]) -> list[Floats]:
+    """By set (C, D): what it predicts of each configuration, fitted to the folds that do not have it."""
+    tables = [set_predictions(posterior.library, fold.training, fits) for fold in held.folds]
+    return [held.unseen(held.gaps.over_scale(np.array(own))) for own in zip(*tables, strict=True)]
+
+
+def _settled_by(posterior: HypothesisPosterior, group: Sequence[str], stages: Sequence[Stage]) -> SettledBy | None:
+    """Of the channels that were not recorded, the one that tells every two effects of a set apart by most."""
+    if len(group) < 2 or not any(stage.possible_channels for stage in stages):
+        return None
+    rest = frozenset(posterior.best.effects) - set(group)
+    members = [rest | {name} for name in group]
+    _fit_missing(posterior, members)
+    fit_of = best_by_effects(posterior)
+    sets = [fitted_effects(fit_of[own]) for own in members]
+    options = [SettledBy(channel, least_distance(own)) for channel, own in _possible(stages, sets)]
+    best = max(options, key=lambda own: own.d_prime)
+    return best if best.d_prime >= _TOLD_APART else None
+
+
+def _possible(stages: Sequence[Stage], sets: Sequence[Sequence[Effect]]) -> Iterator[tuple[str, PossibleObservables]]:
+    for stage in stages:
+        for channel in stage.possible_channels:
+            yield channel, stage.possible_observables(channel, sets)
+
+
+def least_distance(observables: PossibleObservables) -> float:
+    """The least d' between any two of the k sets: the root of the squared difference of their predictions, whitened by
+    the noise of one run in each configuration. What one of them does not answer says nothing."""
+    from scipy.linalg import cholesky, solve_triangular
+
+    lower = cholesky(observables.noise, lower=True)
+    white = solve_triangular(lower, np.eye(len(lower)), lower=True)
+    differences = (first - second for first, second in itertools.combinations(observables.predicted, 2))
+    return min(float(np.linalg.norm(np.nan_to_num(difference) @ white.T)) for difference in differences)
+
+
+__all__ = ["EstablishedSets", "best_by_effects", "established_sets", "least_distance"]
