@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .effect_sets import EstablishedSets, best_by_effects, established_sets
-from .gap_reduction import FoldCorrections
+from .gap_reduction import FoldCorrections, Gaps
 from .inference.posterior import HypothesisPosterior, fitted_effects, fitted_parameters
 from .inference.shares import GapShares
 from .inference.subset_fit import SubsetFit
+from .observable_families import family_columns, family_gaps
 from .observables.base import Stage
 from .options import UnknownMap, first_entry_probability
 from .verdict import NONE, UNKNOWN, Cause, EffectSet, EffectShare, Unexplained
@@ -46,13 +47,15 @@ def conclude(
 ) -> Conclusion:
     """`held` is what was held out by configuration; None where there are too few configurations. `stages` say what
     channels that were not recorded would show."""
-    established = established_sets(posterior, shares, held, stages)
+    judged = _by_families(posterior, held)
+    established = established_sets(posterior, shares, held, judged, stages)
     listed = _listed_sets(posterior, [own for own in established.sets if own.share >= _LEAST_LISTED])
     causes_in_catalogue, p_unknown = _known_causes(posterior, *listed), 0.0
     first_evidence = causes_in_catalogue[0].probability
     if _large(posterior):
-        fraction, remaining_gap = _held_out_figures(posterior, held)
-        p_unknown = unknown(posterior.log_odds_unknown, fraction, remaining_gap, posterior.none_probability)
+        fraction = judged.fraction(judged.correction) if judged is not None and judged.is_gap else None
+        remaining_gap = None if held is None else _remaining_gap(posterior, held)
+        p_unknown = unknown(posterior.log_odds_unknown, fraction, remaining_gap, posterior.within_probability)
         causes_in_catalogue = _weighed(causes_in_catalogue, fraction)
     causes = _listed(causes_in_catalogue, p_unknown)
     if causes[0].effects == (UNKNOWN,):
@@ -68,21 +71,35 @@ def conclude(
 
 
 def _large(posterior: HypothesisPosterior) -> bool:
-    """Whether there is a gap beyond noise and tolerance to be explained."""
-    return posterior.metric.size(posterior.gap).beyond_noise or posterior.none_probability < 0.5
+    """Whether some family of observables has a gap beyond noise and tolerance to be explained."""
+    return any(family.beyond_noise for family in family_gaps(posterior.gap)) or posterior.none_probability < 0.5
 
 
-def _held_out_figures(
-    posterior: HypothesisPosterior, held: FoldCorrections | None
-) -> tuple[float | None, float | None]:
-    """The fraction of the gap that goes held out, where there is one to shrink, and what is left of it beyond the noise
-    floor, in tolerances."""
-    if held is None:
-        return None, None
-    remaining_square = held.squares(held.correction).mean() - held.gaps.floor[held.split.held_out].mean()
-    tolerance = posterior.metric.size(posterior.gap).tolerance
-    fraction = held.fraction(held.correction) if held.is_gap else None
-    return fraction, float(np.sqrt(max(remaining_square, 0.0)) / tolerance)
+def _by_families(posterior: HypothesisPosterior, held: FoldCorrections | None) -> FoldCorrections | None:
+    """What was held out, by the size of the gap; where that is within tolerance and some family of observables is not,
+    by the families that are not, each counted alike, in tolerances."""
+    gap = posterior.gap
+    families = {item.family for item in family_gaps(gap) if item.beyond_noise}
+    if held is None or not families or posterior.metric.size(gap).beyond_noise:
+        return held
+    columns = [own for name, own in family_columns(gap).items() if name in families]
+    scale = np.full(len(gap.observables), np.inf)
+    for own in columns:
+        scale[own] = gap.tolerance[own] * np.sqrt(len(own) * len(columns) / sum(map(len, columns)))
+    scales = {name: scale[gap.columns(name)] for name in gap.stages}
+    gaps = Gaps.of(posterior.problem.simulator.stages, scales)
+    tables = np.array([fold.averaged for fold in held.folds])
+    return replace(held, gaps=gaps, corrections=gaps.over_scale(tables))
+
+
+def _remaining_gap(posterior: HypothesisPosterior, held: FoldCorrections) -> float:
+    """What sets of effects leave held out beyond the noise floor, in tolerances, of the family of observables of which
+    they leave most."""
+    gap, table = posterior.gap, held.unseen(np.array([fold.averaged for fold in held.folds]))
+    rows = held.split.held_out
+    excess = ((gap.mean - table) ** 2 - gap.floor_variance)[rows] / gap.tolerance**2
+    squares = [float(np.nanmean(excess[:, columns])) for columns in family_columns(gap).values()]
+    return float(np.sqrt(max(0.0, *squares)))
 
 
 def _listed_sets(
@@ -124,21 +141,29 @@ def _known_causes(
 
 def _weighed(entries: Sequence[Cause], fraction: float | None) -> list[Cause]:
     """The first entry with the probability that such entries are right by experience, and the others with what it
-    leaves, in proportion. Where there are next to no others, what it leaves is nobody's."""
+    leaves, in proportion; but "none" keeps its own where it is not the first: other sets that may act do not make it
+    likelier. Where there are next to no others, what it leaves is nobody's."""
     first, *others = entries
     effects = () if first.effects == (NONE,) else tuple(first.effects[0].split("+"))
-    p, rest = first_entry_probability(first.probability, effects, fraction), sum(entry.probability for entry in others)
+    p = first_entry_probability(first.probability, effects, fraction)
+    none = [entry for entry in others if entry.effects == (NONE,)]
+    others = [entry for entry in others if entry.effects != (NONE,)]
+    whole, rest = 1 - sum(entry.probability for entry in none), sum(entry.probability for entry in others)
+    p = min(p, whole)
     if rest < _LISTED:
-        return [replace(first, probability=p), *others]
+        return [replace(first, probability=p), *others, *none]
     second = others[0].probability / rest  # the first stays first
-    p = max(p, second / (1 + second))
-    scaled = [replace(entry, probability=entry.probability * (1 - p) / rest) for entry in others]
-    return [replace(first, probability=p), *scaled]
+    p = max(p, whole * second / (1 + second))
+    scaled = [replace(entry, probability=entry.probability * (whole - p) / rest) for entry in others]
+    return [replace(first, probability=p), *scaled, *none]
 
 
 def _listed(causes: Sequence[Cause], p_unknown: float) -> tuple[Cause, ...]:
-    """Entries by falling probability, of sum one."""
-    entries = [replace(entry, probability=entry.probability * (1 - p_unknown)) for entry in causes]
+    """Entries by falling probability, of sum one; `p_unknown` given that the gap is more than a background."""
+    entries = [
+        entry if entry.effects == (NONE,) else replace(entry, probability=entry.probability * (1 - p_unknown))
+        for entry in causes
+    ]
     entries.append(Cause((UNKNOWN,), max(1 - sum(entry.probability for entry in entries), 0.0)))
     kept = [entry for entry in entries if entry.probability >= _LISTED or entry.effects[0] in (NONE, UNKNOWN)]
     total = sum(entry.probability for entry in kept) or 1.0

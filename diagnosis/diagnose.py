@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -26,6 +27,7 @@ from .localisation.factor_regions import factor_regions
 from .localisation.stages import stage_notes, stage_shares
 from .localisation.windows import amplitude_residual_db, frequency_bands, time_windows
 from .next_runs import next_runs
+from .observable_families import family_gaps
 from .observables.base import Stage
 from .observables.contact.stage import ContactObservables, pulse_residuals
 from .options import Options
@@ -128,7 +130,7 @@ def _verdict(record: CampaignRecord, options: Options, progress: Progress, draw:
     return Verdict(
         campaign=record.name,
         simulator=" | ".join(stage.simulator for stage in stages),
-        gap=posterior.metric.size(gap),
+        gap=replace(posterior.metric.size(gap), families=family_gaps(gap)),
         where=where,
         causes=conclusion.causes,
         shrinkage=entries if options.shrink else (),

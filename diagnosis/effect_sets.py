@@ -59,13 +59,18 @@ class EstablishedSets:
 
 
 def established_sets(
-    posterior: HypothesisPosterior, shares: GapShares, held: FoldCorrections | None, stages: Sequence[Stage]
+    posterior: HypothesisPosterior,
+    shares: GapShares,
+    held: FoldCorrections | None,
+    judged: FoldCorrections | None,
+    stages: Sequence[Stage],
 ) -> EstablishedSets:
     """The sets that probably act, make a part of the gap, and predict what they have not seen. `held` is what was held
-    out by configuration; None where there are too few configurations, and then nothing is asked of predictions."""
+    out by configuration; None where there are too few configurations, and then nothing is asked of predictions.
+    `judged`: the same, over the families of observables by which sets are judged."""
     weighted = [(frozenset(fit.effects), weight) for fit, weight in posterior.weighted]
     groups = credible_sets(weighted)
-    gains, of_groups = _held_out_gains(posterior, held, groups)
+    gains, of_groups = _held_out_gains(posterior, judged, groups)
     sets = []
     for group in groups:
         gain, error = of_groups.get(group, (np.inf, 0.0))

@@ -263,7 +263,7 @@ class GapMetric:
     def of(cls, gap: GapTable) -> Self:
         """One stage in its own unit, several in tolerances; a plate without spectra by its modes, in tolerances."""
         spectra = any(item.unit == "dB" for item in gap.observables)
-        columns = np.flatnonzero([_counts(item, spectra) for item in gap.observables])
+        columns = metric_columns(gap.observables)
         tolerance = gap.tolerance[columns]
         if gap.stages == ("plate",) and not spectra:
             return cls("rms error of modal frequencies and damping ratios (in tolerances)", columns, tolerance, 1.0)
@@ -310,9 +310,15 @@ def _stage_counts(gap: GapTable, columns: NDArray[np.intp]) -> Floats:
     return np.asarray(count[row] * len(names) / columns.size, dtype=np.float64)
 
 
+def metric_columns(observables: Sequence[Observable]) -> NDArray[np.intp]:
+    """Of the observables of all stages (D,), those that the size of the gap counts."""
+    spectra = any(item.unit == "dB" for item in observables)
+    return np.flatnonzero([_counts(item, spectra) for item in observables])
+
+
 def _counts(item: Observable, spectra: bool) -> bool:
     if item.stage == "contact":
         return item.name in _CONTACT
     if item.stage == "gun":
         return item.channel == "velocity"
-    return item.stage != "plate" or item.unit == "dB" or not spectra
+    return item.unit == "dB" or not spectra

@@ -5,7 +5,8 @@ Two probabilities of a report that evidence alone says too surely, learned on ca
 
 That something outside of the catalogue makes most of the gap: a law that is a little wrong is beaten by a free form.
 Hence a logit of the compressed log odds of the evidence, of the fraction of the gap that the effects take away where
-they were not fitted, and of how much is left there, in tolerances. Where it is likely that no effect acts there is
+they were not fitted, and of how much is left there of the family of observables of which most is left, in tolerances.
+The probability is at most twice the fraction that is not taken away. Where it is likely that no effect acts there is
 nothing to predict, and the fraction says nothing.
 
 That the first entry holds the set that acts, where the catalogue does: sets that are not quite it are many, and effects
@@ -29,12 +30,14 @@ ENTRY_INTERCEPT, ENTRY_ODDS, ENTRY_SEVERAL, ENTRY_FRACTION, ENTRY_SUREST = 1.08,
 _USUAL_FRACTION = 0.85
 #: Less than this is left by any simulator, and more than that says no more, in tolerances.
 _LEAST_LEFT, _MOST_LEFT = 0.3, 3.0
+#: The probability of `unknown` is at most so many times the fraction of the gap that effects leave held out.
+_OF_REMAINDER = 2.0
 
 
 @dataclass(frozen=True)
 class UnknownMap:
     """logit p = `intercept` + `odds` asinh(log odds / 2) + `fraction` (1 - p_none) (1/2 - held-out fraction) + `left`
-    ln(left)."""
+    ln(left); p is at most twice the fraction that is left held out."""
 
     intercept: float = -0.90
     odds: float = 0.49
@@ -47,7 +50,7 @@ class UnknownMap:
         probability of sets within tolerance. Without figures that are held out the odds alone decide."""
         figures = np.array(unknown_features(log_odds, fraction, remaining, none))
         logit = float(figures @ [self.intercept, self.odds, self.fraction, self.left])
-        return float(1 / (1 + np.exp(-logit)))
+        return min(float(1 / (1 + np.exp(-logit))), unknown_bound(fraction, none))
 
 
 def unknown_features(
@@ -62,6 +65,14 @@ def unknown_features(
         (1 - none) * (0.5 - float(np.clip(fraction, -0.5, 1.0))),
         float(np.log(np.clip(remaining_gap, _LEAST_LEFT, _MOST_LEFT))),
     )
+
+
+def unknown_bound(fraction: float | None, none: float = 0.0) -> float:
+    """The largest probability of `unknown`, by the fraction of the gap that goes held out; 1 where none is known."""
+    if fraction is None or not np.isfinite(fraction):
+        return 1.0
+    remainder = none / 2 + (1 - none) * (1 - min(fraction, 1.0))  # where no effect acts half of it says nothing
+    return float(min(_OF_REMAINDER * remainder, 1.0))
 
 
 def first_entry_probability(evidence: float, effects: Sequence[str], fraction: float | None) -> float:

@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, is_dataclass
-from typing import Any
+from dataclasses import dataclass, field, is_dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 
@@ -70,27 +70,58 @@ Interval = tuple[float, float]
 
 
 @dataclass(frozen=True)
+class FamilyGap:
+    """How large the gap of one family of observables is, in their unit: velocity, spectrum, damping.
+
+    `beyond_noise`: whether more than the tolerance is left of it above the noise floor.
+    """
+
+    family: str
+    before: float
+    noise_floor: float
+    tolerance: float
+    beyond_noise: bool
+
+    @classmethod
+    def of(cls, family: str, before: float, noise_floor: float, tolerance: float) -> Self:
+        """With what follows from the three sizes."""
+        size = cls(family, before, noise_floor, tolerance, beyond_noise=False)
+        return replace(size, beyond_noise=size.excess > 1.0)
+
+    @property
+    def excess(self) -> float:
+        """What is left above the noise floor, in tolerances."""
+        return math.sqrt(max(self.before**2 - self.noise_floor**2, 0.0)) / self.tolerance
+
+
+@dataclass(frozen=True)
 class GapSize:
-    """How large the gap is; all in the unit that `metric` names. `noise_floor` is what repetitions alone leave."""
+    """How large the gap is; all in the unit that `metric` names. `noise_floor` is what repetitions alone leave.
+
+    `families` has the gap of every family of observables, also of those that `metric` does not count.
+    """
 
     metric: str
     before: float
     noise_floor: float
     tolerance: float
     beyond_noise: bool
+    families: tuple[FamilyGap, ...] = ()
 
 
 @dataclass(frozen=True)
 class StageShare:
     """A stage's part of the gap that the chain shows when it runs freely, at every measured exit alike.
 
-    `own` is its gap given its measured input, in tolerances.
+    `own` is its gap given its measured input, in tolerances, by the observables that the size of the gap counts;
+    `own_ci90` its 90 % interval, None where one configuration says nothing of it.
     """
 
     name: str
     share: float
     ci90: Interval
     own: float
+    own_ci90: Interval | None = None
 
 
 @dataclass(frozen=True)
@@ -129,6 +160,19 @@ class Where:
     time: tuple[TimeWindow, ...] = ()
     frequency: tuple[FrequencyBand, ...] = ()
     drift: tuple[str, ...] = ()
+
+    @property
+    def nearly_largest(self) -> tuple[StageShare, ...]:
+        """The stages whose own gap is as large as that of the first, as far as the intervals tell: each of the two
+        values lies within the other's interval. Empty where the first is the largest."""
+        if not self.stage or self.stage[0].own_ci90 is None:
+            return ()
+        first, low = self.stage[0], self.stage[0].own_ci90[0]
+        return tuple(
+            other
+            for other in self.stage[1:]
+            if other.own_ci90 is not None and other.own >= low and other.own_ci90[1] >= first.own
+        )
 
 
 @dataclass(frozen=True)

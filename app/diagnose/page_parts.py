@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from ..common.number_format import join_words, number, percent, percent_range
+from ..common.number_format import join_words, percent, percent_range
 from ..twins.adopted_effects import adoptable_names, effects_of_stages
 from .request import restrictions_among
 from .summary import is_agreement, summary
-from .wording import effect_subject, set_name, spell_sets
+from .wording import effect_subject, own_error, set_name, spell_sets
 
 if TYPE_CHECKING:
     from ...diagnosis.verdict import Verdict
@@ -49,7 +49,7 @@ def stage_cards(verdict: Verdict) -> list[StageCard]:
     for stage, name, quantity in _STAGES[:-1]:
         if stage in shares:
             share = shares[stage]
-            note = f"90 % interval {percent_range(*share.ci90)}; error {number(share.own)} times the tolerance"
+            note = f"90 % interval {percent_range(*share.ci90)}; error {own_error(share)} times the tolerance"
             cards.append(StageCard(name, quantity, _drawn(share.share), percent(share.share), note))
         else:
             cards.append(StageCard(name, quantity, None, "not compared"))

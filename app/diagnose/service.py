@@ -102,13 +102,19 @@ class GapDiagnosis:
 
     @property
     def stages(self) -> pd.DataFrame:
-        """The share of the gap that arises in each stage, with its 90 % interval."""
+        """The share of the gap that arises in each stage, with its 90 % interval, and its own gap in tolerances."""
         return frame_of(
             (
-                {"stage": stage.name, "share": stage.share, "share_low": stage.ci90[0], "share_high": stage.ci90[1]}
+                {
+                    "stage": stage.name,
+                    "share": stage.share,
+                    "share_low": stage.ci90[0],
+                    "share_high": stage.ci90[1],
+                    "own": stage.own,
+                }
                 for stage in self.verdict.where.stage
             ),
-            ("stage", "share", "share_low", "share_high"),
+            ("stage", "share", "share_low", "share_high", "own"),
         )
 
     @property

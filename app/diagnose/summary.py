@@ -49,6 +49,7 @@ def _sentences(verdict: Verdict) -> Iterator[str]:
         yield _shares(verdict)
     else:
         yield _shares(verdict) or _by_cause(verdict.first)
+        yield _hardly_matters(verdict)
         fraction = held_out_fraction(verdict)
         if fraction is not None:
             part = percent(fraction) if fraction >= WORTH_SAYING else "none"
@@ -64,9 +65,35 @@ def _size_and_stage(verdict: Verdict) -> str:
     ]
     size = f"the model error is {' and '.join(sizes) or 'of unknown size'}"
     if is_agreement(verdict):
-        return f"Model and measurement agree: {size}."
+        beyond = gap.beyond_noise or any(family.beyond_noise for family in gap.families)
+        limits = " within the errors that a simulator has without any effect" if beyond else ""
+        return f"Model and measurement agree{limits}: {size}."
     within = "" if gap.beyond_noise else ", which is within tolerance and noise together"
-    return f"{_capitalise(size)}{within}{_stages(verdict)}."
+    return f"{_capitalise(size)}{within}{_stages(verdict)}.{_near_tie(verdict)}"
+
+
+def _near_tie(verdict: Verdict) -> str:
+    """A sentence on stages whose own errors are as large as the largest, as far as these runs tell; else ""."""
+    stages = (*verdict.where.stage[:1], *verdict.where.nearly_largest)
+    if len(stages) < 2:
+        return ""
+    names = join_words([stage_name(stage.name) for stage in stages])
+    sizes = join_words([times(stage.own) for stage in stages])
+    return (
+        f" {_capitalise(names)} are off by nearly the same ({sizes} times their tolerances): these runs cannot rank "
+        "them."
+    )
+
+
+def _hardly_matters(verdict: Verdict) -> str:
+    """A sentence on a cause that is established although the size of the error is within tolerance; else ""."""
+    families = [family for family in verdict.gap.families if family.beyond_noise]
+    if verdict.gap.beyond_noise or not families:
+        return ""
+    places = [
+        f"the {family.family} ({times(family.before / family.tolerance)} times its tolerance)" for family in families
+    ]
+    return f"It hardly matters for the size of the error, which is within tolerance; it shows in {join_words(places)}."
 
 
 def _capitalise(text: str) -> str:

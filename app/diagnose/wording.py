@@ -7,7 +7,18 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from ...diagnosis.parameter_limits import ExceededLimit
-from ...diagnosis.verdict import CORRECTED, NONE, UNKNOWN, Cause, Fitted, FrequencyBand, Shrinkage, TimeWindow, Where
+from ...diagnosis.verdict import (
+    CORRECTED,
+    NONE,
+    UNKNOWN,
+    Cause,
+    Fitted,
+    FrequencyBand,
+    Shrinkage,
+    StageShare,
+    TimeWindow,
+    Where,
+)
 from ...twin.effects import catalogue
 from ..common.number_format import format_interval, join_words, number, percent, percent_with_range
 from ..common.quantities import shown_unit
@@ -262,13 +273,21 @@ def _names_an_effect(name: str) -> bool:
     return any(name.startswith(f"{identity}.") for identity in catalogue())
 
 
+def own_error(stage: StageShare) -> str:
+    """`4.2 (3.6 to 4.7)`: a stage's error given its measured input, in tolerances, with its 90 % interval."""
+    if stage.own_ci90 is None:
+        return number(stage.own)
+    value, low, high = format_interval(stage.own, *stage.own_ci90)
+    return f"{value} ({low} to {high})"
+
+
 def where_lines(where: Where) -> Iterator[str]:
     """A sentence for each finding about where the error lies."""
     for stage in where.stage:
         share = percent_with_range(stage.share, stage.ci90)
         yield (
             f"The {stage.name} makes {share} of the error at the end of the chain; its own error is "
-            f"{number(stage.own)} tolerances."
+            f"{own_error(stage)} tolerances."
         )
     for region in where.factors:
         yield (

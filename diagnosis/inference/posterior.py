@@ -11,6 +11,7 @@ import numpy as np
 from ...array_types import Floats
 from ...twin.effects import Effect
 from ..gap import GapMetric, GapTable
+from ..observable_families import background_probability, family_columns, family_gaps
 from ..observables.base import Stage
 from ..verdict import Fitted
 from .model_search import ModelLibrary, fit_sets, search
@@ -160,12 +161,23 @@ class HypothesisPosterior:
 
     @cached_property
     def none_probability(self) -> float:
-        """Of sets that together move no stage's metric by a tolerance."""
+        """That no family of observables shows an error beyond noise, background and its tolerance: the sets move none
+        of them by a tolerance, and what is seen of each may be a simulator's background."""
+        return self.background_probability * self.within_probability
+
+    @cached_property
+    def within_probability(self) -> float:
+        """Of sets that together move no family of observables by a tolerance."""
         return sum(weight * self.within_tolerance(fit) for fit, weight in self.weighted)
 
+    @cached_property
+    def background_probability(self) -> float:
+        """That a simulator's background makes the error of every family of observables."""
+        return background_probability(family_gaps(self.gap))
+
     def within_tolerance(self, fit: SubsetFit) -> float:
-        """The probability that a set moves no stage's metric by a tolerance, over the posterior of its parameters,
-        linear about the fit."""
+        """The probability that a set moves no family of observables by a tolerance, over the posterior of its
+        parameters, linear about the fit."""
         if not fit.laws:
             return 1.0
         if fit.key not in self._within:
@@ -173,16 +185,18 @@ class HypothesisPosterior:
             draws = np.linalg.solve(np.linalg.cholesky(fit.precision).T, normal)  # (p, draws)
             within = np.ones(_DRAWS, dtype=bool)
             for block, own, slope in zip(self.problem.blocks, fit.change, fit.jacobian, strict=True):
-                inside = np.isin(block.observable, self.metric.columns)
-                if inside.any():
-                    moved = np.nan_to_num(own[inside], nan=100.0)[:, None] + slope[inside] @ draws
-                    within &= np.mean(moved**2, axis=0) <= 1.0
+                for columns in family_columns(self.gap).values():
+                    inside = np.isin(block.observable, columns)
+                    if inside.any():
+                        moved = np.nan_to_num(own[inside], nan=100.0)[:, None] + slope[inside] @ draws
+                        within &= np.mean(moved**2, axis=0) <= 1.0
             self._within[fit.key] = float(within.mean())
         return self._within[fit.key]
 
     def set_probabilities(self) -> dict[tuple[str, ...], float]:
-        """By set of major effects (largest first), of sets that are beyond tolerance; sums to one less that of none.
-        Rare sets are left out, in proportion."""
+        """By set of major effects (largest first), of sets that are beyond tolerance; sums to one less that of none:
+        what is neither within tolerance nor a background is one of them, unless it is unknown. Rare sets are left out,
+        in proportion."""
         table: dict[frozenset[str], float] = {}
         order: dict[frozenset[str], tuple[str, ...]] = {}
         for fit, weight in self.weighted:

@@ -11,10 +11,10 @@ from itertools import pairwise, permutations
 import numpy as np
 
 from ...array_types import Floats
-from ..gap import Means, floors, tolerances
+from ..gap import Means, floors, metric_columns, tolerances
 from ..observables.base import Observable, Stage, Upstream
 from ..record import CampaignRecord
-from ..verdict import StageShare
+from ..verdict import Interval, StageShare
 
 _RESAMPLES = 2000
 #: Relative step of the velocity in finite differences.
@@ -40,28 +40,41 @@ def stage_shares(stages: Sequence[Stage], rng: np.random.Generator) -> tuple[Sta
 
     `own` is what decides, since a stage that is given its measured entrance cannot be blamed for another's cause: the
     rms of its mean residuals over configurations and observables, in tolerances, scatter of the repetitions taken off.
+    Only the observables that the size of the gap counts are asked: shapes and timings would dilute amplitudes.
     `share` is of the gap that the chain shows when it runs freely from its entrance: the loss is the squared gap in
     tolerances at every measured exit (each exit counts the same, the scatter taken off), and exact Shapley values share
     it among the stages that get replaced by what was measured. The exits on the way count beside the last one because
     errors that cancel at the end (a gain of the sensor between two stages) would otherwise be nobody's.
-    Shares are clipped at zero and sum to one. The 90 % intervals draw whole configurations with replacement; (0, 1)
-    where there are not two. Raises as `chain_of`.
+    Shares are clipped at zero and sum to one. The 90 % intervals draw whole configurations with replacement; where
+    there are not two, that of a share is (0, 1), and own gaps have none. Raises as `chain_of`.
     """
-    links, record = chain_of(stages), stages[0].record
+    links, record = [_counted(link) for link in chain_of(stages)], stages[0].record
     worth = np.mean([_worth(link, place, record) for place, link in enumerate(links)], axis=0)
     own_gap = np.array([_square(link.parts[i], link, record, link.floor) for i, link in enumerate(links)])
     share = _shares(worth.sum(axis=1), own_gap.sum(axis=1))
     low, high, cells = np.zeros(len(links)), np.ones(len(links)), len(record.configurations)
+    size = np.sqrt(np.maximum(own_gap.mean(axis=1), 0.0))
+    own_intervals: list[Interval | None] = [None] * len(links)
     if cells > 1:
         drawn = rng.multinomial(cells, np.full(cells, 1 / cells), size=_RESAMPLES).T.astype(np.float64)
         low, high = np.quantile(_shares(worth @ drawn, own_gap @ drawn), [0.05, 0.95], axis=1)
-    size = np.sqrt(np.maximum(own_gap.mean(axis=1), 0.0))
+        ends = np.quantile(np.sqrt(np.maximum(own_gap @ drawn / cells, 0.0)), [0.05, 0.95], axis=1)
+        own_intervals = [
+            (float(min(lower, own)), float(max(upper, own))) for lower, upper, own in zip(*ends, size, strict=True)
+        ]
     rows = np.array([share, np.minimum(low, share), np.maximum(high, share), size]).T.tolist()
     entries = [
-        StageShare(link.name, part, (lower, upper), own_size)
-        for link, (part, lower, upper, own_size) in zip(links, rows, strict=True)
+        StageShare(link.name, part, (lower, upper), own_size, own_interval)
+        for link, (part, lower, upper, own_size), own_interval in zip(links, rows, own_intervals, strict=True)
     ]
     return tuple(sorted(entries, key=lambda entry: (entry.own, entry.share), reverse=True))
+
+
+def _counted(link: Link) -> Link:
+    """With the observables alone that the size of the gap counts."""
+    columns = metric_columns(link.observables)
+    observables = tuple(link.observables[column] for column in columns.tolist())
+    return Link(link.name, observables, link.parts[:, :, columns], link.floor[columns])
 
 
 def stage_notes(stages: Sequence[Stage]) -> tuple[str, ...]:

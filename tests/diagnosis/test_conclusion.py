@@ -141,10 +141,11 @@ def test_effects_that_the_data_cannot_tell_apart_share_one_entry():
 
 def test_what_the_first_entry_loses_and_gains_have_closed_forms():
     entries = [Cause(("a",), 0.9), Cause((NONE,), 0.06), Cause(("b+c",), 0.04)]
-    first, none, other = conclusion._weighed(entries, 0.9)
+    first, other, none = conclusion._weighed(entries, 0.9)
     assert first.probability == pytest.approx(first_entry_probability(0.9, ("a",), 0.9))
-    assert none.probability == pytest.approx((1 - first.probability) * 0.6)
-    assert other.probability == pytest.approx((1 - first.probability) * 0.4)
+    # That other sets may act does not make it likelier that none does.
+    assert none.probability == 0.06
+    assert other.probability == pytest.approx(0.94 - first.probability)
     # A pair that predicts nothing is seldom right, but its rival is no better.
     first, second = conclusion._weighed([Cause(("a+b",), 0.6), Cause(("c",), 0.4)], 0.0)
     assert first.probability == pytest.approx(0.5)
@@ -179,9 +180,16 @@ def _held(before: float, floor: float, count: int = 5) -> SimpleNamespace:
 CONTRACT = {
     "campaign": str,
     "simulator": str,
-    "gap": {"metric": str, "before": float, "noise_floor": float, "tolerance": float, "beyond_noise": bool},
+    "gap": {
+        "metric": str,
+        "before": float,
+        "noise_floor": float,
+        "tolerance": float,
+        "beyond_noise": bool,
+        "families": [{"family": str, "before": float, "noise_floor": float, "tolerance": float, "beyond_noise": bool}],
+    },
     "where": {
-        "stage": [{"name": str, "share": float, "ci90": [float]}],
+        "stage": [{"name": str, "share": float, "ci90": [float], "own": float, "own_ci90": [float]}],
         "factors": [{"rule": str, "excess": float, "p_value": float}],
         "time": [{"channel": str, "from_s": float, "to_s": float}],
         "frequency": [{"channel": str, "from_hz": float, "to_hz": float}],

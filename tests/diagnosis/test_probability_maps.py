@@ -43,13 +43,24 @@ def test_without_figures_held_out_the_odds_alone_decide(fraction, left):
 
 
 def test_logit_is_the_stated_sum():
-    p = UnknownMap(0.2, 0.4, 6.0, 1.5)(3.0, 0.8, 2.0)
-    assert np.log(p / (1 - p)) == pytest.approx(0.2 + 0.4 * np.arcsinh(1.5) + 6.0 * (0.5 - 0.8) + 1.5 * np.log(2.0))
-    p = UnknownMap(0.2, 0.4, 6.0, 1.5)(3.0, 0.8, 2.0, 0.25)
-    expected = 0.2 + 0.4 * np.arcsinh(1.5) + 0.75 * 6.0 * (0.5 - 0.8) + 1.5 * np.log(2.0)
-    assert np.log(p / (1 - p)) == pytest.approx(expected)
+    p = UnknownMap(0.2, 0.4, 6.0, 0.5)(3.0, 0.6, 2.0)
+    assert np.log(p / (1 - p)) == pytest.approx(0.2 + 0.4 * np.arcsinh(1.5) + 6.0 * (0.5 - 0.6) + 0.5 * np.log(2.0))
+    p = UnknownMap(0.2, 0.4, 6.0, 0.5)(3.0, 0.6, 2.0, 0.25)
+    assert np.log(p / (1 - p)) == pytest.approx(
+        0.2 + 0.4 * np.arcsinh(1.5) + 0.75 * 6.0 * (0.5 - 0.6) + 0.5 * np.log(2.0)
+    )
     # A gap that is ten times as large is no further from an explanation than one that is half as large again.
     assert UnknownMap()(0.0, -10.0, 1.0) == UnknownMap()(0.0, -0.5, 1.0)
+
+
+@MAPS
+@given(odds=ODDS, fraction=FRACTIONS, left=LEFT, none=st.floats(0.0, 0.5))
+def test_campaign_that_is_explained_where_it_was_not_fitted_is_not_unknown(probability, odds, fraction, left, none):
+    """At most twice what is left: of a campaign explained to .95, .10."""
+    assert probability(odds, fraction, left) <= 2 * (1 - fraction) + 1e-12
+    assert probability(200.0, 0.95, 100.0) <= 0.1 + 1e-12
+    # Where no effect may act, the fraction says as much less.
+    assert probability(odds, fraction, left, none) <= none + 2 * (1 - none) * (1 - fraction) + 1e-12
 
 
 @MAPS

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from pyroshock.diagnosis.observable_families import family_of
 from pyroshock.diagnosis.observables.base import Observable
 from pyroshock.diagnosis.observables.contact import features as contact_features
 from pyroshock.diagnosis.observables.contact.features import OBSERVABLES
@@ -20,7 +21,7 @@ from pyroshock.twin.gun.bench import GunBench
 
 from .markdown import code, escaped, joined, prose, table
 
-_HEADER = ["observable", "channel", "unit", "tolerance", "floor", "detail"]
+_HEADER = ["observable", "channel", "family", "unit", "tolerance", "floor", "detail"]
 
 
 def page() -> str:
@@ -84,6 +85,7 @@ def _table(observables: Sequence[Observable]) -> str:
         (
             code(each.name),
             escaped(each.channel),
+            family_of(each),
             each.unit,
             f"{each.tolerance:g}",
             f"{each.floor:g}",

@@ -18,6 +18,7 @@ from pyroshock.app.diagnose.wording import (
     effect_subject,
     fitted_words,
     observable_label,
+    where_lines,
     with_labels,
 )
 from pyroshock.diagnosis.observables.contact.features import OBSERVABLES
@@ -25,6 +26,7 @@ from pyroshock.diagnosis.observables.plate.stage import PlateObservables
 from pyroshock.diagnosis.verdict import (
     Cause,
     EffectShare,
+    FamilyGap,
     Fitted,
     GapSize,
     NextRun,
@@ -181,6 +183,36 @@ def in_stages(*shares: float) -> Verdict:
 ])  # fmt: skip
 def test_stage_is_named_as_clearly_as_the_shares_allow(shares: tuple[float, ...], words: str) -> None:
     assert words in summary(in_stages(*shares))
+
+
+def own_errors(*stages: tuple[str, float, tuple[float, float]]) -> Where:
+    return Where(stage=tuple(StageShare(name, 0.5, (0.0, 1.0), own, own_ci90) for name, own, own_ci90 in stages))
+
+
+def test_stages_that_are_off_alike_are_told_as_a_near_tie() -> None:
+    contact, gun, plate = ("contact", 3.1, (2.6, 3.5)), ("gun", 3.0, (2.7, 3.4)), ("plate", 0.4, (0.1, 0.7))
+    assert (
+        "The contact and the gun are off by nearly the same (3.1 and 3 times their tolerances): these runs cannot rank "
+        "them."
+    ) in summary(verdicts.gun(where=own_errors(contact, gun, plate)))
+    assert "nearly the same" not in summary(verdicts.gun(where=own_errors(contact, plate)))
+    assert "its own error is 3.1 (2.6 to 3.5) tolerances." in "".join(where_lines(own_errors(contact)))
+
+
+def test_cause_that_the_error_hardly_feels_is_told_with_where_it_shows() -> None:
+    families = (FamilyGap("damping", 0.31, 0.01, 0.1, True), FamilyGap("spectrum", 0.32, 0.1, 0.5, False))
+    within = GapSize("rms error of the shock response spectrum (dB)", 0.32, 0.1, 0.5, False, families)
+    sentence = (
+        "It hardly matters for the size of the error, which is within tolerance; it shows in the damping (3.1 times "
+    )
+    assert sentence in summary(verdicts.gun(gap=within))
+    assert "hardly matters" not in summary(verdicts.gun())
+    # A background beyond its tolerance is no finding, and is said to be one.
+    rough = replace(within, families=(replace(families[0], before=0.14), families[1]))
+    assert "agree within the errors that a simulator has without any effect: the model" in summary(
+        replace(verdicts.none(), gap=rough)
+    )
+    assert "Model and measurement agree: the model" in summary(verdicts.none())
 
 
 def test_unnamed_effects_and_credible_sets_are_told_as_one() -> None:

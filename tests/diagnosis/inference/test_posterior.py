@@ -147,6 +147,32 @@ def test_set_near_the_tolerance_is_within_it_with_a_probability():
     assert posterior.within_tolerance(posterior.library.fits[()]) == 1.0
 
 
+def test_none_is_asked_of_every_family_of_observables():
+    """An effect that the metric hardly feels, and a family of its own by three tolerances: half a tolerance of a
+    velocity, three of a residual pressure."""
+    responses = np.stack([np.full((1, COUNT), 0.5), np.full((1, COUNT), 3.0)], axis=2)
+    problem = linear_problem(responses, responses[0], 0.01 * np.eye(2 * COUNT))
+    trace = replace(problem.gap.observables[1], channel="tank_pressure")
+    gap = replace(problem.gap, observables=(problem.gap.observables[0], trace))
+    problem = replace(problem, gap=gap)
+    library = ModelLibrary(problem, {(): no_effects(problem)})
+    fit_sets(problem, library, [["gun.linear_0"]])
+    posterior = HypothesisPosterior(gap, library, GapMetric.of(gap), tuple(library.weights()))
+    assert not posterior.metric.size(gap).beyond_noise
+    assert posterior.within_tolerance(posterior.best) == 0.0
+    assert posterior.none_probability < 0.01
+    assert posterior.set_probabilities()["gun.linear_0",] > 0.99
+
+
+@pytest.mark.parametrize(("size", "low", "high"), [(0.9, 0.99, 1.0), (1.6, 0.5, 0.7), (2.5, 0.0, 0.1)])
+def test_gap_that_no_effect_explains_is_none_only_as_far_as_a_background_makes_it(size: float, low: float, high: float):
+    """Alternating from configuration to configuration; the effect is the same in all, so that no set moves anything."""
+    gap = size * (-1.0) ** np.arange(COUNT)
+    posterior = linear_posterior(np.full((1, COUNT), 2.0), gap, [["gun.linear_0"]])
+    assert posterior.within_probability > 0.98
+    assert low <= posterior.none_probability <= high
+
+
 def test_rough_shares_are_the_parts_of_the_squared_gap():
     # Two linear responses that are orthogonal have their own squares, alone and after the other.
     responses = np.linalg.qr(np.random.default_rng(0).standard_normal((COUNT, COUNT)))[0][:2] * [[9.0], [4.0]]

@@ -6,10 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pyroshock.diagnosis.gap import GapMetric, GapTable
 from pyroshock.diagnosis.localisation.stages import chain_of, shapley, stage_notes, stage_shares
+from pyroshock.diagnosis.observables.base import Observable
+from pyroshock.diagnosis.verdict import Where
 from support.records.toy_bench import (
     Design,
     Scatter,
+    ToyContact,
     ToyDamping,
     ToyForceGain,
     ToyGun,
@@ -17,6 +21,7 @@ from support.records.toy_bench import (
     ToyLeak,
     ToyLoss,
     ToyMass,
+    ToyPlate,
     ToyVelocityGain,
     campaign,
     stages_of,
@@ -66,6 +71,75 @@ def test_own_gap_is_in_tolerances() -> None:
     rng = np.random.default_rng(0)
     (only,) = stage_shares([ToyGun(campaign((ToyLoss(0.1),), rng))], rng)
     assert (only.share, only.ci90) == (1.0, (1.0, 1.0))
+
+
+class _DetailedContact(ToyContact):
+    """Beside peak and impulse ten numbers of the shape, which nothing moves."""
+
+    observables = (
+        *ToyContact.observables,
+        *(Observable(f"shape_{i}", "contact", "force", "1", 0.02, 0.005, detail=True) for i in range(10)),
+    )
+
+    def measured(self) -> np.ndarray:
+        return np.pad(super().measured(), ((0, 0), (0, 10)))
+
+    def simulated(self, effects=(), upstream=None) -> np.ndarray:
+        return np.pad(super().simulated(effects, upstream), ((0, 0), (0, 10)))
+
+
+class _ModalPlate(ToyPlate):
+    """Beside the lines a damping ratio that is 14 of its tolerances off."""
+
+    observables = (
+        *ToyPlate.observables,
+        Observable("ln damping of the mode at 300 Hz", "plate", "plate", "1", 0.1, 0.02, 300.0),
+    )
+
+    def measured(self) -> np.ndarray:
+        return np.pad(super().measured(), ((0, 0), (0, 1)), constant_values=1.4)
+
+    def simulated(self, effects=(), upstream=None) -> np.ndarray:
+        return np.pad(super().simulated(effects, upstream), ((0, 0), (0, 1)))
+
+
+def test_stages_are_compared_by_the_observables_of_the_gaps_size() -> None:
+    """The contact is three and more tolerances off, the plate's spectrum one; its damping and the pulse's ten shapes
+    are for telling causes apart, and change nothing of what either stage is off by."""
+    record = campaign((ToyMass(1.2), ToyDamping(0.35)), np.random.default_rng(0))
+    plain = stage_shares([ToyGun(record), ToyContact(record), ToyPlate(record)], np.random.default_rng(1))
+    detailed = stage_shares([ToyGun(record), _DetailedContact(record), _ModalPlate(record)], np.random.default_rng(1))
+    assert detailed == plain
+    assert [entry.name for entry in plain][:2] == ["contact", "plate"]
+    gap = GapTable.of(record, [ToyGun(record), _DetailedContact(record), _ModalPlate(record)])
+    sizes = GapMetric.of(gap).by_stage(gap)
+    assert [sizes[entry.name] for entry in plain] == sorted(sizes.values(), reverse=True)
+    for entry in plain:
+        assert entry.own == pytest.approx(sizes[entry.name], abs=0.15)  # noise by the data sheets, or drawn towards it
+
+
+def test_own_gap_has_an_interval_that_holds_the_true_one_as_often_as_it_says() -> None:
+    """4 tolerances of ln v in each configuration; the white background of half a tolerance adds in squares."""
+    true = np.hypot(4.0, 0.5)
+    held = []
+    for seed in range(60):
+        record = campaign((ToyLoss(0.04),), np.random.default_rng(seed), scatter=Scatter(background=(0.005, 0.0, 0.0)))
+        (entry,) = stage_shares([ToyGun(record)], np.random.default_rng(seed))
+        assert entry.own_ci90 is not None
+        assert entry.own_ci90[0] <= entry.own <= entry.own_ci90[1]
+        held.append(entry.own_ci90[0] <= true <= entry.own_ci90[1])
+    assert 0.78 <= np.mean(held) <= 0.98
+
+
+def test_two_stages_that_are_off_alike_are_a_near_tie_and_unequal_ones_are_none() -> None:
+    rng = np.random.default_rng(2)
+    alike = Where(stage=_shares((ToyLoss(0.03), ToyMass(1.115)), scatter=Scatter(background=(0.01, 0.03, 0.0))))
+    assert {alike.stage[0].name, *(stage.name for stage in alike.nearly_largest)} == {"gun", "contact"}
+    apart = Where(stage=_shares((ToyLoss(0.08), ToyMass(1.1)), scatter=_BACKGROUND))
+    assert apart.nearly_largest == ()
+    (only,) = stage_shares([ToyGun(campaign((), rng, Design((1.0,), (0.5,), ("none",))))], rng)
+    assert only.own_ci90 is None
+    assert Where(stage=(only,)).nearly_largest == ()
 
 
 def test_velocity_errors_blame_nobody() -> None:

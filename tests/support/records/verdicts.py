@@ -10,6 +10,7 @@ from pyroshock.diagnosis.verdict import (
     Cause,
     CurvePicture,
     EffectShare,
+    FamilyGap,
     Fitted,
     FrequencyBand,
     GapSize,
@@ -38,9 +39,22 @@ def verdict(**changed: Any) -> Verdict:
     whole = Verdict(
         campaign="spring",
         simulator="gun:adiabatic | contact:hertz | plate:modal",
-        gap=GapSize("rms of ln", 0.041, 0.009, 0.01, True),
+        gap=GapSize(
+            "rms of ln",
+            0.041,
+            0.009,
+            0.01,
+            True,
+            (
+                FamilyGap("peak, impulse, width", 0.126, 0.027, 0.03, True),
+                FamilyGap("shape", 0.011, 0.004, 0.02, False),
+            ),
+        ),
         where=Where(
-            stage=(StageShare("contact", 0.97, (0.93, 1.0), 4.2), StageShare("gun", 0.03, (-0.02, 0.06), 0.4)),
+            stage=(
+                StageShare("contact", 0.97, (0.93, 1.0), 4.2, (3.6, 4.7)),
+                StageShare("gun", 0.03, (-0.02, 0.06), 0.4, (0.0, 0.7)),
+            ),
             factors=(Region("insulator = polymeric", 3.1, 0.001),),
             time=(TimeWindow("force", 0.0001, 0.0004),),
             frequency=(FrequencyBand("force", 800.0, 4000.0),),
@@ -89,7 +103,7 @@ def gun(**changed: Any) -> Verdict:
         campaign="spring",
         simulator="gun:adiabatic",
         gap=GapSize("rms error of velocity (natural logarithm)", 0.42, 0.00424, 0.01, True),
-        where=Where(stage=(StageShare("gun", 1.0, (1.0, 1.0), 42.0),)),
+        where=Where(stage=(StageShare("gun", 1.0, (1.0, 1.0), 42.0, (38.0, 46.0)),)),
         causes=(
             Cause(("gun.valve_flow+gun.back_pressure+gun.blow_by",), 0.93, (loss,), (1.0,), joint),
             Cause(("gun.valve_flow+gun.back_pressure",), 0.05),
@@ -131,7 +145,10 @@ def unknown(**changed: Any) -> Verdict:
     whole = replace(
         gun(),
         where=Where(
-            stage=(StageShare("contact", 0.8, (0.7, 0.9), 9.0), StageShare("gun", 0.2, (0.1, 0.3), 2.0)),
+            stage=(
+                StageShare("contact", 0.8, (0.7, 0.9), 9.0, (8.1, 9.9)),
+                StageShare("gun", 0.2, (0.1, 0.3), 2.0, (1.5, 2.4)),
+            ),
             factors=(Region("striker = 254 mm", 5.2, 0.002),),
             time=(TimeWindow("force", 0.0001, 0.0004),),
             frequency=(FrequencyBand("force", 800.0, 4000.0),),

@@ -1,0 +1,80 @@
+"""Families of observables: how large the error of each is, and how likely it is that a simulator's background makes it.
+
+`none` is said of all of them: a damping ratio may be off by three tolerances where the spectrum hardly feels it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..array_types import Floats
+from .gap import GapTable
+from .observables.base import Observable
+from .verdict import FamilyGap
+
+#: Families by stage, each with the beginnings of the names of its observables without their channel; "" is any.
+_OF_STAGE: Mapping[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
+    "gun": (("velocity", ("ln_velocity",)),),
+    "contact": (
+        ("peak, impulse, width", ("ln_peak", "ln_impulse", "ln_width_half")),
+        ("shape", ("",)),
+    ),
+    "plate": (
+        ("frequencies", ("ln frequency",)),
+        ("damping", ("ln damping",)),
+        ("amplitudes of modes", ("ln amplitude",)),
+        ("rest and delay", ("rest", "delay")),
+    ),
+}
+#: Families that a channel makes, whatever its observables are called.
+_OF_CHANNEL: Mapping[str, str] = {"tank_pressure": "pressure trace"}
+#: A background beyond the tolerance has this standard deviation, in tolerances: rough ones were drawn up to 1.6.
+BEYOND = 0.6
+
+
+def family_of(observable: Observable) -> str:
+    """The family that an observable belongs to; that of its channel where it has no other."""
+    if observable.channel in _OF_CHANNEL:
+        return _OF_CHANNEL[observable.channel]
+    if observable.unit == "dB":
+        return "spectrum"
+    name = observable.name.removeprefix(f"{observable.channel} ")
+    for family, beginnings in _OF_STAGE.get(observable.stage, ()):
+        if name.startswith(beginnings):
+            return family
+    return observable.channel.replace("_", " ")
+
+
+def family_columns(gap: GapTable) -> dict[str, NDArray[np.intp]]:
+    """By family, in the order of the observables: its columns of the gap table; those without any value left out."""
+    names = np.array([family_of(item) for item in gap.observables])
+    measured = np.isfinite(gap.mean).any(axis=0)
+    columns = {name: np.flatnonzero((names == name) & measured) for name in dict.fromkeys(names.tolist())}
+    return {name: own for name, own in columns.items() if own.size}
+
+
+def family_gaps(gap: GapTable) -> tuple[FamilyGap, ...]:
+    """Every family with its rms over configurations and observables, in the unit of its observables."""
+    return tuple(
+        FamilyGap.of(
+            name,
+            before=_rms(gap.mean[:, columns]),
+            noise_floor=_rms(np.sqrt(gap.floor_variance[:, columns])),
+            tolerance=_rms(gap.tolerance[columns]),
+        )
+        for name, columns in family_columns(gap).items()
+    )
+
+
+def background_probability(families: Iterable[FamilyGap]) -> float:
+    """The probability that the error of every family is a simulator's background: one within tolerance, and a larger
+    one with a normal prior of what is beyond it."""
+    largest = max((family.excess for family in families), default=0.0)
+    return float(np.exp(-0.5 * (max(largest - 1.0, 0.0) / BEYOND) ** 2))
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt(np.nanmean(np.square(values))))
