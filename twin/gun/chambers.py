@@ -169,25 +169,26 @@ class Chamber:
         return resistance, leak
 
     def run(self, leads_s: Floats | None = None) -> tuple[Ends, Floats]:
-        """Every shot to its end, and the law's tank pressure at `leads_s` (n, m) before it, NaN where a shot does not
-        reach it, and with hooks. Raises `RuntimeError` when one takes more than 200,000 steps."""
+        """Every shot to its end, and the law's tank pressure, position and velocity (n, m, 3) at `leads_s` (n, m)
+        before it, NaN where a shot does not reach it, and with hooks. Raises `RuntimeError` when one takes more than
+        200,000 steps."""
         shot, start = self.shot, self.start()
         floor = np.empty_like(start)
         floor[0], floor[1] = _SIZE * shot.travel_m, _SIZE * shot.travel_m / self.nominal_time_s
         floor[2::2], floor[3::2] = shot.driving_pressure_pa, 0.01 * start[3::2].max(axis=0)
         floor, steps = np.maximum(floor, 1e-300), self.first_step * self.nominal_time_s
         leads = np.empty((len(shot), 0)) if leads_s is None else np.ascontiguousarray(leads_s, dtype=np.float64)
-        pressures = np.full(leads.shape, np.nan)
+        earlier = np.full((*leads.shape, 3), np.nan)
         relative = self.coarser * self.step_error
         if self.effects:
-            return ode.run(self, start, steps, StepTolerance(relative, floor), self.method), pressures
+            return ode.run(self, start, steps, StepTolerance(relative, floor), self.method), earlier
         n = len(shot)
         states, floors = start.T.copy(), floor.T.copy()
         time, how = np.zeros(n), np.zeros(n, dtype=np.int64)
-        run_all(self.table, self.valve, states, steps, floors, relative, ode.MOST_STEPS, time, how, leads, pressures)
+        run_all(self.table, self.valve, states, steps, floors, relative, ode.MOST_STEPS, time, how, leads, earlier)
         if (endless := np.flatnonzero(how == TOO_MANY_STEPS)).size:
             raise RuntimeError(f"shot number {endless[0]} of {n} took more than {ode.MOST_STEPS} steps")
-        return Ends(time, states.T, how == REACHED), pressures
+        return Ends(time, states.T, how == REACHED), earlier
 
     def instant(self, time: Floats, state: Floats) -> Instant:
         """What the hooks see."""

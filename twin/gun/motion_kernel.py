@@ -62,7 +62,7 @@ _VALVE = f8[:, :, ::1]
 _LAMINAR = 1e-3
 #: How a shot's integration ended.
 REACHED, GIVEN_UP, TOO_MANY_STEPS = 0, 1, 2
-#: Steps of a shot whose tank pressure is remembered; what came before the last so many counts as the start.
+#: Steps of a shot that are remembered; what came before the last so many counts as the start.
 _REMEMBERED_STEPS = 2048
 
 _DP_NODES, _DP_ERROR = np.array(DORMAND_PRINCE_NODES), np.array(DORMAND_PRINCE_ERROR)
@@ -429,44 +429,48 @@ def _aimed(step, start, rate, end, end_rate, target):  # type: ignore[no-untyped
     return step * (s if s < 1 else straight)
 
 
-@njit(nogil=True, error_model="numpy")
-def _remember(row, time, pressure, rate):  # type: ignore[no-untyped-def]
-    """Where a step begins, into a row of the history."""
-    row[0], row[1], row[2] = time, pressure, rate
+#: Position and velocity, which every shot has, and where the tank's pressure is among them without and with a valve.
+_POSITION, _VELOCITY, _ONE_GAS, _TANK = 0, 1, 2, 4
 
 
 @njit(nogil=True, error_model="numpy")
-def _earlier_pressures(history, count, end_time, end_pressure, end_rate, leads, pressures):  # type: ignore[no-untyped-def]
-    """Tank pressures at moments `leads` (m,) before the end, by cubics between the last steps; `history` is a ring of
-    times, pressures and their rates at the beginnings of `count` steps. What is before the first of them is as it."""
+def _remember(row, time, state, rates, tank):  # type: ignore[no-untyped-def]
+    """Where a step begins, into a row of the history: time, tank pressure, position, velocity, and the rates of these
+    three."""
+    row[0] = time
+    row[1], row[2], row[3] = state[tank], state[_POSITION], state[_VELOCITY]
+    row[4], row[5], row[6] = rates[tank], rates[_POSITION], rates[_VELOCITY]
+
+
+@njit(nogil=True, error_model="numpy")
+def _earlier_states(history, count, leads, earlier):  # type: ignore[no-untyped-def]
+    """Tank pressure, position and velocity at moments `leads` (m,) before the last of `count` rows of `history`, a
+    ring, into (m, 3): cubics between the rows. What is before the first of them is as it."""
     size = history.shape[0]
-    kept = min(count, size)
+    last = min(count, size) - 1
+    end = history[(count - 1) % size, 0]
     for m in range(leads.size):
-        moment = end_time - leads[m]
-        time1, pressure1, rate1 = end_time, end_pressure, end_rate
-        value = end_pressure
-        for back in range(1, kept + 1):
-            row = history[(count - back) % size]
-            time0, pressure0, rate0 = row[0], row[1], row[2]
-            if time0 <= moment or back == kept:
-                width = time1 - time0
-                share = min(max((moment - time0) / width, 0.0), 1.0) if width > 0 else 1.0
-                rest = 1 - share
-                value = rest * rest * (1 + 2 * share) * pressure0 + share * share * (3 - 2 * share) * pressure1
-                value += share * rest * width * (rest * rate0 - share * rate1)
-                break
-            time1, pressure1, rate1 = time0, pressure0, rate0
-        pressures[m] = value
+        moment = end - leads[m]
+        back = 1
+        while back < last and history[(count - 1 - back) % size, 0] > moment:
+            back += 1
+        first, second = history[(count - 1 - back) % size], history[(count - back) % size]
+        width = second[0] - first[0]
+        share = min(max((moment - first[0]) / width, 0.0), 1.0) if width > 0 else 1.0
+        rest = 1 - share
+        for c in range(3):
+            value = rest * rest * (1 + 2 * share) * first[1 + c] + share * share * (3 - 2 * share) * second[1 + c]
+            earlier[m, c] = value + share * rest * width * (rest * first[4 + c] - share * second[4 + c])
 
 
 @njit(nogil=True, error_model="numpy")
 def _moved(  # type: ignore[no-untyped-def]
     q, valve, state, step, floor, relative, most_steps, work, system, by_time, new, slope, first, error,
-    leads, history, pressures,
+    leads, history, earlier,
 ):  # fmt: skip
-    """One shot to its end, its state in its place: time, and how it ended; tank pressures (m,) at `leads` before it."""
+    """One shot to its end, its state in its place: time, and how it ended; what was at `leads` before it (m, 3)."""
     k, time, aims = state.size, 0.0, False
-    tank, count, remembers = (4 if k == 6 else 2), 0, leads.size > 0
+    tank, count, remembers = (_TANK if k == 6 else _ONE_GAS), 0, leads.size > 0
     since, then, speed, corner = valve_motion(valve, time)
     _rates(q, since, then, speed, time, state, 0.0, 0.0, first)
     for _ in range(most_steps):
@@ -496,19 +500,18 @@ def _moved(  # type: ignore[no-untyped-def]
             if abs(gap) <= AT_TARGET * q.travel_m:
                 late = gap / slope[0]
                 if remembers:
-                    _remember(history[count % history.shape[0]], time, state[tank], first[tank])
+                    _remember(history[count % history.shape[0]], time, state, first, tank)
                 for c in range(k):
                     state[c] = new[c] - late * slope[c]
                 if remembers:
-                    _earlier_pressures(
-                        history, count + 1, time + step - late, state[tank], slope[tank], leads, pressures
-                    )
+                    _remember(history[(count + 1) % history.shape[0]], time + step - late, state, slope, tank)
+                    _earlier_states(history, count + 2, leads, earlier)
                 return time + step - late, REACHED
             if gap > 0:
                 step, aims = _aimed(step, state[0], first[0], new[0], slope[0], q.travel_m), True
             else:
                 if remembers:
-                    _remember(history[count % history.shape[0]], time, state[tank], first[tank])
+                    _remember(history[count % history.shape[0]], time, state, first, tank)
                     count += 1
                 time += step
                 if at_corner:
@@ -527,29 +530,29 @@ def _moved(  # type: ignore[no-untyped-def]
 
 @njit(
     void(
-        _TABLE, _VALVE, f8[:, ::1], f8[::1], f8[:, ::1], f8, i8, f8[::1], i8[::1], f8[:, ::1], f8[:, ::1]
+        _TABLE, _VALVE, f8[:, ::1], f8[::1], f8[:, ::1], f8, i8, f8[::1], i8[::1], f8[:, ::1], f8[:, :, ::1]
     ),
     nogil=True,
     error_model="numpy",
     cache=True,
 )  # fmt: skip
 def run_all(  # type: ignore[no-untyped-def]
-    table, valve, states, steps, floors, relative, most_steps, times, ends, leads, pressures
+    table, valve, states, steps, floors, relative, most_steps, times, ends, leads, earlier
 ):
     """Shots (n,) one after the other from `states` (n, 4 or 6) to their ends, in their place: times, and how each
-    ended. `steps` are tried first; `floors` (n, k) are as in `ode.StepTolerance`. `pressures` (n, m): the law's tank
-    pressure at `leads` (n, m) before the end of a shot that reaches it.
+    ended. `steps` are tried first; `floors` (n, k) are as in `ode.StepTolerance`. `earlier` (n, m, 3): the law's
+    tank pressure, position and velocity at `leads` (n, m) before the end of a shot that reaches it.
 
     Ends with the first shot that takes too many steps.
     """
     k = states.shape[1]
     work, system, by_time = np.empty((8, k)), np.empty((6, 6)), np.empty(6)
     new, slope, first, error = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
-    history = np.empty((_REMEMBERED_STEPS if leads.shape[1] else 1, 3))
+    history = np.empty((_REMEMBERED_STEPS if leads.shape[1] else 1, 7))
     for i in range(times.size):
         times[i], ends[i] = _moved(
             table[i], valve[i], states[i], steps[i], floors[i], relative, most_steps,
-            work, system, by_time, new, slope, first, error, leads[i], history, pressures[i],
+            work, system, by_time, new, slope, first, error, leads[i], history, earlier[i],
         )  # fmt: skip
         if ends[i] == TOO_MANY_STEPS:
             break

@@ -57,6 +57,7 @@ class ShotInputs:
     gauge_leak_area_m2: Floats  # of flow that is choked at gauge pressure
     friction_factor: Floats  # Darcy's, of the gas along the bore
     air_heads: Floats  # dynamic heads of outside air, lost at the projectile's speed
+    valve_air_heads: Floats  # those of `air_heads` that are lost in the valve
     gas_heads: Floats  # dynamic heads of the driving gas, likewise
 
     def __len__(self) -> int:
@@ -144,6 +145,7 @@ def nominal_shot(bench: GunBench, tank_pressure_pa: ArrayLike, bullet_mass_kg: A
         gauge_leak_area_m2=each(0.0),
         friction_factor=each(0.0),
         air_heads=each(0.0),
+        valve_air_heads=each(0.0),
         gas_heads=each(0.0),
     )
 

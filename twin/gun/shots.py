@@ -20,7 +20,7 @@ from ...array_types import Floats
 from ...signals.valve_profile import ValveProfile
 from ..effects import checked_effects
 from .bench import GunBench, checked
-from .shot import GunEffect, ShotInputs, nominal_shot, profile_table
+from .shot import ATMOSPHERE_PA, GAS_CONSTANT, GunEffect, ShotInputs, nominal_shot, profile_table
 
 if TYPE_CHECKING:
     from .chambers import Chamber
@@ -223,9 +223,19 @@ def _two_chambers(shot: ShotInputs, effects: Sequence[GunEffect], coarser: float
     return _shots_of_chamber(TwoChambers(shot, effects, coarser), leads_s)
 
 
+def _kept_back_pa(shot: ShotInputs, position_m: Floats, velocity_m_s: Floats) -> Floats:
+    """By how much the tank's pressure is above that of all the gas, (n, m), where a valve's drop goes with the
+    projectile's speed: the gas behind the valve stands lower by the drop, and the mass of all of it is kept."""
+    air = ATMOSPHERE_PA / (GAS_CONSTANT * shot.temperature_k)
+    drop_pa = (shot.valve_air_heads * air)[:, None] * velocity_m_s**2 / 2
+    behind_m3 = shot.dead_volume_m3[:, None] + shot.area_m2[:, None] * position_m
+    return np.asarray(drop_pa * behind_m3 / (shot.tank_volume_m3[:, None] + behind_m3))
+
+
 def _shots_of_chamber(chamber: Chamber, leads_s: Floats) -> GunShots:
-    ends, pressure = chamber.run(leads_s)
+    ends, earlier = chamber.run(leads_s)
     velocity = np.where(ends.reached, ends.state[1], 0.0)
     status = np.where(ends.reached, Status.LEFT, np.where(ends.state[0] > 0, Status.STOPPED, Status.NOT_STARTED))
-    gauge = np.where(ends.reached[:, None], pressure - chamber.shot.opposing_pressure_pa[:, None], np.nan)
+    law_pa = earlier[..., 0] + _kept_back_pa(chamber.shot, earlier[..., 1], earlier[..., 2])
+    gauge = np.where(ends.reached[:, None], law_pa - chamber.shot.opposing_pressure_pa[:, None], np.nan)
     return GunShots(velocity, np.where(ends.reached, ends.time, np.nan), status, gauge)

@@ -3,6 +3,7 @@ the pressure that the tank still has then, where its record was kept."""
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from typing import cast
@@ -17,8 +18,10 @@ from ....twin.gun.effects.valve_flow import ValveFlow
 from ....twin.gun.shot import GunEffect
 from ....twin.gun.shots import gun_velocity
 from ...record import CampaignRecord, RunConfiguration
-from ..base import Observable, Stage, Upstream, at_rows, batched_changes, sensor_chain
+from ..base import Observable, PossibleObservables, Stage, Upstream, at_rows, batched_changes, sensor_chain
 from .tank_pressure import (
+    ASSUMED_NOISE_PA,
+    CHANNEL,
     LAG_S,
     LASER_M,
     PressureWindows,
@@ -114,6 +117,24 @@ class GunObservables(Stage):
             return self._shown(effects, shots)
 
         return batched_changes([self.acting(effects) for effects in sets], observed)
+
+    @property
+    def possible_channels(self) -> tuple[str, ...]:
+        """The record of the tank's pressure, where no shot has one."""
+        return () if self._windows else (CHANNEL,)
+
+    def possible_observables(self, channel: str, sets: Sequence[Sequence[Effect]]) -> PossibleObservables:
+        """Of a transducer whose readings scatter by `ASSUMED_NOISE_PA`; as much as the tolerance is added, since no
+        simulator is better."""
+        if channel not in self.possible_channels:
+            return super().possible_observables(channel, sets)
+        recorded = copy.copy(self)
+        recorded._noise_pa, recorded._medians, recorded._shots = ASSUMED_NOISE_PA, {**self._medians}, {**self._shots}
+        recorded._windows = recorded._pressure_windows()
+        recorded._ask(recorded._windows.before_exit_s, recorded._windows.scale_pa)
+        items = pressure_observables(recorded._windows, ASSUMED_NOISE_PA)
+        variance = [item.floor**2 + item.tolerance**2 for item in items]
+        return PossibleObservables(recorded.changes(sets)[:, :, 1:], np.diag(variance))
 
     def _pressure_windows(self) -> PressureWindows:
         transit_s = np.full(len(self.record.configurations), np.nan)

@@ -17,6 +17,10 @@ from ....array_types import Floats, Rows
 from ...record import Series
 from ..base import Observable
 
+#: The channel, as campaigns call it.
+CHANNEL = "tank_pressure"
+#: Of a reading of a transducer of 16 bar whose samples scatter by a quarter of a percent of that.
+ASSUMED_NOISE_PA = 1e3
 #: Names of the observables in their order.
 AT_EXIT, ON_THE_WAY, EMPTY = "pressure_at_exit", "pressure_on_the_way", "pressure_when_empty"
 #: Half a percent of the pressure before the shot counts as agreement, and so much of an empty tank's, in Pa.
@@ -121,7 +125,7 @@ def pressure_observables(windows: PressureWindows, noise_pa: float) -> tuple[Obs
     """The three columns of `measured_pressures`."""
     floor = noise_pa / float(np.nanmedian(windows.scale_pa))
     return (
-        Observable(AT_EXIT, "gun", "tank_pressure", "1", TOLERANCE, floor),
-        Observable(ON_THE_WAY, "gun", "tank_pressure", "1", TOLERANCE, floor),
-        Observable(EMPTY, "gun", "tank_pressure", "bar", EMPTY_TOLERANCE_PA / 1e5, noise_pa / 1e5),
+        Observable(AT_EXIT, "gun", CHANNEL, "1", TOLERANCE, floor),
+        Observable(ON_THE_WAY, "gun", CHANNEL, "1", TOLERANCE, floor),
+        Observable(EMPTY, "gun", CHANNEL, "bar", EMPTY_TOLERANCE_PA / 1e5, noise_pa / 1e5),
     )

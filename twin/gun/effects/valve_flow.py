@@ -64,5 +64,9 @@ class ValveFlow(GunEffect):
         loss = np.asarray(self.loss_coefficient, dtype=np.float64)
         with np.errstate(divide="ignore"):
             area = np.pi / 4 * shot.bore_diameter_m**2 / np.sqrt(loss)
-        heads = shot.air_heads + self.steady_loss_coefficient
-        return shot.but(valve_area_m2=area, opening_time_s=self.opening_time_s, air_heads=heads)
+        return shot.but(
+            valve_area_m2=area,
+            opening_time_s=self.opening_time_s,
+            air_heads=shot.air_heads + self.steady_loss_coefficient,
+            valve_air_heads=shot.valve_air_heads + self.steady_loss_coefficient,
+        )
