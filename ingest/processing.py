@@ -23,7 +23,7 @@ from .channel_mistakes import check_force_sign, refuse_no_reading
 from .column_names import resembled_channel
 from .common_grid import GridError, contacts_on, on_one_grid, with_numbers
 from .derived_force import TransferFunctions, derived_force
-from .gunshot import ShotMeasurement, measure_shot
+from .gunshot import ShotMeasurement, laser_channel, measure_shot
 from .impact_speed import ImpactSpeed, impact_speeds
 from .pulses import ExtractedPulse, Hits, find_hits
 from .readers import AS_IN_FILE, OpenRecording, ReadingOptions, RecordingError
@@ -35,6 +35,8 @@ from .settings import ExtractionSettings
 MISSING = "missing-channel"
 #: The key of a stored header of the tank's pressure; no instrument writes it.
 VALVE_OPENING = "pyroshock_valve_opening"
+#: The key of a stored header of the laser.
+MUZZLE_VELOCITY = "pyroshock_muzzle_velocity"
 
 
 @dataclass(frozen=True)
@@ -111,7 +113,7 @@ def process_recording(
         sha256=digest,
         size_bytes=files.size_bytes,
         format=files.format,
-        series=tuple(StoredSeries.of(c) for c in _with_opening(channels, shot)),
+        series=tuple(StoredSeries.of(c) for c in _with_readings(channels, shot)),
         pulses=pulses,
         speeds=speeds,
         shot=shot,
@@ -121,13 +123,20 @@ def process_recording(
     )
 
 
-def _with_opening(channels: Sequence[Channel], shot: ShotMeasurement | None) -> list[Channel]:
-    """The channels as they are stored: the header of the tank's pressure says when the valve opened."""
-    if shot is None or shot.valve_opening is None:
+def _with_readings(channels: Sequence[Channel], shot: ShotMeasurement | None) -> list[Channel]:
+    """The channels as they are stored: the header of the tank's pressure says when the valve opened, and the laser's
+    which velocity it shows, which a row of runs.csv may state otherwise."""
+    if shot is None:
         return list(channels)
-    opening = {VALVE_OPENING: asdict(shot.valve_opening)}
-    first = next(channel.name for channel in channels if channel.quantity == "pressure")
-    return [replace(c, header={**c.header, **opening}) if c.name == first else c for c in channels]
+    added: dict[str, dict[str, object]] = {}
+    if shot.valve_opening is not None:
+        tank = next(channel.name for channel in channels if channel.quantity == "pressure")
+        added[tank] = {VALVE_OPENING: asdict(shot.valve_opening)}
+    laser = laser_channel(list(channels))
+    if laser is not None and shot.velocity_m_s is not None:
+        velocity = {"velocity_m_s": shot.velocity_m_s, "velocity_u_m_s": shot.velocity_u_m_s}
+        added.setdefault(laser.name, {})[MUZZLE_VELOCITY] = velocity
+    return [replace(c, header={**c.header, **added[c.name]}) if c.name in added else c for c in channels]
 
 
 def read_channels(

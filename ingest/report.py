@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session
 from ..schema.campaigns import Campaign
 from ..schema.impacts import Impact, Shot
 from ..schema.recordings import STORED, QualityFinding, RecordedChannel, Recording
+from .shot_differences import campaign_differences
 
 #: The check of a finding that says that a recording was discarded and is not stored again.
 DISCARDED = "discarded"
@@ -79,6 +80,10 @@ class IngestReport:
             if finding["channel"] is None:  # one that the recording lacks has no row
                 finding["channel"] = evidence.get("channel")
             self.findings.append(finding)
+        if campaign is not None:
+            for common in campaign_differences(session, campaign):
+                told = {"check": common.check, "severity": common.severity, "message": common.message}
+                self.findings.append({"recording": None, "channel": common.channel or None} | told)
         if self.added_facts:
             self.findings.append(
                 {"recording": None, "channel": None, "check": "added-facts", "severity": "note"}

@@ -28,6 +28,7 @@ from .channel_figures import figure_rows
 from .errors import IngestError
 from .excluded_recordings import DiscardedRecordings, UnreadableRecording, delete_rejected, store_rejected
 from .folder import CampaignFile
+from .gunshot import laser_channel
 from .impact_speed import TargetMotion
 from .modes import ModalTableFile
 from .plausibility import check_impulse, check_other_campaigns, check_same_samples, check_tip
@@ -48,6 +49,7 @@ from .rows import (
 )
 from .runs import FILE, MatchedImpact, RunRow
 from .settings import ExtractionSettings
+from .shot_differences import check_shot
 from .stored_rows import (
     KnownRecording,
     KnownRow,
@@ -302,6 +304,11 @@ class CampaignStore:
                             plate_mass_kg=self._plate_mass_kg,
                         )
                     )
+        if self._file.kind == "gun" and len(hits) == 1:  # of several shots the measurement is one's
+            channels_of = [series.channel for series in done.series]
+            laser = laser_channel(channels_of)
+            tank = next((channel.name for channel in channels_of if channel.quantity == "pressure"), None)
+            findings += check_shot(hits[0].row, done.shot, laser.name if laser else None, tank)
         return [finding for finding in findings if finding is not None]
 
     def momentum_ratios(self, done: ProcessedRecording, hits: Sequence[MatchedImpact]) -> list[MomentumRatio]:

@@ -1,5 +1,5 @@
 """Velocities of the bench: at the muzzle by the laser that the bullet interrupts (thesis, sections 2.2.1 and 5.1), at
-contact by the impactor's deceleration (section 4.1); and the tank pressure just before the shot."""
+contact by the impactor's deceleration (section 4.1)."""
 
 from __future__ import annotations
 
@@ -147,16 +147,18 @@ def muzzle_velocity(
     """Bullet length over the time that it stays in the beam, first passage only (a rebound may bring it back).
 
     `signal` (n,) in volts or metres, of either polarity; its first fiftieth (32 samples at least) shows the beam free.
-    The edges are where it crosses half the depth of the passage, between samples; uncertainty by eq. 5.2. Raises
-    `NoPassageError` where nothing crosses, or the bullet is in the beam at the record's end; `ValueError` for NaN.
+    The edges are where it crosses half the depth of the passage, between samples; uncertainty by eq. 5.2, in which
+    the time's also holds what noise and hum move a slow edge by. Raises `NoPassageError` where nothing crosses, or the
+    bullet is in the beam at the record's end; `ValueError` for NaN.
     """
     values = np.asarray(signal, dtype=np.float64)
     if not np.all(np.isfinite(values)):
         raise ValueError(f"laser signal: sample {int(np.argmin(np.isfinite(values)))} is not finite")
     rest = rest_level(values[: max(32, values.size // 50)])
-    enter, leave, depth = _first_passage(values - rest.baseline, rest.noise)
+    enter, leave, depth, edges_u = _first_passage(values - rest.baseline, rest.noise)
     transit = (leave - enter) / sampling_rate_hz
-    spread = muzzle_velocity_uncertainty(length_m, transit, length_u_m, time_u_s=1 / sampling_rate_hz)
+    time_u = float(np.hypot(1.0, edges_u)) / sampling_rate_hz
+    spread = muzzle_velocity_uncertainty(length_m, transit, length_u_m, time_u_s=time_u)
     blocked = rest.baseline + depth
     return MuzzleVelocity(length_m / transit, float(spread), transit, enter, leave, rest.baseline, blocked)
 
@@ -170,8 +172,9 @@ def muzzle_velocity_uncertainty(
     return np.asarray(spread, dtype=np.float64)
 
 
-def _first_passage(departure: Floats, noise: float) -> tuple[float, float, float]:
-    """Edges (samples) and depth (signed) of the first long excursion of `departure` (n,) from rest."""
+def _first_passage(departure: Floats, noise: float) -> tuple[float, float, float, float]:
+    """Edges (samples), depth (signed) and the edges' uncertainty (samples) of the first long excursion of `departure`
+    (n,) from rest."""
     from scipy.ndimage import median_filter
 
     smooth = median_filter(departure, size=_SHORTEST_PASSAGE) if departure.size else departure
@@ -185,9 +188,12 @@ def _first_passage(departure: Floats, noise: float) -> tuple[float, float, float
     start, stop = _first_long_run(sign * smooth > _DEPTH_SHARE * abs(extreme))
     depth = float(np.median(sign * departure[start:stop]))
     share, smooth = sign * departure / depth, sign * smooth / depth
-    enter = _crossing(share, smooth, start)
-    leave = share.size - 1 - _crossing(share[::-1], smooth[::-1], share.size - stop)
-    return enter, leave, float(sign * depth)
+    enter, rise = _crossing(share, smooth, start)
+    from_end, fall = _crossing(share[::-1], smooth[::-1], share.size - stop)
+    # Hum has no time to show within the first samples: the deviation of all that lies before the passage has it.
+    before = share[: max(32, start - 2 * int(rise) - 1)]
+    unrest = float(np.std(before)) if before.size else 0.0
+    return enter, share.size - 1 - from_end, float(sign * depth), unrest * float(np.hypot(rise, fall))
 
 
 def _first_long_run(blocked: NDArray[np.bool_]) -> tuple[int, int]:
@@ -200,8 +206,9 @@ def _first_long_run(blocked: NDArray[np.bool_]) -> tuple[int, int]:
     raise NoPassageError(f"no whole passage: {seen}" if starts.size > stops.size else "no passage: only short spikes")
 
 
-def _crossing(share: Floats, smooth: Floats, inside: int) -> float:
-    """Where `share` (1 = blocked) last crosses one half before the blocked sample `inside`, in fractional samples.
+def _crossing(share: Floats, smooth: Floats, inside: int) -> tuple[float, float]:
+    """Where `share` (1 = blocked) last crosses one half before the blocked sample `inside`, in fractional samples, and
+    how many samples its whole rise takes by that between the quarter points.
 
     The mean of all crossings between the smoothed signal's quarter points: noise on a slow edge makes several.
     """
@@ -213,72 +220,5 @@ def _crossing(share: Floats, smooth: Floats, inside: int) -> float:
     first = max(0, low - 1)
     stretch = share[first : high + 2] - 0.5
     at = np.flatnonzero((stretch[:-1] < 0) != (stretch[1:] < 0))
-    return float(first + np.mean(at + stretch[at] / (stretch[at] - stretch[at + 1])))
-
-
-#: The drop is found in medians over this many samples, and exceeds this many deviations of their noise.
-_BLOCK, _NOISE_MARGIN = 16, 8.0
-#: Type A uncertainty by means over this many pieces: hum and drift make neighbouring samples alike.
-_PIECES = 8
-_SMALLEST_STRETCH = 2 * _PIECES
-
-
-class NoDropError(ValueError):
-    """The pressure record shows no shot, or too little before it; the message says what was seen."""
-
-
-@dataclass(frozen=True)
-class TankPressure:
-    """Mean pressure over samples `first:stop`, with the standard uncertainty of that mean (type A only)."""
-
-    pressure_pa: float
-    pressure_u_pa: float
-    first: int
-    stop: int
-
-
-def tank_pressure_before(
-    pressure_pa: NDArray[Any], *, longest_stretch: int = 10_000, guard: int = _BLOCK
-) -> TankPressure:
-    """Mean of `pressure_pa` (n,) over at most `longest_stretch` samples that end `guard` before the drop.
-
-    Values beyond six robust deviations are left out of the mean. Raises `NoDropError` where pressure does not fall, or
-    falls within the first samples; `ValueError` for a sample that is not finite.
-    """
-    values = np.asarray(pressure_pa, dtype=np.float64)
-    if not np.all(np.isfinite(values)):
-        raise ValueError(f"pressure: sample {int(np.argmin(np.isfinite(values)))} is not finite")
-    stop = _drop(values) - guard
-    first = max(0, stop - longest_stretch)
-    if stop - first < _SMALLEST_STRETCH:
-        raise NoDropError(f"{max(0, stop - first)} samples before the drop: expected at least {_SMALLEST_STRETCH}")
-    stretch = values[first:stop]
-    rest = rest_level(stretch)
-    kept = np.where(np.abs(stretch - rest.baseline) <= 6 * rest.noise, stretch, np.nan) if rest.noise else stretch
-    pieces = [piece[np.isfinite(piece)] for piece in np.array_split(kept, _PIECES)]
-    means = np.array([piece.mean() for piece in pieces if piece.size])  # a valve's slow start may take a whole one
-    return TankPressure(float(np.nanmean(kept)), float(means.std(ddof=1) / np.sqrt(means.size)), first, stop)
-
-
-def _drop(values: NDArray[np.float64]) -> int:
-    """The sample at which the pressure leaves its level.
-
-    The knee of the curve is where it lies highest above the chord from its beginning to half its fall: a level that
-    leaks before the shot has the same knee, where a threshold would be crossed by the leak. A valve that opens
-    slowly rounds the knee off, hence the step back by a quarter of what is left to half the fall.
-    """
-    blocks = np.median(values[: values.size // _BLOCK * _BLOCK].reshape(-1, _BLOCK), axis=1)
-    if blocks.size < 4:
-        raise NoDropError(f"{values.size} samples of pressure: expected at least {4 * _BLOCK}")
-    noise = rest_level(np.diff(values)).noise / np.sqrt(_BLOCK)
-    level = float(np.median(blocks[: max(3, blocks.size // 20)]))
-    fall = level - float(blocks.min())
-    half = int(np.argmax(blocks <= level - fall / 2))
-    above = blocks[: half + 1] - np.linspace(blocks[0], blocks[half], half + 1)
-    knee = int(np.argmax(above))
-    if not above[knee] > _NOISE_MARGIN * noise:
-        raise NoDropError(
-            f"no drop: pressure falls by {fall:.3g} Pa, by {above[knee]:.3g} Pa at once, with noise of {noise:.3g} Pa; "
-            f"a shot is expected to exceed {_NOISE_MARGIN:g} times the noise, after {_SMALLEST_STRETCH} samples of rest"
-        )
-    return (knee - (half - knee) // 4) * _BLOCK
+    crossing = float(first + np.mean(at + stretch[at] / (stretch[at] - stretch[at + 1])))
+    return crossing, 2.0 * max(high - low - 1, 0)

@@ -10,6 +10,7 @@ from sqlalchemy.orm import Session
 from ...dataset.predictors import shipped
 from ...dataset.selection import missing_in_campaigns, missing_words
 from ...ingest.errors import enumerated
+from ...ingest.shot_differences import campaign_differences
 from ...schema.benches import Material
 from ...schema.campaigns import Campaign
 from ...schema.conditions import get_campaign_id
@@ -29,7 +30,8 @@ def campaign_overview(session: Session, name: str) -> dict[str, Any]:
 
     `campaign`, `counts`, `set_aside` (the first ones, with reasons), `plans` and `levels` (design coverage), `achieved`
     and `achieved_summary` (planned settings against recorded ones), `findings` (counted by check and severity),
-    `missing_facts` (what training would miss, a sentence), `first_impacts`, `first_shots`.
+    `missing_facts` (what training would miss, a sentence), `shot_differences` (by what most shots differ from their
+    rows, sentences), `first_impacts`, `first_shots`.
     """
     key = get_campaign_id(session, name)
     row = session.get_one(Campaign, key)
@@ -45,6 +47,7 @@ def campaign_overview(session: Session, name: str) -> dict[str, Any]:
         "achieved_summary": achieved.summary,
         "findings": count_findings(session, key),
         "missing_facts": missing_facts_words(session, row),
+        "shot_differences": [finding.message for finding in campaign_differences(session, key)],
         "first_impacts": list_impacts_page(session, name, (), None, FIRST_ROWS)[0],
         "first_shots": list(with_predictions(session, shots)),
     }

@@ -85,6 +85,10 @@ def show(name: str, db: str, json_to: str | None) -> None:
                 click.echo(f"{key:24} {format_cell(value)}")
     if overview["missing_facts"]:
         click.echo(f"\nmissing facts\n  {overview['missing_facts']}")
+    if overview["shot_differences"]:
+        click.echo("\nrows and recordings differ")
+        for message in overview["shot_differences"]:
+            click.echo(f"  {message}")
     for title in ("findings", "first_impacts", "first_shots"):
         click.echo(f"\n{title.replace('_', ' ')}")
         print_table(overview[title], "  none")

@@ -197,8 +197,8 @@ def _suggest(folders: tuple[Path, ...], reports: list[dict[str, Any]], dry_run: 
         suggest_next("diagnose", names[0])
 
 
-#: Notes on the campaign, of which there is one.
-_TOLD_WHOLE = ("added-facts", "missing-facts")
+#: What is said of the campaign once, with its words.
+_TOLD_WHOLE = ("added-facts", "missing-facts", "velocity-differs-throughout", "pressure-differs-throughout")
 
 
 def _tell_links(links: Any) -> None:
@@ -225,7 +225,7 @@ def _tell(report: Any, dry_run: bool) -> None:
     by_check: dict[tuple[str, str], list[str | None]] = {}
     for finding in (entry for entry in report.findings if entry["check"] != DISCARDED):
         if finding["check"] in _TOLD_WHOLE:
-            note(f"  note: {finding['check']}: {finding['message']}")
+            note(f"  {finding['severity']}: {finding['check']}: {finding['message']}")
             continue
         by_check.setdefault((finding["severity"], finding["check"]), []).append(finding["channel"])
     for (severity, check), channels in sorted(by_check.items()):

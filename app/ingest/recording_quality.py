@@ -121,6 +121,18 @@ _ADVICE: dict[str, tuple[str, str]] = {
     "undeclared-channel": ("A channel is not declared in campaign.toml", "Declare it, if it is to be stored."),
     "threshold-raised": ("Noise hides the ends of a contact", "Extract the pulses again with a higher threshold."),
     "same-recording": ("The samples are those of another recording", "Check which of the two files is right."),
+    "velocity-differs": (
+        "The velocity of runs.csv is not the laser's",
+        "Check the row, bullet_length_mm and the laser's sampling rate.",
+    ),
+    "pressure-differs": (
+        "The tank pressure of runs.csv is not the recorded one",
+        "Check the row, and the calibration of the transducer.",
+    ),
+    "no-rest-before-drop": (
+        "The record begins within the drop of the tank's pressure",
+        "Begin the recording earlier (a longer pre-trigger).",
+    ),
     "no-impact-velocity": ("The velocity of an impact is unknown", "Add impact_velocity_m_s to runs.csv."),
 }
 

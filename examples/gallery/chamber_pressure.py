@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pyroshock.app.common.plots import MEASURED, MODEL, QUIET, new_figure
-from pyroshock.ingest.velocity import muzzle_velocity, tank_pressure_before
+from pyroshock.ingest.pressure_drop import pressure_drop
+from pyroshock.ingest.velocity import muzzle_velocity
 from pyroshock.virtualbench.campaigns.gun import BULLET_LENGTH_M, DURATION_S, LASER, RATE_HZ, TANK
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.gun.build import GunBuild, Projectile
@@ -37,7 +38,7 @@ def draw() -> Figure:
     """Pressure and laser volts over time since the trigger; velocity and pressure are what an ingest reads of them."""
     volts = recorded(np.random.default_rng(2))
     pressure_bar = (volts["tank_pressure"].astype(float) - TANK.offset_v) / (TANK.sensitivity or 1.0)
-    before = tank_pressure_before(pressure_bar * 1e5)
+    before = pressure_drop(pressure_bar * 1e5, RATE_HZ)
     passage = muzzle_velocity(volts["laser"], RATE_HZ, BULLET_LENGTH_M)
     time_ms = 1e3 * (np.arange(pressure_bar.size) / RATE_HZ - Trigger().pre_trigger_s)
     figure = new_figure(8.0, 4.2)

@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 from pyroshock.ingest.calibration_points import read_points
+from pyroshock.ingest.pressure_drop import pressure_drop
 from pyroshock.ingest.stored import list_channels, read_channel
-from pyroshock.ingest.velocity import tank_pressure_before
 from pyroshock.schema.impacts import Shot
 from pyroshock.signals.calibration import fit_line
 from pyroshock.virtualbench.campaigns.gun import TANK
@@ -63,7 +63,7 @@ def test_measured_pressure_has_the_calibration_s_uncertainty(sqlite_url, calibra
     ingested(sqlite_url, calibrated)
     slope, offset = np.polyfit(BAR, VOLT, 1)
     (variance, both), (_, constant) = np.polyfit(BAR, VOLT, 1, cov=True)[1]
-    read = tank_pressure_before((volts().astype(float) - offset) / slope * 1e5)
+    read = pressure_drop((volts().astype(float) - offset) / slope * 1e5, 1e4)
     bar = read.pressure_pa / 1e5
     of_line = math.sqrt(constant + bar**2 * variance + 2 * bar * both) / slope
     u_pa = math.sqrt(read.pressure_u_pa**2 + (1e5 * of_line) ** 2 + 500.0**2)

@@ -25,7 +25,8 @@ ROOMS: dict[str, tuple[str, ...]] = {
     ),
     "ingest": (
         "load", "report", "errors", "folder", "runs", "settings", "readers", "readers.base", "segmentation",
-        "pulses", "transfer_function", "acceleration", "velocity", "impact_speed", "gunshot", "processing",
+        "pulses", "transfer_function", "acceleration", "velocity", "impact_speed", "pressure_drop", "gunshot",
+        "processing", "shot_differences",
         "channel_figures", "recording_options", "derived_force", "stored", "reextraction", "repair",
         "plan_link",
     ),

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.ingest.velocity import muzzle_velocity, tank_pressure_before
+from pyroshock.ingest.pressure_drop import pressure_drop
+from pyroshock.ingest.velocity import muzzle_velocity
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.gun.build import GunBuild, Projectile
 from pyroshock.virtualbench.gun.fire import (
@@ -40,7 +41,7 @@ def test_velocity_pressure_and_edges_come_back(shot: ShotTruth, signals: dict[st
     begin = trigger_time_s(shot) - 0.2
     edges_s = begin + np.array([velocity.enter_sample, velocity.leave_sample]) / RATE_HZ
     assert edges_s == pytest.approx(shot.laser_blocked[0], abs=0.6 / RATE_HZ)
-    pressure = tank_pressure_before(signals["tank_pressure"]).pressure_pa
+    pressure = pressure_drop(signals["tank_pressure"], RATE_HZ).pressure_pa
     assert pressure == pytest.approx(shot.tank_pressure_pa[0], rel=1e-3)
     assert signals["laser"].max() == pytest.approx(LASER_REST_M)
     assert signals["laser"].min() == pytest.approx(LASER_REST_M - BULLET.diameter_m)
