@@ -26,7 +26,7 @@ from ...schema.recordings import SET_ASIDE, Recording
 from ...schema.session import Writer, open_scratch_store, open_store
 from ..record import CampaignRecord, Factor, Run, RunConfiguration
 from .series import HitSeries, StoredImpact, read_exclusions, read_hits, read_series
-from .tank_pressure import TankPressures, read_tank_pressures
+from .tank_pressure import TankPressures, pressures_as_read, read_tank_pressures
 
 #: Columns of a projectile's own travel to the vent holes, and their units in m.
 TRAVEL = {"travel_m": 1.0, "travel_mm": 1e-3}
@@ -126,6 +126,11 @@ def _gun(record: CampaignRecord, hits: Sequence[StoredImpact]) -> Iterator[str]:
             f"tank pressure: as recorded in {len(ratios)} of {len(pressures)} shots, in the median "
             f"{float(np.median(ratios)) - 1:+.1%} from the set one; gauge"
         )
+        if len(ratios) < len(pressures):
+            yield (
+                f"tank pressure of {len(pressures) - len(ratios)} shots: the set one, on the line through what was set "
+                "and recorded in the others"
+            )
     elif pressures:
         yield "tank pressure: the set one, since none was recorded; gauge"
     travels = [run.travel_m for run in record.runs if run.travel_m is not None]
@@ -234,7 +239,7 @@ def read_campaign(session: Session, name: str, *, most_runs_per_configuration: i
                 run=hit.run,
                 repetition=hit.repetition,
                 order=order,
-                tank_pressure_pa=hit.set_pressure_pa if hit.recorded_pressure_pa is None else hit.recorded_pressure_pa,
+                tank_pressure_pa=pressure_pa,
                 bullet_mass_kg=hit.bullet_mass_kg,
                 velocity_m_s=hit.velocity_m_s,
                 velocity_u_m_s=hit.velocity_u_m_s,
@@ -243,7 +248,7 @@ def read_campaign(session: Session, name: str, *, most_runs_per_configuration: i
                 accelerations=series.accelerations.get(order, {}),
                 tank_pressure=pressures.traces.get(order),
             )
-            for order, (hit, row) in enumerate(zip(hits, rows, strict=True))
+            for order, (hit, row, pressure_pa) in enumerate(zip(hits, rows, pressures_as_read(hits), strict=True))
         ),
         gun=gun_bench(campaign.gun) if campaign.gun else None,
         hammer_mass_kg=campaign.hammer.mass_kg if campaign.hammer else None,

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from sqlalchemy.orm import Session
 
+from ...array_types import Floats
 from ...ingest.gunshot import laser_channel
 from ...ingest.stored import list_channels, read_channel
 from ...ingest.velocity import NoPassageError, muzzle_velocity
@@ -15,6 +16,8 @@ from ...signals.channel import Channel
 from ..record import Series
 from .series import QualityExclusions, StoredImpact
 
+#: A gain and an offset are told apart from so many set pressures on.
+_FEWEST_LEVELS = 3
 #: Means over this time are what is kept: a tank changes by less than its transducer's noise meanwhile.
 _BLOCK_S = 0.5e-3
 
@@ -27,6 +30,35 @@ class TankPressures:
     traces: dict[int, Series] = field(default_factory=dict)
     without_passage: int = 0
     rejected: int = 0
+
+
+def pressures_as_read(hits: Sequence[StoredImpact]) -> list[float | None]:
+    """The pressure before each shot as the transducer reads it: recorded, or the set one where no shot was recorded.
+
+    A regulator and a transducer may differ by a gain and an offset. Where some records show no pressure before the
+    shot, what the transducer would have read follows from the others by a straight line through what was set and what
+    was recorded: through the origin where only one pressure was set.
+    """
+    pairs = [(hit.set_pressure_pa, hit.recorded_pressure_pa) for hit in hits]
+    both = np.array([(a, b) for a, b in pairs if a is not None and b is not None], dtype=np.float64).reshape(-1, 2)
+    if not both.size:
+        return [recorded if recorded is not None else nominal for nominal, recorded in pairs]
+    slope, level = _line(both[:, 0], both[:, 1])
+    return [
+        recorded if recorded is not None or nominal is None else float(level + slope * nominal)
+        for nominal, recorded in pairs
+    ]
+
+
+def _line(x: Floats, y: Floats) -> tuple[float, float]:
+    """Slope and level of a straight line through most points, by the medians of Theil and Sen, with errors in
+    proportion to the pressure."""
+    from scipy.stats import theilslopes
+
+    if np.unique(x).size < _FEWEST_LEVELS:
+        return float(np.median(y / np.where(x > 0, x, np.nan))) if (x > 0).all() else 1.0, 0.0
+    slope, level, *_ = theilslopes(y, x)
+    return float(slope), float(level)
 
 
 def read_tank_pressures(
