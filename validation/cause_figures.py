@@ -35,6 +35,8 @@ Rows = Sequence[CaseResult]
 CONFIDENT = 0.8
 #: Effects with less of the gap may be left out of the first entry.
 LEAST_SHARE = 0.1
+#: Every gun at full scale stands in it, and mostly it is the largest effect.
+ATMOSPHERE = "gun.back_pressure"
 ALL = "all tiers"
 
 
@@ -42,9 +44,10 @@ ALL = "all tiers"
 class CauseFigures:
     """Of some campaigns.
 
-    `largest_leads`: the effect with the largest true share is the first of the table of shares; `largest_named`: it is
-    in the first entry; `set_named`: it is in a set of the report, or in the first entry, where the report has sets, and
-    `set_size` how many effects that set has. `idle_named`: of the names in the likeliest member of the first entry,
+    `largest_leads`: the effect with the largest true share is the first of the table of shares; `other_leads`: the same
+    without the atmosphere, in which every gun stands; `largest_named`: it is in the first entry; `set_named`: it is in
+    a set of the report, or in the first entry, where the report has sets, and `set_size` how many effects that set has.
+    `idle_named`: of the names in the likeliest member of the first entry,
     those that do not act. `both_named`: of two acting effects. `wrong_alone`: one effect alone is named above 0.8, and
     it does not act. `shares_error` and `shares_held`: mean absolute error of the shares of acting effects, and how
     often their 90 % intervals hold the true ones. `none_first` and `unknown_first` where an effect of the catalogue
@@ -58,6 +61,7 @@ class CauseFigures:
     name: str
     n: int
     largest_leads: Rate
+    other_leads: Rate
     largest_named: Rate
     set_named: Rate
     set_size: float
@@ -104,6 +108,11 @@ def cause_figures(name: str, rows: Rows) -> CauseFigures:
         name=name,
         n=len(rows),
         largest_leads=Rate.of(_leader(row) == _largest(row) for row in shared),
+        other_leads=Rate.of(
+            _leader(row, ATMOSPHERE) == _largest(row, ATMOSPHERE)
+            for row in shared
+            if set(row.label.shapley) - {ATMOSPHERE}
+        ),
         largest_named=Rate.of(_largest(row) in any_named(row) for row in shared),
         set_named=Rate.of(bool(_set_of_largest(row)) for row in with_sets),
         set_size=_mean(len(members) for row in with_sets if (members := _set_of_largest(row))),
@@ -167,6 +176,7 @@ def first_entry_right(row: CaseResult) -> bool:
 LINES: dict[str, Callable[[CauseFigures], str]] = {
     "campaigns": lambda f: str(f.n),
     "largest leads the shares": lambda f: show_rate(f.largest_leads),
+    "largest but the atmosphere": lambda f: show_rate(f.other_leads),
     "largest in the first entry": lambda f: show_rate(f.largest_named),
     "set that holds the largest is named": lambda f: show_rate(f.set_named),
     "effects in that set": lambda f: show_number(f.set_size, 1),
@@ -199,13 +209,14 @@ def cause_text(tables: Sequence[CauseFigures]) -> str:
     return markdown_table([["what a reader acts on", *(table.name for table in tables)], *kept]) if tables else ""
 
 
-def _largest(row: CaseResult) -> str:
-    return max(row.label.shapley, key=lambda effect: row.label.shapley[effect])
+def _largest(row: CaseResult, but: str = "") -> str:
+    return max((effect for effect in row.label.shapley if effect != but), key=lambda e: row.label.shapley[e])
 
 
-def _leader(row: CaseResult) -> str:
+def _leader(row: CaseResult, but: str = "") -> str:
     """The effect with the largest stated share; "" without any."""
-    return max(row.said.shares, key=lambda effect: row.said.shares[effect][0], default="")
+    stated = (effect for effect in row.said.shares if effect != but)
+    return max(stated, key=lambda effect: row.said.shares[effect][0], default="")
 
 
 def _set_of_largest(row: CaseResult) -> frozenset[str]:

@@ -43,6 +43,13 @@ def test_leader_is_the_effect_with_the_largest_share_and_not_the_first_name() ->
     assert figures.both_named.value == 1.0
     assert figures.shares_error == pytest.approx((0.1 + 0.1 + 0.3 + 0.3) / 4)
     assert (figures.shares_held.hits, figures.shares_held.n) == (1, 4)
+    air = "gun.back_pressure"
+    three = truth(air, VALVE, LEAK, shapley={air: 0.6, VALVE: 0.3, LEAK: 0.1})
+    said = answer(([air], 0.9), shares={air: (0.7, 0.6, 0.8), LEAK: (0.2, 0.1, 0.3), VALVE: (0.1, 0.0, 0.2)})
+    assert value("largest_leads", CaseResult(three, said)) == 1.0
+    assert value("other_leads", CaseResult(three, said)) == 0.0
+    assert value("other_leads", *rows) == 0.5
+    assert value("other_leads", CaseResult(truth(air), said)) is None
     lost = CaseResult(TWO, CaseAnswer("a", error="out of time"))
     assert value("largest_leads", lost) == 0.0
     assert cause_figures("x", [lost]).shares_error == pytest.approx(0.5)
