@@ -224,7 +224,8 @@ def _set_of_largest(row: CaseResult) -> frozenset[str]:
     largest = _largest(row)
     holding = [members for members in row.said.sets or () if largest in members]
     if holding:
-        return frozenset(min(holding, key=lambda members: len(members)))
+        smallest = min(holding, key=len)
+        return frozenset(smallest)
     return frozenset({largest}) if largest in any_named(row) else frozenset()
 
 
