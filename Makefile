@@ -93,11 +93,11 @@ bench-tuning: .venv/.pyroshock-test ## settings for 20 spectra of the virtual be
 bench-scale: .venv/.pyroshock-test ## a million impacts on PostgreSQL, questions with their plans, room, ingest: half an hour, 10 GB
 	@$(BIN)/python -m benchmarks.scale
 
-CASES ?= 400
-SPLIT ?= sealed
+CASES ?= 3
+SPLIT ?= development
 SEED ?=
 
-blind-check: .venv/.pyroshock-test ## diagnoses of CASES campaigns a tier of SPLIT (sealed), from SEED (the split's own): 400 take a night; goes on where it stopped
+blind-check: .venv/.pyroshock-test ## diagnoses of CASES (3) campaigns of every tier of SPLIT (development), from SEED (the split's own): an hour on two cores; goes on where it stopped
 	@$(BIN)/pyroshock blind-check --cases $(CASES) --split $(SPLIT) $(if $(SEED),--seed $(SEED)) \
 	  --folder results/blind-check-$(SPLIT)-$(CASES)$(if $(SEED),-$(SEED))
 

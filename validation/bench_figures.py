@@ -85,8 +85,8 @@ class BenchFigures:
 
     def as_json(self) -> dict[str, Any]:
         table = {k: v.as_json() if hasattr(v, "as_json") else v for k, v in vars(self).items()}
-        table["seconds"] = [_finite(value) for value in self.seconds]
-        return {k: _finite(v) if isinstance(v, float) else v for k, v in table.items()}
+        table["seconds"] = [finite(value) for value in self.seconds]
+        return {k: finite(v) if isinstance(v, float) else v for k, v in table.items()}
 
 
 def bench_figures(name: str, rows: Rows) -> BenchFigures:
@@ -105,9 +105,9 @@ def bench_figures(name: str, rows: Rows) -> BenchFigures:
         true_fraction_10=Quantile.of(true, 10),
         naive=Quantile.of([value for value, _ in naive if value is not None], 50),
         at_least_naive=Rate.of(own >= value - BELOW_NAIVE for value, own in naive if value is not None),
-        largest_named=Rate.of(_largest(row) in _any_named(row) for row in rows if row.label.shares),
+        largest_named=Rate.of(_largest(row) in any_named(row) for row in rows if row.label.shares),
         large_named=Rate.of(
-            effect in _any_named(row)
+            effect in any_named(row)
             for row in rows
             for effect, share in row.label.shares.items()
             if share >= LARGE_SHARE
@@ -118,13 +118,13 @@ def bench_figures(name: str, rows: Rows) -> BenchFigures:
             for effect in row.label.shown
             if effect not in row.label.effects
         ),
-        all_named=Rate.of(set(row.label.effects) <= _any_named(row) for row in rows if row.label.effects),
-        one_named=Rate.of(bool(set(row.label.effects) & _any_named(row)) for row in rows if row.label.effects),
+        all_named=Rate.of(set(row.label.effects) <= any_named(row) for row in rows if row.label.effects),
+        one_named=Rate.of(bool(set(row.label.effects) & any_named(row)) for row in rows if row.label.effects),
         shares_error=_mean([abs(_stated(row, e) - row.label.shares.get(e, 0.0)) for row, e in compared]),
         shapley_error=_mean([abs(_stated(row, e) - row.label.shapley.get(e, 0.0)) for row, e in compared]),
         shares_held=Rate.of(_interval_holds(row, effect) for row, effect in compared),
         unknown_first=Rate.of(row.said.labels[:1] == (UNKNOWN,) for row in rows),
-        seconds=(_percentile(seconds, 50), _percentile(seconds, 95)),
+        seconds=(percentile(seconds, 50), percentile(seconds, 95)),
         memory_mb=max(memory, default=math.nan),
     )
 
@@ -145,23 +145,23 @@ def bench_tables(rows: Rows, tiers: Sequence[str]) -> tuple[BenchFigures, ...]:
 #: A column each: its name, and how its cell is made.
 COLUMNS: dict[str, Callable[[BenchFigures], str]] = {
     "cases": lambda f: str(f.n),
-    "fraction held out": lambda f: _quantile(f.fraction),
-    "10th percentile": lambda f: _quantile(f.fraction_10),
-    "truly removed": lambda f: _quantile(f.true_fraction),
-    "its 10th percentile": lambda f: _quantile(f.true_fraction_10),
-    "naive joint fit": lambda f: _quantile(f.naive),
-    "not below it": lambda f: _rate(f.at_least_naive),
-    "largest named": lambda f: _rate(f.largest_named),
-    "share >= 0.2 named": lambda f: _rate(f.large_named),
-    "off, but named": lambda f: _rate(f.off_named),
-    "all named": lambda f: _rate(f.all_named),
-    "one named": lambda f: _rate(f.one_named),
-    "shares' error": lambda f: _number(f.shares_error),
-    "(Shapley)": lambda f: _number(f.shapley_error),
-    "shares in 90 %": lambda f: _rate(f.shares_held),
-    "unknown first": lambda f: _rate(f.unknown_first),
-    "seconds, 95th percentile": lambda f: f"{_number(f.seconds[0], 0)}, {_number(f.seconds[1], 0)}",
-    "MB": lambda f: _number(f.memory_mb, 0),
+    "fraction held out": lambda f: show_quantile(f.fraction),
+    "10th percentile": lambda f: show_quantile(f.fraction_10),
+    "truly removed": lambda f: show_quantile(f.true_fraction),
+    "its 10th percentile": lambda f: show_quantile(f.true_fraction_10),
+    "naive joint fit": lambda f: show_quantile(f.naive),
+    "not below it": lambda f: show_rate(f.at_least_naive),
+    "largest named": lambda f: show_rate(f.largest_named),
+    "share >= 0.2 named": lambda f: show_rate(f.large_named),
+    "off, but named": lambda f: show_rate(f.off_named),
+    "all named": lambda f: show_rate(f.all_named),
+    "one named": lambda f: show_rate(f.one_named),
+    "shares' error": lambda f: show_number(f.shares_error),
+    "(Shapley)": lambda f: show_number(f.shapley_error),
+    "shares in 90 %": lambda f: show_rate(f.shares_held),
+    "unknown first": lambda f: show_rate(f.unknown_first),
+    "seconds, 95th percentile": lambda f: f"{show_number(f.seconds[0], 0)}, {show_number(f.seconds[1], 0)}",
+    "MB": lambda f: show_number(f.memory_mb, 0),
 }
 
 
@@ -185,7 +185,8 @@ def _largest(row: CaseResult) -> str:
     return max(row.label.shares, key=lambda effect: row.label.shares[effect])
 
 
-def _any_named(row: CaseResult) -> frozenset[str]:
+def any_named(row: CaseResult) -> frozenset[str]:
+    """Effects that some member of the first entry names."""
     return frozenset().union(*row.said.named)
 
 
@@ -209,24 +210,29 @@ def _mean(values: Sequence[float]) -> float:
     return float(np.mean(values)) if len(values) else math.nan
 
 
-def _percentile(values: Sequence[float], percent: float) -> float:
+def percentile(values: Sequence[float], percent: float) -> float:
+    """NaN without values."""
     return float(np.percentile(values, percent)) if len(values) else math.nan
 
 
-def _finite(value: float) -> float | None:
+def finite(value: float) -> float | None:
+    """JSON has neither NaN nor infinity."""
     return value if math.isfinite(value) else None
 
 
-def _quantile(value: Quantile) -> str:
+def show_quantile(value: Quantile) -> str:
+    """With its interval and the number of values."""
     return f"{value.value:.2f} ({value.low:.2f} to {value.high:.2f}, {value.n})" if value.n else "-"
 
 
-def _rate(rate: Rate) -> str:
+def show_rate(rate: Rate) -> str:
+    """With its interval and the number of cases."""
     if rate.value is None:
         return "-"
     low, high = rate.interval
     return f"{rate.value:.2f} ({low:.2f} to {high:.2f}, {rate.n})"
 
 
-def _number(value: float, digits: int = 2) -> str:
+def show_number(value: float, digits: int = 2) -> str:
+    """A dash for NaN."""
     return f"{value:.{digits}f}" if math.isfinite(value) else "-"

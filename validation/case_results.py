@@ -35,7 +35,8 @@ class WithheldTruth:
     the catalogue, which has a `family` instead. `gap_in_floors` and `gap_in_tolerances` are of the effect alone,
     without background. `stages` are those in whose observables it shows; `inside` names the configurations (by their
     place in the record) where it acts, where it does not act in all of them. `shares` of the squared gap by effect, by
-    leaving one out, and `shapley`; `shown` are the effects that such a campaign could show, acting or not.
+    leaving one out, and `shapley`; `shown` are the effects that such a campaign could show, acting or not. `traces`:
+    whether tank pressure and laser were recorded.
     """
 
     case: str
@@ -51,6 +52,7 @@ class WithheldTruth:
     shares: Mapping[str, float] = field(default_factory=dict)
     shapley: Mapping[str, float] = field(default_factory=dict)
     shown: tuple[str, ...] = ()
+    traces: bool = False
 
     @property
     def key(self) -> str:
@@ -82,7 +84,8 @@ class CaseAnswer:
 
     `stages` in the order named; `inside` the configurations of each named region; `shrinkage` the report's entry that
     is held out by configuration. `shares` by effect: of the squared gap, with its interval's ends. `naive` is the
-    fraction of the gap that the naive joint fit takes away, held out.
+    fraction of the gap that the naive joint fit takes away, held out. `corner` is the shrinkage that is held out by a
+    corner, `sets` the effects of each set that the report names (None: the report knows no sets).
     """
 
     case: str
@@ -95,12 +98,18 @@ class CaseAnswer:
     shares: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
     naive: float | None = None
     memory_mb: float | None = None
+    cpu_s: float | None = None
+    corner: Mapping[str, Any] | None = None
+    sets: tuple[tuple[str, ...], ...] | None = None
 
     @classmethod
     def of(cls, case: str, verdict: Mapping[str, Any], inside: Sequence[Sequence[int]] = ()) -> Self:
         """From a verdict's JSON."""
         where = verdict.get("where", {})
-        held = [entry for entry in verdict.get("shrinkage", ()) if entry["held_out_by"] == "configuration"]
+        shrinkage = verdict.get("shrinkage", ())
+        held = [entry for entry in shrinkage if entry["held_out_by"] == "configuration"]
+        corners = [entry for entry in shrinkage if entry["held_out_by"].startswith("corner")]
+        sets = verdict.get("sets")
         return cls(
             case,
             tuple(sorted((_entry(cause) for cause in verdict["causes"]), key=lambda e: -e.probability)),
@@ -111,6 +120,9 @@ class CaseAnswer:
             shares={row["effect"]: (row["share"], *row["ci90"]) for row in verdict.get("effects") or ()},
             naive=verdict.get("naive"),
             memory_mb=verdict.get("memory_mb"),
+            cpu_s=verdict.get("cpu_s"),
+            corner=corners[0] if corners else None,
+            sets=None if sets is None else tuple(tuple(members["effects"]) for members in sets),
         )
 
     @classmethod

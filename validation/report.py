@@ -16,6 +16,7 @@ from ..schema.atomic_write import write_text
 from .answer_sets import Rate
 from .bench_figures import BenchFigures, bench_text, markdown_table
 from .case_results import CaseAnswer, CaseResult, RankedAnswer, WithheldTruth
+from .cause_figures import CauseFigures, cause_text
 from .metrics import CaseMetrics
 from .tally import ExcludedEffect
 
@@ -27,7 +28,8 @@ DIAGNOSIS = "diagnosis"
 class Report:
     """`tiers` of the diagnosis and `baselines` by their name, the same tiers each, "all" the last.
 
-    `kinds`: the diagnosis by kind of campaign, over all tiers. `benches`: the tiers on which many effects act.
+    `kinds`: the diagnosis by kind of campaign, over all tiers. `benches`: the tiers in which kinds take turns;
+    `causes`: of the same, what a reader acts on.
     `published` are the salted hashes of the labels, in the order of the cases, as they were before any diagnosis.
     """
 
@@ -39,6 +41,7 @@ class Report:
     kinds: tuple[CaseMetrics, ...] = ()
     published: tuple[str, ...] = ()
     benches: tuple[BenchFigures, ...] = ()
+    causes: tuple[CauseFigures, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         return {
@@ -50,6 +53,7 @@ class Report:
             ],
             "kinds": _rows_json(self.kinds, "kind"),
             "benches": [bench.as_json() for bench in self.benches],
+            "causes": [cause.as_json() for cause in self.causes],
             "left_out": self.left_out.as_json() if self.left_out else None,
             "published": list(self.published),
         }
@@ -64,6 +68,7 @@ class Report:
             parts.append(table(list(last.values()), "answers by", list(last)))
         parts += [
             bench_text(self.benches),
+            cause_text(self.causes),
             _reliability(self.tiers[-1]),
             _errors(self.tiers[-1]),
             _left_out(self.left_out),
@@ -79,6 +84,7 @@ class Pool:
     tiers: tuple[CaseMetrics, ...]
     kinds: tuple[CaseMetrics, ...]
     benches: tuple[BenchFigures, ...] = ()
+    causes: tuple[CauseFigures, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         return {
@@ -86,12 +92,14 @@ class Pool:
             "tiers": _rows_json(self.tiers, "tier"),
             "kinds": _rows_json(self.kinds, "kind"),
             "benches": [bench.as_json() for bench in self.benches],
+            "causes": [cause.as_json() for cause in self.causes],
         }
 
     def text(self) -> str:
         sections = [f"{len(self.checks)} checks: seeds {', '.join(str(check['seed']) for check in self.checks)}"]
         if self.tiers:
             sections += [table(self.tiers, "tier"), table(self.kinds, "kind"), bench_text(self.benches)]
+            sections.append(cause_text(self.causes))
             sections.append(_errors(self.tiers[-1]))
         return "\n\n".join(part for part in sections if part)
 
@@ -221,5 +229,7 @@ def _row(table: Mapping[str, Any]) -> CaseResult:
         for entry in answer["entries"]
     )
     answer["stages"], answer["inside"] = tuple(answer["stages"]), tuple(tuple(indices) for indices in answer["inside"])
+    sets = answer.get("sets")
+    answer["sets"] = None if sets is None else tuple(tuple(members) for members in sets)
     answer["shares"] = {name: tuple(values) for name, values in answer.get("shares", {}).items()}
     return CaseResult(WithheldTruth(**label), CaseAnswer(**answer), table["oracle"])

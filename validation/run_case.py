@@ -57,6 +57,8 @@ def _of_process_mb() -> float:
     return peak / (1e6 if sys.platform == "darwin" else 1e3)
 
 
+#: What of a report is scored; sets are not in every one.
+KEPT = ("gap", "where", "causes", "shrinkage", "effects", "sets", "unexplained", "path")
 #: A case that takes longer has no answer.
 PATIENCE_S = 900.0
 
@@ -112,8 +114,7 @@ def diagnosed(folder: Path, options: Options) -> dict[str, Any]:
     verdict = diagnose(read_folder(folder), options=options)
     seconds, cpu = time.perf_counter() - began, time.process_time() - used
     report = verdict.as_json()
-    parts = ("gap", "where", "causes", "shrinkage", "effects", "unexplained", "sets", "path")
-    kept = {key: report[key] for key in parts}
+    kept = {key: report[key] for key in KEPT if key in report}
     fitted = [effect.as_json() for effect in verdict.first.fitted]
     cost = {"seconds": seconds, "cpu_s": cpu, "memory_mb": memory.used_mb()}
     text = json.dumps({"verdict": kept, "fitted": fitted, "odds": verdict.unknown_log_odds, **cost})

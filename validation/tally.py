@@ -21,6 +21,7 @@ from .case_plan import BENCHES, LEFT_OUT, CaseTask
 from .case_results import CaseAnswer, CaseResult, WithheldTruth, stages_of
 from .cases.attribution import shares
 from .cases.case import Label as Opened
+from .cause_figures import CauseFigures, cause_tables
 from .metrics import NO_ANSWER, CaseMetrics, figures
 
 
@@ -90,6 +91,7 @@ def label(task: CaseTask, opened: Opened) -> WithheldTruth:
         shares=shares(opened.left_out),
         shapley=shares(opened.shapley),
         shown=opened.shown,
+        traces=opened.traces,
     )
 
 
@@ -125,6 +127,7 @@ class Scores(TypedDict):
     baselines: dict[str, tuple[CaseMetrics, ...]]
     left_out: ExcludedEffect | None
     benches: tuple[BenchFigures, ...]
+    causes: tuple[CauseFigures, ...]
 
 
 def scored(
@@ -149,6 +152,7 @@ def scored(
             for baseline in baseline_names
         },
         benches=bench_tables(rows, tuple(BENCHES)),
+        causes=cause_tables(rows, tuple(BENCHES)),
         left_out=_left_out([task for task in work if task.tier == LEFT_OUT], labels, answers, truths),
     )
 
@@ -198,6 +202,7 @@ def scored_answer(case: str, answer: Mapping[str, Any], opened: Opened) -> CaseA
         "seconds": np.nan if seconds is None else seconds,
         "naive": answer.get("naive", {}).get("fraction"),
         "memory_mb": answer.get("memory_mb"),
+        "cpu_s": answer.get("cpu_s"),
     }
     return CaseAnswer.of(case, verdict, named_regions(opened, verdict["where"].get("factors", ())))
 

@@ -135,11 +135,13 @@ def _pooled(folders: tuple[Path, ...]) -> Pool:
     """Of folders, or of the files with scored rows themselves."""
     from ...validation.bench_figures import bench_tables
     from ...validation.case_plan import BENCHES
+    from ...validation.cause_figures import cause_tables
     from ...validation.report import SCORED, Pool, pooled
     from ...validation.tally import kinds, tables
 
     checks, rows = pooled([path if path.is_file() else path / SCORED for path in folders])
-    return Pool(tuple(checks), tables(rows), kinds(rows), bench_tables(rows, tuple(BENCHES)))
+    names = tuple(BENCHES)
+    return Pool(tuple(checks), tables(rows), kinds(rows), bench_tables(rows, names), cause_tables(rows, names))
 
 
 def _tiers_named(tiers: tuple[str, ...]) -> tuple[str, ...]:

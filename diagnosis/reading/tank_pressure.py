@@ -50,14 +50,16 @@ def pressures_as_read(hits: Sequence[StoredImpact]) -> list[float | None]:
     ]
 
 
-def _line(x: Floats, y: Floats) -> tuple[float, float]:
-    """Slope and level of a straight line through most points, by the medians of Theil and Sen, with errors in
-    proportion to the pressure."""
+def _line(nominal: Floats, recorded: Floats) -> tuple[float, float]:
+    """Slope and level of a straight line through most points, by the medians of Theil and Sen of the ratios over the
+    inverse of the pressure: a regulator errs in proportion to it."""
     from scipy.stats import theilslopes
 
-    if np.unique(x).size < _FEWEST_LEVELS:
-        return float(np.median(y / np.where(x > 0, x, np.nan))) if (x > 0).all() else 1.0, 0.0
-    slope, level, *_ = theilslopes(y, x)
+    positive = nominal > 0
+    ratio, inverse = recorded[positive] / nominal[positive], 1 / nominal[positive]
+    if np.unique(inverse).size < _FEWEST_LEVELS:
+        return (float(np.median(ratio)) if ratio.size else 1.0), 0.0
+    level, slope, *_ = theilslopes(ratio, inverse)
     return float(slope), float(level)
 
 

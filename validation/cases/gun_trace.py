@@ -109,6 +109,7 @@ def shot_records(runs: CaseRuns, true_m_s: Floats, read_m_s: Floats, rng: np.ran
     regulator = share * REGULATOR * deviation / (spread or 1.0) + alone * REGULATOR * rng.standard_normal(len(base))
     longest = max(shot.time_s[-1] for shot in shots) + recorder.rest_s + TRIGGER_S
     time = np.arange(math.ceil(longest * rate)) / rate
+    before_pa = [true_pressure_pa(setting, case.strengths, case.laws) for setting in plan]
     rows, exits = [], []
     for r, c in enumerate(runs.which):
         begin = recorder.rest_s + float(rng.uniform(0, TRIGGER_S))
@@ -117,6 +118,8 @@ def shot_records(runs: CaseRuns, true_m_s: Floats, read_m_s: Floats, rng: np.ran
         stretch = base[r] / true_m_s[r]
         shot = shots[c]
         gauge = np.interp(clock, stretch * shot.time_s, shot.tank_pressure_pa)
+        # Without a valve the law begins when tank and dead volume are filled; before that the tank has what was set.
+        gauge = np.where(since < 0, before_pa[c], gauge)
         phase = np.clip(clock / (2 * stretch * shot.exit_s), 0.0, 1.0)
         waves = np.sin(np.pi * np.outer(np.arange(1, _WAVES + 1) / 2, phase))
         gauge = gauge * (1 + regulator[r]) * (1 + weights[c] @ waves)

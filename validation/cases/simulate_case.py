@@ -39,7 +39,8 @@ def recordings(
     true, read = _pulses(runs, speeds, rng, loudest)
     plated = case.kind in ("plate", "chain")
     length = SAMPLES if plated else FORCE_SAMPLES
-    flights_s, beside = np.zeros(len(runs.rows)), [{}] * len(runs.rows)
+    flights_s = np.zeros(len(runs.rows))
+    beside: list[Mapping[str, NDArray[Any]]] = [{}] * len(runs.rows)
     if shots is not None:
         gun = gun_of(case.kind, case.design)
         length, beside = shots.samples, list(shots.channels)
