@@ -1,0 +1,54 @@
+"""The tank's pressure of withheld shots: the exit by the laser, and what the transducer reads where it was not seen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pyroshock.diagnosis.reading import read_folder
+from pyroshock.diagnosis.reading.series import StoredImpact
+from pyroshock.diagnosis.reading.tank_pressure import pressures_as_read
+from pyroshock.validation.case_plan import case_of_task, tasks
+from pyroshock.validation.cases.record import record_case
+
+SHOT = StoredImpact(1, 1, 1, None, None, 10.0, 0.1, "reported", None, None)
+
+
+def shots(set_pa: list[float], recorded_pa: list[float | None]) -> list[StoredImpact]:
+    pairs = zip(set_pa, recorded_pa, strict=True)
+    return [replace(SHOT, set_pressure_pa=a, recorded_pressure_pa=b) for a, b in pairs]
+
+
+def test_what_was_not_recorded_is_what_the_transducer_would_have_read() -> None:
+    """A gain of 2 % and an offset of 500 Pa, told by errors in proportion to the pressure."""
+    rng = np.random.default_rng(3)
+    nominal = [float(p) for p in np.geomspace(0.3e5, 4e5, 12)]
+    read = [1.02 * p * (1 + 0.003 * rng.standard_normal()) + 500.0 for p in nominal]
+    recorded: list[float | None] = [None, *read[1:6], None, *read[7:]]
+    found = pressures_as_read(shots(nominal, recorded))
+    assert found[0] == pytest.approx(1.02 * nominal[0] + 500.0, rel=5e-3)
+    assert found[6] == pytest.approx(1.02 * nominal[6] + 500.0, rel=5e-3)
+    assert found[1:6] == read[1:6]
+
+
+def test_one_set_pressure_gives_a_ratio_and_none_recorded_the_set_one() -> None:
+    assert pressures_as_read(shots([1e5, 1e5, 1e5], [1.1e5, None, 1.1e5]))[1] == pytest.approx(1.1e5)
+    assert pressures_as_read(shots([1e5, 2e5], [None, None])) == [1e5, 2e5]
+
+
+def test_withheld_shots_have_their_record_with_the_exit_at_zero(tmp_path: Path) -> None:
+    """The laser stands 45 mm behind the vents, and the middle of a bullet of 85 mm passes it when its tail is there."""
+    case, seed = case_of_task(tasks(1, 7, ["one with traces"], "development", ["gun"])[0])
+    record_case(case, tmp_path / "shots", seed)
+    record = read_folder(tmp_path / "shots")
+    traces = [run.tank_pressure for run in record.runs]
+    assert all(trace is not None for trace in traces)
+    for run, trace in zip(record.runs, traces, strict=True):
+        assert trace is not None
+        assert trace.start_s < 0 < trace.time_s[-1]
+        assert run.tank_pressure_pa is not None
+        before, after = trace.values[: trace.values.size // 20].mean(), trace.values[trace.time_s > 0].mean()
+        assert before == pytest.approx(run.tank_pressure_pa, rel=0.05, abs=2e3)
+        assert after < 0.9 * before
