@@ -130,7 +130,7 @@ position = "muzzle"
     def make(velocity: float = 1.0, pressure: float = 1.0, offset_bar: float = 0.0, plate: float | None = None) -> Path:
         kept = toml.split("[channels.")[0]
         (gun_folder / "campaign.toml").write_text(kept + channels, encoding="utf-8")
-        rows = gun_rows(6)
+        rows: list[dict[str, object]] = [dict(row) for row in gun_rows(6)]
         for number, row in enumerate(rows):
             bar, speed = 0.5 + 0.4 * number, VELOCITY_M_S + 4 * number
             write_recording(gun_folder / f"{number}.npz", signals(bar, speed), RATE_HZ)
