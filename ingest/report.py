@@ -55,7 +55,8 @@ class IngestReport:
 
     def sum_up(self, session: Session) -> None:
         """Totals and findings as they stand in the store."""
-        campaign = session.scalar(select(Campaign.id).where(Campaign.name == self.campaign))
+        found = session.execute(select(Campaign.id, Campaign.kind).where(Campaign.name == self.campaign)).one_or_none()
+        campaign, kind = found or (None, None)
         stored = select(func.count()).where(Recording.campaign_id == campaign, Recording.status == STORED)
         self.recordings = session.scalar(stored) or 0
         self.impacts = session.scalar(select(func.count()).where(Impact.campaign_id == campaign)) or 0
@@ -80,7 +81,7 @@ class IngestReport:
             if finding["channel"] is None:  # one that the recording lacks has no row
                 finding["channel"] = evidence.get("channel")
             self.findings.append(finding)
-        if campaign is not None:
+        if campaign is not None and kind == "gun":
             for common in campaign_differences(session, campaign):
                 told = {"check": common.check, "severity": common.severity, "message": common.message}
                 self.findings.append({"recording": None, "channel": common.channel or None} | told)

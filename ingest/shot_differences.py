@@ -17,7 +17,7 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from ..schema.impacts import Shot
+from ..schema.impacts import Impact, Shot
 from ..schema.recordings import RecordedChannel
 from ..signals.checks.base import Finding
 from .channel_mistakes import unit_mistakes
@@ -163,31 +163,39 @@ def common_difference(pairs: Sequence[ValuePair], *, with_offset: bool = False) 
 
 
 def campaign_differences(session: Session, campaign_id: int) -> list[Finding]:
-    """At most one `warning` of velocities and one of pressures; the channels are those of the campaign's first shot."""
-    velocities, pressures, laser, tank = _stored_pairs(session, campaign_id)
+    """At most one `warning` of each column of velocities and one of pressures, of the first shot's channels."""
+    velocities, at_plate, pressures, laser, tank = _stored_pairs(session, campaign_id)
     findings = []
     of_velocity = common_difference(velocities)
     if of_velocity is not None:
         lengths = [pair.bullet_length_m for pair in velocities if pair.bullet_length_m is not None]
         findings.append(_velocity_finding(of_velocity, float(np.median(lengths)) if lengths else None, laser))
+    of_impact = common_difference(at_plate)
+    if of_impact is not None:
+        findings.append(_velocity_finding(of_impact, None, laser, "impact_velocity_m_s", _AT_PLATE))
     of_pressure = common_difference(pressures, with_offset=True)
     if of_pressure is not None:
         findings.append(_pressure_finding(of_pressure, tank))
     return findings
 
 
-def _stored_pairs(session: Session, campaign_id: int) -> tuple[list[ValuePair], list[ValuePair], str, str]:
+def _stored_pairs(
+    session: Session, campaign_id: int
+) -> tuple[list[ValuePair], list[ValuePair], list[ValuePair], str, str]:
+    """Velocities at the muzzle and at the plate, pressures; the first laser and the first transducer."""
     query = (
-        select(Shot, RecordedChannel.name, RecordedChannel.quantity, RecordedChannel.header)
+        select(Shot, RecordedChannel.name, RecordedChannel.quantity, RecordedChannel.header, Impact)
         .join(RecordedChannel, RecordedChannel.recording_id == Shot.recording_id)
+        .outerjoin(Impact, Shot.impact_id == Impact.id)
         .where(Shot.campaign_id == campaign_id)
         .order_by(Shot.id, RecordedChannel.id)
     )
     velocities: list[ValuePair] = []
+    at_plate: list[ValuePair] = []
     pressures: list[ValuePair] = []
     names = {VELOCITY: "", PRESSURE: ""}
     seen: set[int] = set()
-    for shot, name, quantity, header in session.execute(query):
+    for shot, name, quantity, header, impact in session.execute(query):
         read = header.get(MUZZLE_VELOCITY)
         if read is not None and shot.velocity_source == "reported" and shot.measured_velocity_m_s:
             names[VELOCITY] = names[VELOCITY] or name
@@ -200,13 +208,18 @@ def _stored_pairs(session: Session, campaign_id: int) -> tuple[list[ValuePair], 
                     shot.bullet_length_m,
                 )
             )
+        if read is not None and impact is not None and impact.velocity_source == "reported":
+            names[VELOCITY] = names[VELOCITY] or name
+            reported, reported_u = impact.impact_velocity_m_s, impact.impact_velocity_u_m_s or 0.0
+            laser_u = read["velocity_u_m_s"]
+            at_plate.append(ValuePair(reported, reported_u, read["velocity_m_s"], laser_u, _AT_PLATE))
         if quantity == "pressure" and shot.recorded_pressure_pa is not None and shot.id not in seen:
             seen.add(shot.id)
             names[PRESSURE] = names[PRESSURE] or name
             pressures.append(
                 pressure_pair(shot.tank_pressure_pa, shot.recorded_pressure_pa, shot.recorded_pressure_u_pa)
             )
-    return velocities, pressures, names[VELOCITY], names[PRESSURE]
+    return velocities, at_plate, pressures, names[VELOCITY], names[PRESSURE]
 
 
 def _evidence(common: CommonDifference) -> dict[str, object]:
@@ -217,26 +230,36 @@ def _evidence(common: CommonDifference) -> dict[str, object]:
     )
 
 
-def _units(quantity: str, common: CommonDifference) -> list[str]:
-    """Mistakes of the row's unit within the factor's interval, or within the share that two values may differ by."""
-    low, high = common.low * (1 - _SHARE), common.high * (1 + _SHARE)
+_RATIOS = (1 - _SHARE, 1 + _SHARE)
+
+
+def _units(quantity: str, common: CommonDifference, ratios: tuple[float, float] = _RATIOS) -> list[str]:
+    """Mistakes of the row's unit within the factor's interval, or within what two values may differ by."""
+    low, high = common.low / ratios[1], common.high / ratios[0]
     fitting = [
         (abs(math.log(value / common.factor)), words) for value, words in unit_mistakes(quantity) if low < value < high
     ]
     return [f"runs.csv has {words}" for _, words in sorted(fitting)[:2]]
 
 
-def _velocity_finding(common: CommonDifference, length_m: float | None, laser: str) -> Finding:
-    reasons = _units("velocity", common)
+def _velocity_finding(
+    common: CommonDifference,
+    length_m: float | None,
+    laser: str,
+    column: str = "measured_velocity_m_s",
+    ratios: tuple[float, float] = _RATIOS,
+) -> Finding:
+    reasons = _units("velocity", common, ratios)
     if length_m is not None and 1 / 3 < common.factor < 3:
         reasons.append(
             f"the bullet is {1e3 * common.factor * length_m:.4g} mm long, where bullet_length_mm is "
             f"{1e3 * length_m:.4g}"
         )
     message = (
-        f"the velocities of runs.csv are {common.factor:.3g} times the laser's (95 %: {common.low:.3g} to "
-        f"{common.high:.3g}) in most of {common.shots} shots; {common.off} differ by more than their uncertainties and "
-        f"{_SHARE:.0%}. One of these would explain it: {'; '.join((*reasons, 'a clock or gain that is wrong'))}. "
+        f"the velocities of runs.csv ({column}) are {common.factor:.3g} times the laser's (95 %: {common.low:.3g} to "
+        f"{common.high:.3g}) in most of {common.shots} shots; {common.off} are outside of "
+        f"{ratios[0]:g} to {ratios[1]:g} times it by more than {_UNCERTAINTIES:g} of their uncertainties. "
+        f"One of these would explain it: {'; '.join((*reasons, 'a clock or gain that is wrong'))}. "
         f"{_USED_VELOCITY}: correct the column or the length"
     )
     return Finding(COMMON_VELOCITY, "warning", message, laser, _evidence(common))

@@ -47,7 +47,7 @@ def campaign_overview(session: Session, name: str) -> dict[str, Any]:
         "achieved_summary": achieved.summary,
         "findings": count_findings(session, key),
         "missing_facts": missing_facts_words(session, row),
-        "shot_differences": [finding.message for finding in campaign_differences(session, key)],
+        "shot_differences": _differences(session, row),
         "first_impacts": list_impacts_page(session, name, (), None, FIRST_ROWS)[0],
         "first_shots": list(with_predictions(session, shots)),
     }
@@ -57,6 +57,11 @@ def missing_facts_words(session: Session, row: Campaign) -> str:
     """What the predictors that ship for the campaign's kind lack in its stored rows ("8 impacts have no tip radius");
     empty where nothing is missing."""
     return missing_words(missing_in_campaigns(session, [row.name], shipped(row.kind)))
+
+
+def _differences(session: Session, row: Campaign) -> list[str]:
+    """By what most shots of a gun's campaign differ from their rows."""
+    return [finding.message for finding in campaign_differences(session, row.id)] if row.kind == "gun" else []
 
 
 def _campaign(session: Session, row: Campaign) -> dict[str, Any]:

@@ -127,15 +127,17 @@ position = "muzzle"
 """
     assert "[channels.laser]" not in toml
 
-    def make(velocity: float = 1.0, pressure: float = 1.0, offset_bar: float = 0.0) -> Path:
+    def make(velocity: float = 1.0, pressure: float = 1.0, offset_bar: float = 0.0, plate: float | None = None) -> Path:
         kept = toml.split("[channels.")[0]
         (gun_folder / "campaign.toml").write_text(kept + channels, encoding="utf-8")
-        rows = gun_rows(6)
+        rows: list[dict[str, object]] = [dict(row) for row in gun_rows(6)]
         for number, row in enumerate(rows):
             bar, speed = 0.5 + 0.4 * number, VELOCITY_M_S + 4 * number
             write_recording(gun_folder / f"{number}.npz", signals(bar, speed), RATE_HZ)
             row |= {"recording": f"{number}.npz", "bullet_length_mm": 1e3 * LENGTH_M, "bullet_length_u_mm": 0.5}
             row |= {"measured_velocity_m_s": speed * velocity, "tank_pressure_bar": bar * pressure + offset_bar}
+            if plate is not None:
+                row["impact_velocity_m_s"] = speed * plate
         write_runs(gun_folder, rows)
         return gun_folder
 
@@ -173,6 +175,17 @@ def test_kilometres_per_hour_and_a_tenth_of_pressure_are_named(sqlite_url, shots
     assert "values in km/h where m/s is declared" in velocity
     assert "1.1 times the recorded ones" in pressure
     assert "sensitivity of the transducer" in pressure
+
+
+def test_velocities_at_the_plate_may_differ_and_their_unit_may_not(sqlite_url, shots) -> None:
+    _, sentences = told(sqlite_url, shots(plate=1.25))
+    assert sentences == []
+
+
+def test_velocities_at_the_plate_in_another_unit_are_named(sqlite_url, shots) -> None:
+    _, (sentence,) = told(sqlite_url, shots(plate=3.3))
+    assert "(impact_velocity_m_s) are 3.3 times" in sentence
+    assert "values in km/h where m/s is declared" in sentence
 
 
 def test_absolute_pressures_are_named_as_such(sqlite_url, shots) -> None:
