@@ -48,7 +48,11 @@ def pressure_read_bar(true_bar: Floats, strengths: Mapping[str, float], split: s
     if not split:
         gain, offset = strengths.get("sensor.pressure_gain", 0.0), strengths.get("sensor.pressure_offset", 0.0)
         return np.asarray(true_bar * (1 + gain) + offset)
-    return np.asarray(np.interp(true_bar, _true_pressure_bar(_READINGS_BAR, strengths, split), _READINGS_BAR))
+    table = _true_pressure_bar(_READINGS_BAR, strengths, split)
+    # A law of a small reading turns back at a large one, which no transducer gives.
+    falls = np.flatnonzero(np.diff(table) <= 0)
+    rising = slice(0, int(falls[0]) + 1 if falls.size else table.size)
+    return np.asarray(np.interp(true_bar, table[rising], _READINGS_BAR[rising]))
 
 
 def _true_pressure_bar(read_bar: Floats, strengths: Mapping[str, float], split: str) -> Floats:
