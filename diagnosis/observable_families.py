@@ -29,6 +29,8 @@ _OF_STAGE: Mapping[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
         ("rest and delay", ("rest", "delay")),
     ),
 }
+#: Families of what is read from the free ringing of a plate, and beside its shock.
+MODAL = frozenset({"frequencies", "damping", "amplitudes of modes", "rest and delay"})
 #: Families that a channel makes, whatever its observables are called.
 _OF_CHANNEL: Mapping[str, str] = {"tank_pressure": "pressure trace"}
 #: A background beyond the tolerance has this standard deviation, in tolerances: rough ones were drawn up to 1.6.
