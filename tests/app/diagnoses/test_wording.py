@@ -195,7 +195,12 @@ def test_stages_that_are_off_alike_are_told_as_a_near_tie() -> None:
         "The contact and the gun are off by nearly the same (3.1 and 3 times their tolerances): these runs cannot rank "
         "them."
     ) in summary(verdicts.gun(where=own_errors(contact, gun, plate)))
-    assert "nearly the same" not in summary(verdicts.gun(where=own_errors(contact, plate)))
+    # 30.7 + 7.7 reaches 34.8, although 34.8 - 1.9 does not reach 30.7; 2.4 + 0.3 and 3.1 - 0.5 do not meet in squares.
+    assert "nearly the same" in summary(
+        verdicts.gun(where=own_errors(("contact", 34.8, (32.9, 36.7)), ("gun", 30.7, (21.2, 38.4))))
+    )
+    for other in (plate, ("gun", 2.4, (2.1, 2.7))):
+        assert "nearly the same" not in summary(verdicts.gun(where=own_errors(contact, other)))
     assert "its own error is 3.1 (2.6 to 3.5) tolerances." in "".join(where_lines(own_errors(contact)))
 
 
