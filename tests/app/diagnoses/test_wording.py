@@ -204,6 +204,16 @@ def test_stages_that_are_off_alike_are_told_as_a_near_tie() -> None:
     assert "its own error is 3.1 (2.6 to 3.5) tolerances." in "".join(where_lines(own_errors(contact)))
 
 
+def test_stage_that_is_off_most_by_itself_is_told_where_another_has_the_larger_share() -> None:
+    contact = StageShare("contact", 0.3, (0.2, 0.4), 35.0, (33.0, 37.0))
+    gun = StageShare("gun", 0.7, (0.6, 0.8), 23.0, (17.0, 28.0))
+    sentences = summary(verdicts.gun(where=Where(stage=(contact, gun))))
+    assert (
+        "; most of it arises in the gun (70 %). Given its measured input, the contact is off most (35 tol" in sentences
+    )
+    assert "off most" not in summary(verdicts.gun(where=Where(stage=(replace(contact, share=0.8), gun))))
+
+
 def test_cause_that_the_error_hardly_feels_is_told_with_where_it_shows() -> None:
     families = (FamilyGap("damping", 0.31, 0.01, 0.1, True), FamilyGap("spectrum", 0.32, 0.1, 0.5, False))
     within = GapSize("rms error of the shock response spectrum (dB)", 0.32, 0.1, 0.5, False, families)
