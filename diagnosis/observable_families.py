@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,10 +71,16 @@ def family_gaps(gap: GapTable) -> tuple[FamilyGap, ...]:
     )
 
 
-def background_probability(families: Iterable[FamilyGap]) -> float:
+def background_probability(gap: GapTable) -> float:
     """The probability that the error of every family is a simulator's background: one within tolerance, and a larger
-    one with a normal prior of what is beyond it."""
-    largest = max((family.excess for family in families), default=0.0)
+    one with a normal prior of what is beyond it. What nominal parameters that are declared uncertain may do is taken
+    off, as the noise is."""
+    expected = gap.floor_variance + (gap.nuisances**2).sum(axis=0)
+    squares = [
+        float(np.nanmean(gap.mean[:, columns] ** 2 - expected[:, columns])) / _rms(gap.tolerance[columns]) ** 2
+        for columns in family_columns(gap).values()
+    ]
+    largest = float(np.sqrt(max(0.0, *squares)))
     return float(np.exp(-0.5 * (max(largest - 1.0, 0.0) / BEYOND) ** 2))
 
 
