@@ -86,7 +86,7 @@ def test_spectrum_within_tolerance_does_not_hide_a_damping_that_is_not() -> None
     gap = table(PLATE, [0.1, 0.1, 3.0, 3.0, 0.6, 0.6, 0.2, 0.1, 0.1])
     assert not GapMetric.of(gap).size(gap).beyond_noise
     assert [item.family for item in family_gaps(gap) if item.beyond_noise] == ["damping"]
-    assert background_probability(gap) < 0.01
+    assert background_probability(gap) < 0.02
 
 
 def test_family_without_a_value_is_not_listed() -> None:
@@ -110,7 +110,7 @@ def test_what_uncertain_nominal_numbers_may_do_is_no_more_than_a_background() ->
     assert family_gaps(wide) == family_gaps(gap)  # the report's sizes stay what they are
 
 
-@pytest.mark.parametrize(("size", "low", "high"), [(0.9, 1.0, 1.0), (1.5, 0.6, 0.8), (2.0, 0.1, 0.3), (3.0, 0.0, 0.01)])
+@pytest.mark.parametrize(("size", "low", "high"), [(0.9, 1.0, 1.0), (1.5, 0.6, 0.8), (2.0, 0.3, 0.4), (3.0, 0.0, 0.02)])
 def test_background_is_within_tolerance_and_a_little_beyond(size: float, low: float, high: float) -> None:
     assert low <= background_probability(table([VELOCITY], [size])) <= high
     # the largest family decides
