@@ -102,8 +102,8 @@ def _remaining_gap(posterior: HypothesisPosterior, held: FoldCorrections) -> flo
     rows = held.split.held_out
     excess = ((gap.mean - table) ** 2 - gap.floor_variance)[rows] / gap.tolerance**2
     counted = [own for name, own in family_columns(gap).items() if name not in MODAL]
-    squares = [float(np.nanmean(excess[:, own])) for own in counted or family_columns(gap).values()]
-    return float(np.sqrt(max(0.0, *squares)))
+    cells = [excess[:, own][np.isfinite(excess[:, own])] for own in counted or family_columns(gap).values()]
+    return float(np.sqrt(max([0.0, *(float(own.mean()) for own in cells if own.size)])))
 
 
 def _held_out_gains(posterior: HypothesisPosterior, held: FoldCorrections | None) -> dict[str, tuple[float, float]]:

@@ -81,7 +81,7 @@ def background_probability(gap: GapTable) -> float:
         float(np.nanmean(gap.mean[:, columns] ** 2 - expected[:, columns])) / _rms(gap.tolerance[columns]) ** 2
         for columns in family_columns(gap).values()
     ]
-    largest = float(np.sqrt(max(0.0, *squares)))
+    largest = float(np.sqrt(max([0.0, *squares])))
     return float(np.exp(-0.5 * (max(largest - 1.0, 0.0) / BEYOND) ** 2))
 
 
