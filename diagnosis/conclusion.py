@@ -12,7 +12,7 @@ from .gap_reduction import FoldCorrections, Gaps
 from .inference.posterior import HypothesisPosterior, fitted_effects, fitted_parameters
 from .inference.shares import GapShares
 from .inference.subset_fit import SubsetFit
-from .observable_families import family_columns, family_gaps
+from .observable_families import MODAL, family_columns, family_gaps
 from .observables.base import Stage
 from .options import UnknownMap, first_entry_probability
 from .verdict import NONE, UNKNOWN, Cause, EffectSet, EffectShare, Unexplained
@@ -94,12 +94,13 @@ def _by_families(posterior: HypothesisPosterior, held: FoldCorrections | None) -
 
 def _remaining_gap(posterior: HypothesisPosterior, held: FoldCorrections) -> float:
     """What sets of effects leave held out beyond the noise floor, in tolerances, of the family of observables of which
-    they leave most."""
+    they leave most. Modes do not count: their tolerances are finer than the laws of effects are."""
     gap, table = posterior.gap, held.unseen(np.array([fold.averaged for fold in held.folds]))
     rows = held.split.held_out
     excess = ((gap.mean - table) ** 2 - gap.floor_variance)[rows] / gap.tolerance**2
-    squares = [float(np.nanmean(excess[:, columns])) for columns in family_columns(gap).values()]
-    return float(np.sqrt(max(0.0, *squares)))
+    counted = [own for name, own in family_columns(gap).items() if name not in MODAL]
+    cells = [excess[:, own][np.isfinite(excess[:, own])] for own in counted or family_columns(gap).values()]
+    return float(np.sqrt(max([0.0, *(float(own.mean()) for own in cells if own.size)])))
 
 
 def _listed_sets(
@@ -159,12 +160,18 @@ def _weighed(entries: Sequence[Cause], fraction: float | None) -> list[Cause]:
 
 
 def _listed(causes: Sequence[Cause], p_unknown: float) -> tuple[Cause, ...]:
-    """Entries by falling probability, of sum one; `p_unknown` given that the gap is more than a background."""
+    """Entries by falling probability, of sum one; `p_unknown` given that the gap is more than a background.
+
+    What the first entry loses and no other has is unknown, too; but it does not make "unknown" the likeliest.
+    """
     entries = [
         entry if entry.effects == (NONE,) else replace(entry, probability=entry.probability * (1 - p_unknown))
         for entry in causes
     ]
-    entries.append(Cause((UNKNOWN,), max(1 - sum(entry.probability for entry in entries), 0.0)))
+    by_map = p_unknown * (1 - sum(entry.probability for entry in causes if entry.effects == (NONE,)))
+    p = max(1 - sum(entry.probability for entry in entries), 0.0)
+    largest = max(entry.probability for entry in entries)
+    entries.append(Cause((UNKNOWN,), by_map if by_map <= largest < p else p))
     kept = [entry for entry in entries if entry.probability >= _LISTED or entry.effects[0] in (NONE, UNKNOWN)]
     total = sum(entry.probability for entry in kept) or 1.0
     scaled = [replace(entry, probability=entry.probability / total) for entry in kept]

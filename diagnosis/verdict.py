@@ -163,15 +163,15 @@ class Where:
 
     @property
     def nearly_largest(self) -> tuple[StageShare, ...]:
-        """The stages whose own gap is as large as that of the first, as far as the intervals tell: each of the two
-        values lies within the other's interval. Empty where the first is the largest."""
+        """The stages whose own gap is as large as that of the first, as far as the intervals tell: that of the
+        difference, from the half of either that faces the other, holds zero. Empty where the first is the largest."""
         if not self.stage or self.stage[0].own_ci90 is None:
             return ()
-        first, low = self.stage[0], self.stage[0].own_ci90[0]
+        first, below = self.stage[0], self.stage[0].own - self.stage[0].own_ci90[0]
         return tuple(
             other
             for other in self.stage[1:]
-            if other.own_ci90 is not None and other.own >= low and other.own_ci90[1] >= first.own
+            if other.own_ci90 is not None and first.own - other.own <= math.hypot(below, other.own_ci90[1] - other.own)
         )
 
 

@@ -28,7 +28,7 @@ from ...diagnosis.verdict import (
 from ...schema.atomic_write import write_text
 from ...schema.diagnoses import Diagnosis
 from ...schema.known_factors import BY_COLUMN
-from ..common.number_format import join_words, number, percent, percent_range, percent_with_range
+from ..common.number_format import join_words, number, percent, percent_range, percent_with_range, times
 from ..documents.document import (
     Bars,
     Block,
@@ -264,9 +264,11 @@ def _printed_row(verdict: Verdict, row: EffectSet | EffectShare) -> tuple[Cell, 
 def _size(verdict: Verdict) -> Paragraph:
     gap = verdict.gap
     verb = "exceeds" if gap.beyond_noise else "lies within"
+    families = join_words([f"{family.family} {times(family.excess)}" for family in gap.families])
+    by_family = f" Above the noise, in tolerances: {families}." if len(gap.families) > 1 else ""
     return Paragraph(
         f"{gap.metric}: {number(gap.before)}; measurement noise {number(gap.noise_floor)}, tolerance "
-        f"{number(gap.tolerance)}. The error {verb} both together.",
+        f"{number(gap.tolerance)}. The error {verb} both together.{by_family}",
         quiet=True,
     )
 

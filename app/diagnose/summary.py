@@ -69,20 +69,23 @@ def _size_and_stage(verdict: Verdict) -> str:
         limits = " within the errors that a simulator has without any effect" if beyond else ""
         return f"Model and measurement agree{limits}: {size}."
     within = "" if gap.beyond_noise else ", which is within tolerance and noise together"
-    return f"{_capitalise(size)}{within}{_stages(verdict)}.{_near_tie(verdict)}"
+    return f"{_capitalise(size)}{within}{_stages(verdict)}.{_largest_stage(verdict)}"
 
 
-def _near_tie(verdict: Verdict) -> str:
-    """A sentence on stages whose own errors are as large as the largest, as far as these runs tell; else ""."""
-    stages = (*verdict.where.stage[:1], *verdict.where.nearly_largest)
-    if len(stages) < 2:
+def _largest_stage(verdict: Verdict) -> str:
+    """A sentence on the stage that is off most given its measured input, where another makes most of the error at the
+    end of the chain; or on several that are off alike, as far as these runs tell; else ""."""
+    stages = verdict.where.stage[:1] + verdict.where.nearly_largest
+    if len(stages) > 1:
+        names = join_words([stage_name(stage.name) for stage in stages])
+        sizes = join_words([times(stage.own) for stage in stages])
+        return (
+            f" {_capitalise(names)} are off by nearly the same ({sizes} times their tolerances): these runs cannot "
+            "rank them."
+        )
+    if not stages or stages[0] == max(verdict.where.stage, key=lambda stage: stage.share):
         return ""
-    names = join_words([stage_name(stage.name) for stage in stages])
-    sizes = join_words([times(stage.own) for stage in stages])
-    return (
-        f" {_capitalise(names)} are off by nearly the same ({sizes} times their tolerances): these runs cannot rank "
-        "them."
-    )
+    return f" Given its measured input, {stage_name(stages[0].name)} is off most ({times(stages[0].own)} tolerances)."
 
 
 def _hardly_matters(verdict: Verdict) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from ...array_types import Floats
 from ...twin.effects import Effect
 from ..gap import GapMetric, GapTable
-from ..observable_families import background_probability, family_columns, family_gaps
+from ..observable_families import background_probability, family_columns
 from ..observables.base import Stage
 from ..verdict import Fitted
 from .model_search import ModelLibrary, fit_sets, search
@@ -173,7 +173,7 @@ class HypothesisPosterior:
     @cached_property
     def background_probability(self) -> float:
         """That a simulator's background makes the error of every family of observables."""
-        return background_probability(family_gaps(self.gap))
+        return background_probability(self.gap)
 
     def within_tolerance(self, fit: SubsetFit) -> float:
         """The probability that a set moves no family of observables by a tolerance, over the posterior of its

@@ -155,6 +155,13 @@ def test_what_the_first_entry_loses_and_gains_have_closed_forms():
     table = {entry.effects: entry.probability for entry in conclusion._listed(known, 0.01)}
     assert table[(NONE,)] == 0.0
     assert table[(UNKNOWN,)] == pytest.approx(1 - 0.99 * first_entry_probability(1.0, ("a",), 1.0))
+    # What is nobody's does not make "unknown" the likeliest: 0.4 of 0.9, and 0.1 of the map, without the other half.
+    first, unknown, none = conclusion._listed([Cause(("a+b",), 0.4), Cause((NONE,), 0.0)], 0.1)
+    assert (first.effects, unknown.effects, none.probability) == (("a+b",), (UNKNOWN,), 0.0)
+    assert first.probability / unknown.probability == pytest.approx(0.4 * 0.9 / 0.1)
+    # Where the map says so, it is; and a background of 0.3 is none of it.
+    unknown, none, first = conclusion._listed([Cause(("a",), 0.7), Cause((NONE,), 0.3)], 0.8)
+    assert [entry.probability for entry in (unknown, none, first)] == pytest.approx([0.56, 0.3, 0.14])
     # (sqrt 9 - sqrt 4) / (sqrt 16 - sqrt 1); configurations that are alike leave no standard error.
     held = _held(before=16.0, floor=1.0)
     value, error = effect_sets._gain(held, np.full(5, 9.0), np.full(5, 4.0))

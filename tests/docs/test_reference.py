@@ -8,6 +8,7 @@ from functools import cache
 import click
 import pytest
 from pyroshock.dataset import predictors
+from pyroshock.diagnosis.observable_families import family_of
 from pyroshock.diagnosis.observables.contact.features import OBSERVABLES
 from pyroshock.doe.designs.methods import METHODS
 from pyroshock.ingest.readers import READERS
@@ -123,9 +124,14 @@ def test_models_kinds_and_observables_are_all_told() -> None:
         assert escaped(first_line(models.class_of(kind).__doc__)) in section("models", kind)
     assert "[coregional](#coregional)" in page("models")
     for observable in OBSERVABLES:
-        assert f"| `{observable.name}` | force | {observable.unit} | {observable.tolerance:g} |" in page("observables")
+        row = (
+            f"| `{observable.name}` | force | {family_of(observable)} | {observable.unit} | {observable.tolerance:g} |"
+        )
+        assert row in page("observables")
     assert "| `ln_velocity` | velocity |" in page("observables")
-    assert "| `acceleration_1 spectrum at 1000 Hz` | acceleration\\_1 | dB | 0.5 | 0.15 |" in page("observables")
+    assert "| `acceleration_1 spectrum at 1000 Hz` | acceleration\\_1 | spectrum | dB | 0.5 | 0.15 |" in page(
+        "observables"
+    )
 
 
 @pytest.mark.parametrize("room", ROOMS)

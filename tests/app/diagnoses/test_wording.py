@@ -195,8 +195,23 @@ def test_stages_that_are_off_alike_are_told_as_a_near_tie() -> None:
         "The contact and the gun are off by nearly the same (3.1 and 3 times their tolerances): these runs cannot rank "
         "them."
     ) in summary(verdicts.gun(where=own_errors(contact, gun, plate)))
-    assert "nearly the same" not in summary(verdicts.gun(where=own_errors(contact, plate)))
+    # 30.7 + 7.7 reaches 34.8, although 34.8 - 1.9 does not reach 30.7; 2.4 + 0.3 and 3.1 - 0.5 do not meet in squares.
+    assert "nearly the same" in summary(
+        verdicts.gun(where=own_errors(("contact", 34.8, (32.9, 36.7)), ("gun", 30.7, (21.2, 38.4))))
+    )
+    for other in (plate, ("gun", 2.4, (2.1, 2.7))):
+        assert "nearly the same" not in summary(verdicts.gun(where=own_errors(contact, other)))
     assert "its own error is 3.1 (2.6 to 3.5) tolerances." in "".join(where_lines(own_errors(contact)))
+
+
+def test_stage_that_is_off_most_by_itself_is_told_where_another_has_the_larger_share() -> None:
+    contact = StageShare("contact", 0.3, (0.2, 0.4), 35.0, (33.0, 37.0))
+    gun = StageShare("gun", 0.7, (0.6, 0.8), 23.0, (17.0, 28.0))
+    sentences = summary(verdicts.gun(where=Where(stage=(contact, gun))))
+    assert (
+        "; most of it arises in the gun (70 %). Given its measured input, the contact is off most (35 tol" in sentences
+    )
+    assert "off most" not in summary(verdicts.gun(where=Where(stage=(replace(contact, share=0.8), gun))))
 
 
 def test_cause_that_the_error_hardly_feels_is_told_with_where_it_shows() -> None:

@@ -74,6 +74,11 @@ def test_residuals_are_per_cent_and_agreement_divides_by_nothing() -> None:
     assert "nan" not in page(verdicts.verdict(pictures=Pictures((), (missing,)))).replace("finance", "")
     text = Page(page(replace(verdicts.none(), gap=GapSize("rms", 0.0, 0.0, 0.01, False)))).text
     assert "No pictures are kept with this diagnosis." in text and "rms: 0; measurement noise 0," in text
+    assert "Above the noise" not in text
+    assert (
+        "Above the noise, in tolerances: peak, impulse, width 4.1 and shape 0.51."
+        in Page(page(verdicts.verdict())).text
+    )
 
 
 def test_words_of_a_campaign_are_escaped() -> None:
