@@ -29,6 +29,8 @@ from .verdict import OTHERS, AveragedEffects, EffectSet, PathStep, SettledBy, We
 
 #: A set with less of the squared gap than this is no cause.
 _LEAST_SHARE = 0.02
+#: From this probability on others of the fit may make up for a set held out, as long as it does no harm there.
+_SURE = 0.85
 #: Choices of one effect from each set whose predictions are averaged, at most, and the least weight of one.
 _MOST_CHOICES, _LEAST_WEIGHT = 4, 0.05
 #: What the effects of no set take away is a step of its own from this fraction on.
@@ -65,9 +67,9 @@ def established_sets(
     judged: FoldCorrections | None,
     stages: Sequence[Stage],
 ) -> EstablishedSets:
-    """The sets that probably act, make a part of the gap, and predict what they have not seen. `held` is what was held
-    out by configuration; None where there are too few configurations, and then nothing is asked of predictions.
-    `judged`: the same, over the families of observables by which sets are judged."""
+    """The sets that probably act, make a part of the gap, and predict what they have not seen, or are sure and do no
+    harm there. `held` is what was held out by configuration; None where there are too few configurations, and then
+    nothing is asked of predictions. `judged`: the same, over the families of observables by which sets are judged."""
     weighted = [(frozenset(fit.effects), weight) for fit, weight in posterior.weighted]
     groups = credible_sets(weighted)
     gains, of_groups = _held_out_gains(posterior, judged, groups)
@@ -75,14 +77,16 @@ def established_sets(
     for group in groups:
         gain, error = of_groups.get(group, (np.inf, 0.0))
         share, interval = shares.of_set(group)
-        if gain > error and share >= _LEAST_SHARE:
+        probability = inclusion(weighted, group)
+        predicts = gain > error or (probability >= _SURE and gain > -error)
+        if predicts and share >= _LEAST_SHARE:
             measured_gain = gain if np.isfinite(gain) else 0.0
-            own = EffectSet(group, inclusion(weighted, group), share, interval, measured_gain)
+            own = EffectSet(group, probability, share, interval, measured_gain)
             sets.append(replace(own, settled_by=_settled_by(posterior, group, stages)))
     sets.sort(key=lambda own: -own.share)
     # Without a set that is established, what the likeliest effects would take still says how near they come.
     steps = [own.effects for own in sets] or [(name,) for name in posterior.major(posterior.best)]
-    choices = [_choices(posterior, [name for own in steps[: i + 1] for name in own]) for i in range(len(steps))]
+    choices = [_choices(posterior, steps[: i + 1]) for i in range(len(steps))]
     tables: dict[tuple[str, ...], Floats] = {}
     if held is not None:
         fits = {fit.key: fit for own in choices for fit, _ in own}
@@ -203,13 +207,17 @@ def _differ(a: float, b: float) -> bool:
     return not abs(a - b) < _LEAST_STEP
 
 
-def _choices(posterior: HypothesisPosterior, effects: Collection[str]) -> list[tuple[SubsetFit, float]]:
-    """What the likely sets have of some effects, fitted by itself, with weights that sum to one, the largest first."""
+def _choices(posterior: HypothesisPosterior, sets: Sequence[tuple[str, ...]]) -> list[tuple[SubsetFit, float]]:
+    """What the likely sets of effects have of some sets, an effect of each at least, fitted by itself; with weights of
+    sum one, the largest first."""
+    effects = {name for own in sets for name in own}
     mass: dict[frozenset[str], float] = {}
     for fit, weight in posterior.weighted:
-        if own := frozenset(fit.effects) & set(effects):
-            mass[own] = mass.get(own, 0.0) + weight
-    likely = sorted((mass or {frozenset(effects): 1.0}).items(), key=lambda item: -item[1])
+        acting = effects & set(fit.effects)
+        if all(not acting.isdisjoint(own) for own in sets):
+            mass[frozenset(acting)] = mass.get(frozenset(acting), 0.0) + weight
+    first = frozenset(own[0] for own in sets)
+    likely = sorted((mass or {first: 1.0}).items(), key=lambda item: -item[1])
     kept = [(own, weight) for own, weight in likely[:_MOST_CHOICES] if weight >= _LEAST_WEIGHT * likely[0][1]]
     _fit_missing(posterior, [own for own, _ in kept])
     fit_of, total = best_by_effects(posterior), sum(weight for _, weight in kept)

@@ -67,7 +67,7 @@ class AdoptedEffects:
     def note(self) -> str:
         when = f"{self.adopted_at:%Y-%m-%d}"
         adopted = f"adopted {when}, version {self.version}, diagnosis of {self.campaign}"
-        error = f"; {self.error.sentence.rstrip('.')}" if self.error is not None else ""
+        error = f". {self.error.sentence.rstrip('.')}" if self.error is not None else ""
         return f"with {_names(self.effects, self.gun_choices)} ({adopted}){error}"
 
     @property

@@ -14,7 +14,7 @@ _COVERED = 0.9
 #: Two effects stand for each other where they act together less often than this share of what chance would give.
 _APART = 0.5
 #: An effect that adds less to the probability of a set is not worth a name in it.
-_LEAST = 0.05
+_LEAST = 0.1
 #: A set is established where at least one of its effects acts with this probability. Of the sets of that probability on
 #: development campaigns nine in ten had an effect that acted (`benchmarks/diagnosis_maps.py` has the campaigns).
 ESTABLISHED = 0.7
