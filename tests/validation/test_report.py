@@ -15,7 +15,7 @@ from pyroshock.validation.case_results import CaseAnswer, CaseResult, WithheldTr
 from pyroshock.validation.metrics import figures
 from pyroshock.validation.report import SCORED, Report, pooled, read_rows, table, write_rows
 from pyroshock.validation.tally import tables
-from support.records.blind_check_table import FOLDER, lines
+from support.records.blind_check_table import FOLDER, cause_lines, lines
 from support.records.blind_rows import DRAG, LAYER, LEAK, label, says, stranger, verdict
 
 TWO_ROWS = [says(label(LEAK), {LEAK: 0.9, DRAG: 0.1}), says(label(), {"none": 0.8, LEAK: 0.2})]
@@ -121,9 +121,9 @@ def test_other_files_are_refused_by_name(tmp_path: Path, text: str) -> None:
 PAGE = FOLDER.parents[1] / "measurements" / "blind-check.md"
 
 
-def shown_rows() -> list[str]:
-    """Rows below the head that begins with `| tier, kind |`."""
-    table = PAGE.read_text(encoding="utf-8").split("| tier, kind |")[1].split("\n\n")[0]
+def shown_rows(head: str = "| tier, kind | cases |") -> list[str]:
+    """Rows below the head that begins so."""
+    table = PAGE.read_text(encoding="utf-8").split(head)[1].split("\n\n")[0]
     return table.splitlines()[2:]
 
 
@@ -132,3 +132,8 @@ def test_shown_rows_are_those_of_the_kept_answers() -> None:
     assert [row for row in shown_rows() if row not in computed] == []
     names = {row.split("|")[1].strip() for row in shown_rows()}
     assert names >= set(BENCHES) - set(GROUPS["causes"])
+
+
+def test_shown_rows_of_what_a_reader_acts_on_are_those_of_the_kept_answers() -> None:
+    heads = "| tier, kind | campaigns |", "| tier, kind | of |"
+    assert tuple(shown_rows(head) for head in heads) == cause_lines()

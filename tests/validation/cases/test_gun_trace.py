@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pyroshock.ingest.velocity import muzzle_velocity
-from pyroshock.validation.case_plan import SEEDS, case_of_task, tasks
+from pyroshock.validation.case_plan import case_of_task, tasks
 from pyroshock.validation.cases import record_case
 from pyroshock.validation.cases.case import GUN_AND_CONTACT, BackgroundGap, Case
 from pyroshock.validation.cases.designs import design
@@ -113,9 +113,7 @@ def test_velocities_are_the_same_without_the_recordings_and_bytes_for_the_same_s
     again = record_case(gun_case("development"), tmp_path / "again", 1, name="a")
     assert folder_hash(tmp_path / "a") == again.folder_sha256
     assert again.changes == plain.changes
-    with_traces, without = (
-        tasks(1, SEEDS["development"], [f"gun {word} traces"], "development") for word in ("with", "without")
-    )
+    with_traces, without = (tasks(2, 771, [f"gun {word} traces"], "development")[1:] for word in ("with", "without"))
     for first, second in zip(with_traces, without, strict=True):
         (case, seed), (other, other_seed) = case_of_task(first), case_of_task(second)
         assert (replace(case, traces=False), seed) == (other, other_seed)
