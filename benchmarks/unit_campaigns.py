@@ -56,8 +56,9 @@ def write_campaign(number: int, seed: int, folder: Path) -> tuple[str, str]:
     rng = np.random.default_rng([seed, number])
     if kind in ("shots", "blows"):
         return kind, _record(kind, number, rng, folder)
-    tier = list(BENCHES)[number // 3 % len(BENCHES)]
-    record_case(BENCHES[tier].draw(kind, rng, "development"), folder, seed)
+    able = [name for name, tier in BENCHES.items() if kind in tier.kinds]
+    tier = able[number // 3 % len(able)]
+    record_case(BENCHES[tier].draw(kind, rng, "development", number), folder, seed)
     return kind, tier
 
 
