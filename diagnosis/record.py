@@ -62,7 +62,8 @@ class Run:
     vent holes where the campaign states it for each run; else that of the gun holds. `force` is what the force
     channel shows of the contact, with some samples before it; `accelerations` by channel, on the same clock,
     as long as they ring. `tank_pressure` is the record of a shot's tank, in means over half a millisecond, and its 0 s
-    is the middle of the projectile's passage through the laser.
+    is the middle of the projectile's passage through the laser. `set_pressure_pa` is what the regulator was set to,
+    where it is another instrument than the transducer: they differ.
     """
 
     configuration: int
@@ -77,6 +78,7 @@ class Run:
     force: Series | None = None
     accelerations: Mapping[str, Series] = field(default_factory=dict)
     tank_pressure: Series | None = None
+    set_pressure_pa: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,7 +26,7 @@ from ...schema.recordings import SET_ASIDE, Recording
 from ...schema.session import Writer, open_scratch_store, open_store
 from ..record import CampaignRecord, Factor, Run, RunConfiguration
 from .series import HitSeries, StoredImpact, read_exclusions, read_hits, read_series
-from .tank_pressure import TankPressures, pressures_as_read, read_tank_pressures
+from .tank_pressure import TankPressures, pressures_as_read, pressures_set, read_tank_pressures
 
 #: Columns of a projectile's own travel to the vent holes, and their units in m.
 TRAVEL = {"travel_m": 1.0, "travel_mm": 1e-3}
@@ -247,8 +247,11 @@ def read_campaign(session: Session, name: str, *, most_runs_per_configuration: i
                 force=series.force.get(order),
                 accelerations=series.accelerations.get(order, {}),
                 tank_pressure=pressures.traces.get(order),
+                set_pressure_pa=set_pa,
             )
-            for order, (hit, row, pressure_pa) in enumerate(zip(hits, rows, pressures_as_read(hits), strict=True))
+            for order, (hit, row, pressure_pa, set_pa) in enumerate(
+                zip(hits, rows, pressures_as_read(hits), pressures_set(hits), strict=True)
+            )
         ),
         gun=gun_bench(campaign.gun) if campaign.gun else None,
         hammer_mass_kg=campaign.hammer.mass_kg if campaign.hammer else None,

@@ -16,6 +16,8 @@ from ...signals.channel import Channel
 from ..record import Series
 from .series import QualityExclusions, StoredImpact
 
+#: Set and recorded pressures that differ by no more, as a ratio, may be readings of one instrument.
+_SAME_INSTRUMENT = 0.008
 #: A gain and an offset are told apart from so many set pressures on.
 _FEWEST_LEVELS = 3
 #: Means over this time are what is kept: a tank changes by less than its transducer's noise meanwhile.
@@ -48,6 +50,17 @@ def pressures_as_read(hits: Sequence[StoredImpact]) -> list[float | None]:
         recorded if recorded is not None or nominal is None else float(level + slope * nominal)
         for nominal, recorded in pairs
     ]
+
+
+def pressures_set(hits: Sequence[StoredImpact]) -> list[float | None]:
+    """What the regulator was set to, for shots whose pressure was recorded; None for all where the two differ by no
+    more than `_SAME_INSTRUMENT` in the median: then the operator may have set the pressure by the transducer itself,
+    and its errors do not show."""
+    pairs = [(hit.set_pressure_pa, hit.recorded_pressure_pa) for hit in hits]
+    apart = [abs(np.log(read / nominal)) for nominal, read in pairs if nominal and read and read > 0]
+    if not apart or float(np.median(apart)) <= _SAME_INSTRUMENT:
+        return [None] * len(hits)
+    return [nominal if nominal and read else None for nominal, read in pairs]
 
 
 def _line(nominal: Floats, recorded: Floats) -> tuple[float, float]:

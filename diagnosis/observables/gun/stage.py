@@ -17,6 +17,7 @@ from ....twin.gun.bench import GunBench
 from ....twin.gun.effects.valve_flow import ValveFlow
 from ....twin.gun.shot import GunEffect
 from ....twin.gun.shots import gun_velocity
+from ....twin.sensors.chain import SensorChain
 from ...record import CampaignRecord, RunConfiguration
 from ..base import Observable, PossibleObservables, Stage, Upstream, at_rows, batched_changes, sensor_chain
 from .tank_pressure import (
@@ -32,6 +33,8 @@ from .tank_pressure import (
 
 #: 1 % of velocity counts as agreement; the scatter where no run states its uncertainty.
 TOLERANCE, ASSUMED_FLOOR = 0.01, 0.01
+#: Standard uncertainty of what a regulator with a gauge of class 1 is set to, as a share; agreement, too.
+REGULATOR_U = 0.01
 #: Velocities that are compared within a hundredth need no more than five digits.
 _COARSER = 30.0
 #: What each shot is read off with.
@@ -83,7 +86,15 @@ class GunObservables(Stage):
                 "half a nominal transit before it, and once the tank is empty; the exit is the middle of the passage "
                 "through the laser",
             )
-        self._nuisances = {**self._derivatives(), **self._timing()}
+        self._set_pa = record.run_values("set_pressure_pa")
+        self._has_regulator = bool(np.isfinite(self._set_pa).any())
+        if self._has_regulator:
+            self.assumptions = (
+                *self.assumptions,
+                f"tank pressure: what was set is compared with what was recorded in {np.isfinite(self._set_pa).sum()} "
+                f"shots; the regulator is taken to be right within {REGULATOR_U:.0%}",
+            )
+        self._nuisances = {**self._derivatives(), **self._timing(), **self._regulator()}
 
     @property
     def observables(self) -> tuple[Observable, ...]:
@@ -91,19 +102,25 @@ class GunObservables(Stage):
         good = stated[np.isfinite(stated)]
         floor = float(np.median(good)) if good.size else ASSUMED_FLOOR
         velocity = Observable("ln_velocity", "gun", "velocity", "1", TOLERANCE, floor)
-        return (velocity, *(pressure_observables(self._windows, self._noise_pa) if self._windows else ()))
+        regulator = Observable("ln_set_pressure", "gun", "set_pressure", "1", REGULATOR_U, REGULATOR_U / 2)
+        return (
+            velocity,
+            *(pressure_observables(self._windows, self._noise_pa) if self._windows else ()),
+            *((regulator,) if self._has_regulator else ()),
+        )
 
     @property
     def shows(self) -> tuple[str, ...]:
         return super().shows if np.isfinite(self.residuals()).any() else ()
 
     def measured(self) -> Floats:
-        velocity = _logarithms(self._velocity_m_s)[:, None]
-        if self._windows is None:
-            return velocity
-        before_pa = self._shots["tank_pressure_pa"]
-        readings = measured_pressures(self._traces, before_pa, self.record.configuration_of, self._windows)
-        return np.hstack([velocity, readings])
+        columns = [_logarithms(self._velocity_m_s)[:, None]]
+        if self._windows is not None:
+            before_pa = self._shots["tank_pressure_pa"]
+            columns.append(measured_pressures(self._traces, before_pa, self.record.configuration_of, self._windows))
+        if self._has_regulator:
+            columns.append(_logarithms(self._set_pa)[:, None])
+        return np.hstack(columns)
 
     def simulated(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Floats:
         return self._shown(effects, self._shots, upstream)
@@ -134,7 +151,7 @@ class GunObservables(Stage):
         recorded._ask(recorded._windows.before_exit_s, recorded._windows.scale_pa)
         items = pressure_observables(recorded._windows, ASSUMED_NOISE_PA)
         variance = [item.floor**2 + item.tolerance**2 for item in items]
-        return PossibleObservables(recorded.changes(sets)[:, :, 1:], np.diag(variance))
+        return PossibleObservables(recorded.changes(sets)[:, :, 1 : 1 + len(items)], np.diag(variance))
 
     def _pressure_windows(self) -> PressureWindows:
         transit_s = np.full(len(self.record.configurations), np.nan)
@@ -168,17 +185,25 @@ class GunObservables(Stage):
         """(n, d): ln of what the velocity measurement shows of true velocities, and what the transducer shows."""
         sensors = sensor_chain(effects)
         velocity_m_s, pressure_pa = self._fired(effects, shots, upstream, bench)
-        velocity = _logarithms(sensors.measured_velocity_m_s(velocity_m_s))[:, None]
-        if self._windows is None:
-            return velocity
+        columns = [_logarithms(sensors.measured_velocity_m_s(velocity_m_s))[:, None]]
+        if self._windows is not None:
+            columns.append(self._transducer(sensors, shots, velocity_m_s, pressure_pa))
+        if self._has_regulator:
+            columns.append(_logarithms(sensors.true_pressure_pa(shots["tank_pressure_pa"]))[:, None])
+        return np.hstack(columns)
+
+    def _transducer(
+        self, sensors: SensorChain, shots: Mapping[str, Floats], velocity_m_s: Floats, pressure_pa: Floats
+    ) -> Floats:
+        """(n, 3): what it reads of true pressures (n, 2) before the exit, and of an empty tank."""
         # The transducer's errors are a gain and an offset: two readings tell both.
-        zero = np.zeros(len(velocity))
+        zero = np.zeros(len(velocity_m_s))
         none, one = sensors.true_pressure_pa(zero), sensors.true_pressure_pa(zero + 1e5)
         gain = 1e5 / (one - none)
         scale = shots["scale_pa"][:, None]
         readings = gain[:, None] * (pressure_pa - none[:, None]) / scale
         empty = np.where(np.isfinite(velocity_m_s), -gain * none / 1e5, np.nan)
-        return np.hstack([velocity, readings, empty[:, None]])
+        return np.hstack([readings, empty[:, None]])
 
     def _fired(
         self,
@@ -255,6 +280,14 @@ class GunObservables(Stage):
         except ValueError:
             return None
         return self._shown((), self._medians, bench=bench)
+
+    def _regulator(self) -> dict[str, Floats]:
+        """(C, d): an error of the regulator that all settings have in common."""
+        if not self._has_regulator:
+            return {}
+        table = np.zeros((len(self.record.configurations), len(self.observables)))
+        table[:, -1] = REGULATOR_U
+        return {"regulator": table}
 
     def _timing(self) -> dict[str, Floats]:
         """(C, d) by name: what the moment of the exit leaves of the pressures, by the transducer's lag and by where the

@@ -112,3 +112,18 @@ def test_a_leak_is_told_from_friction_by_its_record_and_by_velocities_is_not() -
     assert np.sqrt(np.nansum(apart**2)) > 3  # told apart
     with pytest.raises(LookupError, match="cannot say what 'temperature' would show"):
         GunObservables(without).possible_observables("temperature", [])
+
+
+def test_a_regulator_that_differs_from_the_transducer_shows_the_gain_of_the_latter() -> None:
+    """The regulator tells the truth; the transducer reads 5 % more, and shots are slower than it makes believe."""
+    record = gun_record([effect("sensor.pressure_gain", gain=1.05)])
+    runs = tuple(replace(run, set_pressure_pa=(run.tank_pressure_pa or 0.0) / 1.05) for run in record.runs)
+    stage = GunObservables(replace(record, runs=runs))
+    assert [item.name for item in stage.observables] == ["ln_velocity", "ln_set_pressure"]
+    np.testing.assert_allclose(stage.residuals()[:, 1], -np.log(1.05), atol=1e-12)
+    gain = stage.simulated([effect("sensor.pressure_gain", gain=1.05)])
+    np.testing.assert_allclose(stage.measured()[:, 1], gain[:, 1], atol=1e-12)
+    np.testing.assert_allclose(stage.nuisances()["regulator"][:, 1], 0.01)
+    names = ("sensor.pressure_gain", "gun.sliding_friction", "sensor.velocity_gain")
+    options = Options(plan=False, where=False, catalogue=names)
+    assert diagnose(replace(record, runs=runs), options=options).first.effects == ("sensor.pressure_gain",)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pyroshock.diagnosis.reading import read_folder
 from pyroshock.diagnosis.reading.series import StoredImpact
-from pyroshock.diagnosis.reading.tank_pressure import pressures_as_read
+from pyroshock.diagnosis.reading.tank_pressure import pressures_as_read, pressures_set
 from pyroshock.validation.case_plan import case_of_task, tasks
 from pyroshock.validation.cases.record import record_case
 
@@ -50,5 +50,12 @@ def test_withheld_shots_have_their_record_with_the_exit_at_zero(tmp_path: Path) 
         assert trace.start_s < 0 < trace.time_s[-1]
         assert run.tank_pressure_pa is not None
         before, after = trace.values[:10].mean(), trace.values[trace.time_s > 0].mean()
-        assert before == pytest.approx(run.tank_pressure_pa, rel=0.05, abs=2e3)
+        assert before == pytest.approx(run.tank_pressure_pa, rel=0.1)  # a line through others stands in for some
         assert after < 0.9 * before
+
+
+def test_a_set_pressure_counts_where_it_is_another_instruments() -> None:
+    """Set by the transducer itself both agree, whatever its errors are."""
+    assert pressures_set(shots([1e5, 2e5], [1.002e5, 1.996e5])) == [None, None]
+    assert pressures_set(shots([1e5, 2e5, 3e5], [1.05e5, 2.1e5, None])) == [1e5, 2e5, None]
+    assert pressures_set(shots([1e5], [None])) == [None]
