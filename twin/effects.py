@@ -99,7 +99,7 @@ class Effect(ABC):
     @classmethod
     def parameters(cls) -> tuple[Parameter, ...]:
         """Its parameters in order."""
-        return tuple(_parameter(item) for item in fields(cls))
+        return _parameters_of(cls)
 
     @classmethod
     def stage(cls) -> str:
@@ -110,6 +110,11 @@ class Effect(ABC):
         """`{"id": ..., parameter: value, ...}`; arrays become lists."""
         values = {item.name: getattr(self, item.name) for item in self.parameters()}
         return {"id": self.id, **{k: v.tolist() if isinstance(v, np.ndarray) else float(v) for k, v in values.items()}}
+
+
+@cache
+def _parameters_of(kind: type[Effect]) -> tuple[Parameter, ...]:
+    return tuple(_parameter(item) for item in fields(kind))
 
 
 def _parameter(item: Field[Any]) -> Parameter:

@@ -15,6 +15,7 @@ import numpy as np
 from ...array_types import Floats, Rows
 from ...twin.effects import Effect
 from ..gap import GapMetric
+from .left_out import corner_rows, left_out_residuals
 from .model_search import TEMPER, ModelLibrary
 from .problem import InferenceProblem
 from .subset_fit import (
@@ -80,15 +81,15 @@ def fit_fold(library: ModelLibrary, training: Rows, only: Sequence[SubsetFit] = 
 
 
 def stacking_weights(problem: InferenceProblem, fits: Sequence[SubsetFit]) -> Floats:
-    """(k,): weights of sets, none negative, sum one, whose mean predicts each configuration best, in the metric of the
-    gap, from all others."""
+    """(k,): weights of sets, none negative, sum one, whose mean predicts best, in the metric of the gap, each
+    configuration from all others, and the corner of the factor space from what is outside of it."""
     from scipy.optimize import nnls
 
     if len(fits) == 1:
         return np.ones(1)
     metric = GapMetric.of(problem.gap).weights(problem.gap)
     scale = np.concatenate([np.sqrt(metric[block.observable]) for block in problem.blocks])
-    residuals = np.column_stack([_left_out_residuals(problem, fit) for fit in fits]) * scale[:, None]
+    residuals = np.column_stack([_predicted_residuals(problem, fit, scale) for fit in fits])
     # Of weights that sum to one the mean residual is the residual of the mean prediction.
     total = _SUM_TO_ONE * max(float(np.abs(residuals).max()), 1e-9) * np.sqrt(len(residuals))
     weights, _ = nnls(
@@ -97,41 +98,16 @@ def stacking_weights(problem: InferenceProblem, fits: Sequence[SubsetFit]) -> Fl
     return np.asarray(weights / weights.sum())
 
 
-def _left_out_residuals(problem: InferenceProblem, fit: SubsetFit) -> Floats:
-    """(N,) over all blocks: residual of each configuration where the parameters are fitted to the others, linear in u.
-
-    With P = S^-1, the information of what remains is J'PJ - (PJ)_c' (P_cc)^-1 (PJ)_c when configuration c goes.
-    """
-    residuals = [residual(block, own) for block, own in zip(problem.blocks, fit.change, strict=True)]
-    if not len(fit.u):
-        return np.concatenate(residuals)
-    information, slope = np.eye(len(fit.u)), -fit.u
-    downdates: dict[int, tuple[Floats, Floats]] = {}
-    for index, block in enumerate(problem.blocks):
-        answered = np.isfinite(fit.change[index])
-        columns = np.column_stack([np.where(answered, residuals[index], 0.0), fit.jacobian[index]])
-        inverse = _inverse_root(covariance(block, fit.contributions[index], fit.errors[index]))
-        weighted = inverse.T @ (inverse @ columns)  # P r and P J
-        information = information + fit.jacobian[index].T @ weighted[:, 1:]
-        slope = slope + weighted[:, 1:].T @ columns[:, 0]
-        for c in np.unique(block.configuration).tolist():
-            rows = np.flatnonzero(block.configuration == c)
-            cells = inverse[:, rows]
-            product = weighted[rows, 1:].T @ np.linalg.solve(cells.T @ cells, weighted[rows])
-            earlier = downdates.get(c, (np.zeros_like(information), np.zeros_like(slope)))
-            downdates[c] = earlier[0] + product[:, 1:], earlier[1] + product[:, 0]
-    steps = {c: np.linalg.solve(information - less[0], slope - less[1]) for c, less in downdates.items()}
-    for index, block in enumerate(problem.blocks):
-        moves = np.array([steps[c] for c in block.configuration.tolist()])
-        residuals[index] = residuals[index] - (fit.jacobian[index] * moves).sum(axis=1)
-    return np.concatenate(residuals)
-
-
-def _inverse_root(matrix: Floats) -> Floats:
-    """L^-1 of a covariance L L'."""
-    from scipy.linalg import lapack
-
-    return np.asarray(lapack.dtrtri(factor(matrix), lower=1)[0])
+def _predicted_residuals(problem: InferenceProblem, fit: SubsetFit, scale: Floats) -> Floats:
+    """Residuals over the scale (N,): of each configuration, fitted to all others; then of those in the corner, fitted
+    to those outside of it, where there is a corner."""
+    configuration = np.concatenate([block.configuration for block in problem.blocks])
+    residuals = left_out_residuals(problem, fit, np.unique(configuration)[:, None]) * scale
+    corner = corner_rows(problem)
+    if corner is None:
+        return residuals
+    extrapolated = left_out_residuals(problem, fit, [corner]) * scale
+    return np.concatenate([residuals, extrapolated[np.isin(configuration, corner)]])
 
 
 def _answered(tables: Floats) -> Floats:

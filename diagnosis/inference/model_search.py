@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from ...twin.effects import Effect
 from .effect_laws import COMMON_SHARE, EffectLaw
+from .exchanges_of_two import exchanges_of_two
 from .problem import InferenceProblem
 from .subset_fit import (
     Start,
@@ -48,6 +49,9 @@ TEMPER = 0.3
 _OF_ONE_LAW = 2
 #: So many sets are exchanged at once.
 BEAM = 2
+#: Sets that differ from one of the likeliest by two effects, so many of each, are fitted: of a problem with few cells,
+#: and of one with many; of so many times as many candidates, most of which the library may have. Rounds of it.
+_OF_TWO, _SCREENED, _ROUNDS_OF_TWO = (8, 3), 4, 2
 #: A set that is so many nats below the best and smaller than it is not followed further down.
 _GIVEN_UP = 15.0
 #: The likeliest sets, so many, are compared by the same backgrounds.
@@ -149,7 +153,37 @@ def search(problem: InferenceProblem, progress: Callable[[str], None] = lambda _
     else:
         _join(problem, library, [search(problem.stage(block.stage), progress) for block in problem.blocks])
     _exchange(problem, library, progress)
+    if len(problem.blocks) == 1:
+        _exchange_in_turn(problem, library, progress)
     return library
+
+
+def _exchange_in_turn(problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]) -> None:
+    """Two effects at once, and single ones from what that finds."""
+    for _ in range(_ROUNDS_OF_TWO):
+        best = library.best()
+        _exchange_two(problem, library, progress)
+        if library.best().key == best.key:
+            break
+        _exchange(problem, library, progress)
+
+
+def _exchange_two(problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]) -> None:
+    """Fits the most promising sets that are two effects away from a likely one: a search by single effects may have to
+    pass sets that are much worse on the way there."""
+    likely = [fit for fit, _ in library.weights()][:BEAM]
+    starts = [(law, u) for law in problem.laws if not law.levels for u in _starts_of(library, law)]
+    picked: dict[tuple[str, ...], tuple[SubsetFit, tuple[EffectLaw, ...], Floats]] = {}
+    count = _OF_TWO[_is_large(problem)]
+    for current in likely:
+        screened = exchanges_of_two(problem, current, starts, _SCREENED * count)
+        for one in [one for one in screened if not library.has(one.laws)][:count]:
+            picked.setdefault(tuple(sorted(law.key for law in one.laws)), (current, one.laws, one.u))
+    library.add(fit_subsets(problem, _starts(problem, list(picked.values()))))
+    library.compare_backgrounds()
+    library.polish()
+    best = library.best()
+    progress(f"two at once {'+'.join(best.effects)}: {library.log_joint(best):.1f}")
 
 
 def _is_large(problem: InferenceProblem) -> bool:

@@ -5,15 +5,20 @@ Sampled pulses brought into a frame of their own, where pulses of any duration a
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
 from numpy.polynomial.legendre import legvander
 
-from ....array_types import Floats
+from ....array_types import Floats, Rows
 from ...record import Series
 from ..base import Observable
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 #: Places of the frame, in widths at half the peak from the middle of that width.
 PLACES = np.linspace(-1.6, 3.4, 501)
@@ -60,25 +65,71 @@ def level_crossings(force_n: Floats, level: float) -> tuple[Floats, Floats]:
 
 def interpolated(values: Floats, place: Floats) -> Floats:
     """(n, k) of series (n, m) at places (n, k) in steps: straight between the points, 0 outside of them."""
+    between = np.empty(place.shape)
+    interpolate(np.ascontiguousarray(values, dtype=np.float64), np.ascontiguousarray(place), between)
+    return between
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def interpolate(values, place, between):  # type: ignore[no-untyped-def]
+    """Into `between` (n, k): series `values` (n, m) at places (n, k); 0 outside of the points and where there is no
+    place (NaN)."""
     last = values.shape[1] - 1
-    inside = (place >= 0) & (place <= last)
-    place = np.where(inside, place, 0.0)
-    step = np.minimum(place.astype(np.intp), last - 1)
-    rows = np.arange(len(values))[:, None]
-    before, after = values[rows, step], values[rows, step + 1]
-    return np.where(inside, before + (place - step) * (after - before), 0.0)
+    for i in range(place.shape[0]):
+        for j in range(place.shape[1]):
+            where = place[i, j]
+            if not 0.0 <= where <= last:
+                between[i, j] = 0.0
+                continue
+            step = min(int(where), last - 1)
+            before = values[i, step]
+            between[i, j] = before + (where - step) * (values[i, step + 1] - before)
 
 
 def _refined(force: Floats, step: float, width_s: float) -> tuple[Floats, float]:
     """By a spline of the fifth degree through the samples, with nothing before and after them."""
-    from scipy.interpolate import make_interp_spline
-
     finer = int(np.ceil(_POINTS * step / width_s))
     if finer == 1:
         return force, step
-    index = np.arange(force.shape[1])
-    spline = make_interp_spline(index, force, k=min(5, force.shape[1] - 1), axis=1)
-    return np.asarray(spline(np.arange((len(index) - 1) * finer + 1) / finer)), step / finer
+    spline = _Spline.of(force.shape[1], finer)
+    return spline.finer(force), step / finer
+
+
+@dataclass(frozen=True, eq=False)
+class _Spline:
+    """Interpolating splines through m samples at even steps, at so many times as many places: the same linear map for
+    all series. `factors` and `pivots` solve for the coefficients, a band of width 2 k + 1 about the diagonal; `places`
+    (p, m) takes the splines' values from them."""
+
+    degree: int
+    factors: Floats
+    pivots: Rows
+    places: csr_array
+
+    @classmethod
+    @lru_cache(maxsize=32)
+    def of(cls, samples: int, finer: int) -> _Spline:
+        from scipy.interpolate import BSpline, make_interp_spline
+        from scipy.linalg.lapack import dgbtrf
+
+        degree = min(5, samples - 1)
+        index = np.arange(samples, dtype=np.float64)
+        knots = make_interp_spline(index, index, k=degree).t
+        at_samples = BSpline.design_matrix(index, knots, degree).toarray()
+        band = np.zeros((3 * degree + 1, samples))
+        for offset in range(-degree, degree + 1):
+            diagonal = np.diagonal(at_samples, offset)
+            band[2 * degree - offset, max(offset, 0) : max(offset, 0) + len(diagonal)] = diagonal
+        factors, pivots, _ = dgbtrf(band, degree, degree)
+        places = np.arange((samples - 1) * finer + 1) / finer
+        return cls(degree, factors, pivots, BSpline.design_matrix(places, knots, degree))
+
+    def finer(self, values: Floats) -> Floats:
+        """(n, p) of series (n, m)."""
+        from scipy.linalg.lapack import dgbtrs
+
+        coefficients, _ = dgbtrs(self.factors, self.degree, self.degree, values.T, self.pivots)
+        return np.ascontiguousarray((self.places @ coefficients).T)
 
 
 #: Level of the peak between which a pulse's shape is taken; the tails below it are mostly noise.

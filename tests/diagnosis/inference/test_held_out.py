@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.diagnosis.inference.held_out import (
-    _left_out_residuals,
     fit_fold,
     set_predictions,
     stacking_weights,
 )
+from pyroshock.diagnosis.inference.left_out import corner_rows, left_out_residuals
 from pyroshock.diagnosis.inference.model_search import ModelLibrary, fit_sets
 from pyroshock.diagnosis.inference.problem import InferenceProblem
-from pyroshock.diagnosis.inference.subset_fit import SubsetFit, no_effects
+from pyroshock.diagnosis.inference.subset_fit import SubsetFit, no_effects, residual
 from support.records.linear_problems import columns_of, linear_problem
 
 COUNT, NOISE = 10, 0.2
@@ -87,25 +87,46 @@ def correlated_problem(seed: int = 3, kappa: float = 0.4) -> InferenceProblem:
     return linear_problem(responses, gap + 0.5 * rng.standard_normal(gap.shape), noise)
 
 
-def refitted(problem: InferenceProblem, fit: SubsetFit) -> np.ndarray:
-    """(N,): what each configuration leaves where a set is fitted, by generalized ridge regression, to the others."""
+EACH = [np.array([c]) for c in range(COUNT)]
+
+
+def refitted(problem: InferenceProblem, fit: SubsetFit, groups: list[np.ndarray]) -> np.ndarray:
+    """(N,): what each group of configurations leaves where a set is fitted, by generalized ridge regression, to all
+    others; of configurations in no group, 0."""
     block, responses = problem.blocks[0], columns_of(problem, fit.effects)
     matrix = block.covariances[fit.errors[0].background]
     left = np.zeros(len(block.z))
-    for c in np.unique(block.configuration):
-        out, rest = (np.flatnonzero(rows) for rows in (block.configuration == c, block.configuration != c))
+    for group in groups:
+        inside = np.isin(block.configuration, group)
+        out, rest = np.flatnonzero(inside), np.flatnonzero(~inside)
         weighted = np.linalg.solve(matrix[np.ix_(rest, rest)], responses[rest])
         size = np.linalg.solve(np.eye(len(fit.u)) + responses[rest].T @ weighted, weighted.T @ block.z[rest])
         left[out] = block.z[out] - responses[out] @ size
     return left
 
 
-def test_residuals_of_configurations_left_out_are_those_of_a_fit_without_them():
+@pytest.mark.parametrize("groups", [EACH, [np.array([7, 8, 9])], [np.array([0, 4]), np.array([1, 9, 5])]])
+def test_residuals_of_configurations_left_out_are_those_of_a_fit_without_them(groups: list[np.ndarray]):
     problem = correlated_problem()
     library = library_of(problem, list(problem.effects), ["gun.linear_0"])
+    cells = np.isin(problem.blocks[0].configuration, np.concatenate(groups))
     for fit in library.fits.values():
-        expected = refitted(problem, fit) if fit.laws else problem.blocks[0].z
-        np.testing.assert_allclose(_left_out_residuals(problem, fit), expected, atol=1e-5)
+        expected = refitted(problem, fit, groups) if fit.laws else problem.blocks[0].z
+        found = left_out_residuals(problem, fit, groups)
+        np.testing.assert_allclose(found[cells], expected[cells], atol=1e-5)
+        rest = residual(problem.blocks[0], fit.change[0])
+        np.testing.assert_allclose(found[~cells], rest[~cells], atol=1e-12)
+
+
+def test_corner_is_the_end_of_the_factor_with_the_larger_gap_among_the_configurations_of_a_problem():
+    count = 20
+    problem = linear_problem(np.ones((1, count, 1)), np.linspace(1, 9, count)[:, None], NOISE**2 * np.eye(count))
+    rows, inside = corner_rows(problem), corner_rows(problem.only(np.arange(count - 5)))
+    assert rows is not None
+    assert inside is not None
+    assert rows.tolist() == list(range(15, 20))
+    assert inside.tolist() == list(range(15 - len(inside), 15))
+    assert corner_rows(problem.only(np.arange(5))) is None  # too few are left
 
 
 def test_stacking_weights_predict_best_what_is_left_out():
@@ -113,7 +134,13 @@ def test_stacking_weights_predict_best_what_is_left_out():
     problem = correlated_problem()
     library = library_of(problem, ["gun.linear_0"], ["gun.linear_1"])
     fits = [fit for fit in library.fits.values() if fit.laws]
-    left = np.column_stack([refitted(problem, fit) for fit in fits])
+    corner = corner_rows(problem)
+    assert corner is not None
+    assert 3 <= len(corner) <= COUNT // 2
+    # Each configuration from all others, and the corner from what is outside of it.
+    each = np.column_stack([refitted(problem, fit, EACH) for fit in fits])
+    extrapolated = np.column_stack([refitted(problem, fit, [corner]) for fit in fits])
+    left = np.vstack([each, extrapolated[np.isin(problem.blocks[0].configuration, corner)]])
     shares = np.linspace(0, 1, 1001)
     squares = [float(((left @ [share, 1 - share]) ** 2).sum()) for share in shares]
     weights = stacking_weights(problem, fits)

@@ -6,10 +6,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pyroshock.diagnosis.observables.contact.features import NAMES, OBSERVABLES, features, series_features, zeroed
+from pyroshock.diagnosis.observables.contact.features import (
+    NAMES,
+    OBSERVABLES,
+    _Spline,
+    features,
+    interpolated,
+    series_features,
+    zeroed,
+)
 from pyroshock.diagnosis.record import Series
 from pyroshock.twin.contact.hertz import hertz
 from pyroshock.virtualbench.sensors.filters import decimated
+from scipy.interpolate import make_interp_spline
 from support.records.contact_bodies import impacts
 
 TOLERANCE = np.array([one.tolerance for one in OBSERVABLES])
@@ -120,3 +129,25 @@ def test_noise_of_a_hundredth_stays_within_half_a_tolerance(samples: int) -> Non
     off = (np.vstack([features(row[None], step) for row in noisy]) - features(clean[None], step)) / TOLERANCE
     assert off.std(axis=0).max() < 0.6
     assert np.abs(off.mean(axis=0)).max() < 0.5
+
+
+@given(st.integers(3, 60), st.integers(2, 9), st.integers(0, 2**32 - 1))
+@settings(max_examples=40, deadline=None)
+def test_spline_of_even_samples_is_that_of_scipy(samples: int, finer: int, seed: int) -> None:
+    values = np.random.default_rng(seed).standard_normal((4, samples))
+    place = np.arange((samples - 1) * finer + 1) / finer
+    expected = make_interp_spline(np.arange(samples), values, k=min(5, samples - 1), axis=1)(place)
+    np.testing.assert_allclose(_Spline.of(samples, finer).finer(values), expected, atol=1e-9 * np.abs(expected).max())
+
+
+@given(st.integers(2, 40), st.integers(0, 2**32 - 1))
+@settings(max_examples=40, deadline=None)
+def test_between_points_a_series_is_straight_and_outside_of_them_nothing(samples: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    values = rng.standard_normal((3, samples))
+    place = rng.uniform(-2, samples + 1, (3, 50))
+    place[:, :4] = 0.0, samples - 1.0, np.nan, samples - 1 + 1e-9
+    expected = [
+        np.interp(p, np.arange(samples), row, left=0.0, right=0.0) for p, row in zip(place, values, strict=True)
+    ]
+    np.testing.assert_allclose(interpolated(values, place), np.nan_to_num(expected), atol=1e-12)

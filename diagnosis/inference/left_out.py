@@ -1,0 +1,63 @@
+"""What a set of effects predicts of configurations that are left out of its fit, by the fit's own derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from ...array_types import Floats, Rows
+from ..factor_corner import corner_of_factors
+from ..gap import GapMetric
+from .problem import InferenceProblem
+from .subset_fit import SubsetFit, covariance, factor, residual
+
+
+def left_out_residuals(problem: InferenceProblem, fit: SubsetFit, groups: Iterable[Rows]) -> Floats:
+    """(N,) over all blocks: residual of each group of configurations where the parameters are fitted to all others,
+    linear in u; of configurations in no group, the residual of the fit. The groups have no configuration in common.
+
+    With P = S^-1, the information of what remains is J'PJ - (PJ)_c' (P_cc)^-1 (PJ)_c when the cells c go.
+    """
+    residuals = [residual(block, own) for block, own in zip(problem.blocks, fit.change, strict=True)]
+    if not len(fit.u):
+        return np.concatenate(residuals)
+    information, slope = np.eye(len(fit.u)), -fit.u
+    weights = []
+    for index, block in enumerate(problem.blocks):
+        answered = np.isfinite(fit.change[index])
+        columns = np.column_stack([np.where(answered, residuals[index], 0.0), fit.jacobian[index]])
+        inverse = _inverse_root(covariance(block, fit.contributions[index], fit.errors[index]))
+        weighted = inverse.T @ (inverse @ columns)  # P r and P J
+        information = information + fit.jacobian[index].T @ weighted[:, 1:]
+        slope = slope + weighted[:, 1:].T @ columns[:, 0]
+        weights.append((inverse, weighted))
+    for group in groups:
+        less = np.zeros((len(fit.u), 1 + len(fit.u)))
+        cells = [np.flatnonzero(np.isin(block.configuration, group)) for block in problem.blocks]
+        for rows, (inverse, weighted) in zip(cells, weights, strict=True):
+            if rows.size:
+                root = inverse[:, rows]
+                less += weighted[rows, 1:].T @ np.linalg.solve(root.T @ root, weighted[rows])
+        step = np.linalg.solve(information - less[:, 1:], slope - less[:, 0])
+        for rows, own, jacobian in zip(cells, residuals, fit.jacobian, strict=True):
+            own[rows] -= jacobian[rows] @ step
+    return np.concatenate(residuals)
+
+
+def _inverse_root(matrix: Floats) -> Floats:
+    """L^-1 of a covariance L L'."""
+    from scipy.linalg import lapack
+
+    return np.asarray(lapack.dtrtri(factor(matrix), lower=1)[0])
+
+
+def corner_rows(problem: InferenceProblem) -> Rows | None:
+    """The configurations, of those of a problem, in the corner of the factor space where an extrapolation has the most
+    to lose; None where there is no corner."""
+    gap = problem.gap
+    rows = np.unique(np.concatenate([block.configuration for block in problem.blocks]))
+    weight = GapMetric.of(gap).weights(gap)
+    size = np.nansum((gap.mean[rows] / gap.tolerance) ** 2 * weight, axis=1)
+    found = corner_of_factors([gap.record.configurations[row].factors for row in rows], np.sqrt(size))
+    return None if found is None else rows[found.rows]
