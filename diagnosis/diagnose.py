@@ -21,6 +21,7 @@ from .gap_reduction import measure_reduction
 from .inference.held_out import fit_fold
 from .inference.posterior import HypothesisPosterior, common_effects, fitted_effects
 from .inference.shares import gap_shares
+from .known_facts import known_fact_sentences
 from .localisation.drift import drift
 from .localisation.factor_regions import factor_regions
 from .localisation.stages import stage_notes, stage_shares
@@ -135,7 +136,7 @@ def _verdict(record: CampaignRecord, options: Options, progress: Progress, draw:
         unexplained=conclusion.unexplained,
         path=conclusion.path,
         next_runs=runs,
-        assumptions=(*record.assumptions, *notes, *stage_notes(stages), *assumed),
+        assumptions=(*record.assumptions, *notes, *stage_notes(stages), *known_fact_sentences(posterior), *assumed),
         seconds=time.perf_counter() - started,
         fits={name: common_effects(fit) for name, fit in conclusion.fits.items()},
         unknown_log_odds=posterior.log_odds_unknown,
