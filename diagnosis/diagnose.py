@@ -172,14 +172,17 @@ def _assumptions(
             "floor assumed: nothing was repeated, the scatter of one run is the sensors' data sheets', and the "
             "probabilities are not calibrated"
         )
+    measured = {(fact.effect, fact.parameter) for fact in gap.record.known_facts}
     for row in conclusion.effects:
-        likely = {item.name: item.likely for item in catalogue()[row.effect].parameters()}
+        parameters = catalogue()[row.effect].parameters()
+        likely = {item.name: item.likely for item in parameters if (row.effect, item.name) not in measured}
         for item in row.parameters if row.named else ():
             low, high = likely.get(item.parameter) or (-np.inf, np.inf)
             if not low <= item.value <= high:
                 yield (
-                    f"{row.effect}: {item.name} = {f'{item.value:.3g} {item.unit}'.rstrip()} lies at the end of its "
-                    f"likely range ({low:g} to {high:g}); it may stand for something else"
+                    f"{row.effect}: {item.name} = {f'{item.value:.3g} {item.unit}'.rstrip()} lies outside of what "
+                    f"benches have ({low:g} to {high:g}): the law of this effect misses, and the value stands for "
+                    "something else"
                 )
     first = conclusion.causes[0].effects[0]
     for entry in entries if first not in (NONE, UNKNOWN) else ():
