@@ -22,6 +22,7 @@ from .gap_reduction import measure_reduction
 from .inference.held_out import fit_fold
 from .inference.posterior import HypothesisPosterior, common_effects, fitted_effects
 from .inference.shares import gap_shares
+from .known_facts import known_fact_sentences
 from .localisation.drift import drift
 from .localisation.factor_regions import factor_regions
 from .localisation.stages import stage_notes, stage_shares
@@ -139,7 +140,7 @@ def _verdict(record: CampaignRecord, options: Options, progress: Progress, draw:
         sets=conclusion.established.sets,
         path=conclusion.established.path,
         next_runs=runs,
-        assumptions=(*record.assumptions, *notes, *stage_notes(stages), *assumed),
+        assumptions=(*record.assumptions, *notes, *stage_notes(stages), *known_fact_sentences(posterior), *assumed),
         seconds=time.perf_counter() - started,
         fits={name: common_effects(fit) for name, fit in conclusion.fits.items()},
         averaged=conclusion.established.averaged,
@@ -176,10 +177,11 @@ def _assumptions(
             "floor assumed: nothing was repeated, the scatter of one run is the sensors' data sheets', and the "
             "probabilities are not calibrated"
         )
+    measured = {(fact.effect, fact.parameter) for fact in gap.record.known_facts}
     for row in conclusion.effects:
         for item in row.parameters if row.named else ():
             exceeded = exceeded_limit(row.effect, item.parameter, item.value)
-            if exceeded is not None:
+            if exceeded is not None and (row.effect, item.parameter) not in measured:
                 where = "beyond" if exceeded.is_beyond else "at the end of"
                 yield (
                     f"{row.effect}: {item.name} = {f'{item.value:.3g} {item.unit}'.rstrip()} lies {where} its range "

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..array_types import Floats
+from ..schema.known_facts import KnownFact
 from ..twin.gun.bench import GunBench
 from ..twin.plate.modal import ModalPlate
 from ..twin.setting import ElasticMaterial
@@ -89,8 +90,8 @@ class CampaignRecord:
     `plate_points_known` is false for a model whose impact points and sensors were assumed: then its frequencies count,
     and its shapes do not. `plate_model_material` is what such a model was solved for. `plate_material` and
     `plate_outline_m` (corners in m) are those of `[bench.plate]`; a configuration with a factor `plate_material` goes
-    by that. `materials` by the words of the factors. `assumptions` are sentences for the report: what was taken for
-    granted on reading.
+    by that. `materials` by the words of the factors. `known_facts` are what the laboratory measured of its bench, by
+    parameters of effects. `assumptions` are sentences for the report: what was taken for granted on reading.
     """
 
     name: str
@@ -106,6 +107,7 @@ class CampaignRecord:
     plate_material: str | None = None
     plate_outline_m: tuple[tuple[float, float], ...] = ()
     materials: Mapping[str, ElasticMaterial] = field(default_factory=dict)
+    known_facts: tuple[KnownFact, ...] = ()
     assumptions: tuple[str, ...] = ()
 
     def plate_material_of(self, configuration: RunConfiguration) -> str | None:

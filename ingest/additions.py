@@ -102,7 +102,7 @@ def add_facts(
     campaign.written_by_id = written_by
     if bench:
         for name, value in campaign_values(session, file, modes).items():
-            if name.endswith("_id") or name == "fingerprint":
+            if name.endswith("_id") or name in ("fingerprint", "known_facts"):
                 setattr(campaign, name, value)
     session.flush()
     hits = [{"hit_run": run, "hit_repetition": repetition, "to": key} for (run, repetition), key in wanted.items()]

@@ -12,11 +12,13 @@ from pathlib import Path
 from typing import Any
 
 from ..schema.known_factors import MAX_REGULATED_PRESSURE_PA
+from ..schema.known_facts import KnownFact, facts_to_json
 from ..schema.toml_text import key_problems, read_toml_text, toml_table
 from ..signals.channel import Sensor
 from ..signals.units import SI_UNITS, UnitError
 from .calibration_points import stated_calibration
 from .errors import LONGEST_NAME, Faults, IngestError, parse_date, printable
+from .known_facts import read_known_facts
 from .readers import ReadingOptions
 from .recording_options import ForceSource, force_source, reading_options
 
@@ -73,12 +75,14 @@ class CampaignFile:
     max_regulated_pressure_pa: float  # of `[bench.gun]`: gauge; a limit for rows, not a property of the gun
     reading: ReadingOptions  # `[recordings]`: what the recordings do not say themselves
     force: ForceSource | None = None  # `[force]`: the contact force is derived from accelerations
+    known_facts: tuple[KnownFact, ...] = ()  # `[known]`: what the laboratory measured of its own bench
 
     @property
     def fingerprint(self) -> str:
-        """SHA-256 of what two parts of one campaign must share: kind, date and bench."""
+        """SHA-256 of what two parts of one campaign must share: kind, date, bench and known facts."""
         parts = {key: asdict(part) if part else None for key, part in self.bench.items()}
-        text = json.dumps([self.kind, self.date.isoformat(), parts], sort_keys=True)
+        facts = [facts_to_json(self.known_facts)] if self.known_facts else []
+        text = json.dumps([self.kind, self.date.isoformat(), parts, *facts], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
     @property
@@ -92,7 +96,7 @@ def read_campaign_file(folder: Path) -> CampaignFile:
         raise IngestError(f"{folder}: no such folder; expected a campaign folder with {FILE} and runs.csv")
     data = _load(folder / FILE)
     faults = Faults()
-    faults.of(_known_keys, data, ("campaign", "bench", "channels", "factors", "force", "recordings"), "")
+    faults.of(_known_keys, data, ("campaign", "bench", "channels", "factors", "force", "known", "recordings"), "")
     campaign = faults.of(_table, data, "campaign", required=True) or {}
     bench = faults.of(_table, data, "bench") or {}
     faults.of(_known_keys, campaign, ("name", "kind", "date", "description", "operator"), "campaign")
@@ -114,6 +118,7 @@ def read_campaign_file(folder: Path) -> CampaignFile:
         max_regulated_pressure_pa=faults.of(_regulator, bench),
         reading=faults.of(reading_options, data),
         force=None if sensors is None else faults.of(force_source, faults.of(_table, data, "force") or {}, sensors),
+        known_facts=faults.of(read_known_facts, faults.of(_table, data, "known") or {}),
     )
     faults.refuse()
     return file

@@ -16,6 +16,7 @@ from ..schema.campaigns import Campaign
 from ..schema.impacts import ExtractionSettingsRow as SettingsRow
 from ..schema.impacts import Pulse
 from ..schema.known_factors import NONE
+from ..schema.known_facts import facts_to_json
 from ..schema.series import encode
 from ..schema.transactions import fingerprint_of, get_or_add
 from ..signals.checks.base import Finding
@@ -52,24 +53,27 @@ def campaign_values(session: Session, file: CampaignFile, modes: ModalTableFile 
         "gun_id": _part(session, Gun, vars(file.gun)).id if file.gun else None,
         "hammer_id": _part(session, Hammer, vars(file.hammer)).id if file.hammer else None,
         "plate_id": _plate(session, file.plate, modes).id if file.plate else None,
+        "known_facts": facts_to_json(file.known_facts) if file.known_facts else None,
     }
 
 
 def refuse_other_campaign(session: Session, row: Campaign, file: CampaignFile) -> None:
-    """Raise `IngestError`, with both values, when a stored campaign of this name has another kind, date or bench."""
+    """Raise `IngestError`, with both values, when a stored campaign of this name has another kind, date, bench or known
+    fact."""
     if row.fingerprint == file.fingerprint:
         return
     differences = bench_differences(session, row, file)
     changes = [fact for fact in differences if fact[2] is not None] or differences
     words = "; ".join(difference(*fact) for fact in changes) or "the name of the modal table's file is another"
     raise IngestError(
-        f"campaign.toml: campaign {file.name!r} is in the store with another kind, date or bench: {words}; "
+        f"campaign.toml: campaign {file.name!r} is in the store with another kind, date, bench or known fact: {words}; "
         "restore the stored values, or give this campaign another name"
     )
 
 
 def bench_additions(session: Session, row: Campaign, file: CampaignFile) -> list[str]:
-    """Facts of the bench that `campaign.toml` has and the stored campaign lacks: "bench.hammer.mass_kg = 0.32".
+    """Facts of the bench that `campaign.toml` has and the stored campaign lacks, of `[known]` too:
+    "bench.hammer.mass_kg = 0.32".
 
     Raises `IngestError` as `refuse_other_campaign` where anything that is stored differs.
     """

@@ -13,6 +13,7 @@ from ..schema.benches import Material, ModalTable, Mode, Plate
 from ..schema.campaigns import Campaign, Configuration, ConfigurationLevel, Factor, FactorLevel
 from ..schema.configurations import configuration_fingerprint
 from ..schema.impacts import Impact, Shot
+from ..schema.known_facts import KnownFact, facts_from_json
 from ..schema.recordings import STORED, RecordedChannel, Recording
 from .errors import IngestError, difference, printable
 from .folder import CampaignFile, GunPart, HammerPart, PlatePart
@@ -34,6 +35,7 @@ def bench_differences(session: Session, row: Campaign, file: CampaignFile) -> li
         names = [item.name for item in fields(kind)]
         values += [(f"bench.{stage}.{key}", getattr(part, key, None), getattr(stored, key, None)) for key in names]
     values += _plate(session, file.plate, row.plate)
+    values += _known_facts(file, row)
     return [(key, _cell_text(given), _cell_text(stored)) for key, given, stored in values if given != stored]
 
 
@@ -73,9 +75,17 @@ def _plate(session: Session, part: PlatePart | None, row: Plate | None) -> list[
     ]
 
 
+def _known_facts(file: CampaignFile, row: Campaign) -> list[tuple[str, object, object]]:
+    given = {fact.name: fact for fact in file.known_facts}
+    stored = {fact.name: fact for fact in facts_from_json(row.known_facts)}
+    return [(f"known.{name}", given.get(name), stored.get(name)) for name in sorted({*given, *stored})]
+
+
 def _cell_text(value: object) -> str | None:
     if value is None:
         return None
+    if isinstance(value, KnownFact):
+        return value.words
     return printable(value) if isinstance(value, str | float | list) else str(value)
 
 

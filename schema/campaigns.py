@@ -9,7 +9,7 @@ from typing import Any
 from sqlalchemy import CheckConstraint, Date, ForeignKey, Index, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
-from .base import Base, HasId, WithProvenance, names_row, one_of
+from .base import Base, HasId, PlainJson, WithProvenance, names_row, one_of
 from .benches import Gun, Hammer, Material, Plate
 
 KINDS = ("hammer", "gun")
@@ -31,6 +31,8 @@ class Campaign(HasId, WithProvenance, Base):
     plate_id: Mapped[int | None] = mapped_column(ForeignKey("plates.id"))
     #: Hash of campaign.toml's content: a folder that changed under the same name is refused, not mixed.
     fingerprint: Mapped[str]
+    #: `[known]` of campaign.toml, as `known_facts.facts_to_json` has it; NULL where it states none.
+    known_facts: Mapped[dict[str, Any] | None] = mapped_column(PlainJson(none_as_null=True))
     gun: Mapped[Gun | None] = relationship()
     hammer: Mapped[Hammer | None] = relationship()
     plate: Mapped[Plate | None] = relationship()

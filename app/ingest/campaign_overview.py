@@ -72,6 +72,7 @@ def _campaign(session: Session, row: Campaign) -> dict[str, Any]:
         "operator": row.operator,
         "description": row.description,
         "bench": _bench(session, row),
+        "known": row.known_facts or {},
     }
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from ...schema.known_facts import facts_from_json
 from ..cli.common import (
     db_option,
     errors_as_one_line,
@@ -83,6 +84,10 @@ def show(name: str, db: str, json_to: str | None) -> None:
         for key, value in overview[title].items():
             if not isinstance(value, list | dict):
                 click.echo(f"{key:24} {format_cell(value)}")
+    if facts := facts_from_json(overview["campaign"]["known"]):
+        click.echo("\nknown facts")
+        for fact in facts:
+            click.echo(f"  {fact.name:40} {fact.words}")
     if overview["missing_facts"]:
         click.echo(f"\nmissing facts\n  {overview['missing_facts']}")
     if overview["shot_differences"]:

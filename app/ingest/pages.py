@@ -10,6 +10,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from ...schema.conditions import get_campaign_id
+from ...schema.known_facts import facts_from_json
 from ..common.quantities import display_of, heading, velocities_of, velocity_with_uncertainty
 from ..plan.pages import coverage_figure
 from ..web.dependencies import Name, OpenStore
@@ -107,6 +108,7 @@ def campaign(request: Request, name: Name, store: OpenStore) -> Response:
             planned_achieved=planned_achieved_rows(levels, achieved),
             constant=constant_settings(levels),
             bench=list(bench_facts(overview["campaign"]["bench"])),
+            known_facts=[(fact.name, fact.words) for fact in facts_from_json(overview["campaign"]["known"])],
         )
 
 

@@ -4,6 +4,9 @@ Every searched parameter is a number u with a standard normal prior. Parameters 
 searched by their logarithm, from where the effect is as large as a tolerance to the end of its likely range: an effect
 within tolerance is none. A gain or an offset of a sensor has the prior of data sheets and calibrations, and beside it,
 as a law of its own with a small prior, that of a gross error.
+
+A parameter that the laboratory has measured (`[known]` of campaign.toml) has the prior N(value, u) of that measurement
+instead, and no gross error beside it. Where that excludes the value at which the effect does nothing, the effect acts.
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from ...array_types import Floats
+from ...schema.known_facts import KnownFact
 from ...twin.effects import Effect, Parameter
 
 #: By name of an owner: the level of each configuration (or mode, or sensor), and the names of the levels.
@@ -27,6 +31,10 @@ LIKELY_SD = 2.0
 COMMON_SHARE = 0.8
 #: Prior probability of a gross error of a sensor, where it has an error at all.
 GROSS_ERROR = 0.2
+#: Beyond so many of its standard uncertainties from where an effect does nothing, a measured value says that it acts.
+ACTS_BEYOND_U = 4.0
+#: In the name of a law with a parameter that the laboratory has measured.
+KNOWN = " (known)"
 #: Prior probability of the first law of an effect that has several.
 USUAL_LAW = 0.7
 #: Prior probability that a parameter differs from level to level of its owner, and of what lies on the same side of the
@@ -81,6 +89,8 @@ class EffectLaw:
     levels: tuple[int, ...] = ()
     level_names: tuple[str, ...] = ()
     owner: str = ""
+    #: The laboratory has measured a parameter, such that the effect acts.
+    surely_acts: bool = False
 
     @property
     def id(self) -> str:
@@ -158,10 +168,11 @@ class EffectLaw:
 
 @dataclass(frozen=True)
 class LawRanges:
-    """Where laws of a campaign begin to be seen: by effect id and parameter, the value that moves an observable by a
-    tolerance (`smallest`)."""
+    """By effect id and parameter: the value that moves an observable by a tolerance, where laws of a campaign begin to
+    be seen (`smallest`), and what the laboratory measured (`known_facts`)."""
 
     smallest: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    known_facts: Mapping[tuple[str, str], KnownFact] = field(default_factory=dict)
 
 
 def laws_of(kind: type[Effect], ranges: LawRanges, owners: Owners) -> list[EffectLaw]:
@@ -172,15 +183,19 @@ def laws_of(kind: type[Effect], ranges: LawRanges, owners: Owners) -> list[Effec
     likely = [item for item in kind.parameters() if item.likely is not None]
     if not likely:
         raise ValueError(f"{kind.id}: no parameter has a likely range, so that there is nothing to look for")
-    regimes = kind.regimes or (tuple(item.name for item in likely),)
+    acting = {item.name for item in likely if _excludes_off(kind, item, ranges) and not _is_shape(item)}
+    every_regime = kind.regimes or (tuple(item.name for item in likely),)
+    # a law that leaves out what was measured is not the bench's, unless each of them does
+    regimes = [regime for regime in every_regime if acting <= set(regime)] or every_regime
     laws: list[EffectLaw] = []
     for regime in regimes:
         searched = [item for item in likely if item.name in regime]
-        fixed = tuple((item.name, item.off) for item in likely if item.name not in regime)
+        fixed = tuple((item.name, _off_value(kind, item, ranges)) for item in likely if item.name not in regime)
         prior = float(np.log(_regime_prior(regimes.index(regime), len(regimes))))
         for label, share, coordinates in _variants(kind, searched, ranges):
             name = "+".join(regime) + label
-            laws.append(EffectLaw(kind, name, coordinates, fixed, prior + float(np.log(share))))
+            log_prior = prior + float(np.log(share))
+            laws.append(EffectLaw(kind, name, coordinates, fixed, log_prior, surely_acts=bool(acting)))
     return laws + [split for law in laws for split in _by_level(law, owners)]
 
 
@@ -193,19 +208,24 @@ def _variants(
     kind: type[Effect], searched: Sequence[Parameter], ranges: LawRanges
 ) -> list[tuple[str, float, tuple[Coordinate, ...]]]:
     gross = tuple(_coordinate(kind, item, ranges) for item in searched)
-    if all(item.typical is None for item in searched):
-        return [("", 1.0, gross)]
+    unmeasured = [item for item in searched if (kind.id, item.name) not in ranges.known_facts]
+    label = "" if len(unmeasured) == len(searched) else KNOWN
+    if all(item.typical is None for item in unmeasured):
+        return [(label, 1.0, gross)]
     sheet = tuple(
-        Coordinate(item, item.off, item.typical, False) if item.typical is not None else coordinate
-        for item, coordinate in zip(searched, gross, strict=True)
+        Coordinate(item, item.off, item.typical, False) if item in unmeasured and item.typical is not None else own
+        for item, own in zip(searched, gross, strict=True)
     )
-    return [("", 1 - GROSS_ERROR, sheet), (" (gross)", GROSS_ERROR, gross)]
+    return [(label, 1 - GROSS_ERROR, sheet), (f"{label} (gross)", GROSS_ERROR, gross)]
 
 
 def _coordinate(kind: type[Effect], item: Parameter, ranges: LawRanges) -> Coordinate:
     assert item.likely is not None
+    fact = ranges.known_facts.get((kind.id, item.name))
+    if fact is not None:
+        return Coordinate(item, fact.value, fact.u, False)
     low, high = item.likely
-    shape = item.default == item.off and 0 < low <= item.off <= high  # how an effect acts, not whether
+    shape = _is_shape(item)
     if low < item.off < high and not shape:
         if low > 0 and high / low > 3:
             return Coordinate(item, float(np.log(item.off)), float(np.log(high / item.off)) / LIKELY_SD, True)
@@ -220,6 +240,22 @@ def _coordinate(kind: type[Effect], item: Parameter, ranges: LawRanges) -> Coord
     return Coordinate(item, float(np.log(low * high)) / 2, float(np.log(high / low)) / 2 / LIKELY_SD, True)
 
 
+def _is_shape(item: Parameter) -> bool:
+    """Whether a parameter says how an effect acts, and not whether."""
+    assert item.likely is not None
+    return item.default == item.off and 0 < item.likely[0] <= item.off <= item.likely[1]
+
+
+def _excludes_off(kind: type[Effect], item: Parameter, ranges: LawRanges) -> bool:
+    fact = ranges.known_facts.get((kind.id, item.name))
+    return fact is not None and abs(fact.value - item.off) > ACTS_BEYOND_U * fact.u
+
+
+def _off_value(kind: type[Effect], item: Parameter, ranges: LawRanges) -> float:
+    """Of a parameter that a law is not searched by: off, or as the laboratory measured it."""
+    return ranges.known_facts[kind.id, item.name].value if _excludes_off(kind, item, ranges) else item.off
+
+
 def _by_level(law: EffectLaw, owners: Owners) -> list[EffectLaw]:
     """The same law with a value for each level of its first parameter's owner, and, in contacts, of its neighbours."""
     declared = law.coordinates[0].parameter.owner
@@ -229,7 +265,7 @@ def _by_level(law: EffectLaw, owners: Owners) -> list[EffectLaw]:
         if len(names) > 1 and (owner == declared or owner in neighbours):
             prior = law.log_prior + float(np.log(BY_LEVEL if owner == declared else BY_NEIGHBOUR))
             name = f"{law.name} by {owner}"
-            split.append(EffectLaw(law.kind, name, law.coordinates, law.fixed, prior, levels, names, owner))
+            split.append(replace(law, name=name, log_prior=prior, levels=levels, level_names=names, owner=owner))
     return split
 
 

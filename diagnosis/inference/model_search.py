@@ -36,6 +36,9 @@ from .subset_fit import (
 
 #: Prior probability that no effect acts.
 NONE_PRIOR = 0.2
+#: Logarithm of the probability that an effect does not act though the laboratory measured that it does: no record
+#: overrules a measurement (`known_facts` says where one speaks against it).
+_STATED = -30.0
 #: Candidates of a step that are fitted; sets within so many nats of the best are kept.
 _FITTED, WINDOW = 4, 20.0
 #: Exchanges from each set that are fitted in a round, rounds, and sets that additions begin from: of a problem with few
@@ -112,7 +115,10 @@ class ModelLibrary:
     @cached_property
     def prior(self) -> dict[str, tuple[float, float]]:
         """By effect, the logarithms of the probabilities that it does not act and that it does."""
-        return {name: (off, on) for name, (on, off) in set_prior(self.problem.laws, self.problem.detectable).items()}
+        prior = {name: (off, on) for name, (on, off) in set_prior(self.problem.laws, self.problem.detectable).items()}
+        return prior | {
+            law.id: (_STATED, float(np.log1p(-np.exp(_STATED)))) for law in self.problem.laws if law.surely_acts
+        }
 
     def best(self, without: Collection[str] = ()) -> SubsetFit:
         """The likeliest set, of those without some effects."""
@@ -322,6 +328,24 @@ def fit_sets(problem: InferenceProblem, library: ModelLibrary, sets: Sequence[Se
         if chosen and not library.has([law for law, _ in chosen]):
             picked.append((best, tuple(law for law, _ in chosen), np.concatenate([part for _, part in chosen])))
     library.add(polished(problem, fit_subsets(problem, _starts(problem, picked), iterations=8)))
+
+
+def fit_other_laws(problem: InferenceProblem, current: SubsetFit, laws: Sequence[EffectLaw]) -> list[SubsetFit]:
+    """The most promising sets in which one of some `laws`, that need not be the problem's, joins the current set, takes
+    the place of one of its effects, or acts alone; fitted and polished. A set has one law of each effect."""
+    moves = []
+    for law in laws:
+        at = [i for i, own in enumerate(current.laws) if own.id == law.id]
+        rest = _without(current, at[0]) if at else _Move(current.laws, current.u)
+        places = split_parts(rest.laws, rest.u)
+        kept = [list(range(len(rest.laws)))]
+        kept += [[i for i in kept[0] if i != out] for out in kept[0]]
+        kept += [[]] if len(rest.laws) > 1 else []
+        for rows in kept:
+            own_laws = tuple(rest.laws[i] for i in rows)
+            own_u = [places[i] for i in rows]
+            moves += [_Move((*own_laws, law), np.concatenate([*own_u, u])) for u in law.starts()]
+    return polished(problem, _fitted(problem, ModelLibrary(problem), [(current, moves)]), steps=_FROM_ALL)
 
 
 def _plainest(problem: InferenceProblem, identity: str) -> tuple[EffectLaw, Floats]:

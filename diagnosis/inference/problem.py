@@ -177,25 +177,27 @@ class StageBlock:
 
 @dataclass(frozen=True, eq=False)
 class InferenceProblem:
-    """`blocks` by stage, and what simulates sets of the `laws`. `effects`: ids that some stage can show, in the order
-    of the catalogue."""
+    """`blocks` by stage, and what simulates sets of the `laws`, which were made of the `ranges`. `effects`: ids that
+    some stage can show, in the order of the catalogue."""
 
     gap: GapTable
     blocks: tuple[StageBlock, ...]
     simulator: JointSimulator
     laws: tuple[EffectLaw, ...]
+    ranges: LawRanges = field(default_factory=LawRanges)
 
     @classmethod
     def of(cls, gap: GapTable, stages: Sequence[Stage], kinds: Sequence[type[Effect]]) -> Self:
         shown = {identity for stage in stages for identity in stage.shows}
         own = [kind for kind in kinds if kind.id in shown]
         owners = owners_of([configuration.factors for configuration in gap.record.configurations])
-        ranges = _ranges(stages, own)
+        facts = {(fact.effect, fact.parameter): fact for fact in gap.record.known_facts}
+        ranges = replace(_ranges(stages, own), known_facts=facts)
         laws = tuple(law for kind in own for law in laws_of(kind, ranges, _owners_of_kind(kind, owners, stages)))
         blocks = tuple(StageBlock.of(gap, stage) for stage in gap.stages)
         simulator = JointSimulator(stages, laws)
         simulator.negligible = negligible_places(simulator, gap.tolerance)
-        return cls(gap, blocks, simulator, laws)
+        return cls(gap, blocks, simulator, laws, ranges)
 
     @property
     def detectable(self) -> tuple[type[Effect], ...]:

@@ -21,6 +21,7 @@ from ...schema.benches import ModalTable
 from ...schema.campaigns import Campaign
 from ...schema.configurations import configuration_factors
 from ...schema.known_factors import BY_NAME
+from ...schema.known_facts import facts_from_json
 from ...schema.listings import get_campaign_id
 from ...schema.recordings import SET_ASIDE, Recording
 from ...schema.session import Writer, open_scratch_store, open_store
@@ -261,6 +262,7 @@ def read_campaign(session: Session, name: str, *, most_runs_per_configuration: i
         plate_outline_m=tuple((float(x), float(y)) for x, y in (bench.outline_m if bench else None) or ()),
         # By the store's names, as factors have them, and by every spelling in lower case.
         materials={**materials, **{item.name: item for item in materials.values()}},
+        known_facts=facts_from_json(campaign.known_facts),
     )
     set_aside = (Recording.campaign_id == campaign.id, Recording.status == SET_ASIDE)
     if unread := session.scalar(select(func.count()).select_from(Recording).where(*set_aside)):

@@ -24,7 +24,7 @@ CHANGED_COLUMNS = {
     "impacts": ("planned_run_id", "configuration_id", *_BY_SOFTWARE),
     "shots": ("planned_run_id", "configuration_id", *_BY_SOFTWARE),
     "pulses": ("current", *_BY_SOFTWARE),
-    "campaigns": ("fingerprint", "gun_id", "hammer_id", "plate_id", *_BY_SOFTWARE),
+    "campaigns": ("fingerprint", "gun_id", "hammer_id", "plate_id", "known_facts", *_BY_SOFTWARE),
 }
 #: Figures that are computed from the samples, and replaced when they are computed anew; and versions of models that are
 #: deleted in their registry.

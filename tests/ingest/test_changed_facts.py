@@ -198,4 +198,4 @@ def test_changed_recording_and_kind_of_campaign_are_refused(stored_hammer, tmp_p
     path.write_bytes(good)
     replace_in(folder / "campaign.toml", '"hammer"\ndate', '"gun"\ndate')
     write_runs(folder, gun_rows())
-    assert "'hammer' is in the store with another kind, date or bench" in refused_again(url, folder)
+    assert "'hammer' is in the store with another kind, date, bench or known fact" in refused_again(url, folder)

@@ -50,6 +50,9 @@ unit = "N"
 [channels.acceleration]
 quantity = "acceleration"
 unit = "g"
+
+[known]
+sensor.force_gain.gain = { value = 1.0, u = 0.005, source = "certificate of the load cell", date = 2025-11-30 }
 """
 
 RUNS = """run,repetition,tip_material,tip_radius_mm,hammer_speed,operator_mood,recording

@@ -67,6 +67,24 @@ def test_rows_that_were_stored_before_they_were_hashed_are_hashed_by_the_upgrade
         assert _unsound(store) == []
 
 
+def test_a_store_with_known_facts_goes_back_and_forth(database_url, tmp_path):
+    folder, other = gun_campaign(tmp_path / "gun"), gun_campaign(tmp_path / "other", name="other")
+    with (folder / "campaign.toml").open("a", encoding="utf-8") as file:
+        file.write('[known]\nsensor.velocity_gain.gain = { value = 1.0, u = 0.002, source = "certificate" }\n')
+    ingested(database_url, folder, other)
+    engine = make_engine(database_url)
+    with engine.begin() as connection:
+        connection.exec_driver_sql("UPDATE campaigns SET operator = 'nobody' WHERE name = 'other'")
+    migrate.downgrade(engine, "0012")
+    migrate.upgrade(engine)
+    assert migrate.differences(engine) == []
+    engine.dispose()
+    with open_store(database_url, WRITER) as store:
+        ((check, message),) = _unsound(store)
+    assert check == "rows"
+    assert "the row was altered" in message, "of the campaign that was altered by hand, and of no other"
+
+
 def test_tombstones_of_revision_0008_stay_open_after_the_upgrade_and_keep_its_rules(database_url, tmp_path):
     folder = hammer_campaign(tmp_path / "hammer")
     ingested(database_url, folder)

@@ -20,6 +20,8 @@ from pyroshock.twin.setting import THESIS
 from support.records.twin_parts import BENCH, ringing_plate, setting
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "explanation" / "effects.md"
+#: What `[known]` of campaign.toml may name.
+PARAMETERS = Path(__file__).parents[2] / "schema" / "data" / "effect_parameters.csv"
 
 IDS = (
     "gun.back_pressure",
@@ -131,7 +133,19 @@ def table_of_effects() -> str:
     return "\n".join("| " + " | ".join(cell.replace("|", r"\|") for cell in row) + " |" for row in rows_in_order)
 
 
+def table_of_parameters() -> str:
+    """`schema/data/effect_parameters.csv` as it should be; `renew()` writes it."""
+    rows = [
+        f"{kind.id}.{item.name},{item.unit},{float(item.low)!r},{float(item.high)!r}"
+        for kind in catalogue().values()
+        for item in kind.parameters()
+        if item.likely is not None
+    ]
+    return "\n".join(["name,unit,low,high", *rows, ""])
+
+
 def renew() -> None:
+    PARAMETERS.write_text(table_of_parameters(), encoding="utf-8")
     kept = [line for line in DOCS.read_text(encoding="utf-8").splitlines() if not line.startswith("| `")]
     at = next(i for i, line in enumerate(kept) if line.startswith("| ---")) + 1
     DOCS.write_text("\n".join([*kept[:at], table_of_effects(), *kept[at:], ""]), encoding="utf-8")
@@ -140,6 +154,10 @@ def renew() -> None:
 def test_page_has_the_current_row_of_each_and_no_other():
     assert rows() == {kind.id: row_of(kind) for kind in catalogue().values()}
     assert list(rows()) == list(catalogue())
+
+
+def test_facts_may_be_of_every_parameter_that_is_looked_for():
+    assert PARAMETERS.read_text(encoding="utf-8") == table_of_parameters()
 
 
 def spectra_and_all(given: tuple[Effect, ...]) -> np.ndarray:

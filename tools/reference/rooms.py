@@ -12,7 +12,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "tune.service", "validate.service", "diagnose.service",
     ),
     "schema": (
-        "session", "engine", "addresses", "listings", "conditions", "series", "known_factors",
+        "session", "engine", "addresses", "listings", "conditions", "series", "known_factors", "known_facts",
         "configurations", "benches", "atomic_write", "migrate", "access.roles", "integrity.checking",
         "integrity.findings", "transfer.copying", "transfer.export", "transfer.merging",
     ),
@@ -26,8 +26,8 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "ingest": (
         "load", "report", "errors", "folder", "runs", "settings", "readers", "readers.base", "segmentation",
         "pulses", "transfer_function", "acceleration", "velocity", "impact_speed", "pressure_drop", "gunshot",
-        "processing", "shot_differences",
-        "channel_figures", "recording_options", "derived_force", "stored", "reextraction", "repair",
+        "processing", "shot_differences", "channel_figures", "recording_options", "known_facts", "derived_force",
+        "stored", "reextraction", "repair",
         "plan_link",
     ),
     "doe": (
@@ -59,7 +59,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "observables.base", "observables.gun.stage", "observables.contact.stage",
         "observables.contact.registered_model", "observables.plate.stage", "gap", "inference.problem",
         "inference.effect_laws", "inference.model_search", "inference.posterior", "inference.held_out",
-        "inference.shares", "conclusion", "next_runs", "verdict", "gap_reduction", "iso18571",
+        "inference.shares", "known_facts", "conclusion", "next_runs", "verdict", "gap_reduction", "iso18571",
         "localisation.stages",
     ),
     "validation": (

@@ -12,6 +12,7 @@ from sqlalchemy import Column, Connection, select
 
 from ...base import from_plain
 from ...column_kinds import JSON_TEXT, kind_of
+from ...known_facts import are_facts
 from ...rows import iter_batches
 from ...tables import metadata
 from ..findings import IntegrityFinding, Scope
@@ -65,6 +66,7 @@ SHAPES: dict[str, Callable[[Any], bool]] = {
     "extraction_settings.settings": _settings,
     "diagnoses.report": _report,
     "channels.header": _object,
+    "campaigns.known_facts": are_facts,
     "planned_runs.treatment": _object,
     "planned_runs.settings": _object,
     "quality_findings.evidence": _object,

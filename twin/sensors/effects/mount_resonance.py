@@ -34,8 +34,18 @@ class MountResonance(SensorEffect):
         likely=(0.0, 1.4e-4),
         owner="channel",
     )
-    # Not looked for: below the resonance it is hardly seen.
-    damping_ratio: Value = parameter("of the mounted resonance", "", default=0.03, low=1e-3, high=0.9, off=0.03)
+    # How it acts, not whether. A stud on steel leaves the sensor's own 0.01 or so (Q of some 30 to 50); wax, adhesive
+    # tape and soft glue damp by up to 0.2 (Harris, Shock and Vibration Handbook, ch. on accelerometers; ISO 5348).
+    damping_ratio: Value = parameter(
+        "of the mounted resonance",
+        "",
+        default=0.03,
+        low=1e-3,
+        high=0.9,
+        off=0.03,
+        likely=(0.005, 0.2),
+        owner="channel",
+    )
 
     def measured_acceleration_m_s2(self, acceleration_m_s2: Floats, dt_s: float) -> Floats:
         if not np.any(self.period_s):
