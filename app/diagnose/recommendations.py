@@ -98,7 +98,8 @@ def _adoption(verdict: Verdict) -> str:
         return f"Adopt these effects, so that predictions include them: {command}."
     if any(len(own.effects) > 1 for own in verdict.cause_sets) or len(verdict.first.effects) > 1:
         subject = effect_subject(best.effects[0].id)
-        return f"Of the effects that these runs cannot tell apart, adopt {subject}, {best.reason}: {command}."
+        reason = f", {best.reason}" if best.reason else ""
+        return f"Of the effects that these runs cannot tell apart, adopt {subject}{reason}: {command}."
     return f"Adopt this effect, so that predictions include it: {command}."
 
 

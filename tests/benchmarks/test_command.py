@@ -18,7 +18,7 @@ from benchmarks.page import QUICK_COMMAND, draw_ratios, drawn_figures, page, sum
 #: What is asked for, by theme; memory is read where Linux shows it.
 WANTED = {
     "ingest", "memory", "pulses", "series", "querying", "listings", "growth", "start-up", "library", "srs", "gun",
-    "impacts", "coupled", "plate", "prediction", "coregional", "genetic", "designs", "diagnosing",
+    "impacts", "coupled", "plate", "prediction", "coregional", "genetic", "designs", "diagnosing", "row-hashes",
 }  # fmt: skip
 SPECTRUM = Figure(
     "Spectra", "pyyeti", "3 ms", "34 ms", Spread(0.091, 0.08, 0.1), 1 / 8, "the recursion: 1 ms", Spread(3, 2, 4),
