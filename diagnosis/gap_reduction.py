@@ -46,8 +46,10 @@ def by_configuration(rows: Rows, rng: np.random.Generator) -> ConfigurationFolds
 
 def corner(configurations: Sequence[RunConfiguration], rows: Rows, size: Floats) -> ConfigurationFolds | None:
     """The corner of the factor space that extrapolates most (`corner_of_factors`); None where there is none."""
-    found = corner_of_factors([configurations[row].factors for row in rows], size[rows])
-    return None if found is None else ConfigurationFolds(f"corner: {found.rule}", (rows[found.rows],))
+    extrapolated = corner_of_factors([configurations[row].factors for row in rows], size[rows])
+    return (
+        None if extrapolated is None else ConfigurationFolds(f"corner: {extrapolated.rule}", (rows[extrapolated.rows],))
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -73,7 +73,7 @@ def _alike(name: str) -> str:
     parameters = effect_parameters()
     effect, stage = f"{name.rpartition('.')[0]}.", f"{name.partition('.')[0]}."
     for prefix in (effect, stage):
-        if own := [known for known in parameters if known.startswith(prefix)]:
+        if own := [parameter for parameter in parameters if parameter.startswith(prefix)]:
             return ", ".join(own)
     return ", ".join(parameters)
 

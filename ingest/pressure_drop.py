@@ -182,9 +182,9 @@ def _hum_lines(means: Floats, period_s: float) -> list[tuple[float, float, float
         around = np.concatenate([power[max(low, at - 25) : max(low, at - 3)], power[at + 4 : min(high, at + 26)]])
         if at in (low, high - 1) or not power[at] > _HUM_MARGIN * np.median(around):
             break
-        left, top, right = np.log(power[at - 1 : at + 2] + 1e-300)
-        bend = left - 2 * top + right
-        shift = 0.5 * (left - right) / bend if bend < 0 else 0.0
+        before, top, after = np.log(power[at - 1 : at + 2] + 1e-300)
+        bend = before - 2 * top + after
+        shift = 0.5 * (before - after) / bend if bend < 0 else 0.0
         centre, bin_hz = float(frequency[at] + shift * frequency[1]), float(frequency[1])
         lines.append((centre, 2 * math.sqrt(power[at]) / float(taper.sum()), 0.15 * bin_hz))
         power[max(0, at - 3) : at + 4] = 0.0
@@ -260,7 +260,7 @@ def _excess(rest: Floats, white: float, hum: list[tuple[float, float, float]]) -
 
 
 @dataclass(frozen=True)
-class _Fit:
+class _DropFit:
     level: float
     level_u: float
     time_s: float
@@ -270,7 +270,7 @@ class _Fit:
     of_moment: Floats  # probability of each moment
 
 
-def _fitted(window: _Window) -> _Fit:
+def _fitted(window: _Window) -> _DropFit:
     """By two grids of moments: one that is the finer the closer it is to what is seen of the drop, and one between the
     moments that the first one leaves possible."""
     moments = _around(window)
@@ -287,7 +287,7 @@ def _fitted(window: _Window) -> _Fit:
     mean = float((weight * level).sum())
     spread = float((weight * (level_var + (level - mean) ** 2)).sum())
     power = float(weight.sum(axis=0) @ _POWERS)
-    return _Fit(window.level + mean, math.sqrt(spread), moment, math.sqrt(moment_var), power, moments, of_moment)
+    return _DropFit(window.level + mean, math.sqrt(spread), moment, math.sqrt(moment_var), power, moments, of_moment)
 
 
 def _around(window: _Window) -> Floats:

@@ -55,8 +55,8 @@ class IngestReport:
 
     def sum_up(self, session: Session) -> None:
         """Totals and findings as they stand in the store."""
-        found = session.execute(select(Campaign.id, Campaign.kind).where(Campaign.name == self.campaign)).one_or_none()
-        campaign, kind = found or (None, None)
+        row = session.execute(select(Campaign.id, Campaign.kind).where(Campaign.name == self.campaign)).one_or_none()
+        campaign, kind = row or (None, None)
         stored = select(func.count()).where(Recording.campaign_id == campaign, Recording.status == STORED)
         self.recordings = session.scalar(stored) or 0
         self.impacts = session.scalar(select(func.count()).where(Impact.campaign_id == campaign)) or 0
@@ -83,8 +83,8 @@ class IngestReport:
             self.findings.append(finding)
         if campaign is not None and kind == "gun":
             for common in campaign_differences(session, campaign):
-                told = {"check": common.check, "severity": common.severity, "message": common.message}
-                self.findings.append({"recording": None, "channel": common.channel or None} | told)
+                finding = {"check": common.check, "severity": common.severity, "message": common.message}
+                self.findings.append({"recording": None, "channel": common.channel or None} | finding)
         if self.added_facts:
             self.findings.append(
                 {"recording": None, "channel": None, "check": "added-facts", "severity": "note"}

@@ -151,7 +151,9 @@ def common_difference(pairs: Sequence[ValuePair], *, with_offset: bool = False) 
     offset = float(np.median(apart))
     if with_offset:
         right_by_offset = sum(not pair.differs(offset=offset) for pair in pairs)
-        scatters = [float(np.mean(np.abs(row / left - 1))) for left in (factor * read, np.maximum(read + offset, 1.0))]
+        scatters = [
+            float(np.mean(np.abs(row / reading - 1))) for reading in (factor * read, np.maximum(read + offset, 1.0))
+        ]
         alike = float(np.ptp(np.log(read))) < _PRESSURE_SPAN
         atmosphere = abs(abs(offset) - _ATMOSPHERE_PA) < _GAUGES_PA + 2 * shared * float(np.median(read))
         better = atmosphere if alike else scatters[1] < scatters[0]

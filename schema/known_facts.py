@@ -62,8 +62,8 @@ class KnownFact:
     @property
     def words(self) -> str:
         """`0.12 ± 0.01 s (data sheet of the valve, 2024-03-12)`."""
-        known = effect_parameters().get(self.name)
-        number = f"{self.value:.6g} ± {self.u:.2g} {known.unit if known else ''}".rstrip()
+        parameter = effect_parameters().get(self.name)
+        number = f"{self.value:.6g} ± {self.u:.2g} {parameter.unit if parameter else ''}".rstrip()
         dated = f", {self.date.isoformat()}" if self.date else ""
         return f"{number} ({self.source}{dated})"
 

@@ -55,13 +55,13 @@ def exchanges_of_two(
         for block, own, error in zip(problem.blocks, current.contributions, current.errors, strict=True)
     ]
     additions = _additions(problem, current, starts, factors)
-    found: dict[tuple[str, ...], ScreenedSet] = {}
+    best_of_laws: dict[tuple[str, ...], ScreenedSet] = {}
     for out in (*_subsets(current, 2), *_subsets(current, 1), ()):
         for screened in _screened(problem, current, out, additions, factors, most):
             key = tuple(sorted(law.key for law in screened.laws))
-            if key not in found or screened.score > found[key].score:
-                found[key] = screened
-    return sorted(found.values(), key=lambda one: -one.score)[:most]
+            if key not in best_of_laws or screened.score > best_of_laws[key].score:
+                best_of_laws[key] = screened
+    return sorted(best_of_laws.values(), key=lambda each: -each.score)[:most]
 
 
 def _subsets(current: SubsetFit, size: int) -> list[tuple[int, ...]]:
@@ -141,7 +141,7 @@ def _screened(
     columns = np.concatenate([np.zeros(0), *(parts[i] for i in kept)]).astype(np.intp)
     u = current.u[columns]
     remaining = problem.changes([tuple(pair for i, pair in enumerate(current.point()) if i in kept)])
-    left = np.concatenate(
+    white_residuals = np.concatenate(
         [
             whitened(root, residual(block, table[0]))
             for root, block, table in zip(factors, problem.blocks, remaining, strict=True)
@@ -160,7 +160,7 @@ def _screened(
         return np.asarray(whole - basis @ (basis.T @ whole))
 
     zeros = np.zeros((len(columns), len(additions.starts)))
-    rest = across(left[:, None], -u[:, None])[:, 0]
+    rest = across(white_residuals[:, None], -u[:, None])[:, 0]
     change, slope = across(additions.change, zeros), across(additions.slope, zeros)
     pairs = _Pairs.of(rest, change, slope, additions)
     taken = {current.laws[i].id for i in kept}
@@ -182,7 +182,7 @@ def _screened(
     for chosen, score, step in places:
         if not np.isfinite(score):
             continue
-        fitted = left - additions.change[:, chosen].sum(axis=1) - additions.slope[:, chosen] @ step
+        fitted = white_residuals - additions.change[:, chosen].sum(axis=1) - additions.slope[:, chosen] @ step
         move = np.linalg.solve(triangle, basis.T @ np.concatenate([fitted, -u]))
         starts = [additions.starts[k] for k in chosen]
         moved = [np.concatenate([[own[0] + by], own[1:]]) for (_, own), by in zip(starts, step, strict=True)]

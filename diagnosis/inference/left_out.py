@@ -59,5 +59,5 @@ def corner_rows(problem: InferenceProblem) -> Rows | None:
     rows = np.unique(np.concatenate([block.configuration for block in problem.blocks]))
     weight = GapMetric.of(gap).weights(gap)
     size = np.nansum((gap.mean[rows] / gap.tolerance) ** 2 * weight, axis=1)
-    found = corner_of_factors([gap.record.configurations[row].factors for row in rows], np.sqrt(size))
-    return None if found is None else rows[found.rows]
+    extrapolated = corner_of_factors([gap.record.configurations[row].factors for row in rows], np.sqrt(size))
+    return None if extrapolated is None else rows[extrapolated.rows]

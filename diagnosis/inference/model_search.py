@@ -183,8 +183,8 @@ def _exchange_two(problem: InferenceProblem, library: ModelLibrary, progress: Ca
     count = _OF_TWO[_is_large(problem)]
     for current in likely:
         screened = exchanges_of_two(problem, current, starts, _SCREENED * count)
-        for one in [one for one in screened if not library.has(one.laws)][:count]:
-            picked.setdefault(tuple(sorted(law.key for law in one.laws)), (current, one.laws, one.u))
+        for move in [move for move in screened if not library.has(move.laws)][:count]:
+            picked.setdefault(tuple(sorted(law.key for law in move.laws)), (current, move.laws, move.u))
     library.add(fit_subsets(problem, _starts(problem, list(picked.values()))))
     library.compare_backgrounds()
     library.polish()

@@ -129,9 +129,9 @@ def _bound(records, taper, line, zeta, highest, maximax, hidden):  # type: ignor
             slow = (1 / 12 + 1 / 8 + IMAGES * theta) * most_d2 + (
                 parts * totals[3, j] + (STRAIGHT_REST_OF_D4 + BESIDE_REST_OF_D4 / 8) * most_d4
             ) / theta
-            known = theta**2 * (between + response) + 2 * zeta * theta * slope
+            free_square = theta**2 * (between + response) + 2 * zeta * theta * slope
             of_slope = 2 * zeta * theta * math.sqrt(2 * response)
-            a2 = ((of_slope + math.sqrt(of_slope**2 + 4 * known)) / 2) ** 2
+            a2 = ((of_slope + math.sqrt(of_slope**2 + 4 * free_square)) / 2) ** 2
             stiff = (STRAIGHT_OF_A2 + 1 / 8) * a2 + IMAGES * theta * most_d2
             if stiff > (_MOST_GROWTH - 1) * maximax[row, i]:
                 stiff = math.inf

@@ -197,11 +197,11 @@ def _closed(shot: ShotInputs, _: Sequence[GunEffect], __: float, leads_s: Floats
     shots.status[:] = np.where(starting_force_n(shot) > 0, Status.STOPPED, Status.NOT_STARTED)
     shots.status[exited] = Status.LEFT
     if exited.size:
-        left = shot.take(exited)
-        shots.exit_time_s[exited] = travel_time_s(left)
+        leaving = shot.take(exited)
+        shots.exit_time_s[exited] = travel_time_s(leaving)
         if leads_s.size:
-            pressure = earlier_pressures_pa(left, leads_s[exited])
-            shots.tank_pressure_pa[exited] = pressure - left.opposing_pressure_pa[:, None]
+            pressure = earlier_pressures_pa(leaving, leads_s[exited])
+            shots.tank_pressure_pa[exited] = pressure - leaving.opposing_pressure_pa[:, None]
     return shots
 
 

@@ -198,11 +198,11 @@ class GunObservables(Stage):
         """(n, 3): what it reads of true pressures (n, 2) before the exit, and of an empty tank."""
         # The transducer's errors are a gain and an offset: two readings tell both.
         zero = np.zeros(len(velocity_m_s))
-        none, one = sensors.true_pressure_pa(zero), sensors.true_pressure_pa(zero + 1e5)
-        gain = 1e5 / (one - none)
+        true_of_zero, true_of_bar = sensors.true_pressure_pa(zero), sensors.true_pressure_pa(zero + 1e5)
+        gain = 1e5 / (true_of_bar - true_of_zero)
         scale = shots["scale_pa"][:, None]
-        readings = gain[:, None] * (pressure_pa - none[:, None]) / scale
-        empty = np.where(np.isfinite(velocity_m_s), -gain * none / 1e5, np.nan)
+        readings = gain[:, None] * (pressure_pa - true_of_zero[:, None]) / scale
+        empty = np.where(np.isfinite(velocity_m_s), -gain * true_of_zero / 1e5, np.nan)
         return np.hstack([readings, empty[:, None]])
 
     def _fired(

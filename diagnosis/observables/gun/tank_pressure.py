@@ -112,12 +112,12 @@ def _empty_pa(trace: Series, before_pa: float) -> float:
 
 def _grows(pressure_pa: Floats, level_pa: Floats) -> bool:
     """Whether what is left goes with the pressure before the shot, as that of a valve that has shut."""
-    known = np.isfinite(pressure_pa) & np.isfinite(level_pa)
-    if known.sum() < 3 or np.ptp(pressure_pa[known]) == 0:
+    finite = np.isfinite(pressure_pa) & np.isfinite(level_pa)
+    if finite.sum() < 3 or np.ptp(pressure_pa[finite]) == 0:
         return False
-    slope, _ = np.polyfit(pressure_pa[known], level_pa[known], 1)
-    rest = level_pa[known] - np.polyval(np.polyfit(pressure_pa[known], level_pa[known], 1), pressure_pa[known])
-    error = np.std(rest) / (np.std(pressure_pa[known]) * np.sqrt(known.sum()))
+    slope, _ = np.polyfit(pressure_pa[finite], level_pa[finite], 1)
+    rest = level_pa[finite] - np.polyval(np.polyfit(pressure_pa[finite], level_pa[finite], 1), pressure_pa[finite])
+    error = np.std(rest) / (np.std(pressure_pa[finite]) * np.sqrt(finite.sum()))
     return bool(slope > _LARGEST_SLOPE and slope > 3 * error)
 
 
