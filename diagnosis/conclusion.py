@@ -12,7 +12,7 @@ from .gap_reduction import FoldCorrections, Gaps
 from .inference.posterior import HypothesisPosterior, fitted_effects, fitted_parameters
 from .inference.shares import GapShares
 from .inference.subset_fit import SubsetFit
-from .observable_families import MODAL, family_columns, family_gaps
+from .observable_families import FINER_THAN_LAWS, family_columns, family_gaps
 from .observables.base import Stage
 from .options import UnknownMap, first_entry_probability
 from .verdict import NONE, UNKNOWN, Cause, EffectSet, EffectShare, Unexplained
@@ -94,11 +94,11 @@ def _by_families(posterior: HypothesisPosterior, held: FoldCorrections | None) -
 
 def _remaining_gap(posterior: HypothesisPosterior, held: FoldCorrections) -> float:
     """What sets of effects leave held out beyond the noise floor, in tolerances, of the family of observables of which
-    they leave most. Modes do not count: their tolerances are finer than the laws of effects are."""
+    they leave most, but for those whose tolerances are finer than the laws of effects are."""
     gap, table = posterior.gap, held.unseen(np.array([fold.averaged for fold in held.folds]))
     rows = held.split.held_out
     excess = ((gap.mean - table) ** 2 - gap.floor_variance)[rows] / gap.tolerance**2
-    counted = [own for name, own in family_columns(gap).items() if name not in MODAL]
+    counted = [own for name, own in family_columns(gap).items() if name not in FINER_THAN_LAWS]
     cells = [excess[:, own][np.isfinite(excess[:, own])] for own in counted or family_columns(gap).values()]
     return float(np.sqrt(max([0.0, *(float(own.mean()) for own in cells if own.size)])))
 

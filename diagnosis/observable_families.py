@@ -29,10 +29,13 @@ _OF_STAGE: Mapping[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
         ("rest and delay", ("rest", "delay")),
     ),
 }
-#: Families of what is read from the free ringing of a plate, and beside its shock.
-MODAL = frozenset({"frequencies", "damping", "amplitudes of modes", "rest and delay"})
+#: Families whose tolerances are finer than the laws of effects are: what is read from the free ringing of a plate and
+#: beside its shock, and of the pressures of a gun.
+FINER_THAN_LAWS = frozenset(
+    {"frequencies", "damping", "amplitudes of modes", "rest and delay", "pressure trace", "set pressure"}
+)
 #: Families that a channel makes, whatever its observables are called.
-_OF_CHANNEL: Mapping[str, str] = {"tank_pressure": "pressure trace"}
+_OF_CHANNEL: Mapping[str, str] = {"tank_pressure": "pressure trace", "set_pressure": "set pressure"}
 #: Standard deviation of a background beyond the tolerance, in tolerances. Rough ones of development campaigns have an
 #: rms of up to 1.9, causes outside of the catalogue one of two and more; from 0.5 to 0.8 it makes no difference there.
 BEYOND = 0.7

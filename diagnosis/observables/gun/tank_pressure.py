@@ -23,8 +23,8 @@ CHANNEL = "tank_pressure"
 ASSUMED_NOISE_PA = 1e3
 #: Names of the observables in their order.
 AT_EXIT, ON_THE_WAY, EMPTY = "pressure_at_exit", "pressure_on_the_way", "pressure_when_empty"
-#: Half a percent of the pressure before the shot counts as agreement, and so much of an empty tank's, in Pa.
-TOLERANCE, EMPTY_TOLERANCE_PA = 0.005, 500.0
+#: One percent of the pressure before the shot counts as agreement, and so much of an empty tank's, in Pa.
+TOLERANCE, EMPTY_TOLERANCE_PA = 0.01, 500.0
 #: Readings are means over this share of the nominal transit, within these limits.
 _WINDOW_SHARE, _SHORTEST_S, _LONGEST_S = 0.05, 2e-3, 20e-3
 #: The last share of a record tells of the empty tank; emptied: less than this share of the pressure before is left, and
