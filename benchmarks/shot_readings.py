@@ -85,14 +85,14 @@ def pressure_rows(row: Row, shot: ShotTruth, bullet: Projectile, rng: np.random.
             tank = low_passed(fine, 1e-5, corner_hz)[:: round(1e5 / rate_hz)]
             case = {**row, "pre_trigger_s": pre_trigger_s, "recorder": (rate_hz, noise, hum)}
             try:
-                read = pressure_drop(with_noise(tank, rate_hz, noise, hum, rng), rate_hz)
-            except NoDropError:
+                reading = pressure_drop(with_noise(tank, rate_hz, noise, hum, rng), rate_hz)
+            except NoDropError:  # a record that is refused is a row without a reading, and is counted as such
                 yield case
                 continue
             level, moment = row["pressure_pa"], row["opens_s"] - trigger.begin_s(shot)
             yield case | {
-                "pressure, %": (100 * (read.pressure_pa / level - 1), 100 * read.pressure_u_pa / level),
-                "opening, ms": (1e3 * (read.time_s - moment), 1e3 * read.time_u_s),
+                "pressure, %": (100 * (reading.pressure_pa / level - 1), 100 * reading.pressure_u_pa / level),
+                "opening, ms": (1e3 * (reading.time_s - moment), 1e3 * reading.time_u_s),
             }
 
 
@@ -105,12 +105,12 @@ def laser_rows(row: Row, shot: ShotTruth, bullet: Projectile, rng: np.random.Gen
         laser = with_noise(low_passed(fine, 1e-5, corner_hz), 1e5, noise, hum, rng)
         length_m = bullet.length_m + LENGTH_U_M * rng.standard_normal()
         try:
-            read = muzzle_velocity(laser, 1e5, length_m, length_u_m=LENGTH_U_M)
-        except ValueError:
+            reading = muzzle_velocity(laser, 1e5, length_m, length_u_m=LENGTH_U_M)
+        except ValueError:  # likewise
             yield {**row, "laser": (noise, hum, corner_hz)}
             continue
         true = shot.muzzle_velocity_m_s
-        error = (100 * (read.velocity_m_s / true - 1), 100 * read.velocity_u_m_s / true)
+        error = (100 * (reading.velocity_m_s / true - 1), 100 * reading.velocity_u_m_s / true)
         yield {**row, "laser": (noise, hum, corner_hz), "velocity, %": error}
 
 

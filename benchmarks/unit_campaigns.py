@@ -69,11 +69,11 @@ def _record(kind: str, number: int, rng: np.random.Generator, folder: Path) -> s
         if kind == "blows":
             simulate(_blow_rows(rng), "hammer", folder, seed=number, effects=effects, repetitions=2, jobs=1)
         else:
-            made = simulate(_shot_rows(rng), "gun", folder, seed=number, effects=effects, repetitions=1, jobs=1)
+            campaign = simulate(_shot_rows(rng), "gun", folder, seed=number, effects=effects, repetitions=1, jobs=1)
             if number % 2:  # without, the ingest finds it in the laser's channel
-                truths = [run["hits"][0]["muzzle_velocity_m_s"] for run in open_seal(made.seal).runs]
-                read = np.array(truths) * (1 + _READING_U * rng.standard_normal(len(truths)))
-                _rewrite_rows(folder, lambda _, place: {"measured_velocity_m_s": _velocity_cell(read[place])})
+                truths = [run["hits"][0]["muzzle_velocity_m_s"] for run in open_seal(campaign.seal).runs]
+                read_m_s = np.array(truths) * (1 + _READING_U * rng.standard_normal(len(truths)))
+                _rewrite_rows(folder, lambda _, place: {"measured_velocity_m_s": _velocity_cell(read_m_s[place])})
     return "full scale" if full_scale else "realistic"
 
 

@@ -129,13 +129,13 @@ def _held_out_gains(
             of_groups[(name,)] = _gain(held, squares[without.key], squares[acting.key])
         gains[name] = of_groups[(name,)][0]
     for group in several:
-        rest = fit_of[rest_of[group]]
+        rest_fit = fit_of[rest_of[group]]
         members = [fit_of[rest_of[group] | {name}] for name in group]
         joint = TEMPER * np.array([posterior.library.log_joint(fit) for fit in members])
         weights = np.exp(joint - joint.max())
         mean = np.tensordot(weights / weights.sum(), [tables[fit.key] for fit in members], axes=1)
-        of_groups[group] = _gain(held, squares[rest.key], held.squares(mean))
-        gains |= {n: _gain(held, squares[rest.key], squares[f.key])[0] for n, f in zip(group, members, strict=True)}
+        of_groups[group] = _gain(held, squares[rest_fit.key], held.squares(mean))
+        gains |= {n: _gain(held, squares[rest_fit.key], squares[f.key])[0] for n, f in zip(group, members, strict=True)}
     return gains, {group: of_groups[group] for group in groups}
 
 
@@ -178,16 +178,18 @@ def _averaged(
     choices: Sequence[tuple[SubsetFit, float]], held: FoldCorrections | None, tables: Mapping[tuple[str, ...], Floats]
 ) -> AveragedEffects | None:
     """Of the choices whose parameters are values that the parts can have."""
-    kept = [(fit, weight) for fit, weight in choices if not exceeded_limits(common_effects(fit))]
-    if not kept:
+    possible_choices = [(fit, weight) for fit, weight in choices if not exceeded_limits(common_effects(fit))]
+    if not possible_choices:
         return None
 
     def after(some: Sequence[tuple[SubsetFit, float]]) -> float | None:
         return None if held is None else _root(held, _mean(some, tables))
 
-    total = sum(weight for _, weight in kept)
-    rows = [WeightedEffects(weight / total, common_effects(fit), after([(fit, weight)])) for fit, weight in kept]
-    return AveragedEffects(tuple(rows), after(kept))
+    total = sum(weight for _, weight in possible_choices)
+    rows = [
+        WeightedEffects(weight / total, common_effects(fit), after([(fit, weight)])) for fit, weight in possible_choices
+    ]
+    return AveragedEffects(tuple(rows), after(possible_choices))
 
 
 def _step(added: str, held: FoldCorrections, correction: Floats) -> PathStep:
@@ -218,10 +220,10 @@ def _choices(posterior: HypothesisPosterior, sets: Sequence[tuple[str, ...]]) ->
             mass[frozenset(acting)] = mass.get(frozenset(acting), 0.0) + weight
     first = frozenset(own[0] for own in sets)
     likely = sorted((mass or {first: 1.0}).items(), key=lambda item: -item[1])
-    kept = [(own, weight) for own, weight in likely[:_MOST_CHOICES] if weight >= _LEAST_WEIGHT * likely[0][1]]
-    _fit_missing(posterior, [own for own, _ in kept])
-    fit_of, total = best_by_effects(posterior), sum(weight for _, weight in kept)
-    return [(fit_of[own], weight / total) for own, weight in kept]
+    likely_sets = [(own, weight) for own, weight in likely[:_MOST_CHOICES] if weight >= _LEAST_WEIGHT * likely[0][1]]
+    _fit_missing(posterior, [own for own, _ in likely_sets])
+    fit_of, total = best_by_effects(posterior), sum(weight for _, weight in likely_sets)
+    return [(fit_of[own], weight / total) for own, weight in likely_sets]
 
 
 def best_by_effects(posterior: HypothesisPosterior) -> dict[frozenset[str], SubsetFit]:
@@ -246,8 +248,8 @@ def _settled_by(posterior: HypothesisPosterior, group: Sequence[str], stages: Se
     """Of the channels that were not recorded, the one that tells every two effects of a set apart by most."""
     if len(group) < 2 or not any(stage.possible_channels for stage in stages):
         return None
-    rest = frozenset(posterior.best.effects) - set(group)
-    members = [rest | {name} for name in group]
+    other_effects = frozenset(posterior.best.effects) - set(group)
+    members = [other_effects | {name} for name in group]
     _fit_missing(posterior, members)
     fit_of = best_by_effects(posterior)
     sets = [fitted_effects(fit_of[own]) for own in members]

@@ -104,8 +104,8 @@ def pressure_drop(pressure_pa: NDArray[Any], sampling_rate_hz: float) -> Pressur
             "(a longer pre-trigger)"
         )
     above = np.flatnonzero(means[:stop] >= level - _SEEN * noise)
-    seen = (float(above[-1] + 1 if above.size else 0) + 0.5) * block / sampling_rate_hz
-    return PressureDrop(fit.level, fit.level_u, fit.time_s, math.hypot(fit.time_u_s, _DELAY_U_S), seen, fit.power)
+    seen_s = (float(above[-1] + 1 if above.size else 0) + 0.5) * block / sampling_rate_hz
+    return PressureDrop(fit.level, fit.level_u, fit.time_s, math.hypot(fit.time_u_s, _DELAY_U_S), seen_s, fit.power)
 
 
 def _without_spikes(values: Floats) -> Floats:
@@ -227,7 +227,7 @@ def _window(
     sums = np.concatenate([[0.0], np.cumsum(values - level)])
     above = np.diff(sums[edges]) / samples
     time = (edges[1:] + edges[:-1]) / 2 / rate_hz
-    apart = time[:, None] - time
+    lag_s = time[:, None] - time
     # Noise behind a filter is alike in neighbouring samples: longer means tell it from white noise.
     lengths = {max(1, samples[-1] * factor) for factor in (1, 4)}
     lengths = {
@@ -240,8 +240,10 @@ def _window(
     covariance = np.diag(white / samples + (step if white < 4 * step else 0.0))
     for frequency, amplitude, frequency_u in hum:
         averaged = np.sinc(frequency * samples / rate_hz)
-        kept = np.exp(-0.5 * (2 * math.pi * frequency_u * apart) ** 2)
-        covariance += amplitude**2 / 2 * np.cos(2 * math.pi * frequency * apart) * kept * np.outer(averaged, averaged)
+        coherence = np.exp(-0.5 * (2 * math.pi * frequency_u * lag_s) ** 2)
+        covariance += (
+            amplitude**2 / 2 * np.cos(2 * math.pi * frequency * lag_s) * coherence * np.outer(averaged, averaged)
+        )
     covariance *= _excess(values[edges[0] : edges[-1 - _IN_DROP]], white, hum)
     covariance += np.outer(time - begin_s, time - begin_s) * (_CREEP_1_S * level) ** 2
     return _Window(begin_s, time, np.asarray(above), covariance, level)

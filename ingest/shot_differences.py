@@ -136,10 +136,10 @@ def common_difference(pairs: Sequence[ValuePair], *, with_offset: bool = False) 
     off = sum(pair.differs() for pair in pairs)
     if len(pairs) < _LEAST_SHOTS or off < _OFF_SHARE * len(pairs):
         return None
-    row, read = (np.array([getattr(pair, name) for pair in pairs]) for name in ("row", "read"))
-    if not (row.min() > 0 and read.min() > 0):
+    row, readings = (np.array([getattr(pair, name) for pair in pairs]) for name in ("row", "read"))
+    if not (row.min() > 0 and readings.min() > 0):
         return None
-    nats = np.log(row / read)
+    nats = np.log(row / readings)
     factor = math.exp(float(np.median(nats)))
     scatter = 1.2533 * 1.4826 * float(np.median(np.abs(nats - np.median(nats)))) / math.sqrt(len(pairs))
     # The bullet's length and the calibration are the same in all shots.
@@ -147,19 +147,20 @@ def common_difference(pairs: Sequence[ValuePair], *, with_offset: bool = False) 
     half = 2 * math.hypot(scatter, shared)
     common = CommonDifference(len(pairs), off, factor, factor * math.exp(-half), factor * math.exp(half))
     right = sum(not pair.differs(factor) for pair in pairs)
-    apart = row - read
-    offset = float(np.median(apart))
+    differences = row - readings
+    offset = float(np.median(differences))
     if with_offset:
         right_by_offset = sum(not pair.differs(offset=offset) for pair in pairs)
         scatters = [
-            float(np.mean(np.abs(row / reading - 1))) for reading in (factor * read, np.maximum(read + offset, 1.0))
+            float(np.mean(np.abs(row / reading - 1)))
+            for reading in (factor * readings, np.maximum(readings + offset, 1.0))
         ]
-        alike = float(np.ptp(np.log(read))) < _PRESSURE_SPAN
-        atmosphere = abs(abs(offset) - _ATMOSPHERE_PA) < _GAUGES_PA + 2 * shared * float(np.median(read))
+        alike = float(np.ptp(np.log(readings))) < _PRESSURE_SPAN
+        atmosphere = abs(abs(offset) - _ATMOSPHERE_PA) < _GAUGES_PA + 2 * shared * float(np.median(readings))
         better = atmosphere if alike else scatters[1] < scatters[0]
         if better and right_by_offset >= _RIGHT_SHARE * len(pairs):
-            spread = 1.2533 * 1.4826 * float(np.median(np.abs(apart - offset))) / math.sqrt(len(pairs))
-            offset_u = math.hypot(spread, shared * float(np.median(read)))
+            spread = 1.2533 * 1.4826 * float(np.median(np.abs(differences - offset))) / math.sqrt(len(pairs))
+            offset_u = math.hypot(spread, shared * float(np.median(readings)))
             return CommonDifference(len(pairs), off, factor, common.low, common.high, offset, offset_u)
     return common if right >= _RIGHT_SHARE * len(pairs) else None
 
@@ -196,7 +197,7 @@ def _stored_pairs(
     at_plate: list[ValuePair] = []
     pressures: list[ValuePair] = []
     names = {VELOCITY: "", PRESSURE: ""}
-    seen: set[int] = set()
+    recordings: set[int] = set()
     for shot, name, quantity, header, impact in session.execute(query):
         read = header.get(MUZZLE_VELOCITY)
         if read is not None and shot.velocity_source == "reported" and shot.measured_velocity_m_s:
@@ -215,8 +216,8 @@ def _stored_pairs(
             reported, reported_u = impact.impact_velocity_m_s, impact.impact_velocity_u_m_s or 0.0
             laser_u = read["velocity_u_m_s"]
             at_plate.append(ValuePair(reported, reported_u, read["velocity_m_s"], laser_u, _AT_PLATE))
-        if quantity == "pressure" and shot.recorded_pressure_pa is not None and shot.id not in seen:
-            seen.add(shot.id)
+        if quantity == "pressure" and shot.recorded_pressure_pa is not None and shot.id not in recordings:
+            recordings.add(shot.id)
             names[PRESSURE] = names[PRESSURE] or name
             pressures.append(
                 pressure_pair(shot.tank_pressure_pa, shot.recorded_pressure_pa, shot.recorded_pressure_u_pa)

@@ -76,9 +76,9 @@ def _plate(session: Session, part: PlatePart | None, row: Plate | None) -> list[
 
 
 def _known_facts(file: CampaignFile, row: Campaign) -> list[tuple[str, object, object]]:
-    given = {fact.name: fact for fact in file.known_facts}
+    stated_facts = {fact.name: fact for fact in file.known_facts}
     stored = {fact.name: fact for fact in facts_from_json(row.known_facts)}
-    return [(f"known.{name}", given.get(name), stored.get(name)) for name in sorted({*given, *stored})]
+    return [(f"known.{name}", stated_facts.get(name), stored.get(name)) for name in sorted({*stated_facts, *stored})]
 
 
 def _cell_text(value: object) -> str | None:

@@ -99,5 +99,5 @@ def are_facts(value: Any) -> bool:
     """Whether a stored JSON value has the form of `facts_to_json`."""
     try:
         return isinstance(value, dict) and facts_to_json(facts_from_json(value)) == value
-    except (KeyError, TypeError, ValueError, AttributeError):
+    except (KeyError, TypeError, ValueError, AttributeError):  # what another form of JSON makes of the reading
         return False

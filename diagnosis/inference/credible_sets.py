@@ -31,15 +31,15 @@ def inclusion(weighted: Weighted, effects: Collection[str]) -> float:
 def credible_sets(weighted: Weighted, least: float = ESTABLISHED) -> list[tuple[str, ...]]:
     """Disjoint sets of which at least one effect acts with a probability of `least` and more, the likeliest effect of
     each first; an effect that is sure by itself is a set of one."""
-    own = {name: inclusion(weighted, {name}) for acting, _ in weighted for name in acting}
-    order = sorted(own, key=lambda name: (-own[name], name))
-    taken: set[str] = set()
+    inclusions = {name: inclusion(weighted, {name}) for acting, _ in weighted for name in acting}
+    order = sorted(inclusions, key=lambda name: (-inclusions[name], name))
+    grouped_effects: set[str] = set()
     sets = []
     for first in order:
-        if first not in taken:
-            members = _completed(weighted, first, [name for name in order if name not in taken])
+        if first not in grouped_effects:
+            members = _completed(weighted, first, [name for name in order if name not in grouped_effects])
             if inclusion(weighted, members) >= least:
-                taken.update(members)
+                grouped_effects.update(members)
                 sets.append(tuple(sorted(members, key=order.index)))
     return sets
 

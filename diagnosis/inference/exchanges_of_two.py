@@ -160,13 +160,13 @@ def _screened(
         return np.asarray(whole - basis @ (basis.T @ whole))
 
     zeros = np.zeros((len(columns), len(additions.starts)))
-    rest = across(white_residuals[:, None], -u[:, None])[:, 0]
+    free_residuals = across(white_residuals[:, None], -u[:, None])[:, 0]
     change, slope = across(additions.change, zeros), across(additions.slope, zeros)
-    pairs = _Pairs.of(rest, change, slope, additions)
-    taken = {current.laws[i].id for i in kept}
+    pairs = _Pairs.of(free_residuals, change, slope, additions)
+    kept_effects = {current.laws[i].id for i in kept}
     old = {current.laws[i].key for i in out}
     names = [law.id for law, _ in additions.starts]
-    free = np.array([law.id not in taken and law.key not in old for law, _ in additions.starts], dtype=bool)
+    free = np.array([law.id not in kept_effects and law.key not in old for law, _ in additions.starts], dtype=bool)
     log_prior = sum(current.laws[i].log_prior for i in kept) - float(np.log(np.abs(np.diag(triangle))).sum())
     places: list[tuple[tuple[int, ...], float, Floats]] = []
     scores = np.where(free[:, None] & free[None, :], pairs.score, -np.inf)

@@ -42,10 +42,10 @@ def pressures_as_read(hits: Sequence[StoredImpact]) -> list[float | None]:
     was recorded: through the origin where only one pressure was set.
     """
     pairs = [(hit.set_pressure_pa, hit.recorded_pressure_pa) for hit in hits]
-    both = np.array([(a, b) for a, b in pairs if a is not None and b is not None], dtype=np.float64).reshape(-1, 2)
-    if not both.size:
+    pairs_pa = np.array([(a, b) for a, b in pairs if a is not None and b is not None], dtype=np.float64).reshape(-1, 2)
+    if not pairs_pa.size:
         return [recorded if recorded is not None else nominal for nominal, recorded in pairs]
-    slope, level = _line(both[:, 0], both[:, 1])
+    slope, level = _line(pairs_pa[:, 0], pairs_pa[:, 1])
     return [
         recorded if recorded is not None or nominal is None else float(level + slope * nominal)
         for nominal, recorded in pairs
@@ -57,8 +57,8 @@ def pressures_set(hits: Sequence[StoredImpact]) -> list[float | None]:
     more than `_SAME_INSTRUMENT` in the median: then the operator may have set the pressure by the transducer itself,
     and its errors do not show."""
     pairs = [(hit.set_pressure_pa, hit.recorded_pressure_pa) for hit in hits]
-    apart = [abs(np.log(read / nominal)) for nominal, read in pairs if nominal and read and read > 0]
-    if not apart or float(np.median(apart)) <= _SAME_INSTRUMENT:
+    log_ratios = [abs(np.log(read / nominal)) for nominal, read in pairs if nominal and read and read > 0]
+    if not log_ratios or float(np.median(log_ratios)) <= _SAME_INSTRUMENT:
         return [None] * len(hits)
     return [nominal if nominal and read else None for nominal, read in pairs]
 
@@ -108,7 +108,7 @@ def _passage_s(laser: Channel | None) -> float | None:
         return None
     try:
         passage = muzzle_velocity(laser.readings, laser.sampling_rate_hz, 1.0)  # its length does not matter here
-    except (NoPassageError, ValueError):
+    except (NoPassageError, ValueError):  # the ingest has a finding of it, and the report counts such shots
         return None
     middle = (passage.enter_sample + passage.leave_sample) / 2
     return float(laser.start_s + middle / laser.sampling_rate_hz)

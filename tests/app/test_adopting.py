@@ -251,8 +251,8 @@ def test_validation_shows_the_errors_without_and_with_what_was_adopted(store: St
         "The effects were fitted to these shots"
     )
     assert any(line.startswith("Impact velocity: median error") for line in lines)
-    other = run_validation(store, lab, replace(request, campaign="summer")).as_json()
-    assert not other["adopted"]["fitted_to_these_shots"]
+    of_summer = run_validation(store, lab, replace(request, campaign="summer")).as_json()
+    assert not of_summer["adopted"]["fitted_to_these_shots"]
     assert "With the adopted effects" in [section.title for section in validation_document(data).sections]
 
 

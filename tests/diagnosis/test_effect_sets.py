@@ -108,13 +108,13 @@ def test_channel_that_tells_the_effects_apart_is_named_with_its_distance(size: f
     stage = RecordedGun(record)
     stage.size = size
     posterior = HypothesisPosterior.of(GapTable.of(record, [stage]), [stage], [catalogue()[name] for name in TWINS])
-    found = _settled_by(posterior, TWINS, [stage])
+    settled_by = _settled_by(posterior, TWINS, [stage])
     if settles:
-        assert found is not None and found.channel == "tank_pressure"
+        assert settled_by is not None and settled_by.channel == "tank_pressure"
         wanted = size * np.sqrt(len(record.configurations) * (1 / 4 + 1 / 9))
-        assert found.d_prime == pytest.approx(wanted)
+        assert settled_by.d_prime == pytest.approx(wanted)
     else:
-        assert found is None
+        assert settled_by is None
     assert _settled_by(posterior, TWINS[:1], [stage]) is None
     assert _settled_by(posterior, TWINS, [GunObservables(record)]) is None
     with pytest.raises(LookupError, match="the gun cannot say what 'gas_temperature' would show"):
@@ -148,12 +148,12 @@ def test_least_distance_is_that_of_the_pair_that_is_nearest() -> None:
 def test_values_that_no_part_has_are_known(
     identity: str, name: str, value: float, limit: float | None, beyond: bool
 ) -> None:
-    found = exceeded_limit(identity, name, value)
-    assert (None if found is None else found.limit) == limit
-    assert found is None or found.is_beyond == beyond
+    exceeded = exceeded_limit(identity, name, value)
+    assert (None if exceeded is None else exceeded.limit) == limit
+    assert exceeded is None or exceeded.is_beyond == beyond
 
 
 def test_level_that_lies_furthest_decides() -> None:
     friction = effect("gun.sliding_friction", added_coefficient=np.array([0.2, 1.6, 0.4]))
-    (found,) = exceeded_limits([VALVE, friction])
-    assert (found.effect, found.value, found.limit) == ("gun.sliding_friction", 1.6, 1.0)
+    (exceeded,) = exceeded_limits([VALVE, friction])
+    assert (exceeded.effect, exceeded.value, exceeded.limit) == ("gun.sliding_friction", 1.6, 1.0)

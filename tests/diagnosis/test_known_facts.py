@@ -29,7 +29,7 @@ def fact(name: str, value: float, u: float) -> KnownFact:
 
 
 def ranges_of(*facts: KnownFact) -> LawRanges:
-    return LawRanges(known_facts={(own.effect, own.parameter): own for own in facts})
+    return LawRanges(known_facts={(parameter.effect, parameter.parameter): parameter for parameter in facts})
 
 
 @cache

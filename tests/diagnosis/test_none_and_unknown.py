@@ -55,8 +55,10 @@ def concluded(loss_db: float = 0.0, rough: float = 0.0, seed: int = 2) -> tuple[
     gap, rng = GapTable.of(record, stages), np.random.default_rng(0)
     posterior = HypothesisPosterior.of(gap, stages, (ToyDamping, ToyForceGain))
     shares = gap_shares(posterior.library, posterior.weights, posterior.floor, rng)
-    held = measure_reduction(stages, partial(fit_fold, posterior.library), rng, posterior.metric.scales(gap), False)
-    return posterior, conclude(posterior, shares, held[0][1], UnknownMap())
+    corrections = measure_reduction(
+        stages, partial(fit_fold, posterior.library), rng, posterior.metric.scales(gap), False
+    )
+    return posterior, conclude(posterior, shares, corrections[0][1], UnknownMap())
 
 
 def test_effect_that_shows_in_the_damping_alone_is_the_first_cause():

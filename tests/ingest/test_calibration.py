@@ -63,12 +63,12 @@ def test_measured_pressure_has_the_calibration_s_uncertainty(sqlite_url, calibra
     ingested(sqlite_url, calibrated)
     slope, offset = np.polyfit(BAR, VOLT, 1)
     (variance, both), (_, constant) = np.polyfit(BAR, VOLT, 1, cov=True)[1]
-    read = pressure_drop((volts().astype(float) - offset) / slope * 1e5, 1e4)
-    bar = read.pressure_pa / 1e5
+    reading = pressure_drop((volts().astype(float) - offset) / slope * 1e5, 1e4)
+    bar = reading.pressure_pa / 1e5
     of_line = math.sqrt(constant + bar**2 * variance + 2 * bar * both) / slope
-    u_pa = math.sqrt(read.pressure_u_pa**2 + (1e5 * of_line) ** 2 + 500.0**2)
-    assert recorded(sqlite_url) == pytest.approx((read.pressure_pa, u_pa), rel=1e-6)
-    assert u_pa > 2 * read.pressure_u_pa
+    u_pa = math.sqrt(reading.pressure_u_pa**2 + (1e5 * of_line) ** 2 + 500.0**2)
+    assert recorded(sqlite_url) == pytest.approx((reading.pressure_pa, u_pa), rel=1e-6)
+    assert u_pa > 2 * reading.pressure_u_pa
 
 
 def test_calibration_is_kept_with_the_channel(sqlite_url, calibrated):

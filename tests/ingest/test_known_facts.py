@@ -39,10 +39,10 @@ ENTRY = {"value": 1.0, "u": 0.01, "source": "a certificate"}
 @pytest.fixture
 def folder(tmp_path):
     """A gun campaign with two facts."""
-    made = gun_campaign(tmp_path / "shots")
-    with (made / "campaign.toml").open("a", encoding="utf-8") as file:
+    campaign = gun_campaign(tmp_path / "shots")
+    with (campaign / "campaign.toml").open("a", encoding="utf-8") as file:
         file.write(KNOWN)
-    return made
+    return campaign
 
 
 def stored_facts(url):
@@ -129,7 +129,7 @@ def test_any_table_is_read_or_refused(value: Any):
     table = value if isinstance(value, dict) else {GAIN: value}
     try:
         facts = read_known_facts(table)
-    except IngestError:
+    except IngestError:  # refused, which is one of the two
         return
     assert facts_from_json(json.loads(json.dumps(facts_to_json(facts)))) == facts
     assert are_facts(facts_to_json(facts))

@@ -36,19 +36,19 @@ def drop(
 @pytest.mark.parametrize("power", [1.0, 1.5, 2.0, 2.5, 3.0])
 @pytest.mark.parametrize("noise_pa", [5.0, 50.0, 500.0])
 def test_level_and_onset_of_a_power_of_time_lie_within_their_uncertainties(power: float, noise_pa: float) -> None:
-    read = [pressure_drop(drop(power, noise_pa=noise_pa, seed=seed), RATE_HZ) for seed in range(4)]
-    of_time = np.array([(each.time_s - 0.2) / each.time_u_s for each in read])
-    of_level = np.array([(each.pressure_pa - LEVEL_PA) / each.pressure_u_pa for each in read])
+    readings = [pressure_drop(drop(power, noise_pa=noise_pa, seed=seed), RATE_HZ) for seed in range(4)]
+    of_time = np.array([(each.time_s - 0.2) / each.time_u_s for each in readings])
+    of_level = np.array([(each.pressure_pa - LEVEL_PA) / each.pressure_u_pa for each in readings])
     assert max(np.abs(of_time).max(), np.abs(of_level).max()) < 2.6
-    assert all(each.time_s < each.seen_s + 1e-3 for each in read)
+    assert all(each.time_s < each.seen_s + 1e-3 for each in readings)
 
 
 def test_a_drop_at_once_is_timed_to_a_millisecond_and_noise_widens_the_uncertainty() -> None:
     time = np.arange(50_000) / RATE_HZ
     noise = np.random.default_rng(0).standard_normal(time.size)
-    read = pressure_drop(np.where(time < 0.2, 4e5, 3e5) + 50 * noise, RATE_HZ)
-    assert read.time_s == pytest.approx(0.2, abs=1.5e-3)
-    assert read.time_u_s < 2e-3
+    reading = pressure_drop(np.where(time < 0.2, 4e5, 3e5) + 50 * noise, RATE_HZ)
+    assert reading.time_s == pytest.approx(0.2, abs=1.5e-3)
+    assert reading.time_u_s < 2e-3
     quiet, loud = (pressure_drop(drop(2.0, noise_pa=noise), RATE_HZ) for noise in (5.0, 10_000.0))
     assert loud.time_u_s > 2 * quiet.time_u_s
     assert loud.pressure_u_pa > 10 * quiet.pressure_u_pa
@@ -109,13 +109,13 @@ def test_a_spike_a_leak_and_coarse_steps_move_level_and_onset_by_less_than_their
 def test_units_of_pressure_and_time_do_not_matter(scale: float, rate_factor: float, power: float, seed: int) -> None:
     """Ten times the pressure is read as ten times the level, at the same moment."""
     tank = drop(power, seed=seed, noise_pa=200.0)
-    read, scaled = pressure_drop(tank, RATE_HZ), pressure_drop(scale * tank, RATE_HZ)
-    assert scaled.pressure_pa == pytest.approx(scale * read.pressure_pa, rel=1e-6)
-    assert scaled.pressure_u_pa == pytest.approx(scale * read.pressure_u_pa, rel=1e-3)
-    assert scaled.time_s == pytest.approx(read.time_s, abs=1e-6)
-    other = pressure_drop(tank, RATE_HZ * rate_factor)  # as if it had been recorded faster or slower
-    assert abs(other.pressure_pa - LEVEL_PA) < 5 * other.pressure_u_pa
-    assert abs(other.time_s - 0.2 / rate_factor) < 5 * other.time_u_s
+    reading, scaled = pressure_drop(tank, RATE_HZ), pressure_drop(scale * tank, RATE_HZ)
+    assert scaled.pressure_pa == pytest.approx(scale * reading.pressure_pa, rel=1e-6)
+    assert scaled.pressure_u_pa == pytest.approx(scale * reading.pressure_u_pa, rel=1e-3)
+    assert scaled.time_s == pytest.approx(reading.time_s, abs=1e-6)
+    scaled_reading = pressure_drop(tank, RATE_HZ * rate_factor)  # as if it had been recorded faster or slower
+    assert abs(scaled_reading.pressure_pa - LEVEL_PA) < 5 * scaled_reading.pressure_u_pa
+    assert abs(scaled_reading.time_s - 0.2 / rate_factor) < 5 * scaled_reading.time_u_s
 
 
 @pytest.mark.parametrize("frequency_hz", [50.0, 60.0])
@@ -124,19 +124,21 @@ def test_uncertainty_covers_hum_whatever_its_phase(frequency_hz: float) -> None:
     time = np.arange(50_000) / RATE_HZ
     for phase in rng.uniform(0, 2 * np.pi, 12):
         hum = 1_000 * np.sin(2 * np.pi * frequency_hz * time + phase)
-        read = pressure_drop(drop(2.0, at_s=0.1, seed=int(1e3 * phase)) + hum, RATE_HZ)
-        errors.append(((read.pressure_pa - LEVEL_PA) / read.pressure_u_pa, (read.time_s - 0.1) / read.time_u_s))
+        reading = pressure_drop(drop(2.0, at_s=0.1, seed=int(1e3 * phase)) + hum, RATE_HZ)
+        errors.append(
+            ((reading.pressure_pa - LEVEL_PA) / reading.pressure_u_pa, (reading.time_s - 0.1) / reading.time_u_s)
+        )
     assert np.sqrt(np.mean(np.square(errors), axis=0)).max() < 1.3
 
 
 def test_uncertainty_of_a_wander_is_its_scatter() -> None:
     """Neighbours alike over 20 ms: as if independent, the level would look many times better than it is."""
-    rng, read = np.random.default_rng(4), []
+    rng, reading = np.random.default_rng(4), []
     for _ in range(12):
         wander = 100 * np.repeat(rng.standard_normal(25), 2_000)
-        read.append(pressure_drop(drop(2.0, at_s=0.25) + wander, RATE_HZ))
-    scatter = np.std([each.pressure_pa for each in read])
-    claimed = np.sqrt(np.mean([each.pressure_u_pa**2 for each in read]))
+        reading.append(pressure_drop(drop(2.0, at_s=0.25) + wander, RATE_HZ))
+    scatter = np.std([each.pressure_pa for each in reading])
+    claimed = np.sqrt(np.mean([each.pressure_u_pa**2 for each in reading]))
     assert scatter < 1.3 * claimed
 
 
@@ -180,9 +182,9 @@ def blow_downs() -> list[Case]:
                     rest_s = float(rng.uniform(0.1, 0.3))
                     time = np.arange(round(0.8 * rate_hz)) / rate_hz - rest_s
                     tank = blow_down(port, opening_s, time) + noise_pa * rng.standard_normal(time.size)
-                    read = pressure_drop(tank, rate_hz)
-                    level = (read.pressure_pa - LEVEL_PA) / read.pressure_u_pa
-                    cases.append(Case(port, noise_pa, level, (read.time_s - rest_s) / read.time_u_s))
+                    reading = pressure_drop(tank, rate_hz)
+                    level = (reading.pressure_pa - LEVEL_PA) / reading.pressure_u_pa
+                    cases.append(Case(port, noise_pa, level, (reading.time_s - rest_s) / reading.time_u_s))
     return cases
 
 
@@ -229,10 +231,10 @@ def shots_of(
                     volt = record(time, tank, TANK, RATE_HZ, effects.with_strength("bench.noise", noise), rng)
                     rest_s = truth.port_opens_s - trigger.begin_s(truth)
                     try:
-                        read = pressure_drop((volt.astype(float) - 0.3624) / 0.5621 * 1e5, RATE_HZ)
-                    except NoDropError:
-                        read = None
-                    yield Shot(pre_trigger_s, read, pressure_pa, opening_s, rest_s)
+                        reading = pressure_drop((volt.astype(float) - 0.3624) / 0.5621 * 1e5, RATE_HZ)
+                    except NoDropError:  # refused: counted as not read
+                        reading = None
+                    yield Shot(pre_trigger_s, reading, pressure_pa, opening_s, rest_s)
 
 
 def scores(shots: list[Shot]) -> np.ndarray:
@@ -287,11 +289,13 @@ def test_scores_of_virtual_shots_are_one_in_every_class() -> None:
 @pytest.mark.usefixtures("coarse_plates")
 def test_a_campaign_without_a_trigger_knows_when_its_valve_opened(sqlite_url, tmp_path) -> None:
     folder = tmp_path / "free"
-    made = simulate([GUN_ROW], "gun", folder, seed=2, effects=Effects.default(), repetitions=1, trigger=Trigger(None))
+    campaign = simulate(
+        [GUN_ROW], "gun", folder, seed=2, effects=Effects.default(), repetitions=1, trigger=Trigger(None)
+    )
     ingested(sqlite_url, folder)
-    (truth,) = json.loads(made.seal.read_text(encoding="utf-8"))["runs"][0]["hits"]
+    (truth,) = json.loads(campaign.seal.read_text(encoding="utf-8"))["runs"][0]["hits"]
     page = json.loads(pyroshock("show", "1", "--db", sqlite_url, "--json").stdout)
     (tank,) = [channel for channel in page["channels"] if channel["quantity"] == "pressure"]
-    apart = tank["valve_opening_s"] - truth["valve_opens_s"]
-    assert abs(apart) < 2.5 * tank["valve_opening_u_s"]
+    error_s = tank["valve_opening_s"] - truth["valve_opens_s"]
+    assert abs(error_s) < 2.5 * tank["valve_opening_u_s"]
     assert tank["valve_opening_u_s"] < 5e-3

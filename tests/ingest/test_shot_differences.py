@@ -33,16 +33,16 @@ RATE_HZ = 2.5e4
 
 def velocities(factor: float, *, seed: int = 0, shots: int = 12) -> list[ValuePair]:
     rng = np.random.default_rng(seed)
-    read = rng.uniform(8, 60, shots)
-    row = factor * read * (1 + 0.005 * rng.standard_normal(shots))
-    return [velocity_pair(a, 0.003 * a, b, 0.004 * b, 0.085) for a, b in zip(row, read, strict=True)]
+    read_m_s = rng.uniform(8, 60, shots)
+    row = factor * read_m_s * (1 + 0.005 * rng.standard_normal(shots))
+    return [velocity_pair(a, 0.003 * a, b, 0.004 * b, 0.085) for a, b in zip(row, read_m_s, strict=True)]
 
 
 def pressures(factor: float, offset_pa: float = 0.0, *, seed: int = 0, shots: int = 12) -> list[ValuePair]:
     rng = np.random.default_rng(seed)
-    read = rng.uniform(0.5e5, 6e5, shots)
-    row = factor * read * (1 + 0.003 * rng.standard_normal(shots)) + offset_pa
-    return [pressure_pair(a, b, 0.002 * b) for a, b in zip(row, read, strict=True)]
+    read_pa = rng.uniform(0.5e5, 6e5, shots)
+    row = factor * read_pa * (1 + 0.003 * rng.standard_normal(shots)) + offset_pa
+    return [pressure_pair(a, b, 0.002 * b) for a, b in zip(row, read_pa, strict=True)]
 
 
 @pytest.mark.parametrize("factor", [0.5, 0.8, 0.9, 1.1, 1.2, 2.0])
@@ -207,8 +207,8 @@ def virtual_pairs(rng: np.random.Generator, shots: int) -> tuple[list[ValuePair]
     of_velocity, of_pressure = [], []
     for _ in range(shots):
         set_pa = float(rng.uniform(0.3e5, 7e5))
-        read = set_pa * (1 + SETTING_SPREAD * effects["bench.hand_scatter"] * rng.standard_normal())
-        true_pa = (read - offset_si(TANK, effects, 0.0)) / gain(TANK, effects, 0.0)
+        read_pa = set_pa * (1 + SETTING_SPREAD * effects["bench.hand_scatter"] * rng.standard_normal())
+        true_pa = (read_pa - offset_si(TANK, effects, 0.0)) / gain(TANK, effects, 0.0)
         bullet = Projectile(float(rng.choice([0.1428, 0.5])), BULLET_LENGTH_M)
         truth = fire(GunBuild(), effects, true_pa, bullet, rng, until_s=1.6)
         fine = shot_signals(truth, bullet, RATE_HZ, 0.7, Trigger())

@@ -181,10 +181,10 @@ def _transducer(
     """Volts (n,) of true gauge pressures: gain and offset, a first-order lag, noise, and a converter of 16 bits."""
     from scipy.signal import lfilter
 
-    read = pressure_read_bar(gauge_pa / 1e5, case.strengths, case.laws)
+    read_bar = pressure_read_bar(gauge_pa / 1e5, case.strengths, case.laws)
     decay = math.exp(-1 / (rate_hz * lag_s))
-    lagged, _ = lfilter([1 - decay], [1.0, -decay], read, zi=[decay * read[0]])
-    return converted(written(1e5 * (lagged + NOISE_BAR * rng.standard_normal(read.size)), TANK), TANK)
+    lagged, _ = lfilter([1 - decay], [1.0, -decay], read_bar, zi=[decay * read_bar[0]])
+    return converted(written(1e5 * (lagged + NOISE_BAR * rng.standard_normal(read_bar.size)), TANK), TANK)
 
 
 def _laser(

@@ -150,8 +150,12 @@ def test_report_and_kept_diagnosis_keep_the_sets() -> None:
         "effects": list(NAMES), "inclusion": 0.98, "share": 0.77, "ci90": [0.7, 0.84], "held_out_gain": 0.71,
         "settled_by": None,
     }  # fmt: skip
-    kept = verdict_from_json(report, details)
-    assert (kept.sets, kept.averaged, kept.path) == (alike().sets, alike().averaged, alike().path)
+    kept_verdict = verdict_from_json(report, details)
+    assert (kept_verdict.sets, kept_verdict.averaged, kept_verdict.path) == (
+        alike().sets,
+        alike().averaged,
+        alike().path,
+    )
     assert summary(verdict_of(report)) == summary(alike())
     settled = replace(alike().sets[0], settled_by=SettledBy("tank_pressure", 9.1))
     assert verdict_from_json(*verdict_to_json(alike(sets=(settled,)))).sets == (settled,)

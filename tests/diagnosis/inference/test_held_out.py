@@ -112,10 +112,10 @@ def test_residuals_of_configurations_left_out_are_those_of_a_fit_without_them(gr
     cells = np.isin(problem.blocks[0].configuration, np.concatenate(groups))
     for fit in library.fits.values():
         expected = refitted(problem, fit, groups) if fit.laws else problem.blocks[0].z
-        found = left_out_residuals(problem, fit, groups)
-        np.testing.assert_allclose(found[cells], expected[cells], atol=1e-5)
-        rest = residual(problem.blocks[0], fit.change[0])
-        np.testing.assert_allclose(found[~cells], rest[~cells], atol=1e-12)
+        linear_residuals = left_out_residuals(problem, fit, groups)
+        np.testing.assert_allclose(linear_residuals[cells], expected[cells], atol=1e-5)
+        unfitted_residuals = residual(problem.blocks[0], fit.change[0])
+        np.testing.assert_allclose(linear_residuals[~cells], unfitted_residuals[~cells], atol=1e-12)
 
 
 def test_corner_is_the_end_of_the_factor_with_the_larger_gap_among_the_configurations_of_a_problem():
@@ -138,11 +138,11 @@ def test_stacking_weights_predict_best_what_is_left_out():
     assert corner is not None
     assert 3 <= len(corner) <= COUNT // 2
     # Each configuration from all others, and the corner from what is outside of it.
-    each = np.column_stack([refitted(problem, fit, EACH) for fit in fits])
+    single_residuals = np.column_stack([refitted(problem, fit, EACH) for fit in fits])
     extrapolated = np.column_stack([refitted(problem, fit, [corner]) for fit in fits])
-    left = np.vstack([each, extrapolated[np.isin(problem.blocks[0].configuration, corner)]])
+    all_residuals = np.vstack([single_residuals, extrapolated[np.isin(problem.blocks[0].configuration, corner)]])
     shares = np.linspace(0, 1, 1001)
-    squares = [float(((left @ [share, 1 - share]) ** 2).sum()) for share in shares]
+    squares = [float(((all_residuals @ [share, 1 - share]) ** 2).sum()) for share in shares]
     weights = stacking_weights(problem, fits)
     assert weights.sum() == pytest.approx(1.0)
     assert weights[0] == pytest.approx(shares[int(np.argmin(squares))], abs=2e-3)

@@ -121,22 +121,22 @@ def test_stages_are_compared_by_the_observables_of_the_gaps_size() -> None:
 def test_own_gap_has_an_interval_that_holds_the_true_one_as_often_as_it_says() -> None:
     """4 tolerances of ln v in each configuration; the white background of half a tolerance adds in squares."""
     true = np.hypot(4.0, 0.5)
-    held = []
+    inside = []
     for seed in range(60):
         record = campaign((ToyLoss(0.04),), np.random.default_rng(seed), scatter=Scatter(background=(0.005, 0.0, 0.0)))
         (entry,) = stage_shares([ToyGun(record)], np.random.default_rng(seed))
         assert entry.own_ci90 is not None
         assert entry.own_ci90[0] <= entry.own <= entry.own_ci90[1]
-        held.append(entry.own_ci90[0] <= true <= entry.own_ci90[1])
-    assert 0.78 <= np.mean(held) <= 0.98
+        inside.append(entry.own_ci90[0] <= true <= entry.own_ci90[1])
+    assert 0.78 <= np.mean(inside) <= 0.98
 
 
 def test_two_stages_that_are_off_alike_are_a_near_tie_and_unequal_ones_are_none() -> None:
     rng = np.random.default_rng(2)
     alike = Where(stage=_shares((ToyLoss(0.03), ToyMass(1.115)), scatter=Scatter(background=(0.01, 0.03, 0.0))))
     assert {alike.stage[0].name, *(stage.name for stage in alike.nearly_largest)} == {"gun", "contact"}
-    apart = Where(stage=_shares((ToyLoss(0.08), ToyMass(1.1)), scatter=_BACKGROUND))
-    assert apart.nearly_largest == ()
+    unequal_stages = Where(stage=_shares((ToyLoss(0.08), ToyMass(1.1)), scatter=_BACKGROUND))
+    assert unequal_stages.nearly_largest == ()
     (only,) = stage_shares([ToyGun(campaign((), rng, Design((1.0,), (0.5,), ("none",))))], rng)
     assert only.own_ci90 is None
     assert Where(stage=(only,)).nearly_largest == ()

@@ -108,8 +108,8 @@ def test_a_leak_is_told_from_friction_by_its_record_and_by_velocities_is_not() -
         row.inclusion for row in with_record.effects if row.effect == "gun.sliding_friction"
     )
     possible = GunObservables(without).possible_observables("tank_pressure", [[leak], []])
-    apart = (possible.predicted[0] - possible.predicted[1]) / np.sqrt(np.diag(possible.noise))
-    assert np.sqrt(np.nansum(apart**2)) > 3  # told apart
+    white_difference = (possible.predicted[0] - possible.predicted[1]) / np.sqrt(np.diag(possible.noise))
+    assert np.sqrt(np.nansum(white_difference**2)) > 3  # told apart
     with pytest.raises(LookupError, match="cannot say what 'temperature' would show"):
         GunObservables(without).possible_observables("temperature", [])
 

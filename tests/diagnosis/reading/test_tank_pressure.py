@@ -25,12 +25,12 @@ def test_what_was_not_recorded_is_what_the_transducer_would_have_read() -> None:
     """A gain of 2 % and an offset of 500 Pa, told by errors in proportion to the pressure."""
     rng = np.random.default_rng(3)
     nominal = [float(p) for p in np.geomspace(0.3e5, 4e5, 12)]
-    read = [1.02 * p * (1 + 0.003 * rng.standard_normal()) + 500.0 for p in nominal]
-    recorded: list[float | None] = [None, *read[1:6], None, *read[7:]]
-    found = pressures_as_read(shots(nominal, recorded))
-    assert found[0] == pytest.approx(1.02 * nominal[0] + 500.0, rel=5e-3)
-    assert found[6] == pytest.approx(1.02 * nominal[6] + 500.0, rel=5e-3)
-    assert found[1:6] == read[1:6]
+    readings_pa = [1.02 * p * (1 + 0.003 * rng.standard_normal()) + 500.0 for p in nominal]
+    recorded: list[float | None] = [None, *readings_pa[1:6], None, *readings_pa[7:]]
+    pressures_pa = pressures_as_read(shots(nominal, recorded))
+    assert pressures_pa[0] == pytest.approx(1.02 * nominal[0] + 500.0, rel=5e-3)
+    assert pressures_pa[6] == pytest.approx(1.02 * nominal[6] + 500.0, rel=5e-3)
+    assert pressures_pa[1:6] == readings_pa[1:6]
 
 
 def test_one_set_pressure_gives_a_ratio_and_none_recorded_the_set_one() -> None:

@@ -206,7 +206,7 @@ def has_finding(engine: Engine) -> bool:
     try:
         with engine.connect() as connection:
             return any(True for _ in iter_findings(connection, checks()))
-    except (DBAPIError, UnicodeDecodeError):
+    except (DBAPIError, UnicodeDecodeError):  # no finding of a file that cannot be read: `is_told` asks then
         return False
     finally:
         engine.dispose()
@@ -265,7 +265,7 @@ def with_flipped_bit(kind: str, value: Any, rng: random.Random) -> Any:
         return bytes(content)
     try:
         return None if 0 in content else content.decode()
-    except UnicodeDecodeError:
+    except UnicodeDecodeError:  # no text that the column could hold
         return None
 
 
@@ -278,14 +278,16 @@ def flip_cell(
     """
     table, kind = column.table, kind_of(column)
     keys = [f'"{key.name}"' for key in table.primary_key.columns]
-    read = f'CAST("{column.name}" AS text)' if kind == JSON_TEXT else f'"{column.name}"'
+    column_text = f'CAST("{column.name}" AS text)' if kind == JSON_TEXT else f'"{column.name}"'
     rows = connection.execute(
-        text(f'SELECT {", ".join(keys)}, {read} FROM "{table.name}" WHERE "{column.name}" IS NOT NULL ORDER BY 1')
+        text(
+            f'SELECT {", ".join(keys)}, {column_text} FROM "{table.name}" WHERE "{column.name}" IS NOT NULL ORDER BY 1'
+        )
     ).all()
-    rest = [row for row in rows if (table.name, "/".join(map(str, row[:-1]))) not in flipped_rows]
-    if not rest:
+    untouched_rows = [row for row in rows if (table.name, "/".join(map(str, row[:-1]))) not in flipped_rows]
+    if not untouched_rows:
         return None
-    *key, value = rng.choice(rest)
+    *key, value = rng.choice(untouched_rows)
     flipped = with_flipped_bit(kind, value, rng)
     if flipped is None or flipped == value:  # a zero may change its sign
         return None

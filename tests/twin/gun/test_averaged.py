@@ -52,8 +52,8 @@ def test_guns_that_keep_the_bullet_count_for_leaving_alone() -> None:
     assert STUCK.velocities(low, NOMINAL) == 0
     np.testing.assert_allclose(mean.velocities(low, NOMINAL), BORE.velocities(low, NOMINAL))
     np.testing.assert_allclose(mean.leaving(low, NOMINAL), 0.6)
-    both = AveragedGunStage.of([(0.5, STUCK), (0.5, STUCK)])
-    assert both.velocities(low, NOMINAL) == 0
+    stuck_guns = AveragedGunStage.of([(0.5, STUCK), (0.5, STUCK)])
+    assert stuck_guns.velocities(low, NOMINAL) == 0
 
 
 def test_measured_shots_teach_every_gun() -> None:

@@ -81,9 +81,9 @@ def test_a_drop_that_goes_with_the_speed_keeps_the_tank_above_the_gas_behind_the
     np.testing.assert_allclose(shots.velocity_m_s, gun_velocity(BENCH, PRESSURE, MASS, [bore]).velocity_m_s, rtol=1e-6)
     drop_pa = heads * ATMOSPHERE_PA / (GAS_CONSTANT * ROOM_K) * shots.velocity_m_s**2 / 2
     swept = BENCH.projectile_area_m2 * BENCH.travel_m
-    kept = drop_pa * swept / (BENCH.tank_volume_m3 + swept)
+    kept_back_pa = drop_pa * swept / (BENCH.tank_volume_m3 + swept)
     alike = pressures([bore], before_exit(0.0))[:, 0]
-    np.testing.assert_allclose(shots.tank_pressure_pa[:, 0] - alike, kept, rtol=1e-5)
+    np.testing.assert_allclose(shots.tank_pressure_pa[:, 0] - alike, kept_back_pa, rtol=1e-5)
 
 
 def test_moments_of_another_shape_are_refused_and_a_shot_that_stays_has_no_pressure() -> None:

@@ -48,17 +48,17 @@ def test_laser_velocity_is_that_of_the_row_and_of_the_law(laws: str, tmp_path: P
     case = gun_case(laws)
     rows, records = recorded(case, tmp_path / "c")
     law = dict(zip(configurations(case), np.exp(ln_velocity("gun", 1, STRENGTHS, laws)), strict=True))
-    apart = []
+    relative_error = []
     for row, record in zip(rows, records, strict=True):
         assert float(row["bullet_length_mm"]) == 1e3 * BULLET_LENGTH_M
         by_laser = muzzle_velocity(record["laser"], float(record["fs"]), BULLET_LENGTH_M, length_u_m=BULLET_LENGTH_U_M)
         own, own_u = float(row["measured_velocity_m_s"]), float(row["measured_velocity_u_m_s"])
         assert by_laser.velocity_m_s == pytest.approx(own, abs=4 * math.hypot(own_u, by_laser.velocity_u_m_s))
         key = row["tank_pressure_bar"], row["bullet_mass_kg"]
-        apart.append(math.log(by_laser.velocity_m_s / law[key]))
+        relative_error.append(math.log(by_laser.velocity_m_s / law[key]))
     spread = case.floor * 0.01 * case.repetitions**0.5
-    assert abs(float(np.mean(apart))) < 4 * spread / len(apart) ** 0.5
-    assert float(np.std(apart)) < 2 * spread
+    assert abs(float(np.mean(relative_error))) < 4 * spread / len(relative_error) ** 0.5
+    assert float(np.std(relative_error)) < 2 * spread
 
 
 def configurations(case: Case) -> list[tuple[str, str]]:
@@ -78,15 +78,15 @@ def test_transducer_reads_the_plan_at_rest_and_the_law_until_the_end(laws: str, 
     keys = configurations(case)
     ratio = []
     for row, record in zip(rows, records, strict=True):
-        read = calibrated(record["tank_pressure"], TANK) / 1e5
+        read_bar = calibrated(record["tank_pressure"], TANK) / 1e5
         rate = float(record["fs"])
         c = keys.index((row["tank_pressure_bar"], row["bullet_mass_kg"]))
-        rest = read[: int(recorder.rest_s * rate)]
-        assert rest.std() == pytest.approx(NOISE_BAR, rel=0.1)
-        ratio.append(float(rest.mean()) / plan[c].tank_pressure_bar)
-        assert read.size / rate > recorder.rest_s + shots[c].exit_s + 0.05
-        smooth = np.convolve(read, np.ones(50) / 50, mode="valid")
-        assert smooth.max() < rest.mean() + 6 * NOISE_BAR / 50**0.5
+        rest_bar = read_bar[: int(recorder.rest_s * rate)]
+        assert rest_bar.std() == pytest.approx(NOISE_BAR, rel=0.1)
+        ratio.append(float(rest_bar.mean()) / plan[c].tank_pressure_bar)
+        assert read_bar.size / rate > recorder.rest_s + shots[c].exit_s + 0.05
+        smooth = np.convolve(read_bar, np.ones(50) / 50, mode="valid")
+        assert smooth.max() < rest_bar.mean() + 6 * NOISE_BAR / 50**0.5
     assert float(np.mean(ratio)) == pytest.approx(1.0, abs=4 * 0.004 / len(ratio) ** 0.5 + 5e-4)
 
 

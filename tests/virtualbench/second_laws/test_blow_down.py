@@ -48,9 +48,9 @@ def test_valve_that_closes_keeps_what_is_there_and_the_wall_warms_it(split: str)
     for strengths in ({}, cold):
         exit_s = follow_shot(GUN, strengths, split, PRESSURE, BULLET, until_s=0.0).exit_s
         closing = ValveClosing(exit_s + 0.005, 0.01, math.inf)
-        kept = follow_shot(GUN, strengths, split, PRESSURE, BULLET, until_s=1.0, closing=closing)
-        closed = kept.time_s > closing.at_s + 0.011
-        still = kept.tank_pressure_pa[closed]
+        shut_in_pa = follow_shot(GUN, strengths, split, PRESSURE, BULLET, until_s=1.0, closing=closing)
+        closed = shut_in_pa.time_s > closing.at_s + 0.011
+        still = shut_in_pa.tank_pressure_pa[closed]
         assert still[0] > 0.02 * PRESSURE
         np.testing.assert_allclose(still, still[0], rtol=1e-6)
         warmed = follow_shot(
