@@ -6,7 +6,7 @@ Two probabilities of a report that evidence alone says too surely, learned on ca
 That something outside of the catalogue makes most of the gap: a law that is a little wrong is beaten by a free form.
 Hence a logit of the compressed log odds of the evidence, of the fraction of the gap that the effects take away where
 they were not fitted, and of how much is left there of the family of observables of which most is left, in tolerances
-(but for modes).
+(but for modes and pressures).
 The probability is at most twice the fraction that is not taken away. Where it is likely that no effect acts there is
 nothing to predict, and the fraction says nothing.
 

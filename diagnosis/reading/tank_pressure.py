@@ -39,7 +39,7 @@ def pressures_as_read(hits: Sequence[StoredImpact]) -> list[float | None]:
 
     A regulator and a transducer may differ by a gain and an offset. Where some records show no pressure before the
     shot, what the transducer would have read follows from the others by a straight line through what was set and what
-    was recorded: through the origin where only one pressure was set.
+    was recorded: through the origin where fewer than three pressures were set.
     """
     pairs = [(hit.set_pressure_pa, hit.recorded_pressure_pa) for hit in hits]
     pairs_pa = np.array([(a, b) for a, b in pairs if a is not None and b is not None], dtype=np.float64).reshape(-1, 2)
@@ -64,7 +64,7 @@ def pressures_set(hits: Sequence[StoredImpact]) -> list[float | None]:
 
 
 def _line(nominal: Floats, recorded: Floats) -> tuple[float, float]:
-    """Slope and level of a straight line through most points, by the medians of Theil and Sen of the ratios over the
+    """Slope and level (Pa) of a straight line through most points (n,), Pa: medians by Theil and Sen of ratios over the
     inverse of the pressure: a regulator errs in proportion to it."""
     from scipy.stats import theilslopes
 

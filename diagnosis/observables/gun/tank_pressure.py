@@ -115,10 +115,8 @@ def _grows(pressure_pa: Floats, level_pa: Floats) -> bool:
     finite = np.isfinite(pressure_pa) & np.isfinite(level_pa)
     if finite.sum() < 3 or np.ptp(pressure_pa[finite]) == 0:
         return False
-    slope, _ = np.polyfit(pressure_pa[finite], level_pa[finite], 1)
-    scatter_pa = level_pa[finite] - np.polyval(
-        np.polyfit(pressure_pa[finite], level_pa[finite], 1), pressure_pa[finite]
-    )
+    line = np.polyfit(pressure_pa[finite], level_pa[finite], 1)
+    slope, scatter_pa = line[0], level_pa[finite] - np.polyval(line, pressure_pa[finite])
     error = np.std(scatter_pa) / (np.std(pressure_pa[finite]) * np.sqrt(finite.sum()))
     return bool(slope > _LARGEST_SLOPE and slope > 3 * error)
 
