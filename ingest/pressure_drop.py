@@ -31,6 +31,8 @@ _SEEN = 4.0
 _DEPTH, _LEAST_DEPTH, _MOST_DEPTH = 40.0, 0.01, 0.5
 #: Means in the fit: within the drop, as close before it, and in the rest before that.
 _IN_DROP, _BEFORE, _AT_REST = 16, 12, 8
+#: Means within a drop are of 5 ms at most, unless there would be more of them than this: memory goes with their square.
+_MOST_IN_DROP = 100
 _LONGEST_REST_S = 0.25
 #: Powers of time, and the standard deviation of their prior about that of an area that grows evenly.
 _POWERS = np.array([0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5])
@@ -193,7 +195,8 @@ def _hum_lines(means: Floats, period_s: float) -> list[tuple[float, float, float
 
 def _edges(begin: int, stop: int, rate_hz: float) -> NDArray[np.intp]:
     """First samples of the means that are fitted, and the end of the last: short ones in the drop and before it."""
-    length = int(min(max((stop - begin) / _IN_DROP, 1e-4 * rate_hz, 1.0), max(1.0, 5e-3 * rate_hz)))
+    longest = max(1.0, 5e-3 * rate_hz, (stop - begin) / _MOST_IN_DROP)
+    length = int(min(max((stop - begin) / _IN_DROP, 1e-4 * rate_hz, 1.0), longest))
     nearest = max(0, min(begin - _BEFORE * length, 2 * begin - stop))
     edges = list(range(stop, nearest - 1, -length))
     first = max(0, edges[-1] - max(int(_LONGEST_REST_S * rate_hz), 10 * (stop - begin)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tracemalloc
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -41,6 +42,21 @@ def test_level_and_onset_of_a_power_of_time_lie_within_their_uncertainties(power
     of_level = np.array([(each.pressure_pa - LEVEL_PA) / each.pressure_u_pa for each in readings])
     assert max(np.abs(of_time).max(), np.abs(of_level).max()) < 2.6
     assert all(each.time_s < each.seen_s + 1e-3 for each in readings)
+
+
+@pytest.mark.parametrize("rate_hz", [50.0, 1e3])
+def test_a_record_that_is_a_thousand_times_as_long_takes_no_more_memory(rate_hz: float) -> None:
+    """A rate in kHz that is read as one in Hz, or a tank that is let out over minutes."""
+    slow = drop(2.0, at_s=0.5, duration_s=1.0)
+    tracemalloc.start()
+    try:
+        reading = pressure_drop(slow, rate_hz)
+        used_mb = tracemalloc.get_traced_memory()[1] / 1e6
+    finally:
+        tracemalloc.stop()
+    assert used_mb < 400
+    assert abs(reading.time_s - 0.5 * RATE_HZ / rate_hz) < 3 * reading.time_u_s
+    assert abs(reading.pressure_pa - LEVEL_PA) < 3 * reading.pressure_u_pa
 
 
 def test_a_drop_at_once_is_timed_to_a_millisecond_and_noise_widens_the_uncertainty() -> None:
