@@ -93,7 +93,10 @@ def established_sets(
         tables = dict(zip(fits, _unseen(posterior, held, list(fits.values())), strict=True))
     path = _path(held, steps, choices, tables) if held is not None and steps else ()
     chosen = tuple(choices[-1]) if sets else ()
-    return EstablishedSets(tuple(sets), gains, path, chosen, _averaged(chosen, held, tables))
+    # Where the parts cannot have what all sets together need, the larger sets by themselves may be adopted.
+    possible = (_averaged(own, held, tables) for own in reversed(choices)) if sets else ()
+    averaged = next((own for own in possible if own is not None), None)
+    return EstablishedSets(tuple(sets), gains, path, chosen, averaged)
 
 
 def _held_out_gains(

@@ -297,9 +297,9 @@ class WeightedEffects:
 
 @dataclass(frozen=True)
 class AveragedEffects:
-    """What can be adopted of the established sets: `choices` of one effect of each set, the likeliest first, whose
-    parameters are values that the parts can have, and the gap that the mean of their predictions leaves held out, in
-    the unit of `GapSize` (None: not measured)."""
+    """What can be adopted of the established sets, or of the largest of them: `choices` of one effect of each set, the
+    likeliest first, whose parameters are values that the parts can have, and the gap that the mean of their predictions
+    leaves held out, in the unit of `GapSize` (None: not measured)."""
 
     choices: tuple[WeightedEffects, ...]
     after: float | None

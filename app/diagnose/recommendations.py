@@ -94,6 +94,14 @@ def _adoption(verdict: Verdict) -> str:
     command = f"pyroshock diagnose {shlex.quote(verdict.campaign)} --adopt {best.name.replace('+', ',')}"
     if best.is_averaged:
         return f"Adopt the mean of what these sets of effects predict, so that predictions include it: {command}."
+    members = {effect.id for effect in best.effects}
+    omitted = [set_name(own.effects) for own in verdict.cause_sets if members.isdisjoint(own.effects)]
+    if omitted:
+        subjects = join_words([effect_subject(effect.id) for effect in best.effects])
+        return (
+            f"Adopt {subjects}, and not {join_words(omitted)}: together with that no fit has parameters that the parts "
+            f"can have: {command}."
+        )
     if len(best.effects) > 1:
         return f"Adopt these effects, so that predictions include them: {command}."
     if any(len(own.effects) > 1 for own in verdict.cause_sets) or len(verdict.first.effects) > 1:

@@ -152,12 +152,11 @@ _ = axes.legend(frameon=False)
 # `adopt` lets every prediction for this bench use the effects from now on, also those of `pyroshock predict` and of
 # the web application. It makes a new version of the bench's twin, and `effect="none"` goes back.
 #
-# The report offers no effects here: the fitted friction is more than a bullet in a barrel can have, so that it stands
-# for something that the velocities do not show. The valve and the atmosphere have values that the parts can have, and
-# take most of the gap.
+# The report offers the valve and the atmosphere. The fitted friction is more than a bullet in a barrel can have, so
+# that it stands for something that the velocities do not show.
 
 # %%
-store.adopt(report, effect="gun.valve_flow+gun.back_pressure")
+store.adopt(report)
 print(store.twin(campaign="spring").models["gun"])
 
 # %%

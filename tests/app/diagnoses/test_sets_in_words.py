@@ -144,6 +144,15 @@ def test_established_effect_of_a_small_error_is_said_to_hardly_matter() -> None:
     )
 
 
+def test_larger_sets_are_offered_where_the_smaller_ones_have_no_possible_values() -> None:
+    verdict = alike(averaged=AveragedEffects((WeightedEffects(1.0, (VALVE,), 0.09),), 0.09))
+    best = offered(verdict)
+    assert best is not None and best.name == "gun.valve_flow"
+    step = recommendations(verdict)[0]
+    assert step.startswith(f"Adopt {effect_subject('gun.valve_flow')}, and not {effect_subject('gun.blow_by')}: ")
+    assert step.endswith("--adopt gun.valve_flow.")
+
+
 def test_report_and_kept_diagnosis_keep_the_sets() -> None:
     report, details = verdict_to_json(alike())
     assert report["sets"][0] == {
