@@ -280,8 +280,11 @@ def draw_outside(kind: str, rng: np.random.Generator, split: str) -> Case:
 
 def total_gap(case: Case) -> float:
     """Root mean square over all configurations and observables of all stages, in tolerances; infinite where a shot
-    does not leave the barrel."""
-    moved = changes(case.kind, case.design, whole_cause(case))
+    does not leave the barrel, and where the bench gives up on it."""
+    try:
+        moved = changes(case.kind, case.design, whole_cause(case))
+    except RuntimeError:  # too stiff for the integrator of the second laws: such a bench is drawn again
+        return math.inf
     widths = {stage: rows.shape[1] for stage, rows in moved.items()}
     sizes = gaps(moved)
     if not np.isfinite(sum(sizes.values())):

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.validation.case_plan import BENCHES, GROUPS, SPLITS, TIERS, case_of_task, tasks
+from pyroshock.validation.cases import draw
 from pyroshock.validation.cases.case import ALL_KINDS, GUN_AND_CONTACT, KINDS
 from pyroshock.validation.cases.draw import (
     ALONE_GAPS,
@@ -82,3 +83,21 @@ def test_half_of_the_nulls_are_rough_and_half_of_the_guns_recorded() -> None:
     assert [case.traces for case in outside] == [True, False]
     first, second = (replace(case, traces=False) for case in guns[:2])
     assert first != second
+
+
+def test_bench_that_cannot_be_integrated_is_drawn_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    first, *_ = tasks(1, 7, ("gun without traces",), "development")
+    simulated, calls = draw.changes, []
+
+    def stiff_once(*case: object) -> object:
+        calls.append(case)
+        if len(calls) == 1:
+            raise RuntimeError("the shot could not be integrated")
+        return simulated(*case)
+
+    monkeypatch.setattr(draw, "changes", stiff_once)
+    rng = np.random.default_rng(first.seed)
+    case = draw_visible_bench("gun", rng, "development", effects=(5, 7), limits=FULL_SCALE["gun"])
+    assert len(calls) > 1
+    monkeypatch.undo()
+    assert FULL_SCALE["gun"][0] <= total_gap(case) <= FULL_SCALE["gun"][1]
