@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from pyroshock.diagnosis.diagnose import diagnose
 from pyroshock.diagnosis.inference.model_search import TEMPER
 from pyroshock.diagnosis.inference.posterior import UNKNOWN_PRIOR
-from pyroshock.diagnosis.inference.shares import LEAST_ERROR, share_spread
+from pyroshock.diagnosis.inference.shares import FLOOR_ERROR, LEAST_ERROR, share_spread
 from pyroshock.diagnosis.options import Options, entry_features, unknown_features
 from pyroshock.diagnosis.reading import read_folder
 from pyroshock.validation.case_plan import BENCHES
@@ -92,7 +92,8 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
         label = record_case(case, Path(place) / "campaign", int(rng.integers(2**31)))
         verdict_of_case = diagnose(read_folder(Path(place) / "campaign"), options=options)
     verdict = verdict_of_case.as_json()
-    gap, true = verdict["gap"], shares(label.left_out)
+    gap, true = verdict["gap"], shares(label.shapley)
+    floor_part = min((gap["noise_floor"] / gap["before"]) ** 2, 1.0)
     held = [entry for entry in verdict["shrinkage"] if entry["held_out_by"] == "configuration"]
     # The likeliest entry but "unknown", and its probability by evidence alone.
     likeliest_entry = next(c["effects"] for c in verdict["causes"] if c["effects"] != ["unknown"])
@@ -102,7 +103,8 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
     if held:
         beyond_floor = np.sqrt(max(held[0]["after"] ** 2 - gap["noise_floor"] ** 2, 0.0))
         row |= {"fraction": held[0]["fraction"], "left": float(beyond_floor / gap["tolerance"])}
-    row["shares"] = [_share_row(item, true.get(item["effect"], 0.0)) for item in verdict["effects"]]
+    row["floor_part"] = floor_part
+    row["shares"] = [_share_row(item, true.get(item["effect"], 0.0), floor_part) for item in verdict["effects"]]
     return row | {"sets": verdict_of_case.set_scores}
 
 
@@ -178,22 +180,27 @@ def _one_or_two(row: dict[str, Any]) -> bool:
     return not row["tier"].startswith("realistic")
 
 
-def _share_row(item: dict[str, Any], true: float) -> list[Any]:
+def _share_row(item: dict[str, Any], true: float, floor_part: float) -> list[Any]:
     """Effect, stated share, true share, ends of the interval, and the standard deviation of the posterior alone."""
     low, high = item["ci90"]
-    wider = float(share_spread(np.array(item["share"])))
+    wider = float(share_spread(np.array(item["share"]), floor_part))
     posterior = float(np.sqrt(max(((high - low) / (2 * _Z90)) ** 2 - wider**2, 0.0)))
     return [item["effect"], item["share"], true, low, high, posterior]
 
 
 def share_error(rows: Sequence[dict[str, Any]]) -> tuple[float, float]:
-    """Of shares beyond their posterior's (`SHARE_ERROR`), by leave-one-out on realistic benches: the least with which
+    """Of shares beyond their posterior's (`SHARE_ERROR`), by Shapley values on realistic benches: the least with which
     intervals hold `_HELD` of the true shares; and how much the intervals of the rows hold."""
-    shares = [share[1:] for row in rows if row["tier"] == "realistic" for share in row["shares"]]
-    mean, true, low, high, posterior = np.array([share for share in shares if max(share[:2]) >= _COUNTED]).T
+    used = [row for row in rows if row["tier"] == "realistic" and "floor_part" in row]
+    shares = [(*share[1:], row["floor_part"]) for row in used for share in row["shares"]]
+    counted = [share for share in shares if max(np.abs(share[:2])) >= _COUNTED]
+    if not counted:  # the rows are of a version that kept other true shares
+        return float("nan"), float("nan")
+    mean, true, low, high, posterior, floor_part = np.array(counted).T
     held = float(np.mean((low <= true) & (true <= high)))
+    own = np.abs(mean) * np.maximum(1 - mean, 0.0)
     for error in np.arange(0.0, 1.001, 0.01):
-        sd = np.sqrt(posterior**2 + error**2 * mean * (1 - mean) + LEAST_ERROR**2)
+        sd = np.sqrt(posterior**2 + error**2 * own + LEAST_ERROR**2 + FLOOR_ERROR**2 * floor_part)
         if np.mean(np.abs(true - mean) <= _Z90 * sd) >= _HELD:
             return float(error), held
     return 1.0, held

@@ -224,6 +224,8 @@ def _tell_effects(verdict: Verdict) -> None:
 
     if verdict.effects:
         click.echo("\nEffects (share of the squared error; held out: taken away where it was not fitted)")
+        if any(effect.share < 0 for effect in verdict.effects):
+            click.echo("A negative share: the effect hides a part of the error, which would be larger without it.")
         columns = [column for column in EFFECT_COLUMNS if column != "name"]
         rows = [dict(zip(EFFECT_COLUMNS, row, strict=True)) for row in effect_rows(verdict)]
         print_table([{column: row[column] for column in columns} for row in rows], "")

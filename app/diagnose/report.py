@@ -228,7 +228,7 @@ def _effects(verdict: Verdict) -> list[Block]:
     shown = [
         row
         for row in _table_order(verdict)
-        if isinstance(row, EffectSet) or cause_word(verdict, row) != _NO or row.share >= _WORTH_A_ROW
+        if isinstance(row, EffectSet) or cause_word(verdict, row) != _NO or abs(row.share) >= _WORTH_A_ROW
     ]
     rows = [_printed_row(verdict, row) for row in shown]
     if verdict.unexplained is not None:

@@ -180,7 +180,7 @@ class GapDiagnosis:
         bars += [
             (effect.effect, effect.share, effect.ci90, "0.75")
             for effect in self.verdict.effects
-            if effect.effect not in members and effect.share >= 0.005
+            if effect.effect not in members and abs(effect.share) >= 0.005
         ]
         bars = bars[:12][::-1]
         axes = axes_or_new(ax, height=1.2 + 0.35 * max(len(bars), 2))

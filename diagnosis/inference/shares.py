@@ -2,7 +2,8 @@
 
 The value of a set of effects is by how much they reduce the squared gap, simulated together. An effect's share is the
 mean of what it adds over all orders in which the effects may come (Shapley, 1953), so that the shares of all effects
-and what remains add up to the whole gap.
+and what remains add up to the whole gap. The share of an effect that works against the others is negative: it hides a
+part of the gap.
 """
 
 from __future__ import annotations
@@ -24,8 +25,9 @@ _EXACT = 6
 #: Draws from the posterior of parameters and laws' errors, and how many of them are simulated.
 DRAWS, _SIMULATED = 400, 10
 #: Spread of a share m beyond the posterior, because benches have laws of their own and small effects that no set needs:
-#: `SHARE_ERROR` sqrt(m (1 - m)), and at least `LEAST_ERROR`; learned by `benchmarks/diagnosis_maps.py`.
-SHARE_ERROR, LEAST_ERROR = 0.34, 0.04
+#: its variance is `SHARE_ERROR`² |m| (1 - m), `LEAST_ERROR`², and `FLOOR_ERROR`² times the part of the squared gap that
+#: repetitions leave. Learned on development campaigns; `benchmarks/diagnosis_maps.py` gives the first for the others.
+SHARE_ERROR, LEAST_ERROR, FLOOR_ERROR = 0.10, 0.05, 0.75
 #: Sets whose shares are averaged, at most, and the least weight of one. The first so many of them, and with so much
 #: weight, have exact shares with the spread of their parameters; the others come from what their effects take alone and
 #: after all others, which is simulated already.
@@ -38,7 +40,7 @@ class GapShares:
     """`share` and `interval` (90 %) by effect id, of the squared gap beyond the noise floor, and of what remains.
 
     `draws` (n, m): shares of the m effects from the posterior over sets, in the order of `share`; `normals` (n, m): the
-    standard normal numbers of their laws' errors.
+    standard normal numbers of their laws' errors. `floor_part`: of the squared gap, what repetitions leave, 0 to 1.
     """
 
     share: Mapping[str, float]
@@ -47,12 +49,13 @@ class GapShares:
     unexplained_interval: tuple[float, float]
     draws: Floats
     normals: Floats
+    floor_part: float
 
     def of_set(self, effects: Sequence[str]) -> tuple[float, tuple[float, float]]:
         """The share of some effects together, with its 90 % interval. Drawn jointly: what one of them gives up to
         another does not widen it. The set errs as its first effect does."""
         columns = [list(self.share).index(name) for name in effects]
-        return _with_interval(self.draws[:, columns].sum(axis=1), self.normals[:, columns[0]])
+        return _with_interval(self.draws[:, columns].sum(axis=1), self.normals[:, columns[0]], self.floor_part)
 
 
 def gap_shares(library: ModelLibrary, weights: Floats, floor: float, rng: np.random.Generator) -> GapShares:
@@ -68,23 +71,25 @@ def gap_shares(library: ModelLibrary, weights: Floats, floor: float, rng: np.ran
         draws.append(_draws(library.problem, fit, weights, floor, effects, count, rng, exact=exact))
     values = np.concatenate(draws)
     normals = rng.standard_normal(values.shape)
-    rows = [_with_interval(values[:, i], normals[:, i]) for i in range(values.shape[1])]
+    floor_part = min(floor / max(_square(library.problem, weights, [()])[0], 1e-9), 1.0)
+    rows = [_with_interval(values[:, i], normals[:, i], floor_part) for i in range(values.shape[1])]
     share = {name: mean for name, (mean, _) in zip(effects, rows, strict=False)}
     interval = {name: ends for name, (_, ends) in zip(effects, rows, strict=False)}
-    return GapShares(share, interval, *rows[-1], values[:, :-1], normals[:, :-1])
+    return GapShares(share, interval, *rows[-1], values[:, :-1], normals[:, :-1], floor_part)
 
 
-def _with_interval(draws: Floats, normals: Floats) -> tuple[float, tuple[float, float]]:
+def _with_interval(draws: Floats, normals: Floats, floor_part: float) -> tuple[float, tuple[float, float]]:
     """Mean of draws (n,) of a share, and its 90 % interval, widened by what laws are off by: that is not in the
     posterior of their parameters."""
     mean = draws.mean()
-    low, high = np.quantile(np.clip(draws + share_spread(mean) * normals, 0.0, 1.0), [0.05, 0.95])
+    low, high = np.quantile(draws + share_spread(mean, floor_part) * normals, [0.05, 0.95])
     return float(mean), (float(min(low, mean)), float(max(high, mean)))
 
 
-def share_spread(share: Floats) -> Floats:
+def share_spread(share: Floats, floor_part: Floats | float) -> Floats:
     """Standard deviation of shares beyond that of the posterior."""
-    return np.asarray(np.sqrt(SHARE_ERROR**2 * share * (1 - share) + LEAST_ERROR**2))
+    own = SHARE_ERROR**2 * np.abs(share) * np.maximum(1 - share, 0.0)
+    return np.asarray(np.sqrt(own + LEAST_ERROR**2 + FLOOR_ERROR**2 * floor_part))
 
 
 def _draws(
@@ -98,7 +103,7 @@ def _draws(
     *,
     exact: bool,
 ) -> Floats:
-    """(count, effects + 1): shares that are not negative and sum to one, the last what remains."""
+    """(count, effects + 1): shares that sum to one, the last what remains."""
     before = _square(problem, weights, [()])[0]
     room = max(before - floor, 1e-9)
     table = np.zeros((count, len(effects) + 1))
@@ -110,18 +115,21 @@ def _draws(
             np.clip(spread * rng.standard_normal((count, len(parts))), -2, 2)
             + np.clip(errors * rng.standard_normal((count, len(parts))), -2, 2)
         )
-        drawn = np.maximum(drawn, 0.0)
         for i, law in enumerate(fit.laws):
             table[:, effects.index(law.id)] = drawn[:, i]
-        unexplained = max(1 - float(np.maximum(parts, 0).sum()), 0.0)
+        whole = max(float(parts.sum()), 1.0)
+        unexplained = max(1 - float(parts.sum()), 0.0)
         wobble = np.abs(
             unexplained
             + 0.5 * float(np.sqrt(np.sum((errors * parts) ** 2))) * rng.standard_normal(count) * unexplained**0.5
         )
         table[:, -1] = wobble
-    else:
-        table[:, -1] = 1.0
-    return np.asarray(table / np.maximum(table.sum(axis=1, keepdims=True), 1e-9))
+        # By size, not by the sum: that is near zero where effects cancel each other.
+        sizes = np.abs(table)
+        excess = table.sum(axis=1, keepdims=True) - whole
+        return np.asarray((table - excess * sizes / np.maximum(sizes.sum(axis=1, keepdims=True), 1e-9)) / whole)
+    table[:, -1] = 1.0
+    return table
 
 
 def _square(problem: InferenceProblem, weights: Floats, points: Sequence[object]) -> Floats:
