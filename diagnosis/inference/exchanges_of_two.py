@@ -15,7 +15,7 @@ import numpy as np
 from ...array_types import Floats
 from .effect_laws import EffectLaw
 from .problem import InferenceProblem
-from .subset_fit import SubsetFit, covariance, factor, point_of, residual, split_parts, whitened
+from .subset_fit import SubsetFit, covariance_factor, point_of, residual, split_parts, whitened
 
 #: Longest step from where a law's search begins; step of differences in u.
 _STEP, _DIFFERENCE = 1.2, 0.05
@@ -51,7 +51,7 @@ def exchanges_of_two(
     """The best sets, at most `most`, in which two effects stand for one of `current`, one for two, two for two, or two
     more beside all of its effects; the best first. `starts`: laws that may come in, and where each begins."""
     factors = [
-        factor(covariance(block, own, error))
+        covariance_factor(block, own, error)
         for block, own, error in zip(problem.blocks, current.contributions, current.errors, strict=True)
     ]
     additions = _additions(problem, current, starts, factors)

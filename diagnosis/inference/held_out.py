@@ -22,7 +22,7 @@ from .subset_fit import (
     Start,
     SubsetFit,
     covariance,
-    factor,
+    covariance_factor,
     fit_subsets,
     newton_step,
     residual,
@@ -121,10 +121,10 @@ def _answered(tables: Floats) -> Floats:
 def _linear_fit(problem: InferenceProblem, inside: InferenceProblem, fit: SubsetFit) -> SubsetFit:
     """A set fitted to the blocks of `inside` by one step from where all configurations put it."""
     fit = _restricted(problem, inside, fit)
-    factors = [factor(covariance(block, fit.contributions[i], fit.errors[i])) for i, block in enumerate(inside.blocks)]
+    factors = [covariance_factor(block, fit.contributions[i], fit.errors[i]) for i, block in enumerate(inside.blocks)]
     step = newton_step(inside, factors, fit.change, fit.jacobian, fit.u)
     change = tuple(own + slope @ step for own, slope in zip(fit.change, fit.jacobian, strict=True))
-    return with_evidence(inside, replace(fit, u=fit.u + step, change=change))
+    return with_evidence(inside, replace(fit, u=fit.u + step, change=change), factors=factors)
 
 
 def _restricted(problem: InferenceProblem, inside: InferenceProblem, fit: SubsetFit) -> SubsetFit:

@@ -10,7 +10,7 @@ from ...array_types import Floats, Rows
 from ..factor_corner import corner_of_factors
 from ..gap import GapMetric
 from .problem import InferenceProblem
-from .subset_fit import SubsetFit, covariance, factor, residual
+from .subset_fit import SubsetFit, covariance_factor, residual
 
 
 def left_out_residuals(problem: InferenceProblem, fit: SubsetFit, groups: Iterable[Rows]) -> Floats:
@@ -27,7 +27,7 @@ def left_out_residuals(problem: InferenceProblem, fit: SubsetFit, groups: Iterab
     for index, block in enumerate(problem.blocks):
         answered = np.isfinite(fit.change[index])
         columns = np.column_stack([np.where(answered, residuals[index], 0.0), fit.jacobian[index]])
-        inverse = _inverse_root(covariance(block, fit.contributions[index], fit.errors[index]))
+        inverse = _inverse_root(covariance_factor(block, fit.contributions[index], fit.errors[index]))
         weighted = inverse.T @ (inverse @ columns)  # P r and P J
         information = information + fit.jacobian[index].T @ weighted[:, 1:]
         slope = slope + weighted[:, 1:].T @ columns[:, 0]
@@ -45,11 +45,11 @@ def left_out_residuals(problem: InferenceProblem, fit: SubsetFit, groups: Iterab
     return np.concatenate(residuals)
 
 
-def _inverse_root(matrix: Floats) -> Floats:
-    """L^-1 of a covariance L L'."""
+def _inverse_root(lower: Floats) -> Floats:
+    """L^-1 of a lower Cholesky factor L."""
     from scipy.linalg import lapack
 
-    return np.asarray(lapack.dtrtri(factor(matrix), lower=1)[0])
+    return np.asarray(lapack.dtrtri(lower, lower=1)[0])
 
 
 def corner_rows(problem: InferenceProblem) -> Rows | None:

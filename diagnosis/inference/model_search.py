@@ -25,6 +25,7 @@ from .subset_fit import (
     Start,
     SubsetFit,
     covariance,
+    covariance_factor,
     fit_subsets,
     no_effects,
     point_of,
@@ -535,7 +536,7 @@ def _removed(laws: Sequence[EffectLaw], u: Floats, out: EffectLaw) -> tuple[tupl
 def _screened(problem: InferenceProblem, current: SubsetFit, moves: Sequence[_Move]) -> tuple[Floats, list[Floats]]:
     """A score of each move, higher is better, and where its fit begins: the parameters of effects that stay are
     adjusted by the current set's derivatives."""
-    from scipy.linalg import cholesky, solve_triangular
+    from scipy.linalg import solve_triangular
 
     tables = problem.changes([point_of(move.laws, move.u) for move in moves])
     columns = {law.key: part for law, part in zip(current.laws, _columns(current), strict=True)}
@@ -543,7 +544,7 @@ def _screened(problem: InferenceProblem, current: SubsetFit, moves: Sequence[_Mo
     quadratic = [np.eye(len(move.u)) for move in moves]
     linear = [-move.u for move in moves]
     for index, block in enumerate(problem.blocks):
-        factor = cholesky(covariance(block, current.contributions[index], current.errors[index]), lower=True)
+        factor = covariance_factor(block, current.contributions[index], current.errors[index])
         residuals = residual(block, tables[index])
         white = solve_triangular(factor, residuals.T, lower=True)
         slopes = solve_triangular(factor, current.jacobian[index], lower=True) if len(current.u) else None

@@ -5,7 +5,7 @@ What sets of effects do to everything that a campaign shows, simulated together:
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Self
@@ -129,7 +129,8 @@ _PROBES = np.geomspace(1e-5, 1.0, 16)
 class StageBlock:
     """The N cells of one stage. `z` (N,) is the gap in tolerances; `covariances` (B, N, N) what repetitions, uncertain
     nominal parameters and each background of the bank leave in it; `discrepancy` (N, N) how a law's errors go together;
-    `detail` (N,) which cells are a detail of shape or timing.
+    `detail` (N,) which cells are a detail of shape or timing. `factors`: the Cholesky factors of the covariances that
+    were asked for last (see `subset_fit.covariance_factor`).
     """
 
     stage: str
@@ -140,6 +141,7 @@ class StageBlock:
     covariances: Floats
     discrepancy: Floats
     detail: NDArray[np.bool_]
+    factors: dict[Hashable, Floats] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def of(cls, gap: GapTable, stage: str) -> Self:

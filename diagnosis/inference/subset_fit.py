@@ -27,6 +27,8 @@ _BEYOND_TOLERANCE, _ROUGH_BEYOND_TOLERANCE = 0.2, 0.4
 _ROUGH = 0.4
 #: A step in u that is too short to matter.
 _SETTLED = 0.02
+#: Memory of the factors that are kept for a stage.
+_FACTOR_BYTES = 25_000_000
 
 
 @dataclass(frozen=True)
@@ -103,23 +105,49 @@ def residual(block: StageBlock, change: Floats) -> Floats:
 def covariance(block: StageBlock, contributions: Floats, error: ErrorSize) -> Floats:
     """S (N, N)."""
     base = block.covariances[error.background]
-    if not len(contributions) or not (error.discrepancy or error.detail):
+    if not _has_discrepancy(contributions, error):
         return np.asarray(base)
     share = np.where(block.detail, DISCREPANCIES[error.detail], DISCREPANCIES[error.discrepancy])
     scaled = np.nan_to_num(contributions) * share
     return np.asarray(base + (scaled.T @ scaled) * block.discrepancy)
 
 
+def _has_discrepancy(contributions: Floats, error: ErrorSize) -> bool:
+    return bool(len(contributions) and (error.discrepancy or error.detail))
+
+
+def covariance_factor(block: StageBlock, contributions: Floats, error: ErrorSize) -> Floats:
+    """The lower Cholesky factor of S (N, N). The last ones of a stage are kept: sets that differ in the effects of
+    other stages have the same."""
+    acting = contributions[contributions.any(axis=1)] if _has_discrepancy(contributions, error) else contributions[:0]
+    key = (error if len(acting) else error.background, acting.tobytes())
+    lower = block.factors.pop(key, None)
+    if lower is None:
+        lower = factor(covariance(block, acting, error))
+    block.factors[key] = lower  # the latest is the last
+    while len(block.factors) * lower.nbytes > _FACTOR_BYTES:
+        block.factors.pop(next(iter(block.factors)))
+    return lower
+
+
 def with_evidence(
-    problem: InferenceProblem, fit: SubsetFit, *, search_errors: bool = False, backgrounds: bool = False
+    problem: InferenceProblem,
+    fit: SubsetFit,
+    *,
+    search_errors: bool = False,
+    backgrounds: bool = False,
+    factors: Sequence[Floats] = (),
 ) -> SubsetFit:
     """The fit with its Laplace evidence, log p(z) = sum over stages of
-    log N(r; 0, S) - |u|^2 / 2 - log|I + sum J' S^-1 J| / 2, and with the sizes of errors that make it largest."""
-    errors = list(fit.errors)
-    if search_errors:
-        for index, block in enumerate(problem.blocks):
-            errors[index] = _best_errors(block, fit, index, errors[index], backgrounds=backgrounds)
-    pieces = [_block_terms(block, fit, index, errors[index]) for index, block in enumerate(problem.blocks)]
+    log N(r; 0, S) - |u|^2 / 2 - log|I + sum J' S^-1 J| / 2, and with the sizes of errors that make it largest.
+
+    `factors`: Cholesky factors of S by stage, as the fit has its errors, where they are known."""
+    errors, pieces = list(fit.errors), []
+    for index, block in enumerate(problem.blocks):
+        terms = _block_terms(block, fit, index, errors[index], factors[index] if factors else None)
+        if search_errors:
+            errors[index], terms = _best_errors(block, fit, index, errors[index], terms, backgrounds=backgrounds)
+        pieces.append(terms)
     precision = np.eye(len(fit.u)) + sum((piece[1] for piece in pieces), np.zeros((len(fit.u), len(fit.u))))
     log_likelihood = sum(piece[0] for piece in pieces)
     log_prior = sum(_log_prior(error) for i, error in enumerate(errors) if _acts(fit, i))
@@ -155,41 +183,60 @@ def _log_prior(error: ErrorSize) -> float:
     return float(_LOG_PRIOR[error.discrepancy] + _LOG_PRIOR[error.detail])
 
 
-def _block_terms(block: StageBlock, fit: SubsetFit, index: int, error: ErrorSize) -> tuple[float, Floats]:
-    """log N(r; 0, S) and J' S^-1 J."""
-    lower = factor(covariance(block, fit.contributions[index], error))
+#: Of one stage: log N(r; 0, S) and J' S^-1 J.
+_Terms = tuple[float, Floats]
+
+
+def _block_terms(
+    block: StageBlock, fit: SubsetFit, index: int, error: ErrorSize, lower: Floats | None = None
+) -> _Terms:
+    if lower is None:
+        lower = covariance_factor(block, fit.contributions[index], error)
     white = whitened(lower, np.column_stack([residual(block, fit.change[index]), fit.jacobian[index]]))
     log_norm = -float(np.log(np.diag(lower)).sum()) - 0.5 * len(block.z) * float(np.log(2 * np.pi))
     return log_norm - 0.5 * float(white[:, 0] @ white[:, 0]), white[:, 1:].T @ white[:, 1:]
 
 
-def _best_errors(block: StageBlock, fit: SubsetFit, index: int, start: ErrorSize, *, backgrounds: bool) -> ErrorSize:
-    """The likeliest sizes near `start`; of the backgrounds all are tried, or the one at hand is kept."""
+@dataclass(frozen=True, eq=False)
+class _ScoredErrors:
+    """Sizes of the errors of one stage, with what a search for them compares, and the terms of the evidence."""
 
-    def value(error: ErrorSize) -> float:
-        log_likelihood, information = _block_terms(block, fit, index, error)
-        spread = float(np.linalg.slogdet(np.eye(len(fit.u)) + information)[1]) if len(fit.u) else 0.0
-        return log_likelihood - 0.5 * spread + (_log_prior(error) if _acts(fit, index) else 0.0)
+    score: float
+    error: ErrorSize
+    terms: _Terms
 
-    best = (value(start), start)
+
+def _best_errors(
+    block: StageBlock, fit: SubsetFit, index: int, start: ErrorSize, terms: _Terms, *, backgrounds: bool
+) -> tuple[ErrorSize, _Terms]:
+    """The likeliest sizes near `start`, which has the `terms`, and theirs; of the backgrounds all are tried, or the one
+    at hand is kept."""
+
+    def scored(error: ErrorSize, terms: _Terms | None = None) -> _ScoredErrors:
+        terms = terms or _block_terms(block, fit, index, error)
+        spread = float(np.linalg.slogdet(np.eye(len(fit.u)) + terms[1])[1]) if len(fit.u) else 0.0
+        prior = _log_prior(error) if _acts(fit, index) else 0.0
+        return _ScoredErrors(terms[0] - 0.5 * spread + prior, error, terms)
+
+    best = scored(start, terms)
     if backgrounds:
         others = (replace(start, background=i) for i in range(len(block.covariances)) if i != start.background)
-        best = max([best, *((value(error), error) for error in others)], key=lambda pair: pair[0])
+        best = max([best, *map(scored, others)], key=lambda option: option.score)
     if _acts(fit, index):
         names = ("discrepancy", "detail") if block.detail.any() else ("discrepancy",)
         for name in names:
-            best = _climbed(best, name, value)
-    return best[1]
+            best = _climbed(best, name, scored)
+    return best.error, best.terms
 
 
-def _climbed(best: tuple[float, ErrorSize], name: str, value: Callable[[ErrorSize], float]) -> tuple[float, ErrorSize]:
+def _climbed(best: _ScoredErrors, name: str, scored: Callable[[ErrorSize], _ScoredErrors]) -> _ScoredErrors:
     """Neighbouring amplitudes in one direction, then in the other, as long as they are likelier."""
     for side in (1, -1):
-        while 0 <= (place := getattr(best[1], name) + side) < len(DISCREPANCIES):
-            error = replace(best[1], **{name: place})
-            if (new := value(error)) <= best[0]:
+        while 0 <= (place := getattr(best.error, name) + side) < len(DISCREPANCIES):
+            option = scored(replace(best.error, **{name: place}))
+            if option.score <= best.score:
                 break
-            best = (new, error)
+            best = option
     return best
 
 
@@ -219,7 +266,7 @@ def fit_subsets(
     u = [start.u.copy() for start in starts]
     change, jacobian = [start.change for start in starts], [start.jacobian for start in starts]
     factors = [
-        [factor(covariance(block, start.contributions[i], start.errors[i])) for i, block in enumerate(problem.blocks)]
+        [covariance_factor(block, start.contributions[i], start.errors[i]) for i, block in enumerate(problem.blocks)]
         for start in starts
     ]
     cost = [_cost(problem, factors[k], change[k], u[k]) for k in range(len(starts))]
@@ -242,7 +289,7 @@ def fit_subsets(
     fits = []
     for k, start in enumerate(starts):
         fit = SubsetFit(start.laws, u[k], change[k], jacobian[k], start.contributions, start.errors, -np.inf)
-        fits.append(with_evidence(problem, fit, search_errors=True, backgrounds=backgrounds))
+        fits.append(with_evidence(problem, fit, search_errors=True, backgrounds=backgrounds, factors=factors[k]))
     return fits
 
 

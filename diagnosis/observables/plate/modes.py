@@ -21,7 +21,7 @@ from ....twin.effects import catalogue
 from ....twin.plate.modal import ModalPlate, PlateEffect
 from ....twin.plate.poles import Basis, damping_ratios, frequencies_hz, poles_of, refined, search_poles, stepped_poles
 from .signals import AccelerationBlock, PlateSignals
-from .spectra import RingingWindow, delays_s, excited, levels, phases
+from .spectra import RingingWindow, delays_s, excited, force_transforms, levels
 
 #: How far a mode may lie from where a candidate plate has it, in ln frequency, at the cost of 1.
 _WIDTH = 0.02
@@ -314,7 +314,9 @@ def _candidate_lines(plate: ModalPlate, signals: PlateSignals, search: ModeSearc
     size = np.abs(search.ringing[runs]).max(axis=2, keepdims=True, initial=1e-300)
     lines = []
     for candidate in candidate_plates(plate):
-        level = levels(candidate, search.modes, signals, runs, forces, begin_s) / size
+        poles = poles_of(candidate.frequency_hz[search.modes], candidate.damping_ratio[search.modes])
+        transforms = force_transforms(forces, poles, signals.first_s[runs] + begin_s)
+        level = levels(candidate, search.modes, signals, runs, transforms) / size
         lines.append(ModeLines(candidate.frequency_hz[search.modes], level.reshape(-1, search.modes.size).T))
     return lines
 
@@ -326,5 +328,5 @@ def _delay_s(reading: Reading, signals: PlateSignals, window: RingingWindow, wei
     # turned back to the force's centre, less the phase of -i lambda^2, which a mode has of itself
     angle = reading.phase - (np.angle(-1j * poles**2) + poles.imag * since_s[:, None])[:, None]
     usual = poles_of(np.exp(median(reading.frequency)), np.exp(median(reading.damping)))
-    angle = angle - phases(usual, signals.force, signals.centre_s)
+    angle = angle - np.angle(force_transforms(signals.force, usual, signals.centre_s))[:, None]
     return delays_s(angle, 2 * np.pi * np.exp(reading.frequency), weight)

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -121,9 +122,14 @@ class Spectra:
         size = np.abs(acceleration).max(axis=-1)
         rests = np.zeros((*acceleration.shape[:-1], len(self.windows)))
         for i, (begin, end) in enumerate(self.windows):
-            weights = np.blackman(end - begin)
-            rests[..., i] = acceleration[..., begin:end] @ (weights / weights.sum()) / np.where(size > 0, size, np.nan)
+            rests[..., i] = acceleration[..., begin:end] @ _mean_weights(end - begin) / np.where(size > 0, size, np.nan)
         return rests
+
+
+@cache
+def _mean_weights(samples: int) -> Floats:
+    weights = np.blackman(samples)
+    return np.asarray(weights / weights.sum())
 
 
 Forces = Sequence[Series | None]
@@ -135,36 +141,28 @@ def levels(
     modes: Rows,
     signals: PlateSignals,
     runs: Rows,
-    forces: Forces,
-    begin_s: float,
+    transforms: Complexes,
     chain: SensorChain = _NO_EFFECTS,
 ) -> Floats:
     """Amplitudes (k, S, K) in m/s2 of K modes as sensors show them; NaN without a force.
 
-    Of the `runs` (k,) of the record under other `forces` (k,), `begin_s` after the first sample.
+    Of the `runs` (k,) of the record, at the time about which forces on them have the `transforms` (k, K).
     """
     poles = poles_of(plate.frequency_hz[modes], plate.damping_ratio[modes])
     gain = np.abs(poles**2 / poles.imag * chain.transmissibility(poles))
     at_sensors = np.abs(plate.shapes[[plate.sensor(name) for name in signals.channels]][:, modes]) * gain
     at_points = np.abs(plate.shape_impact[[plate.point(signals.points[run]) for run in runs]][:, modes])
-    transforms = np.abs(_transforms(forces, poles, signals.first_s[runs] + begin_s))
-    return at_sensors * at_points[:, None] * transforms[:, None]
-
-
-def phases(poles: Complexes, forces: Forces, centre_s: Floats, chain: SensorChain = _NO_EFFECTS) -> Floats:
-    """(R, S, K), or (R, 1, K) where all sensors show the same: phases that K modes begin with at the times `centre_s`
-    (R,), up to half turns; NaN without a force."""
-    return np.angle(_transforms(forces, poles, centre_s)[:, None] * chain.transmissibility(poles))
+    return np.asarray(at_sensors * at_points[:, None] * np.abs(transforms)[:, None])
 
 
 def excited(forces: Forces, frequency_hz: Floats) -> Floats:
     """(R, K): how much of each force's impulse acts on a mode at `frequency_hz` (R, K); 1 for a very short contact."""
     impulse = [np.nan if f is None else float(np.abs(f.values).sum() / f.sampling_rate_hz) for f in forces]
-    transforms = _transforms(forces, np.asarray(2j * np.pi * frequency_hz), np.zeros(len(forces)))
+    transforms = force_transforms(forces, np.asarray(2j * np.pi * frequency_hz), np.zeros(len(forces)))
     return np.asarray(np.abs(transforms) / np.maximum(impulse, 1e-300)[:, None])
 
 
-def _transforms(forces: Forces, poles: Complexes, at_s: Floats) -> Complexes:
+def force_transforms(forces: Forces, poles: Complexes, at_s: Floats) -> Complexes:
     """Z exp(lambda at) (R, K) for `poles` lambda (K,) or (R, K), NaN without a force.
 
     By sums over samples: for a band-limited force they are the integral.

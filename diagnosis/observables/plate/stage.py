@@ -14,15 +14,15 @@ import numpy as np
 
 from ....array_types import Floats, Rows
 from ....twin.effects import Effect
-from ....twin.plate.modal import ModalPlate, PlateEffect, with_effects
-from ....twin.plate.poles import Basis, poles_of
-from ....twin.plate.response import PlateResponse, kept_below
+from ....twin.plate.modal import ModalPlate, PlateEffect
+from ....twin.plate.response import kept_below
 from ....twin.sensors.chain import SensorChain
 from ...record import CampaignRecord, Series
 from ..base import Observable, Stage, Upstream, changes_reading, sensor_chain
-from .modes import HIGHEST, LEAST_RATIO, MeasuredModes, Reading, measured_modes
-from .signals import PlateSignals, on_clock, true_force
-from .spectra import Forces, Spectra, delays_s, levels, phases
+from .driven import DrivenPlates
+from .modes import HIGHEST, LEAST_RATIO, MeasuredModes, measured_modes
+from .signals import PlateSignals
+from .spectra import Forces, Spectra, delays_s, levels
 
 #: Tolerances and floors. 0.5 dB of a spectrum is what the field calls agreement, and 6 % of an amplitude. 0.2 % of a
 #: frequency is 0.4 % of a modulus. Damping is seldom known to 10 %. A rest is a share of the largest acceleration.
@@ -100,25 +100,10 @@ class Columns:
         return bool(np.any(self.modes.weight[row] > 0))
 
 
-#: Modes that an effect lifts to here are dropped: above half the sampling rate there is no answer.
-_MOST_OF_RATE = 0.499
 #: Below this the logarithm of a level is one of nothing.
 _LEAST_LEVEL = 1e-12
 #: With fewer compared modes there are no bands of them that could differ.
 _FEWEST_IN_BANDS = 6
-
-
-@dataclass(eq=False)
-class _NominalRuns:
-    """Accelerations of the nominal plate, which effects of sensors leave as they are, and their reading."""
-
-    runs: Rows
-    forces: Forces
-    accelerations: Floats  # (k, S, n)
-    reading: Reading | None = None
-
-    def of(self, runs: Rows, forces: Forces) -> bool:
-        return np.array_equal(self.runs, runs) and all(a is b for a, b in zip(self.forces, forces, strict=True))
 
 
 class PlateObservables(Stage):
@@ -153,8 +138,7 @@ class PlateObservables(Stage):
         self.modes = measured_modes(self.plate, signals, record.configuration_of)
         self.columns = Columns(signals, Spectra.of(self.plate, signals), self.modes)
         self._measured = self.columns.measured()
-        self._responses: dict[str, PlateResponse] = {}  # of the nominal plate by impact point
-        self._latest: _NominalRuns | None = None
+        self._driven = DrivenPlates(signals, self.modes, self.plate)
 
     @property
     def observables(self) -> tuple[Observable, ...]:
@@ -210,100 +194,41 @@ class PlateObservables(Stage):
 
     def records(self, effects: Sequence[Effect] = ()) -> Floats:
         """(R, S, n): simulated accelerations beside `signals.acceleration`; NaN where there is no force."""
-        runs = np.arange(len(self.record.runs))
-        accelerations = self._accelerations(plate_under(self.plate, effects), runs, self._forces(runs, effects))
-        return _by_channel(sensor_chain(effects), accelerations, self.signals.step_s)
+        driven = self._driven.under(effects, np.arange(len(self.record.runs)))
+        return _by_channel(sensor_chain(effects), driven.accelerations, self.signals.step_s)
 
     def _observed(self, runs: Rows, effects: Sequence[Effect], upstream: Upstream | None = None) -> Floats:
         """(k, d): NaN where there is no force."""
-        modes, signals, plate = self.modes, self.signals, plate_under(self.plate, effects)
-        forces, chain = self._forces(runs, effects, upstream), sensor_chain(effects, "measured_acceleration_m_s2")
-        accelerations = self._accelerations(plate, runs, forces)
-        shown = _by_channel(chain, accelerations, signals.step_s)
+        modes, signals = self.modes, self.signals
+        forces = None if upstream is None else self._compared(runs, cast(Sequence[Series | None], upstream))
+        driven, chain = self._driven.under(effects, runs, forces), sensor_chain(effects, "measured_acceleration_m_s2")
+        plate, poles = driven.plate, driven.poles
+        shown = _by_channel(chain, driven.accelerations, signals.step_s)
         frequency_hz, ratio = plate.frequency_hz[modes.rows], plate.damping_ratio[modes.rows]
         answered = np.where(np.isfinite(shown[:, 0, :1]), 0.0, np.nan)
         frequency = np.log(frequency_hz) + answered
         damping = np.log(np.maximum(ratio, LEAST_RATIO)) + answered
-        level = levels(plate, modes.rows, signals, runs, forces, modes.window.start_s, chain)
+        level = levels(plate, modes.rows, signals, runs, driven.ringing_transforms, chain)
         level = np.log(np.maximum(level, _LEAST_LEVEL))
         closed = sensor_chain(effects, "measured_amplitude")
         if modes.rows.size and len(closed.effects) < len(chain.effects):
             # what effects without a closed form add to the modes as they are read
-            basis = self._nominal_basis if plate is self.plate else self._basis(plate)
-            before = self._read(basis, _by_channel(closed, accelerations, signals.step_s))
-            after = self._read(basis, shown)
+            bare = not closed.effects
+            before = driven.reading if bare else driven.read(_by_channel(closed, driven.accelerations, signals.step_s))
+            after = driven.read(shown)
             frequency = frequency + after.frequency - before.frequency
             damping = damping + after.damping - before.damping
             level = level + after.level - before.level
-        poles, centre_s = poles_of(frequency_hz, ratio), signals.centre_s[runs]
-        angle = phases(poles, forces, centre_s, chain)
-        angle = angle - phases(poles, [signals.force[run] for run in runs], centre_s)
+        angle = np.angle(driven.turn[:, None] * chain.transmissibility(poles))
         count, channels = len(runs), len(signals.channels)
         omega = np.broadcast_to(2 * np.pi * frequency_hz, (count, frequency_hz.size))
         delay_s = delays_s(np.broadcast_to(angle, (count, channels, frequency_hz.size)), omega, modes.weight)
         return self.columns.table(frequency, damping, level, shown, delay_s)
 
-    def _forces(self, runs: Rows, effects: Sequence[Effect], upstream: Upstream | None = None) -> Forces:
-        if upstream is not None:
-            true, compared = cast(Sequence[Series | None], upstream), np.isfinite(self.signals.first_s)
-            return [true[run] if compared[run] else None for run in runs]
-        return [force and true_force(force, effects) for force in (self.signals.force[run] for run in runs)]
-
-    def _accelerations(self, plate: ModalPlate, runs: Rows, forces: Forces) -> Floats:
-        """(k, S, n): what the sensors feel."""
-        if plate is self.plate and self._latest is not None and self._latest.of(runs, forces):
-            return self._latest.accelerations
-        signals = self.signals
-        accelerations = np.full((len(forces), len(signals.channels), signals.samples), np.nan)
-        for point in sorted(set(signals.points)):
-            driven = [
-                (row, force, float(signals.first_s[run]))
-                for row, (run, force) in enumerate(zip(runs, forces, strict=True))
-                if force is not None and signals.points[run] == point
-            ]
-            if driven:
-                last_s = max(force.time_s[-1] - first_s for _, force, first_s in driven)
-                length = int(np.clip(np.ceil(last_s / signals.step_s) + 2, 2, signals.samples))
-                driving = [on_clock(force, first_s, signals.step_s, length) for _, force, first_s in driven]
-                rows = [row for row, _, _ in driven]
-                accelerations[rows] = self._response(plate, point).accelerations(np.array(driving))
-        if plate is self.plate:
-            accelerations.flags.writeable = False
-            self._latest = _NominalRuns(runs, forces, accelerations)
-        return accelerations
-
-    def _response(self, plate: ModalPlate, point: str) -> PlateResponse:
-        if plate is self.plate and point in self._responses:
-            return self._responses[point]
-        signals = self.signals
-        audible = kept_below(plate, _MOST_OF_RATE * signals.rate_hz)
-        response = PlateResponse.of(audible, point, signals.channels, signals.step_s, signals.samples)
-        if plate is self.plate:
-            self._responses[point] = response
-        return response
-
-    def _read(self, basis: Basis, shown: Floats) -> Reading:
-        """The compared modes as they are read; the reading of the nominal runs is kept."""
-        latest = self._latest if self._latest is not None and shown is self._latest.accelerations else None
-        if latest is not None and latest.reading is not None:
-            return latest.reading
-        ringing = self.modes.window.cut(shown)
-        runs = np.flatnonzero(np.isfinite(ringing[:, 0, 0]))
-        reading = Reading.empty(len(shown), len(self.signals.channels), basis.poles.size)
-        reading = reading.enter(runs, ringing, basis, noisy=False)
-        reading = reading.of_lines(np.searchsorted(self.modes.ringing, self.modes.rows))
-        if latest is not None:
-            latest.reading = reading
-        return reading
-
-    def _basis(self, plate: ModalPlate) -> Basis:
-        window, rows = self.modes.window, self.modes.ringing
-        poles = poles_of(plate.frequency_hz[rows], np.maximum(plate.damping_ratio[rows], LEAST_RATIO))
-        return Basis.of(poles, window.samples, window.step_s)
-
-    @cached_property
-    def _nominal_basis(self) -> Basis:
-        return self._basis(self.plate)
+    def _compared(self, runs: Rows, upstream: Sequence[Series | None]) -> Forces:
+        """True forces on the plate, of runs whose accelerations are compared."""
+        compared = np.isfinite(self.signals.first_s)
+        return [upstream[run] if compared[run] else None for run in runs]
 
 
 def _by_channel(chain: SensorChain, accelerations: Floats, step_s: float) -> Floats:
@@ -311,8 +236,3 @@ def _by_channel(chain: SensorChain, accelerations: Floats, step_s: float) -> Flo
     if not chain.effects:
         return accelerations
     return np.swapaxes(chain.measured_acceleration_m_s2(np.swapaxes(accelerations, 0, 1), step_s), 0, 1)
-
-
-def plate_under(nominal: ModalPlate, effects: Sequence[Effect]) -> ModalPlate:
-    """The plate as those of the effects that are its own change it."""
-    return with_effects(nominal, [effect for effect in effects if isinstance(effect, PlateEffect)])

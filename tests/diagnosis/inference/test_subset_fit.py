@@ -13,12 +13,14 @@ from pyroshock.diagnosis.inference.subset_fit import (
     Start,
     SubsetFit,
     covariance,
+    covariance_factor,
     fit_subsets,
     leave_one_out,
     linearised,
     no_effects,
     polished,
     residual,
+    with_evidence,
 )
 from scipy.optimize import minimize
 from scipy.stats import multivariate_normal
@@ -168,3 +170,25 @@ def test_background_beyond_tolerance_is_unlikely(size: float, cost: float, monke
     free = no_effects(problem).log_evidence
     monkeypatch.setattr(subset_fit, "_BEYOND_TOLERANCE", 0.4)
     assert free - no_effects(problem).log_evidence == pytest.approx(cost)
+
+
+def test_factor_of_a_covariance_is_reckoned_once_for_what_acts_alike(monkeypatch: pytest.MonkeyPatch):
+    block = problem_of().blocks[0]
+    contributions = np.random.default_rng(3).standard_normal((2, len(block.z)))
+    idle = np.vstack([contributions[:1], np.zeros((1, len(block.z))), contributions[1:]])
+    error = ErrorSize(discrepancy=3)
+    first = covariance_factor(block, contributions, error)
+    np.testing.assert_allclose(first @ first.T, covariance(block, contributions, error), rtol=1e-12)
+    assert covariance_factor(block, idle, error) is first  # an effect of another stage changes nothing here
+    for other, size in ((2 * contributions, error), (contributions, ErrorSize(discrepancy=4))):
+        lower = covariance_factor(block, other, size)
+        np.testing.assert_allclose(lower @ lower.T, covariance(block, other, size), rtol=1e-12)
+    monkeypatch.setattr(subset_fit, "_FACTOR_BYTES", first.nbytes)
+    covariance_factor(block, contributions[:1], error)
+    assert len(block.factors) == 1
+
+
+def test_evidence_of_a_search_for_errors_is_that_of_the_errors_it_found():
+    problem = problem_of(bend=0.3)
+    own = fit(problem, [linear_law(0), linear_law(2)])
+    assert with_evidence(problem, own).log_evidence == pytest.approx(own.log_evidence, abs=1e-9)

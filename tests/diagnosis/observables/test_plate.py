@@ -12,6 +12,7 @@ from pyroshock.diagnosis.observables.plate.signals import on_clock, true_force
 from pyroshock.diagnosis.observables.plate.stage import PlateObservables
 from pyroshock.diagnosis.record import Run, Series
 from pyroshock.twin.effects import Effect, catalogue, effect
+from pyroshock.twin.plate.response import PlateResponse
 from support.records.plate_records import plate, played
 
 #: Each effect at a size that benches have, and one of the other sign or a harder one.
@@ -289,3 +290,29 @@ def test_gain_of_a_channel_moves_that_channel_alone(nominal: PlateObservables) -
         assert channel == {"acceleration_1": 0, "acceleration_2": 1}.get(item.channel, -1)
         if item.frequency_hz is not None:
             assert band == np.searchsorted([905.0, 2400.0], item.frequency_hz)
+
+
+def test_what_is_kept_of_a_plate_changes_no_answer() -> None:
+    """Sets that share a plate and forces, and others in between, against a stage that simulates one set alone."""
+    stiffness, force = effect("plate.stiffness", frequency_factor=0.97), effect("sensor.force_gain", gain=1.1)
+    sets = [
+        [stiffness],
+        [stiffness, effect("sensor.mount_resonance", period_s=1e-4)],
+        [force, effect("sensor.mount_resonance", period_s=5e-5)],
+        [stiffness, force],
+        [effect("plate.stiffness", frequency_factor=0.98)],
+        [stiffness, effect("sensor.acceleration_gain", gain=1.1)],
+    ]
+    record = played(noise=NOISE)
+    together = PlateObservables(record).changes([*sets, *reversed(sets)])
+    alone = [PlateObservables(record).changes([own])[0] for own in sets]
+    np.testing.assert_array_equal(together[: len(sets)], together[: len(sets) - 1 : -1])
+    np.testing.assert_allclose(together[: len(sets)], alone, rtol=0, atol=1e-12)
+
+
+def test_effects_of_accelerometers_drive_no_plate_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    stage = PlateObservables(played(noise=NOISE))
+    stage.changes([[effect("plate.damping", factor=1.5)]])
+    monkeypatch.setattr(PlateResponse, "accelerations", lambda *_: pytest.fail("the plate was driven again"))
+    gains = [effect("sensor.acceleration_gain", gain=gain) for gain in (0.9, 1.1)]
+    stage.changes([[effect("plate.damping", factor=1.5), gain] for gain in gains])
