@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pyroshock.array_types import Floats
 from pyroshock.validation.case_plan import BENCHES, GROUPS, SPLITS, TIERS, case_of_task, tasks
-from pyroshock.validation.cases import draw
-from pyroshock.validation.cases.case import ALL_KINDS, GUN_AND_CONTACT, KINDS
+from pyroshock.validation.cases.case import ALL_KINDS, GUN_AND_CONTACT, KINDS, ActingCause
 from pyroshock.validation.cases.draw import (
     ALONE_GAPS,
     ALWAYS,
@@ -21,7 +21,7 @@ from pyroshock.validation.cases.draw import (
     draw_visible_bench,
     total_gap,
 )
-from pyroshock.validation.cases.effect_size import gap
+from pyroshock.validation.cases.effect_size import changes, gap
 from pyroshock.validation.cases.record import label_of
 from pyroshock.validation.cases.scale_cause import cause_of, largest, ratio_of
 from pyroshock.validation.cases.unknowns import families
@@ -87,15 +87,15 @@ def test_half_of_the_nulls_are_rough_and_half_of_the_guns_recorded() -> None:
 
 def test_bench_that_cannot_be_integrated_is_drawn_again(monkeypatch: pytest.MonkeyPatch) -> None:
     first, *_ = tasks(1, 7, ("gun without traces",), "development")
-    simulated, calls = draw.changes, []
+    calls: list[str] = []
 
-    def stiff_once(*case: object) -> object:
-        calls.append(case)
+    def stiff_once(kind: str, number: int, cause: ActingCause) -> dict[str, Floats]:
+        calls.append(kind)
         if len(calls) == 1:
             raise RuntimeError("the shot could not be integrated")
-        return simulated(*case)
+        return changes(kind, number, cause)
 
-    monkeypatch.setattr(draw, "changes", stiff_once)
+    monkeypatch.setattr("pyroshock.validation.cases.draw.changes", stiff_once)
     rng = np.random.default_rng(first.seed)
     case = draw_visible_bench("gun", rng, "development", effects=(5, 7), limits=FULL_SCALE["gun"])
     assert len(calls) > 1
