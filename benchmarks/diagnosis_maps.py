@@ -198,9 +198,9 @@ def share_error(rows: Sequence[dict[str, Any]]) -> tuple[float, float]:
         return float("nan"), float("nan")
     mean, true, low, high, posterior, floor_part = np.array(counted).T
     held = float(np.mean((low <= true) & (true <= high)))
-    own = np.abs(mean) * np.maximum(1 - mean, 0.0)
+    size = np.abs(mean) * np.maximum(1 - mean, 0.0)
     for error in np.arange(0.0, 1.001, 0.01):
-        sd = np.sqrt(posterior**2 + error**2 * own + LEAST_ERROR**2 + FLOOR_ERROR**2 * floor_part)
+        sd = np.sqrt(posterior**2 + error**2 * size + LEAST_ERROR**2 + FLOOR_ERROR**2 * floor_part)
         if np.mean(np.abs(true - mean) <= _Z90 * sd) >= _HELD:
             return float(error), held
     return 1.0, held

@@ -88,8 +88,8 @@ def _with_interval(draws: Floats, normals: Floats, floor_part: float) -> tuple[f
 
 def share_spread(share: Floats, floor_part: Floats | float) -> Floats:
     """Standard deviation of shares beyond that of the posterior."""
-    own = SHARE_ERROR**2 * np.abs(share) * np.maximum(1 - share, 0.0)
-    return np.asarray(np.sqrt(own + LEAST_ERROR**2 + FLOOR_ERROR**2 * floor_part))
+    variance_of_laws = SHARE_ERROR**2 * np.abs(share) * np.maximum(1 - share, 0.0)
+    return np.asarray(np.sqrt(variance_of_laws + LEAST_ERROR**2 + FLOOR_ERROR**2 * floor_part))
 
 
 def _draws(
@@ -117,7 +117,7 @@ def _draws(
         )
         for i, law in enumerate(fit.laws):
             table[:, effects.index(law.id)] = drawn[:, i]
-        whole = max(float(parts.sum()), 1.0)
+        explained = max(float(parts.sum()), 1.0)
         unexplained = max(1 - float(parts.sum()), 0.0)
         wobble = np.abs(
             unexplained
@@ -126,8 +126,8 @@ def _draws(
         table[:, -1] = wobble
         # By size, not by the sum: that is near zero where effects cancel each other.
         sizes = np.abs(table)
-        excess = table.sum(axis=1, keepdims=True) - whole
-        return np.asarray((table - excess * sizes / np.maximum(sizes.sum(axis=1, keepdims=True), 1e-9)) / whole)
+        excess = table.sum(axis=1, keepdims=True) - explained
+        return np.asarray((table - excess * sizes / np.maximum(sizes.sum(axis=1, keepdims=True), 1e-9)) / explained)
     table[:, -1] = 1.0
     return table
 

@@ -97,15 +97,16 @@ class DrivenPlates:
 
     def under(self, effects: Sequence[Effect], runs: Rows, forces: Forces | None = None) -> DrivenPlate:
         """In the `runs` (k,) of the record, under the forces that were read there, or under other true ones."""
-        own = [effect for effect in effects if isinstance(effect, PlateEffect)]
+        plate_effects = [effect for effect in effects if isinstance(effect, PlateEffect)]
         if forces is not None:
-            return self._driven(own, runs, forces)
+            return self._driven(plate_effects, runs, forces)
         channel = [effect for effect in effects if changes_reading(type(effect), "measured_force_n")]
-        key = runs.tobytes(), _key(own), _key(channel)
+        key = runs.tobytes(), _key(plate_effects), _key(channel)
         driven = self._kept.pop(key, None)
         if driven is None:
             readings = (self.signals.force[run] for run in runs)
-            driven = self._driven(own, runs, [reading and true_force(reading, channel) for reading in readings])
+            true_forces = [reading and true_force(reading, channel) for reading in readings]
+            driven = self._driven(plate_effects, runs, true_forces)
             driven.accelerations.flags.writeable = False
         self._kept[key] = driven  # the latest is the last
         if len(self._kept) > _MOST_KEPT:
@@ -144,5 +145,5 @@ class DrivenPlates:
 def _key(effects: Sequence[Effect]) -> Hashable:
     """What tells effects and their parameters from others."""
     parameters = ([getattr(effect, item.name) for item in effect.parameters()] for effect in effects)
-    values = (tuple(np.asarray(value, dtype=np.float64).tobytes() for value in own) for own in parameters)
-    return tuple(zip((effect.id for effect in effects), values, strict=True))
+    contents = (tuple(np.asarray(value, dtype=np.float64).tobytes() for value in row) for row in parameters)
+    return tuple(zip((effect.id for effect in effects), contents, strict=True))

@@ -203,9 +203,9 @@ class PlateObservables(Stage):
         forces = None if upstream is None else self._compared(runs, cast(Sequence[Series | None], upstream))
         driven, chain = self._driven.under(effects, runs, forces), sensor_chain(effects, "measured_acceleration_m_s2")
         plate, poles = driven.plate, driven.poles
-        shown = _by_channel(chain, driven.accelerations, signals.step_s)
+        sensed = _by_channel(chain, driven.accelerations, signals.step_s)
         frequency_hz, ratio = plate.frequency_hz[modes.rows], plate.damping_ratio[modes.rows]
-        answered = np.where(np.isfinite(shown[:, 0, :1]), 0.0, np.nan)
+        answered = np.where(np.isfinite(sensed[:, 0, :1]), 0.0, np.nan)
         frequency = np.log(frequency_hz) + answered
         damping = np.log(np.maximum(ratio, LEAST_RATIO)) + answered
         level = levels(plate, modes.rows, signals, runs, driven.ringing_transforms, chain)
@@ -213,17 +213,20 @@ class PlateObservables(Stage):
         closed = sensor_chain(effects, "measured_amplitude")
         if modes.rows.size and len(closed.effects) < len(chain.effects):
             # what effects without a closed form add to the modes as they are read
-            bare = not closed.effects
-            before = driven.reading if bare else driven.read(_by_channel(closed, driven.accelerations, signals.step_s))
-            after = driven.read(shown)
-            frequency = frequency + after.frequency - before.frequency
-            damping = damping + after.damping - before.damping
-            level = level + after.level - before.level
+            reading_closed = (
+                driven.read(_by_channel(closed, driven.accelerations, signals.step_s))
+                if closed.effects
+                else driven.reading
+            )
+            reading = driven.read(sensed)
+            frequency = frequency + reading.frequency - reading_closed.frequency
+            damping = damping + reading.damping - reading_closed.damping
+            level = level + reading.level - reading_closed.level
         angle = np.angle(driven.turn[:, None] * chain.transmissibility(poles))
         count, channels = len(runs), len(signals.channels)
         omega = np.broadcast_to(2 * np.pi * frequency_hz, (count, frequency_hz.size))
         delay_s = delays_s(np.broadcast_to(angle, (count, channels, frequency_hz.size)), omega, modes.weight)
-        return self.columns.table(frequency, damping, level, shown, delay_s)
+        return self.columns.table(frequency, damping, level, sensed, delay_s)
 
     def _compared(self, runs: Rows, upstream: Sequence[Series | None]) -> Forces:
         """True forces on the plate, of runs whose accelerations are compared."""

@@ -147,7 +147,7 @@ def test_effects_without_a_part_share_nothing():
 def test_effect_that_works_against_a_larger_one_has_a_negative_share():
     rows = orthogonal(1)
     responses, sizes = np.array([rows[0], rows[0] + orthogonal(2)[1]]), np.array([2.0, -0.5])
-    found = of_all(responses, sizes)
-    assert found.share["gun.linear_1"] < 0 < found.share["gun.linear_0"]
-    assert found.share["gun.linear_0"] > 1 and found.interval["gun.linear_1"][0] < found.share["gun.linear_1"]
-    assert sum(found.share.values()) + found.unexplained == pytest.approx(1.0)
+    shares = of_all(responses, sizes)
+    assert shares.share["gun.linear_1"] < 0 < shares.share["gun.linear_0"]
+    assert shares.share["gun.linear_0"] > 1 and shares.interval["gun.linear_1"][0] < shares.share["gun.linear_1"]
+    assert sum(shares.share.values()) + shares.unexplained == pytest.approx(1.0)

@@ -190,5 +190,5 @@ def test_factor_of_a_covariance_is_reckoned_once_for_what_acts_alike(monkeypatch
 
 def test_evidence_of_a_search_for_errors_is_that_of_the_errors_it_found():
     problem = problem_of(bend=0.3)
-    own = fit(problem, [linear_law(0), linear_law(2)])
-    assert with_evidence(problem, own).log_evidence == pytest.approx(own.log_evidence, abs=1e-9)
+    fitted_set = fit(problem, [linear_law(0), linear_law(2)])
+    assert with_evidence(problem, fitted_set).log_evidence == pytest.approx(fitted_set.log_evidence, abs=1e-9)
