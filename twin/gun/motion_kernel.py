@@ -60,6 +60,9 @@ _VALVE = f8[:, :, ::1]
 
 # ISO 6358 has an infinite slope at equal pressures, which no flow has: below a drop of some 1e-4 it is laminar.
 _LAMINAR = 1e-3
+# Air that fills an empty volume is 1.4 times as warm as it was. In a volume that leaks into a vacuum, behind a valve
+# that has hardly opened, the mass is smaller than a step's error: it may be negative, and has no temperature.
+_HOTTEST = 10.0
 #: How a shot's integration ended.
 REACHED, GIVEN_UP, TOO_MANY_STEPS = 0, 1, 2
 #: Steps of a shot that are remembered; what came before the last so many counts as the start.
@@ -146,6 +149,15 @@ def _flow_derivatives(area_m2, pressure_pa, rt, other_pa, other_rt, critical):  
 
 
 @njit(nogil=True, error_model="numpy")
+def _gas_rt(absolute, volume, mass, outside_rt):  # type: ignore[no-untyped-def]
+    """R T of gas, at most `_HOTTEST` times that outside; and whether it is less than that."""
+    most = _HOTTEST * outside_rt
+    if absolute * volume < most * mass:
+        return absolute * volume / mass, True
+    return most, False
+
+
+@njit(nogil=True, error_model="numpy")
 def _leak(q, absolute, rt):  # type: ignore[no-untyped-def]
     """kg/s past the projectile. Gauge pressure is that above the surroundings, whatever the law counts from."""
     leak = 0.0
@@ -162,7 +174,7 @@ def _rates(q, since, position_then, rate, time, state, leak, resistance, rates):
     position, velocity, pressure, mass = state[0], state[1], state[2], state[3]
     volume = q.volume_m3 + q.area_m2 * position
     absolute = pressure + q.zero_pa
-    rt = absolute * volume / mass
+    rt, _ = _gas_rt(absolute, volume, mass, q.outside_rt)
     inflow = carried = 0.0
     if state.size == 6:
         tank = state[4] + q.zero_pa
@@ -207,8 +219,10 @@ def _derivatives(q, since, position_then, rate, time, state, jacobian, by_time):
     position, velocity, pressure, mass = state[0], state[1], state[2], state[3]
     volume = q.volume_m3 + q.area_m2 * position
     absolute = pressure + q.zero_pa
-    rt = absolute * volume / mass
-    rt_x, rt_p, rt_m = absolute * q.area_m2 / mass, volume / mass, -rt / mass
+    rt, varies = _gas_rt(absolute, volume, mass, q.outside_rt)
+    rt_x = rt_p = rt_m = 0.0
+    if varies:
+        rt_x, rt_p, rt_m = absolute * q.area_m2 / mass, volume / mass, -rt / mass
     tank = state[4] + q.zero_pa
     tank_rt = tank * q.tank_m3 / state[5]
     tank_rt_p, tank_rt_m = q.tank_m3 / state[5], -tank_rt / state[5]

@@ -186,3 +186,16 @@ def test_flow_turns_with_the_pressures_and_is_laminar_next_to_equal_ones():
     few, many = (ellipse(ratio, critical)[0] for ratio in (0.99, 0.96))
     assert many / few == pytest.approx(2, rel=0.05)
     assert near == pytest.approx(2e-7 / (1 - critical) / math.sqrt(1e-3), rel=1e-3)
+
+
+def test_empty_volume_that_leaks_more_than_its_valve_lets_in_ends_with_the_shot():
+    """Its mass is smaller than the error of a step, which may leave less than nothing of it."""
+    shot = nominal_shot(BENCH, 82434.01120090761, 0.4).but(
+        valve_area_m2=0.00010428117024741016,
+        opening_time_s=0.41881875758588893,
+        leak_area_m2=0.00016204855038518093,
+        friction_n=24.649337528047834,
+    )
+    fast, fine = (TwoChambers(shot, [], coarser).run()[0] for coarser in (30.0, 0.1))
+    assert fast.reached.all()
+    np.testing.assert_allclose(fast.state[:, 0], fine.state[:, 0], rtol=1e-4)

@@ -56,6 +56,11 @@ def test_integrated_shots_have_the_pressures_of_the_closed_form(next_to_nothing:
         [effect("gun.dead_volume", volume_m3=5e-4), effect("gun.heat_exchange", share=0.3)],
         [effect("gun.valve_flow", loss_coefficient=50.0, opening_time_s=0.05), effect("gun.back_pressure")],
         [effect("gun.barrel_loss"), effect("gun.sliding_friction"), effect("gun.back_pressure")],
+        # A wide leak into a vacuum beside a narrow valve that opens slowly.
+        [
+            effect("gun.valve_flow", loss_coefficient=320.0, opening_time_s=0.4),
+            effect("gun.blow_by", discharge_coefficient=0.5, wear_m=5e-4),
+        ],
     ],
     ids=lambda each: "+".join(one.id for one in each),
 )
