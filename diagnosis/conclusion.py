@@ -14,7 +14,7 @@ from .inference.shares import GapShares
 from .inference.subset_fit import SubsetFit
 from .observable_families import FINER_THAN_LAWS, family_columns, family_gaps
 from .observables.base import Stage
-from .options import UnknownMap, first_entry_probability
+from .options import UnknownFigures, UnknownMap, first_entry_probability
 from .verdict import NONE, UNKNOWN, Cause, EffectSet, EffectShare, Unexplained
 
 #: Entries below this probability are not listed; what is listed sums to one.
@@ -28,7 +28,8 @@ _LEAST_LISTED = 0.05
 @dataclass(frozen=True, eq=False)
 class Conclusion:
     """The entries of a report. `fits`: every set that can be adopted, as it was fitted; `first_evidence`: the
-    probability of the likeliest entry but "unknown" by evidence alone; `established`: the sets that are causes."""
+    probability of the likeliest entry but "unknown" by evidence alone; `established`: the sets that are causes;
+    `unknown_figures`: what the probability of "unknown" follows from, None where there is no gap to explain."""
 
     causes: tuple[Cause, ...]
     effects: tuple[EffectShare, ...]
@@ -36,6 +37,7 @@ class Conclusion:
     established: EstablishedSets
     fits: Mapping[str, SubsetFit]
     first_evidence: float
+    unknown_figures: UnknownFigures | None = None
 
 
 def conclude(
@@ -52,11 +54,10 @@ def conclude(
     listed = _listed_sets(posterior, [own for own in established.sets if own.share >= _LEAST_LISTED])
     causes_in_catalogue, p_unknown = _known_causes(posterior, *listed), 0.0
     first_evidence = causes_in_catalogue[0].probability
-    if _large(posterior):
-        fraction = judged.fraction(judged.correction) if judged is not None and judged.is_gap else None
-        remaining_gap = None if held is None else _remaining_gap(posterior, held)
-        p_unknown = unknown(posterior.log_odds_unknown, fraction, remaining_gap, posterior.within_probability)
-        causes_in_catalogue = _weighed(causes_in_catalogue, fraction)
+    figures = _unknown_figures(posterior, judged, held) if _large(posterior) else None
+    if figures is not None:
+        p_unknown = unknown(figures)
+        causes_in_catalogue = _weighed(causes_in_catalogue, figures.fraction)
     causes = _listed(causes_in_catalogue, p_unknown)
     if causes[0].effects == (UNKNOWN,):
         established = replace(established, sets=(), choices=(), averaged=None)  # those that are nearest, no causes
@@ -67,6 +68,20 @@ def conclude(
         established=established,
         fits=_fits(posterior, established, listed[1]),
         first_evidence=first_evidence,
+        unknown_figures=figures,
+    )
+
+
+def _unknown_figures(
+    posterior: HypothesisPosterior, judged: FoldCorrections | None, held: FoldCorrections | None
+) -> UnknownFigures:
+    return UnknownFigures(
+        log_odds=posterior.log_odds_unknown,
+        fraction=judged.fraction(judged.correction) if judged is not None and judged.is_gap else None,
+        remaining_gap=None if held is None else _remaining_gap(posterior, held),
+        none=posterior.within_probability,
+        discrepancy=posterior.discrepancy,
+        beside=posterior.gain_beside_likeliest,
     )
 
 

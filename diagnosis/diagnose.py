@@ -144,7 +144,7 @@ def _verdict(record: CampaignRecord, options: Options, progress: Progress, draw:
         seconds=time.perf_counter() - started,
         fits={name: common_effects(fit) for name, fit in conclusion.fits.items()},
         averaged=conclusion.established.averaged,
-        unknown_log_odds=posterior.log_odds_unknown,
+        unknown_figures=conclusion.unknown_figures,
         set_scores=posterior.set_scores(),
         first_evidence=conclusion.first_evidence,
         pictures=draw(gap, stages, fitted_effects(posterior.best)) if draw is not None else Pictures(),

@@ -5,8 +5,9 @@ Two probabilities of a report that evidence alone says too surely, learned on ca
 
 That something outside of the catalogue makes most of the gap: a law that is a little wrong is beaten by a free form.
 Hence a logit of the compressed log odds of the evidence, of the fraction of the gap that the effects take away where
-they were not fitted, and of how much is left there of the family of observables of which most is left, in tolerances
-(but for modes and pressures).
+they were not fitted, of how much is left there of the family of observables of which most is left, in tolerances
+(but for modes and pressures), of how wrong the laws of the effects have to be, and of how much likelier the data are if
+something else acts beside the likeliest effects.
 The probability is at most twice the fraction that is not taken away. Where it is likely that no effect acts there is
 nothing to predict, and the fraction says nothing.
 
@@ -36,36 +37,59 @@ _OF_REMAINDER = 2.0
 
 
 @dataclass(frozen=True)
+class UnknownFigures:
+    """What the probability of a cause outside of the catalogue follows from.
+
+    `log_odds` of such a cause by the evidence alone. `fraction` of the reducible gap that the effects take away held
+    out, and `remaining_gap`, the rms that they leave there beyond the noise floor, in tolerances; None where nothing
+    was held out. `none`: the probability of sets within tolerance. `discrepancy`: the posterior mean of how far the
+    laws of the effects are off, a share of what they do. `beside`: log evidence with something unexplained beside the
+    likeliest set, less that without.
+    """
+
+    log_odds: float
+    fraction: float | None = None
+    remaining_gap: float | None = None
+    none: float = 0.0
+    discrepancy: float = 0.0
+    beside: float = 0.0
+
+    @property
+    def features(self) -> tuple[float, ...]:
+        """One, and the terms of the logit in the order of `UnknownMap`."""
+        fraction, remaining_gap = _finite(self.fraction, 0.5), _finite(self.remaining_gap, 1.0)
+        return (
+            1.0,
+            float(np.arcsinh(self.log_odds / 2)),
+            (1 - self.none) * (0.5 - float(np.clip(fraction, -0.5, 1.0))),
+            float(np.log(np.clip(remaining_gap, _LEAST_LEFT, _MOST_LEFT))),
+            self.discrepancy,
+            float(np.arcsinh(max(self.beside, 0.0) / 2)),
+        )
+
+
+def _finite(value: float | None, otherwise: float) -> float:
+    return otherwise if value is None or not np.isfinite(value) else value
+
+
+@dataclass(frozen=True)
 class UnknownMap:
     """logit p = `intercept` + `odds` asinh(log odds / 2) + `fraction` (1 - p_none) (1/2 - held-out fraction) + `left`
-    ln(left); p is at most twice the fraction that is left held out."""
+    ln(remaining gap) + `discrepancy` (mean discrepancy) + `beside` asinh(max(gain beside, 0) / 2); p is at most twice
+    the fraction that is left held out. Without figures that are held out the evidence alone decides."""
 
-    intercept: float = -0.90
-    odds: float = 0.49
-    fraction: float = 3.27
-    left: float = 1.66
+    intercept: float = -1.83
+    odds: float = 0.12
+    fraction: float = 4.03
+    left: float = 1.14
+    discrepancy: float = 1.05
+    beside: float = 0.66
     source: str = "development campaigns of the virtual bench (docs/blind-check/development/maps.jsonl)"
 
-    def __call__(self, log_odds: float, fraction: float | None, remaining: float | None, none: float = 0.0) -> float:
-        """`remaining`: rms of the gap that the effects leave held out, less the noise floor, in tolerances; `none`: the
-        probability of sets within tolerance. Without figures that are held out the odds alone decide."""
-        figures = np.array(unknown_features(log_odds, fraction, remaining, none))
-        logit = float(figures @ [self.intercept, self.odds, self.fraction, self.left])
-        return min(float(1 / (1 + np.exp(-logit))), unknown_bound(fraction, none))
-
-
-def unknown_features(
-    log_odds: float, fraction: float | None, remaining_gap: float | None, none: float = 0.0
-) -> tuple[float, float, float, float]:
-    """One, and the figures of the logit in the order of `UnknownMap`."""
-    fraction = 0.5 if fraction is None or not np.isfinite(fraction) else fraction
-    remaining_gap = 1.0 if remaining_gap is None or not np.isfinite(remaining_gap) else remaining_gap
-    return (
-        1.0,
-        float(np.arcsinh(log_odds / 2)),
-        (1 - none) * (0.5 - float(np.clip(fraction, -0.5, 1.0))),
-        float(np.log(np.clip(remaining_gap, _LEAST_LEFT, _MOST_LEFT))),
-    )
+    def __call__(self, figures: UnknownFigures) -> float:
+        weights = [self.intercept, self.odds, self.fraction, self.left, self.discrepancy, self.beside]
+        logit = float(np.dot(weights, figures.features))
+        return min(float(1 / (1 + np.exp(-logit))), unknown_bound(figures.fraction, figures.none))
 
 
 def unknown_bound(fraction: float | None, none: float = 0.0) -> float:

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..array_types import Floats
 from ..twin.effects import Effect
+from .options import UnknownFigures
 
 
 @dataclass(frozen=True, eq=False)
@@ -351,10 +352,11 @@ class Verdict:
 
     What is not in the JSON: `fits`, every effect ("a+b" for two) as it was fitted by itself, from which one can be
     adopted that is not the likeliest of its group; `averaged`, what can be adopted of the established sets, None where
-    no choice of their effects has parameters that the parts can have; `unknown_log_odds`, what the evidence alone says
-    for a cause outside of the catalogue; `set_scores`, the major effects of each likely set with its log evidence, the
-    log prior of the set, and the probability that it is within tolerance; `first_evidence`, the probability of the
-    likeliest entry but "unknown" by evidence alone; `pictures`, what the page draws.
+    no choice of their effects has parameters that the parts can have; `unknown_figures`, what the probability of a
+    cause outside of the catalogue follows from, None where there is no gap to explain; `set_scores`, the major effects
+    of each likely set with its log evidence, the log prior of the set, and the probability that it is within tolerance;
+    `first_evidence`, the probability of the likeliest entry but "unknown" by evidence alone; `pictures`, what the page
+    draws.
     """
 
     campaign: str
@@ -372,7 +374,7 @@ class Verdict:
     seconds: float = 0.0
     fits: Mapping[str, tuple[Effect, ...]] = field(default_factory=dict)
     averaged: AveragedEffects | None = None
-    unknown_log_odds: float = float("nan")
+    unknown_figures: UnknownFigures | None = None
     set_scores: tuple[tuple[tuple[str, ...], float, float, float], ...] = ()
     first_evidence: float = float("nan")
     pictures: Pictures = field(default_factory=Pictures)

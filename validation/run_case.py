@@ -108,6 +108,7 @@ def diagnosed(folder: Path, options: Options) -> dict[str, Any]:
     """What is said of a folder: the report, the first answer's effects as they were fitted, and the time it took."""
     from ..diagnosis.diagnose import diagnose
     from ..diagnosis.reading import read_folder
+    from ..diagnosis.verdict import plain
 
     memory = PeakMemory()
     began, used = time.perf_counter(), time.process_time()
@@ -117,7 +118,7 @@ def diagnosed(folder: Path, options: Options) -> dict[str, Any]:
     kept = {key: report[key] for key in KEPT if key in report}
     fitted = [effect.as_json() for effect in verdict.first.fitted]
     cost = {"seconds": seconds, "cpu_s": cpu, "memory_mb": memory.used_mb()}
-    text = json.dumps({"verdict": kept, "fitted": fitted, "odds": verdict.unknown_log_odds, **cost})
+    text = json.dumps({"verdict": kept, "fitted": fitted, "unknown_figures": plain(verdict.unknown_figures), **cost})
     return json.loads(text, parse_constant=lambda _: None)  # type: ignore[no-any-return]  # JSON knows no NaN
 
 

@@ -17,7 +17,7 @@ from ..verdict import Fitted
 from .model_search import ModelLibrary, fit_sets, search
 from .problem import InferenceProblem
 from .shares import ends
-from .subset_fit import SubsetFit, residual
+from .subset_fit import DISCREPANCIES, SubsetFit, residual
 from .unexplained_gap import RunOrderDrift, UnexplainedEvidence, unexplained_evidence
 
 #: An effect with less of the squared gap than this is no major one of a set.
@@ -150,6 +150,20 @@ class HypothesisPosterior:
         catalogue_joint = [self.library.log_joint(fit) for fit, _ in self.weighted]
         prior = float(np.log(UNKNOWN_PRIOR / (1 - UNKNOWN_PRIOR)))
         return prior + float(np.logaddexp.reduce(joint)) - float(np.logaddexp.reduce(catalogue_joint))
+
+    @cached_property
+    def gain_beside_likeliest(self) -> float:
+        """Log evidence with something unexplained beside the likeliest set of effects, less that without."""
+        if self.best.key in self.unexplained:
+            return self.unexplained[self.best.key].gain
+        return unexplained_evidence(self.gap, self.problem.blocks, self.best, RunOrderDrift.of(self.gap)).gain
+
+    @cached_property
+    def discrepancy(self) -> float:
+        """Posterior mean of how far the laws of the effects are off in the stage where they are furthest off, as a
+        share of what the effects do."""
+        largest = [max(DISCREPANCIES[error.discrepancy] for error in fit.errors) for fit, _ in self.weighted]
+        return float(np.dot(largest, [weight for _, weight in self.weighted]))
 
     @property
     def likeliest_pattern(self) -> UnexplainedEvidence:

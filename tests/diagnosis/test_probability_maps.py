@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.diagnosis.options import Options, UnknownMap, first_entry_probability
+from pyroshock.diagnosis.options import Options, UnknownFigures, UnknownMap, first_entry_probability
 
 from benchmarks.diagnosis_maps import likeliest
 
@@ -24,49 +26,65 @@ MAPS = pytest.mark.parametrize("probability", [UnknownMap(), LEARNED], ids=["pla
 def test_evidence_and_what_is_left_make_it_no_less_likely_and_predictions_no_likelier(
     probability, odds, fractions, left
 ):
-    assert probability(odds[0], fractions[0], left[0]) <= probability(odds[1], fractions[0], left[0])
-    assert probability(odds[0], fractions[0], left[0]) >= probability(odds[0], fractions[1], left[0])
-    assert probability(odds[0], fractions[0], left[0]) <= probability(odds[0], fractions[0], left[1])
+    figures = UnknownFigures(odds[0], fractions[0], left[0])
+    assert probability(figures) <= probability(replace(figures, log_odds=odds[1]))
+    assert probability(figures) >= probability(replace(figures, fraction=fractions[1]))
+    assert probability(figures) <= probability(replace(figures, remaining_gap=left[1]))
+
+
+@MAPS
+@given(
+    odds=ODDS, fraction=FRACTIONS, sizes=st.tuples(st.floats(0, 1), st.floats(0, 1)).map(sorted), beside=PAIRS_OF_ODDS
+)
+def test_wrong_laws_and_what_is_unexplained_beside_the_likeliest_effects_make_it_no_less_likely(
+    probability, odds, fraction, sizes, beside
+):
+    figures = UnknownFigures(odds, fraction, 1.0, discrepancy=sizes[0], beside=beside[0])
+    assert probability(figures) <= probability(replace(figures, discrepancy=sizes[1]))
+    assert probability(figures) <= probability(replace(figures, beside=beside[1]))
 
 
 @MAPS
 def test_odds_and_fraction_matter(probability):
-    assert probability(-20.0, 0.5, 2.0) < probability(20.0, 0.5, 2.0)
-    assert probability(0.0, 0.9, 2.0) < probability(0.0, 0.1, 2.0)
+    assert probability(UnknownFigures(-20.0, 0.5, 2.0)) < probability(UnknownFigures(20.0, 0.5, 2.0))
+    assert probability(UnknownFigures(0.0, 0.9, 2.0)) < probability(UnknownFigures(0.0, 0.1, 2.0))
 
 
 @pytest.mark.parametrize(("fraction", "left"), [(None, None), (None, 1.0), (float("nan"), 1.0), (0.5, float("nan"))])
 def test_without_figures_held_out_the_odds_alone_decide(fraction, left):
     """Whatever the figures weigh."""
-    values = [UnknownMap(0.3, 0.5, weight, weight)(4.0, fraction, left) for weight in (0.0, 5.0, 50.0)]
+    figures = UnknownFigures(4.0, fraction, left)
+    values = [UnknownMap(0.3, 0.5, weight, weight)(figures) for weight in (0.0, 5.0, 50.0)]
     assert values == pytest.approx([1 / (1 + np.exp(-0.3 - 0.5 * np.arcsinh(2.0)))] * 3)
 
 
 def test_logit_is_the_stated_sum():
-    p = UnknownMap(0.2, 0.4, 6.0, 0.5)(3.0, 0.6, 2.0)
+    weights = UnknownMap(0.2, 0.4, 6.0, 0.5, 0.7, 0.3)
+    p = weights(UnknownFigures(3.0, 0.6, 2.0))
     assert np.log(p / (1 - p)) == pytest.approx(0.2 + 0.4 * np.arcsinh(1.5) + 6.0 * (0.5 - 0.6) + 0.5 * np.log(2.0))
-    p = UnknownMap(0.2, 0.4, 6.0, 0.5)(3.0, 0.6, 2.0, 0.25)
+    p = weights(UnknownFigures(3.0, 0.6, 2.0, 0.25, discrepancy=0.4, beside=5.0))
     assert np.log(p / (1 - p)) == pytest.approx(
-        0.2 + 0.4 * np.arcsinh(1.5) + 0.75 * 6.0 * (0.5 - 0.6) + 0.5 * np.log(2.0)
+        0.2 + 0.4 * np.arcsinh(1.5) + 0.75 * 6.0 * (0.5 - 0.6) + 0.5 * np.log(2.0) + 0.7 * 0.4 + 0.3 * np.arcsinh(2.5)
     )
     # A gap that is ten times as large is no further from an explanation than one that is half as large again.
-    assert UnknownMap()(0.0, -10.0, 1.0) == UnknownMap()(0.0, -0.5, 1.0)
+    assert UnknownMap()(UnknownFigures(0.0, -10.0, 1.0)) == UnknownMap()(UnknownFigures(0.0, -0.5, 1.0))
 
 
 @MAPS
 @given(odds=ODDS, fraction=FRACTIONS, left=LEFT, none=st.floats(0.0, 0.5))
 def test_campaign_that_is_explained_where_it_was_not_fitted_is_not_unknown(probability, odds, fraction, left, none):
     """At most twice what is left: of a campaign explained to .95, .10."""
-    assert probability(odds, fraction, left) <= 2 * (1 - fraction) + 1e-12
-    assert probability(200.0, 0.95, 100.0) <= 0.1 + 1e-12
+    assert probability(UnknownFigures(odds, fraction, left)) <= 2 * (1 - fraction) + 1e-12
+    assert probability(UnknownFigures(200.0, 0.95, 100.0, discrepancy=1.0, beside=100.0)) <= 0.1 + 1e-12
     # Where no effect may act, the fraction says as much less.
-    assert probability(odds, fraction, left, none) <= none + 2 * (1 - none) * (1 - fraction) + 1e-12
+    assert probability(UnknownFigures(odds, fraction, left, none)) <= none + 2 * (1 - none) * (1 - fraction) + 1e-12
 
 
 @MAPS
 @given(odds=ODDS, fraction=FRACTIONS, left=LEFT)
 def test_where_no_effect_acts_the_fraction_says_nothing(probability, odds, fraction, left):
-    assert probability(odds, fraction, left, 1.0) == pytest.approx(probability(odds, 0.5, left))
+    figures = UnknownFigures(odds, fraction, left, none=1.0)
+    assert probability(figures) == pytest.approx(probability(UnknownFigures(odds, 0.5, left)))
 
 
 EVIDENCE = st.floats(0.0, 1.0)
