@@ -105,6 +105,7 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
     first = {name: verdict["causes"][0][name] for name in ("effects", "probability")}
     row = campaign._asdict() | {"truth": list(label.cause), "first": first}
     row |= {"known": [likeliest_entry, verdict_of_case.first_evidence]}
+    row["families"] = {family.family: family.excess for family in verdict_of_case.gap.families}
     row["fraction"] = held[0]["fraction"] if held else None
     row["unknown_figures"] = plain(verdict_of_case.unknown_figures)
     if _is_found_exactly(row):

@@ -58,7 +58,7 @@ def conclude(
     if figures is not None:
         p_unknown = unknown(figures)
         causes_in_catalogue = _weighed(causes_in_catalogue, figures.fraction)
-    causes = _listed(causes_in_catalogue, p_unknown)
+    causes = _listed(causes_in_catalogue, p_unknown, posterior.background_probability)
     if causes[0].effects == (UNKNOWN,):
         established = replace(established, sets=(), choices=(), averaged=None)  # those that are nearest, no causes
     return Conclusion(
@@ -174,10 +174,11 @@ def _weighed(entries: Sequence[Cause], fraction: float | None) -> list[Cause]:
     return [replace(first, probability=p), *scaled, *none]
 
 
-def _listed(causes: Sequence[Cause], p_unknown: float) -> tuple[Cause, ...]:
-    """Entries by falling probability, of sum one; `p_unknown` given that the gap is more than a background.
+def _listed(causes: Sequence[Cause], p_unknown: float, background: float = 0.0) -> tuple[Cause, ...]:
+    """Entries by falling probability, of sum one; `p_unknown` given that the gap is more than sets within tolerance.
 
-    What the first entry loses and no other has is unknown, too; but it does not make "unknown" the likeliest.
+    What the first entry loses and no other has is unknown, too; but it does not make "unknown" the likeliest. What no
+    effect explains is a simulator's background with the probability `background`: then nothing acts.
     """
     entries = [
         entry if entry.effects == (NONE,) else replace(entry, probability=entry.probability * (1 - p_unknown))
@@ -186,7 +187,12 @@ def _listed(causes: Sequence[Cause], p_unknown: float) -> tuple[Cause, ...]:
     by_map = p_unknown * (1 - sum(entry.probability for entry in causes if entry.effects == (NONE,)))
     p = max(1 - sum(entry.probability for entry in entries), 0.0)
     largest = max(entry.probability for entry in entries)
-    entries.append(Cause((UNKNOWN,), by_map if by_map <= largest < p else p))
+    unknown = by_map if by_map <= largest < p else p
+    entries = [
+        replace(entry, probability=entry.probability + background * unknown) if entry.effects == (NONE,) else entry
+        for entry in entries
+    ]
+    entries.append(Cause((UNKNOWN,), (1 - background) * unknown))
     kept = [entry for entry in entries if entry.probability >= _LISTED or entry.effects[0] in (NONE, UNKNOWN)]
     total = sum(entry.probability for entry in kept) or 1.0
     scaled = [replace(entry, probability=entry.probability / total) for entry in kept]

@@ -162,6 +162,9 @@ def test_what_the_first_entry_loses_and_gains_have_closed_forms():
     assert (first.effects, unknown.effects, none.probability) == (("a+b",), (UNKNOWN,), 0.0)
     assert first.probability / unknown.probability == pytest.approx(0.4 * 0.9 / 0.1)
     # Where the map says so, it is; and a background of 0.3 is none of it.
+    none, unknown, first = conclusion._listed([Cause(("a",), 0.7), Cause((NONE,), 0.3)], 0.9, background=0.75)
+    assert (none.effects, unknown.effects) == ((NONE,), (UNKNOWN,))
+    assert [none.probability, unknown.probability, first.probability] == pytest.approx([0.7725, 0.1575, 0.07])
     unknown, none, first = conclusion._listed([Cause(("a",), 0.7), Cause((NONE,), 0.3)], 0.8)
     assert [entry.probability for entry in (unknown, none, first)] == pytest.approx([0.56, 0.3, 0.14])
     # (sqrt 9 - sqrt 4) / (sqrt 16 - sqrt 1); configurations that are alike leave no standard error.
