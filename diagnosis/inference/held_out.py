@@ -1,8 +1,9 @@
 """What the sets of effects predict on configurations that neither their choice nor their parameters have seen.
 
 Inside of a fold every set of the library is fitted to the training configurations alone, from its derivatives. The
-likeliest are averaged such that they predict best each training configuration from all others (stacking: Yao et al.,
-Bayesian Anal. 13 (2018) 917), because no set of laws is quite true of a real bench: the evidence alone would trust one.
+likeliest, each once more as though its laws were exact, are averaged such that they predict best each training
+configuration from all others (stacking: Yao et al., Bayesian Anal. 13 (2018) 917), because no set of laws is quite true
+of a real bench: the evidence alone would trust one.
 """
 
 from __future__ import annotations
@@ -66,18 +67,37 @@ def fit_fold(library: ModelLibrary, training: Rows, only: Sequence[SubsetFit] = 
     problem = library.problem
     inside = problem.only(training)
     candidates = [fit for fit, _ in library.weights(_WINDOW)][:_MOST]
-    linear = [_linear_fit(problem, inside, fit) for fit in only or candidates]
-    linear = sorted(linear, key=library.log_joint, reverse=True)[:_STACKED]
-    posterior = np.exp(TEMPER * np.array([library.log_joint(fit) - library.log_joint(linear[0]) for fit in linear]))
-    weights = len(training) * stacking_weights(inside, linear) + _POSTERIOR_WEIGHT * posterior / posterior.sum()
+    linear = [(_linear_fit(problem, inside, fit), fit) for fit in only or candidates]
+    linear = sorted(linear, key=lambda pair: library.log_joint(pair[0]), reverse=True)[:_STACKED]
+    likely = [fit for fit, _ in linear]
+    exact = [_linear_fit(problem, inside, _with_exact_laws(fit)) for _, fit in linear]
+    posterior = np.exp(TEMPER * np.array([library.log_joint(fit) - library.log_joint(likely[0]) for fit in likely]))
+    weights = len(training) * stacking_weights(inside, [*likely, *exact])
+    weights[: len(likely)] += _POSTERIOR_WEIGHT * posterior / posterior.sum()
     weights /= weights.sum()
-    picked = [fit for fit, weight in zip(linear, weights, strict=True) if weight > _LEAST_WEIGHT]
+    picked = [fit for fit, weight in zip([*likely, *exact], weights, strict=True) if weight > _LEAST_WEIGHT]
     weights = weights[weights > _LEAST_WEIGHT] / weights[weights > _LEAST_WEIGHT].sum()
     fits = fit_subsets(inside, [_start_again(inside, fit) for fit in picked], iterations=_SETTLING)
-    table = _answered(problem.simulator.changes([fit.point() for fit in fits]))
+    changes = problem.simulator.changes([fit.point() for fit in fits])
+    table = _answered(changes)
     kriged = [_with_discrepancy(problem, inside, fit, own) for fit, own in zip(fits, table, strict=True)]
-    averaged, corrected = (np.tensordot(weights, changes, axes=1) for changes in (table, np.array(kriged)))
+    weights_of_cells = _weights_of_answers(weights, changes)
+    averaged, corrected = ((weights_of_cells * own).sum(axis=0) for own in (table, np.array(kriged)))
     return FoldFit(training, tuple(fits), weights, averaged, corrected)
+
+
+def _with_exact_laws(fit: SubsetFit) -> SubsetFit:
+    """A set as though its laws were exact. Where they are not quite, parameters that follow the data predict better
+    than those that leave what does not fit to the laws' errors; the stacking says which."""
+    return replace(fit, errors=tuple(replace(error, discrepancy=0, detail=0) for error in fit.errors))
+
+
+def _weights_of_answers(weights: Floats, changes: Floats) -> Floats:
+    """(k, C, D), sum one over the k sets: of those with an answer in a cell of their changes (k, C, D); of all where
+    none has."""
+    answered = np.isfinite(changes) * weights[:, None, None]
+    total = answered.sum(axis=0)
+    return np.asarray(np.where(total > 0, answered / np.where(total > 0, total, 1.0), weights[:, None, None]))
 
 
 def stacking_weights(problem: InferenceProblem, fits: Sequence[SubsetFit]) -> Floats:

@@ -187,3 +187,9 @@ class ErrorKernels:
 
 def bank(stage: str) -> tuple[ModelErrorAmplitudes, ...]:
     return PLATE_BANK if stage == "plate" else BANK
+
+
+def usual_background(stage: str) -> int:
+    """Its place in the bank: within tolerance, partly constant, partly smooth, and a little from one configuration to
+    the next."""
+    return bank(stage).index(_MIDDLE)

@@ -27,6 +27,7 @@ from .subset_fit import (
     covariance,
     covariance_factor,
     fit_subsets,
+    least_squares_place,
     no_effects,
     point_of,
     polished,
@@ -298,7 +299,10 @@ def _eliminate(problem: InferenceProblem, library: ModelLibrary, progress: Calla
     ]
     for laws, places in starts:
         if not library.has(laws):
-            start = _starts(problem, [(best, laws, np.concatenate(places))])
+            u = np.concatenate(places)
+            if not _is_large(problem):  # steps of Gauss and Newton alone end far off where effects work together
+                u = least_squares_place(problem, laws, u)
+            start = _starts(problem, [(best, laws, u)])
             current = polished(problem, fit_subsets(problem, start, iterations=_FROM_ALL), steps=_FROM_ALL)[0]
             library.add([current])
             _shrink(problem, library, current, progress)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...array_types import Floats
 from .effect_laws import EffectLaw
-from .model_error import bank
+from .model_error import bank, usual_background
 from .problem import NO_ANSWER, InferenceProblem, Point, StageBlock
 
 #: Amplitudes of laws' discrepancies, as shares of what the effects do, and their prior.
@@ -27,6 +27,8 @@ _BEYOND_TOLERANCE, _ROUGH_BEYOND_TOLERANCE = 0.2, 0.4
 _ROUGH = 0.4
 #: A step in u that is too short to matter.
 _SETTLED = 0.02
+#: Steps in a region of trust.
+_TRUSTED_STEPS = 30
 #: Memory of the factors that are kept for a stage.
 _FACTOR_BYTES = 25_000_000
 
@@ -305,6 +307,29 @@ def polished(problem: InferenceProblem, fits: Sequence[SubsetFit], steps: int = 
         Start(fit.laws, fit.u, contributions[k], fit.errors, change[k], jacobian[k]) for k, fit in enumerate(fits)
     ]
     return [replace(fit, polished=True) for fit in fit_subsets(problem, starts, iterations=steps, backgrounds=True)]
+
+
+def least_squares_place(problem: InferenceProblem, laws: tuple[EffectLaw, ...], u: Floats) -> Floats:
+    """(p,): where laws that are quite true fit best, by steps in a region of trust (Branch, Coleman and Li, SIAM J. Sci.
+    Comput. 21 (1999) 1). Errors are those of a usual background; a shot without an answer is far off."""
+    from scipy.optimize import least_squares
+
+    factors = [factor(block.covariances[usual_background(block.stage)]) for block in problem.blocks]
+
+    def misfit(place: Floats) -> Floats:
+        changes = problem.changes([point_of(laws, place)])
+        white = [
+            whitened(lower, residual(block, table[0]))
+            for block, lower, table in zip(problem.blocks, factors, changes, strict=True)
+        ]
+        return np.concatenate([place, *white])
+
+    def slope(place: Floats) -> Floats:
+        jacobian = linearised(problem, [laws], [place])[1][0]
+        white = [-whitened(lower, own) for lower, own in zip(factors, jacobian, strict=True)]
+        return np.vstack([np.eye(len(place)), *white])
+
+    return np.asarray(least_squares(misfit, u, slope, x_scale=1.0, max_nfev=_TRUSTED_STEPS).x)
 
 
 def _broyden(
