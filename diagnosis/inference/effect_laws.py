@@ -184,7 +184,7 @@ def laws_of(kind: type[Effect], ranges: LawRanges, owners: Owners) -> list[Effec
     if not likely:
         raise ValueError(f"{kind.id}: no parameter has a likely range, so that there is nothing to look for")
     acting = {item.name for item in likely if _excludes_off(kind, item, ranges) and not _is_shape(kind, item)}
-    every_regime = kind.regimes or (tuple(item.name for item in likely),)
+    every_regime = _regimes(kind, likely, ranges)
     # a law that leaves out what was measured is not the bench's, unless each of them does
     regimes = [regime for regime in every_regime if acting <= set(regime)] or every_regime
     laws: list[EffectLaw] = []
@@ -197,6 +197,16 @@ def laws_of(kind: type[Effect], ranges: LawRanges, owners: Owners) -> list[Effec
             log_prior = prior + float(np.log(share))
             laws.append(EffectLaw(kind, name, coordinates, fixed, log_prior, surely_acts=bool(acting)))
     return laws + [split for law in laws for split in _by_level(law, owners)]
+
+
+def _regimes(kind: type[Effect], likely: Sequence[Parameter], ranges: LawRanges) -> tuple[tuple[str, ...], ...]:
+    """Of a sensor whose error was calibrated those without a shape of it that was not: a calibration covers a range."""
+    every_regime = kind.regimes or (tuple(item.name for item in likely),)
+    measured = {item.name for item in likely if (kind.id, item.name) in ranges.known_facts}
+    if not any(item.name in measured for item in likely if item.typical is not None):
+        return every_regime
+    open_shapes = {item.name for item in likely if _is_shape(kind, item)} - measured
+    return tuple(regime for regime in every_regime if not open_shapes & set(regime)) or every_regime
 
 
 def _regime_prior(place: int, count: int) -> float:

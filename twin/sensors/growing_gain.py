@@ -12,6 +12,11 @@ import numpy as np
 from ...array_types import Floats
 from ..effects import Value
 
+#: -1 / e, where Lambert's W begins, less the last digits in which it has no value.
+_LOWEST = -np.exp(-1.0) * (1 - 1e-12)
+#: Of a rate: less changes no digit of what any sensor reads, and has no inverse that is a number.
+_LEAST_RATE = 1e-30
+
 
 def gain_at(values: Floats, gain: Value, growth: Value, reference: float) -> Floats:
     """The gain at each of the values; where nothing grows the stated one, to the bit."""
@@ -25,7 +30,7 @@ def rate_of(gain: Value, growth: Value, reference: float) -> Value:
 
 def held_at_turn(values: Floats, rate: Value) -> Floats:
     """x no further than where x exp(rate x) would fall again, which no characteristic does."""
-    falls = np.asarray(rate) < 0
+    falls = np.asarray(rate) < -_LEAST_RATE
     turn = np.where(falls, -1 / np.where(falls, rate, -1.0), np.inf)
     return np.minimum(values, turn)
 
@@ -34,7 +39,7 @@ def undone(products: Floats, rate: Value) -> Floats:
     """x of products x exp(rate x), by Lambert's W; the turn, where no x has so large a product."""
     from scipy.special import lambertw
 
-    grows = np.asarray(rate) != 0
+    grows = np.abs(rate) > _LEAST_RATE
     divisor = np.where(grows, rate, 1.0)
-    grown = np.real(lambertw(np.maximum(divisor * products, -np.exp(-1.0)))) / divisor
+    grown = np.real(lambertw(np.maximum(divisor * products, _LOWEST))) / divisor
     return np.where(grows, grown, products)

@@ -12,8 +12,9 @@ from ...effects import Value, parameter
 from ..effect import SensorEffect
 from ..growing_gain import gain_at, held_at_turn, rate_of, undone
 
-#: Gauge pressure at which a gain that grows is the stated one, Pa: in the middle of what guns of this kind use.
-REFERENCE_PA = 1e5
+#: Gauge pressure at which a gain that grows is the stated one, Pa: what the larger shots of such guns are made with,
+#: since data sheets state linearity by the largest error of the range.
+REFERENCE_PA = 2.5e5
 
 
 @dataclass(frozen=True)
@@ -21,12 +22,12 @@ class PressureGain(SensorEffect):
     """The operator sets the reading, so the tank holds the reading over the gain.
 
     A transducer that is not linear has a gain that changes with what it reads. `growth` is the change of its error over
-    1 bar, as a share of the error at 1 bar: 0 of a wrong range or shunt, 1 of a characteristic that is right near zero
+    2.5 bar, as a share of that at 2.5 bar: 0 of a wrong range or shunt, 1 of a characteristic that is right near zero
     and bends (zero-based linearity), more than 1 where the error changes its sign on the way (independent linearity).
     """
 
     id = "sensor.pressure_gain"
-    law = "p_reading = gain^(1 + growth (p_reading / 1 bar - 1)) p"
+    law = "p_reading = gain^(1 + growth (p_reading / 2.5 bar - 1)) p"
     source = (
         "JCGM 200:2012 (VIM), 4.12 sensitivity; Doebelin, Measurement Systems, 5th ed. 2003, ch. 3.3; "
         "zero-based and independent linearity: IEC 61298-2:2008, ISA-37.1-1975 (R1982)"
@@ -34,7 +35,7 @@ class PressureGain(SensorEffect):
 
     # Likely: a wrong range or shunt, seldom a fifth; larger errors are units, which plausibility tells.
     gain: Value = parameter(
-        "reading over true pressure, at a reading of 1 bar",
+        "reading over true pressure, at a reading of 2.5 bar",
         "",
         default=1.02,
         low=0.5,
@@ -46,7 +47,7 @@ class PressureGain(SensorEffect):
     )
     # How it acts, not whether. Likely, of a characteristic that bends: about zero-based, which is 1.
     growth: Value = parameter(
-        "change of the gain's error over 1 bar, over the error at 1 bar",
+        "change of the gain's error over 2.5 bar, over the error at 2.5 bar",
         "",
         default=0.0,
         low=0.0,

@@ -12,8 +12,9 @@ from ...effects import Value, parameter
 from ..effect import SensorEffect
 from ..growing_gain import gain_at, held_at_turn, rate_of, undone
 
-#: Velocity at which a gain that grows is the stated one, m/s: in the middle of what guns of this kind reach.
-REFERENCE_M_S = 10.0
+#: Velocity at which a gain that grows is the stated one, m/s: what the larger shots of such guns reach, since linearity
+#: is stated by the largest error of the range.
+REFERENCE_M_S = 25.0
 
 
 @dataclass(frozen=True)
@@ -21,11 +22,11 @@ class VelocityGain(SensorEffect):
     """u = L / t: a relative error of the projectile's length, or of the laser's timing, is one of the velocity.
 
     A timer that starts late by dt in all shots has a relative error of velocity that grows with it, dt u / L. `growth`
-    is the change of the error over 10 m/s, as a share of that at 10 m/s: 0 of a length, 1 of a late timer.
+    is the change of the error over 25 m/s, as a share of that at 25 m/s: 0 of a length, 1 of a late timer.
     """
 
     id = "sensor.velocity_gain"
-    law = "u_reading = gain^(1 + growth (u / (10 m/s) - 1)) u"
+    law = "u_reading = gain^(1 + growth (u / (25 m/s) - 1)) u"
     source = (
         "thesis, eq. 5.2: u = L / t, length known to 1 mm of 85 mm; JCGM 100:2008 (GUM), 5.1; "
         "zero-based and independent linearity: IEC 61298-2:2008"
@@ -33,7 +34,7 @@ class VelocityGain(SensorEffect):
 
     # a light gate's spacing or a projectile's effective length is wrong by a few per cent, by a quarter at worst
     gain: Value = parameter(
-        "reading over true velocity, at 10 m/s",
+        "reading over true velocity, at 25 m/s",
         "",
         default=1.012,
         low=0.5,
@@ -45,7 +46,7 @@ class VelocityGain(SensorEffect):
     )
     # How it acts, not whether. Likely: about that of a late timer, which is 1, with an error of length beside it.
     growth: Value = parameter(
-        "change of the gain's error over 10 m/s, over the error at 10 m/s",
+        "change of the gain's error over 25 m/s, over the error at 25 m/s",
         "",
         default=0.0,
         low=0.0,
