@@ -183,8 +183,8 @@ def laws_of(kind: type[Effect], ranges: LawRanges, owners: Owners) -> list[Effec
     likely = [item for item in kind.parameters() if item.likely is not None]
     if not likely:
         raise ValueError(f"{kind.id}: no parameter has a likely range, so that there is nothing to look for")
-    acting = {item.name for item in likely if _excludes_off(kind, item, ranges) and not _is_shape(item)}
-    every_regime = kind.regimes or (tuple(item.name for item in likely),)
+    acting = {item.name for item in likely if _excludes_off(kind, item, ranges) and not _is_shape(kind, item)}
+    every_regime = _regimes(kind, likely, ranges)
     # a law that leaves out what was measured is not the bench's, unless each of them does
     regimes = [regime for regime in every_regime if acting <= set(regime)] or every_regime
     laws: list[EffectLaw] = []
@@ -197,6 +197,16 @@ def laws_of(kind: type[Effect], ranges: LawRanges, owners: Owners) -> list[Effec
             log_prior = prior + float(np.log(share))
             laws.append(EffectLaw(kind, name, coordinates, fixed, log_prior, surely_acts=bool(acting)))
     return laws + [split for law in laws for split in _by_level(law, owners)]
+
+
+def _regimes(kind: type[Effect], likely: Sequence[Parameter], ranges: LawRanges) -> tuple[tuple[str, ...], ...]:
+    """Of a sensor whose error was calibrated those without a shape of it that was not: a calibration covers a range."""
+    every_regime = kind.regimes or (tuple(item.name for item in likely),)
+    measured = {item.name for item in likely if (kind.id, item.name) in ranges.known_facts}
+    if not any(item.name in measured for item in likely if item.typical is not None):
+        return every_regime
+    open_shapes = {item.name for item in likely if _is_shape(kind, item)} - measured
+    return tuple(regime for regime in every_regime if not open_shapes & set(regime)) or every_regime
 
 
 def _regime_prior(place: int, count: int) -> float:
@@ -225,7 +235,7 @@ def _coordinate(kind: type[Effect], item: Parameter, ranges: LawRanges) -> Coord
     if fact is not None:
         return Coordinate(item, fact.value, fact.u, False)
     low, high = item.likely
-    shape = _is_shape(item)
+    shape = _is_shape(kind, item)
     if low < item.off < high and not shape:
         if low > 0 and high / low > 3:
             return Coordinate(item, float(np.log(item.off)), float(np.log(high / item.off)) / LIKELY_SD, True)
@@ -240,10 +250,18 @@ def _coordinate(kind: type[Effect], item: Parameter, ranges: LawRanges) -> Coord
     return Coordinate(item, float(np.log(low * high)) / 2, float(np.log(high / low)) / 2 / LIKELY_SD, True)
 
 
-def _is_shape(item: Parameter) -> bool:
-    """Whether a parameter says how an effect acts, and not whether."""
+def _is_shape(kind: type[Effect], item: Parameter) -> bool:
+    """Whether a parameter says how an effect acts, and not whether: it has no size at which it does nothing, or is only
+    looked for beside parameters that a law of the same kind has without it."""
     assert item.likely is not None
-    return item.default == item.off and 0 < item.likely[0] <= item.off <= item.likely[1]
+    has_no_nothing = item.default == item.off and 0 < item.likely[0] <= item.off <= item.likely[1]
+    return has_no_nothing or _is_only_beside_others(kind, item.name)
+
+
+def _is_only_beside_others(kind: type[Effect], name: str) -> bool:
+    regimes = [set(regime) for regime in kind.regimes]
+    with_it, without_it = ([r for r in regimes if (name in r) == has_it] for has_it in (True, False))
+    return bool(with_it) and all(any(less < regime for less in without_it) for regime in with_it)
 
 
 def _excludes_off(kind: type[Effect], item: Parameter, ranges: LawRanges) -> bool:

@@ -105,7 +105,9 @@ def test_newest_version_counts_alone_and_none_is_the_way_back(store: Store) -> N
 def test_numbers_come_back_as_they_were_and_unseen_stages_keep_their_effect(store: Store) -> None:
     row = adopt(store, of_gun("spring", GAIN), GAIN.id)
     source = {"kind": "fitted", "where": "diagnosis of spring"}
-    assert row.configuration["sources"] == {"sensor.velocity_gain.gain": source}
+    assert row.configuration["sources"] == dict.fromkeys(
+        ("sensor.velocity_gain.gain", "sensor.velocity_gain.growth"), source
+    )
     with store.reading() as session:
         (found,) = adopted_for(session, "spring")
     assert found.effects == (GAIN,) and found.note.startswith("with sensor.velocity_gain (adopted 2")

@@ -63,12 +63,20 @@ def test_certificate_takes_the_gross_error_away_and_does_not_say_that_the_sensor
     assert not law.surely_acts
     (law,) = laws_of(kind, ranges_of(fact(GAIN, 1.05, 0.002)), {})
     assert law.surely_acts
+    # a calibration covers the range, unless it says how the gain grows
+    both = ranges_of(fact(GAIN, 1.05, 0.002), fact("sensor.velocity_gain.growth", 1.0, 0.1))
+    assert {law.name for law in laws_of(kind, both, {})} == {"gain (known)", "gain+growth (known)"}
     # a law of another regime leaves out what was measured
     (law,) = laws_of(catalogue()["gun.valve_flow"], ranges_of(fact("gun.valve_flow.opening_time_s", 0.1, 0.01)), {})
     assert "steady" not in law.name
     # how an effect acts is not whether
     shape = fact("contact.tip_geometry.reference_indentation_m", 3e-4, 1e-5)
     assert not any(law.surely_acts for law in laws_of(catalogue()["contact.tip_geometry"], ranges_of(shape), {}))
+    for name, value in (("sensor.pressure_offset.fading_1_pa", 2.5e-6), ("sensor.velocity_gain.growth", 1.0)):
+        shape = fact(name, value, 0.01 * value)
+        laws = laws_of(catalogue()[shape.effect], ranges_of(shape), {})
+        assert not any(law.surely_acts for law in laws)
+        assert {law.name.partition(" (")[0].count("+") for law in laws} == {0, 1}  # with the shape and without it
 
 
 @pytest.mark.parametrize(

@@ -90,9 +90,8 @@ class _Settings:
     @classmethod
     def of(cls, shots: VelocityShots, guns: GunPrior, sensors: SensorChain) -> tuple[Self, Floats]:
         """And x of the members (K, c) there."""
-        gain = float(sensors.measured_velocity_m_s(np.ones(1))[0])
         pressure = np.maximum(sensors.true_pressure_pa(shots.tank_pressure_pa), 1.0)
-        y = np.log(shots.measured_m_s / gain)
+        y = np.log(sensors.true_velocity_m_s(shots.measured_m_s))
         at = np.stack([np.log(pressure), np.log(shots.bullet_mass_kg)], axis=1)
         which = np.unique((at / _SAME).round(), axis=0, return_inverse=True)[1].ravel()
         counts = np.bincount(which).astype(np.float64)

@@ -224,8 +224,8 @@ def _likely(item: Parameter, u: Floats) -> Floats:
 
 
 def _typical(name: str) -> float:
-    """Standard deviation of a sensor's only error, by data sheets."""
-    (item,) = catalogue()[f"sensor.{name}"].parameters()
+    """Standard deviation of a sensor's error, by data sheets."""
+    (item,) = (error for error in catalogue()[f"sensor.{name}"].parameters() if error.typical is not None)
     assert item.typical is not None
     return item.typical
 

@@ -33,8 +33,16 @@ class SensorChain:
         """Gauge pressures from readings: the chain walked backwards."""
         return reduce(lambda value, each: each.true_pressure_pa(value), reversed(self.effects), reading_pa)
 
+    def measured_pressure_pa(self, pressure_pa: Floats) -> Floats:
+        """Readings of gauge pressures, below nothing too."""
+        return reduce(lambda value, each: each.measured_pressure_pa(value), self.effects, pressure_pa)
+
     def measured_velocity_m_s(self, velocity_m_s: Floats) -> Floats:
         return reduce(lambda value, each: each.measured_velocity_m_s(value), self.effects, velocity_m_s)
+
+    def true_velocity_m_s(self, reading_m_s: Floats) -> Floats:
+        """Velocities from readings: the chain walked backwards."""
+        return reduce(lambda value, each: each.true_velocity_m_s(value), reversed(self.effects), reading_m_s)
 
     def measured_force_n(self, force_n: Floats, dt_s: float) -> Floats:
         """(..., n) in steps of `dt_s`."""

@@ -30,9 +30,18 @@ class SensorEffect(Effect):
         """Gauge pressure in the tank, from the transducer's reading by which the operator sets it."""
         return reading_pa
 
+    def measured_pressure_pa(self, pressure_pa: Floats) -> Floats:
+        """What the transducer reads (Pa) of a gauge pressure in the tank. Of an empty tank it may read less than
+        nothing, while `true_pressure_pa` is never below the atmosphere."""
+        return pressure_pa
+
     def measured_velocity_m_s(self, velocity_m_s: Floats) -> Floats:
         """What the velocity measurement shows of a true velocity."""
         return velocity_m_s
+
+    def true_velocity_m_s(self, reading_m_s: Floats) -> Floats:
+        """The velocity under a reading, m/s; an effect on the velocity has its own inverse."""
+        return reading_m_s
 
     def measured_force_n(self, force_n: Floats, dt_s: float) -> Floats:  # noqa: ARG002 - a hook
         """What the force channel shows of a true force (..., n), at rest before it."""

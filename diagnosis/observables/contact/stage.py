@@ -101,10 +101,8 @@ class ContactObservables(Stage):
 
     def histories(self, runs: Rows, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> ForceHistories:
         """True forces of the runs (k,), at the velocities as read, or those of the gun."""
-        if upstream is None:  # the chain walked backwards, exact for gains and offsets
-            reading, chain = self.recorded_m_s[runs], sensor_chain(effects)
-            low, high = chain.measured_velocity_m_s(reading), chain.measured_velocity_m_s(2 * reading)
-            velocity = np.asarray(reading + (reading - low) / ((high - low) / reading))
+        if upstream is None:
+            velocity = sensor_chain(effects).true_velocity_m_s(self.recorded_m_s[runs])
         else:
             velocity = np.array(upstream, dtype=np.float64)[runs]
         return self._contacts(runs, tuple(effect for effect in effects if isinstance(effect, ContactEffect)), velocity)

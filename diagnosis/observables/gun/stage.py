@@ -196,14 +196,10 @@ class GunObservables(Stage):
         self, sensors: SensorChain, shots: Mapping[str, Floats], velocity_m_s: Floats, pressure_pa: Floats
     ) -> Floats:
         """(n, 3): what it reads of true pressures (n, 2) before the exit, and of an empty tank."""
-        # The transducer's errors are a gain and an offset: two readings tell both.
-        zero = np.zeros(len(velocity_m_s))
-        true_of_zero, true_of_bar = sensors.true_pressure_pa(zero), sensors.true_pressure_pa(zero + 1e5)
-        gain = 1e5 / (true_of_bar - true_of_zero)
-        scale = shots["scale_pa"][:, None]
-        readings = gain[:, None] * (pressure_pa - true_of_zero[:, None]) / scale
-        empty = np.where(np.isfinite(velocity_m_s), -gain * true_of_zero / 1e5, np.nan)
-        return np.hstack([readings, empty[:, None]])
+        readings_pa = np.stack([sensors.measured_pressure_pa(column) for column in pressure_pa.T], axis=1)
+        empty_pa = sensors.measured_pressure_pa(np.zeros(len(velocity_m_s)))
+        empty = np.where(np.isfinite(velocity_m_s), empty_pa / 1e5, np.nan)
+        return np.hstack([readings_pa / shots["scale_pa"][:, None], empty[:, None]])
 
     def _fired(
         self,

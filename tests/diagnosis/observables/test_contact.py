@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pyroshock.diagnosis.observables.base import sensor_chain
 from pyroshock.diagnosis.observables.contact.features import NAMES, OBSERVABLES
 from pyroshock.diagnosis.observables.contact.stage import ContactObservables, pulse_residuals
 from pyroshock.diagnosis.record import CampaignRecord, Series
@@ -125,6 +126,9 @@ def test_output_is_the_true_force_and_carries_the_momentum() -> None:
     gain = effect("sensor.velocity_gain", gain=1.2)
     twice = [2.0 * run.velocity_m_s for run in CLEAN.runs if run.velocity_m_s is not None]
     assert STAGE.simulated([gain], twice) == pytest.approx(STAGE.simulated((), twice))
+    late = effect("sensor.velocity_gain", gain=1.2, growth=1.0)
+    true_m_s = sensor_chain([late]).true_velocity_m_s(STAGE.recorded_m_s)
+    assert STAGE.simulated([late]) == pytest.approx(STAGE.simulated((), true_m_s.tolist()))
     faster = STAGE.simulated((), twice) - STAGE.simulated()
     assert column(faster, "ln_impulse") == pytest.approx(np.log(2.0), abs=3e-3)
     forces = STAGE.output()

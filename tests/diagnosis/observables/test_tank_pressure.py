@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from pyroshock.array_types import Floats
 from pyroshock.diagnosis.diagnose import diagnose
+from pyroshock.diagnosis.observables.base import sensor_chain
 from pyroshock.diagnosis.observables.gun.stage import GunObservables
 from pyroshock.diagnosis.observables.gun.tank_pressure import PressureWindows, measured_pressures, reading_noise_pa
 from pyroshock.diagnosis.options import Options
@@ -127,3 +128,36 @@ def test_a_regulator_that_differs_from_the_transducer_shows_the_gain_of_the_latt
     names = ("sensor.pressure_gain", "gun.sliding_friction", "sensor.velocity_gain")
     options = Options(plan=False, where=False, catalogue=names)
     assert diagnose(replace(record, runs=runs), options=options).first.effects == ("sensor.pressure_gain",)
+
+
+@pytest.mark.parametrize("offset_pa", [-600.0, 600.0])
+def test_an_empty_tank_reads_the_offset_of_either_sign(offset_pa: float) -> None:
+    stage, offset = GunObservables(recorded([])), effect("sensor.pressure_offset", offset_pa=offset_pa)
+    moved = stage.simulated([offset]) - stage.simulated()
+    np.testing.assert_allclose(moved[:, 3], offset_pa / 1e5, rtol=1e-9)
+
+
+def test_a_gain_that_grows_shows_by_its_own_characteristic() -> None:
+    stage, growing = GunObservables(recorded([])), effect("sensor.pressure_gain", gain=1.05, growth=1.0)
+    before_pa = stage.record.run_values("tank_pressure_pa")
+    scale_pa = np.hypot(before_pa, reading_noise_pa([run.tank_pressure for run in stage.record.runs]) / 0.01)
+    true_pa = stage.simulated((), before_pa.tolist())[:, 1:3] * scale_pa[:, None]
+    read_pa = stage.simulated([growing], before_pa.tolist())[:, 1:3] * scale_pa[:, None]
+    # the true pressure of what is read: read / 1.05^(read / 2.5 bar)
+    np.testing.assert_allclose(read_pa / 1.05 ** (read_pa / 2.5e5), true_pa, rtol=1e-9)
+    assert np.nanmax(true_pa) > 1.5e5
+
+
+def test_a_gain_that_grows_is_named_and_its_growth_is_found() -> None:
+    """The regulator tells the truth; the transducer is right near nothing and reads 10 % more at 2.5 bar, so that no
+    plain gain and no offset fits what it reads at 0.3 to 2.4 bar."""
+    growing = effect("sensor.pressure_gain", gain=1.1, growth=1.0)
+    record = gun_record([growing])
+    true_pa = sensor_chain([growing]).true_pressure_pa(record.run_values("tank_pressure_pa"))
+    runs = tuple(replace(run, set_pressure_pa=float(pa)) for run, pa in zip(record.runs, true_pa, strict=True))
+    names = ("sensor.pressure_gain", "sensor.pressure_offset", "gun.sliding_friction", "sensor.velocity_gain")
+    report = diagnose(replace(record, runs=runs), options=Options(plan=False, where=False, catalogue=names))
+    assert report.first.effects == ("sensor.pressure_gain",)
+    fitted = {item.name: item.value for item in report.first.parameters}
+    assert fitted["gain"] == pytest.approx(1.1, abs=0.02)
+    assert fitted["growth"] == pytest.approx(1.0, abs=0.35)

@@ -111,6 +111,9 @@ def test_stated_gain_is_taken_out_and_known_effects_are_not_drawn(open_gun):
     truth = gun_velocity(BENCH, [2e5], [0.5], GUNS[0]).velocity_m_s
     assert learned.velocities(at, chain) == pytest.approx(truth, rel=0.03)
     assert learned.velocities(at, NOMINAL) == pytest.approx(1.1 * truth, rel=0.03)
+    late = SensorChain.of([effect("sensor.velocity_gain", gain=1.1, growth=1.0)])
+    relearned = open_gun.updated(pressure, mass, late.measured_velocity_m_s(measured))
+    assert relearned.velocities(at, late) == pytest.approx(truth, rel=0.03)
     stated = GunStage(BENCH, 0.0, (effect("gun.back_pressure", atmosphere_pa=0.0),), unknown_effects=True)
     free = GunStage(BENCH, 0.0, unknown_effects=True)
     low = np.array([0.4e5]), np.array([0.5])  # where the atmosphere weighs most
