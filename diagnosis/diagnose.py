@@ -86,8 +86,9 @@ __all__ = ["Options", "diagnose"]
 
 #: Called with (done, total, what).
 Progress = Callable[[int, int, str], None]
-#: Called with the gap, the stages and the effects of the likeliest cause as fitted: what the page draws.
-Draw = Callable[[GapTable, Sequence[Stage], Sequence[Effect]], Pictures]
+#: Called with the gap, the stages and the choices of fitted effects whose predictions are averaged, with their weights:
+#: what the page draws.
+Draw = Callable[[GapTable, Sequence[Stage], Sequence[tuple[Sequence[Effect], float]]], Pictures]
 _STEPS = 6
 #: Held out, effects that take less of the gap than this do not predict what they have not seen.
 _PREDICTS = 0.3
@@ -147,8 +148,15 @@ def _verdict(record: CampaignRecord, options: Options, progress: Progress, draw:
         unknown_log_odds=posterior.log_odds_unknown,
         set_scores=posterior.set_scores(),
         first_evidence=conclusion.first_evidence,
-        pictures=draw(gap, stages, fitted_effects(posterior.best)) if draw is not None else Pictures(),
+        pictures=draw(gap, stages, _drawn_choices(posterior, conclusion)) if draw is not None else Pictures(),
     )
+
+
+def _drawn_choices(posterior: HypothesisPosterior, conclusion: Conclusion) -> list[tuple[Sequence[Effect], float]]:
+    """The effects that the established sets stand for, as they were fitted, with weights of sum one; the likeliest
+    effects where no set is established."""
+    choices = conclusion.established.drawn or ((posterior.best, 1.0),)
+    return [(fitted_effects(fit), weight) for fit, weight in choices]
 
 
 def _effect_kinds(options: Options, stages: Sequence[Stage]) -> list[type[Effect]]:

@@ -1,6 +1,6 @@
 """What a diagnosis says: the records of a report, and their JSON.
 
-What a report draws of a diagnosis beside its numbers: residuals and curves before and after the first cause.
+What a report draws of a diagnosis beside its numbers: residuals and curves without and with the effects that it names.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ..twin.effects import Effect
 class ResidualPicture:
     """One observable over the configurations: measured less simulated, means over runs, NaN where there is none.
 
-    `before` (C,) is the nominal simulator's, `after` (C,) with the fitted cause, None without one. `floor` (C,) is
+    `before` (C,) is the nominal simulator's, `after` (C,) with the fitted effects, None without them. `floor` (C,) is
     what repetitions leave of such a mean, one standard deviation. All in `unit`.
     """
 
@@ -52,11 +52,14 @@ class CurvePicture:
 
 @dataclass(frozen=True)
 class Pictures:
-    """What is drawn. `configurations` are the labels of the C configurations."""
+    """What is drawn. `configurations` are the labels of the C configurations. `drawn_effects`: ids of the effects that
+    `after` is drawn with; of several such sets the mean of their predictions. () where nothing is drawn after, and of
+    an older version's pictures, which did not say it."""
 
     configurations: tuple[str, ...] = ()
     residuals: tuple[ResidualPicture, ...] = ()
     curves: tuple[CurvePicture, ...] = ()
+    drawn_effects: tuple[tuple[str, ...], ...] = ()
 
 
 NONE, UNKNOWN = "none", "unknown"

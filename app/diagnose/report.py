@@ -20,7 +20,6 @@ from ...diagnosis.verdict import (
     Cause,
     EffectSet,
     EffectShare,
-    Pictures,
     ResidualPicture,
     Shrinkage,
     Verdict,
@@ -51,6 +50,7 @@ from .summary import summary
 from .wording import (
     cause_lines,
     cause_title,
+    drawn_effects_sentence,
     effect_subject,
     fitted_words,
     set_name,
@@ -124,7 +124,7 @@ def sections(verdict: Verdict, most_figures: int | None = None) -> tuple[Section
         Section(EFFECTS, _effects(verdict)),
         Section(CAUSES, [Bars([_bar(cause) for cause in verdict.causes])]),
         listed("Where the error lies", "No place stands out.", _size(verdict)),
-        Section("Residuals before and after", _pictures(verdict.pictures, most_figures)),
+        Section("Residuals before and after", _pictures(verdict, most_figures)),
         listed("On configurations that the fit has not seen", "Not measured.", *_unseen_figures(verdict.shrinkage)),
         Section(NEXT_EXPERIMENT, [Bullets(further, "None.")] if further else []),
         Section(ASSUMPTIONS, [Bullets(verdict.assumptions, "None beyond the campaign's own numbers.", quiet=True)]),
@@ -279,7 +279,8 @@ def _bar(cause: Cause) -> ShareBar:
     return ShareBar(cause_title(cause), value, 0.0, cause.probability, kind, lines=cause_lines(cause))
 
 
-def _pictures(pictures: Pictures, most: int | None) -> list[Block]:
+def _pictures(verdict: Verdict, most: int | None) -> list[Block]:
+    pictures = verdict.pictures
     if not (pictures.residuals or pictures.curves):
         return [Paragraph("No pictures are kept with this diagnosis.", quiet=True)]
     whole = pictures
@@ -291,6 +292,8 @@ def _pictures(pictures: Pictures, most: int | None) -> list[Block]:
     figures = [Figure(residual_title(p), residual_chart(p, pictures.configurations)) for p in pictures.residuals]
     figures += [Figure(picture.title.partition(", ")[0], curve_chart(picture)) for picture in pictures.curves]
     blocks: list[Block] = [ChartRow(figures, legend_keys(pictures))]
+    if pictures.drawn_effects:
+        blocks.append(Paragraph(drawn_effects_sentence(verdict), quiet=True))
     if pictures.residuals and pictures.configurations:
         names = "; ".join(f"{i}: {run_settings_words(name)}" for i, name in enumerate(pictures.configurations, 1))
         blocks.append(Paragraph(f"The configurations of the residuals are {names}.", quiet=True))

@@ -17,6 +17,7 @@ from ...diagnosis.verdict import (
     Shrinkage,
     StageShare,
     TimeWindow,
+    Verdict,
     Where,
 )
 from ...twin.effects import catalogue
@@ -299,6 +300,24 @@ def where_lines(where: Where) -> Iterator[str]:
     for band in where.frequency:
         yield f"In frequency the error stands out in {span_label(band)}."
     yield from map(with_labels, where.drift)
+
+
+def drawn_effects_sentence(verdict: Verdict) -> str:
+    """What the "model with effects" of the pictures is; "" where nothing is drawn after."""
+    names = [join_words([effect_subject(identity) for identity in own]) for own in verdict.pictures.drawn_effects]
+    if not names:
+        return ""
+    if not verdict.cause_sets:
+        return (
+            f"The model with effects has the likeliest effects, fitted to all runs: {names[0]}. The data do not "
+            "establish them as causes."
+        )
+    if len(names) == 1:
+        return f"The model with effects has {names[0]}, fitted to all runs."
+    return (
+        f"The model with effects is the mean of {len(names)} predictions, each fitted to all runs: with "
+        f"{join_words(names, 'or with')}."
+    )
 
 
 def shrinkage_line(entry: Shrinkage) -> str:

@@ -13,7 +13,7 @@ from pyroshock.app.diagnose.report_charts import path_rows, share_rows
 from pyroshock.app.diagnose.service import GapDiagnosis
 from pyroshock.app.diagnose.stored import verdict_from_json, verdict_to_json
 from pyroshock.app.diagnose.summary import held_out_fraction, is_unknown, summary
-from pyroshock.app.diagnose.wording import ALIKE, effect_subject, set_name, single_effects
+from pyroshock.app.diagnose.wording import ALIKE, drawn_effects_sentence, effect_subject, set_name, single_effects
 from pyroshock.app.twins.adopted_effects import offered
 from pyroshock.diagnosis.verdict import (
     NONE,
@@ -231,3 +231,19 @@ def test_headline_never_contradicts_the_table(seed: int) -> None:
     assert len(rows) == len(verdict.effects) + sum(len(own.effects) > 1 for own in verdict.sets) + 1
     # The advice names no effect for adoption that is neither a cause nor in the first answer.
     assert recommendations(verdict)
+
+
+def test_pictures_say_which_effects_they_are_drawn_with() -> None:
+    def said(verdict: Verdict, *drawn: tuple[str, ...]) -> str:
+        return drawn_effects_sentence(replace(verdict, pictures=replace(verdict.pictures, drawn_effects=drawn)))
+
+    valve, barrel = (effect_subject(name) for name in ("gun.valve_flow", "gun.barrel_loss"))
+    assert said(verdicts.gun(), ("gun.valve_flow",)) == f"The model with effects has {valve}, fitted to all runs."
+    mean = said(verdicts.gun(), ("gun.valve_flow",), ("gun.barrel_loss",))
+    assert "the mean of 2 predictions" in mean and f"with {valve} or with {barrel}." in mean
+    assert said(verdicts.unknown(), ("gun.valve_flow",)).endswith("The data do not establish them as causes.")
+    assert said(verdicts.gun()) == ""
+    verdict = verdicts.gun()
+    verdict = replace(verdict, pictures=replace(verdict.pictures, drawn_effects=(("gun.valve_flow",),)))
+    assert drawn_effects_sentence(verdict) in page(verdict) and "first cause" not in page(verdict)
+    assert verdict_from_json(*verdict_to_json(verdict)).pictures.drawn_effects == (("gun.valve_flow",),)
