@@ -120,7 +120,9 @@ def _verdict(record: CampaignRecord, options: Options, progress: Progress, draw:
     shares = gap_shares(posterior.library, posterior.weights, posterior.floor, rng)
     progress(3, _STEPS, "held out")
     scales = posterior.metric.scales(posterior.gap)
-    held = measure_reduction(stages, partial(fit_fold, posterior.library), rng, scales, options.rate_pulses)
+    tolerances = {name: gap.tolerance[gap.columns(name)] for name in gap.stages}
+    fit = partial(fit_fold, posterior.library)
+    held = measure_reduction(stages, fit, rng, scales, options.rate_pulses, tolerances)
     entries = tuple(entry for entry, _ in held)
     conclusion = conclude(posterior, shares, held[0][1] if held else None, options.unknown_map, stages)
     progress(4, _STEPS, "where")

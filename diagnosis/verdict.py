@@ -72,6 +72,11 @@ CORRECTED = "with the learned discrepancy"
 Interval = tuple[float, float]
 
 
+def stage_figure(stage: str) -> str:
+    """The entry of `Shrinkage.more` with the rms error of one stage alone, in its tolerances."""
+    return f"rms of {stage} in tolerances"
+
+
 @dataclass(frozen=True)
 class FamilyGap:
     """How large the gap of one family of observables is, in their unit: velocity, spectrum, damping.
@@ -219,8 +224,9 @@ class Shrinkage:
     """How far the gap shrinks on configurations that neither the choice of the cause nor its parameters have seen.
 
     `held_out_by`: "configuration", or "corner: tank_pressure > 2e+05" for the extrapolation. In the unit of the gap;
-    `fraction` of the reducible gap, None where there was no gap to shrink. `more` are further figures by name: dB,
-    shares of lines within 3 and 6 dB, ISO 18571 scores, each a pair before and after.
+    `fraction` of the reducible gap, None where there was no gap to shrink. `more` are further figures by name, each a
+    pair before and after: `CORRECTED` in the unit of the gap, `stage_figure` in tolerances, the others as they are
+    named: dB, shares of lines within 3 and 6 dB, ISO 18571 scores.
     """
 
     effects: tuple[str, ...]

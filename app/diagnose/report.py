@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import datetime as dt
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,8 +21,8 @@ from ...diagnosis.verdict import (
     EffectSet,
     EffectShare,
     ResidualPicture,
-    Shrinkage,
     Verdict,
+    stage_figure,
 )
 from ...schema.atomic_write import write_text
 from ...schema.diagnoses import Diagnosis
@@ -125,7 +125,7 @@ def sections(verdict: Verdict, most_figures: int | None = None) -> tuple[Section
         Section(CAUSES, [Bars([_bar(cause) for cause in verdict.causes])]),
         listed("Where the error lies", "No place stands out.", _size(verdict)),
         Section("Residuals before and after", _pictures(verdict, most_figures)),
-        listed("On configurations that the fit has not seen", "Not measured.", *_unseen_figures(verdict.shrinkage)),
+        listed("On configurations that the fit has not seen", "Not measured.", *_unseen_figures(verdict)),
         Section(NEXT_EXPERIMENT, [Bullets(further, "None.")] if further else []),
         Section(ASSUMPTIONS, [Bullets(verdict.assumptions, "None beyond the campaign's own numbers.", quiet=True)]),
     )
@@ -328,14 +328,16 @@ def _size_of_residual(picture: ResidualPicture) -> float:
     return float(np.sqrt(np.mean(finite_values**2)) / picture.tolerance)
 
 
-def _unseen_figures(entries: Sequence[Shrinkage]) -> list[Block]:
+def _unseen_figures(verdict: Verdict) -> list[Block]:
     """Before and after on configurations that the fit has not seen: a row for each figure, two columns for a test."""
+    entries = verdict.shrinkage
     if not entries:
         return []
     values = [{_WHOLE: (entry.before, entry.after), **entry.more} for entry in entries]
     names = dict.fromkeys(name for row in values for name in row)
+    labels = {name: _figure_label(name, verdict.gap.metric) for name in names}
     rows: list[list[Cell]] = [
-        [_FIGURES.get(name, name), *(size for row in values for size in row.get(name, (None, None)))] for name in names
+        [labels[name], *(size for row in values for size in row.get(name, (None, None)))] for name in names
     ]
     tests = [entry.held_out_by.partition(":")[0] for entry in entries]
     columns = [f"{when}, {test}" for test in tests for when in ("before", "after")]
@@ -349,11 +351,22 @@ _UNSEEN = (
 
 
 _WHOLE = "error of all stages"
-#: Figures of a diagnosis in words; `rms of STAGE` is in tolerances.
-_FIGURES = {
-    CORRECTED: "error with a learned correction of the rest",
-    "ISO 18571 rating of the force": ("ISO 18571 rating of the force (1 is best)"),
-} | {f"rms of {stage}": f"rms error of the {stage} (in tolerances)" for stage in ("gun", "contact", "plate")}
+_STAGES = ("gun", "contact", "plate")
+#: Figures of a diagnosis in words.
+_FIGURES = {"ISO 18571 rating of the force": "ISO 18571 rating of the force (1 is best)"} | {
+    stage_figure(stage): f"rms error of the {stage} (in tolerances)" for stage in _STAGES
+}
+
+
+def _figure_label(figure: str, metric: str) -> str:
+    """A figure in words with its unit; the size of the gap has that of its metric."""
+    if figure == _WHOLE:
+        return metric
+    if figure == CORRECTED:
+        return f"{metric}, with a learned correction of the rest"
+    if figure in [f"rms of {stage}" for stage in _STAGES]:  # of an older version, which had it in the unit of the gap
+        return f"{figure.replace('rms of', 'rms error of the')} alone, in the unit of the first row"
+    return _FIGURES.get(figure, figure)
 
 
 def diagnosis_document(session: Session, diagnosis_id: int) -> Document:

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from pyroshock.app.diagnose.page_parts import list_row, parts_of
 from pyroshock.app.diagnose.recommendations import next_experiment, recommendations
-from pyroshock.app.diagnose.report import EFFECT_COLUMNS, effect_rows, page, verdict_of
+from pyroshock.app.diagnose.report import EFFECT_COLUMNS, effect_rows, page, sections, verdict_of
 from pyroshock.app.diagnose.report_charts import path_rows, share_rows
 from pyroshock.app.diagnose.service import GapDiagnosis
 from pyroshock.app.diagnose.stored import verdict_from_json, verdict_to_json
 from pyroshock.app.diagnose.summary import held_out_fraction, is_unknown, summary
 from pyroshock.app.diagnose.wording import ALIKE, drawn_effects_sentence, effect_subject, set_name, single_effects
+from pyroshock.app.documents.document import Table
 from pyroshock.app.twins.adopted_effects import offered
 from pyroshock.diagnosis.verdict import (
     NONE,
@@ -29,6 +30,7 @@ from pyroshock.diagnosis.verdict import (
     Unexplained,
     Verdict,
     WeightedEffects,
+    stage_figure,
 )
 from pyroshock.twin.effects import catalogue, effect
 from support.records import verdicts
@@ -247,3 +249,21 @@ def test_pictures_say_which_effects_they_are_drawn_with() -> None:
     verdict = replace(verdict, pictures=replace(verdict.pictures, drawn_effects=(("gun.valve_flow",),)))
     assert drawn_effects_sentence(verdict) in page(verdict) and "first cause" not in page(verdict)
     assert verdict_from_json(*verdict_to_json(verdict)).pictures.drawn_effects == (("gun.valve_flow",),)
+
+
+def test_figures_of_what_was_not_seen_have_their_units() -> None:
+    whole = verdicts.gun()
+    more = {**whole.shrinkage[0].more, stage_figure("gun"): (42.0, 1.26), "rms of gun": (0.42, 0.0126)}
+    (section,) = [
+        own
+        for own in sections(replace(whole, shrinkage=(replace(whole.shrinkage[0], more=more),)))
+        if own.title == "On configurations that the fit has not seen"
+    ]
+    (table,) = [block for block in section.blocks if isinstance(block, Table)]
+    rows = {str(row[0]): tuple(row[1:3]) for row in table.rows}
+    assert rows == {
+        whole.gap.metric: (0.42, 0.0126),
+        f"{whole.gap.metric}, with a learned correction of the rest": (0.42, 0.0085),
+        "rms error of the gun (in tolerances)": (42.0, 1.26),
+        "rms error of the gun alone, in the unit of the first row": (0.42, 0.0126),
+    }
