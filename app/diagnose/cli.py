@@ -197,7 +197,7 @@ def tell_diagnosis(diagnosis: GapDiagnosis) -> None:
     """The first sentences and what to do next, then effects, path and the rest of the report."""
     from ..common.number_format import percent
     from .report import FIRST_SECTIONS, sentence_sections
-    from .wording import cause_name, fitted_words
+    from .wording import cause_name, fitted_words, owned_parameters
 
     verdict, sections = diagnosis.verdict, sentence_sections(diagnosis.verdict)
     click.echo(f"{verdict.campaign}: {diagnosis.sentence}")
@@ -206,7 +206,7 @@ def tell_diagnosis(diagnosis: GapDiagnosis) -> None:
     _tell_path(verdict)
     click.echo("\nCauses")
     for cause in verdict.causes:
-        numbers = ", ".join(fitted_words(parameter) for parameter in cause.parameters)
+        numbers = ", ".join(fitted_words(parameter, effect) for effect, parameter in owned_parameters(cause))
         click.echo(f"  {percent(cause.probability):>7}  {cause_name(cause)}{': ' + numbers if numbers else ''}")
     for title, sentences in sections.items():
         _tell_lines(title, sentences)

@@ -179,7 +179,7 @@ def effect_rows(verdict: Verdict) -> list[tuple[Cell, ...]]:
                 percent(row.held_out_gain),
                 set_number(verdict, row),
                 cause_word(verdict, row),
-                ", ".join(map(fitted_words, single.parameters)) if single else "",
+                ", ".join(fitted_words(item, single.effect) for item in single.parameters) if single else "",
             )
         )
     if verdict.unexplained is not None:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from ...diagnosis.parameter_limits import ExceededLimit
+from ...diagnosis.parameter_limits import ExceededLimit, exceeded_limit
 from ...diagnosis.verdict import (
     CORRECTED,
     NONE,
@@ -190,12 +190,34 @@ def parameter_label(name: str, unit: str) -> str:
     return f"{word.removesuffix(ending) if unit else word}{bracket}{group}".replace("_", " ")
 
 
-def fitted_words(parameter: Fitted) -> str:
-    """`opening time = 255 ms (237 to 274 ms)`, in the units of the field; the brackets hold the 90 % interval."""
+def fitted_words(parameter: Fitted, effect: str = "") -> str:
+    """`opening time = 255 ms (237 to 274 ms)`, in the units of the field; the brackets hold the 90 % interval, and say
+    where the value is none that the part of the `effect` can have."""
     unit, scale = shown_unit(parameter.unit)
     value, low, high = format_interval(*(scale * item for item in (parameter.value, *parameter.ci90)))
     label = parameter_label(parameter.name, parameter.unit)
-    return f"{label} = {f'{value} {unit}'.rstrip()} ({low} to {f'{high} {unit}'.rstrip()})"
+    mark = _range_mark(effect, parameter)
+    return f"{label} = {f'{value} {unit}'.rstrip()} ({low} to {f'{high} {unit}'.rstrip()}{mark})"
+
+
+def _range_mark(effect: str, parameter: Fitted) -> str:
+    """`; outside its range, which ends at 5`; "" for a value that the part can have."""
+    exceeded = exceeded_limit(effect, parameter.parameter, parameter.value)
+    if exceeded is None:
+        return ""
+    unit, scale = shown_unit(parameter.unit)
+    limit = f"{number(scale * exceeded.limit)} {unit}".rstrip()
+    where = "outside its range, which ends at" if exceeded.is_beyond else "at the end of its range,"
+    return f"; {where} {limit}"
+
+
+def owned_parameters(cause: Cause) -> list[tuple[str, Fitted]]:
+    """Parameters of an entry with their effects: those that bear no effect's name are of the first one."""
+    effects = single_effects(cause.effects)
+    return [
+        (next((name for name in effects if item.name.startswith(f"{name}.")), effects[0]), item)
+        for item in cause.parameters
+    ]
 
 
 def miss_sentence(exceeded: ExceededLimit) -> str:
@@ -261,17 +283,10 @@ def cause_lines(cause: Cause) -> list[str]:
 
 
 def _effect_line(identity: str, cause: Cause) -> str:
-    """Parameters that bear no effect's name are those of the first effect."""
-    first = single_effects(cause.effects)[0]
-    owned = [item for item in cause.parameters if item.name.startswith(f"{identity}.")]
-    owned += [item for item in cause.parameters if identity == first and not _names_an_effect(item.name)]
-    values = f": {', '.join(map(fitted_words, owned))}" if owned else ""
+    words = [fitted_words(item, owner) for owner, item in owned_parameters(cause) if owner == identity]
+    values = f": {', '.join(words)}" if words else ""
     subject = effect_subject(identity)
     return f"{identity}{f', {subject}' if subject != identity else ''}{values}"
-
-
-def _names_an_effect(name: str) -> bool:
-    return any(name.startswith(f"{identity}.") for identity in catalogue())
 
 
 def own_error(stage: StageShare) -> str:
