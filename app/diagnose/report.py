@@ -100,7 +100,9 @@ def sentence_sections(verdict: Verdict) -> dict[str, tuple[str, ...]]:
     return {
         FIRST_SECTIONS[0]: recommendations(verdict),
         "Where the error lies": tuple(where_lines(verdict.where)),
-        "On configurations that the fit has not seen": tuple(map(shrinkage_line, verdict.shrinkage)),
+        "On configurations that the fit has not seen": tuple(
+            shrinkage_line(entry, verdict) for entry in verdict.shrinkage
+        ),
         NEXT_EXPERIMENT: next_experiment(verdict),
         ASSUMPTIONS: verdict.assumptions,
     }

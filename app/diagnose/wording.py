@@ -335,10 +335,22 @@ def drawn_effects_sentence(verdict: Verdict) -> str:
     )
 
 
-def shrinkage_line(entry: Shrinkage) -> str:
+def held_out_name(entry: Shrinkage, verdict: Verdict) -> str:
+    """What takes the error away where it was not fitted, as the path names it; `effects` of the entry are what most
+    folds chose, of several effects that cannot be told apart any."""
+    if verdict.path:
+        several = any(len(step.effects) > 1 for step in verdict.path)  # "a or b and c" can be read in two ways
+        names = [step.added for step in verdict.path]
+        return ", and ".join(names) if several else join_words(names)
+    return join_words([spell_sets(name) for name in entry.effects]) or "no effect"
+
+
+def shrinkage_line(entry: Shrinkage, verdict: Verdict) -> str:
     """One sentence on configurations that the fit has not seen."""
-    count = len(entry.effects)
-    what = "No effect" if not count else spell_sets(entry.effects[0]) if count == 1 else f"{count} effects"
+    steps, what = len(verdict.path) or len(entry.effects), held_out_name(entry, verdict)
+    if steps > _MOST_NAMES:
+        what = f"all {steps} steps of the path" if verdict.path else f"{steps} effects"
+    what = _sentence_start(what) if "." not in what.partition(" ")[0] else what
     sizes = f"{number(entry.before)} before, {number(entry.after)} after, held out by {entry.held_out_by}"
     if entry.fraction is None:
         return f"{what}: {sizes}; there was no error to reduce."

@@ -13,7 +13,14 @@ from pyroshock.app.diagnose.report_charts import path_rows, share_rows
 from pyroshock.app.diagnose.service import GapDiagnosis
 from pyroshock.app.diagnose.stored import verdict_from_json, verdict_to_json
 from pyroshock.app.diagnose.summary import held_out_fraction, is_unknown, summary
-from pyroshock.app.diagnose.wording import ALIKE, drawn_effects_sentence, effect_subject, set_name, single_effects
+from pyroshock.app.diagnose.wording import (
+    ALIKE,
+    drawn_effects_sentence,
+    effect_subject,
+    set_name,
+    shrinkage_line,
+    single_effects,
+)
 from pyroshock.app.documents.document import Table
 from pyroshock.app.twins.adopted_effects import offered
 from pyroshock.diagnosis.verdict import (
@@ -267,3 +274,19 @@ def test_figures_of_what_was_not_seen_have_their_units() -> None:
         "rms error of the gun (in tolerances)": (42.0, 1.26),
         "rms error of the gun alone, in the unit of the first row": (0.42, 0.0126),
     }
+
+
+def test_line_and_table_of_what_was_not_seen_name_the_sets_of_the_report_and_not_the_choice_of_the_folds() -> None:
+    whole = verdicts.gun()
+    entry = replace(whole.shrinkage[0], effects=("gun.barrel_loss",))
+    alike = "gun.valve_flow or gun.barrel_loss"
+    path = (PathStep(alike, 0.05, 0.88), PathStep(OTHERS, entry.after, 0.97))
+    verdict = replace(whole, path=path, shrinkage=(entry,))
+    assert shrinkage_line(entry, verdict).startswith(f"{alike}, and {OTHERS}: 0.42 before, 0.0126 after, held out by")
+    assert list(GapDiagnosis(verdict).shrinkage["effects"]) == [f"{alike}, and {OTHERS}"]
+    assert verdict.as_json()["shrinkage"][0]["effects"] == ["gun.barrel_loss"]
+    many = replace(verdict, path=path * 2)
+    assert shrinkage_line(entry, many).startswith("All 4 steps of the path: ")
+    older = replace(verdict, path=())
+    assert shrinkage_line(entry, older).startswith("gun.barrel_loss: ")
+    assert shrinkage_line(replace(entry, effects=()), older).startswith("No effect: ")
