@@ -243,9 +243,11 @@ class EffectShare:
     """What one effect of the catalogue has to do with the gap, averaged over the sets of effects that may act.
 
     `inclusion` is the posterior probability that it acts. `share` of the squared gap is its Shapley value, with its
-    90 % interval. `held_out_gain` is the fraction of the gap that it takes away on configurations that it was not
-    fitted to, in the place of the others of its set. `credible_set` is the number of its set among `Verdict.sets`, from
-    1; None for an effect of no set. `named`: it is in one.
+    90 % interval. `held_out_gain` is by how much the fraction of the reducible gap that disappears on configurations
+    that the fit has not seen is larger with it than without it: beside the other effects of the likeliest set, which
+    without it are fitted again and may take a part of its place, and in the place of the others of its own set.
+    `credible_set` is the number of its set among `Verdict.sets`, from 1; None for an effect of no set. `named`: it is
+    in one.
     """
 
     effect: str

@@ -220,10 +220,11 @@ def _tell_lines(title: str, lines: Sequence[str]) -> None:
 
 
 def _tell_effects(verdict: Verdict) -> None:
-    from .report import EFFECT_COLUMNS, effect_rows
+    from .report import EFFECT_COLUMNS, GAIN, effect_rows
 
     if verdict.effects:
-        click.echo("\nEffects (share of the squared error; held out: taken away where it was not fitted)")
+        click.echo("\nEffects (share of the squared error)")
+        click.echo(f"{GAIN}: how much more disappears, where it was not fitted, with it than with the others alone")
         if any(effect.share < 0 for effect in verdict.effects):
             click.echo("A negative share: the effect hides a part of the error, which would be larger without it.")
         columns = [column for column in EFFECT_COLUMNS if column != "name"]

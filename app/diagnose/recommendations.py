@@ -210,8 +210,8 @@ def _nearest_sentence(verdict: Verdict) -> str:
         if len(verdict.path) > 1 and verdict.path[-1].fraction >= WORTH_SAYING:
             together = f"; the effects of the path together take {percent(verdict.path[-1].fraction)}"
         return (
-            f"The nearest effect is {subject}, which takes {gain} of the error away on configurations that it was not "
-            f"fitted to{', ' if others else ''}{others}{together}."
+            f"The nearest effect is {subject}, which takes {gain} of the error away beside the other likely "
+            f"effects, on configurations that it was not fitted to{', ' if others else ''}{others}{together}."
         )
     if verdict.effects:
         return "No effect of the catalogue takes anything away on configurations that it was not fitted to."

@@ -155,9 +155,11 @@ def _path_and_shares(verdict: Verdict) -> list[Block]:
     ]
 
 
+#: The heading of a gain held out; the path has no such figures, for its effects come one after the other.
+GAIN = "adds held out"
 #: Headings of the table of effects.
 EFFECT_COLUMNS = (
-    "effect", "name", "share", "90 % interval", "probability", "held out", "set", "cause", "parameters"
+    "effect", "name", "share", "90 % interval", "probability", GAIN, "set", "cause", "parameters"
 )  # fmt: skip
 
 
@@ -217,8 +219,10 @@ def cause_word(verdict: Verdict, row: EffectSet | EffectShare) -> str:
 
 
 EFFECTS_CAPTION = (
-    "Share of the squared error with its 90 % interval, probability that the effect acts, and what it takes away on "
-    "configurations that it was not fitted to (held out). Of the effects of one set at least one acts, and these runs "
+    "Share of the squared error with its 90 % interval, probability that the effect acts, and how much more of the "
+    "error disappears with it than without it on configurations that the fit has not seen (adds held out). Without it, "
+    "the other likely effects are fitted again and may take a part of its place; the path adds the first effect to the "
+    "nominal model, so that more can disappear there. Of the effects of one set at least one acts, and these runs "
     "cannot tell which; its first row is that of the set."
 )
 
@@ -246,7 +250,7 @@ def _effects(verdict: Verdict) -> list[Block]:
 
 
 _SHARE = "share (90 % interval)"
-_PRINTED_COLUMNS = ("effect", _SHARE, "probability", "held out", "cause")
+_PRINTED_COLUMNS = ("effect", _SHARE, "probability", GAIN, "cause")
 
 
 def _printed_row(verdict: Verdict, row: EffectSet | EffectShare) -> tuple[Cell, ...]:

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pyroshock.app.common.number_format import percent
 from pyroshock.app.diagnose.page_parts import list_row, parts_of
 from pyroshock.app.diagnose.recommendations import next_experiment, recommendations
-from pyroshock.app.diagnose.report import EFFECT_COLUMNS, effect_rows, page, sections, verdict_of
+from pyroshock.app.diagnose.report import EFFECT_COLUMNS, GAIN, effect_rows, page, sections, verdict_of
 from pyroshock.app.diagnose.report_charts import path_rows, share_rows
 from pyroshock.app.diagnose.service import GapDiagnosis
 from pyroshock.app.diagnose.stored import verdict_from_json, verdict_to_json
@@ -290,3 +291,12 @@ def test_line_and_table_of_what_was_not_seen_name_the_sets_of_the_report_and_not
     older = replace(verdict, path=())
     assert shrinkage_line(entry, older).startswith("gun.barrel_loss: ")
     assert shrinkage_line(replace(entry, effects=()), older).startswith("No effect: ")
+
+
+def test_gain_in_the_table_is_not_called_as_the_fraction_of_the_path() -> None:
+    """A set takes 99 % after the nominal model and 58 % beside effects that take its place: the table says which."""
+    whole = verdicts.gun(path=(PathStep("gun.valve_flow", 0.0126, 0.97),))
+    assert percent(whole.effects[0].held_out_gain) == "58 %" and percent(whole.path[0].fraction) == "97 %"
+    html = page(whole)
+    assert f">{GAIN}<" in html and ">held out<" not in html and GAIN in EFFECT_COLUMNS
+    assert "adds the first effect to the nominal model" in html
