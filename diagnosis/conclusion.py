@@ -60,7 +60,8 @@ def conclude(
         causes_in_catalogue = _weighed(causes_in_catalogue, figures.fraction)
     causes = _listed(causes_in_catalogue, p_unknown, posterior.background_probability)
     if causes[0].effects == (UNKNOWN,):
-        established = replace(established, sets=(), choices=(), averaged=None)  # those that are nearest, no causes
+        # Those that are nearest are no causes.
+        established = replace(established, sets=(), choices=(), averaged=None, possible_choices=())
     return Conclusion(
         causes=causes,
         effects=_effect_shares(posterior, shares, established),

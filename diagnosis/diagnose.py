@@ -86,8 +86,9 @@ __all__ = ["Options", "diagnose"]
 
 #: Called with (done, total, what).
 Progress = Callable[[int, int, str], None]
-#: Called with the gap, the stages and the effects of the likeliest cause as fitted: what the page draws.
-Draw = Callable[[GapTable, Sequence[Stage], Sequence[Effect]], Pictures]
+#: Called with the gap, the stages and the choices of fitted effects whose predictions are averaged, with their weights:
+#: what the page draws.
+Draw = Callable[[GapTable, Sequence[Stage], Sequence[tuple[Sequence[Effect], float]]], Pictures]
 _STEPS = 6
 #: Held out, effects that take less of the gap than this do not predict what they have not seen.
 _PREDICTS = 0.3
@@ -119,7 +120,9 @@ def _verdict(record: CampaignRecord, options: Options, progress: Progress, draw:
     shares = gap_shares(posterior.library, posterior.weights, posterior.floor, rng)
     progress(3, _STEPS, "held out")
     scales = posterior.metric.scales(posterior.gap)
-    held = measure_reduction(stages, partial(fit_fold, posterior.library), rng, scales, options.rate_pulses)
+    tolerances = {name: gap.tolerance[gap.columns(name)] for name in gap.stages}
+    fit = partial(fit_fold, posterior.library)
+    held = measure_reduction(stages, fit, rng, scales, options.rate_pulses, tolerances)
     entries = tuple(entry for entry, _ in held)
     conclusion = conclude(posterior, shares, held[0][1] if held else None, options.unknown_map, stages)
     progress(4, _STEPS, "where")
@@ -147,8 +150,15 @@ def _verdict(record: CampaignRecord, options: Options, progress: Progress, draw:
         unknown_figures=conclusion.unknown_figures,
         set_scores=posterior.set_scores(),
         first_evidence=conclusion.first_evidence,
-        pictures=draw(gap, stages, fitted_effects(posterior.best)) if draw is not None else Pictures(),
+        pictures=draw(gap, stages, _drawn_choices(posterior, conclusion)) if draw is not None else Pictures(),
     )
+
+
+def _drawn_choices(posterior: HypothesisPosterior, conclusion: Conclusion) -> list[tuple[Sequence[Effect], float]]:
+    """The effects that the established sets stand for, as they were fitted, with weights of sum one; the likeliest
+    effects where no set is established."""
+    choices = conclusion.established.drawn or ((posterior.best, 1.0),)
+    return [(fitted_effects(fit), weight) for fit, weight in choices]
 
 
 def _effect_kinds(options: Options, stages: Sequence[Stage]) -> list[type[Effect]]:

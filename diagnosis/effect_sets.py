@@ -43,13 +43,20 @@ _TOLD_APART = 3.0
 class EstablishedSets:
     """`sets` by falling share. `gains` by effect of the catalogue: by how much the fraction that goes is larger with it
     on configurations that it was not fitted to, in the place of the others of its set. `choices`: one effect of each
-    set, as they were fitted together, with their weights, the likeliest first."""
+    set, as they were fitted together, with their weights, the likeliest first. `possible_choices`: those that
+    `averaged` has, of all sets or of the largest of them, with parameters that the parts can have."""
 
     sets: tuple[EffectSet, ...]
     gains: Mapping[str, float]
     path: tuple[PathStep, ...]
     choices: tuple[tuple[SubsetFit, float], ...]
     averaged: AveragedEffects | None
+    possible_choices: tuple[tuple[SubsetFit, float], ...] = ()
+
+    @property
+    def drawn(self) -> tuple[tuple[SubsetFit, float], ...]:
+        """What a picture shows of the sets: what can be adopted of them, or all choices where nothing can."""
+        return self.possible_choices or self.choices
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -94,9 +101,9 @@ def established_sets(
     path = _path(held, steps, choices, tables) if held is not None and steps else ()
     chosen = tuple(choices[-1]) if sets else ()
     # Where the parts cannot have what all sets together need, the larger sets by themselves may be adopted.
-    possible = (_averaged(own, held, tables) for own in reversed(choices)) if sets else ()
-    averaged = next((own for own in possible if own is not None), None)
-    return EstablishedSets(tuple(sets), gains, path, chosen, averaged)
+    possible = next(filter(None, map(_possible_choices, reversed(choices))), ()) if sets else ()
+    averaged = _averaged(possible, held, tables) if possible else None
+    return EstablishedSets(tuple(sets), gains, path, chosen, averaged, possible)
 
 
 def _held_out_gains(
@@ -177,22 +184,21 @@ def _mean(choices: Sequence[tuple[SubsetFit, float]], tables: Mapping[tuple[str,
     return np.asarray(np.sum([weight / total * tables[fit.key] for fit, weight in choices], axis=0))
 
 
+def _possible_choices(choices: Sequence[tuple[SubsetFit, float]]) -> tuple[tuple[SubsetFit, float], ...]:
+    """Those whose parameters are values that the parts can have, with weights of sum one."""
+    possible = [(fit, weight) for fit, weight in choices if not exceeded_limits(common_effects(fit))]
+    total = sum(weight for _, weight in possible)
+    return tuple((fit, weight / total) for fit, weight in possible)
+
+
 def _averaged(
     choices: Sequence[tuple[SubsetFit, float]], held: FoldCorrections | None, tables: Mapping[tuple[str, ...], Floats]
-) -> AveragedEffects | None:
-    """Of the choices whose parameters are values that the parts can have."""
-    possible_choices = [(fit, weight) for fit, weight in choices if not exceeded_limits(common_effects(fit))]
-    if not possible_choices:
-        return None
-
+) -> AveragedEffects:
     def after(some: Sequence[tuple[SubsetFit, float]]) -> float | None:
         return None if held is None else _root(held, _mean(some, tables))
 
-    total = sum(weight for _, weight in possible_choices)
-    rows = [
-        WeightedEffects(weight / total, common_effects(fit), after([(fit, weight)])) for fit, weight in possible_choices
-    ]
-    return AveragedEffects(tuple(rows), after(possible_choices))
+    rows = [WeightedEffects(weight, common_effects(fit), after([(fit, weight)])) for fit, weight in choices]
+    return AveragedEffects(tuple(rows), after(choices))
 
 
 def _step(added: str, held: FoldCorrections, correction: Floats) -> PathStep:

@@ -20,7 +20,7 @@ from .inference.held_out import FoldFit
 from .iso18571 import pulse_ratings
 from .observables.base import Observable, Stage
 from .record import RunConfiguration
-from .verdict import CORRECTED, Shrinkage
+from .verdict import CORRECTED, Shrinkage, stage_figure
 
 #: Folds by configuration; with fewer configurations each is held out alone.
 _FOLDS = 5
@@ -74,7 +74,7 @@ class Gaps:
         An infinite scale leaves an observable out.
         """
         record = stages[0].record
-        scale = np.concatenate([(scales or {}).get(stage.name, tolerances(stage.observables)) for stage in stages])
+        scale = _by_stage(stages, scales or {})
         used = np.isfinite(scale)
         residuals = np.concatenate([stage.residuals() for stage in stages], axis=1)[:, used] / scale[used]
         items = [item for stage in stages for item in stage.observables]
@@ -139,6 +139,7 @@ def measure_reduction(
     rng: np.random.Generator,
     scales: Mapping[str, Floats] | None = None,
     pulses: bool = True,
+    stage_tolerances: Mapping[str, Floats] | None = None,
 ) -> list[tuple[Shrinkage, FoldCorrections]]:
     """Held out by configuration in five folds, and once a corner of the factor space, where there is one; with what
     each fold fitted.
@@ -148,7 +149,8 @@ def measure_reduction(
     given; infinite: left out), repetition scatter included. `fraction` is what disappears of what is above the
     scatter's part. It is None where the gap before is not two standard errors of the scatter above it: no gap to
     shrink. Negative: the effects made it worse. `effects` are those that most folds chose. `pulses`: whether force
-    pulses are rated after ISO 18571, which costs their simulation.
+    pulses are rated after ISO 18571, which costs their simulation. `stage_tolerances` (d,) by stage, in the units of
+    its observables, of the figures in tolerances; those of the observables where none is given.
     """
     gaps = Gaps.of(stages, scales)
     if len(gaps.rows) < 2:
@@ -156,7 +158,13 @@ def measure_reduction(
     at_corner = corner(stages[0].record.configurations, gaps.rows, np.sqrt(gaps.squares()))
     splits = [by_configuration(gaps.rows, rng), *([] if at_corner is None else [at_corner])]
     results = [FoldCorrections.of(gaps, split, fit) for split in splits]
-    return [(_entry(stages, held, results[0], rng, pulses), held) for held in results]
+    tolerance = _by_stage(stages, stage_tolerances or {})
+    return [(_entry(stages, held, results[0], rng, pulses, tolerance), held) for held in results]
+
+
+def _by_stage(stages: Sequence[Stage], sizes: Mapping[str, Floats]) -> Floats:
+    """(D,): sizes (d,) by stage, in the units of its observables; tolerances where none is given."""
+    return np.concatenate([sizes.get(stage.name, tolerances(stage.observables)) for stage in stages])
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,7 +230,12 @@ class FoldCorrections:
 
 
 def _entry(
-    stages: Sequence[Stage], held: FoldCorrections, folds: FoldCorrections, rng: np.random.Generator, pulses: bool
+    stages: Sequence[Stage],
+    held: FoldCorrections,
+    folds: FoldCorrections,
+    rng: np.random.Generator,
+    pulses: bool,
+    tolerance: Floats,
 ) -> Shrinkage:
     correction, rows = held.correction, held.split.held_out
     squares = [held.squares(table) for table in (0.0, correction, held.corrected)]
@@ -231,7 +244,8 @@ def _entry(
     if held.is_gap:
         spread = _training_spread(held, folds)
         interval = fraction_interval(squares[0], squares[1], held.floor, rng, held.gaps.floor_error, spread)
-    figures = [_figures(held.gaps, table[rows]) for table in (held.gaps.mean, held.gaps.mean - correction)]
+    tables = held.gaps.mean[rows], (held.gaps.mean - correction)[rows]
+    figures = [_figures(held.gaps, table, tolerance) for table in tables]
     more = {CORRECTED: (before, corrected), **{name: (figures[0][name], figures[1][name]) for name in figures[0]}}
     ratings = pulse_ratings(stages, held.split.folds, [fold.likeliest for fold in held.folds]) if pulses else None
     if ratings is not None:
@@ -252,17 +266,20 @@ def _training_spread(held: FoldCorrections, folds: FoldCorrections) -> float:
     return float(np.sqrt((len(fractions) - 1) * np.var(fractions)))
 
 
-def _figures(gaps: Gaps, table: Floats) -> dict[str, float]:
-    """Of mean residuals (n, D) over the scale: the rms of each stage alone; of lines of spectra in dB the median and
-    the 95th percentile of the deviation, and the shares within 3 and 6 dB."""
+def _figures(gaps: Gaps, table: Floats, tolerance: Floats) -> dict[str, float]:
+    """Of mean residuals (n, D) over the scale: the rms of each stage alone in tolerances (D',) of all observables; of
+    lines of spectra in dB the median and the 95th percentile of the deviation, and the shares within 3 and 6 dB."""
+    used = np.isfinite(gaps.scale)
+    residuals = table * gaps.scale[used]
+    in_tolerances = residuals / tolerance[used]
     stages = np.array([item.stage for item in gaps.observables])
     figures = {}
     for name in dict.fromkeys(stages.tolist()):
-        cells = table[:, stages == name]
+        cells = in_tolerances[:, stages == name]
         if np.isfinite(cells).any():
-            figures[f"rms of {name}"] = float(np.sqrt(np.nanmean(cells**2)))
+            figures[stage_figure(name)] = float(np.sqrt(np.nanmean(cells**2)))
     lines = np.flatnonzero([item.unit == "dB" and item.frequency_hz is not None for item in gaps.observables])
-    levels = np.abs(table[:, lines] * gaps.scale[np.isfinite(gaps.scale)][lines])
+    levels = np.abs(residuals[:, lines])
     levels = levels[np.isfinite(levels)]
     if levels.size:
         figures["dB, median"] = float(np.median(levels))

@@ -1,6 +1,6 @@
 """What a diagnosis says: the records of a report, and their JSON.
 
-What a report draws of a diagnosis beside its numbers: residuals and curves before and after the first cause.
+What a report draws of a diagnosis beside its numbers: residuals and curves without and with the effects that it names.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .options import UnknownFigures
 class ResidualPicture:
     """One observable over the configurations: measured less simulated, means over runs, NaN where there is none.
 
-    `before` (C,) is the nominal simulator's, `after` (C,) with the fitted cause, None without one. `floor` (C,) is
+    `before` (C,) is the nominal simulator's, `after` (C,) with the fitted effects, None without them. `floor` (C,) is
     what repetitions leave of such a mean, one standard deviation. All in `unit`.
     """
 
@@ -53,11 +53,14 @@ class CurvePicture:
 
 @dataclass(frozen=True)
 class Pictures:
-    """What is drawn. `configurations` are the labels of the C configurations."""
+    """What is drawn. `configurations` are the labels of the C configurations. `drawn_effects`: ids of the effects that
+    `after` is drawn with; of several such sets the mean of their predictions. () where nothing is drawn after, and of
+    an older version's pictures, which did not say it."""
 
     configurations: tuple[str, ...] = ()
     residuals: tuple[ResidualPicture, ...] = ()
     curves: tuple[CurvePicture, ...] = ()
+    drawn_effects: tuple[tuple[str, ...], ...] = ()
 
 
 NONE, UNKNOWN = "none", "unknown"
@@ -68,6 +71,11 @@ _OR = " or "
 #: The entry of `Shrinkage.more` with what goes when the learned discrepancy corrects the rest.
 CORRECTED = "with the learned discrepancy"
 Interval = tuple[float, float]
+
+
+def stage_figure(stage: str) -> str:
+    """The entry of `Shrinkage.more` with the rms error of one stage alone, in its tolerances."""
+    return f"rms of {stage} in tolerances"
 
 
 @dataclass(frozen=True)
@@ -217,8 +225,9 @@ class Shrinkage:
     """How far the gap shrinks on configurations that neither the choice of the cause nor its parameters have seen.
 
     `held_out_by`: "configuration", or "corner: tank_pressure > 2e+05" for the extrapolation. In the unit of the gap;
-    `fraction` of the reducible gap, None where there was no gap to shrink. `more` are further figures by name: dB,
-    shares of lines within 3 and 6 dB, ISO 18571 scores, each a pair before and after.
+    `fraction` of the reducible gap, None where there was no gap to shrink. `more` are further figures by name, each a
+    pair before and after: `CORRECTED` in the unit of the gap, `stage_figure` in tolerances, the others as they are
+    named: dB, shares of lines within 3 and 6 dB, ISO 18571 scores.
     """
 
     effects: tuple[str, ...]
@@ -235,9 +244,11 @@ class EffectShare:
     """What one effect of the catalogue has to do with the gap, averaged over the sets of effects that may act.
 
     `inclusion` is the posterior probability that it acts. `share` of the squared gap is its Shapley value, with its
-    90 % interval. `held_out_gain` is the fraction of the gap that it takes away on configurations that it was not
-    fitted to, in the place of the others of its set. `credible_set` is the number of its set among `Verdict.sets`, from
-    1; None for an effect of no set. `named`: it is in one.
+    90 % interval. `held_out_gain` is by how much the fraction of the reducible gap that disappears on configurations
+    that the fit has not seen is larger with it than without it: beside the other effects of the likeliest set, which
+    without it are fitted again and may take a part of its place, and in the place of the others of its own set.
+    `credible_set` is the number of its set among `Verdict.sets`, from 1; None for an effect of no set. `named`: it is
+    in one.
     """
 
     effect: str

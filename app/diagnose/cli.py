@@ -197,7 +197,7 @@ def tell_diagnosis(diagnosis: GapDiagnosis) -> None:
     """The first sentences and what to do next, then effects, path and the rest of the report."""
     from ..common.number_format import percent
     from .report import FIRST_SECTIONS, sentence_sections
-    from .wording import cause_name, fitted_words
+    from .wording import cause_name, fitted_words, owned_parameters
 
     verdict, sections = diagnosis.verdict, sentence_sections(diagnosis.verdict)
     click.echo(f"{verdict.campaign}: {diagnosis.sentence}")
@@ -206,7 +206,7 @@ def tell_diagnosis(diagnosis: GapDiagnosis) -> None:
     _tell_path(verdict)
     click.echo("\nCauses")
     for cause in verdict.causes:
-        numbers = ", ".join(fitted_words(parameter) for parameter in cause.parameters)
+        numbers = ", ".join(fitted_words(parameter, effect) for effect, parameter in owned_parameters(cause))
         click.echo(f"  {percent(cause.probability):>7}  {cause_name(cause)}{': ' + numbers if numbers else ''}")
     for title, sentences in sections.items():
         _tell_lines(title, sentences)
@@ -220,10 +220,11 @@ def _tell_lines(title: str, lines: Sequence[str]) -> None:
 
 
 def _tell_effects(verdict: Verdict) -> None:
-    from .report import EFFECT_COLUMNS, effect_rows
+    from .report import EFFECT_COLUMNS, GAIN, effect_rows
 
     if verdict.effects:
-        click.echo("\nEffects (share of the squared error; held out: taken away where it was not fitted)")
+        click.echo("\nEffects (share of the squared error)")
+        click.echo(f"{GAIN}: how much more disappears, where it was not fitted, with it than with the others alone")
         if any(effect.share < 0 for effect in verdict.effects):
             click.echo("A negative share: the effect hides a part of the error, which would be larger without it.")
         columns = [column for column in EFFECT_COLUMNS if column != "name"]

@@ -20,19 +20,32 @@ _CHANNELS = 2
 _PRESSED = 0.02
 
 
-def pictures_of(gap: GapTable, stages: Sequence[Stage], effects: Sequence[Effect] = ()) -> Pictures:
-    """Residuals and curves before, and after with `effects` (the likeliest cause as fitted; none: before alone).
+#: Sets of fitted effects whose predictions are averaged, with their weights, whose sum is one.
+Choices = Sequence[tuple[Sequence[Effect], float]]
+
+
+def pictures_of(gap: GapTable, stages: Sequence[Stage], choices: Choices = ()) -> Pictures:
+    """Residuals and curves before, and after with the mean of what `choices` predict (none, or one without effects:
+    before alone).
 
     Residuals after are the means of runs less what the effects change at a representative run of each configuration.
     """
+    choices = [choice for choice in choices if choice[0]]
     after = None
-    if effects:  # a stage ignores effects of other stages, an effect without an answer draws nothing
-        after = gap.mean - np.concatenate([stage.changes([effects])[0] for stage in stages], axis=1)
+    if choices:  # a stage ignores effects of other stages, an effect without an answer draws nothing
+        changes = [stage.changes([effects for effects, _ in choices]) for stage in stages]
+        after = gap.mean - _mean(np.concatenate(changes, axis=2), choices)
     return Pictures(
         configurations=tuple(configuration.label for configuration in gap.record.configurations),
         residuals=residual_pictures(gap.observables, gap.mean, after, np.sqrt(gap.floor_variance)),
-        curves=tuple(curve for stage in stages for curve in _curves(gap, stage, effects)),
+        curves=tuple(curve for stage in stages for curve in _curves(gap, stage, choices)),
+        drawn_effects=tuple(tuple(effect.id for effect in effects) for effects, _ in choices),
     )
+
+
+def _mean(predictions: Sequence[Floats] | Floats, choices: Choices) -> Floats:
+    """The mean of what the choices predict, k arrays of one shape; NaN where one of them has no answer."""
+    return np.asarray(np.tensordot([weight for _, weight in choices], np.asarray(predictions), axes=1))
 
 
 def residual_pictures(
@@ -61,7 +74,7 @@ def residual_pictures(
     return tuple(pictures)
 
 
-def _curves(gap: GapTable, stage: Stage, effects: Sequence[Effect]) -> Iterator[CurvePicture]:
+def _curves(gap: GapTable, stage: Stage, choices: Choices) -> Iterator[CurvePicture]:
     """Of the configuration whose observables of the stage lie furthest beyond tolerance and floor, if any."""
     ratio = np.nan_to_num(gap.mean / np.hypot(gap.tolerance, np.sqrt(gap.floor_variance)))[:, gap.columns(stage.name)]
     if not ratio.any():
@@ -70,20 +83,19 @@ def _curves(gap: GapTable, stage: Stage, effects: Sequence[Effect]) -> Iterator[
     runs = np.flatnonzero(gap.record.configuration_of == worst)
     label = gap.record.configurations[worst].label
     if isinstance(stage, ContactObservables):
-        yield from _pulse(stage, effects, runs, label)
+        yield from _pulse(stage, choices, runs, label)
     elif isinstance(stage, PlateObservables):
-        yield from _spectra(stage, effects, runs, label)
+        yield from _spectra(stage, choices, runs, label)
 
 
-def _pulse(stage: ContactObservables, effects: Sequence[Effect], runs: Rows, label: str) -> Iterator[CurvePicture]:
+def _pulse(stage: ContactObservables, choices: Choices, runs: Rows, label: str) -> Iterator[CurvePicture]:
     pulses = pulse_residuals(stage)
     runs = runs[np.isfinite(pulses.measured[runs] + pulses.simulated[runs]).all(axis=1)]
     if not runs.size:
         return
     curves = [pulses.measured[runs].mean(axis=0), pulses.simulated[runs].mean(axis=0)]
-    if effects:  # a pulse that has grown comes on a longer clock
-        after = pulse_residuals(stage, at_rows(stage.acting(effects), stage.record.configuration_of))
-        curves.append(np.interp(pulses.time_s, after.time_s, after.simulated[runs].mean(axis=0), left=0.0, right=0.0))
+    if choices:
+        curves.append(_mean([_force_n(stage, effects, runs, pulses.time_s) for effects, _ in choices], choices))
     # the samples of the pulse, with half its length on either side
     pressed = np.flatnonzero(curves[0] > _PRESSED * curves[0].max())
     margin = max(1, pressed.size // 2)
@@ -92,15 +104,24 @@ def _pulse(stage: ContactObservables, effects: Sequence[Effect], runs: Rows, lab
     yield CurvePicture(f"force, {label}", "time", "s", "force", "N", x, *(curve[near] for curve in curves))
 
 
-def _spectra(stage: PlateObservables, effects: Sequence[Effect], runs: Rows, label: str) -> Iterator[CurvePicture]:
+def _force_n(stage: ContactObservables, effects: Sequence[Effect], runs: Rows, time_s: Floats) -> Floats:
+    """The mean force of the runs with effects, on the clock of the nominal one: a longer pulse comes on a longer
+    clock."""
+    pulses = pulse_residuals(stage, at_rows(stage.acting(effects), stage.record.configuration_of))
+    return np.asarray(np.interp(time_s, pulses.time_s, pulses.simulated[runs].mean(axis=0), left=0.0, right=0.0))
+
+
+def _spectra(stage: PlateObservables, choices: Choices, runs: Rows, label: str) -> Iterator[CurvePicture]:
     spectra = stage.columns.spectra
-    records = [stage.signals.acceleration, stage.records(), *([stage.records(effects)] if effects else [])]
+    records = [stage.signals.acceleration, stage.records(), *(stage.records(effects) for effects, _ in choices)]
     levels = [spectra.levels_db(accelerations[:, :_CHANNELS]) for accelerations in records]
     for i, channel in enumerate(stage.signals.channels[:_CHANNELS]):
         usable = runs[np.isfinite(levels[0][runs, i] - levels[1][runs, i]).all(axis=1)]
         if usable.size:
             # mean levels as accelerations
-            measured, before, *after = (10 ** (level[usable, i].mean(axis=0) / 20) for level in levels)
+            measured_db, before_db, *of_choices = (level[usable, i].mean(axis=0) for level in levels)
+            measured, before = 10 ** (measured_db / 20), 10 ** (before_db / 20)
+            after = 10 ** (_mean(of_choices, choices) / 20) if choices else None
             title, x, y = f"{channel.replace('_', ' ')}, {label}", "natural frequency", "shock response spectrum"
-            curves = measured, before, after[0] if after else None
+            curves = measured, before, after
             yield CurvePicture(title, x, "Hz", y, "m/s2", spectra.lines_hz, *curves, logarithmic=True)

@@ -27,6 +27,7 @@ from .wording import (
     effect_check,
     effect_subject,
     miss_sentence,
+    owned_parameters,
     set_name,
     single_effects,
     span_label,
@@ -188,11 +189,7 @@ def _fitted_parameters(verdict: Verdict) -> list[tuple[str, Fitted]]:
     if members:
         rows = [effect for effect in verdict.effects if effect.effect in members]
         return [(effect.effect, item) for effect in rows for item in effect.parameters]
-    first = verdict.first.effects[0]
-    return [
-        (next((name for name in first.split("+") if item.name.startswith(f"{name}.")), first), item)
-        for item in verdict.first.parameters
-    ]
+    return owned_parameters(verdict.first)
 
 
 def _confirmation(verdict: Verdict) -> str:
@@ -213,8 +210,8 @@ def _nearest_sentence(verdict: Verdict) -> str:
         if len(verdict.path) > 1 and verdict.path[-1].fraction >= WORTH_SAYING:
             together = f"; the effects of the path together take {percent(verdict.path[-1].fraction)}"
         return (
-            f"The nearest effect is {subject}, which takes {gain} of the error away on configurations that it was not "
-            f"fitted to{', ' if others else ''}{others}{together}."
+            f"The nearest effect is {subject}, which takes {gain} of the error away beside the other likely "
+            f"effects, on configurations that it was not fitted to{', ' if others else ''}{others}{together}."
         )
     if verdict.effects:
         return "No effect of the catalogue takes anything away on configurations that it was not fitted to."

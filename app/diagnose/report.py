@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import datetime as dt
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,10 +20,9 @@ from ...diagnosis.verdict import (
     Cause,
     EffectSet,
     EffectShare,
-    Pictures,
     ResidualPicture,
-    Shrinkage,
     Verdict,
+    stage_figure,
 )
 from ...schema.atomic_write import write_text
 from ...schema.diagnoses import Diagnosis
@@ -51,6 +50,7 @@ from .summary import summary
 from .wording import (
     cause_lines,
     cause_title,
+    drawn_effects_sentence,
     effect_subject,
     fitted_words,
     set_name,
@@ -100,7 +100,9 @@ def sentence_sections(verdict: Verdict) -> dict[str, tuple[str, ...]]:
     return {
         FIRST_SECTIONS[0]: recommendations(verdict),
         "Where the error lies": tuple(where_lines(verdict.where)),
-        "On configurations that the fit has not seen": tuple(map(shrinkage_line, verdict.shrinkage)),
+        "On configurations that the fit has not seen": tuple(
+            shrinkage_line(entry, verdict) for entry in verdict.shrinkage
+        ),
         NEXT_EXPERIMENT: next_experiment(verdict),
         ASSUMPTIONS: verdict.assumptions,
     }
@@ -124,8 +126,8 @@ def sections(verdict: Verdict, most_figures: int | None = None) -> tuple[Section
         Section(EFFECTS, _effects(verdict)),
         Section(CAUSES, [Bars([_bar(cause) for cause in verdict.causes])]),
         listed("Where the error lies", "No place stands out.", _size(verdict)),
-        Section("Residuals before and after", _pictures(verdict.pictures, most_figures)),
-        listed("On configurations that the fit has not seen", "Not measured.", *_unseen_figures(verdict.shrinkage)),
+        Section("Residuals before and after", _pictures(verdict, most_figures)),
+        listed("On configurations that the fit has not seen", "Not measured.", *_unseen_figures(verdict)),
         Section(NEXT_EXPERIMENT, [Bullets(further, "None.")] if further else []),
         Section(ASSUMPTIONS, [Bullets(verdict.assumptions, "None beyond the campaign's own numbers.", quiet=True)]),
     )
@@ -153,9 +155,11 @@ def _path_and_shares(verdict: Verdict) -> list[Block]:
     ]
 
 
+#: The heading of a gain held out; the path has no such figures, for its effects come one after the other.
+GAIN = "adds held out"
 #: Headings of the table of effects.
 EFFECT_COLUMNS = (
-    "effect", "name", "share", "90 % interval", "probability", "held out", "set", "cause", "parameters"
+    "effect", "name", "share", "90 % interval", "probability", GAIN, "set", "cause", "parameters"
 )  # fmt: skip
 
 
@@ -179,7 +183,7 @@ def effect_rows(verdict: Verdict) -> list[tuple[Cell, ...]]:
                 percent(row.held_out_gain),
                 set_number(verdict, row),
                 cause_word(verdict, row),
-                ", ".join(map(fitted_words, single.parameters)) if single else "",
+                ", ".join(fitted_words(item, single.effect) for item in single.parameters) if single else "",
             )
         )
     if verdict.unexplained is not None:
@@ -215,8 +219,10 @@ def cause_word(verdict: Verdict, row: EffectSet | EffectShare) -> str:
 
 
 EFFECTS_CAPTION = (
-    "Share of the squared error with its 90 % interval, probability that the effect acts, and what it takes away on "
-    "configurations that it was not fitted to (held out). Of the effects of one set at least one acts, and these runs "
+    "Share of the squared error with its 90 % interval, probability that the effect acts, and how much more of the "
+    "error disappears with it than without it on configurations that the fit has not seen (adds held out). Without it, "
+    "the other likely effects are fitted again and may take a part of its place; the path adds the first effect to the "
+    "nominal model, so that more can disappear there. Of the effects of one set at least one acts, and these runs "
     "cannot tell which; its first row is that of the set."
 )
 
@@ -244,7 +250,7 @@ def _effects(verdict: Verdict) -> list[Block]:
 
 
 _SHARE = "share (90 % interval)"
-_PRINTED_COLUMNS = ("effect", _SHARE, "probability", "held out", "cause")
+_PRINTED_COLUMNS = ("effect", _SHARE, "probability", GAIN, "cause")
 
 
 def _printed_row(verdict: Verdict, row: EffectSet | EffectShare) -> tuple[Cell, ...]:
@@ -279,7 +285,8 @@ def _bar(cause: Cause) -> ShareBar:
     return ShareBar(cause_title(cause), value, 0.0, cause.probability, kind, lines=cause_lines(cause))
 
 
-def _pictures(pictures: Pictures, most: int | None) -> list[Block]:
+def _pictures(verdict: Verdict, most: int | None) -> list[Block]:
+    pictures = verdict.pictures
     if not (pictures.residuals or pictures.curves):
         return [Paragraph("No pictures are kept with this diagnosis.", quiet=True)]
     whole = pictures
@@ -291,6 +298,8 @@ def _pictures(pictures: Pictures, most: int | None) -> list[Block]:
     figures = [Figure(residual_title(p), residual_chart(p, pictures.configurations)) for p in pictures.residuals]
     figures += [Figure(picture.title.partition(", ")[0], curve_chart(picture)) for picture in pictures.curves]
     blocks: list[Block] = [ChartRow(figures, legend_keys(pictures))]
+    if pictures.drawn_effects:
+        blocks.append(Paragraph(drawn_effects_sentence(verdict), quiet=True))
     if pictures.residuals and pictures.configurations:
         names = "; ".join(f"{i}: {run_settings_words(name)}" for i, name in enumerate(pictures.configurations, 1))
         blocks.append(Paragraph(f"The configurations of the residuals are {names}.", quiet=True))
@@ -325,14 +334,16 @@ def _size_of_residual(picture: ResidualPicture) -> float:
     return float(np.sqrt(np.mean(finite_values**2)) / picture.tolerance)
 
 
-def _unseen_figures(entries: Sequence[Shrinkage]) -> list[Block]:
+def _unseen_figures(verdict: Verdict) -> list[Block]:
     """Before and after on configurations that the fit has not seen: a row for each figure, two columns for a test."""
+    entries = verdict.shrinkage
     if not entries:
         return []
     values = [{_WHOLE: (entry.before, entry.after), **entry.more} for entry in entries]
     names = dict.fromkeys(name for row in values for name in row)
+    labels = {name: _figure_label(name, verdict.gap.metric) for name in names}
     rows: list[list[Cell]] = [
-        [_FIGURES.get(name, name), *(size for row in values for size in row.get(name, (None, None)))] for name in names
+        [labels[name], *(size for row in values for size in row.get(name, (None, None)))] for name in names
     ]
     tests = [entry.held_out_by.partition(":")[0] for entry in entries]
     columns = [f"{when}, {test}" for test in tests for when in ("before", "after")]
@@ -346,11 +357,22 @@ _UNSEEN = (
 
 
 _WHOLE = "error of all stages"
-#: Figures of a diagnosis in words; `rms of STAGE` is in tolerances.
-_FIGURES = {
-    CORRECTED: "error with a learned correction of the rest",
-    "ISO 18571 rating of the force": ("ISO 18571 rating of the force (1 is best)"),
-} | {f"rms of {stage}": f"rms error of the {stage} (in tolerances)" for stage in ("gun", "contact", "plate")}
+_STAGES = ("gun", "contact", "plate")
+#: Figures of a diagnosis in words.
+_FIGURES = {"ISO 18571 rating of the force": "ISO 18571 rating of the force (1 is best)"} | {
+    stage_figure(stage): f"rms error of the {stage} (in tolerances)" for stage in _STAGES
+}
+
+
+def _figure_label(figure: str, metric: str) -> str:
+    """A figure in words with its unit; the size of the gap has that of its metric."""
+    if figure == _WHOLE:
+        return metric
+    if figure == CORRECTED:
+        return f"{metric}, with a learned correction of the rest"
+    if figure in [f"rms of {stage}" for stage in _STAGES]:  # of an older version, which had it in the unit of the gap
+        return f"{figure.replace('rms of', 'rms error of the')} alone, in the unit of the first row"
+    return _FIGURES.get(figure, figure)
 
 
 def diagnosis_document(session: Session, diagnosis_id: int) -> Document:

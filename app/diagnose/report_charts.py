@@ -85,7 +85,7 @@ def legend_keys(pictures: Pictures) -> tuple[tuple[str, str], ...]:
     """The marks of the charts by kind, and their meaning."""
     later = [picture.after for picture in pictures.residuals] + [picture.after for picture in pictures.curves]
     after = any(values is not None for values in later)
-    keys = [("before", "nominal model")] + ([("after", "with the first cause")] if after else [])
+    keys = [("before", "nominal model")] + ([("after", "model with effects")] if after else [])
     keys += [("measured", "measured")] if pictures.curves else []
     return (*keys, ("floor", "measurement noise, two standard deviations"), ("tolerance", "tolerance"))
 

@@ -134,11 +134,14 @@ class GapDiagnosis:
 
     @property
     def shrinkage(self) -> pd.DataFrame:
-        """How far the gap shrinks on configurations that the fit has not seen, a set of effects in each row."""
+        """How far the gap shrinks on configurations that the fit has not seen with the effects of `path`, a row for
+        each way of holding configurations out."""
+        from .wording import held_out_name
+
         return frame_of(
             (
                 {
-                    "effects": " or ".join(entry.effects),
+                    "effects": held_out_name(entry, self.verdict),
                     "held_out_by": entry.held_out_by,
                     "before": entry.before,
                     "after": entry.after,

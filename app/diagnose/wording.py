@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from ...diagnosis.parameter_limits import ExceededLimit
+from ...diagnosis.parameter_limits import ExceededLimit, exceeded_limit
 from ...diagnosis.verdict import (
     CORRECTED,
     NONE,
@@ -17,6 +17,7 @@ from ...diagnosis.verdict import (
     Shrinkage,
     StageShare,
     TimeWindow,
+    Verdict,
     Where,
 )
 from ...twin.effects import catalogue
@@ -189,12 +190,34 @@ def parameter_label(name: str, unit: str) -> str:
     return f"{word.removesuffix(ending) if unit else word}{bracket}{group}".replace("_", " ")
 
 
-def fitted_words(parameter: Fitted) -> str:
-    """`opening time = 255 ms (237 to 274 ms)`, in the units of the field; the brackets hold the 90 % interval."""
+def fitted_words(parameter: Fitted, effect: str = "") -> str:
+    """`opening time = 255 ms (237 to 274 ms)`, in the units of the field; the brackets hold the 90 % interval, and say
+    where the value is none that the part of the `effect` can have."""
     unit, scale = shown_unit(parameter.unit)
     value, low, high = format_interval(*(scale * item for item in (parameter.value, *parameter.ci90)))
     label = parameter_label(parameter.name, parameter.unit)
-    return f"{label} = {f'{value} {unit}'.rstrip()} ({low} to {f'{high} {unit}'.rstrip()})"
+    mark = _range_mark(effect, parameter)
+    return f"{label} = {f'{value} {unit}'.rstrip()} ({low} to {f'{high} {unit}'.rstrip()}{mark})"
+
+
+def _range_mark(effect: str, parameter: Fitted) -> str:
+    """`; outside its range, which ends at 5`; "" for a value that the part can have."""
+    exceeded = exceeded_limit(effect, parameter.parameter, parameter.value)
+    if exceeded is None:
+        return ""
+    unit, scale = shown_unit(parameter.unit)
+    limit = f"{number(scale * exceeded.limit)} {unit}".rstrip()
+    where = "outside its range, which ends at" if exceeded.is_beyond else "at the end of its range,"
+    return f"; {where} {limit}"
+
+
+def owned_parameters(cause: Cause) -> list[tuple[str, Fitted]]:
+    """Parameters of an entry with their effects: those that bear no effect's name are of the first one."""
+    effects = single_effects(cause.effects)
+    return [
+        (next((name for name in effects if item.name.startswith(f"{name}.")), effects[0]), item)
+        for item in cause.parameters
+    ]
 
 
 def miss_sentence(exceeded: ExceededLimit) -> str:
@@ -260,17 +283,10 @@ def cause_lines(cause: Cause) -> list[str]:
 
 
 def _effect_line(identity: str, cause: Cause) -> str:
-    """Parameters that bear no effect's name are those of the first effect."""
-    first = single_effects(cause.effects)[0]
-    owned = [item for item in cause.parameters if item.name.startswith(f"{identity}.")]
-    owned += [item for item in cause.parameters if identity == first and not _names_an_effect(item.name)]
-    values = f": {', '.join(map(fitted_words, owned))}" if owned else ""
+    words = [fitted_words(item, owner) for owner, item in owned_parameters(cause) if owner == identity]
+    values = f": {', '.join(words)}" if words else ""
     subject = effect_subject(identity)
     return f"{identity}{f', {subject}' if subject != identity else ''}{values}"
-
-
-def _names_an_effect(name: str) -> bool:
-    return any(name.startswith(f"{identity}.") for identity in catalogue())
 
 
 def own_error(stage: StageShare) -> str:
@@ -301,10 +317,40 @@ def where_lines(where: Where) -> Iterator[str]:
     yield from map(with_labels, where.drift)
 
 
-def shrinkage_line(entry: Shrinkage) -> str:
+def drawn_effects_sentence(verdict: Verdict) -> str:
+    """What the "model with effects" of the pictures is; "" where nothing is drawn after."""
+    names = [join_words([effect_subject(identity) for identity in own]) for own in verdict.pictures.drawn_effects]
+    if not names:
+        return ""
+    if not verdict.cause_sets:
+        return (
+            f"The model with effects has the likeliest effects, fitted to all runs: {names[0]}. The data do not "
+            "establish them as causes."
+        )
+    if len(names) == 1:
+        return f"The model with effects has {names[0]}, fitted to all runs."
+    return (
+        f"The model with effects is the mean of {len(names)} predictions, each fitted to all runs: with "
+        f"{join_words(names, 'or with')}."
+    )
+
+
+def held_out_name(entry: Shrinkage, verdict: Verdict) -> str:
+    """What takes the error away where it was not fitted, as the path names it; `effects` of the entry are what most
+    folds chose, of several effects that cannot be told apart any."""
+    if verdict.path:
+        several = any(len(step.effects) > 1 for step in verdict.path)  # "a or b and c" can be read in two ways
+        names = [step.added for step in verdict.path]
+        return ", and ".join(names) if several else join_words(names)
+    return join_words([spell_sets(name) for name in entry.effects]) or "no effect"
+
+
+def shrinkage_line(entry: Shrinkage, verdict: Verdict) -> str:
     """One sentence on configurations that the fit has not seen."""
-    count = len(entry.effects)
-    what = "No effect" if not count else spell_sets(entry.effects[0]) if count == 1 else f"{count} effects"
+    steps, what = len(verdict.path) or len(entry.effects), held_out_name(entry, verdict)
+    if steps > _MOST_NAMES:
+        what = f"all {steps} steps of the path" if verdict.path else f"{steps} effects"
+    what = _sentence_start(what) if "." not in what.partition(" ")[0] else what
     sizes = f"{number(entry.before)} before, {number(entry.after)} after, held out by {entry.held_out_by}"
     if entry.fraction is None:
         return f"{what}: {sizes}; there was no error to reduce."

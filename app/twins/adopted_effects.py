@@ -67,15 +67,22 @@ class AdoptedEffects:
     def note(self) -> str:
         when = f"{self.adopted_at:%Y-%m-%d}"
         adopted = f"adopted {when}, version {self.version}, diagnosis of {self.campaign}"
-        error = f". {self.error.sentence.rstrip('.')}" if self.error is not None else ""
-        return f"with {_names(self.effects, self.gun_choices)} ({adopted}){error}"
+        return f"with {_names(self.effects, self.gun_choices)} ({adopted}). {self._error_sentence.rstrip('.')}"
 
     @property
     def sentence(self) -> str:
         """What is adopted, and how near it came to what was measured."""
         names = _names(self.effects, self.gun_choices)
-        error = f" {self.error.sentence}" if self.error is not None else ""
-        return f"Version {self.version}, from the diagnosis of {self.campaign}, has {names}.{error}"
+        return f"Version {self.version}, from the diagnosis of {self.campaign}, has {names}. {self._error_sentence}"
+
+    @property
+    def _error_sentence(self) -> str:
+        if self.error is not None:
+            return self.error.sentence
+        return (
+            "The diagnosis did not measure the model error with these effects on configurations that the fit had not "
+            "seen."
+        )
 
 
 def _names(effects: Sequence[Effect], gun_choices: GunChoices) -> str:

@@ -111,7 +111,7 @@ def test_numbers_come_back_as_they_were_and_unseen_stages_keep_their_effect(stor
     with store.reading() as session:
         (found,) = adopted_for(session, "spring")
     assert found.effects == (GAIN,) and found.note.startswith("with sensor.velocity_gain (adopted 2")
-    assert found.note.endswith("version 1, diagnosis of spring)")
+    assert "version 1, diagnosis of spring). The diagnosis did not measure" in found.note
     layer = verdicts.LAYER
     adopt(store, of_gun("spring", layer, simulator="gun:adiabatic | contact:hertz"), layer.id)
     adopt(store, of_gun("summer", VALVE), VALVE.id)
@@ -207,6 +207,19 @@ def test_fit_that_no_part_has_is_refused_and_not_listed(store: Store) -> None:
     assert used(store, "spring") == []
     nothing = replace(verdict, averaged=None)
     assert offered(nothing) is None and adoptable_names(nothing) == ["gun.valve_flow"]
+
+
+def test_effect_whose_error_was_not_measured_says_so(store: Store) -> None:
+    whole = of_set(*BOTH)
+    assert "gun.blow_by" not in {name for step in whole.path for name in step.effects}
+    adopt(store, replace(whole, fits={**whole.fits, "gun.blow_by": (verdicts.LEAK,)}), "gun.blow_by")
+    with store.reading() as session:
+        (version,) = adopted_for(session, "spring")
+    assert version.error is None
+    assert version.note.endswith(
+        "did not measure the model error with these effects on configurations that the fit had not seen"
+    )
+    assert version.sentence.endswith("had not seen.")
 
 
 @pytest.mark.usefixtures("quick_twins")

@@ -72,7 +72,7 @@ def test_words_follow_the_verdict_and_not_finite_numbers_are_null(monkeypatch: p
     told = done("spring", "--db", lab).stdout
     assert [line.split("  ")[0] for line in headings(told)[:3]] == [
         "What to do next",
-        "Effects (share of the squared error; held out: taken away where it was not fitted)",
+        "Effects (share of the squared error)",
         "Path of the model error on configurations that the fit has not seen",
     ]
     rows = [" ".join(line.split()) for line in told.splitlines()]

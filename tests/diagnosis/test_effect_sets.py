@@ -12,10 +12,10 @@ from pyroshock.diagnosis.effect_sets import _settled_by, least_distance
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.inference.posterior import HypothesisPosterior
 from pyroshock.diagnosis.inference.shares import gap_shares
-from pyroshock.diagnosis.observables.base import PossibleObservables
+from pyroshock.diagnosis.observables.base import PossibleObservables, Stage
 from pyroshock.diagnosis.observables.gun.stage import GunObservables
 from pyroshock.diagnosis.parameter_limits import exceeded_limit, exceeded_limits
-from pyroshock.diagnosis.verdict import OTHERS, Verdict
+from pyroshock.diagnosis.verdict import OTHERS, Pictures, Verdict
 from pyroshock.twin.effects import Effect, catalogue, effect
 from support.records.gun_campaigns import gun_record
 
@@ -30,7 +30,14 @@ def alike() -> Verdict:
     record = gun_record([VALVE], seed=5, scatter=0.001, pressures_pa=pressures, masses_kg=masses)
     names = (*TWINS, "gun.dead_volume", "sensor.velocity_gain")
     options = Options(tolerances={"gun": 0.002}, catalogue=names, rate_pulses=False, plan=False, where=False)
-    return diagnose(record, options=options)
+    return diagnose(record, options=options, draw=drawn)
+
+
+def drawn(gap: GapTable, stages: Sequence[Stage], choices: Sequence[tuple[Sequence[Effect], float]]) -> Pictures:
+    """What would be drawn, by the ids alone."""
+    del gap, stages
+    assert sum(weight for _, weight in choices) == pytest.approx(1.0)
+    return Pictures(drawn_effects=tuple(tuple(effect.id for effect in effects) for effects, _ in choices))
 
 
 def test_laws_that_do_the_same_are_one_set_with_a_narrow_share() -> None:
@@ -74,6 +81,14 @@ def test_first_entry_and_averaged_choices_are_of_the_sets() -> None:
     assert not any(exceeded_limits(own.effects) for own in verdict.averaged.choices)
     assert {effect.id for own in verdict.averaged.choices for effect in own.effects} <= members
     assert verdict.averaged.after < 0.4 * verdict.gap.before
+
+
+def test_effects_that_can_be_adopted_are_those_that_are_drawn() -> None:
+    """Not the likeliest of all sets of effects, which has others beside them."""
+    verdict = alike()
+    assert verdict.averaged is not None
+    adoptable = tuple(tuple(effect.id for effect in own.effects) for own in verdict.averaged.choices)
+    assert verdict.pictures.drawn_effects == adoptable
 
 
 def test_set_of_one_has_the_share_of_its_effect_and_all_together_the_rest() -> None:

@@ -46,7 +46,7 @@ def test_planted_effect_closes_the_gap_that_is_drawn() -> None:
     )
     record = CampaignRecord("made", "gun", configurations, runs, gun=BENCH)
     stage = GunObservables(record)
-    found = pictures_of(GapTable.of(record, [stage]), [stage], [gain])
+    found = pictures_of(GapTable.of(record, [stage]), [stage], [([gain], 1.0)])
     (picture,) = found.residuals
     assert found.configurations == ("0.3 bar", "0.6 bar", "1.2 bar")
     np.testing.assert_allclose(picture.before, np.log(1.05), rtol=1e-6)
@@ -62,7 +62,7 @@ def test_pulse_after_the_true_effect_is_the_measured_one() -> None:
     without = pictures_of(GapTable.of(record, [stage]), [stage])
     assert all(residual.after is None for residual in without.residuals)
     assert all(curve.after is None for curve in without.curves)  # no cause, no after
-    (curve,) = pictures_of(GapTable.of(record, [stage]), [stage], [heavy]).curves
+    (curve,) = pictures_of(GapTable.of(record, [stage]), [stage], [([heavy], 1.0)]).curves
     assert curve.after is not None
     peak = curve.measured.max()
     assert np.abs(curve.after - curve.measured).max() < 0.03 * peak
@@ -75,9 +75,41 @@ def test_spectra_are_drawn_for_each_channel() -> None:
     gain = effect("sensor.acceleration_gain", gain=1.3)
     record = played([gain])
     stage = PlateObservables(record)
-    found = pictures_of(GapTable.of(record, [stage]), [stage], [gain])
+    found = pictures_of(GapTable.of(record, [stage]), [stage], [([gain], 1.0)])
     assert [curve.title.split(",")[0] for curve in found.curves] == ["acceleration 1", "acceleration 2"]
     for curve in found.curves:
         assert curve.after is not None and curve.logarithmic
         np.testing.assert_allclose(curve.measured / curve.before, 1.3, rtol=0.02)
         np.testing.assert_allclose(curve.after / curve.measured, 1.0, rtol=0.02)
+
+
+def test_mean_of_choices_is_drawn_by_their_weights_and_its_effects_are_told() -> None:
+    """A quarter of a gain of 1.05 and three quarters of 1.01: residuals fall by the mean of their logarithms."""
+    gains = [effect("sensor.velocity_gain", gain=1.05), effect("sensor.velocity_gain", gain=1.01)]
+    configurations = (RunConfiguration("0.3 bar", {"tank_pressure": 0.3e5}),)
+    run = Run(0, 0, 1, 0, 0.3e5, 0.5, 1.1 * float(muzzle_velocity(BENCH, 0.3e5, 0.5)), 0.01)
+    record = CampaignRecord("made", "gun", configurations, (run,), gun=BENCH)
+    stage = GunObservables(record)
+    pictures = pictures_of(GapTable.of(record, [stage]), [stage], [([gains[0]], 0.25), ([gains[1]], 0.75)])
+    assert pictures.drawn_effects == (("sensor.velocity_gain",), ("sensor.velocity_gain",))
+    (picture,) = pictures.residuals
+    assert picture.after is not None
+    mean = 0.25 * np.log(1.05) + 0.75 * np.log(1.01)
+    np.testing.assert_allclose(picture.after, picture.before - mean, atol=1e-9)
+
+
+def test_mean_pulse_and_mean_spectrum_are_drawn() -> None:
+    contact = ContactObservables(hammer_record(repetitions=2))
+    heavy = [effect("contact.effective_mass", mass_factor=factor) for factor in (1.1, 1.3)]
+    plate = PlateObservables(played([effect("sensor.acceleration_gain", gain=1.3)]))
+    gains = [effect("sensor.acceleration_gain", gain=gain) for gain in (1.2, 1.44)]
+    for stage, effects in ((contact, heavy), (plate, gains)):
+        gap = GapTable.of(stage.record, [stage])
+        first, second, both = (
+            pictures_of(gap, [stage], choices).curves[0].after
+            for choices in ([([effects[0]], 1.0)], [([effects[1]], 1.0)], [([own], 0.5) for own in effects])
+        )
+        assert first is not None and second is not None and both is not None
+        mean = 0.5 * (first + second) if stage is contact else np.sqrt(first * second)
+        np.testing.assert_allclose(both, mean, rtol=1e-9, atol=1e-9)
+        assert np.abs(first - both).max() > 0.01 * np.abs(both).max()

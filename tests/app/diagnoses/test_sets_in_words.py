@@ -6,14 +6,23 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pyroshock.app.common.number_format import percent
 from pyroshock.app.diagnose.page_parts import list_row, parts_of
 from pyroshock.app.diagnose.recommendations import next_experiment, recommendations
-from pyroshock.app.diagnose.report import EFFECT_COLUMNS, effect_rows, page, verdict_of
+from pyroshock.app.diagnose.report import EFFECT_COLUMNS, GAIN, effect_rows, page, sections, verdict_of
 from pyroshock.app.diagnose.report_charts import path_rows, share_rows
 from pyroshock.app.diagnose.service import GapDiagnosis
 from pyroshock.app.diagnose.stored import verdict_from_json, verdict_to_json
 from pyroshock.app.diagnose.summary import held_out_fraction, is_unknown, summary
-from pyroshock.app.diagnose.wording import ALIKE, effect_subject, set_name, single_effects
+from pyroshock.app.diagnose.wording import (
+    ALIKE,
+    drawn_effects_sentence,
+    effect_subject,
+    set_name,
+    shrinkage_line,
+    single_effects,
+)
+from pyroshock.app.documents.document import Table
 from pyroshock.app.twins.adopted_effects import offered
 from pyroshock.diagnosis.verdict import (
     NONE,
@@ -29,6 +38,7 @@ from pyroshock.diagnosis.verdict import (
     Unexplained,
     Verdict,
     WeightedEffects,
+    stage_figure,
 )
 from pyroshock.twin.effects import catalogue, effect
 from support.records import verdicts
@@ -231,3 +241,62 @@ def test_headline_never_contradicts_the_table(seed: int) -> None:
     assert len(rows) == len(verdict.effects) + sum(len(own.effects) > 1 for own in verdict.sets) + 1
     # The advice names no effect for adoption that is neither a cause nor in the first answer.
     assert recommendations(verdict)
+
+
+def test_pictures_say_which_effects_they_are_drawn_with() -> None:
+    def said(verdict: Verdict, *drawn: tuple[str, ...]) -> str:
+        return drawn_effects_sentence(replace(verdict, pictures=replace(verdict.pictures, drawn_effects=drawn)))
+
+    valve, barrel = (effect_subject(name) for name in ("gun.valve_flow", "gun.barrel_loss"))
+    assert said(verdicts.gun(), ("gun.valve_flow",)) == f"The model with effects has {valve}, fitted to all runs."
+    mean = said(verdicts.gun(), ("gun.valve_flow",), ("gun.barrel_loss",))
+    assert "the mean of 2 predictions" in mean and f"with {valve} or with {barrel}." in mean
+    assert said(verdicts.unknown(), ("gun.valve_flow",)).endswith("The data do not establish them as causes.")
+    assert said(verdicts.gun()) == ""
+    verdict = verdicts.gun()
+    verdict = replace(verdict, pictures=replace(verdict.pictures, drawn_effects=(("gun.valve_flow",),)))
+    assert drawn_effects_sentence(verdict) in page(verdict) and "first cause" not in page(verdict)
+    assert verdict_from_json(*verdict_to_json(verdict)).pictures.drawn_effects == (("gun.valve_flow",),)
+
+
+def test_figures_of_what_was_not_seen_have_their_units() -> None:
+    whole = verdicts.gun()
+    more = {**whole.shrinkage[0].more, stage_figure("gun"): (42.0, 1.26), "rms of gun": (0.42, 0.0126)}
+    (section,) = [
+        own
+        for own in sections(replace(whole, shrinkage=(replace(whole.shrinkage[0], more=more),)))
+        if own.title == "On configurations that the fit has not seen"
+    ]
+    (table,) = [block for block in section.blocks if isinstance(block, Table)]
+    rows = {str(row[0]): tuple(row[1:3]) for row in table.rows}
+    assert rows == {
+        whole.gap.metric: (0.42, 0.0126),
+        f"{whole.gap.metric}, with a learned correction of the rest": (0.42, 0.0085),
+        "rms error of the gun (in tolerances)": (42.0, 1.26),
+        "rms error of the gun alone, in the unit of the first row": (0.42, 0.0126),
+    }
+
+
+def test_line_and_table_of_what_was_not_seen_name_the_sets_of_the_report_and_not_the_choice_of_the_folds() -> None:
+    whole = verdicts.gun()
+    entry = replace(whole.shrinkage[0], effects=("gun.barrel_loss",))
+    alike = "gun.valve_flow or gun.barrel_loss"
+    path = (PathStep(alike, 0.05, 0.88), PathStep(OTHERS, entry.after, 0.97))
+    verdict = replace(whole, path=path, shrinkage=(entry,))
+    assert shrinkage_line(entry, verdict).startswith(f"{alike}, and {OTHERS}: 0.42 before, 0.0126 after, held out by")
+    assert list(GapDiagnosis(verdict).shrinkage["effects"]) == [f"{alike}, and {OTHERS}"]
+    assert verdict.as_json()["shrinkage"][0]["effects"] == ["gun.barrel_loss"]
+    many = replace(verdict, path=path * 2)
+    assert shrinkage_line(entry, many).startswith("All 4 steps of the path: ")
+    older = replace(verdict, path=())
+    assert shrinkage_line(entry, older).startswith("gun.barrel_loss: ")
+    assert shrinkage_line(replace(entry, effects=()), older).startswith("No effect: ")
+
+
+def test_gain_in_the_table_is_not_called_as_the_fraction_of_the_path() -> None:
+    """A set takes 99 % after the nominal model and 58 % beside effects that take its place: the table says which."""
+    whole = verdicts.gun(path=(PathStep("gun.valve_flow", 0.0126, 0.97),))
+    assert percent(whole.effects[0].held_out_gain) == "58 %" and percent(whole.path[0].fraction) == "97 %"
+    html = page(whole)
+    assert f">{GAIN}<" in html and ">held out<" not in html and GAIN in EFFECT_COLUMNS
+    assert "adds the first effect to the nominal model" in html

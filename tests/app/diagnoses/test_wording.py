@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 from pyroshock.app.common.quantities import shown_in
 from pyroshock.app.diagnose.recommendations import next_experiment, recommendations, rest_sentence
+from pyroshock.app.diagnose.report import effect_rows
 from pyroshock.app.diagnose.request import considered_effects, full_name, restriction_sentences, uncertain_numbers
 from pyroshock.app.diagnose.summary import held_out_fraction, nearest_effects, summary
 from pyroshock.app.diagnose.wording import (
@@ -125,6 +126,24 @@ def test_restrictions_size_shares_and_what_the_fit_has_not_seen_are_told() -> No
 ])  # fmt: skip
 def test_parameters_are_shown_in_the_units_of_the_field(name: str, unit: str, value: float, words: str) -> None:
     assert fitted_words(Fitted(name, value, unit, (0.9 * value, 1.1 * value))) == words
+
+
+def test_value_that_the_part_cannot_have_is_marked_in_table_and_causes() -> None:
+    drag = Fitted("drag_coefficient", 21.8, "", (20.0, 23.7))
+    marked = "drag coefficient = 21.8 (20.0 to 23.7; outside its range, which ends at 5)"
+    assert fitted_words(drag, "gun.barrel_loss") == marked
+    at_end = fitted_words(replace(drag, value=5.0), "gun.barrel_loss")
+    assert at_end.endswith("; at the end of its range, 5)")
+    assert "range" not in fitted_words(replace(drag, value=2.0), "gun.barrel_loss")
+    barrel = EffectShare("gun.barrel_loss", 0.9, 0.9, (0.8, 1.0), 0.9, 1, (drag,), named=True)
+    verdict = verdicts.gun(effects=(barrel,))
+    assert next(row[-1] for row in effect_rows(verdict)) == marked
+    named = replace(drag, name="gun.barrel_loss.drag_coefficient")
+    alone, alternatives = (
+        Cause(("gun.barrel_loss",), 0.9, (drag,)),
+        Cause(("gun.valve_flow+gun.barrel_loss", "gun.valve_flow"), 0.9, (named,)),
+    )
+    assert all(any(marked in line for line in cause_lines(cause)) for cause in (alone, alternatives))
 
 
 def test_parameters_are_shown_in_si_where_it_is_asked_for() -> None:

@@ -176,13 +176,14 @@ def test_factors_means_shares_and_ranges_are_told_in_the_units_of_the_bench() ->
     with shown_in("si"):
         assert mean_and_spread("peak_force_n", np.array([5600.0, 5800.0])) == "5700 ± 140"
         assert level_words("tip_radius_m", 0.045) == "0.045 m" and shown_unit("m/s2") == ("m/s²", 1.0)
-    sentence = shrinkage_line(verdicts.gun().shrinkage[0])
+    sentence = shrinkage_line(verdicts.gun().shrinkage[0], verdicts.gun())
     assert sentence.endswith(
         "97 % (95 to 98 %) of the error above the noise disappears. With a learned correction of the "
         "rest 0.0085 would be left; a correction is not a cause."
     )
-    assert "correction" not in shrinkage_line(verdicts.verdict().shrinkage[0])
-    assert shrinkage_line(verdicts.verdict().shrinkage[1]).endswith("; there was no error to reduce.")
+    assert "correction" not in shrinkage_line(verdicts.verdict().shrinkage[0], verdicts.verdict())
+    corner = shrinkage_line(verdicts.verdict().shrinkage[1], verdicts.verdict())
+    assert corner.endswith("; there was no error to reduce.")
     lines = list(where_lines(verdicts.verdict().where))
     assert len(lines) == 6 and lines[-1].startswith("peak force of the contact falls")
     # Near certainty is not certainty, and what is no number is a dash.

@@ -12,7 +12,7 @@ from pyroshock.diagnosis.gap_reduction import Gaps, by_configuration, corner, me
 from pyroshock.diagnosis.inference.held_out import fit_fold
 from pyroshock.diagnosis.inference.model_search import search
 from pyroshock.diagnosis.inference.problem import InferenceProblem
-from pyroshock.diagnosis.verdict import CORRECTED
+from pyroshock.diagnosis.verdict import CORRECTED, stage_figure
 from pyroshock.training.evaluation.summary import fraction
 from support.records.toy_bench import (
     Design,
@@ -117,6 +117,23 @@ def test_corner_takes_a_second_factor_and_needs_numbers() -> None:
     assert sorted(split.held_out) == [3, 5, 7]
 
 
+def test_error_of_a_stage_alone_is_in_its_tolerances_whatever_the_unit_of_the_gap() -> None:
+    stages = _toy((ToyLoss(0.1), ToyMass(1.25)))
+    tolerance = {stage.name: np.array([item.tolerance for item in stage.observables]) for stage in stages}
+    gaps = Gaps.of(stages)
+    names = [item.stage for item in gaps.observables]
+    for scales in (None, {name: np.ones(own.size) for name, own in tolerance.items()}):
+        for factor in (1.0, 2.0):
+            given = {name: factor * own for name, own in tolerance.items()}
+            entry, *_ = shrinkage(
+                stages, lambda _: as_given(stages), np.random.default_rng(0), scales, False, stage_tolerances=given
+            )
+            for stage in ("gun", "contact"):
+                columns = np.flatnonzero([name == stage for name in names])
+                expected = np.sqrt(np.nanmean(gaps.mean[:, columns] ** 2)) / factor
+                assert entry.more[stage_figure(stage)] == pytest.approx((expected, expected))
+
+
 def test_before_is_the_rms_over_the_scale() -> None:
     # In the unit of ln v where the scale is 1; and only what has a finite scale counts.
     stages = _toy((ToyLoss(0.1),))
@@ -124,7 +141,7 @@ def test_before_is_the_rms_over_the_scale() -> None:
     entry, _ = oracle(stages, [ToyLoss], np.random.default_rng(0), scales)
     assert entry.before == pytest.approx(0.1, rel=0.05)
     assert entry.after < 0.01
-    assert set(entry.more) == {"rms of gun", CORRECTED}
+    assert set(entry.more) == {stage_figure("gun"), CORRECTED}
     entry, _ = oracle(_toy((ToyDamping(4.0),)), [ToyDamping], np.random.default_rng(0))
     before, after = entry.more["share of lines within 6 dB"]
     assert (before, after) == (pytest.approx(0.5, abs=0.1), 1.0)
