@@ -310,8 +310,8 @@ def polished(problem: InferenceProblem, fits: Sequence[SubsetFit], steps: int = 
 
 
 def least_squares_place(problem: InferenceProblem, laws: tuple[EffectLaw, ...], u: Floats) -> Floats:
-    """(p,): where laws that are quite true fit best, by steps in a region of trust (Branch, Coleman and Li, SIAM J. Sci.
-    Comput. 21 (1999) 1). Errors are those of a usual background; a shot without an answer is far off."""
+    """(p,): where exact laws fit best beside a usual background, by steps in a region of trust (Branch, Coleman and Li,
+    SIAM J. Sci. Comput. 21 (1999) 1). A shot without an answer is far off."""
     from scipy.optimize import least_squares
 
     factors = [factor(block.covariances[usual_background(block.stage)]) for block in problem.blocks]
