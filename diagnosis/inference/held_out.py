@@ -81,8 +81,8 @@ def fit_fold(library: ModelLibrary, training: Rows, only: Sequence[SubsetFit] = 
     changes = problem.simulator.changes([fit.point() for fit in fits])
     table = _answered(changes)
     kriged = [_with_discrepancy(problem, inside, fit, own) for fit, own in zip(fits, table, strict=True)]
-    weights_of_cells = _weights_of_answers(weights, changes)
-    averaged, corrected = ((weights_of_cells * own).sum(axis=0) for own in (table, np.array(kriged)))
+    by_cell = cell_weights(weights, changes)
+    averaged, corrected = ((by_cell * own).sum(axis=0) for own in (table, np.array(kriged)))
     return FoldFit(training, tuple(fits), weights, averaged, corrected)
 
 
@@ -92,7 +92,7 @@ def _with_exact_laws(fit: SubsetFit) -> SubsetFit:
     return replace(fit, errors=tuple(replace(error, discrepancy=0, detail=0) for error in fit.errors))
 
 
-def _weights_of_answers(weights: Floats, changes: Floats) -> Floats:
+def cell_weights(weights: Floats, changes: Floats) -> Floats:
     """(k, C, D), sum one over the k sets: of those with an answer in a cell of their changes (k, C, D); of all where
     none has."""
     answered = np.isfinite(changes) * weights[:, None, None]

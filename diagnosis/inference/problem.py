@@ -18,7 +18,7 @@ from ...twin.effects import Effect, catalogue
 from ..gap import GapTable
 from ..observables.base import Stage
 from .effect_laws import EffectLaw, LawRanges, Owners, laws_of, owners_of
-from .model_error import ErrorKernels, bank
+from .model_error import ErrorKernels, bank, usual_background
 
 #: A set of laws, each with its numbers u.
 Point = tuple[tuple[EffectLaw, Floats], ...]
@@ -129,8 +129,8 @@ _PROBES = np.geomspace(1e-5, 1.0, 16)
 class StageBlock:
     """The N cells of one stage. `z` (N,) is the gap in tolerances; `covariances` (B, N, N) what repetitions, uncertain
     nominal parameters and each background of the bank leave in it; `discrepancy` (N, N) how a law's errors go together;
-    `detail` (N,) which cells are a detail of shape or timing. `factors`: the Cholesky factors of the covariances that
-    were asked for last (see `subset_fit.covariance_factor`).
+    `detail` (N,) which cells are a detail of shape or timing; `usual`: the place of a usual background. `factors`: the
+    Cholesky factors of the covariances that were asked for last (see `subset_fit.covariance_factor`).
     """
 
     stage: str
@@ -141,6 +141,7 @@ class StageBlock:
     covariances: Floats
     discrepancy: Floats
     detail: NDArray[np.bool_]
+    usual: int = 0
     factors: dict[Hashable, Floats] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
@@ -153,9 +154,8 @@ class StageBlock:
         kernels = ErrorKernels.of(factors, gap.observables, c, o)
         noise = _noise(gap, c, o) / np.outer(tolerance, tolerance) + _LEAST * np.eye(len(c))
         covariances = np.stack([noise + kernels.background(member) for member in bank(stage)])
-        return cls(
-            stage, c, o, tolerance, gap.mean[c, o] / tolerance, covariances, kernels.discrepancy(), kernels.detail
-        )
+        z, usual = gap.mean[c, o] / tolerance, usual_background(stage)
+        return cls(stage, c, o, tolerance, z, covariances, kernels.discrepancy(), kernels.detail, usual)
 
     def only(self, rows: Rows) -> Self:
         """The cells of some configurations (by their place in the gap table)."""

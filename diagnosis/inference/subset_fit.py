@@ -13,7 +13,7 @@ import numpy as np
 
 from ...array_types import Floats
 from .effect_laws import EffectLaw
-from .model_error import bank, usual_background
+from .model_error import bank
 from .problem import NO_ANSWER, InferenceProblem, Point, StageBlock
 
 #: Amplitudes of laws' discrepancies, as shares of what the effects do, and their prior.
@@ -314,7 +314,7 @@ def least_squares_place(problem: InferenceProblem, laws: tuple[EffectLaw, ...], 
     SIAM J. Sci. Comput. 21 (1999) 1). A shot without an answer is far off."""
     from scipy.optimize import least_squares
 
-    factors = [factor(block.covariances[usual_background(block.stage)]) for block in problem.blocks]
+    factors = [factor(block.covariances[block.usual]) for block in problem.blocks]
 
     def misfit(place: Floats) -> Floats:
         changes = problem.changes([point_of(laws, place)])

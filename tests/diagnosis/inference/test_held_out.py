@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from pyroshock.diagnosis.inference import held_out
 from pyroshock.diagnosis.inference.held_out import (
+    cell_weights,
     fit_fold,
     set_predictions,
     stacking_weights,
@@ -12,7 +16,7 @@ from pyroshock.diagnosis.inference.held_out import (
 from pyroshock.diagnosis.inference.left_out import corner_rows, left_out_residuals
 from pyroshock.diagnosis.inference.model_search import ModelLibrary, fit_sets
 from pyroshock.diagnosis.inference.problem import InferenceProblem
-from pyroshock.diagnosis.inference.subset_fit import SubsetFit, no_effects, residual
+from pyroshock.diagnosis.inference.subset_fit import ErrorSize, SubsetFit, no_effects, residual
 from support.records.linear_problems import columns_of, linear_problem
 
 COUNT, NOISE = 10, 0.2
@@ -179,3 +183,26 @@ def test_a_smooth_discrepancy_is_learned_from_its_neighbours():
     filled = _answered(tables)
     assert filled[0].tolist() == [[-0.2, 0.1], [-0.9, -0.3], [-0.9, -0.3]]
     assert filled[1, :, 0].tolist() == [0.0, 0.0, 0.0]
+
+
+def test_cell_is_averaged_over_the_sets_that_have_an_answer():
+    """Of two sets the first has no answer in the second configuration, and none has one in the third."""
+    changes = np.array([[[1.0], [np.nan], [np.nan]], [[2.0], [4.0], [np.nan]]])
+    np.testing.assert_allclose(
+        cell_weights(np.array([0.75, 0.25]), changes)[..., 0], [[0.75, 0.0, 0.75], [0.25, 1.0, 0.25]]
+    )
+
+
+def test_stacking_prefers_exact_laws_where_their_fit_predicts_better(monkeypatch: pytest.MonkeyPatch):
+    """A set that leaves half of what its law does to the law's error, on data that the law makes exactly."""
+    problem = problem_of()
+    (block,) = problem.blocks
+    problem = replace(problem, blocks=(replace(block, discrepancy=np.ones_like(block.discrepancy)),))
+    library = library_of(problem, list(problem.effects))
+    loose = replace(whole(library), errors=(ErrorSize(discrepancy=6),))
+    training = np.arange(1, COUNT)
+    expected = ridge(problem, problem.effects, training)[0]
+    stacked = fit_fold(library, training, [loose]).averaged[0, 0]
+    monkeypatch.setattr(held_out, "_with_exact_laws", lambda fit: fit)
+    alone = fit_fold(library, training, [loose]).averaged[0, 0]
+    assert abs(stacked - expected) < 0.4 * abs(alone - expected)

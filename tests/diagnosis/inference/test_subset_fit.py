@@ -15,6 +15,7 @@ from pyroshock.diagnosis.inference.subset_fit import (
     covariance,
     covariance_factor,
     fit_subsets,
+    least_squares_place,
     leave_one_out,
     linearised,
     no_effects,
@@ -103,6 +104,21 @@ def test_mode_of_a_bent_problem_is_that_of_a_general_minimiser(seed, monkeypatch
     expected = minimize(cost, np.full(2, 0.3), tol=1e-10)
     assert cost(own.u) == pytest.approx(expected.fun, abs=1e-3)
     np.testing.assert_allclose(own.u, expected.x, atol=0.02)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_exact_laws_together_fit_best_where_a_general_minimiser_ends(seed: int):
+    problem, laws = problem_of(bend=0.4, seed=seed), tuple(linear_law(i) for i in range(3))
+    block = problem.blocks[0]
+    precision = np.linalg.inv(block.covariances[0])
+
+    def cost(u: np.ndarray) -> float:
+        change = linearised(problem, [laws], [u])[0][0][0]
+        return float(u @ u + (block.z - change) @ precision @ (block.z - change))
+
+    place = least_squares_place(problem, laws, np.full(3, 0.3))
+    peer = minimize(cost, np.zeros(3), method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-10})
+    np.testing.assert_allclose(place, peer.x, atol=5e-3)  # derivatives are differences
 
 
 def test_several_starts_are_fitted_as_if_they_were_alone():
