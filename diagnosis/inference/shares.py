@@ -24,10 +24,10 @@ from .subset_fit import DISCREPANCIES, SubsetFit, point_of
 _EXACT = 6
 #: Draws from the posterior of parameters and laws' errors, and how many of them are simulated.
 DRAWS, _SIMULATED = 400, 10
-#: Spread of a share m beyond the posterior, because benches have laws of their own and small effects that no set needs:
-#: its variance is `SHARE_ERROR`² |m| (1 - m), `LEAST_ERROR`², and `FLOOR_ERROR`² times the part of the squared gap that
-#: repetitions leave. Learned on development campaigns; `benchmarks/diagnosis_maps.py` gives the first for the others.
-SHARE_ERROR, LEAST_ERROR, FLOOR_ERROR = 0.10, 0.05, 0.75
+#: Standard deviation of a share beyond that of its posterior, because benches have laws of their own and small effects
+#: that no set needs. Learned on development campaigns (`benchmarks/diagnosis_maps.py`); neither the size of the share,
+#: nor the scatter of repetitions, nor what is left held out says more of it there.
+SHARE_ERROR = 0.14
 #: Sets whose shares are averaged, at most, and the least weight of one. The first so many of them, and with so much
 #: weight, have exact shares with the spread of their parameters; the others come from what their effects take alone and
 #: after all others, which is simulated already.
@@ -40,7 +40,7 @@ class GapShares:
     """`share` and `interval` (90 %) by effect id, of the squared gap beyond the noise floor, and of what remains.
 
     `draws` (n, m): shares of the m effects from the posterior over sets, in the order of `share`; `normals` (n, m): the
-    standard normal numbers of their laws' errors. `floor_part`: of the squared gap, what repetitions leave, 0 to 1.
+    standard normal numbers of their laws' errors.
     """
 
     share: Mapping[str, float]
@@ -49,13 +49,12 @@ class GapShares:
     unexplained_interval: tuple[float, float]
     draws: Floats
     normals: Floats
-    floor_part: float
 
     def of_set(self, effects: Sequence[str]) -> tuple[float, tuple[float, float]]:
         """The share of some effects together, with its 90 % interval. Drawn jointly: what one of them gives up to
         another does not widen it. The set errs as its first effect does."""
         columns = [list(self.share).index(name) for name in effects]
-        return _with_interval(self.draws[:, columns].sum(axis=1), self.normals[:, columns[0]], self.floor_part)
+        return _with_interval(self.draws[:, columns].sum(axis=1), self.normals[:, columns[0]])
 
 
 def gap_shares(library: ModelLibrary, weights: Floats, floor: float, rng: np.random.Generator) -> GapShares:
@@ -71,25 +70,18 @@ def gap_shares(library: ModelLibrary, weights: Floats, floor: float, rng: np.ran
         draws.append(_draws(library.problem, fit, weights, floor, effects, count, rng, exact=exact))
     values = np.concatenate(draws)
     normals = rng.standard_normal(values.shape)
-    floor_part = min(floor / max(_square(library.problem, weights, [()])[0], 1e-9), 1.0)
-    rows = [_with_interval(values[:, i], normals[:, i], floor_part) for i in range(values.shape[1])]
+    rows = [_with_interval(values[:, i], normals[:, i]) for i in range(values.shape[1])]
     share = {name: mean for name, (mean, _) in zip(effects, rows, strict=False)}
     interval = {name: ends for name, (_, ends) in zip(effects, rows, strict=False)}
-    return GapShares(share, interval, *rows[-1], values[:, :-1], normals[:, :-1], floor_part)
+    return GapShares(share, interval, *rows[-1], values[:, :-1], normals[:, :-1])
 
 
-def _with_interval(draws: Floats, normals: Floats, floor_part: float) -> tuple[float, tuple[float, float]]:
+def _with_interval(draws: Floats, normals: Floats) -> tuple[float, tuple[float, float]]:
     """Mean of draws (n,) of a share, and its 90 % interval, widened by what laws are off by: that is not in the
     posterior of their parameters."""
     mean = draws.mean()
-    low, high = np.quantile(draws + share_spread(mean, floor_part) * normals, [0.05, 0.95])
+    low, high = np.quantile(draws + SHARE_ERROR * normals, [0.05, 0.95])
     return float(mean), (float(min(low, mean)), float(max(high, mean)))
-
-
-def share_spread(share: Floats, floor_part: Floats | float) -> Floats:
-    """Standard deviation of shares beyond that of the posterior."""
-    variance_of_laws = SHARE_ERROR**2 * np.abs(share) * np.maximum(1 - share, 0.0)
-    return np.asarray(np.sqrt(variance_of_laws + LEAST_ERROR**2 + FLOOR_ERROR**2 * floor_part))
 
 
 def _draws(
