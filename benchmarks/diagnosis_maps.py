@@ -63,8 +63,8 @@ _LEAST_PROBABILITY = 1e-3
 #: Prior of the numbers of the map, in the order of `UnknownFigures.features`.
 _MEAN = np.array([0.0, 0.3, 3.0, 1.5, 0.0, 0.0])
 _SD = np.array([2.0, 0.3, 3.0, 1.5, 1.0, 1.0])
-#: The same for the first entry's, in the order of `options.entry_features`: evidence as it is.
-_ENTRY_MEAN = np.array([0.0, 1.0, 0.0, 0.0])
+#: The same for the first entry's, in the order of `options.entry_features`.
+_ENTRY_MEAN = np.zeros(4)
 _ENTRY_SD = np.full(4, 2.0)
 #: Effects of a gap that is found exactly, at most: of more, most are too small.
 _FOUND_EXACTLY = 2
@@ -100,14 +100,11 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
         label = record_case(case, Path(place) / "campaign", int(rng.integers(2**31)))
         verdict_of_case = diagnose(read_folder(Path(place) / "campaign"), options=options)
     verdict = verdict_of_case.as_json()
-    held = [entry for entry in verdict["shrinkage"] if entry["held_out_by"] == "configuration"]
-    # The likeliest entry but "unknown", and its probability by evidence alone.
-    likeliest_entry = next(c["effects"] for c in verdict["causes"] if c["effects"] != ["unknown"])
+    known = next(c["effects"] for c in verdict["causes"] if c["effects"] != ["unknown"])
     first = {name: verdict["causes"][0][name] for name in ("effects", "probability")}
     row = campaign._asdict() | {"truth": list(label.cause), "first": first}
-    row |= {"known": [likeliest_entry, verdict_of_case.first_evidence]}
+    row["known"] = known  # the likeliest entry but "unknown"
     row["families"] = {family.family: family.excess for family in verdict_of_case.gap.families}
-    row["fraction"] = held[0]["fraction"] if held else None
     row["unknown_figures"] = plain(verdict_of_case.unknown_figures)
     if _is_found_exactly(row):
         return row | {"sets": verdict_of_case.set_scores}
@@ -167,13 +164,13 @@ def likeliest(x: Floats, y: Floats, mean: Floats, sd: Floats, weights: Floats | 
 
 def entry_map(rows: Sequence[dict[str, Any]]) -> Floats:
     """The likeliest numbers of `first_entry_probability`: of campaigns with a gap that the catalogue explains."""
-    used = [row for row in rows if row["known"] and row["truth"] != ["unknown"] and _is_found_exactly(row)]
+    used = [row for row in rows if row["truth"] != ["unknown"] and _is_found_exactly(row)]
     used = [row for row in used if row["unknown_figures"] is not None]
     x, y = [], []
     for row in used:
-        entry, evidence = row["known"]
-        x.append(entry_features(evidence, [] if entry == ["none"] else entry[0].split("+"), row["fraction"]))
-        y.append(float(any(set(names.split("+")) == set(row["truth"]) for names in entry)))
+        effects = [] if row["known"] == ["none"] else row["known"][0].split("+")
+        x.append(entry_features(effects, row["unknown_figures"]["fraction"]))
+        y.append(float(any(set(names.split("+")) == set(row["truth"]) for names in row["known"])))
     return likeliest(np.array(x), np.array(y), _ENTRY_MEAN, _ENTRY_SD)
 
 
@@ -220,7 +217,7 @@ def _rows(jobs: int) -> Iterator[dict[str, Any]]:
             row = future.result()
             file.write(json.dumps(_rounded(row)) + "\n")
             file.flush()
-            print(row["number"], row["kind"], row["truth"], row["first"]["effects"], row["fraction"], flush=True)
+            print(row["number"], row["kind"], row["truth"], row["first"]["effects"], row["known"], flush=True)
             yield row
 
 
@@ -246,7 +243,7 @@ def main() -> None:
     names = zip((item.name for item in fields(UnknownMap) if item.name != "source"), unknown_map(rows), strict=True)
     print(f"UnknownMap({', '.join(f'{name}={value:.2f}' for name, value in names)}) from {len(rows)} campaigns")
     entry = ", ".join(f"{value:.2f}" for value in entry_map(rows))
-    print(f"ENTRY_INTERCEPT, _ODDS, _SEVERAL, _FRACTION = {entry}")
+    print(f"ENTRY_INTERCEPT, _NONE, _SEVERAL, _FRACTION = {entry}")
     for power, score in temper(rows).items():
         print(f"TEMPER = {power:g}: mean log probability of the true set {score:.3f}")
     error, held = share_error(rows)

@@ -14,7 +14,7 @@ from .inference.shares import GapShares
 from .inference.subset_fit import SubsetFit
 from .observable_families import FINER_THAN_LAWS, family_columns, family_gaps
 from .observables.base import Stage
-from .options import UnknownFigures, UnknownMap, first_entry_probability
+from .options import UnknownFigures, UnknownMap, first_entry_probability, unknown_bound
 from .verdict import NONE, UNKNOWN, Cause, EffectSet, EffectShare, Unexplained
 
 #: Entries below this probability are not listed; what is listed sums to one.
@@ -27,16 +27,15 @@ _LEAST_LISTED = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Conclusion:
-    """The entries of a report. `fits`: every set that can be adopted, as it was fitted; `first_evidence`: the
-    probability of the likeliest entry but "unknown" by evidence alone; `established`: the sets that are causes;
-    `unknown_figures`: what the probability of "unknown" follows from, None where there is no gap to explain."""
+    """The entries of a report. `fits`: every set that can be adopted, as it was fitted; `established`: the sets that
+    are causes; `unknown_figures`: what the probability of "unknown" follows from, None where there is no gap to
+    explain."""
 
     causes: tuple[Cause, ...]
     effects: tuple[EffectShare, ...]
     unexplained: Unexplained
     established: EstablishedSets
     fits: Mapping[str, SubsetFit]
-    first_evidence: float
     unknown_figures: UnknownFigures | None = None
 
 
@@ -53,7 +52,6 @@ def conclude(
     established = established_sets(posterior, shares, held, judged, stages)
     listed = _listed_sets(posterior, [own for own in established.sets if own.share >= _LEAST_LISTED])
     causes_in_catalogue, p_unknown = _known_causes(posterior, *listed), 0.0
-    first_evidence = causes_in_catalogue[0].probability
     figures = _unknown_figures(posterior, judged, held) if _large(posterior) else None
     if figures is not None:
         p_unknown = unknown(figures)
@@ -68,7 +66,6 @@ def conclude(
         unexplained=Unexplained(shares.unexplained, shares.unexplained_interval),
         established=established,
         fits=_fits(posterior, established, listed[1]),
-        first_evidence=first_evidence,
         unknown_figures=figures,
     )
 
@@ -159,15 +156,16 @@ def _known_causes(
 def _weighed(entries: Sequence[Cause], fraction: float | None) -> list[Cause]:
     """The first entry with the probability that such entries are right by experience, and the others with what it
     leaves, in proportion; but "none" keeps its own where it is not the first: other sets that may act do not make it
-    likelier. Where there are next to no others, what it leaves is nobody's."""
+    likelier. Where there are next to no others, what it leaves is nobody's, and no more than may be unknown."""
     first, *others = entries
     effects = () if first.effects == (NONE,) else tuple(first.effects[0].split("+"))
-    p = first_entry_probability(first.probability, effects, fraction)
+    p = first_entry_probability(effects, fraction)
     none = [entry for entry in others if entry.effects == (NONE,)]
     others = [entry for entry in others if entry.effects != (NONE,)]
     whole, rest = 1 - sum(entry.probability for entry in none), sum(entry.probability for entry in others)
     p = min(p, whole)
     if rest < _LISTED:
+        p = max(p, whole * (1 - unknown_bound(fraction))) if effects else p
         return [replace(first, probability=p), *others, *none]
     second = others[0].probability / rest  # the first stays first
     p = max(p, whole * second / (1 + second))

@@ -149,7 +149,6 @@ def _verdict(record: CampaignRecord, options: Options, progress: Progress, draw:
         averaged=conclusion.established.averaged,
         unknown_figures=conclusion.unknown_figures,
         set_scores=posterior.set_scores(),
-        first_evidence=conclusion.first_evidence,
         pictures=draw(gap, stages, _drawn_choices(posterior, conclusion)) if draw is not None else Pictures(),
     )
 

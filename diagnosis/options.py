@@ -11,8 +11,8 @@ something else acts beside the likeliest effects.
 The probability is at most twice the fraction that is not taken away. Where it is likely that no effect acts there is
 nothing to predict, and the fraction says nothing.
 
-That the first entry holds the set that acts, where the catalogue does: sets that are not quite it are many, and effects
-that predict well are more often the right ones.
+That the first entry holds the set that acts, where the catalogue does: sets that are not quite it are many, several
+effects are seldom all found, and effects that predict well are more often the right ones.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ import numpy as np
 from ..twin.contact_interface import ContactStage
 
 #: Of the probability that the first entry holds the set that acts (`first_entry_probability`): intercept of the logit,
-#: weight of the logit of the probability by evidence, what several effects at once take off, and the weight of the
-#: fraction held out; and no evidence is surer than the last.
-ENTRY_INTERCEPT, ENTRY_ODDS, ENTRY_SEVERAL, ENTRY_FRACTION, ENTRY_SUREST = 1.08, 0.18, -1.10, 2.33, 0.99
+#: what "none" adds to it and several effects at once take off, and the weight of the fraction held out. How much
+#: likelier the evidence makes the entry than the others says nothing more on the campaigns of which this was learned.
+ENTRY_INTERCEPT, ENTRY_NONE, ENTRY_SEVERAL, ENTRY_FRACTION = 0.83, 0.93, -0.90, 1.23
 #: Fraction held out about which the weight turns, and which stands for one that is not known.
 _USUAL_FRACTION = 0.85
 #: Less than this is left by any simulator, and more than that says no more, in tolerances.
@@ -78,12 +78,12 @@ class UnknownMap:
     ln(remaining gap) + `discrepancy` (mean discrepancy) + `beside` asinh(max(gain beside, 0) / 2); p is at most twice
     the fraction that is left held out. Without figures that are held out the evidence alone decides."""
 
-    intercept: float = -1.83
-    odds: float = 0.12
-    fraction: float = 4.03
-    left: float = 1.14
-    discrepancy: float = 1.05
-    beside: float = 0.66
+    intercept: float = -2.37
+    odds: float = 0.24
+    fraction: float = 2.15
+    left: float = 1.33
+    discrepancy: float = 1.76
+    beside: float = 0.23
     source: str = "development campaigns of the virtual bench (docs/blind-check/development/maps.jsonl)"
 
     def __call__(self, figures: UnknownFigures) -> float:
@@ -100,27 +100,17 @@ def unknown_bound(fraction: float | None, none: float = 0.0) -> float:
     return float(min(_OF_REMAINDER * remainder, 1.0))
 
 
-def first_entry_probability(evidence: float, effects: Sequence[str], fraction: float | None) -> float:
-    """The probability that an entry holds the set that acts, given that the catalogue has it: by the `evidence`'s
-    probability of the entry, the `effects` of its likeliest set (none: no effect acts) and the fraction held out."""
-    numbers = [ENTRY_INTERCEPT, ENTRY_ODDS, ENTRY_SEVERAL, ENTRY_FRACTION]
-    logit = float(np.dot(numbers, entry_features(evidence, effects, fraction)))
-    return float(1 / (1 + np.exp(-logit)))
+def first_entry_probability(effects: Sequence[str], fraction: float | None) -> float:
+    """The probability that an entry holds the set that acts, given that the catalogue has it: by the `effects` of its
+    likeliest set (none: no effect acts) and the fraction held out."""
+    numbers = [ENTRY_INTERCEPT, ENTRY_NONE, ENTRY_SEVERAL, ENTRY_FRACTION]
+    return float(1 / (1 + np.exp(-np.dot(numbers, entry_features(effects, fraction)))))
 
 
-def entry_features(
-    evidence: float, effects: Sequence[str], fraction: float | None
-) -> tuple[float, float, float, float]:
+def entry_features(effects: Sequence[str], fraction: float | None) -> tuple[float, float, float, float]:
     """One, and the figures of the logit of `first_entry_probability`."""
-    evidence = float(np.clip(evidence, 1 - ENTRY_SUREST, ENTRY_SUREST))
-    if fraction is None or not np.isfinite(fraction) or not effects:
-        fraction = _USUAL_FRACTION
-    return (
-        1.0,
-        float(np.log(evidence / (1 - evidence))),
-        float(len(effects) > 1),
-        float(np.clip(fraction, 0.0, 1.0)) - _USUAL_FRACTION,
-    )
+    fraction = _finite(fraction if effects else None, _USUAL_FRACTION)
+    return 1.0, float(not effects), float(len(effects) > 1), float(np.clip(fraction, 0.0, 1.0)) - _USUAL_FRACTION
 
 
 #: Of each stage: velocity and peak force as shares, spectra in dB. What the observables' tolerances stand for.

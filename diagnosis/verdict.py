@@ -366,8 +366,7 @@ class Verdict:
     no choice of their effects has parameters that the parts can have; `unknown_figures`, what the probability of a
     cause outside of the catalogue follows from, None where there is no gap to explain; `set_scores`, the major effects
     of each likely set with its log evidence, the log prior of the set, and the probability that it is within tolerance;
-    `first_evidence`, the probability of the likeliest entry but "unknown" by evidence alone; `pictures`, what the page
-    draws.
+    `pictures`, what the page draws.
     """
 
     campaign: str
@@ -387,7 +386,6 @@ class Verdict:
     averaged: AveragedEffects | None = None
     unknown_figures: UnknownFigures | None = None
     set_scores: tuple[tuple[tuple[str, ...], float, float, float], ...] = ()
-    first_evidence: float = float("nan")
     pictures: Pictures = field(default_factory=Pictures)
 
     @property

@@ -144,7 +144,7 @@ def test_effects_that_the_data_cannot_tell_apart_share_one_entry():
 def test_what_the_first_entry_loses_and_gains_have_closed_forms():
     entries = [Cause(("a",), 0.9), Cause((NONE,), 0.06), Cause(("b+c",), 0.04)]
     first, other, none = conclusion._weighed(entries, 0.9)
-    assert first.probability == pytest.approx(first_entry_probability(0.9, ("a",), 0.9))
+    assert first.probability == pytest.approx(first_entry_probability(("a",), 0.9))
     # That other sets may act does not make it likelier that none does.
     assert none.probability == 0.06
     assert other.probability == pytest.approx(0.94 - first.probability)
@@ -153,10 +153,13 @@ def test_what_the_first_entry_loses_and_gains_have_closed_forms():
     assert first.probability == pytest.approx(0.5)
     assert second.probability == pytest.approx(0.5)
     # No other set of the catalogue is near.
-    known = conclusion._weighed([Cause(("a",), 1.0), Cause((NONE,), 0.0)], 1.0)
+    known = conclusion._weighed([Cause(("a",), 1.0), Cause((NONE,), 0.0)], 0.8)
     table = {entry.effects: entry.probability for entry in conclusion._listed(known, 0.01)}
     assert table[(NONE,)] == 0.0
-    assert table[(UNKNOWN,)] == pytest.approx(1 - 0.99 * first_entry_probability(1.0, ("a",), 1.0))
+    assert table[(UNKNOWN,)] == pytest.approx(1 - 0.99 * first_entry_probability(("a",), 0.8))
+    # Of what is explained to 0.95 at most a tenth is unknown.
+    known = conclusion._weighed([Cause(("a",), 1.0), Cause((NONE,), 0.0)], 0.95)
+    assert known[0].probability == pytest.approx(0.9)
     # What is nobody's does not make "unknown" the likeliest: 0.4 of 0.9, and 0.1 of the map, without the other half.
     first, unknown, none = conclusion._listed([Cause(("a+b",), 0.4), Cause((NONE,), 0.0)], 0.1)
     assert (first.effects, unknown.effects, none.probability) == (("a+b",), (UNKNOWN,), 0.0)
