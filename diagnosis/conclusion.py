@@ -55,7 +55,7 @@ def conclude(
     figures = _unknown_figures(posterior, judged, held) if _large(posterior) else None
     if figures is not None:
         p_unknown = unknown(figures)
-        causes_in_catalogue = _weighed(causes_in_catalogue, figures.fraction)
+        causes_in_catalogue = _weighed(causes_in_catalogue, figures.fraction, p_unknown)
     causes = _listed(causes_in_catalogue, p_unknown, posterior.background_probability)
     if causes[0].effects == (UNKNOWN,):
         # Those that are nearest are no causes.
@@ -153,10 +153,11 @@ def _known_causes(
     return sorted(entries, key=lambda entry: -entry.probability)
 
 
-def _weighed(entries: Sequence[Cause], fraction: float | None) -> list[Cause]:
+def _weighed(entries: Sequence[Cause], fraction: float | None, p_unknown: float = 0.0) -> list[Cause]:
     """The first entry with the probability that such entries are right by experience, and the others with what it
     leaves, in proportion; but "none" keeps its own where it is not the first: other sets that may act do not make it
-    likelier. Where there are next to no others, what it leaves is nobody's, and no more than may be unknown."""
+    likelier. Where there are next to no others, what it leaves is nobody's: with `p_unknown`, no more than may be
+    unknown."""
     first, *others = entries
     effects = () if first.effects == (NONE,) else tuple(first.effects[0].split("+"))
     p = first_entry_probability(effects, fraction)
@@ -165,7 +166,8 @@ def _weighed(entries: Sequence[Cause], fraction: float | None) -> list[Cause]:
     whole, rest = 1 - sum(entry.probability for entry in none), sum(entry.probability for entry in others)
     p = min(p, whole)
     if rest < _LISTED:
-        p = max(p, whole * (1 - unknown_bound(fraction))) if effects else p
+        least = (1 - unknown_bound(fraction)) / (1 - p_unknown) if effects and p_unknown < 1 else 0.0
+        p = max(p, whole * min(least, 1.0))
         return [replace(first, probability=p), *others, *none]
     second = others[0].probability / rest  # the first stays first
     p = max(p, whole * second / (1 + second))

@@ -160,6 +160,8 @@ def test_what_the_first_entry_loses_and_gains_have_closed_forms():
     # Of what is explained to 0.95 at most a tenth is unknown.
     known = conclusion._weighed([Cause(("a",), 1.0), Cause((NONE,), 0.0)], 0.95)
     assert known[0].probability == pytest.approx(0.9)
+    known = conclusion._weighed([Cause(("a",), 1.0), Cause((NONE,), 0.0)], 0.95, 0.04)
+    assert conclusion._listed(known, 0.04)[1].probability == pytest.approx(0.1)
     # What is nobody's does not make "unknown" the likeliest: 0.4 of 0.9, and 0.1 of the map, without the other half.
     first, unknown, none = conclusion._listed([Cause(("a+b",), 0.4), Cause((NONE,), 0.0)], 0.1)
     assert (first.effects, unknown.effects, none.probability) == (("a+b",), (UNKNOWN,), 0.0)
