@@ -28,14 +28,14 @@ def rate_of(gain: Value, growth: Value, reference: float) -> Value:
     return np.asarray(growth * np.log(gain) / reference)
 
 
-def held_at_turn(values: Floats, rate: Value) -> Floats:
+def up_to_turn(values: Floats, rate: Value) -> Floats:
     """x no further than where x exp(rate x) would fall again, which no characteristic does."""
     falls = np.asarray(rate) < -_LEAST_RATE
     turn = np.where(falls, -1 / np.where(falls, rate, -1.0), np.inf)
     return np.minimum(values, turn)
 
 
-def undone(products: Floats, rate: Value) -> Floats:
+def without_growing_gain(products: Floats, rate: Value) -> Floats:
     """x of products x exp(rate x), by Lambert's W; the turn, where no x has so large a product."""
     from scipy.special import lambertw
 

@@ -10,7 +10,7 @@ import numpy as np
 from ....array_types import Floats
 from ...effects import Value, parameter
 from ..effect import SensorEffect
-from ..growing_gain import gain_at, held_at_turn, rate_of, undone
+from ..growing_gain import gain_at, rate_of, up_to_turn, without_growing_gain
 
 #: Gauge pressure at which a gain that grows is the stated one, Pa: what the larger shots of such guns are made with,
 #: since data sheets state linearity by the largest error of the range.
@@ -59,9 +59,9 @@ class PressureGain(SensorEffect):
     regimes: ClassVar[tuple[tuple[str, ...], ...]] = (("gain",), ("gain", "growth"))
 
     def true_pressure_pa(self, reading_pa: Floats) -> Floats:
-        read_pa = held_at_turn(reading_pa, -rate_of(self.gain, self.growth, REFERENCE_PA))
+        read_pa = up_to_turn(reading_pa, -rate_of(self.gain, self.growth, REFERENCE_PA))
         return np.asarray(read_pa / gain_at(read_pa, self.gain, self.growth, REFERENCE_PA))
 
     def measured_pressure_pa(self, pressure_pa: Floats) -> Floats:
         steady_pa = pressure_pa * self.gain ** (1 - self.growth)
-        return undone(steady_pa, -rate_of(self.gain, self.growth, REFERENCE_PA))
+        return without_growing_gain(steady_pa, -rate_of(self.gain, self.growth, REFERENCE_PA))

@@ -10,7 +10,7 @@ import numpy as np
 from ....array_types import Floats
 from ...effects import Value, parameter
 from ..effect import SensorEffect
-from ..growing_gain import gain_at, held_at_turn, rate_of, undone
+from ..growing_gain import gain_at, rate_of, up_to_turn, without_growing_gain
 
 #: Velocity at which a gain that grows is the stated one, m/s: what the larger shots of such guns reach, since linearity
 #: is stated by the largest error of the range.
@@ -58,9 +58,9 @@ class VelocityGain(SensorEffect):
     regimes: ClassVar[tuple[tuple[str, ...], ...]] = (("gain",), ("gain", "growth"))
 
     def measured_velocity_m_s(self, velocity_m_s: Floats) -> Floats:
-        true_m_s = held_at_turn(velocity_m_s, rate_of(self.gain, self.growth, REFERENCE_M_S))
+        true_m_s = up_to_turn(velocity_m_s, rate_of(self.gain, self.growth, REFERENCE_M_S))
         return np.asarray(true_m_s * gain_at(true_m_s, self.gain, self.growth, REFERENCE_M_S))
 
     def true_velocity_m_s(self, reading_m_s: Floats) -> Floats:
         steady_m_s = reading_m_s / self.gain ** (1 - self.growth)
-        return undone(steady_m_s, rate_of(self.gain, self.growth, REFERENCE_M_S))
+        return without_growing_gain(steady_m_s, rate_of(self.gain, self.growth, REFERENCE_M_S))
