@@ -212,8 +212,12 @@ def _rows(jobs: int) -> Iterator[dict[str, Any]]:
     done = {row["number"]: row for row in _stored_rows()}
     yield from done.values()
     with ProcessPoolExecutor(jobs) as pool, ROWS.open("a", encoding="utf-8") as file:
-        work = [pool.submit(diagnosed, campaign) for campaign in reversed(campaigns()) if campaign.number not in done]
+        missing = [campaign for campaign in reversed(campaigns()) if campaign.number not in done]
+        work = {pool.submit(diagnosed, campaign): campaign for campaign in missing}
         for future in as_completed(work):
+            if (error := future.exception()) is not None:  # a bench that cannot be drawn must not cost the others
+                print(work[future].number, work[future].kind, f"no row: {type(error).__name__}: {error}", flush=True)
+                continue
             row = future.result()
             file.write(json.dumps(_rounded(row)) + "\n")
             file.flush()
