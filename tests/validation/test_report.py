@@ -15,7 +15,7 @@ from pyroshock.validation.case_results import CaseAnswer, CaseResult, WithheldTr
 from pyroshock.validation.metrics import figures
 from pyroshock.validation.report import SCORED, Report, pooled, read_rows, table, write_rows
 from pyroshock.validation.tally import tables
-from support.records.blind_check_table import FOLDER, cause_lines, lines
+from support.records.blind_check_table import FOLDER, cause_lines, lines, sealed_lines
 from support.records.blind_rows import DRAG, LAYER, LEAK, label, says, stranger, verdict
 
 TWO_ROWS = [says(label(LEAK), {LEAK: 0.9, DRAG: 0.1}), says(label(), {"none": 0.8, LEAK: 0.2})]
@@ -137,3 +137,5 @@ def test_shown_rows_are_those_of_the_kept_answers() -> None:
 def test_shown_rows_of_what_a_reader_acts_on_are_those_of_the_kept_answers() -> None:
     heads = "| tier, kind | campaigns |", "| tier, kind | of |"
     assert tuple(shown_rows(head) for head in heads) == cause_lines()
+    heads = "| sealed tier, kind | campaigns |", "| sealed tier, kind | of |"
+    assert tuple(shown_rows(head) for head in heads) == sealed_lines()

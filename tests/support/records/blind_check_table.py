@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,8 @@ from pyroshock.validation.report import pooled
 FOLDER = Path(__file__).resolve().parents[3] / "docs" / "blind-check" / "now"
 #: Answers on the tiers that score what a reader acts on.
 CAUSES = FOLDER.parent / "development" / "26110-causes.jsonl"
+#: The same of the sealed split, and one and two effects by foreign laws beside.
+SEALED = FOLDER.parent / "sealed"
 
 
 def lines(folder: Path = FOLDER) -> Iterator[str]:
@@ -43,13 +45,18 @@ def _rate(rate: Rate) -> str:
     return f"{rate.value:.2f} ({rate.interval[0]:.2f}-{rate.interval[1]:.2f}, {rate.n})"
 
 
-def cause_lines(file: Path = CAUSES) -> tuple[list[str], list[str]]:
+def cause_lines(*files: Path, tiers: Sequence[str] = GROUPS["causes"]) -> tuple[list[str], list[str]]:
     """Rows of the two tables of what a reader acts on without their heads: every tier, and each followed by its kinds.
 
     The first has what is named and how true the shares are, the second first answers, what goes of the gap, and costs.
     """
-    tables = cause_tables(pooled([file])[1], GROUPS["causes"])
+    tables = cause_tables(pooled(files or (CAUSES,))[1], tiers)
     return [_named_line(figures) for figures in tables], [_first_line(figures) for figures in tables]
+
+
+def sealed_lines() -> tuple[list[str], list[str]]:
+    """The same of the sealed split."""
+    return cause_lines(*sorted(SEALED.glob("*.jsonl")), tiers=("foreign one", "foreign two", *GROUPS["causes"]))
 
 
 def _named_line(figures: CauseFigures) -> str:
@@ -82,5 +89,5 @@ def _counted(rate: Rate) -> str:
 
 if __name__ == "__main__":
     print("\n".join(lines()))
-    for part in cause_lines():
+    for part in (*cause_lines(), *sealed_lines()):
         print("\n".join(part))
