@@ -212,11 +212,11 @@ def _rows(jobs: int) -> Iterator[dict[str, Any]]:
     done = {row["number"]: row for row in _stored_rows()}
     yield from done.values()
     with ProcessPoolExecutor(jobs) as pool, ROWS.open("a", encoding="utf-8") as file:
-        missing = [campaign for campaign in reversed(campaigns()) if campaign.number not in done]
-        work = {pool.submit(diagnosed, campaign): campaign for campaign in missing}
-        for future in as_completed(work):
-            if (error := future.exception()) is not None:  # a bench that cannot be drawn must not cost the others
-                print(work[future].number, work[future].kind, f"no row: {type(error).__name__}: {error}", flush=True)
+        campaigns_to_do = [campaign for campaign in reversed(campaigns()) if campaign.number not in done]
+        campaign_of_future = {pool.submit(diagnosed, campaign): campaign for campaign in campaigns_to_do}
+        for future in as_completed(campaign_of_future):
+            if isinstance(error := future.exception(), ValueError):  # a campaign that is refused has no answer
+                print(*campaign_of_future[future], f"no row: {error}", flush=True)
                 continue
             row = future.result()
             file.write(json.dumps(_rounded(row)) + "\n")

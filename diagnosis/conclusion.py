@@ -166,8 +166,8 @@ def _weighed(entries: Sequence[Cause], fraction: float | None, p_unknown: float 
     whole, rest = 1 - sum(entry.probability for entry in none), sum(entry.probability for entry in others)
     p = min(p, whole)
     if rest < _LISTED:
-        least = (1 - unknown_bound(fraction)) / (1 - p_unknown) if effects and p_unknown < 1 else 0.0
-        p = max(p, whole * min(least, 1.0))
+        least_probability = (1 - unknown_bound(fraction)) / (1 - p_unknown) if effects and p_unknown < 1 else 0.0
+        p = max(p, whole * min(least_probability, 1.0))
         return [replace(first, probability=p), *others, *none]
     second = others[0].probability / rest  # the first stays first
     p = max(p, whole * second / (1 + second))

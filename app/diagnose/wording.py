@@ -284,9 +284,9 @@ def cause_lines(cause: Cause) -> list[str]:
 
 def _effect_line(identity: str, cause: Cause) -> str:
     words = [fitted_words(item, owner) for owner, item in owned_parameters(cause) if owner == identity]
-    values = f": {', '.join(words)}" if words else ""
+    parameters = f": {', '.join(words)}" if words else ""
     subject = effect_subject(identity)
-    return f"{identity}{f', {subject}' if subject != identity else ''}{values}"
+    return f"{identity}{f', {subject}' if subject != identity else ''}{parameters}"
 
 
 def own_error(stage: StageShare) -> str:

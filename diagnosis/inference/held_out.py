@@ -69,13 +69,14 @@ def fit_fold(library: ModelLibrary, training: Rows, only: Sequence[SubsetFit] = 
     candidates = [fit for fit, _ in library.weights(_WINDOW)][:_MOST]
     linear = [(_linear_fit(problem, inside, fit), fit) for fit in only or candidates]
     linear = sorted(linear, key=lambda pair: library.log_joint(pair[0]), reverse=True)[:_STACKED]
-    likely = [fit for fit, _ in linear]
-    exact = [_linear_fit(problem, inside, _with_exact_laws(fit)) for _, fit in linear]
-    posterior = np.exp(TEMPER * np.array([library.log_joint(fit) - library.log_joint(likely[0]) for fit in likely]))
-    weights = len(training) * stacking_weights(inside, [*likely, *exact])
-    weights[: len(likely)] += _POSTERIOR_WEIGHT * posterior / posterior.sum()
+    likely_fits = [fit for fit, _ in linear]
+    exact_fits = [_linear_fit(problem, inside, _with_exact_laws(fit)) for _, fit in linear]
+    log_joint = np.array([library.log_joint(fit) for fit in likely_fits])
+    posterior = np.exp(TEMPER * (log_joint - log_joint[0]))
+    weights = len(training) * stacking_weights(inside, [*likely_fits, *exact_fits])
+    weights[: len(likely_fits)] += _POSTERIOR_WEIGHT * posterior / posterior.sum()
     weights /= weights.sum()
-    picked = [fit for fit, weight in zip([*likely, *exact], weights, strict=True) if weight > _LEAST_WEIGHT]
+    picked = [fit for fit, weight in zip([*likely_fits, *exact_fits], weights, strict=True) if weight > _LEAST_WEIGHT]
     weights = weights[weights > _LEAST_WEIGHT] / weights[weights > _LEAST_WEIGHT].sum()
     fits = fit_subsets(inside, [_start_again(inside, fit) for fit in picked], iterations=_SETTLING)
     changes = problem.simulator.changes([fit.point() for fit in fits])
@@ -95,9 +96,10 @@ def _with_exact_laws(fit: SubsetFit) -> SubsetFit:
 def cell_weights(weights: Floats, changes: Floats) -> Floats:
     """(k, C, D), sum one over the k sets: of those with an answer in a cell of their changes (k, C, D); of all where
     none has."""
-    answered = np.isfinite(changes) * weights[:, None, None]
-    total = answered.sum(axis=0)
-    return np.asarray(np.where(total > 0, answered / np.where(total > 0, total, 1.0), weights[:, None, None]))
+    weights = weights[:, None, None]
+    with_answer = np.isfinite(changes) * weights
+    total = with_answer.sum(axis=0)
+    return np.asarray(np.where(total > 0, with_answer / np.where(total > 0, total, 1.0), weights))
 
 
 def stacking_weights(problem: InferenceProblem, fits: Sequence[SubsetFit]) -> Floats:

@@ -210,9 +210,9 @@ def test_fit_that_no_part_has_is_refused_and_not_listed(store: Store) -> None:
 
 
 def test_effect_whose_error_was_not_measured_says_so(store: Store) -> None:
-    whole = of_set(*BOTH)
-    assert "gun.blow_by" not in {name for step in whole.path for name in step.effects}
-    adopt(store, replace(whole, fits={**whole.fits, "gun.blow_by": (verdicts.LEAK,)}), "gun.blow_by")
+    verdict = of_set(*BOTH)
+    assert "gun.blow_by" not in {name for step in verdict.path for name in step.effects}
+    adopt(store, replace(verdict, fits={**verdict.fits, "gun.blow_by": (verdicts.LEAK,)}), "gun.blow_by")
     with store.reading() as session:
         (version,) = adopted_for(session, "spring")
     assert version.error is None

@@ -54,8 +54,8 @@ def test_odds_and_fraction_matter(probability):
 def test_without_figures_held_out_the_odds_alone_decide(fraction, left):
     """Whatever the figures weigh."""
     figures = UnknownFigures(4.0, fraction, left)
-    values = [UnknownMap(0.3, 0.5, weight, weight)(figures) for weight in (0.0, 5.0, 50.0)]
-    assert values == pytest.approx([1 / (1 + np.exp(-0.3 - 0.5 * np.arcsinh(2.0)))] * 3)
+    probabilities = [UnknownMap(0.3, 0.5, weight, weight)(figures) for weight in (0.0, 5.0, 50.0)]
+    assert probabilities == pytest.approx([1 / (1 + np.exp(-0.3 - 0.5 * np.arcsinh(2.0)))] * 3)
 
 
 def test_logit_is_the_stated_sum():

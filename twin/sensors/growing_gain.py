@@ -41,5 +41,5 @@ def without_growing_gain(products: Floats, rate: Value) -> Floats:
 
     grows = np.abs(rate) > _LEAST_RATE
     divisor = np.where(grows, rate, 1.0)
-    grown = np.real(lambertw(np.maximum(divisor * products, _LOWEST))) / divisor
-    return np.where(grows, grown, products)
+    inverse = np.real(lambertw(np.maximum(divisor * products, _LOWEST))) / divisor
+    return np.where(grows, inverse, products)

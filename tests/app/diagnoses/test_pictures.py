@@ -46,9 +46,9 @@ def test_planted_effect_closes_the_gap_that_is_drawn() -> None:
     )
     record = CampaignRecord("made", "gun", configurations, runs, gun=BENCH)
     stage = GunObservables(record)
-    found = pictures_of(GapTable.of(record, [stage]), [stage], [([gain], 1.0)])
-    (picture,) = found.residuals
-    assert found.configurations == ("0.3 bar", "0.6 bar", "1.2 bar")
+    pictures = pictures_of(GapTable.of(record, [stage]), [stage], [([gain], 1.0)])
+    (picture,) = pictures.residuals
+    assert pictures.configurations == ("0.3 bar", "0.6 bar", "1.2 bar")
     np.testing.assert_allclose(picture.before, np.log(1.05), rtol=1e-6)
     assert picture.after is not None
     np.testing.assert_allclose(picture.after, 0.0, atol=1e-6)
@@ -75,9 +75,9 @@ def test_spectra_are_drawn_for_each_channel() -> None:
     gain = effect("sensor.acceleration_gain", gain=1.3)
     record = played([gain])
     stage = PlateObservables(record)
-    found = pictures_of(GapTable.of(record, [stage]), [stage], [([gain], 1.0)])
-    assert [curve.title.split(",")[0] for curve in found.curves] == ["acceleration 1", "acceleration 2"]
-    for curve in found.curves:
+    pictures = pictures_of(GapTable.of(record, [stage]), [stage], [([gain], 1.0)])
+    assert [curve.title.split(",")[0] for curve in pictures.curves] == ["acceleration 1", "acceleration 2"]
+    for curve in pictures.curves:
         assert curve.after is not None and curve.logarithmic
         np.testing.assert_allclose(curve.measured / curve.before, 1.3, rtol=0.02)
         np.testing.assert_allclose(curve.after / curve.measured, 1.0, rtol=0.02)

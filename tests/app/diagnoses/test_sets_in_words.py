@@ -260,29 +260,29 @@ def test_pictures_say_which_effects_they_are_drawn_with() -> None:
 
 
 def test_figures_of_what_was_not_seen_have_their_units() -> None:
-    whole = verdicts.gun()
-    more = {**whole.shrinkage[0].more, stage_figure("gun"): (42.0, 1.26), "rms of gun": (0.42, 0.0126)}
+    verdict = verdicts.gun()
+    more = {**verdict.shrinkage[0].more, stage_figure("gun"): (42.0, 1.26), "rms of gun": (0.42, 0.0126)}
     (section,) = [
-        own
-        for own in sections(replace(whole, shrinkage=(replace(whole.shrinkage[0], more=more),)))
-        if own.title == "On configurations that the fit has not seen"
+        section_of_page
+        for section_of_page in sections(replace(verdict, shrinkage=(replace(verdict.shrinkage[0], more=more),)))
+        if section_of_page.title == "On configurations that the fit has not seen"
     ]
     (table,) = [block for block in section.blocks if isinstance(block, Table)]
     rows = {str(row[0]): tuple(row[1:3]) for row in table.rows}
     assert rows == {
-        whole.gap.metric: (0.42, 0.0126),
-        f"{whole.gap.metric}, with a learned correction of the rest": (0.42, 0.0085),
+        verdict.gap.metric: (0.42, 0.0126),
+        f"{verdict.gap.metric}, with a learned correction of the rest": (0.42, 0.0085),
         "rms error of the gun (in tolerances)": (42.0, 1.26),
         "rms error of the gun alone, in the unit of the first row": (0.42, 0.0126),
     }
 
 
 def test_line_and_table_of_what_was_not_seen_name_the_sets_of_the_report_and_not_the_choice_of_the_folds() -> None:
-    whole = verdicts.gun()
-    entry = replace(whole.shrinkage[0], effects=("gun.barrel_loss",))
+    nominal_verdict = verdicts.gun()
+    entry = replace(nominal_verdict.shrinkage[0], effects=("gun.barrel_loss",))
     alike = "gun.valve_flow or gun.barrel_loss"
     path = (PathStep(alike, 0.05, 0.88), PathStep(OTHERS, entry.after, 0.97))
-    verdict = replace(whole, path=path, shrinkage=(entry,))
+    verdict = replace(nominal_verdict, path=path, shrinkage=(entry,))
     assert shrinkage_line(entry, verdict).startswith(f"{alike}, and {OTHERS}: 0.42 before, 0.0126 after, held out by")
     assert list(GapDiagnosis(verdict).shrinkage["effects"]) == [f"{alike}, and {OTHERS}"]
     assert verdict.as_json()["shrinkage"][0]["effects"] == ["gun.barrel_loss"]
@@ -295,8 +295,8 @@ def test_line_and_table_of_what_was_not_seen_name_the_sets_of_the_report_and_not
 
 def test_gain_in_the_table_is_not_called_as_the_fraction_of_the_path() -> None:
     """A set takes 99 % after the nominal model and 58 % beside effects that take its place: the table says which."""
-    whole = verdicts.gun(path=(PathStep("gun.valve_flow", 0.0126, 0.97),))
-    assert percent(whole.effects[0].held_out_gain) == "58 %" and percent(whole.path[0].fraction) == "97 %"
-    html = page(whole)
+    verdict = verdicts.gun(path=(PathStep("gun.valve_flow", 0.0126, 0.97),))
+    assert percent(verdict.effects[0].held_out_gain) == "58 %" and percent(verdict.path[0].fraction) == "97 %"
+    html = page(verdict)
     assert f">{GAIN}<" in html and ">held out<" not in html and GAIN in EFFECT_COLUMNS
     assert "adds the first effect to the nominal model" in html

@@ -139,11 +139,11 @@ def test_value_that_the_part_cannot_have_is_marked_in_table_and_causes() -> None
     verdict = verdicts.gun(effects=(barrel,))
     assert next(row[-1] for row in effect_rows(verdict)) == marked
     named = replace(drag, name="gun.barrel_loss.drag_coefficient")
-    alone, alternatives = (
+    single, alternatives = (
         Cause(("gun.barrel_loss",), 0.9, (drag,)),
         Cause(("gun.valve_flow+gun.barrel_loss", "gun.valve_flow"), 0.9, (named,)),
     )
-    assert all(any(marked in line for line in cause_lines(cause)) for cause in (alone, alternatives))
+    assert all(any(marked in line for line in cause_lines(cause)) for cause in (single, alternatives))
 
 
 def test_parameters_are_shown_in_si_where_it_is_asked_for() -> None:

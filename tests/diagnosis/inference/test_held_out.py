@@ -202,7 +202,7 @@ def test_stacking_prefers_exact_laws_where_their_fit_predicts_better(monkeypatch
     loose = replace(whole(library), errors=(ErrorSize(discrepancy=6),))
     training = np.arange(1, COUNT)
     expected = ridge(problem, problem.effects, training)[0]
-    stacked = fit_fold(library, training, [loose]).averaged[0, 0]
+    with_exact_laws = fit_fold(library, training, [loose]).averaged[0, 0]
     monkeypatch.setattr(held_out, "_with_exact_laws", lambda fit: fit)
-    alone = fit_fold(library, training, [loose]).averaged[0, 0]
-    assert abs(stacked - expected) < 0.4 * abs(alone - expected)
+    without_exact_laws = fit_fold(library, training, [loose]).averaged[0, 0]
+    assert abs(with_exact_laws - expected) < 0.4 * abs(without_exact_laws - expected)

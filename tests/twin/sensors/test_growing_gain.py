@@ -74,13 +74,13 @@ def test_readings_and_true_values_go_back_and_forth(gain, growth, share):
 
 @given(gain=st.floats(0.5, 2.0), growth=GROWTHS)
 def test_a_characteristic_never_falls_and_always_has_a_value(gain, growth):
-    values = np.linspace(0.0, 30.0, 61)
+    sizes = np.linspace(0.0, 30.0, 61)
     pressure, velocity = gains(gain, growth)
     for image in (
-        pressure.true_pressure_pa(values * 1e5),
-        pressure.measured_pressure_pa(values * 1e5),
-        velocity.measured_velocity_m_s(values * 3),
-        velocity.true_velocity_m_s(values * 3),
+        pressure.true_pressure_pa(sizes * 1e5),
+        pressure.measured_pressure_pa(sizes * 1e5),
+        velocity.measured_velocity_m_s(sizes * 3),
+        velocity.true_velocity_m_s(sizes * 3),
     ):
         assert np.all(np.isfinite(image))
         assert np.all(np.diff(image) >= -1e-9 * image.max())
