@@ -15,8 +15,9 @@ from pyroshock.validation.report import pooled
 FOLDER = Path(__file__).resolve().parents[3] / "docs" / "blind-check" / "now"
 #: Answers on the tiers that score what a reader acts on.
 CAUSES = FOLDER.parent / "development" / "26110-causes.jsonl"
-#: The same of the sealed split, and one and two effects by foreign laws beside.
+#: The same of the sealed split, and full scale, one and two effects by foreign laws beside.
 SEALED = FOLDER.parent / "sealed"
+_FULL_SCALE = ("realistic full scale", "foreign full scale")
 
 
 def lines(folder: Path = FOLDER) -> Iterator[str]:
@@ -56,7 +57,9 @@ def cause_lines(*files: Path, tiers: Sequence[str] = GROUPS["causes"]) -> tuple[
 
 def sealed_lines() -> tuple[list[str], list[str]]:
     """The same of the sealed split."""
-    return cause_lines(*sorted(SEALED.glob("*.jsonl")), tiers=("foreign one", "foreign two", *GROUPS["causes"]))
+    return cause_lines(
+        *sorted(SEALED.glob("*.jsonl")), tiers=(*_FULL_SCALE, "foreign one", "foreign two", *GROUPS["causes"])
+    )
 
 
 def _named_line(figures: CauseFigures) -> str:
