@@ -21,7 +21,8 @@ from .verdict import NONE, UNKNOWN, Cause, EffectSet, EffectShare, Unexplained
 _LISTED = 1e-3
 #: Two sets are one entry where these data leave the less likely one a twentieth of both; an entry has at most so many.
 _ALIKE, _MOST_ALIKE = 0.05, 4
-#: A set of effects with less of the gap stands in the table of effects alone.
+#: A set of effects with less of the gap, and without which no more is left held out, stands in the table of effects
+#: alone.
 _LEAST_LISTED = 0.05
 
 
@@ -50,7 +51,8 @@ def conclude(
     channels that were not recorded would show."""
     judged = _by_families(posterior, held)
     established = established_sets(posterior, shares, held, judged, stages)
-    listed = _listed_sets(posterior, [own for own in established.sets if own.share >= _LEAST_LISTED])
+    matters = [own for own in established.sets if max(own.share, own.held_out_gain) >= _LEAST_LISTED]
+    listed = _listed_sets(posterior, matters)
     causes_in_catalogue, p_unknown = _known_causes(posterior, *listed), 0.0
     figures = _unknown_figures(posterior, judged, held) if _large(posterior) else None
     if figures is not None:

@@ -29,6 +29,9 @@ from .verdict import OTHERS, AveragedEffects, EffectSet, PathStep, SettledBy, We
 
 #: A set with less of the squared gap than this is no cause.
 _LEAST_SHARE = 0.02
+#: but for one that acts with this probability, and without which at least so much more of the gap is left held out: it
+#: hides what others do.
+_CERTAIN, _LEAST_GAIN = 0.9, 0.05
 #: From this probability on others of the fit may make up for a set held out, as long as it does no harm there.
 _SURE = 0.85
 #: Choices of one effect from each set whose predictions are averaged, at most, and the least weight of one.
@@ -86,7 +89,8 @@ def established_sets(
         share, interval = shares.of_set(group)
         probability = inclusion(weighted, group)
         predicts = gain > error or (probability >= _SURE and gain > -error)
-        if predicts and share >= _LEAST_SHARE:
+        hides_others = probability >= _CERTAIN and gain > max(error, _LEAST_GAIN)
+        if predicts and (share >= _LEAST_SHARE or hides_others):
             measured_gain = gain if np.isfinite(gain) else 0.0
             own = EffectSet(group, probability, share, interval, measured_gain)
             sets.append(replace(own, settled_by=_settled_by(posterior, group, stages)))

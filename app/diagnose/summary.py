@@ -18,6 +18,8 @@ MOST, _WHOLE = 0.5, 0.995
 _PROBABLE = 0.5
 #: Shares below this are not worth words.
 WORTH_SAYING = 0.005
+#: A cause with a smaller share makes next to none of the error by itself, or hides a part of it.
+_MAKES_ERROR = 0.02
 #: So many effects are named under `unknown`.
 NEAREST = 3
 
@@ -49,6 +51,7 @@ def _sentences(verdict: Verdict) -> Iterator[str]:
         yield _shares(verdict)
     else:
         yield _shares(verdict) or _by_cause(verdict.first)
+        yield from _hidden_parts(verdict)
         yield _hardly_matters(verdict)
         fraction = held_out_fraction(verdict)
         if fraction is not None:
@@ -123,10 +126,11 @@ def stage_name(name: str) -> str:
 def _shares(verdict: Verdict) -> str:
     """Which effects cause how much, and what remains; "" where no effect is named."""
     sets = verdict.cause_sets
-    if not sets:
+    causing = [own for own in sets if own.share >= _MAKES_ERROR]
+    if not causing:
         return ""
     parts: list[str] = []
-    for own in sets:
+    for own in causing:
         share = percent(own.share) if parts else f"causes {percent(own.share)} of it"
         interval = f" ({percent_range(*own.ci90)})" if math.isfinite(sum(own.ci90)) else ""
         parts.append(f"{set_name(own.effects)} {share}{interval}")
@@ -139,6 +143,22 @@ def _shares(verdict: Verdict) -> str:
         unexplained = percent_with_range(verdict.unexplained.share, verdict.unexplained.ci90)
         ends.append(f"{unexplained} remains unexplained")
     return _capitalise("; ".join(filter(None, (join_words(parts), join_words(ends))))) + "."
+
+
+def _hidden_parts(verdict: Verdict) -> Iterator[str]:
+    """A sentence on each cause that makes the error no larger: why it is named all the same."""
+    for own in verdict.cause_sets:
+        if own.share < _MAKES_ERROR:
+            size = (
+                f"hides a part of it ({percent(own.share)})"
+                if own.share <= -_MAKES_ERROR
+                else "makes next to none of it by itself"
+            )
+            subject, gain = _capitalise(set_name(own.effects)), percent(own.held_out_gain)
+            yield (
+                f"{subject} acts, too, and {size}: with it {gain} more of the error disappears on configurations that "
+                "the fit has not seen."
+            )
 
 
 def _by_cause(cause: Cause) -> str:

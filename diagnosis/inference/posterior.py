@@ -16,7 +16,7 @@ from ..observables.base import Stage
 from ..verdict import Fitted
 from .model_search import ModelLibrary, fit_sets, search
 from .problem import InferenceProblem
-from .shares import ends
+from .shares import ends, reducible_square
 from .subset_fit import DISCREPANCIES, SubsetFit, residual
 from .unexplained_gap import RunOrderDrift, UnexplainedEvidence, unexplained_evidence
 
@@ -116,7 +116,7 @@ class HypothesisPosterior:
         if fit.key not in self._rough_shares:
             points = [fit.point()]
             alone, last, _ = ends(self.problem, points, self.weights, self._before)
-            room = max(self._before - self.floor, 1e-9)
+            room = reducible_square(self._before, self.floor)
             self._rough_shares[fit.key] = {
                 law.id: (float(first + after) / 2 / room, float(after) / room)
                 for law, first, after in zip(fit.laws, alone[0], last[0], strict=True)

@@ -57,6 +57,12 @@ class GapShares:
         return _with_interval(self.draws[:, columns].sum(axis=1), self.normals[:, columns[0]])
 
 
+def reducible_square(before: float, floor: float) -> float:
+    """Of a squared gap what is beyond the noise floor, of which effects take shares; of one near the floor, whose
+    shares would be of next to nothing, a quarter."""
+    return max(before - floor, before / 4, 1e-9)
+
+
 def gap_shares(library: ModelLibrary, weights: Floats, floor: float, rng: np.random.Generator) -> GapShares:
     """Averaged over the likeliest sets. `weights` (D,): of the observables' squares in the gap's metric; `floor`: the
     sum over all cells, so weighed, of the variance that repetitions leave, in tolerances squared."""
@@ -97,7 +103,7 @@ def _draws(
 ) -> Floats:
     """(count, effects + 1): shares that sum to one, the last what remains."""
     before = _square(problem, weights, [()])[0]
-    room = max(before - floor, 1e-9)
+    room = reducible_square(before, floor)
     table = np.zeros((count, len(effects) + 1))
     if fit.laws:
         parts = (_shapley if exact else _first_and_last)(problem, fit, weights, before) / room

@@ -7,6 +7,8 @@ from functools import cache
 
 import numpy as np
 import pytest
+from pyroshock.app.common.number_format import percent
+from pyroshock.app.diagnose.summary import summary
 from pyroshock.diagnosis.diagnose import Options, diagnose
 from pyroshock.diagnosis.effect_sets import _settled_by, least_distance
 from pyroshock.diagnosis.gap import GapTable
@@ -89,6 +91,25 @@ def test_effects_that_can_be_adopted_are_those_that_are_drawn() -> None:
     assert verdict.averaged is not None
     adoptable = tuple(tuple(effect.id for effect in own.effects) for own in verdict.averaged.choices)
     assert verdict.pictures.drawn_effects == adoptable
+
+
+def test_effect_that_hides_a_part_of_the_error_is_named_by_what_it_adds_held_out() -> None:
+    """A bore that brakes and a light gate that reads too much: without the gate's error there would be more to explain,
+    so that its share is negative; but no velocity is predicted well without it."""
+    brake = effect("gun.valve_flow", loss_coefficient=0.0, opening_time_s=0.0, steady_loss_coefficient=20.0)
+    pressures, masses = (0.5e5, 1.0e5, 2.0e5, 4.0e5), (0.1, 0.2, 0.5)
+    gate = effect("sensor.velocity_gain", gain=1.03)
+    record = gun_record([brake, gate], seed=5, scatter=0.001, pressures_pa=pressures, masses_kg=masses)
+    names = ("gun.barrel_loss", "gun.dead_volume", "sensor.velocity_gain")
+    options = Options(tolerances={"gun": 0.002}, catalogue=names, rate_pulses=False, plan=False, where=False)
+    verdict = diagnose(record, options=options)
+    assert verdict.first.effects == ("gun.barrel_loss+sensor.velocity_gain",)
+    loss, gain = verdict.sets
+    assert (loss.effects, gain.effects) == (("gun.barrel_loss",), ("sensor.velocity_gain",))
+    assert gain.inclusion > 0.9 and gain.share < -0.1 and gain.held_out_gain > 0.1
+    words = summary(verdict)
+    assert "The sensitivity of the velocity measurement acts, too, and hides a part of it" in words
+    assert f"causes {percent(loss.share)} of it" in words
 
 
 def test_set_of_one_has_the_share_of_its_effect_and_all_together_the_rest() -> None:

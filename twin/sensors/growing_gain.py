@@ -7,15 +7,24 @@ ISA-37.1). As a power it stays positive everywhere. x is a reading or a true val
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ...array_types import Floats
-from ..effects import Value
+from ..effects import Value, parameter
 
 #: -1 / e, where Lambert's W begins, less the last digits in which it has no value.
 _LOWEST = -np.exp(-1.0) * (1 - 1e-12)
 #: Of a rate: less changes no digit of what any sensor reads, and has no inverse that is a number.
 _LEAST_RATE = 1e-30
+
+
+def growth_parameter(reference: str) -> Any:
+    """The field of an effect for its growth, whose gain is stated at the `reference`, a size with its unit. It says how
+    the gain acts, not whether. Likely: about 1, a characteristic that is right near zero and bends."""
+    text = f"change of the gain's error over {reference}, over the error at {reference}"
+    return parameter(text, "", default=0.0, low=0.0, high=1.5, off=0.0, likely=(0.5, 1.5), owner="channel")
 
 
 def gain_at(values: Floats, gain: Value, growth: Value, reference: float) -> Floats:

@@ -144,6 +144,20 @@ def test_effects_without_a_part_share_nothing():
     assert found.share["gun.linear_0"] == pytest.approx(1.0, abs=0.02)
 
 
+def test_shares_of_a_gap_within_the_noise_are_those_of_a_quarter_of_it():
+    """An error in other observables may be large where that of the metric is noise: then nothing is left to share."""
+    rows = orthogonal(2)
+    problem = problem_of(rows, 0.1 * rows[0] + 0.05 * rows[1])
+    library = library_of(problem, fit_at(problem, np.array([0.1, 0.0])))
+    before = float((problem.blocks[0].z ** 2).sum())
+    for floor in (0.9 * before, 1.001 * before, 5 * before):
+        assert shares.reducible_square(before, floor) == pytest.approx(before / 4)
+        found = gap_shares(library, WEIGHTS, floor, np.random.default_rng(0))
+        assert max(abs(share) for share in found.share.values()) <= 1.0
+        assert sum(found.share.values()) + found.unexplained == pytest.approx(1.0)
+    assert shares.reducible_square(before, before / 2) == pytest.approx(before / 2)
+
+
 def test_effect_that_works_against_a_larger_one_has_a_negative_share():
     rows = orthogonal(1)
     responses, sizes = np.array([rows[0], rows[0] + orthogonal(2)[1]]), np.array([2.0, -0.5])

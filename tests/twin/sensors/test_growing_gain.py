@@ -8,11 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.twin.effects import effect, effect_from_json
 from pyroshock.twin.sensors.chain import SensorChain
+from pyroshock.twin.sensors.effects.force_gain import REFERENCE_N
 from pyroshock.twin.sensors.effects.pressure_gain import REFERENCE_PA
 from pyroshock.twin.sensors.effects.velocity_gain import REFERENCE_M_S
 
 GAINS, GROWTHS = st.floats(0.8, 1.25), st.floats(0.0, 1.5)
 READINGS_PA = np.linspace(0.0, 7e5, 29)
+STEP_S = 1e-5
 
 
 def chain(identity: str, **parameters: float | np.ndarray) -> SensorChain:
@@ -42,6 +44,10 @@ def test_laws_of_old_files_are_a_plain_gain_and_a_plain_offset_to_the_bit(gain, 
     velocities_m_s = np.linspace(0.0, 60.0, 13)
     np.testing.assert_array_equal(velocity.measured_velocity_m_s(velocities_m_s), velocities_m_s * gain)
     np.testing.assert_array_equal(velocity.true_velocity_m_s(velocities_m_s), velocities_m_s / gain)
+    force = SensorChain.of([effect_from_json({"id": "sensor.force_gain", "gain": gain})])
+    forces_n = np.linspace(-500.0, 3e4, 13)
+    np.testing.assert_array_equal(force.measured_force_n(forces_n, STEP_S), forces_n * gain)
+    np.testing.assert_array_equal(force.true_force_n(forces_n, STEP_S), forces_n / gain)
 
 
 def test_growing_gains_are_the_stated_ones_at_their_reference_and_square_at_twice_that():
@@ -93,6 +99,27 @@ def test_a_fading_offset_is_whole_at_an_open_tank_and_nothing_at_the_end_of_the_
     np.testing.assert_allclose(read_pa, [2e4, 2.1e5, 4e5], rtol=1e-12)
     np.testing.assert_allclose(fading.true_pressure_pa(read_pa), true_pa, atol=1e-6)
     assert fading.true_pressure_pa(np.array([1e4])) == [0.0]
+
+
+@given(gain=GAINS, growth=GROWTHS, share=st.floats(-0.05, 1.0))
+def test_forces_go_back_and_forth_and_bend_as_a_straight_line_of_the_gain(gain, growth, share):
+    """ISO 376 states the error of interpolation over the range of a cell, which such a gain makes quadratic."""
+    turn_n = REFERENCE_N / max(abs(growth * np.log(gain)), 1e-9)
+    force_n = np.array([share * 0.95 * min(4 * REFERENCE_N, turn_n)])
+    cell = chain("sensor.force_gain", gain=gain, growth=growth)
+    read_n = cell.measured_force_n(force_n, STEP_S)
+    np.testing.assert_allclose(cell.true_force_n(read_n, STEP_S), force_n, rtol=1e-6, atol=1e-9)
+    small = chain("sensor.force_gain", gain=1.001, growth=growth).measured_force_n(np.array([2e4, 3e4]), STEP_S)
+    straight = np.array([2e4, 3e4]) * (1 + 0.001 * (1 + growth * np.array([1.0, 2.0])))
+    np.testing.assert_allclose(small, straight, rtol=1e-5)
+
+
+def test_impacts_have_their_own_growth_of_the_force_gain_over_a_whole_history():
+    histories = np.outer([1.0, 2.0], [0.0, 5e3, 1e4])
+    cell = chain("sensor.force_gain", gain=np.array([1.1, 1.1]), growth=np.array([0.0, 1.0]))
+    read_n = cell.measured_force_n(histories, STEP_S)
+    np.testing.assert_allclose(read_n[0], 1.1 * histories[0])
+    np.testing.assert_allclose(read_n[1], histories[1] * 1.1 ** (histories[1] / 1e4))
 
 
 def test_shots_have_their_own_growth():

@@ -10,7 +10,7 @@ import numpy as np
 from ....array_types import Floats
 from ...effects import Value, parameter
 from ..effect import SensorEffect
-from ..growing_gain import gain_at, rate_of, up_to_turn, without_growing_gain
+from ..growing_gain import gain_at, growth_parameter, rate_of, up_to_turn, without_growing_gain
 
 #: Gauge pressure at which a gain that grows is the stated one, Pa: what the larger shots of such guns are made with,
 #: since data sheets state linearity by the largest error of the range.
@@ -46,16 +46,7 @@ class PressureGain(SensorEffect):
         owner="channel",
     )
     # How it acts, not whether. Likely, of a characteristic that bends: about zero-based, which is 1.
-    growth: Value = parameter(
-        "change of the gain's error over 2.5 bar, over the error at 2.5 bar",
-        "",
-        default=0.0,
-        low=0.0,
-        high=1.5,
-        off=0.0,
-        likely=(0.5, 1.5),
-        owner="channel",
-    )
+    growth: Value = growth_parameter("2.5 bar")
     regimes: ClassVar[tuple[tuple[str, ...], ...]] = (("gain",), ("gain", "growth"))
 
     def true_pressure_pa(self, reading_pa: Floats) -> Floats:

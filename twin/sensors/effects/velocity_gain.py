@@ -10,7 +10,7 @@ import numpy as np
 from ....array_types import Floats
 from ...effects import Value, parameter
 from ..effect import SensorEffect
-from ..growing_gain import gain_at, rate_of, up_to_turn, without_growing_gain
+from ..growing_gain import gain_at, growth_parameter, rate_of, up_to_turn, without_growing_gain
 
 #: Velocity at which a gain that grows is the stated one, m/s: what the larger shots of such guns reach, since linearity
 #: is stated by the largest error of the range.
@@ -45,16 +45,7 @@ class VelocityGain(SensorEffect):
         owner="channel",
     )
     # How it acts, not whether. Likely: about that of a late timer, which is 1, with an error of length beside it.
-    growth: Value = parameter(
-        "change of the gain's error over 25 m/s, over the error at 25 m/s",
-        "",
-        default=0.0,
-        low=0.0,
-        high=1.5,
-        off=0.0,
-        likely=(0.5, 1.5),
-        owner="channel",
-    )
+    growth: Value = growth_parameter("25 m/s")
     regimes: ClassVar[tuple[tuple[str, ...], ...]] = (("gain",), ("gain", "growth"))
 
     def measured_velocity_m_s(self, velocity_m_s: Floats) -> Floats:
