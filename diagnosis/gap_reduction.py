@@ -38,9 +38,10 @@ class ConfigurationFolds:
         return np.concatenate(self.folds)
 
 
-def by_configuration(rows: Rows, rng: np.random.Generator) -> ConfigurationFolds:
-    """These configurations in turn, spread at random over the folds."""
-    parts = np.array_split(rng.permutation(rows), min(_FOLDS, len(rows)))
+def by_configuration(rows: Rows) -> ConfigurationFolds:
+    """These configurations in turn, spread at random over the folds: always the same way, so that two methods which hold
+    out the same configurations can be compared."""
+    parts = np.array_split(np.random.default_rng(0).permutation(rows), min(_FOLDS, len(rows)))
     return ConfigurationFolds("configuration", tuple(np.sort(part) for part in parts))
 
 
@@ -156,7 +157,7 @@ def measure_reduction(
     if len(gaps.rows) < 2:
         return []
     at_corner = corner(stages[0].record.configurations, gaps.rows, np.sqrt(gaps.squares()))
-    splits = [by_configuration(gaps.rows, rng), *([] if at_corner is None else [at_corner])]
+    splits = [by_configuration(gaps.rows), *([] if at_corner is None else [at_corner])]
     results = [FoldCorrections.of(gaps, split, fit) for split in splits]
     tolerance = _by_stage(stages, stage_tolerances or {})
     return [(_entry(stages, held, results[0], rng, pulses, tolerance), held) for held in results]

@@ -1,8 +1,8 @@
 """The naive baseline: all effects of a stage fitted together by ridge regression, without selection.
 
 It names no cause, but shrinks the gap: a diagnosis that shrinks it less has missed something. One value of every
-parameter for all materials and bullets, least squares (Levenberg-Marquardt in bounds) from near "off", five folds by
-configuration.
+parameter for all materials and bullets, least squares (Levenberg-Marquardt in bounds) from near "off", in the folds by
+configuration that the diagnosis has.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ import numpy as np
 
 from ..array_types import Floats, Rows
 from ..diagnosis.gap import GapMetric, GapTable
+from ..diagnosis.gap_reduction import by_configuration
 from ..diagnosis.observables.base import Stage
 from ..training.evaluation.summary import fraction
 from ..twin.effects import Effect, Parameter, catalogue, effect
 
 #: Standard deviation of a parameter about "off", 1 being the end of its likely range.
 _RIDGE = 1.0
-_FOLDS = 5
 _STEP = 3e-3
 #: Half of a tolerance is added to the noise: what no effect explains.
 _MODEL_ERROR = 0.5
@@ -54,10 +54,9 @@ def joint_ridge(stages: Sequence[Stage], gap: GapTable) -> dict[str, Any]:
         for name in dict.fromkeys(name for name, _ in fit.parameters):
             rest = without.setdefault(name, gap.mean.copy())
             rest[:, columns] = gap.mean[:, columns] - fit.change([x], leave_out=name)[0]
-        fold = np.random.default_rng(0).permutation(np.arange(len(measured_rows)) % _FOLDS)
-        for number in range(min(_FOLDS, len(measured_rows))):
-            rows = measured_rows[fold == number]
-            outside[np.ix_(rows, columns)] -= fit.change([fit.solved(measured_rows[fold != number], x)])[0][rows]
+        for rows in by_configuration(measured_rows).folds:
+            training = np.setdiff1d(measured_rows, rows)
+            outside[np.ix_(rows, columns)] -= fit.change([fit.solved(training, x)])[0][rows]
     floor = metric.rms(np.sqrt(gap.floor_variance))
     before, after, inside_rms = (metric.rms(table[measured_rows]) for table in (gap.mean, outside, inside))
     share = float(fraction(*(np.array(value**2) for value in (before, after, floor))))
