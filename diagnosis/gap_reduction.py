@@ -39,8 +39,8 @@ class ConfigurationFolds:
 
 
 def by_configuration(rows: Rows) -> ConfigurationFolds:
-    """These configurations in turn, spread at random over the folds: always the same way, so that two methods which hold
-    out the same configurations can be compared."""
+    """These configurations in turn, spread at random over the folds, always the same way: two methods that hold out the
+    same configurations can be compared."""
     parts = np.array_split(np.random.default_rng(0).permutation(rows), min(_FOLDS, len(rows)))
     return ConfigurationFolds("configuration", tuple(np.sort(part) for part in parts))
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....array_types import Floats, Rows
+from ....array_types import Flags, Floats, Rows
 from ...record import Series
 from ..base import Observable
 
@@ -30,8 +30,9 @@ _WINDOW_SHARE, _SHORTEST_S, _LONGEST_S = 0.05, 2e-3, 20e-3
 #: The last share of a record tells of the empty tank; emptied: less than this share of the pressure before is left, and
 #: the pressure no longer moves by this share of it.
 _END_SHARE, _EMPTIED, _RESTING = 0.05, 0.10, 0.003
-#: A valve that shuts before the tank is empty leaves what goes with the pressure; an offset does not.
-_LARGEST_SLOPE = 0.01
+#: A valve that shuts before the tank is empty leaves what goes with the pressure, or differs from shot to shot by this
+#: share of the tolerance; an offset does neither. One shot is not emptied that lies so many deviations from the others.
+_LARGEST_SLOPE, _LARGEST_SPREAD, _OUTLYING = 0.01, 0.5, 4.0
 #: Standard uncertainty of the moment (lag of the transducer), and of where the laser stands beside the vent holes.
 LAG_S, LASER_M = 1e-3, 0.03
 
@@ -85,8 +86,7 @@ def measured_pressures(
             if half > length:
                 table[row, 1] = _mean(trace, -half - length / 2, -half + length / 2) / scale
         table[row, 2] = _empty_pa(trace, before) / 1e5
-    if _grows(pressure_pa, 1e5 * table[:, 2]):
-        table[:, 2] = np.nan
+    table[~_emptied(pressure_pa, 1e5 * table[:, 2]), 2] = np.nan
     return table
 
 
@@ -108,6 +108,17 @@ def _empty_pa(trace: Series, before_pa: float) -> float:
     noise = float(np.std(np.diff(last))) / np.sqrt(count)
     resting = abs(level - float(previous.mean())) <= max(4 * noise, _RESTING * before_pa)
     return level if resting and abs(level) <= _EMPTIED * before_pa else float("nan")
+
+
+def _emptied(pressure_pa: Floats, level_pa: Floats) -> Flags:
+    """(R,): of which shots the level that is left is that of an empty tank, which is the same in all of them."""
+    finite = np.isfinite(level_pa)
+    if not finite.any() or _grows(pressure_pa, level_pa):
+        return np.zeros(level_pa.size, dtype=bool)
+    deviation_pa = np.abs(level_pa - np.median(level_pa[finite]))
+    spread_pa = 1.4826 * float(np.median(deviation_pa[finite]))
+    largest_pa = _LARGEST_SPREAD * EMPTY_TOLERANCE_PA
+    return np.asarray(finite & (spread_pa <= largest_pa) & (deviation_pa <= _OUTLYING * largest_pa))
 
 
 def _grows(pressure_pa: Floats, level_pa: Floats) -> bool:

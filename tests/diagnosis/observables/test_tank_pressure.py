@@ -52,6 +52,19 @@ def test_an_offset_is_what_an_empty_tank_shows_and_a_valve_that_shuts_is_none() 
     assert np.isnan(read([trace_of(2e5, 0.4e5)], [2e5])[0, 2])
 
 
+def test_a_valve_that_shuts_on_a_rest_which_differs_from_shot_to_shot_shows_no_offset() -> None:
+    """Slow shots leave the valve less time, so that the rest need not go with the pressure; an offset is the same."""
+    pressure = [0.5e5, 1e5, 2e5, 4e5] * 3
+    rests = np.random.default_rng(3).permutation(np.linspace(300.0, 4500.0, 12))
+    shut = [trace_of(p + rest, rest, 50.0, seed) for seed, (p, rest) in enumerate(zip(pressure, rests, strict=True))]
+    assert np.isnan(read(shut, pressure)[:, 2]).all()
+    offset = [trace_of(p + 600.0, 600.0, 50.0, seed) for seed, p in enumerate(pressure[:-1])]
+    one_shut = [*offset, trace_of(4e5, 2600.0, 50.0, 11)]
+    empty = read(one_shut, pressure)[:, 2]
+    np.testing.assert_allclose(empty[:-1], 600.0 / 1e5, atol=20 / 1e5)
+    assert np.isnan(empty[-1])
+
+
 def test_a_record_that_begins_too_late_or_ends_too_early_has_no_reading() -> None:
     trace = trace_of(2e5)
     late = Series(trace.values[-1990:], RATE_HZ, float(trace.time_s[-1990]))  # from 5 ms after the exit on
