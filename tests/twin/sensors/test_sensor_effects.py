@@ -66,6 +66,37 @@ def test_gains_and_offsets_of_each_shot_meet_its_own_series():
         chain("sensor.acceleration_gain", gain=gains).measured_acceleration_m_s2(series[:1], STEP_S)
 
 
+@pytest.mark.parametrize("fall", [0.025, 0.2, -0.1])
+def test_sensitivity_of_an_accelerometer_falls_by_its_share_in_each_decade(fall: float) -> None:
+    """Against the amplitude of steady tones, and of one that decays, whose pole is complex."""
+    sensor = chain("sensor.acceleration_gain", gain=1.1, fall=fall)
+    time_s = np.arange(40_000) * STEP_S
+    middle = slice(10_000, 30_000)  # 200 ms: whole periods of all tones, and far from both ends
+    for frequency_hz, decades in ((100.0, -1), (1e3, 0), (1e4, 1)):
+        tone = np.exp(2j * np.pi * frequency_hz * time_s)
+        seen = sensor.measured_acceleration_m_s2(tone.real, STEP_S)
+        amplitude = 2 * np.mean((seen * tone.conj())[middle])
+        assert abs(amplitude) == pytest.approx(1.1 * (1 - fall) ** decades, rel=2e-3)
+        assert amplitude == pytest.approx(sensor.transmissibility(np.array([2j * np.pi * frequency_hz]))[0, 0], rel=2e-3)
+    pole = -200 + 2j * np.pi * 2e3
+    ringing = np.where(time_s < 0.1, 0.0, np.exp(pole * np.maximum(time_s - 0.1, 0.0)))
+    seen = sensor.measured_acceleration_m_s2(ringing.imag, STEP_S)
+    after = slice(10_200, 10_700)  # one period of the tone is 50 samples
+    expected = (sensor.transmissibility(np.array([pole]))[0, 0] * ringing).imag
+    np.testing.assert_allclose(seen[after], expected[after], atol=0.01 * np.abs(expected).max())
+
+
+def test_accelerometers_have_their_own_fall() -> None:
+    series = np.random.default_rng(2).standard_normal((2, 64))
+    together = chain("sensor.acceleration_gain", gain=np.array([1.0, 1.2]), fall=np.array([0.0, 0.1]))
+    seen = together.measured_acceleration_m_s2(series, STEP_S)
+    np.testing.assert_allclose(seen[0], series[0], atol=1e-12)
+    alone = chain("sensor.acceleration_gain", gain=1.2, fall=0.1).measured_acceleration_m_s2(series[1], STEP_S)
+    np.testing.assert_allclose(seen[1], alone, atol=1e-12)
+    poles = np.array([-5 + 2j * np.pi * 1e4])
+    np.testing.assert_allclose(np.abs(together.transmissibility(poles))[:, 0], [1.0, 1.2 * 0.9], rtol=1e-6)
+
+
 @given(gain=st.floats(0.5, 2.0), velocity=st.floats(0.1, 80))
 def test_gains_multiply(gain, velocity):
     seen = chain("sensor.velocity_gain", gain=gain).measured_velocity_m_s(np.array([velocity]))
