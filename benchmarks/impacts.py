@@ -92,7 +92,7 @@ def _evaluations(columns: NDArray[np.float64], times: int) -> float:
     """Each of another depth, or a compiler would do it once."""
     total = 0.0
     for i in range(len(columns)):
-        law = Law(columns[i, 0], 1.0, 0.0, columns[i, 3], columns[i, 1], columns[i, 2], 0.0, 0.0)
+        law = Law(columns[i, 0], 1.0, 0.0, columns[i, 3], columns[i, 1], columns[i, 2], 0.0, 0.0, 1.0)
         for k in range(times):
             total += rates(law, 0.1 + 0.01 * k, 1.0).force_rate
     return total

@@ -87,8 +87,8 @@ def _history(row, at_tip, time, force):  # type: ignore[no-untyped-def]
 
     Returns how many, and when the indentation first turns: less than 0 where it does not.
     """
-    loading = Law(row[0], 1.0, 0.0, row[5], row[1], row[2], row[3], row[4])
-    own_time, mass, stiffness, damping, mobility = row[6], row[7], row[8], row[9], row[10]
+    loading = Law(row[0], 1.0, 0.0, row[5], row[1], row[2], row[3], row[4], row[6])
+    own_time, mass, stiffness, damping, mobility = row[7], row[8], row[9], row[10], row[11]
     period = 2.0 * np.pi * np.sqrt(min(mass, 1.0) / stiffness)
     slow = period / _OF_PERIOD
     if mobility > 0.0:  # the joint relaxes on the plate, too: longer steps would not be stable
@@ -134,7 +134,7 @@ def _history(row, at_tip, time, force):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def struck_anvils(figures, at_tip, phases):  # type: ignore[no-untyped-def]
-    """Pulses below anvils of `figures` (n, 11): the columns of `Numbers`, the contact's own time, M, K, C and Y.
+    """Pulses below anvils of `figures` (n, 12): the columns of `Numbers`, the contact's own time, M, K, C and Y.
 
     Returns (n, 3) length of the pulse, time of the turn, peak force, and the force (n, phases) at equal phases of it.
     """

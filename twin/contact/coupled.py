@@ -230,6 +230,7 @@ def coupled_impact(
             impacts.exponent,
             impacts.rate_loss_s_m,
             (impacts.yield_load_n / impacts.stiffness_n_mp) ** (1 / impacts.exponent),
+            impacts.hardening_up_to_elastic,
             impacts.layer_compliance_m_n,
             impacts.layer_stiffening_1_n,
             impacts.plate_mobility_m_n_s,

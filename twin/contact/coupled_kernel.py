@@ -19,7 +19,7 @@ import math
 import numpy as np
 from numba import njit
 
-from .kernel import noted, with_room
+from .kernel import hardening_curve, noted, with_room
 
 _ITERATIONS = 60
 #: Of the indentation: a step of Newton's after which the next would change the last digits, and the secants' root.
@@ -90,14 +90,17 @@ def _energy(energies, modes, state):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _static(law, depth):  # type: ignore[no-untyped-def]
-    """f and its slope; `law` is factor, p, rest and the depth beyond which f goes on along its tangent."""
-    factor, exponent, rest, tangent = law
+    """f and its slope; `law` is factor, p, rest, the depth of yield and r, the hardening beyond it (`kernel.Law`)."""
+    factor, exponent, rest, yields, hardening = law
     over = depth - rest
     if over <= 0.0:
         return 0.0, 0.0
-    elastic = tangent if over > tangent else over
+    elastic = yields if over > yields else over
     root = factor * (math.sqrt(elastic) if exponent == 1.5 else elastic ** (exponent - 1.0))
     slope = exponent * root
+    if hardening != 1.0 and over > elastic:
+        beyond, steeper = hardening_curve(over / elastic, hardening)
+        return elastic * root + slope * elastic * beyond, slope * steeper
     return elastic * root + slope * (over - elastic), slope
 
 
@@ -142,7 +145,7 @@ def _linear(law, series, ends, depth, grip):  # type: ignore[no-untyped-def]
 @njit(cache=True, nogil=True, error_model="numpy")
 def _closed(law, series, ends, guess, scale):  # type: ignore[no-untyped-def]
     """The end of a step in contact: indentation, F, F', a', d delta / dt. Newton's method, kept in its bracket."""
-    factor, exponent, rest, tangent = law
+    factor, exponent, rest, yields, hardening = law
     _, layer, stiffening, compliance = series
     free_approach, speed, _, b0, b1, c0, c1, _, _ = ends
     low, high = rest, np.inf
@@ -150,11 +153,16 @@ def _closed(law, series, ends, guess, scale):  # type: ignore[no-untyped-def]
     static = rate = approach = inverse = 0.0
     for _ in range(_ITERATIONS):
         over = depth - rest
-        elastic = tangent if over > tangent else over
+        elastic = yields if over > yields else over
         root = factor * (math.sqrt(elastic) if exponent == 1.5 else elastic ** (exponent - 1.0))
         slope = exponent * root
         static = elastic * root + slope * (over - elastic)
-        bend = (exponent - 1.0) * slope / elastic if over <= tangent else 0.0
+        bend = (exponent - 1.0) * slope / elastic if over <= yields else 0.0
+        if hardening != 1.0 and over > yields:
+            beyond, steeper = hardening_curve(over / yields, hardening)
+            static = elastic * root + slope * elastic * beyond
+            slope *= steeper
+            bend = (hardening - 1.0) * slope / over
         pressed, softness = _layer(layer, stiffening, static) if layer > 0.0 else (0.0, 0.0)
         inverse = 1.0 / (1.0 + (softness + compliance) * slope)
         kappa = slope * inverse
@@ -240,8 +248,8 @@ def _where_it_falls(begin, end, rise, fall, of_slope):  # type: ignore[no-untype
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def together(figures, step, base, modes, steps, answers, energies, rigid, compliance, ending):  # type: ignore[no-untyped-def]
-    """Contacts of `figures` (n, 10): mass, velocity, k, p, chi, depth of yield, layer's compliance and stiffening, mu,
-    and a length, of the order of the indentation, against which nothing is measured.
+    """Contacts of `figures` (n, 11): mass, velocity, k, p, chi, depth of yield, its hardening, layer's compliance and
+    stiffening, mu, and a length, of the order of the indentation, against which nothing is measured.
 
     `step` (s) and the tables are those of `StepTables`; up to `base` halvings are for an impactor that creeps. `ending`
     (4,): most steps; share of all that was before for
@@ -258,10 +266,10 @@ def together(figures, step, base, modes, steps, answers, energies, rigid, compli
     state, ahead, behind = np.zeros((2, m)), np.zeros((2, m)), np.zeros((2, m))
     last_level, longest = levels - 1, ending[0] * step
     for i in range(n):
-        mass, velocity, stiffness, exponent, chi, yields, layer, stiffening, mobility, scale = figures[i]
+        mass, velocity, stiffness, exponent, chi, yields, hardening, layer, stiffening, mobility, scale = figures[i]
         inverse = 1.0 / mass + rigid
         series = (chi, layer, stiffening, compliance)
-        law = (stiffness, exponent, 0.0, yields)
+        law = (stiffness, exponent, 0.0, yields, hardening)
         branch = _LOADING
         relative_displacement = time = impulse = dashed = 0.0
         force = rate = depth = indenting = 0.0
@@ -308,9 +316,9 @@ def together(figures, step, base, modes, steps, answers, energies, rigid, compli
             parts = touching and apart
             yielding = branch == _LOADING and depth < yields < next_depth
             turns = touching and indenting > 0 and next_indenting <= 0 and not parts
-            hardened = turns and branch == _LOADING and max(depth, next_depth) > yields
+            beyond_yield = turns and branch == _LOADING and max(depth, next_depth) > yields
             again = branch == _UNLOADING and next_depth > deepest and not apart
-            if (begins or parts or yielding or hardened or again) and level < last_level:
+            if (begins or parts or yielding or beyond_yield or again) and level < last_level:
                 if not exact:
                     _ended(steps[before], behind, force, rate, state)
                     exact = True
@@ -353,13 +361,13 @@ def together(figures, step, base, modes, steps, answers, energies, rigid, compli
                 next_force, next_rate, next_depth, next_approach, next_indenting,
             )  # fmt: skip
             before, ended_rate = level, rate
-            if hardened:
+            if beyond_yield:
                 branch = _UNLOADING
                 top, _ = _static(law, deepest)
                 recovered = deepest * top / (stiffness * deepest**exponent)
-                law = (top / recovered**exponent, exponent, deepest - recovered, np.inf)
+                law = (top / recovered**exponent, exponent, deepest - recovered, np.inf, 1.0)
             elif again:
-                branch, law = _LOADING, (stiffness, exponent, 0.0, yields)
+                branch, law = _LOADING, (stiffness, exponent, 0.0, yields, hardening)
                 static, slope = _static(law, depth)
                 _, softness = _layer(layer, stiffening, static)
                 grip = max(1.0 + chi * approach, 0.0)
@@ -370,7 +378,7 @@ def together(figures, step, base, modes, steps, answers, energies, rigid, compli
                 count = noted(nodes, count, i, time, force, rate)
             # how the next one goes
             steady += 1
-            if not touching or yielding or hardened or again:
+            if not touching or yielding or beyond_yield or again:
                 level, steady = min(level, base), 0
             elif begins:
                 level, steady = last_level, 0

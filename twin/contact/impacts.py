@@ -37,6 +37,7 @@ class Impacts:
     exponent: Floats  # p
     rate_loss_s_m: Floats  # chi; 0 loses nothing
     yield_load_n: Floats  # beyond it the load goes on along the tangent (Thornton); inf never yields
+    hardening_exponent: Floats  # r; not along the tangent but as F_y (1 + p ((delta / delta_y)^r - 1) / r); 1 is it
     layer_compliance_m_n: Floats  # of a spring in series; 0 is none
     layer_stiffening_1_n: Floats  # by which it grows stiffer with force, as a share of its stiffness; 0 is linear
     plate_mobility_m_n_s: Floats  # velocity of the plate's surface over force; 0 is a rigid plate
@@ -64,10 +65,16 @@ class Impacts:
             exponent=np.full(n, 1.5),
             rate_loss_s_m=np.zeros(n),
             yield_load_n=np.full(n, np.inf),
+            hardening_exponent=np.ones(n),
             layer_compliance_m_n=np.zeros(n),
             layer_stiffening_1_n=np.zeros(n),
             plate_mobility_m_n_s=np.zeros(n),
         )
+
+    @property
+    def hardening_up_to_elastic(self) -> Floats:
+        """r (n,), at most p: with r = p the loading is elastic, and yield makes none stiffer than that."""
+        return np.minimum(self.hardening_exponent, self.exponent)
 
     def take(self, rows: NDArray[np.intp]) -> Self:
         """Some of the impacts, by their rows."""

@@ -4,7 +4,7 @@ An impact in its own units.
 
 Glossary: lengths are in l = (m u^2 / k)^(1/(p+1)), velocities in u, forces in m u^2 / l, times in l / u; p exponent,
 xi indentation, eta the impactor's velocity, a damping number chi u, lambda = m u / (l Z) Zener's inelasticity, beta
-compliance of the layer, h by how much it grows stiffer with force, f static force, phi force.
+compliance of the layer, h by how much it grows stiffer with force, r hardening, f static force, phi force.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ class Numbers:
     compliance: Floats
     stiffening: Floats
     yield_depth: Floats
+    hardening: Floats
 
     @classmethod
     def of(cls, impacts: Impacts) -> Self:
@@ -41,6 +42,7 @@ class Numbers:
             compliance=impacts.layer_compliance_m_n * force / length,
             stiffening=impacts.layer_stiffening_1_n * force,
             yield_depth=(impacts.yield_load_n / force) ** (1 / impacts.exponent),
+            hardening=impacts.hardening_up_to_elastic,
         )
 
 
@@ -106,9 +108,17 @@ def own_time(numbers: Numbers) -> Floats:
         elastic = np.minimum(hertz, (2 * energy / beta) ** (0.5 / p))
         held = numbers.inelasticity ** (-1 / p)
     yielded = np.minimum(elastic, numbers.yield_depth)
-    flow = np.where(elastic > yielded, np.sqrt(2 * energy / (p * yielded ** (p - 1))), 0.0)
+    flow = np.where(elastic > yielded, _flow(numbers, energy, yielded), 0.0)
     depth = np.minimum(np.maximum(elastic, yielded + flow), held)
     return np.asarray(1.4 * (depth + beta * depth**p))
+
+
+def _flow(numbers: Numbers, energy: Floats, yielded: Floats) -> Floats:
+    """Depth (n,) that takes the energy in yield alone: of f = p xi_y^p (xi / xi_y)^r / r, r = 1 a spring."""
+    p, r = numbers.exponent, numbers.hardening
+    straight = np.sqrt(2 * energy / (p * yielded ** (p - 1)))
+    bent = (r * (r + 1) * energy / p * yielded ** (r - p)) ** (1 / (r + 1))
+    return np.where(r == 1, straight, bent)
 
 
 def power_of_time(numbers: Numbers) -> Floats:

@@ -39,15 +39,18 @@ _AT, _WEIGHTS, _ON = (0.0, 0.5, 0.5, 1.0), (1.0, 2.0, 2.0, 1.0), (0.5, 0.5, 1.0,
 #: Contacts side by side, and what a table holds of each, a row for each quantity.
 _WIDTH = 64
 # fmt: off
-(_P, _A, _LAMBDA, _BETA, _H, _YIELD, _T, _Q, _C, _REST, _CONTACT, _LEAST,  # what it is, first its figures
+(_P, _A, _LAMBDA, _BETA, _H, _YIELD, _R, _T, _Q, _C, _REST, _CONTACT, _LEAST,  # what it is, first its figures
  _S, _DEPTH, _VELOCITY, _OLD_S, _OLD_DEPTH, _OLD_VELOCITY, _ELASTIC, _TIME,  # where it is, and was a step before
  _AT_DEPTH, _AT_VELOCITY, _ROOT, _STATIC, _SLOPE, _GRIP, _LOSSY, _APPROACH, _INDENTATION, _FORCE,  # its rates there
- _SLOW, _BEGIN, _HALF, _END, _SUM_DEPTH, _SUM_VELOCITY, _ROWS) = range(0, 37 * _WIDTH, _WIDTH)  # and its step
+ _SLOW, _BEGIN, _HALF, _END, _SUM_DEPTH, _SUM_VELOCITY, _ROWS) = range(0, 38 * _WIDTH, _WIDTH)  # and its step
 # fmt: on
 
 
 class Law(NamedTuple):
-    """f = c (xi - xi_0)^p up to the depth of yield, from there on along its tangent; and what acts beside it."""
+    """f = c (xi - xi_0)^p up to the depth of yield, from there on with hardening; and what acts beside it.
+
+    Beyond the depth xi_y f = f_y (1 + p ((xi / xi_y)^r - 1) / r): its tangent there for r = 1, elastic for r = p.
+    """
 
     exponent: float  # p
     factor: float  # c
@@ -57,6 +60,7 @@ class Law(NamedTuple):
     inelasticity: float  # lambda
     compliance: float  # beta
     stiffening: float  # h
+    hardening: float = 1.0  # r
 
 
 class Rates(NamedTuple):
@@ -72,6 +76,13 @@ class Rates(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def hardening_curve(relative_depth, hardening):  # type: ignore[no-untyped-def]
+    """(z^r - 1) / r and its slope z^(r - 1), of the indentation over that of yield."""
+    exponential = math.expm1(hardening * math.log(relative_depth))
+    return exponential / hardening, (1.0 + exponential) / relative_depth
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def spring(law, depth):  # type: ignore[no-untyped-def]
     """f and its slope."""
     over = depth - law.rest
@@ -80,6 +91,9 @@ def spring(law, depth):  # type: ignore[no-untyped-def]
     elastic = law.yield_depth if over > law.yield_depth else over
     root = law.factor * (math.sqrt(elastic) if law.exponent == 1.5 else elastic ** (law.exponent - 1.0))
     slope = law.exponent * root
+    if law.hardening != 1.0 and over > elastic:
+        beyond, steeper = hardening_curve(over / elastic, law.hardening)
+        return elastic * root + slope * elastic * beyond, slope * steeper
     return elastic * root + slope * (over - elastic), slope
 
 
@@ -149,7 +163,7 @@ def to_the_yield(law, own_time, power, s, size, depth, velocity):  # type: ignor
     The part of the step is found by regula falsi, the Illinois way: Newton's fails where the turn is near.
     """
     elastic = Law(
-        law.exponent, law.factor, law.rest, np.inf, law.damping, law.inelasticity, law.compliance, law.stiffening
+        law.exponent, law.factor, law.rest, np.inf, law.damping, law.inelasticity, law.compliance, law.stiffening, 1.0
     )
     now = rates(elastic, depth, velocity)
     low, high, below = 0.0, size, depth - law.yield_depth
@@ -199,14 +213,14 @@ def unloading(law, deepest):  # type: ignore[no-untyped-def]
 
     Thornton lets the flattened sphere unload as a Hertzian one of larger radius R_p = R F_e / F_max, F_e the force that
     the deepest indentation would have taken without yield; with p = 3/2, delta_max - delta_p = delta_max F_max / F_e.
-    Source: Thornton, J. Appl. Mech. 64 (1997) 383.
+    F_max is the force of the loading there, with its hardening. Source: Thornton, J. Appl. Mech. 64 (1997) 383.
     """
     factor, rest = 1.0, 0.0
     if deepest > law.yield_depth:
         force, _ = spring(law, deepest)
         recovered = deepest * force / deepest**law.exponent
         factor, rest = force / recovered**law.exponent, deepest - recovered
-    return Law(law.exponent, factor, rest, np.inf, law.damping, law.inelasticity, law.compliance, law.stiffening)
+    return Law(law.exponent, factor, rest, np.inf, law.damping, law.inelasticity, law.compliance, law.stiffening, 1.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -232,7 +246,9 @@ def _ending(law, depth, now, least):  # type: ignore[no-untyped-def]
 @njit(cache=True, nogil=True, error_model="numpy")
 def _law(w, i):  # type: ignore[no-untyped-def]
     """Of one contact of the table."""
-    return Law(w[_P + i], w[_C + i], w[_REST + i], w[_YIELD + i], w[_A + i], w[_LAMBDA + i], w[_BETA + i], w[_H + i])
+    return Law(
+        w[_P + i], w[_C + i], w[_REST + i], w[_YIELD + i], w[_A + i], w[_LAMBDA + i], w[_BETA + i], w[_H + i], w[_R + i]
+    )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -249,7 +265,7 @@ def _rates_of(w, i):  # type: ignore[no-untyped-def]
 @njit(cache=True, nogil=True, error_model="numpy")
 def _pace_all(w, n):  # type: ignore[no-untyped-def]
     """`_pace` of the first n contacts at `_AT_DEPTH` and `_AT_VELOCITY`."""
-    spheres = True
+    spheres = tangents = True
     for i in range(n):
         over = w[_AT_DEPTH + i] - w[_REST + i]
         over = 0.0 if over < 0.0 else over
@@ -258,10 +274,19 @@ def _pace_all(w, n):  # type: ignore[no-untyped-def]
         w[_ROOT + i] = math.sqrt(elastic)
     for i in range(n):
         spheres = spheres and w[_P + i] == 1.5
+        tangents = tangents and w[_R + i] == 1.0
     if not spheres:
         for i in range(n):
             if w[_P + i] != 1.5:
                 w[_ROOT + i] = w[_SLOPE + i] ** (w[_P + i] - 1.0)
+    if not tangents:
+        # The tangent to the force at this depth is as far from its own zero as the force over its slope is long.
+        for i in range(n):
+            elastic, over = w[_SLOPE + i], w[_STATIC + i]
+            if w[_R + i] != 1.0 and over > elastic:
+                beyond, steeper = hardening_curve(over / elastic, w[_R + i])
+                w[_SLOPE + i], w[_STATIC + i] = 0.0, elastic * (1.0 / w[_P + i] + beyond) / steeper
+                w[_ROOT + i] *= steeper
     for i in range(n):
         over, elastic, root = w[_STATIC + i], w[_SLOPE + i], w[_C + i] * w[_ROOT + i]
         slope = w[_P + i] * root
@@ -475,7 +500,7 @@ def _shorten_steps(w, i, law, size):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def march(figures, steps, least_share):  # type: ignore[no-untyped-def]
-    """Contacts of `figures` (n, 8): the columns of `Numbers`, T and q.
+    """Contacts of `figures` (n, 9): the columns of `Numbers`, T and q.
 
     Returns what was found (6, n): contact time, compression time, deepest and permanent indentation, velocity at the
     end and whether they parted; the numbers of those that did not turn and that did not end; and the nodes (3, k), time
@@ -498,7 +523,7 @@ def march(figures, steps, least_share):  # type: ignore[no-untyped-def]
         for i in range(some):
             contact = np.intp(w[_CONTACT + i])
             law = unloading(_law(w, i), w[_DEPTH + i])
-            w[_C + i], w[_REST + i], w[_YIELD + i] = law.factor, law.rest, np.inf
+            w[_C + i], w[_REST + i], w[_YIELD + i], w[_R + i] = law.factor, law.rest, np.inf, 1.0
             w[_LEAST + i] = least_share * rates(law, w[_DEPTH + i], w[_VELOCITY + i]).force
             w[_S + i] = (w[_TIME + i] / w[_T + i]) ** (1.0 / w[_Q + i])
             _shorten_steps(w, i, law, 1.0 / steps)

@@ -72,6 +72,8 @@ RIGID = PlatePoint(NONE, NONE, NONE, np.inf)
         (),
         (ViscousLoss(0.05),),
         (PlasticYield(),),
+        (PlasticYield(4.0, hardening_exponent=0.75),),
+        (ViscousLoss(0.05), PlasticYield(0.8, hardening_exponent=1.25)),
         (LayerCompliance(1e-8),),
         (LayerCompliance(1e-8, 1e-4),),
         (ViscousLoss(0.05), PlasticYield(), LayerCompliance(1e-8)),

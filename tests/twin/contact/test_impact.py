@@ -36,6 +36,8 @@ CASES = {
     "very viscous": _impacts(rate_loss_s_m=15.0),
     "yield": _impacts(yield_load_n=0.2 * FORCE),
     "early yield": _impacts(yield_load_n=0.003 * FORCE),
+    "hardly hardens": _impacts(yield_load_n=0.2 * FORCE, hardening_exponent=0.4),
+    "hardens": _impacts(yield_load_n=0.05 * FORCE, hardening_exponent=1.2),
     "layer": _impacts(layer_compliance_m_n=0.5 * DEPTH / FORCE),
     "soft layer": _impacts(layer_compliance_m_n=50 * DEPTH / FORCE),
     "stiffening layer": _impacts(layer_compliance_m_n=5 * DEPTH / FORCE, layer_stiffening_1_n=8 / FORCE),
@@ -49,6 +51,7 @@ CASES = {
         stiffness_n_mp=FORCE / DEPTH**1.3,
         rate_loss_s_m=0.2,
         yield_load_n=0.3 * FORCE,
+        hardening_exponent=0.8,
         layer_compliance_m_n=0.2 * DEPTH / FORCE,
         layer_stiffening_1_n=2 / FORCE,
         plate_mobility_m_n_s=0.1 * 1.2 / FORCE,
@@ -64,13 +67,14 @@ def _by_scipy(case: Impacts) -> dict[str, float]:
     layer, mobility = float(case.layer_compliance_m_n[0]), float(case.plate_mobility_m_n_s[0])
     stiffening = float(case.layer_stiffening_1_n[0])
     u = float(case.bodies.impact_velocity_m_s[0])
-    yields = (load / k) ** (1 / p)
+    yields, hardening = (load / k) ** (1 / p), float(case.hardening_exponent[0])
 
     def loading(d):
         if d <= yields:
             return k * max(d, 0) ** p, p * k * max(d, 0) ** (p - 1)
         slope = p * load / yields
-        return load + slope * (d - yields), slope
+        beyond = yields * ((d / yields) ** hardening - 1) / hardening
+        return load + slope * beyond, slope * (d / yields) ** (hardening - 1)
 
     def force_and_approach(law, d, v):
         static, slope = law(d)

@@ -51,10 +51,27 @@ def test_force_follows_its_tangent_from_the_depth_of_yield_on(exponent: float) -
     assert spring(_law(exponent=2.0, factor=3.0), -0.2) == (0.0, 0.0)
 
 
+@pytest.mark.parametrize("hardening", [0.2, 0.7, 1.0, 1.0 + 1e-9, 1.25, 1.5])
+def test_hardening_force_is_the_integral_of_a_slope_that_goes_as_a_power_of_the_depth(hardening: float) -> None:
+    """Beyond yield the slope is p c d_y^(p-1) (d / d_y)^(r-1), by quad; r = p is c d^p, as though nothing yielded."""
+    for exponent in (1.0, 1.5, 2.2):
+        law = _law(exponent=exponent, factor=3.0, yield_depth=0.5, hardening=hardening)
+        at_yield, steepness = 3.0 * 0.5**exponent, 3.0 * exponent * 0.5 ** (exponent - 1)
+        assert spring(law, 0.5) == pytest.approx((at_yield, steepness), rel=1e-14)
+        for depth in (0.5 + 1e-9, 0.7, 40.0):
+            slope = steepness * (depth / 0.5) ** (hardening - 1)
+            more = quad(lambda d, s=steepness: s * (d / 0.5) ** (hardening - 1), 0.5, depth, epsrel=1e-13)[0]
+            assert spring(law, depth) == pytest.approx((at_yield + more, slope), rel=1e-12)
+        elastic = spring(_law(exponent=exponent, factor=3.0), 0.9)
+        assert spring(law._replace(hardening=exponent), 0.9) == pytest.approx(elastic, rel=1e-14)
+
+
+@pytest.mark.parametrize("hardening", [0.5, 1.0, 1.3])
 @pytest.mark.parametrize(("depth", "velocity"), [(0.2, 0.9), (0.4, 0.3), (0.9, -0.4)])
-def test_rates_of_change_are_those_of_the_motion(depth: float, velocity: float) -> None:
+def test_rates_of_change_are_those_of_the_motion(depth: float, velocity: float, hardening: float) -> None:
     """Of approach and force, by a central difference along the motion."""
-    law, small = _law(damping=0.4, inelasticity=0.3, compliance=0.6, stiffening=0.9, yield_depth=0.6), 1e-6
+    beside = {"damping": 0.4, "inelasticity": 0.3, "compliance": 0.6, "stiffening": 0.9}
+    law, small = _law(**beside, yield_depth=0.6, hardening=hardening), 1e-6
     now = rates(law, depth, velocity)
     before, after = (rates(law, depth + by * now.indentation, velocity - by * now.force) for by in (-small, small))
     assert now.force_rate == pytest.approx((after.force - before.force) / (2 * small), rel=1e-8)
@@ -101,6 +118,12 @@ def test_curve_runs_from_the_peak_to_what_stays_if_anything_yielded() -> None:
     # Hertz' loading and eq. 1.17 without a mark are one curve: the loop has no area, e = 1.
     law = Law(1.5, 1.0, 0.0, 0.9, 0.0, 0.0, 0.0, 0.0)
     assert unloading(law, 0.8) == law._replace(yield_depth=np.inf)
+    # Beyond yield the two forces meet at the turn, and what is left is delta_max (1 - F_max / F_e).
+    for hardening in (0.3, 0.8, 1.0, 1.2):
+        law = _law(yield_depth=0.5, hardening=hardening)
+        back, (force, _) = unloading(law, 2.0), spring(law, 2.0)
+        assert spring(back, 2.0)[0] == pytest.approx(force, rel=1e-14)
+        assert (back.rest, back.hardening) == (pytest.approx(2.0 * (1 - force / 2.0**1.5), rel=1e-14), 1.0)
     assert restitution_of_loop(0.4 * PEAK * DEEPEST, PEAK, DEEPEST, 0 * DEEPEST) == pytest.approx([1.0])
 
 
@@ -115,18 +138,21 @@ def test_returned_work_is_the_area_below(exponent: float) -> None:
             unloading_force(DEEPEST, PEAK, DEEPEST, np.array([permanent]))
 
 
-def test_loop_area_is_the_energy_lost() -> None:
+@pytest.mark.parametrize("hardening", [0.3, 1.0, 1.3])
+def test_loop_area_is_the_energy_lost(hardening: float) -> None:
     """Of a solved impact: loading work minus returned work against the kinetic energy, and e = sqrt(W_r / W_c)."""
     bodies = impacts()
     nominal = Impacts.of(bodies)
     load = 0.2 * hertz(bodies).peak_force_n
-    pulse = solve(replace(nominal, yield_load_n=load))
+    pulse = solve(replace(nominal, yield_load_n=load, hardening_exponent=np.array([hardening])))
     depth = np.linspace(0, pulse.deepest_indentation_m[0], 20_001)
     stiffness = nominal.stiffness_n_mp
     reach = (load / stiffness) ** (2 / 3)
-    loading = np.where(depth < reach, stiffness * depth**1.5, load + 1.5 * load / reach * (depth - reach))
+    beyond = load * (1 + 1.5 * ((np.maximum(depth, reach) / reach) ** hardening - 1) / hardening)
+    loading = np.where(depth < reach, stiffness * depth**1.5, beyond)
     work = np.trapezoid(loading, depth)
     loop = (pulse.peak_force_n, pulse.deepest_indentation_m, pulse.permanent_indentation_m)
+    assert work == pytest.approx(0.32 / 2 * 1.2**2, rel=1e-6)
     kinetic = 0.32 / 2 * (1.2**2 - pulse.separation_velocity_m_s**2)
     assert work - returned_work(*loop) == pytest.approx(kinetic, rel=1e-6)
     assert restitution_of_loop(work, *loop) == pytest.approx(pulse.restitution.value, rel=1e-6)

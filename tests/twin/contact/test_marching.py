@@ -13,7 +13,8 @@ def _numbers(exponent: float, **values: list[float]) -> Numbers:
     n = len(next(iter(values.values())))
     nothing = dict.fromkeys(("damping", "inelasticity", "compliance", "stiffening"), np.zeros(n))
     given = {name: np.array(value) for name, value in values.items()}
-    return Numbers(**{"exponent": np.full(n, exponent), **nothing, "yield_depth": np.full(n, np.inf), **given})
+    never = {"yield_depth": np.full(n, np.inf), "hardening": np.ones(n)}
+    return Numbers(**{"exponent": np.full(n, exponent), **nothing, **never, **given})
 
 
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0])
@@ -80,7 +81,7 @@ def test_what_stays_is_left_when_its_force_has_fallen(inelasticity: float) -> No
     assert found.velocity == pytest.approx([end.y[1, -1]], abs=3e-6)
 
 
-HIT = {"exponent": 1.5, "damping": 0.0, "inelasticity": 1e-12, "compliance": 0.0, "stiffening": 0.0}
+HIT = {"exponent": 1.5, "damping": 0.0, "inelasticity": 1e-12, "compliance": 0.0, "stiffening": 0.0, "hardening": 1.0}
 
 
 def _contacts(**values: float | list[float]) -> Numbers:
@@ -102,6 +103,7 @@ def _contacts(**values: float | list[float]) -> Numbers:
         ),
         pytest.param(_contacts(compliance=[0.01, 0.1, 1.0, 10.0], stiffening=10.0), 0.1, id="that stiffen more"),
         pytest.param(_contacts(yield_depth=[1e-2, 1e-3, 1e-4]), 0.004, id="early yield"),
+        pytest.param(_contacts(yield_depth=1e-4, hardening=[0.6, 0.8, 1.2, 1.5]), 0.1, id="early yield that hardens"),
         pytest.param(_contacts(inelasticity=[0.01, 10.0, 100.0], yield_depth=10.0), 0.24, id="plates"),
         pytest.param(_contacts(inelasticity=[30.0, 100.0]), 0.02, id="thin plates"),
         pytest.param(_contacts(compliance=1.0, exponent=[1.0, 1.5, 2.0]), 0.42, id="as soft as the sphere"),
