@@ -32,6 +32,7 @@ from pyroshock.validation.cases.attribution import shares
 from pyroshock.validation.cases.case import GUN_AND_CONTACT
 from pyroshock.validation.cases.draw import draw_case
 from pyroshock.validation.cases.record import record_case
+from pyroshock.validation.cause_figures import LEAST_SHARE
 
 from .harness import ROOT
 
@@ -106,9 +107,9 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
     row["known"] = known  # the likeliest entry but "unknown"
     row["families"] = {family.family: family.excess for family in verdict_of_case.gap.families}
     row["unknown_figures"] = plain(verdict_of_case.unknown_figures)
+    row["true_shares"] = true = shares(label.shapley)
     if _is_found_exactly(row):
         return row | {"sets": verdict_of_case.set_scores}
-    true = shares(label.shapley)
     return row | {"shares": [_share_row(item, true.get(item["effect"], 0.0)) for item in verdict["effects"]]}
 
 
@@ -164,14 +165,21 @@ def likeliest(x: Floats, y: Floats, mean: Floats, sd: Floats, weights: Floats | 
 
 def entry_map(rows: Sequence[dict[str, Any]]) -> Floats:
     """The likeliest numbers of `first_entry_probability`: of campaigns with a gap that the catalogue explains."""
-    used = [row for row in rows if row["truth"] != ["unknown"] and _is_found_exactly(row)]
-    used = [row for row in used if row["unknown_figures"] is not None]
+    used = [row for row in rows if row["truth"] != ["unknown"] and row["unknown_figures"] is not None]
     x, y = [], []
     for row in used:
         effects = [] if row["known"] == ["none"] else row["known"][0].split("+")
         x.append(entry_features(effects, row["unknown_figures"]["fraction"]))
-        y.append(float(any(set(names.split("+")) == set(row["truth"]) for names in row["known"])))
+        y.append(float(any(_is_right(set(names.split("+")), row) for names in row["known"])))
     return likeliest(np.array(x), np.array(y), _ENTRY_MEAN, _ENTRY_SD)
+
+
+def _is_right(effects: set[str], row: Mapping[str, Any]) -> bool:
+    """Whether an answer is the set that acts, of whose effects those with little of the gap may be left out."""
+    if effects == set(row["truth"]):
+        return True
+    needed = {name for name, share in row["true_shares"].items() if share >= LEAST_SHARE}
+    return bool(needed) and needed <= effects <= set(row["truth"])
 
 
 def _is_found_exactly(row: Mapping[str, Any]) -> bool:

@@ -236,7 +236,7 @@ def _coordinate(kind: type[Effect], item: Parameter, ranges: LawRanges) -> Coord
         return Coordinate(item, fact.value, fact.u, False)
     low, high = item.likely
     shape = _is_shape(kind, item)
-    if low < item.off < high and not shape:
+    if low < item.off < high and (low < 0 or not shape):
         if low > 0 and high / low > 3:
             return Coordinate(item, float(np.log(item.off)), float(np.log(high / item.off)) / LIKELY_SD, True)
         return Coordinate(item, item.off, max(high - item.off, item.off - low) / LIKELY_SD, False)

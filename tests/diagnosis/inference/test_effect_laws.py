@@ -131,6 +131,16 @@ def test_parameter_that_is_off_at_zero_begins_at_its_smallest_visible_value():
     assert sum(item.typical is not None for kind in KINDS for item in kind.parameters()) >= 3
 
 
+def test_shape_that_may_have_either_sign_is_searched_about_nothing():
+    laws = {law.name: law for law in laws_of(catalogue()["sensor.acceleration_gain"], LawRanges(), {})}
+    assert set(laws) == {"gain", "gain (gross)", "gain+fall", "gain+fall (gross)"}
+    for name, spread in (("gain+fall", 0.025), ("gain+fall (gross)", 0.15)):
+        gain, fall = laws[name].coordinates
+        assert (fall.centre, fall.scale, fall.logarithmic) == (0.0, spread, False)
+        assert laws[name].off().fall == 0.0 and gain.parameter.name == "gain"
+        assert laws[name].effect(np.array([0.0, 1.0])).fall == pytest.approx(spread)
+
+
 def test_owners_are_told_by_the_factors():
     owners = owners_of(
         [

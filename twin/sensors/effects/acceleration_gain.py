@@ -62,11 +62,13 @@ class AccelerationGain(SensorEffect):
         scaled = np.asarray(acceleration_m_s2 * along_first(self.gain, acceleration_m_s2))
         if not np.any(self.fall):
             return scaled
+        from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
+
         samples = scaled.shape[-1]
-        frequency_hz = np.fft.rfftfreq(2 * samples, dt_s)  # as long again, so that the end does not meet the beginning
+        padded = next_fast_len(samples + samples // 2, real=True)  # so that the end does not meet the beginning
         power = along_first(np.log10(1 - np.asarray(self.fall)), scaled)
-        spectrum = np.fft.rfft(scaled, 2 * samples, axis=-1) * _sensitivity(2j * np.pi * frequency_hz, power)
-        return np.asarray(np.fft.irfft(spectrum, 2 * samples, axis=-1)[..., :samples])
+        sensitivity = _sensitivity(2j * np.pi * rfftfreq(padded, dt_s), power)
+        return np.asarray(irfft(rfft(scaled, padded, axis=-1) * sensitivity, padded, axis=-1)[..., :samples])
 
     def measured_amplitude(self, amplitude: Complexes, poles: Complexes) -> Complexes:
         power = np.reshape(np.log10(1 - np.asarray(self.fall)), (-1, 1))
