@@ -19,7 +19,7 @@ from ..twin.effects import Effect
 from .gap_reduction import FoldCorrections
 from .inference.credible_sets import credible_sets, inclusion
 from .inference.held_out import set_predictions
-from .inference.model_search import TEMPER, fit_sets
+from .inference.model_search import fit_sets
 from .inference.posterior import HypothesisPosterior, common_effects, fitted_effects
 from .inference.shares import GapShares
 from .inference.subset_fit import SubsetFit
@@ -145,7 +145,7 @@ def _held_out_gains(
     for group in several:
         rest_fit = fit_of[rest_of[group]]
         members = [fit_of[rest_of[group] | {name}] for name in group]
-        joint = TEMPER * np.array([posterior.library.log_joint(fit) for fit in members])
+        joint = posterior.library.temper * np.array([posterior.library.log_joint(fit) for fit in members])
         weights = np.exp(joint - joint.max())
         mean = np.tensordot(weights / weights.sum(), [tables[fit.key] for fit in members], axes=1)
         of_groups[group] = _gain(held, squares[rest_fit.key], held.squares(mean))

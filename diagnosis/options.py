@@ -11,8 +11,9 @@ something else acts beside the likeliest effects.
 The probability is at most twice the fraction that is not taken away. Where it is likely that no effect acts there is
 nothing to predict, and the fraction says nothing.
 
-That the first entry holds the set that acts, where the catalogue does: sets that are not quite it are many, several
-effects are seldom all found, and effects that predict well are more often the right ones.
+That the first entry is right, where the catalogue has what acts: a set of it has no effect that does not act, and
+leaves out none that makes a tenth of the gap. Sets that are not quite right are many, several effects are seldom all
+found, and effects that predict well are more often the right ones.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ import numpy as np
 
 from ..twin.contact_interface import ContactStage
 
-#: Of the probability that the first entry holds the set that acts (`first_entry_probability`): intercept of the logit,
+#: Of the probability that the first entry is right (`first_entry_probability`): intercept of the logit,
 #: what "none" adds to it and several effects at once take off, and the weight of the fraction held out. How much
 #: likelier the evidence makes the entry than the others says nothing more on the campaigns of which this was learned.
 ENTRY_INTERCEPT, ENTRY_NONE, ENTRY_SEVERAL, ENTRY_FRACTION = 0.83, 0.93, -0.90, 1.23
@@ -101,8 +102,8 @@ def unknown_bound(fraction: float | None, none: float = 0.0) -> float:
 
 
 def first_entry_probability(effects: Sequence[str], fraction: float | None) -> float:
-    """The probability that an entry holds the set that acts, given that the catalogue has it: by the `effects` of its
-    likeliest set (none: no effect acts) and the fraction held out."""
+    """The probability that an entry is right, given that the catalogue has what acts: by the `effects` of its likeliest
+    set (none: no effect acts) and the fraction held out."""
     numbers = [ENTRY_INTERCEPT, ENTRY_NONE, ENTRY_SEVERAL, ENTRY_FRACTION]
     return float(1 / (1 + np.exp(-np.dot(numbers, entry_features(effects, fraction)))))
 

@@ -17,7 +17,7 @@ from ...array_types import Floats, Rows
 from ...twin.effects import Effect
 from ..gap import GapMetric
 from .left_out import corner_rows, left_out_residuals
-from .model_search import TEMPER, ModelLibrary
+from .model_search import ModelLibrary
 from .problem import InferenceProblem
 from .subset_fit import (
     Start,
@@ -72,7 +72,7 @@ def fit_fold(library: ModelLibrary, training: Rows, only: Sequence[SubsetFit] = 
     likely_fits = [fit for fit, _ in linear]
     exact_fits = [_linear_fit(problem, inside, _with_exact_laws(fit)) for _, fit in linear]
     log_joint = np.array([library.log_joint(fit) for fit in likely_fits])
-    posterior = np.exp(TEMPER * (log_joint - log_joint[0]))
+    posterior = np.exp(library.temper * (log_joint - log_joint[0]))
     weights = len(training) * stacking_weights(inside, [*likely_fits, *exact_fits])
     weights[: len(likely_fits)] += _POSTERIOR_WEIGHT * posterior / posterior.sum()
     weights /= weights.sum()

@@ -47,10 +47,11 @@ _FITTED, WINDOW = 4, 20.0
 #: cells, and of one with more than `_MANY` of them (the lines of a plate), where each fit costs far more.
 _EXCHANGED, _ROUNDS, _EXTENDED, _MANY = (20, 10), (8, 4), (2, 1), 400
 #: Power of the posterior by which sets are weighed. The laws are not those of a real bench, so that evidence counts for
-#: less than it says (a coarsened posterior: Miller and Dunson, J. Am. Stat. Assoc. 114 (2019) 1113). The true sets have
-#: the same probability from 0.1 to 0.5 (`benchmarks/diagnosis_maps.py`); above 0.2 the probabilities that effects act
-#: are too sure where a contact is seen by many observables.
-TEMPER = 0.15
+#: less than it says (a coarsened posterior: Miller and Dunson, J. Am. Stat. Assoc. 114 (2019) 1113), and the less the
+#: more observables repeat what a law is off by: the first of up to `_FEW` observables, which a gun has, the second of
+#: more. The true sets have the same probability from 0.1 to 0.5 (`benchmarks/diagnosis_maps.py`); above 0.2 the
+#: probabilities that effects of a contact act are too sure.
+TEMPER, TEMPER_OF_MANY, _FEW = 0.3, 0.15, 6
 #: Of the moves that bring the same law in so many are fitted.
 _OF_ONE_LAW = 2
 #: So many sets are exchanged at once.
@@ -84,6 +85,11 @@ class ModelLibrary:
             old = self.fits.get(key)
             if old is None or fit.polished > old.polished or fit.log_evidence > old.log_evidence:
                 self.fits[key] = fit
+
+    @property
+    def temper(self) -> float:
+        """The power of the posterior by which its sets are weighed."""
+        return TEMPER if len(self.problem.gap.observables) <= _FEW else TEMPER_OF_MANY
 
     def polish(self) -> None:
         """Polishes the likeliest sets that are not."""
@@ -132,7 +138,7 @@ class ModelLibrary:
         joint = {key: self.log_joint(fit) for key, fit in self.fits.items()}
         top = max(joint.values())
         kept = sorted((key for key, value in joint.items() if value > top - window), key=lambda key: -joint[key])
-        mass = np.exp(TEMPER * (np.array([joint[key] for key in kept]) - top))
+        mass = np.exp(self.temper * (np.array([joint[key] for key in kept]) - top))
         return [(self.fits[key], float(share)) for key, share in zip(kept, mass / mass.sum(), strict=True)]
 
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from pyroshock.diagnosis.inference.model_search import (
     NONE_PRIOR,
-    TEMPER,
     WINDOW,
     ModelLibrary,
     fit_sets,
@@ -93,7 +92,7 @@ def test_weights_are_the_tempered_joint_s_within_occams_window():
     share = np.array([weight for _, weight in weighted])
     assert share.sum() == pytest.approx(1.0)
     assert np.all(np.diff(share) <= 0)
-    np.testing.assert_allclose(np.log(share) - np.log(share[0]), TEMPER * (joint - joint[0]), atol=1e-9)
+    np.testing.assert_allclose(np.log(share) - np.log(share[0]), library.temper * (joint - joint[0]), atol=1e-9)
     assert joint.min() > joint.max() - WINDOW
     left_out = [fit for fit in library.fits.values() if fit not in [kept for kept, _ in weighted]]
     assert all(library.log_joint(fit) <= joint.max() - WINDOW for fit in left_out)
