@@ -28,7 +28,7 @@ from ..twin.contact_interface import ContactStage
 #: Of the probability that the first entry is right (`first_entry_probability`): intercept of the logit,
 #: what "none" adds to it and several effects at once take off, and the weight of the fraction held out. How much
 #: likelier the evidence makes the entry than the others says nothing more on the campaigns of which this was learned.
-ENTRY_INTERCEPT, ENTRY_NONE, ENTRY_SEVERAL, ENTRY_FRACTION = 0.83, 0.93, -0.90, 1.23
+ENTRY_INTERCEPT, ENTRY_NONE, ENTRY_SEVERAL, ENTRY_FRACTION = 1.30, 0.84, -0.75, 2.62
 #: Fraction held out about which the weight turns, and which stands for one that is not known.
 _USUAL_FRACTION = 0.85
 #: Less than this is left by any simulator, and more than that says no more, in tolerances.
@@ -80,11 +80,11 @@ class UnknownMap:
     the fraction that is left held out. Without figures that are held out the evidence alone decides."""
 
     intercept: float = -2.37
-    odds: float = 0.24
-    fraction: float = 2.15
-    left: float = 1.33
-    discrepancy: float = 1.76
-    beside: float = 0.23
+    odds: float = 0.22
+    fraction: float = 2.08
+    left: float = 1.21
+    discrepancy: float = 2.28
+    beside: float = 0.25
     source: str = "development campaigns of the virtual bench (docs/blind-check/development/maps.jsonl)"
 
     def __call__(self, figures: UnknownFigures) -> float:
