@@ -77,6 +77,11 @@ class HypothesisPosterior:
     def effects(self) -> tuple[str, ...]:
         return self.problem.effects
 
+    @property
+    def _rare(self) -> float:
+        """Sets with less weight are rare: of very many that are alike, those with a twentieth of the likeliest's."""
+        return min(_RARE, self.weighted[0][1] / 20)
+
     def inclusion(self, effect: str) -> float:
         """Posterior probability that it acts."""
         return sum(weight for fit, weight in self.weighted if effect in fit.effects)
@@ -215,7 +220,7 @@ class HypothesisPosterior:
         order: dict[frozenset[str], tuple[str, ...]] = {}
         for fit, weight in self.weighted:
             beyond = 1 - self.within_tolerance(fit)
-            if weight > _RARE and beyond > 0:
+            if weight > self._rare and beyond > 0:
                 names = self.major(fit)
                 key = frozenset(names)
                 order.setdefault(key, names)
@@ -230,14 +235,14 @@ class HypothesisPosterior:
         return tuple(
             (self.major(fit), fit.log_evidence, self.library.log_set_prior(fit), self.within_tolerance(fit))
             for fit, weight in self.weighted
-            if weight > _RARE
+            if weight > self._rare
         )
 
     def representative(self, names: Sequence[str]) -> SubsetFit:
         """The likeliest fit whose major effects these are."""
         wanted = frozenset(names)
         for fit, weight in self.weighted:
-            if weight > _RARE and (frozenset(self.major(fit)) == wanted if fit.laws else not wanted):
+            if weight > self._rare and (frozenset(self.major(fit)) == wanted if fit.laws else not wanted):
                 return fit
         return self.best
 

@@ -144,6 +144,15 @@ def test_effects_without_a_part_share_nothing():
     assert found.share["gun.linear_0"] == pytest.approx(1.0, abs=0.02)
 
 
+def test_shares_are_of_the_likeliest_sets_where_very_many_are_alike(monkeypatch: pytest.MonkeyPatch):
+    problem = problem_of(orthogonal(3), orthogonal(3)[0])
+    library = library_of(problem)
+    fits = [(fit, 1e-3) for fit in library.fits.values()]
+    monkeypatch.setattr(type(library), "weights", lambda _: fits)
+    found = gap_shares(library, WEIGHTS, COUNT * NOISE**2, np.random.default_rng(0))
+    assert sum(found.share.values()) + found.unexplained == pytest.approx(1.0)
+
+
 def test_shares_of_a_gap_within_the_noise_are_those_of_a_quarter_of_it():
     """An error in other observables may be large where that of the metric is noise: then nothing is left to share."""
     rows = orthogonal(2)
