@@ -19,6 +19,8 @@ from .verdict import NONE, UNKNOWN, Cause, EffectSet, EffectShare, Unexplained
 
 #: Entries below this probability are not listed; what is listed sums to one.
 _LISTED = 1e-3
+#: What the evidence makes an entry beside the first may grow by so much, and not from next to nothing to a rival.
+_MOST_GROWN = 10.0
 #: Two sets are one entry where these data leave the less likely one a twentieth of both; an entry has at most so many.
 _ALIKE, _MOST_ALIKE = 0.05, 4
 #: A set of effects with less of the gap, and without which no more is left held out, stands in the table of effects
@@ -157,9 +159,9 @@ def _known_causes(
 
 def _weighed(entries: Sequence[Cause], fraction: float | None, p_unknown: float = 0.0) -> list[Cause]:
     """The first entry with the probability that such entries are right by experience, and the others with what it
-    leaves, in proportion; but "none" keeps its own where it is not the first: other sets that may act do not make it
-    likelier. Where there are next to no others, what it leaves is nobody's: with `p_unknown`, no more than may be
-    unknown."""
+    leaves, in proportion, but no more than `_MOST_GROWN` times their own; but "none" keeps its own where it is not the
+    first: other sets that may act do not make it likelier. What the first entry leaves and no other takes is nobody's:
+    with `p_unknown`, no more than may be unknown."""
     first, *others = entries
     effects = () if first.effects == (NONE,) else tuple(first.effects[0].split("+"))
     p = first_entry_probability(effects, fraction)
@@ -167,13 +169,13 @@ def _weighed(entries: Sequence[Cause], fraction: float | None, p_unknown: float 
     others = [entry for entry in others if entry.effects != (NONE,)]
     whole, rest = 1 - sum(entry.probability for entry in none), sum(entry.probability for entry in others)
     p = min(p, whole)
-    if rest < _LISTED:
-        least_probability = (1 - unknown_bound(fraction)) / (1 - p_unknown) if effects and p_unknown < 1 else 0.0
-        p = max(p, whole * min(least_probability, 1.0))
-        return [replace(first, probability=p), *others, *none]
-    second = others[0].probability / rest  # the first stays first
-    p = max(p, whole * second / (1 + second))
-    scaled = [replace(entry, probability=entry.probability * (whole - p) / rest) for entry in others]
+    if rest >= _LISTED:
+        second = others[0].probability / rest  # the first stays first
+        p = max(p, whole * second / (1 + second))
+    growth = min((whole - p) / rest, _MOST_GROWN) if rest >= _LISTED else 1.0
+    least_probability = (1 - unknown_bound(fraction)) / (1 - p_unknown) if effects and p_unknown < 1 else 0.0
+    p = max(p, min(whole * min(least_probability, 1.0), whole - growth * rest))
+    scaled = [replace(entry, probability=entry.probability * growth) for entry in others]
     return [replace(first, probability=p), *scaled, *none]
 
 

@@ -36,8 +36,8 @@ _WINDOW, _MOST = 40.0, 40
 _STACKED, _LEAST_WEIGHT = 12, 0.02
 #: Weight of the condition that the weights sum to one, over that of all cells together.
 _SUM_TO_ONE = 1e3
-#: Beside the training configurations the posterior weighs as so many of them: a few configurations do not say which
-#: weights predict.
+#: A weight that differs from the posterior's by one has to predict so many configurations better, by all that the best
+#: set leaves of each: a few configurations do not say which of nearly equal sets predicts.
 _POSTERIOR_WEIGHT = 3.0
 #: Steps of their fits.
 _SETTLING = 3
@@ -73,9 +73,8 @@ def fit_fold(library: ModelLibrary, training: Rows, only: Sequence[SubsetFit] = 
     exact_fits = [_linear_fit(problem, inside, _with_exact_laws(fit)) for _, fit in linear]
     log_joint = np.array([library.log_joint(fit) for fit in likely_fits])
     posterior = np.exp(library.temper * (log_joint - log_joint[0]))
-    weights = len(training) * stacking_weights(inside, [*likely_fits, *exact_fits])
-    weights[: len(likely_fits)] += _POSTERIOR_WEIGHT * posterior / posterior.sum()
-    weights /= weights.sum()
+    prior_weights = np.concatenate([posterior / posterior.sum(), np.zeros(len(exact_fits))])
+    weights = stacking_weights(inside, [*likely_fits, *exact_fits], prior_weights)
     picked = [fit for fit, weight in zip([*likely_fits, *exact_fits], weights, strict=True) if weight > _LEAST_WEIGHT]
     weights = weights[weights > _LEAST_WEIGHT] / weights[weights > _LEAST_WEIGHT].sum()
     fits = fit_subsets(inside, [_start_again(inside, fit) for fit in picked], iterations=_SETTLING)
@@ -102,9 +101,10 @@ def cell_weights(weights: Floats, changes: Floats) -> Floats:
     return np.asarray(np.where(total > 0, with_answer / np.where(total > 0, total, 1.0), weights))
 
 
-def stacking_weights(problem: InferenceProblem, fits: Sequence[SubsetFit]) -> Floats:
+def stacking_weights(problem: InferenceProblem, fits: Sequence[SubsetFit], prior_weights: Floats) -> Floats:
     """(k,): weights of sets, none negative, sum one, whose mean predicts best, in the metric of the gap, each
-    configuration from all others, and the corner of the factor space from what is outside of it."""
+    configuration from all others, and the corner of the factor space from what is outside of it. They stay near
+    `prior_weights` (k,) as far as `_POSTERIOR_WEIGHT` says."""
     from scipy.optimize import nnls
 
     if len(fits) == 1:
@@ -114,9 +114,11 @@ def stacking_weights(problem: InferenceProblem, fits: Sequence[SubsetFit]) -> Fl
     residuals = np.column_stack([_predicted_residuals(problem, fit, scale) for fit in fits])
     # Of weights that sum to one the mean residual is the residual of the mean prediction.
     total = _SUM_TO_ONE * max(float(np.abs(residuals).max()), 1e-9) * np.sqrt(len(residuals))
-    weights, _ = nnls(
-        np.vstack([residuals, np.full(len(fits), total)]), np.concatenate([np.zeros(len(residuals)), [total]])
-    )
+    count = len(np.unique(np.concatenate([block.configuration for block in problem.blocks])))
+    nearness = np.sqrt(_POSTERIOR_WEIGHT * float((residuals**2).sum(axis=0).min()) / count)
+    conditions = np.vstack([residuals, nearness * np.eye(len(fits)), np.full(len(fits), total)])
+    aims = np.concatenate([np.zeros(len(residuals)), nearness * prior_weights, [total]])
+    weights, _ = nnls(conditions, aims)
     return np.asarray(weights / weights.sum())
 
 

@@ -145,12 +145,18 @@ def test_stacking_weights_predict_best_what_is_left_out():
     single_residuals = np.column_stack([refitted(problem, fit, EACH) for fit in fits])
     extrapolated = np.column_stack([refitted(problem, fit, [corner]) for fit in fits])
     all_residuals = np.vstack([single_residuals, extrapolated[np.isin(problem.blocks[0].configuration, corner)]])
+    # A weight that is far from the posterior's has to predict three configurations better.
     shares = np.linspace(0, 1, 1001)
-    squares = [float(((all_residuals @ [share, 1 - share]) ** 2).sum()) for share in shares]
-    weights = stacking_weights(problem, fits)
-    assert weights.sum() == pytest.approx(1.0)
-    assert weights[0] == pytest.approx(shares[int(np.argmin(squares))], abs=2e-3)
-    assert 0.05 < weights[0] < 0.95  # neither set alone
+    price = 3 * (all_residuals**2).sum(axis=0).min() / COUNT
+    for prior in (0.0, 0.3, 1.0):
+        squares = [
+            float(((all_residuals @ [share, 1 - share]) ** 2).sum()) + 2 * price * (share - prior) ** 2
+            for share in shares
+        ]
+        weights = stacking_weights(problem, fits, np.array([prior, 1 - prior]))
+        assert weights.sum() == pytest.approx(1.0)
+        assert weights[0] == pytest.approx(shares[int(np.argmin(squares))], abs=2e-3)
+        assert 0.05 < weights[0] < 0.95  # neither set alone
     fold = fit_fold(library, np.arange(1, COUNT), [fit for fit in library.fits.values() if fit.laws])
     assert fold.weights.sum() == pytest.approx(1.0)
     assert fold.weights.max() < 0.99  # neither is enough by itself
@@ -158,7 +164,14 @@ def test_stacking_weights_predict_best_what_is_left_out():
     expected = sum(w * p for w, p in zip(fold.weights, predicted, strict=True))
     np.testing.assert_allclose(fold.averaged, expected)
     problem = problem_of()
-    assert stacking_weights(problem, [no_effects(problem)]).tolist() == [1.0]
+    assert stacking_weights(problem, [no_effects(problem)], np.ones(1)).tolist() == [1.0]
+
+
+def test_sets_that_predict_the_same_keep_the_weights_of_the_posterior():
+    problem = problem_of()
+    fit = whole(library_of(problem, list(problem.effects)))
+    weights = stacking_weights(problem, [fit, replace(fit)], np.array([0.85, 0.15]))
+    np.testing.assert_allclose(weights, [0.85, 0.15], atol=1e-3)
 
 
 def test_a_smooth_discrepancy_is_learned_from_its_neighbours():
