@@ -20,7 +20,7 @@ from .verdict import NONE, UNKNOWN, Cause, EffectSet, EffectShare, Unexplained
 #: Entries below this probability are not listed; what is listed sums to one.
 _LISTED = 1e-3
 #: What the evidence makes an entry beside the first may grow by so much, and not from next to nothing to a rival.
-_MOST_GROWN = 10.0
+_MOST_GROWN = 5.0
 #: Two sets are one entry where these data leave the less likely one a twentieth of both; an entry has at most so many.
 _ALIKE, _MOST_ALIKE = 0.05, 4
 #: A set of effects with less of the gap, and without which no more is left held out, stands in the table of effects

@@ -38,7 +38,7 @@ _STACKED, _LEAST_WEIGHT = 12, 0.02
 _SUM_TO_ONE = 1e3
 #: A weight that differs from the posterior's by one has to predict so many configurations better, by all that the best
 #: set leaves of each: a few configurations do not say which of nearly equal sets predicts.
-_POSTERIOR_WEIGHT = 3.0
+_POSTERIOR_WEIGHT = 10.0
 #: Steps of their fits.
 _SETTLING = 3
 

@@ -145,9 +145,9 @@ def test_stacking_weights_predict_best_what_is_left_out():
     single_residuals = np.column_stack([refitted(problem, fit, EACH) for fit in fits])
     extrapolated = np.column_stack([refitted(problem, fit, [corner]) for fit in fits])
     all_residuals = np.vstack([single_residuals, extrapolated[np.isin(problem.blocks[0].configuration, corner)]])
-    # A weight that is far from the posterior's has to predict three configurations better.
+    # A weight that is far from the posterior's has to predict ten configurations better.
     shares = np.linspace(0, 1, 1001)
-    price = 3 * (all_residuals**2).sum(axis=0).min() / COUNT
+    price = 10 * (all_residuals**2).sum(axis=0).min() / COUNT
     for prior in (0.0, 0.3, 1.0):
         squares = [
             float(((all_residuals @ [share, 1 - share]) ** 2).sum()) + 2 * price * (share - prior) ** 2
