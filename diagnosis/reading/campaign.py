@@ -198,7 +198,11 @@ def _force(hits: Sequence[StoredImpact], series: HitSeries) -> Iterator[str]:
     if series.double_hits:
         yield f"{series.double_hits} of {series.with_pulse} hits are followed by a second touch"
     for channel, count in sorted(series.rejected.items()):
-        yield f"{channel}: left out in {count} of {series.with_pulse} hits, since quality checks reject it there"
+        checks = ", ".join(sorted(series.checks[channel]))
+        yield (
+            f"{channel}: left out in {count} of {series.with_pulse} hits, since quality checks reject it there "
+            f"({checks})"
+        )
 
 
 #: Where neither the campaign nor its caller says how thick the plate is: the thesis's.

@@ -89,22 +89,27 @@ _READ = ("force", "acceleration", "pressure", "displacement")
 
 @dataclass(frozen=True)
 class QualityExclusions:
-    """`rejected`: (recording, impact, channel) of each finding; an impact or channel of None stands for all of them.
+    """`rejected`: by recording, impact and channel the checks that found something; an impact or channel of None stands
+    for all of them.
 
     `double_hits`: impacts. `rails`: by recording and channel, levels (SI) at which tops are cut somewhere outside of
     contacts.
     """
 
-    rejected: frozenset[tuple[int, int | None, str | None]]
+    rejected: Mapping[tuple[int, int | None, str | None], frozenset[str]]
     double_hits: frozenset[int]
     rails: Mapping[tuple[int, str], tuple[float, ...]]
 
     def rejects(self, hit: StoredImpact, channel: str) -> bool:
         """Whether a check said not to use this channel of this hit."""
+        return bool(self.checks(hit, channel))
+
+    def checks(self, hit: StoredImpact, channel: str) -> frozenset[str]:
+        """The checks that said not to use this channel of this hit."""
         if hit.recording_id is None:
-            return False
-        impacts, channels = (hit.impact_id, None), (channel, None)
-        return any((hit.recording_id, i, c) in self.rejected for i in impacts for c in channels)
+            return frozenset()
+        keys = [(hit.recording_id, i, c) for i in (hit.impact_id, None) for c in (channel, None)]
+        return frozenset().union(*(self.rejected.get(key, frozenset()) for key in keys))
 
     def cut_top(self, hit: StoredImpact, channel: str, values: Floats) -> bool:
         """Whether samples of this hit (n,) stand at a rail."""
@@ -125,7 +130,7 @@ def read_exclusions(session: Session, campaign_id: int) -> QualityExclusions:
         .where(Recording.campaign_id == campaign_id)
         .where(or_(finding.severity == "reject", finding.check.in_(("double-hit", "dropouts")), outside))
     )
-    rejected: set[tuple[int, int | None, str | None]] = set()
+    rejected: dict[tuple[int, int | None, str | None], frozenset[str]] = {}
     double: set[int] = set()
     rails: dict[tuple[int, str], tuple[float, ...]] = {}
     empty: set[tuple[int, str]] = set()
@@ -133,13 +138,14 @@ def read_exclusions(session: Session, campaign_id: int) -> QualityExclusions:
         if check == "dropouts" and evidence.get("kind") == "nan" and evidence.get("share") == 1.0:
             empty.add((recording, name))
         if severity == "reject":
-            rejected.add((recording, impact, name))
+            key = recording, impact, name
+            rejected[key] = rejected.get(key, frozenset()) | {check}
         elif check == "double-hit":
             double.add(impact)
         elif check in _CUT_TOPS:
             rails[recording, name] = (*rails.get((recording, name), ()), float(evidence["level"]))
     _refuse_empty(session, campaign_id, Counter(name for _, name in empty))
-    return QualityExclusions(frozenset(rejected), frozenset(double), rails)
+    return QualityExclusions(rejected, frozenset(double), rails)
 
 
 def _refuse_empty(session: Session, campaign_id: int, empty: Mapping[str, int]) -> None:
@@ -176,14 +182,15 @@ class HitSeries:
     """Series by a hit's place in the order of runs, and what happened on the way.
 
     `with_pulse` are the chosen hits with a pulse; of them `turned` show compression as negative and `double_hits` are
-    followed by a second touch. `rejected` counts hits by channel that a quality check said not to use; `force_cells`
-    are channels whose sum is the force; `of_impactor` names accelerometers that ride on it; `without_force` are hits
-    whose accelerations were recorded and their force was not.
+    followed by a second touch. `rejected` counts hits by channel that a quality check said not to use, and `checks` are
+    these checks; `force_cells` are channels whose sum is the force; `of_impactor` names accelerometers that ride on it;
+    `without_force` are hits whose accelerations were recorded and their force was not.
     """
 
     force: dict[int, Series] = field(default_factory=dict)
     accelerations: dict[int, dict[str, Series]] = field(default_factory=dict)
     rejected: Counter[str] = field(default_factory=Counter)
+    checks: dict[str, frozenset[str]] = field(default_factory=dict)
     of_impactor: set[str] = field(default_factory=set)
     with_pulse: int = 0
     double_hits: int = 0
@@ -221,6 +228,9 @@ def read_series(
             result.double_hits += hit.impact_id in exclusions.double_hits
             rejected_cells = [row.name for row in cells if exclusions.rejects(hit, row.name)]
             result.rejected.update([*rejected, *rejected_cells])
+            for name in (*rejected, *rejected_cells):
+                checks = exclusions.checks(hit, name) or frozenset(_CUT_TOPS)
+                result.checks[name] = result.checks.get(name, frozenset()) | checks
             result.force_cells = max(result.force_cells, len(cells))
             if cells and not rejected_cells:  # a sum lacks what one cell of its array lacks
                 _add_force(result, i, _contact_force(session, cells, hit, clear_s[i]))

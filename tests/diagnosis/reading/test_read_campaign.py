@@ -121,7 +121,7 @@ def test_a_window_ends_where_the_recording_s_next_contact_begins() -> None:
 
 @pytest.mark.parametrize(("lowest", "highest", "cut"), [(-99.0, 99.0, False), (-100.0, 5.0, True), (-5.0, 120.0, True)])
 def test_a_hit_is_cut_where_its_own_samples_stand_at_a_rail(lowest: float, highest: float, cut: bool) -> None:
-    exclusions = QualityExclusions(frozenset(), frozenset(), {(7, "acceleration_1"): (-100.0, 120.0)})
+    exclusions = QualityExclusions({}, frozenset(), {(7, "acceleration_1"): (-100.0, 120.0)})
     hit = StoredImpact(1, 1, 1, 7, 1, None, None, None, 0.1, 1e-3)
     assert exclusions.cut_top(hit, "acceleration_1", np.array([0.0, lowest, highest])) is cut
     assert not exclusions.cut_top(hit, "acceleration_2", np.array([0.0, lowest, highest]))

@@ -78,7 +78,7 @@ def test_clipped_channels_are_left_out_and_said(tmp_path: Path) -> None:
     record = read_folder(plate_campaign(tmp_path / "force", clip={"force": 1150.0}).folder)
     assert [run.force is None for run in record.runs] == [False, False, True, True, True, True]
     assert all(run.accelerations for run in record.runs)
-    assert any(text.startswith("force: left out in 4 of 6 hits") for text in record.assumptions)
+    assert any(text.startswith("force: left out in 4 of 6 hits") and "(clipping" in text for text in record.assumptions)
     # Also where the contact is over: the pulse is whole, but what is compared with the plate is not.
     record = read_folder(plate_campaign(tmp_path / "acceleration", clip={"acceleration_2": 400.0}).folder)
     assert {tuple(run.accelerations) for run in record.runs} == {CHANNELS[:1]}
