@@ -178,8 +178,8 @@ def _is_right(effects: set[str], row: Mapping[str, Any]) -> bool:
     """Whether an answer is the set that acts, of whose effects those with little of the gap may be left out."""
     if effects == set(row["truth"]):
         return True
-    true = row.get("true_shares", {share[0]: share[2] for share in row.get("shares", ())})
-    needed = {name for name, share in true.items() if share >= LEAST_SHARE}
+    true_shares = row.get("true_shares", {share[0]: share[2] for share in row.get("shares", ())})
+    needed = {name for name, share in true_shares.items() if share >= LEAST_SHARE}
     return bool(needed) and needed <= effects <= set(row["truth"])
 
 

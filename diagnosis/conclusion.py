@@ -53,8 +53,8 @@ def conclude(
     channels that were not recorded would show."""
     judged = _by_families(posterior, held)
     established = established_sets(posterior, shares, held, judged, stages)
-    matters = [own for own in established.sets if max(own.share, own.held_out_gain) >= _LEAST_LISTED]
-    listed = _listed_sets(posterior, matters)
+    large_sets = [item for item in established.sets if max(item.share, item.held_out_gain) >= _LEAST_LISTED]
+    listed = _listed_sets(posterior, large_sets)
     causes_in_catalogue, p_unknown = _known_causes(posterior, *listed), 0.0
     figures = _unknown_figures(posterior, judged, held) if _large(posterior) else None
     if figures is not None:

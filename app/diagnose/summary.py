@@ -126,15 +126,15 @@ def stage_name(name: str) -> str:
 def _shares(verdict: Verdict) -> str:
     """Which effects cause how much, and what remains; "" where no effect is named."""
     sets = verdict.cause_sets
-    causing = [own for own in sets if own.share >= _MAKES_ERROR]
-    if not causing:
+    causing_sets = [item for item in sets if item.share >= _MAKES_ERROR]
+    if not causing_sets:
         return ""
     parts: list[str] = []
-    for own in causing:
-        share = percent(own.share) if parts else f"causes {percent(own.share)} of it"
-        interval = f" ({percent_range(*own.ci90)})" if math.isfinite(sum(own.ci90)) else ""
-        parts.append(f"{set_name(own.effects)} {share}{interval}")
-    members = {name for own in sets for name in own.effects}
+    for effect_set in causing_sets:
+        share = percent(effect_set.share) if parts else f"causes {percent(effect_set.share)} of it"
+        interval = f" ({percent_range(*effect_set.ci90)})" if math.isfinite(sum(effect_set.ci90)) else ""
+        parts.append(f"{set_name(effect_set.effects)} {share}{interval}")
+    members = {name for effect_set in sets for name in effect_set.effects}
     rest = sum(effect.share for effect in verdict.effects if effect.effect not in members)
     ends = []
     if rest >= 2 * WORTH_SAYING:
@@ -147,14 +147,14 @@ def _shares(verdict: Verdict) -> str:
 
 def _hidden_parts(verdict: Verdict) -> Iterator[str]:
     """A sentence on each cause that makes the error no larger: why it is named all the same."""
-    for own in verdict.cause_sets:
-        if own.share < _MAKES_ERROR:
+    for effect_set in verdict.cause_sets:
+        if effect_set.share < _MAKES_ERROR:
             size = (
-                f"hides a part of it ({percent(own.share)})"
-                if own.share <= -_MAKES_ERROR
+                f"hides a part of it ({percent(effect_set.share)})"
+                if effect_set.share <= -_MAKES_ERROR
                 else "makes next to none of it by itself"
             )
-            subject, gain = _capitalise(set_name(own.effects)), percent(own.held_out_gain)
+            subject, gain = _capitalise(set_name(effect_set.effects)), percent(effect_set.held_out_gain)
             yield (
                 f"{subject} acts, too, and {size}: with it {gain} more of the error disappears on configurations that "
                 "the fit has not seen."

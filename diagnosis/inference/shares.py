@@ -66,9 +66,10 @@ def reducible_square(before: float, floor: float) -> float:
 def gap_shares(library: ModelLibrary, weights: Floats, floor: float, rng: np.random.Generator) -> GapShares:
     """Averaged over the likeliest sets. `weights` (D,): of the observables' squares in the gap's metric; `floor`: the
     sum over all cells, so weighed, of the variance that repetitions leave, in tolerances squared."""
-    likely = library.weights()
-    least = min(_LEAST, _LEAST_EXACT * likely[0][1])  # of very many sets that are alike, none has much weight
-    weighted = [(fit, weight) for fit, weight in likely if weight > least][:_MOST]
+    weighted_sets = library.weights()
+    # Of very many sets that are alike none has much weight.
+    least_weight = min(_LEAST, _LEAST_EXACT * weighted_sets[0][1])
+    weighted = [(fit, weight) for fit, weight in weighted_sets if weight > least_weight][:_MOST]
     effects = library.problem.effects
     draws: list[Floats] = []
     total = sum(weight for _, weight in weighted)

@@ -198,10 +198,10 @@ def _force(hits: Sequence[StoredImpact], series: HitSeries) -> Iterator[str]:
     if series.double_hits:
         yield f"{series.double_hits} of {series.with_pulse} hits are followed by a second touch"
     for channel, count in sorted(series.rejected.items()):
-        checks = ", ".join(sorted(series.checks[channel]))
+        check_names = ", ".join(sorted(series.checks[channel]))
         yield (
             f"{channel}: left out in {count} of {series.with_pulse} hits, since quality checks reject it there "
-            f"({checks})"
+            f"({check_names})"
         )
 
 

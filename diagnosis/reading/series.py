@@ -229,8 +229,8 @@ def read_series(
             rejected_cells = [row.name for row in cells if exclusions.rejects(hit, row.name)]
             result.rejected.update([*rejected, *rejected_cells])
             for name in (*rejected, *rejected_cells):
-                checks = exclusions.checks(hit, name) or frozenset(_CUT_TOPS)
-                result.checks[name] = result.checks.get(name, frozenset()) | checks
+                check_names = exclusions.checks(hit, name) or frozenset(_CUT_TOPS)
+                result.checks[name] = result.checks.get(name, frozenset()) | check_names
             result.force_cells = max(result.force_cells, len(cells))
             if cells and not rejected_cells:  # a sum lacks what one cell of its array lacks
                 _add_force(result, i, _contact_force(session, cells, hit, clear_s[i]))

@@ -149,8 +149,8 @@ def test_shares_are_of_the_likeliest_sets_where_very_many_are_alike(monkeypatch:
     library = library_of(problem)
     fits = [(fit, 1e-3) for fit in library.fits.values()]
     monkeypatch.setattr(type(library), "weights", lambda _: fits)
-    found = gap_shares(library, WEIGHTS, COUNT * NOISE**2, np.random.default_rng(0))
-    assert sum(found.share.values()) + found.unexplained == pytest.approx(1.0)
+    gap_share = gap_shares(library, WEIGHTS, COUNT * NOISE**2, np.random.default_rng(0))
+    assert sum(gap_share.share.values()) + gap_share.unexplained == pytest.approx(1.0)
 
 
 def test_shares_of_a_gap_within_the_noise_are_those_of_a_quarter_of_it():
@@ -161,9 +161,9 @@ def test_shares_of_a_gap_within_the_noise_are_those_of_a_quarter_of_it():
     before = float((problem.blocks[0].z ** 2).sum())
     for floor in (0.9 * before, 1.001 * before, 5 * before):
         assert shares.reducible_square(before, floor) == pytest.approx(before / 4)
-        found = gap_shares(library, WEIGHTS, floor, np.random.default_rng(0))
-        assert max(abs(share) for share in found.share.values()) <= 1.0
-        assert sum(found.share.values()) + found.unexplained == pytest.approx(1.0)
+        gap_share = gap_shares(library, WEIGHTS, floor, np.random.default_rng(0))
+        assert max(abs(share) for share in gap_share.share.values()) <= 1.0
+        assert sum(gap_share.share.values()) + gap_share.unexplained == pytest.approx(1.0)
     assert shares.reducible_square(before, before / 2) == pytest.approx(before / 2)
 
 

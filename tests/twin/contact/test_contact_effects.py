@@ -196,11 +196,11 @@ def test_worn_tip_keeps_the_force_at_its_reference() -> None:
 def test_yield_that_hardens_as_an_elastic_contact_is_hertz() -> None:
     """With r = p nothing is left and nothing lost, of balls and of flat tips; a larger r acts as p."""
     soft, nominal = PlasticYield(0.5, hardening_exponent=1.5), hertz(BODIES)
-    found = impact(BODIES, [soft])
-    assert found.restitution.value == pytest.approx(1.0, abs=1e-6)
-    assert found.permanent_indentation_m == pytest.approx(0.0, abs=1e-12)
+    pulse = impact(BODIES, [soft])
+    assert pulse.restitution.value == pytest.approx(1.0, abs=1e-6)
+    assert pulse.permanent_indentation_m == pytest.approx(0.0, abs=1e-12)
     for name in ("peak_force_n", "contact_time_s", "compression_time_s"):
-        assert getattr(found, name) == pytest.approx(getattr(nominal, name), rel=1e-6)
+        assert getattr(pulse, name) == pytest.approx(getattr(nominal, name), rel=1e-6)
     for exponent in (1.0, 1.2):
         worn = TipGeometry(exponent)
         for order in ([worn, soft], [soft, worn]):
@@ -211,20 +211,20 @@ def test_yield_that_hardens_as_an_elastic_contact_is_hertz() -> None:
 def test_less_hardening_lowers_the_peak_and_rebound_and_lengthens_the_contact(pressure: float) -> None:
     exponents = np.linspace(0.2, 1.5, 14)
     bodies = impacts(impact_velocity_m_s=np.full(14, 5.0))
-    found = impact(bodies, [PlasticYield(pressure, hardening_exponent=exponents)])
-    assert np.all(np.diff(found.peak_force_n) > 0)
-    assert np.all(np.diff(found.restitution.value) > 0)
-    assert np.all(np.diff(found.contact_time_s) < 0)
-    assert np.all(np.diff(found.permanent_indentation_m) < 0)
+    pulse = impact(bodies, [PlasticYield(pressure, hardening_exponent=exponents)])
+    assert np.all(np.diff(pulse.peak_force_n) > 0)
+    assert np.all(np.diff(pulse.restitution.value) > 0)
+    assert np.all(np.diff(pulse.contact_time_s) < 0)
+    assert np.all(np.diff(pulse.permanent_indentation_m) < 0)
     straight = impact(bodies, [PlasticYield(pressure)])
-    assert np.all((found.peak_force_n < straight.peak_force_n) == (exponents < 1))
+    assert np.all((pulse.peak_force_n < straight.peak_force_n) == (exponents < 1))
 
 
 def test_an_earlier_yield_keeps_its_own_hardening_and_impossible_exponents_are_refused() -> None:
     early, late = PlasticYield(0.5, hardening_exponent=1.2), PlasticYield(2.0, hardening_exponent=0.5)
-    alone = early.prepare(Impacts.of(BODIES))
-    for prepared in (early.prepare(late.prepare(Impacts.of(BODIES))), late.prepare(alone)):
-        assert np.array_equal(prepared.yield_load_n, alone.yield_load_n)
+    early_inputs = early.prepare(Impacts.of(BODIES))
+    for prepared in (early.prepare(late.prepare(Impacts.of(BODIES))), late.prepare(early_inputs)):
+        assert np.array_equal(prepared.yield_load_n, early_inputs.yield_load_n)
         assert prepared.hardening_exponent.tolist() == [1.2] * 3
     for exponent in (0.1, 1.6, -1.0, float("nan")):
         refusal = rf"contact\.plastic_yield: hardening_exponent = {exponent}; expected 0\.2 to 1\.5"

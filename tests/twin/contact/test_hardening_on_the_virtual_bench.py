@@ -57,8 +57,8 @@ def misfit(bodies: Bodies, wanted: Floats, columns: list[int], hardens: bool) ->
     def residuals(place: Floats) -> Floats:
         pulse = impact(bodies, [PlasticYield(float(np.exp(place[0])), float(place[1]) if hardens else 1.0)])
         steps = pulse.contact_time_s / 1000
-        found = [features(step, force) for step, force in zip(steps, pulse.force_n(1001), strict=True)]
-        return np.ravel((np.array(found) - wanted)[:, columns])
+        fitted_features = [features(step, force) for step, force in zip(steps, pulse.force_n(1001), strict=True)]
+        return np.ravel((np.array(fitted_features) - wanted)[:, columns])
 
     count = 1 + hardens
     bounds = ([np.log(0.3), 0.2][:count], [np.log(20.0), 1.5][:count])

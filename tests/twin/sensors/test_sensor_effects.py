@@ -82,9 +82,9 @@ def test_sensitivity_of_an_accelerometer_falls_by_its_share_in_each_decade(fall:
     pole = -200 + 2j * np.pi * 2e3
     ringing = np.where(time_s < 0.1, 0.0, np.exp(pole * np.maximum(time_s - 0.1, 0.0)))
     seen = sensor.measured_acceleration_m_s2(ringing.imag, STEP_S)
-    after = slice(10_200, 10_700)  # one period of the tone is 50 samples
+    ringing_samples = slice(10_200, 10_700)  # one period of the tone is 50 samples
     expected = (sensor.transmissibility(np.array([pole]))[0, 0] * ringing).imag
-    np.testing.assert_allclose(seen[after], expected[after], atol=0.01 * np.abs(expected).max())
+    np.testing.assert_allclose(seen[ringing_samples], expected[ringing_samples], atol=0.01 * np.abs(expected).max())
 
 
 def test_accelerometers_have_their_own_fall() -> None:
@@ -92,8 +92,8 @@ def test_accelerometers_have_their_own_fall() -> None:
     together = chain("sensor.acceleration_gain", gain=np.array([1.0, 1.2]), fall=np.array([0.0, 0.1]))
     seen = together.measured_acceleration_m_s2(series, STEP_S)
     np.testing.assert_allclose(seen[0], series[0], atol=1e-12)
-    alone = chain("sensor.acceleration_gain", gain=1.2, fall=0.1).measured_acceleration_m_s2(series[1], STEP_S)
-    np.testing.assert_allclose(seen[1], alone, atol=1e-12)
+    single_sensor = chain("sensor.acceleration_gain", gain=1.2, fall=0.1).measured_acceleration_m_s2(series[1], STEP_S)
+    np.testing.assert_allclose(seen[1], single_sensor, atol=1e-12)
     poles = np.array([-5 + 2j * np.pi * 1e4])
     np.testing.assert_allclose(np.abs(together.transmissibility(poles))[:, 0], [1.0, 1.2 * 0.9], rtol=1e-6)
 
