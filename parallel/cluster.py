@@ -32,7 +32,7 @@ def connect_cluster(address: str) -> Client:
         ) from None
     try:
         _check_workers(client, address)
-    except BaseException:
+    except BaseException:  # an interruption, too, closes the connection; it is raised again
         client.close()
         raise
     return client

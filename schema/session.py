@@ -241,7 +241,7 @@ def _opened(engine: Engine, url: str, writer: Writer, create: bool) -> Store:
     except UnicodeDecodeError as error:  # SQLite's own message, of a table whose name was damaged
         engine.dispose()
         raise StoreError(f"{describe(engine)} is damaged: its names are no text; restore it from its backup") from error
-    except BaseException:
+    except BaseException:  # an interruption, too, leaves no connection open; it is raised again
         engine.dispose()
         raise
 

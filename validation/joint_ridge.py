@@ -123,7 +123,7 @@ class _JointFit:
             return self._slopes(x, rows)
 
         first = np.clip(best[1], lower + 1e-6, 1.0)
-        with suppress(_OutOfTime):
+        with suppress(_OutOfTime):  # then the best point so far is the answer
             least_squares(cost, first, slopes, bounds=(lower, 1.0 + 1e-9), max_nfev=20)
         return best[1]
 

@@ -80,7 +80,7 @@ def attempt(bench: WorkerContext, claimed: Claimed) -> bool:
             raise
         words = _words(error)
         _ended(claimed, lambda: fail(bench.store, lease, words))
-    except BaseException:
+    except BaseException:  # an interruption, too, hands the job back; it is raised again
         _handed_back(bench, claimed)
         raise
     else:

@@ -61,7 +61,7 @@ def back_up(store: Store, url: str, folder: Path, progress: Progress | None = No
         text = json.dumps({**contents, "rows": rows, "files": files}, indent=1)
         (unfinished / CONTENTS).write_text(text, encoding="utf-8")
         unfinished.rename(folder)
-    except BaseException:
+    except BaseException:  # an interruption, too, leaves no half backup behind; it is raised again
         shutil.rmtree(unfinished, ignore_errors=True)
         raise
     return BackupReport(folder, rows, model_files, _size(folder), has_registry)

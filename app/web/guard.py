@@ -151,7 +151,7 @@ class Guard:
 
         try:
             await self.app(scope, counted, noted)
-        except Exception:
+        except Exception:  # of a body that was too large the refusal below is the answer, all else is raised
             if not over:
                 raise
         if over and not begun:

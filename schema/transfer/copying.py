@@ -79,7 +79,7 @@ def initialise_store(engine: Engine) -> Iterator[Connection]:
                 make_within(connection)
                 _empty(connection)
                 yield connection
-    except BaseException as error:
+    except BaseException as error:  # an interruption, too, leaves no half copy behind; it is raised again below
         engine.dispose()
         if file is not None and not was_there:
             file.unlink(missing_ok=True)

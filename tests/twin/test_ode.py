@@ -348,13 +348,13 @@ def test_a_step_beyond_the_target_is_taken_again_to_end_there(bend: float, twist
 
 
 class Moving(Steady):
-    """By its place and velocity at any time: steps are exact."""
+    """By its place and velocity at any time, which each motion below gives: steps are exact."""
 
     def place(self, time: Floats) -> Floats:
-        raise NotImplementedError
+        raise NotImplementedError  # of a motion without a place nothing can be tested
 
     def velocity(self, time: Floats) -> Floats:
-        raise NotImplementedError
+        raise NotImplementedError  # nor of one without a velocity
 
     def rates(self, time: Floats, state: Floats) -> Floats:
         return np.stack([self.velocity(time), np.zeros_like(time)])

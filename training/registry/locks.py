@@ -56,7 +56,7 @@ def _waited(connection: Connection, number: int, waiting: Callable[[], None] | N
             if waiting is not None:
                 waiting()
             connection.execute(select(func.pg_advisory_lock(number)))
-    except BaseException:
+    except BaseException:  # an interruption, too, gives the lock's connection back; it is raised again
         _given_back(connection)
         raise
     return connection

@@ -62,7 +62,7 @@ def together(
     running = subprocess.Popen(driver, env=settings, stderr=subprocess.PIPE, text=True, start_new_session=True)
     try:
         error = running.communicate(timeout=timeout_s)[1]
-    except BaseException:
+    except BaseException:  # an interruption, too, ends the processes; it is raised again
         os.killpg(running.pid, signal.SIGKILL)  # the clients too, who would go on alone
         running.communicate()
         raise
