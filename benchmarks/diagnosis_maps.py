@@ -71,6 +71,11 @@ _ENTRY_SD = np.full(4, 2.0)
 _FOUND_EXACTLY = 2
 #: Tiers whose true shares are compared: many effects act at once.
 SHARE_TIERS = ("realistic", "gun with traces", "five at 2 to 5", "full scale chain")
+#: Tiers whose effects follow laws that the library does not have.
+SECOND_LAWS = (
+    "foreign one", "foreign two", "one with traces", "two with traces", "gun with traces", "five at 2 to 5",
+    "full scale chain",
+)  # fmt: skip
 #: How often intervals are to hold the true share, and shares that are so small do not count.
 _HELD, _COUNTED = 0.9, 0.05
 _Z90 = 1.6449
@@ -188,6 +193,16 @@ def _is_found_exactly(row: Mapping[str, Any]) -> bool:
     return not row["tier"].startswith("realistic") and len(row["truth"]) <= _FOUND_EXACTLY
 
 
+def first_entries(rows: Sequence[dict[str, Any]]) -> tuple[int, int, int]:
+    """Of campaigns with effects by second laws: how many there are, in how many the first entry has the effect with the
+    largest true share, and in how many it is `unknown`."""
+    used = [row for row in rows if row["tier"] in SECOND_LAWS and "true_shares" in row]
+    largest = [max(row["true_shares"], key=row["true_shares"].__getitem__, default="") for row in used]
+    entries = [row["first"]["effects"] for row in used]
+    is_named = [any(name in names.split("+") for names in entry) for name, entry in zip(largest, entries, strict=True)]
+    return len(used), sum(is_named), entries.count(["unknown"])
+
+
 def _share_row(item: dict[str, Any], true: float) -> list[Any]:
     """Effect, stated share, true share, ends of the interval, and the standard deviation of the posterior alone."""
     low, high = item["ci90"]
@@ -259,6 +274,8 @@ def main() -> None:
     print(f"ENTRY_INTERCEPT, _NONE, _SEVERAL, _FRACTION = {entry}")
     for power, score in temper(rows).items():
         print(f"TEMPER = {power:g}: mean log probability of the true set {score:.3f}")
+    count, named, unknown = first_entries(rows)
+    print(f"second laws: the largest effect in the first entry of {named} of {count}, unknown first in {unknown}")
     error, held = share_error(rows)
     print(f"SHARE_ERROR = {error:.2f}; the intervals of the rows held {held:.0%}")
 
