@@ -47,6 +47,8 @@ _DELAY_U_S = 0.8e-3
 _MOMENTS = 32
 #: With more probability than this that the drop has begun before the record, there is no level to be read.
 _MOST_BEFORE_RECORD = 0.05
+#: A drop that begins so many deviations from where those of other records begin is another one.
+_FARTHEST = 2.0
 #: Hum stands out of its neighbours in the spectrum by this factor of power, in this band.
 _HUM_MARGIN, _HUM_HZ = 20.0, (40.0, 220.0)
 #: Means over so many pieces of the rest show noise that is not white, where they scatter by this factor of variance.
@@ -77,10 +79,14 @@ class PressureDrop:
     power: float
 
 
-def pressure_drop(pressure_pa: NDArray[Any], sampling_rate_hz: float) -> PressureDrop:
+def pressure_drop(
+    pressure_pa: NDArray[Any], sampling_rate_hz: float, opening: tuple[float, float] | None = None
+) -> PressureDrop:
     """The drop in a record of tank pressure (n,), Pa.
 
-    Lone spikes are left out. Raises `NoDropError` where the pressure does not fall by more than its noise,
+    `opening`: moment (s from the first sample) at which the drop begins in other records of the same trigger, and its
+    standard deviation, for a record whose noise leaves open whether it begins within the drop. Lone spikes are left
+    out. Raises `NoDropError` where the pressure does not fall by more than its noise,
     `ShortRestError` where it may have fallen before the record began, and `ValueError` for a sample that is not finite.
     """
     values = np.asarray(pressure_pa, dtype=np.float64)
@@ -96,9 +102,12 @@ def pressure_drop(pressure_pa: NDArray[Any], sampling_rate_hz: float) -> Pressur
     hum = _hum_lines(means[stop:], block / sampling_rate_hz)
     edges = _edges(begin * block, stop * block, sampling_rate_hz)
     window = _window(values, edges, sampling_rate_hz, level, hum, begin * block / sampling_rate_hz)
-    fit = _fitted(window)
-    shortest = (edges[0] + max(2 * int(edges[-1] - edges[-2]), 16)) / sampling_rate_hz
+    fit = _fitted(window, opening)
+    rest = 0 if opening else max(2 * int(edges[-1] - edges[-2]), 16)
+    shortest = (edges[0] + rest) / sampling_rate_hz
     early = float(fit.of_moment[fit.moment_s < shortest].sum())
+    if opening is not None and abs(fit.time_s - opening[0]) > _FARTHEST * opening[1]:
+        early = 1.0  # what follows is no drop that begins when those of the other records do
     if early > _MOST_BEFORE_RECORD:
         raise ShortRestError(
             f"the pressure falls from the record's beginning on, or from within {1e3 * shortest:.2g} ms of it, with a "
@@ -275,15 +284,15 @@ class _DropFit:
     of_moment: Floats  # probability of each moment
 
 
-def _fitted(window: _Window) -> _DropFit:
+def _fitted(window: _Window, opening: tuple[float, float] | None) -> _DropFit:
     """By two grids of moments: one that is the finer the closer it is to what is seen of the drop, and one between the
     moments that the first one leaves possible."""
     moments = _around(window)
-    likelihood, _, _ = _posterior(window, moments)
+    likelihood, _, _ = _posterior(window, moments, opening)
     possible = np.flatnonzero(likelihood.max(axis=1) > likelihood.max() - 12.0)
     low, high = moments[max(possible[0] - 1, 0)], moments[min(possible[-1] + 1, moments.size - 1)]
     moments = np.linspace(low, high, _MOMENTS)
-    likelihood, level, level_var = _posterior(window, moments)
+    likelihood, level, level_var = _posterior(window, moments, opening)
     weight = np.exp(likelihood - likelihood.max())
     weight /= weight.sum()
     of_moment = weight.sum(axis=1)
@@ -306,7 +315,7 @@ def _around(window: _Window) -> Floats:
     return np.concatenate([before[::-1], np.linspace(middle, latest, _MOMENTS - count)])
 
 
-def _posterior(window: _Window, moments: Floats) -> tuple[Floats, Floats, Floats]:
+def _posterior(window: _Window, moments: Floats, opening: tuple[float, float] | None) -> tuple[Floats, Floats, Floats]:
     """Logarithm of the probability of each moment and power (g, k), up to a constant; level above the window's and its
     variance for each."""
     from scipy.special import log_ndtr
@@ -333,4 +342,6 @@ def _posterior(window: _Window, moments: Floats) -> tuple[Floats, Floats, Floats
     falls = log_ndtr(depth * np.sqrt(determinant / normal[..., 0, 0]))
     prior = -0.5 * ((_POWERS - _POWER) / _POWER_U) ** 2
     likelihood = prior + falls - 0.5 * (size + np.log(determinant) + misfit / scale)
+    if opening is not None:
+        likelihood = likelihood - 0.5 * (((moments - opening[0]) / opening[1]) ** 2)[:, None]
     return likelihood, level, scale * normal[..., 1, 1] / determinant

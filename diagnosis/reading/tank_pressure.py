@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,6 +12,7 @@ from sqlalchemy.orm import Session
 
 from ...array_types import Floats
 from ...ingest.gunshot import laser_channel
+from ...ingest.pressure_drop import NoDropError, PressureDrop, pressure_drop
 from ...ingest.stored import list_channels, read_channel
 from ...ingest.velocity import NoPassageError, muzzle_velocity
 from ...signals.channel import Channel
@@ -22,34 +25,61 @@ _SAME_INSTRUMENT = 0.008
 _FEWEST_LEVELS = 3
 #: Means over this time are what is kept: a tank changes by less than its transducer's noise meanwhile.
 _BLOCK_S = 0.5e-3
+#: The trigger's moment of opening is known from so many records on, and no better than by this deviation.
+_FEWEST_OPENINGS, _LEAST_OPENING_S = 6, 1e-3
+#: A level that is less certain than this share of itself says nothing beside the line.
+_LARGEST_SHARE = 0.2
 
 
 @dataclass(eq=False)
 class TankPressures:
-    """Records by a shot's place in the order of runs. `without_passage`: shots whose pressure was recorded, and whose
-    laser shows no whole passage or is not there; `rejected`: those that a quality check said not to use."""
+    """Records by a shot's place in the order of runs. `levels`: of shots without a recorded pressure, by place, what
+    the record says of the pressure before the shot with its standard uncertainty, Pa, given that the valve opened as
+    long after the trigger as in the others. `without_passage`: shots whose pressure was recorded, and whose laser shows
+    no whole passage or is not there; `rejected`: those that a quality check said not to use."""
 
     traces: dict[int, Series] = field(default_factory=dict)
+    levels: dict[int, tuple[float, float]] = field(default_factory=dict)
     without_passage: int = 0
     rejected: int = 0
 
 
-def pressures_as_read(hits: Sequence[StoredImpact]) -> list[float | None]:
+def pressures_as_read(
+    hits: Sequence[StoredImpact], levels: Mapping[int, tuple[float, float]] | None = None
+) -> list[float | None]:
     """The pressure before each shot as the transducer reads it: recorded, or the set one where no shot was recorded.
 
     A regulator and a transducer may differ by a gain and an offset. Where some records show no pressure before the
     shot, what the transducer would have read follows from the others by a straight line through what was set and what
-    was recorded: through the origin where fewer than three pressures were set.
+    was recorded: through the origin where fewer than three pressures were set. A transducer need not be straight:
+    `levels`, as in `TankPressures`, count beside the line by their uncertainty and by what they say of the line's.
     """
     pairs = [(hit.set_pressure_pa, hit.recorded_pressure_pa) for hit in hits]
     pairs_pa = np.array([(a, b) for a, b in pairs if a is not None and b is not None], dtype=np.float64).reshape(-1, 2)
     if not pairs_pa.size:
         return [recorded if recorded is not None else nominal for nominal, recorded in pairs]
     slope, level = _line(pairs_pa[:, 0], pairs_pa[:, 1])
-    return [
-        recorded if recorded is not None or nominal is None else float(level + slope * nominal)
-        for nominal, recorded in pairs
-    ]
+    positive = pairs_pa[:, 0] > 0
+    off = pairs_pa[positive, 1] / (level + slope * pairs_pa[positive, 0]) - 1
+    scatter = 1.4826 * float(np.median(np.abs(off))) if off.size else 0.0
+    pressures_pa: list[float | None] = []
+    for place, (nominal, recorded) in enumerate(pairs):
+        if recorded is not None or nominal is None:
+            pressures_pa.append(recorded)
+            continue
+        expected_pa = float(level + slope * nominal)
+        own = (levels or {}).get(place)
+        pressures_pa.append(expected_pa if own is None else _weighed(expected_pa, scatter, *own))
+    return pressures_pa
+
+
+def _weighed(expected_pa: float, scatter: float, level_pa: float, level_u_pa: float) -> float:
+    """The mean of the line's pressure and of the record's level by their variances. The line's is that of the scatter
+    about it (a share), and what the level is farther from it than both explain."""
+    variance, level_variance = (scatter * expected_pa) ** 2, level_u_pa**2
+    variance += max((level_pa - expected_pa) ** 2 - variance - level_variance, 0.0)
+    total = variance + level_variance
+    return (expected_pa * level_variance + level_pa * variance) / total if total else level_pa
 
 
 def pressures_set(hits: Sequence[StoredImpact]) -> list[float | None]:
@@ -81,6 +111,9 @@ def read_tank_pressures(
 ) -> TankPressures:
     """Of the shots at the places `chosen`. Raises `schema.series.SeriesError` where a stored record is damaged."""
     result = TankPressures()
+    missing = any(hits[place].recorded_pressure_pa is None for place in chosen)
+    drops: list[PressureDrop] = []
+    without_rest: dict[int, Series] = {}
     for place in chosen:
         hit = hits[place]
         rows = list_channels(session, hit.recording_id or 0)
@@ -91,15 +124,43 @@ def read_tank_pressures(
         exit_s = _passage_s(laser_channel(lasers))
         if exclusions.rejects(hit, tank.name):
             result.rejected += 1
-        elif exit_s is None:
+            continue
+        channel = read_channel(session, tank)
+        if hit.recorded_pressure_pa is None:
+            without_rest[place] = _block_means(channel, channel.start_s)
+        elif missing:
+            means = _block_means(channel, channel.start_s)
+            with suppress(NoDropError):  # averaged, a drop that was seen may be too short
+                drops.append(pressure_drop(means.values, means.sampling_rate_hz))
+        if exit_s is None:
             result.without_passage += 1
+            continue
+        trace = _block_means(channel, exit_s)
+        if trace.values.size and np.isfinite(trace.values).all():
+            result.traces[place] = trace
         else:
-            trace = _block_means(read_channel(session, tank), exit_s)
-            if trace.values.size and np.isfinite(trace.values).all():
-                result.traces[place] = trace
-            else:
-                result.rejected += 1
+            result.rejected += 1
+    result.levels = _levels(without_rest, drops)
     return result
+
+
+def _levels(without_rest: Mapping[int, Series], drops: Sequence[PressureDrop]) -> dict[int, tuple[float, float]]:
+    """Levels before the shot with their standard uncertainties, Pa, by place: of records of the same trigger as those
+    whose `drops` were seen. A slow drop in noise leaves open whether it begins before the record; that the valve of
+    every shot opens as long after the trigger says that it does not."""
+    if len(drops) < _FEWEST_OPENINGS:
+        return {}
+    moments_s = np.array([drop.time_s for drop in drops])
+    opening_s = float(np.median(moments_s))
+    spread_s = 1.4826 * float(np.median(np.abs(moments_s - opening_s)))
+    opening = opening_s, math.hypot(spread_s, _LEAST_OPENING_S, float(np.median([drop.time_u_s for drop in drops])))
+    levels = {}
+    for place, means in without_rest.items():
+        with suppress(NoDropError, ValueError):  # the line through the others stands in for it
+            drop = pressure_drop(means.values, means.sampling_rate_hz, opening)
+            if drop.pressure_u_pa < _LARGEST_SHARE * drop.pressure_pa:
+                levels[place] = drop.pressure_pa, drop.pressure_u_pa
+    return levels
 
 
 def _passage_s(laser: Channel | None) -> float | None:
