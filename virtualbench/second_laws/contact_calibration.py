@@ -6,7 +6,7 @@
 - yield: F = pi a^2 p beyond the Hertzian onset, p = 2/3 Y (1.8 + ln(E a / (3 Y R))) up to 3 Y, a^2 = R d,
   Y the yield strength over 2 s at the rate of strain, Y (1 + (e' / D)^(1/q));
 - layer: d + s sqrt(F t / (pi R E)), in series with the contact;
-- plate: s (F + 1.29 F') / Z, F' the force behind a low pass of 0.4 ms: an edge more than doubles the mobility for long;
+- plate: s (F + 1.29 F') / Z, F' the force behind a low pass of 0.1 ms: an edge more than doubles the mobility for long;
 - mass: 0.2 kg that pushes and is pushed by s times 10 N of dry friction;
 - tip: a profile r^4 / (2 R (r^2 + b^2)), b = s times 0.15 mm and the wear of the tip's material.
 """
@@ -31,8 +31,9 @@ ONSET_RATIO, FULL_RATIO = 1.1, 3.0
 #: Tabor's representative strain over a / R.
 STRAIN_SHARE = 0.2
 SHEET_THICKNESS_M, SHEET_MODULUS_PA = 3e-3, 5e8
-#: Impedances of Cremer, Heckl and Petersson: 8 sqrt(D m'') far from edges, 3.5 at a free one; so long take waves back.
-EDGE_GAIN, EDGE_S = 8 / 3.5 - 1, 4e-4
+#: Impedances of Cremer, Heckl and Petersson: 8 sqrt(D m'') far from edges, 3.5 at a free one. Waves take this time to
+#: one that is 40 mm away, d^2 sqrt(m'' / D).
+EDGE_GAIN, EDGE_S = 8 / 3.5 - 1, 1e-4
 JOINT_KG, JOINT_N, SLIP_M_S = 0.2, 10.0, 0.01
 CROWN_M = 1.5e-4
 

@@ -2,7 +2,7 @@
 
 `table.LAWS` names each law's source; here it stands as an equation. Strength s of each:
 
-- back pressure: s atmospheres ahead, shut in between the projectile and a muzzle that leaves a fifth of the bore free:
+- back pressure: s atmospheres ahead, shut in between the projectile and a muzzle that leaves a tenth of the bore free:
   the air is compressed isentropically and leaves through that orifice;
 - leak: m' = C a s (p - p_a) p / sqrt(R T), a lip whose gap grows with the pressure that lifts it;
 - valve: a poppet that the tank's pressure throws open, lift p t^2, over s times its time and with 1 / s of the area;
@@ -22,7 +22,7 @@ from ..gun.gas import CHOKED, GAMMA, GAS_CONSTANT
 from ..gun.motion import AIR_VISCOSITY_PA_S
 
 #: What a sound absorber at the muzzle leaves free of the bore, with its coefficient of discharge.
-FREE_MUZZLE = 0.2
+FREE_MUZZLE = 0.1
 #: The air ahead has no less room than this share of the barrel: the absorber's own.
 LEAST_ROOM = 0.1
 #: A lip at this pressure (gauge) leaks through half of the bullet's clearance.

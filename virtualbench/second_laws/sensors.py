@@ -32,8 +32,8 @@ SOFT_MOUNT_DAMPING = 0.15
 BLOCK_DAMPING, BLOCK_RATIO = 0.05, 2.2
 FAST_SHARE, FAST_S, SLOW_S = 0.6, 0.015, 0.4
 HIGH_PASS_S = 0.02
-#: The gas behind a diaphragm has this volume over what the diaphragm takes of it in each bar, and a stop.
-SHUT_IN_BAR, STOP_BAR = 8.0, 6.0
+#: The gas behind a diaphragm has this volume over what the diaphragm takes of it in each bar, up to its stop.
+SHUT_IN_BAR, STOP_BAR = 5.0, 4.0
 #: Linear drag takes this share of the full speed, times the strength, at all velocities but the lowest.
 DRAG_SHARE, SLOWEST_SHARE = 0.5, 0.1
 #: A force channel is off by the stated share at this duration of the pulse, and by so much of it more in each decade.
@@ -52,7 +52,7 @@ def pressure_bar(read_bar: float, strengths: Mapping[str, float], split: str) ->
     """The pressure that is there when the transducer reads this (bar gauge), 0 or more.
 
     Development: r - s (1 - r / 4) and r / (1 + s r / 4); sealed: r - s exp(-r / 0.6) and r / (1 + s g), g from 0.2
-    to 1 about 1 bar; calibration: r - s / (1 - r / 8) and r / (1 + s (r / 4)^2).
+    to 1 about 1 bar; calibration: r - s / (1 - r / 5) and r / (1 + s (r / 4)^2).
 
     Raises `ValueError` for a split without laws.
     """
