@@ -63,7 +63,7 @@ class Case:
     repetitions, in tolerances.
 
     `strengths` by effect id, in the unit of `strength.RANGES`; `unknown` is a family outside the catalogue with its
-    `amount`. `laws`: by which second laws the effects act, "development" or "sealed"; empty: by the bench's own (see
+    `amount`. `laws`: by which second laws the effects act, a split's name; empty: by the bench's own (see
     `virtualbench.second_laws`). `decoys`: nominal figures of campaign.toml by name, times a factor within tolerance.
     `blocked`: a configuration's repetitions follow one another; else runs are shuffled. `traces`: a gun's tank pressure
     and laser are recorded, and the plan's pressure is what a regulator was set to instead of what the transducer read.

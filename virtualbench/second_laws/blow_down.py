@@ -2,7 +2,8 @@
 
 From the vents on the gas leaves through what the projectile's tail has uncovered of them, and through the gap at the
 muzzle once the tail is out of the barrel. Development: a sharp-edged hole with one discharge coefficient, and a valve
-that turns back along a straight line; sealed: Perry's coefficient (Trans. ASME 71 (1949) 757), and the valve's disc.
+that turns back along a straight line; sealed: Perry's coefficient (Trans. ASME 71 (1949) 757), and the valve's disc;
+calibration: ISO 6358-1's ellipse of a hole, and a poppet that comes back evenly.
 A valve that opens at once closes at once. After the exit the tank's wall gives heat to the gas that is there:
 m cv (T_wall - T) / tau (Pourmovahed and Otis, J. Dyn. Syst. Meas. Control 112 (1990) 116).
 """
@@ -19,7 +20,7 @@ from numba import njit
 from ...array_types import Floats
 from ..gun.build import GunBuild, Projectile
 from ..gun.fire import velocity_at
-from ..gun.gas import CP, CV
+from ..gun.gas import CP, CV, GAMMA, GAS_CONSTANT
 from .gun import (
     AMBIENT,
     AREA,
@@ -27,14 +28,19 @@ from .gun import (
     BREECH_M3,
     CLOSE_AT,
     CLOSE_S,
+    DISC_VALVE,
+    FIGURES,
+    HOSE_M3_PA,
     MERGED,
     NEVER_S,
     OPEN_S,
+    POPPET_VALVE,
     TANK_M3,
     VALVE_LAW,
     VALVE_M2,
     WALL_K,
     gas_state,
+    hose_state,
     integrated,
     nozzle,
     perry_coefficient,
@@ -42,9 +48,10 @@ from .gun import (
     run_to_vents,
     shot_figures,
 )
+from .gun_calibration import HOLE_RATIO, sonic_flow
 
 #: Behind the figures of a shot: vents (area, place, radius), muzzle (area, place), and the wall's time constant.
-VENT_M2, VENT_AT, VENT_R, MUZZLE_M2, MUZZLE_AT, WALL_S = range(29, 35)
+VENT_M2, VENT_AT, VENT_R, MUZZLE_M2, MUZZLE_AT, WALL_S = range(FIGURES, FIGURES + 6)
 _CHUNK_S = 0.1
 #: A gun without an atmosphere empties to this (absolute): a chamber that is all but empty has no temperature.
 PUMPED_PA = 100.0
@@ -101,7 +108,7 @@ def follow_shot(
     inside = int(np.searchsorted(time, exit_s))  # the first point that is not before the exit
     figures = np.append(base, np.zeros(6))
     figures[[VENT_M2, MUZZLE_M2]] = gun.vent_area_m2, gun.muzzle_area_m2
-    if not base[VALVE_LAW]:
+    if base[VALVE_LAW] != DISC_VALVE:
         figures[[VENT_M2, MUZZLE_M2]] *= gun.outlet_discharge
     figures[VENT_AT], figures[VENT_R], figures[MUZZLE_AT] = (
         gun.vent_position_m,
@@ -126,13 +133,21 @@ def follow_shot(
 
 def tank_gauge_pa(states: Floats, figures: Floats) -> Floats:
     """Gauge pressure (n,) of the tank at states (n, 8)."""
-    from ..gun.gas import GAMMA
-
+    if figures[MERGED] and figures[HOSE_M3_PA] > 0:
+        return np.array([_hose_gauge_pa(state, figures) for state in states])
     if figures[MERGED]:
         position = states[:, 6] if figures.size <= MUZZLE_AT else np.minimum(states[:, 6], figures[MUZZLE_AT])
         volume = figures[TANK_M3] + figures[BREECH_M3] + figures[AREA] * position
         return np.asarray((GAMMA - 1) * (states[:, 1] + states[:, 3]) / volume - figures[AMBIENT])
     return np.asarray((GAMMA - 1) * states[:, 1] / figures[TANK_M3] - figures[AMBIENT])
+
+
+def _hose_gauge_pa(state: Floats, figures: Floats) -> float:
+    """The same at one state (8,) of a tank that is one volume with a hose."""
+    position = state[6] if figures.size <= MUZZLE_AT else min(state[6], figures[MUZZLE_AT])
+    volume = figures[TANK_M3] + figures[BREECH_M3] + figures[AREA] * position
+    pressure = hose_state(state[0] + state[2], state[1] + state[3], volume, figures)[0]
+    return float(pressure - figures[AMBIENT])
 
 
 def _separated(state: Floats, figures: Floats) -> tuple[Floats, Floats]:
@@ -141,6 +156,12 @@ def _separated(state: Floats, figures: Floats) -> tuple[Floats, Floats]:
     barrel = f[BREECH_M3] + f[AREA] * min(state[6], f[MUZZLE_AT])
     share = barrel / (f[TANK_M3] + barrel)
     mass, energy = state[0] + state[2], state[1] + state[3]
+    if f[HOSE_M3_PA] > 0:
+        pressure, temperature, _ = hose_state(mass, energy, f[TANK_M3] + barrel, f)
+        after[0], after[1] = pressure * f[TANK_M3] / (GAS_CONSTANT * temperature), pressure * f[TANK_M3] / (GAMMA - 1)
+        after[2], after[3] = mass - after[0], energy - after[1]
+        f[MERGED], f[VALVE_M2], f[OPEN_S] = 0.0, 0.0, 1e-3
+        return after, f
     after[[0, 1]], after[[2, 3]] = (1 - share) * np.array([mass, energy]), share * np.array([mass, energy])
     f[MERGED], f[VALVE_M2], f[OPEN_S] = 0.0, 0.0, 1e-3
     return after, f
@@ -161,9 +182,9 @@ def emptying_rates(time: float, state: Floats, f: Floats) -> Floats:
         rate[6], rate[7] = state[7], 0.0  # it flies on: a rate that stopped here would hold the integrator here
     volume = f[BREECH_M3] + f[AREA] * now[6]
     tank = gas_state(now[0], now[1], f[TANK_M3])
-    breech = gas_state(now[2], now[3], volume)
+    breech = hose_state(now[2], now[3], volume, f)
     if f[MERGED]:
-        tank = gas_state(now[0] + now[2], now[1] + now[3], f[TANK_M3] + volume)
+        tank = hose_state(now[0] + now[2], now[1] + now[3], f[TANK_M3] + volume, f)
         breech = tank
     area = f[VENT_M2] * _uncovered(now[6] - f[VENT_AT], 2 * f[VENT_R])
     area += f[MUZZLE_M2] * _uncovered(state[6] - f[MUZZLE_AT], f[BORE])
@@ -185,8 +206,10 @@ def emptying_rates(time: float, state: Floats, f: Floats) -> Floats:
 @njit(cache=True)
 def _hole(pressure: float, temperature: float, ratio: float, f: Floats) -> float:
     """Mass flow (kg/s) through 1 m2 of the holes' area."""
+    if f[VALVE_LAW] == POPPET_VALVE:
+        return float(sonic_flow(pressure, temperature, ratio, HOLE_RATIO))
     flow: float = nozzle(pressure, temperature, ratio)
-    return flow * perry_coefficient(ratio) if f[VALVE_LAW] else flow
+    return flow * perry_coefficient(ratio) if f[VALVE_LAW] == DISC_VALVE else flow
 
 
 @njit(cache=True)

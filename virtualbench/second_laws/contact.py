@@ -12,7 +12,7 @@
   sealed: the ball goes over into its tangent cone at a contact of radius b = 2 mm / s.
 
 A curve of force over indentation is tabulated, evenly in the logarithm; a tip's shape multiplies it by its own curve
-over Hertz's.
+over Hertz's. The laws for calibration stand in `contact_calibration`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,23 @@ from numba import njit
 from ...array_types import Floats
 from ..impact.build import Impactor, ImpactTarget
 from ..impact.integrate import CREEPING
+from .contact_calibration import (
+    CROWN_M,
+    EDGE_GAIN,
+    EDGE_S,
+    JOINT_KG,
+    JOINT_N,
+    LOST_AT_1_M_S,
+    SLIP_M_S,
+    cavity,
+    dashpot_n_s_m,
+    dynamic_yield_pa,
+    on_sheet,
+    strain_rate_1_s,
+    worn_crown,
+)
 from .owners import tip_value
+from .table import checked_split
 
 #: A of Kuwabara and Kono in s, and the part of the speed lost by Tsuji's damper at strength 1, by tip.
 KUWABARA_KONO_S = {"aluminum": 1.5e-6, "steel": 1.0e-6, "delrin": 1.2e-5, "polyurethane": 1.2e-4, "PLA": 1.2e-5}
@@ -61,8 +77,9 @@ _LOOK = 16
 
 # fmt: off
 (MASS, KONO, TSUJI, LAYER, SHEET_N, SHEET_E, KELVIN, KELVIN_N_M, MOBILITY, LOCAL, LOCAL_NM, HAND, GRIP_NM,
- GRIP_NSM, MODAL) = range(15)
+ GRIP_NSM, MODAL, DASHPOT, EDGE, JOINT, RETRACES) = range(19)
 # fmt: on
+_FIGURES = 19
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,8 +102,9 @@ def contact_forces(
 ) -> list[tuple[float, Floats]]:
     """Of each impact the step (s) and the force (n,) in N, from first contact until it lets go.
 
-    Raises `RuntimeError` for an impact that does not end.
+    Raises `RuntimeError` for an impact that does not end, `ValueError` for a split without laws.
     """
+    checked_split(split)
     return [
         _closing_motion(impactor, target, strengths, split, float(speed), steps_per_contact)
         for impactor, target, speed in zip(impactors, targets, velocities_m_s, strict=True)
@@ -98,11 +116,12 @@ def _closing_motion(
 ) -> tuple[float, Floats]:
     modulus = 1 / (impactor.tip.compliance_1_pa + target.face.compliance_1_pa)
     stiffness = 4 / 3 * modulus * math.sqrt(impactor.tip_radius_m)
-    curve = _curve(impactor, target, strengths, split)
     f = _figures(impactor, target, strengths, split, stiffness)
     shapes, omega = _plate_modes(target.plate_impedance_n_s_m) if f[MODAL] else (np.zeros(0), np.zeros(0))
     time = 3.218 * (f[MASS] / (stiffness * math.sqrt(speed))) ** 0.4
     deepest = speed * time / 2.943
+    rate = strain_rate_1_s(deepest, impactor.tip_radius_m, time) if split == "calibration" else 0.0
+    curve = _curve(impactor, target, strengths, split, rate)
     soft = float(np.interp(deepest, curve.depth_m, curve.force_n)) / deepest
     step = 1 / max(_rates(f, 1.5 * max(soft, stiffness * math.sqrt(deepest)), omega), default=0.0)
     step = min(step, time / steps)
@@ -125,6 +144,12 @@ def _rates(f: Floats, contact_n_m: float, omega: Floats) -> list[float]:
         rates.append((1 + contact_n_m / f[LOCAL_NM]) / LOCAL_LAG_S / 0.8)
     if f[HAND]:
         rates.append(f[GRIP_NSM] * (1 / HAND_KG + 1 / f[MASS]) / 0.8)
+    if f[JOINT]:
+        rates.append(f[JOINT] / SLIP_M_S * (1 / JOINT_KG + 1 / f[MASS]) / 0.8)
+    if f[DASHPOT]:
+        rates.append(f[DASHPOT] / f[MASS] / 0.8)
+    if f[EDGE]:
+        rates.append((1 + EDGE_GAIN) * f[MOBILITY] * contact_n_m / 0.5)
     if omega.size:
         rates.append(float(omega.max()) / 0.4)
     return rates
@@ -133,13 +158,13 @@ def _rates(f: Floats, contact_n_m: float, omega: Floats) -> list[float]:
 def _figures(
     impactor: Impactor, target: ImpactTarget, strengths: Mapping[str, float], split: str, stiffness: float
 ) -> Floats:
-    """The figures (15,) of an impact, in the order of the names above; spring rates are over the strength."""
+    """The figures (19,) of an impact, in the order of the names above; spring rates are over the strength."""
 
     def of(name: str, law: str) -> float:
         return strengths.get(f"contact.{name}", 0.0) if split == law else 0.0
 
-    first, last, tip = "development", "sealed", impactor.tip.name
-    f = np.zeros(15)
+    first, middle, last, tip = "development", "calibration", "sealed", impactor.tip.name
+    f = np.zeros(_FIGURES)
     f[MASS] = impactor.mass_kg * (1 + 0.05 * of("effective_mass", first) * tip_value(TIP_MASS, tip))
     if f[MASS] <= 0:
         raise ValueError(f"strength of contact.effective_mass = {strengths['contact.effective_mass']!r} leaves no mass")
@@ -152,12 +177,16 @@ def _figures(
         f[SHEET_N], f[SHEET_E] = LAYER_MODULUS_PA * area, DENSIFIED_STRAIN
         f[KELVIN] = of("layer_compliance", last)
         f[KELVIN_N_M] = tip_value(SPRING_N_M, tip) / max(f[KELVIN], 1e-12)
-    f[LOCAL] = of("plate_compliance", first)
-    f[MOBILITY] = f[LOCAL] / target.plate_impedance_n_s_m
+    f[LOCAL], f[EDGE] = of("plate_compliance", first), of("plate_compliance", middle)
+    f[MOBILITY] = (f[LOCAL] or f[EDGE]) / target.plate_impedance_n_s_m
     f[LOCAL_NM] = tip_value(LOCAL_N_M, target.face.name) / max(f[LOCAL], 1e-12)
     f[MODAL] = of("plate_compliance", last)
     f[HAND] = of("effective_mass", last)
     f[GRIP_NM], f[GRIP_NSM] = f[HAND] * GRIP_N_M, f[HAND] * GRIP_N_S_M
+    lost = of("viscous_loss", middle) * tip_value(LOST_AT_1_M_S, tip)
+    f[DASHPOT] = dashpot_n_s_m(f[MASS], 3.218 * (f[MASS] / stiffness) ** 0.4, lost)
+    f[JOINT] = of("effective_mass", middle) * JOINT_N
+    f[RETRACES] = float(split == middle)
     return f
 
 
@@ -167,7 +196,12 @@ def tsuji_alpha(restitution: float) -> float:
     return math.sqrt(5) * loss / math.sqrt(loss**2 + math.pi**2)
 
 
-def _curve(impactor: Impactor, target: ImpactTarget, strengths: Mapping[str, float], split: str) -> LoadingCurve:
+def _curve(
+    impactor: Impactor, target: ImpactTarget, strengths: Mapping[str, float], split: str, rate_1_s: float
+) -> LoadingCurve:
+    """`rate_1_s`: of strain, where the law of yield asks for it; 0 elsewhere, so that one table serves all speeds."""
+    plastic = strengths.get("contact.plastic_yield", 0.0)
+    layered = split == "calibration" and target.insulator is not None
     softer = min(impactor.tip, target.face, key=lambda material: material.yield_strength_pa)
     return _tabulated(
         1 / (impactor.tip.compliance_1_pa + target.face.compliance_1_pa),
@@ -176,16 +210,18 @@ def _curve(impactor: Impactor, target: ImpactTarget, strengths: Mapping[str, flo
         softer.name,
         softer.yield_strength_pa,
         softer.poisson_ratio,
-        strengths.get("contact.plastic_yield", 0.0),
+        plastic,
         strengths.get("contact.tip_geometry", 0.0),
         split,
+        rate_1_s if plastic > 0 else 0.0,
+        strengths.get("contact.layer_compliance", 0.0) if layered else 0.0,
     )
 
 
 @lru_cache(maxsize=512)
 def _tabulated(
     modulus: float, radius: float, tip: str, softer: str, yields_pa: float, poisson: float, plastic: float, worn: float,
-    split: str,
+    split: str, rate_1_s: float, sheet: float,
 ) -> LoadingCurve:  # fmt: skip
     depth = np.geomspace(_SHALLOWEST_M, 0.5 * radius, _GRID)
     force = 4 / 3 * modulus * math.sqrt(radius) * depth**1.5
@@ -194,15 +230,21 @@ def _tabulated(
     if plastic > 0 and split == "development":
         pressure = tip_value(YIELD_RATIO, softer) * yields_pa / plastic
         force, residual = meyer(depth, modulus, radius, pressure, tip_value(MEYER_INDEX, softer))
+    elif plastic > 0 and split == "calibration":
+        force, residual = cavity(depth, modulus, radius, dynamic_yield_pa(yields_pa, rate_1_s, softer) / (2 * plastic))
     elif plastic > 0:
         force, residual = jackson_green(depth, modulus, radius, yields_pa / plastic, poisson)
     if worn > 0:
         size = worn * tip_value(WEAR, tip)
         if split == "development":
             shaped = worn_ball(depth, modulus, radius, size * WORN_FLAT_M)
+        elif split == "calibration":
+            shaped = worn_crown(depth, modulus, radius, size * CROWN_M)
         else:
             shaped = rounded_cone(depth, modulus, radius, CONE_BEGINS_M / size)
         force = force * shaped / hertz
+    if sheet > 0:
+        force, residual = on_sheet(depth, force, residual, radius, sheet)
     return LoadingCurve(depth, force, residual)
 
 
@@ -327,7 +369,10 @@ def _motion(
         if depth < top:
             residual_depth = _linear(top, first, width, residual)
             own = depth - residual_depth
-            elastic = elastic * (own / (top - residual_depth)) ** 1.5 if own > 0 else 0.0
+            if residual_depth <= 0 and f[RETRACES] > 0:
+                elastic = _table(depth, first, width, force)
+            else:
+                elastic = elastic * (own / (top - residual_depth)) ** 1.5 if own > 0 else 0.0
     surface, layered, closing = 0.0, 0.0, s[1] - f[MODAL] * swinging
     if f[LOCAL] > 0:
         surface = (elastic / f[LOCAL_NM] - s[3]) / LOCAL_LAG_S
@@ -335,13 +380,19 @@ def _motion(
     if f[KELVIN] > 0:
         layered = (elastic / f[KELVIN_N_M] - s[4]) / RETARDATION_S
         closing -= layered
+    if f[EDGE] > 0:
+        closing -= f[MOBILITY] * (elastic + EDGE_GAIN * s[4])
     total = elastic
     if elastic > 0 and own > 0:
         total += 1.5 * f[KONO] * closing * elastic / own + f[TSUJI] * own**0.25 * closing
+        if f[DASHPOT] > 0:  # the damper's own force moves the plate, too
+            total += f[DASHPOT] * closing / (1 + f[DASHPOT] * f[MOBILITY])
         total = max(total, 0.0)
     grip = 0.0
     if f[HAND] > 0:
         grip = f[GRIP_NM] * (s[5] - s[0]) + f[GRIP_NSM] * (s[6] - s[1])
+    if f[JOINT] > 0:
+        grip = f[JOINT] * math.tanh((s[6] - s[1]) / SLIP_M_S)
     rate[0], rate[1] = s[1], (grip - total) / f[MASS]
     rate[2] = f[MOBILITY] * total
     rate[3] = (total / f[LOCAL_NM] - s[3]) / LOCAL_LAG_S if f[LOCAL] > 0 else 0.0
@@ -349,7 +400,10 @@ def _motion(
         rate[4] = (total / f[KELVIN_N_M] - s[4]) / RETARDATION_S
     else:
         rate[4] = (total - s[4]) / SETTLING_S if f[LAYER] > 0 else 0.0
-    rate[5], rate[6] = s[6], -grip / HAND_KG
+    if f[EDGE] > 0:
+        rate[2] += f[MOBILITY] * EDGE_GAIN * s[4]
+        rate[4] = (total - s[4]) / EDGE_S
+    rate[5], rate[6] = s[6], -grip / (JOINT_KG if f[JOINT] > 0 else HAND_KG)
     for i in range(n):
         rate[7 + i] = s[7 + n + i]
         rate[7 + n + i] = shapes[i] * total - omega[i] * (omega[i] * s[7 + i] + 2 * MODAL_LOSS * s[7 + n + i])

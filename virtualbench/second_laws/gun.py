@@ -12,6 +12,8 @@
 - friction: development: s k pi D sqrt(eta v p_c l); sealed: s k mu N / (1 + v / v0);
 - heat: development: s times Dittus and Boelter's film on the bore; sealed: m cv (T_wall - T) s / tau;
 - dead volume: s times the build's; development: with s times 6 W/K to its walls; sealed: behind a hole of 1.4 cm^2.
+
+The laws for calibration stand in `gun_calibration`.
 """
 
 from __future__ import annotations
@@ -29,7 +31,27 @@ from ..gun.build import SMALLEST_BREECH_M3, VACUUM_PA, WEAKEST_VALVE, GunBuild, 
 from ..gun.fire import crossings, velocity_at
 from ..gun.gas import CHOKED, COLDEST_K, CP, CRITICAL_RATIO, CV, GAMMA, GAS_CONSTANT, HOTTEST_K
 from ..gun.motion import AIR_VISCOSITY_PA_S, CREEP_M_S
+from .gun_calibration import (
+    FREE_MUZZLE,
+    FULL_HOSE_PA,
+    HOLE_RATIO,
+    LEAST_ROOM,
+    LIFTED_SHARE,
+    LIFTING_PA,
+    LINE_M,
+    POPPET_RATIO,
+    SLACK_SHARE,
+    THROWN_OPENING,
+    WIRE_AREA,
+    hose_pressure_pa,
+    lip_friction_n,
+    natural_film_w_m2_k,
+    poppet_lift,
+    smooth_drop_pa,
+    sonic_flow,
+)
 from .owners import bullet_factor
+from .table import checked_split
 
 #: IEC 60534-2-1, full-bore ball valve: the drop of pressure over the inlet's at which it chokes, times F_gamma = 1.
 VALVE_CHOKED_DROP = 0.42
@@ -57,8 +79,11 @@ _TOLERANCES = np.array([1e-9, 1e-4, 1e-9, 1e-4, 1e-9, 1e-4, 1e-6, 1e-5])
 # fmt: off
 (TANK_M3, BREECH_M3, CAVITY_M3, AREA, MASS, TRAVEL, BORE, AMBIENT, WALL_K, MERGED, VALVE_M2, OPEN_S, VALVE_LAW,
  COULOMB, FILM, PRESS, LEAK_M2, LEAK_K, LEAK_R, LAMINAR, ROUGH, WAVE, TURBULENT, RELAX, DEAD_W_K, COLUMN,
- SHOCK, CLOSE_AT, CLOSE_S) = range(29)
+ SHOCK, CLOSE_AT, CLOSE_S, ORIFICE_M2, LIP_M2_PA, SMOOTH, RUBBER, WIRES_M2, HOSE_M3_PA) = range(35)
 # fmt: on
+FIGURES = 35
+#: Laws of valves and of the holes behind them (VALVE_LAW).
+CONTROL_VALVE, DISC_VALVE, POPPET_VALVE = 0.0, 1.0, 2.0
 
 
 def muzzle_velocity_m_s(
@@ -117,30 +142,37 @@ def integrated(
 
 
 def shot_figures(gun: GunBuild, strengths: Mapping[str, float], split: str, projectile: Projectile) -> Floats:
-    """The figures (29,) of a shot whose valve stays open, in the order of the names above."""
+    """The figures (35,) of a shot whose valve stays open, in the order of the names above.
+
+    Raises `ValueError` for a split without laws.
+    """
+    checked_split(split)
 
     def of(name: str, law: str) -> float:
         return strengths.get(name, 0.0) if split == law else 0.0
 
     base = setting_of(gun, Effects.none(), 0.0, projectile, np.random.default_rng(0))
-    first, last, factor = "development", "sealed", bullet_factor(projectile.mass_kg)
+    first, middle, last, factor = "development", "calibration", "sealed", bullet_factor(projectile.mass_kg)
     valve = strengths.get("gun.valve_flow", 0.0)
     valve = valve if valve >= WEAKEST_VALVE else 0.0
     dead = strengths.get("gun.dead_volume", 0.0) * gun.dead_volume_m3
     ring, friction, choked = _ring(gun, projectile, factor)
     clearance = TIGHT_CLEARANCE_M * factor
     laminar = math.pi * projectile.diameter_m * clearance**3 * (1 + 1.5 * ECCENTRICITY**2)
-    f = np.zeros(29)
+    f = np.zeros(FIGURES)
     f[TANK_M3], f[AREA], f[MASS], f[TRAVEL], f[BORE] = (
         base.tank_volume_m3, base.area_m2, base.mass_kg, base.travel_m, base.bore_m,
     )  # fmt: skip
-    f[BREECH_M3] = max(dead if split == first else 0.0, SMALLEST_BREECH_M3 if valve else 0.0)
+    shares = {first: 1.0, middle: SLACK_SHARE, last: 0.0}
+    f[BREECH_M3] = max(shares[split] * dead, SMALLEST_BREECH_M3 if valve else 0.0)
     f[CAVITY_M3] = dead if split == last and dead > SMALLEST_CAVITY_M3 else 0.0
     f[AMBIENT] = max(strengths.get("gun.back_pressure", 0.0) * gun.atmosphere_pa, VACUUM_PA)
     f[WALL_K], f[MERGED] = gun.temperature_k, float(valve == 0)
     f[VALVE_M2] = 0.0 if valve == 0 else math.pi * gun.valve_bore_m**2 / 4 / valve
-    f[VALVE_M2] *= gun.valve_discharge if split == first else 1.0  # Perry's coefficient is in the law
-    f[OPEN_S], f[VALVE_LAW] = valve * SLOWER_OPENING * gun.valve_opening_time_s, float(split == last)
+    f[VALVE_M2] *= 1.0 if split == last else gun.valve_discharge  # Perry's coefficient is in the law
+    slower = THROWN_OPENING if split == middle else SLOWER_OPENING
+    f[OPEN_S] = valve * slower * gun.valve_opening_time_s
+    f[VALVE_LAW] = {first: CONTROL_VALVE, middle: POPPET_VALVE, last: DISC_VALVE}[split]
     f[COULOMB] = base.coulomb_force_n
     film = of("gun.sliding_friction", first) * factor
     f[FILM] = film * math.pi * projectile.diameter_m * math.sqrt(FILM_PA_S * LAND_M)
@@ -152,6 +184,15 @@ def shot_figures(gun: GunBuild, strengths: Mapping[str, float], split: str, proj
     f[DEAD_W_K] = DEAD_WALL_W_K * of("gun.dead_volume", first)
     f[COLUMN], f[SHOCK] = (float(of("gun.back_pressure", law) > 0) for law in (first, last))
     f[CLOSE_AT], f[CLOSE_S] = NEVER_S, 1.0
+    if split == middle:
+        if of("gun.back_pressure", middle) > 0:  # the air ahead takes the place of a side cavity
+            f[ORIFICE_M2], f[CAVITY_M3] = FREE_MUZZLE * base.area_m2, base.area_m2 * base.travel_m
+        f[LIP_M2_PA] = of("gun.blow_by", middle) * LIFTED_SHARE * ring / LIFTING_PA
+        f[SMOOTH] = of("gun.barrel_loss", middle)
+        f[RUBBER] = of("gun.sliding_friction", middle) * factor
+        shell = (36 * math.pi) ** (1 / 3) * gun.tank_volume_m3 ** (2 / 3)
+        f[WIRES_M2] = of("gun.heat_exchange", middle) * WIRE_AREA * shell
+        f[HOSE_M3_PA] = (1 - SLACK_SHARE) * dead / FULL_HOSE_PA
     return f
 
 
@@ -192,6 +233,16 @@ def gas_state(mass: float, energy: float, volume: float) -> tuple[float, float, 
 
 
 @njit(cache=True)
+def hose_state(mass: float, energy: float, volume: float, f: Floats) -> tuple[float, float, float]:
+    """As `gas_state`, where the breech may have a hose: the energy then holds the hose's."""
+    if f[HOSE_M3_PA] <= 0 or mass <= 0 or energy <= 0 or volume <= 0:
+        return gas_state(mass, energy, volume)
+    pressure = hose_pressure_pa(energy, volume, f[HOSE_M3_PA], f[AMBIENT])
+    wide = max(volume + f[HOSE_M3_PA] * (pressure - f[AMBIENT]), 0.2 * volume)
+    return gas_state(mass, pressure * wide / (GAMMA - 1), wide)
+
+
+@njit(cache=True)
 def nozzle(pressure: float, temperature: float, ratio: float) -> float:
     """Mass flow (kg/s) through 1 m2, isentropic; straight within a thousandth of equal pressures."""
     unit = pressure / math.sqrt(GAS_CONSTANT * temperature)
@@ -224,8 +275,11 @@ def perry_coefficient(ratio: float) -> float:
 
 @njit(cache=True)
 def _through_valve(time: float, up: tuple[float, float, float], ratio: float, f: Floats) -> float:
+    if f[VALVE_LAW] == POPPET_VALVE:
+        lift = min(poppet_lift(time, up[0], f[OPEN_S]), max(1 - (time - f[CLOSE_AT]) / f[CLOSE_S], 0.0))
+        return float(f[VALVE_M2] * lift * sonic_flow(up[0], up[1], ratio, POPPET_RATIO))
     turned = min(max(time / f[OPEN_S], 0.0), 1.0, max(1 - (time - f[CLOSE_AT]) / f[CLOSE_S], 0.0))
-    if f[VALVE_LAW] == 0.0:
+    if f[VALVE_LAW] == CONTROL_VALVE:
         return float(f[VALVE_M2] * turned * control_valve(up[0], up[2], ratio))
     share = 1 - math.cos(math.pi / 2 * turned)
     return float(f[VALVE_M2] * share * perry_coefficient(ratio) * nozzle(up[0], up[1], ratio))
@@ -243,6 +297,8 @@ def _leak(gas: tuple[float, float, float], ahead: float, f: Floats) -> float:
         if ratio > near:
             root *= (1 - ratio) / (1 - near)
         flow += f[LEAK_M2] * gas[0] / math.sqrt(GAS_CONSTANT * gas[1]) * root
+    if f[LIP_M2_PA] > 0:
+        flow += f[LIP_M2_PA] * (gas[0] - ahead) * sonic_flow(gas[0], gas[1], ahead / gas[0], CRITICAL_RATIO)
     return float(flow)
 
 
@@ -254,17 +310,31 @@ def rough_factor(bore: float) -> float:
 
 
 @njit(cache=True)
+def _vent_muzzle(air: tuple[float, float, float], speed: float, f: Floats, rate: Floats) -> None:
+    """What the air ahead gains by a projectile's work and loses through the muzzle's orifice, in its rates."""
+    rate[5] += air[0] * f[AREA] * speed
+    if air[0] > f[AMBIENT]:
+        out = f[ORIFICE_M2] * sonic_flow(air[0], air[1], f[AMBIENT] / air[0], HOLE_RATIO)
+        rate[4] -= out
+        rate[5] -= out * CP * air[1]
+    elif air[0] < f[AMBIENT]:
+        entering = f[ORIFICE_M2] * sonic_flow(f[AMBIENT], f[WALL_K], air[0] / f[AMBIENT], HOLE_RATIO)
+        rate[4] += entering
+        rate[5] += entering * CP * f[WALL_K]
+
+
+@njit(cache=True)
 def rates(time: float, state: Floats, f: Floats) -> Floats:
-    """Rates (8,): mass and energy of tank, breech and cavity, position and velocity."""
+    """Rates (8,): mass and energy of tank, breech and cavity (or the air ahead), position and velocity."""
     x, v = state[6], state[7]
     volume = max(f[BREECH_M3] + f[AREA] * x, 0.2 * f[BREECH_M3])
     rate = np.zeros(8)
     if f[MERGED]:
-        tank = gas_state(state[0] + state[2], state[1] + state[3], f[TANK_M3] + volume)
+        tank = hose_state(state[0] + state[2], state[1] + state[3], f[TANK_M3] + volume, f)
         breech = tank
     else:
         tank = gas_state(state[0], state[1], f[TANK_M3])
-        breech = gas_state(state[2], state[3], volume)
+        breech = hose_state(state[2], state[3], volume, f)
         flow = 0.0
         if tank[0] > breech[0]:
             flow = _through_valve(time, tank, breech[0] / tank[0], f)
@@ -289,10 +359,17 @@ def rates(time: float, state: Floats, f: Floats) -> Floats:
     if f[COLUMN] > 0:
         mass += density * f[AREA] * max(f[TRAVEL] - x, 0.0)
         ahead = max(ahead + density * v * abs(v) / 2, 0.0)  # a trial step may go backwards faster than sound
+    if f[ORIFICE_M2] > 0:
+        air = gas_state(state[4], state[5], f[AREA] * max(f[TRAVEL] - x, LEAST_ROOM * f[TRAVEL]))
+        ahead = air[0]
+        _vent_muzzle(air, v if x < (1 - LEAST_ROOM) * f[TRAVEL] else 0.0, f, rate)
     leak = _leak(breech, ahead, f)
+    if f[ORIFICE_M2] > 0:
+        rate[4] += leak
+        rate[5] += leak * CP * breech[1]
     rate[2] -= leak
     rate[3] -= leak * CP * breech[1] + pressure * f[AREA] * v
-    if f[CAVITY_M3] > 0:
+    if f[CAVITY_M3] > 0 and f[ORIFICE_M2] == 0:
         cavity = gas_state(state[4], state[5], f[CAVITY_M3])
         fill, filled = 0.0, 0.0
         if breech[0] > cavity[0]:
@@ -314,13 +391,20 @@ def rates(time: float, state: Floats, f: Floats) -> Floats:
         share = f[RELAX] / RELAXATION_S * CV
         rate[1] += share * max(state[0], 0.0) * (f[WALL_K] - tank[1])
         heat += share * max(state[2], 0.0) * (f[WALL_K] - breech[1])
+    if f[WIRES_M2] > 0:
+        film = natural_film_w_m2_k(tank[2], tank[1], f[WALL_K])
+        rate[1] += f[WIRES_M2] * film * (f[WALL_K] - tank[1])
     rate[3] += heat
     friction = f[COULOMB] + f[PRESS] / (1 + abs(v) / WARMING_M_S)
     friction += f[FILM] * math.sqrt(abs(v) * (SQUEEZE_PA + max(breech[0] - ahead, 0.0)))
+    if f[RUBBER] > 0:
+        friction += f[RUBBER] * lip_friction_n(breech[0] - ahead)
     force = (pressure - ahead) * f[AREA] - friction * math.tanh(v / CREEP_M_S)
     if f[ROUGH] > 0:
         heads = rough_factor(f[BORE]) * max(x, 0.0) / (3 * f[BORE]) + FITTING_HEADS
         force -= f[ROUGH] * f[AREA] * breech[2] * v * abs(v) / 2 * heads
+    if f[SMOOTH] > 0:
+        force -= f[SMOOTH] * f[AREA] * smooth_drop_pa(breech[2], v, max(x, 0.0) + LINE_M, f[BORE])
     rate[6] = v
     rate[7] = force / mass
     return rate

@@ -14,6 +14,7 @@ import numpy as np
 
 from ...array_types import Floats
 from ..plate.modes import PlateModes
+from .table import checked_split
 
 #: Sensors on soft mounts resonate here; the dynamic mass is bounded near it.
 MOUNT_HZ, LARGEST_GAIN = 14e3, 4.0
@@ -24,11 +25,24 @@ SECOND_SENSOR, ROTARY = 0.3, 0.8
 SHEAR = 0.6
 #: Across a rolled sheet the modulus is off by so much of what it is off along it.
 ACROSS = -0.4
+#: A modulus that grows with frequency: by this share of its error in each decade, about the median mode.
+PER_DECADE = 0.6
+#: Coincidence of 10 mm of steel or aluminium in air, and the efficiency of radiation that a finite plate reaches there.
+COINCIDENCE_HZ, LARGEST_EFFICIENCY = 1200.0, 1.5
+#: The half width of a sensor's block, and sqrt(D / m'') of 10 mm of steel or aluminium in m2/s.
+BLOCK_RADIUS_M, BENDING_M2_S = 0.03, 15.6
+#: The order of a foam's fractional derivative: its stiffness goes with that power of frequency.
+FOAM_ORDER = 0.4
 LEAST_DAMPING = 1e-4
 
 
 def changed_modes(modes: PlateModes, supports: Floats, strengths: Mapping[str, float], split: str) -> PlateModes:
-    """All modes of a plate with its `supports` (points, modes), under effects."""
+    """All modes of a plate with its `supports` (points, modes), under effects.
+
+    Raises `ValueError` for a split without laws.
+    """
+    if checked_split(split) == "calibration":
+        return _calibration(modes, strengths)
     laws = _development if split == "development" else _sealed
     return laws(modes, supports, strengths)
 
@@ -51,6 +65,37 @@ def _development(modes: PlateModes, supports: Floats, strengths: Mapping[str, fl
     added = share * (middle / modes.frequencies_hz + modes.frequencies_hz / middle) / 2
     damping = modes.damping + added + PAD_LOSS / 2 * held / raised**2
     return _with(modes, raised, damping)
+
+
+def _calibration(modes: PlateModes, strengths: Mapping[str, float]) -> PlateModes:
+    """Without the places of supports: a foam lies under all of the plate."""
+    from scipy.special import j1
+
+    f = modes.frequencies_hz
+    # a modulus that relaxes: f (1 + s (1 + 0.6 lg(f / f_m)) %)
+    decades = np.log10(f / float(np.median(f)))
+    f = f * (1 + 0.01 * strengths.get("plate.stiffness", 0.0) * (1 + PER_DECADE * decades))
+    # wide blocks: f / sqrt(1 + sum m (2 J1(k a) / (k a))^2 phi^2)
+    across = np.sqrt(2 * np.pi * f / BENDING_M2_S) * BLOCK_RADIUS_M
+    mass = strengths.get("plate.sensor_mass", 0.0) * (2 * j1(across) / across) ** 2
+    loaded = f / np.sqrt(1 + mass * np.sum(modes.shapes**2, axis=0))
+    # foam: f^2 + f_s^2 (f / f_1)^0.4, and the loss factor tan(0.4 pi / 2) of that power
+    held = strengths.get("plate.boundary", 0.0) ** 2 * (loaded / loaded[0]) ** FOAM_ORDER
+    raised = np.sqrt(loaded**2 + held)
+    # radiation: s / 10 zeta_m over its share at coincidence
+    share = 0.1 * strengths.get("plate.damping", 0.0) * float(np.median(modes.damping))
+    foam = np.tan(FOAM_ORDER * np.pi / 2) / 2 * held / raised**2
+    return _with(modes, raised, modes.damping + share * radiated(modes.frequencies_hz) + foam)
+
+
+def radiated(frequencies_hz: Floats) -> Floats:
+    """Damping by radiation (n,) over that at coincidence: sigma / f, as rho_0 c sigma / (omega m'') is its loss factor.
+
+    The efficiency sigma is 1 / sqrt(1 - f_c / f) above, at most 1.5, and falls with the square of frequency below.
+    """
+    x = frequencies_hz / COINCIDENCE_HZ
+    above = 1 / np.sqrt(np.maximum(1 - 1 / np.maximum(x, 1.0), LARGEST_EFFICIENCY**-2))
+    return np.asarray(np.where(x < 1, x, above / LARGEST_EFFICIENCY / x))
 
 
 def _sealed(modes: PlateModes, supports: Floats, strengths: Mapping[str, float]) -> PlateModes:

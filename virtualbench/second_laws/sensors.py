@@ -12,6 +12,7 @@ import numpy as np
 
 from ...array_types import Floats
 from .owners import bullet_share, tip_value
+from .table import checked_split
 
 #: The transducer's range; where its foot ends; between its two ranges, and how softly it changes.
 SPAN_BAR, FOOT_BAR, RANGE_BAR, RANGE_WIDTH = 4.0, 0.6, 1.0, 0.15
@@ -31,13 +32,29 @@ SOFT_MOUNT_DAMPING = 0.15
 BLOCK_DAMPING, BLOCK_RATIO = 0.05, 2.2
 FAST_SHARE, FAST_S, SLOW_S = 0.6, 0.015, 0.4
 HIGH_PASS_S = 0.02
+#: The gas behind a diaphragm has this volume over what the diaphragm takes of it in each bar, up to its stop.
+SHUT_IN_BAR, STOP_BAR = 5.0, 4.0
+#: Linear drag takes this share of the full speed, times the strength, at all velocities but the lowest.
+DRAG_SHARE, SLOWEST_SHARE = 0.5, 0.1
+#: A force channel is off by the stated share at this duration of the pulse, and by so much of it more in each decade.
+REFERENCE_PULSE_S, PER_DECADE, LEAST_GAIN_SHARE = 1e-3, 0.6, 0.1
+RUNNING_MEANS = 3
+#: Length of each of three running means over the period of their common corner: (sin x / x)^3 = sqrt(1/2), x = pi f T.
+MEAN_OVER_PERIOD = 0.2618
+#: Below it the relaxed sensitivity.
+RELAXATION_HZ = 2000.0
+#: A dry joint: at this peak its resonance has lost half of what it can lose.
+JOINT_DAMPING, JOINT_SOFTENING, JOINT_LEVEL_M_S2 = 0.05, 0.4, 1000.0
+CREEP_S, CREEP_EXPONENT = 5e-3, 0.5
 
 
 def pressure_bar(read_bar: float, strengths: Mapping[str, float], split: str) -> float:
     """The pressure that is there when the transducer reads this (bar gauge), 0 or more.
 
     Development: r - s (1 - r / 4) and r / (1 + s r / 4); sealed: r - s exp(-r / 0.6) and r / (1 + s g), g from 0.2
-    to 1 about 1 bar.
+    to 1 about 1 bar; calibration: r - s / (1 - r / 5) and r / (1 + s (r / 4)^2).
+
+    Raises `ValueError` for a split without laws.
     """
     return max(0.0, float(_true_pressure_bar(np.array([read_bar]), strengths, split)[0]))
 
@@ -57,6 +74,9 @@ def pressure_read_bar(true_bar: Floats, strengths: Mapping[str, float], split: s
 
 def _true_pressure_bar(read_bar: Floats, strengths: Mapping[str, float], split: str) -> Floats:
     offset, gain = strengths.get("sensor.pressure_offset", 0.0), strengths.get("sensor.pressure_gain", 0.0)
+    if checked_split(split) == "calibration":
+        true = read_bar - offset / (1 - np.minimum(read_bar, STOP_BAR) / SHUT_IN_BAR)
+        return np.asarray(true / (1 + gain * (read_bar / SPAN_BAR) ** 2))
     if split == "development":
         true = read_bar - offset * (1 - read_bar / SPAN_BAR)
         return np.asarray(true / (1 + gain * read_bar / SPAN_BAR))
@@ -70,10 +90,14 @@ def velocity_factor(
 ) -> Floats:
     """Reading over true velocity (n,) at true velocities (n,).
 
-    Development: 1 + s v / v_full; sealed: 1 + s k, k of the bullet, or of the tip in a hand.
+    Development: 1 + s v / v_full; sealed: 1 + s k, k of the bullet, or of the tip in a hand; calibration:
+    1 + s v_full / 2 v. Raises `ValueError` for a split without laws.
     """
-    if split == "development":
-        return np.asarray(1 + strength * velocities_m_s / FULL_SPEED_M_S["hand" if hand else "gun"])
+    full = FULL_SPEED_M_S["hand" if hand else "gun"]
+    if checked_split(split) == "development":
+        return np.asarray(1 + strength * velocities_m_s / full)
+    if split == "calibration":
+        return np.asarray(1 + strength * DRAG_SHARE * full / np.maximum(velocities_m_s, SLOWEST_SHARE * full))
     own = [tip_value(TIP_BASE, tip) for tip in tips] if hand else [bullet_share(float(m)) for m in masses_kg]
     return np.asarray(1 + strength * np.array(own))
 
@@ -82,11 +106,14 @@ def force_read(force_n: Floats, step_s: float, strengths: Mapping[str, float], s
     """What the cell shows (n,) of a force on even steps, with the corner that strength 1 means.
 
     Development: F (1 + s F / 8 kN), then Bessel's four poles; sealed: F (1 + s g), g from 0.2 to 1 by the pulse's range
-    of 2 kN, then three equal poles.
+    of 2 kN, then three equal poles; calibration: F (1 + s (1 + 0.6 lg(T / 1 ms))), T the impulse over the peak, then
+    three running means. Raises `ValueError` for a split without laws.
     """
     gain, low = strengths.get("sensor.force_gain", 0.0), strengths.get("sensor.force_bandwidth", 0.0)
-    if split == "development":
+    if checked_split(split) == "development":
         force = force_n * (1 + gain * force_n / FULL_FORCE_N)
+    elif split == "calibration":
+        force = force_n * (1 + gain * _duration_share(force_n, step_s)) if gain else force_n
     else:
         upper = 1 / (1 + np.exp(-(float(np.max(force_n)) / RANGE_N - 1) / RANGE_WIDTH))
         force = force_n * (1 + gain * (LOW_RANGE + (1 - LOW_RANGE) * float(upper)))
@@ -97,7 +124,28 @@ def force_read(force_n: Floats, step_s: float, strengths: Mapping[str, float], s
         return np.asarray(force)
     room = np.zeros(int(2.0 / corner / step_s) + 1)
     padded = np.concatenate([[0.0], force, room])
+    if split == "calibration":
+        return _running_means(padded, step_s, corner)
     return _bessel(padded, step_s, corner) if split == "development" else _equal_poles(padded, step_s, corner)
+
+
+def _duration_share(force_n: Floats, step_s: float) -> float:
+    """The gain's error at a pulse's duration over that at 1 ms."""
+    peak = float(np.max(force_n))
+    if peak <= 0:
+        return 1.0
+    duration = max(float(np.sum(force_n)) * step_s / peak, step_s)
+    return max(1 + PER_DECADE * float(np.log10(duration / REFERENCE_PULSE_S)), LEAST_GAIN_SHARE)
+
+
+def _running_means(values: Floats, step_s: float, corner_hz: float) -> Floats:
+    """Three running means in a row with -3 dB together at the corner, of values that are straight between samples."""
+    span = MEAN_OVER_PERIOD / corner_hz / step_s
+    place = np.arange(values.size, dtype=np.float64)
+    for _ in range(RUNNING_MEANS):
+        area = np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2)])
+        values = (area - np.interp(place - span, place, area, left=0.0)) / span
+    return np.asarray(values)
 
 
 def _bessel(values: Floats, step_s: float, corner_hz: float) -> Floats:
@@ -124,18 +172,25 @@ def accelerations_read(
     """What the accelerometers show (S, n) of true accelerations, m/s^2; `mount_hz` is what strength 1 means.
 
     Development: a mounting of 0.15 damping, a sensitivity 1 - s lg(f / 1 kHz), an offset of two decays from the peak
-    on; sealed: two resonances in a row, 1 + s |a| / 2000 (0.3 s on the second channel), an offset behind a high pass.
+    on; sealed: two resonances in a row, 1 + s |a| / 2000 (0.3 s on the second channel), an offset behind a high pass;
+    calibration: a mounting that softens with the peak, a + s times a low-passed a, an offset (1 + t / 5 ms)^(-1/2).
+    Raises `ValueError` for a split without laws.
     """
+    checked_split(split)
     mount, gain = strengths.get("sensor.mount_resonance", 0.0), strengths.get("sensor.acceleration_gain", 0.0)
     share = strengths.get("sensor.zero_shift", 0.0)
-    first = split == "development"
+    first, middle = split == "development", split == "calibration"
     shown = acceleration
-    if mount and first:
+    if mount and middle:
+        shown = _softened(shown, rate_hz, mount_hz / mount)
+    elif mount and first:
         shown = _mounted(shown, rate_hz, mount_hz / mount, SOFT_MOUNT_DAMPING)
     elif mount:
         shown = _mounted(shown, rate_hz, mount_hz / mount, BLOCK_DAMPING)
         shown = _mounted(shown, rate_hz, BLOCK_RATIO * mount_hz / mount, BLOCK_DAMPING)
-    if gain and first:
+    if gain and middle:
+        shown = _relaxed(shown, rate_hz, gain)
+    elif gain and first:
         shown = _tilted(shown, rate_hz, gain)
     elif gain:
         channels = np.array([1.0, SECOND_CHANNEL])[: shown.shape[0], None]
@@ -147,6 +202,25 @@ def _mounted(acceleration: Floats, rate_hz: float, resonance_hz: float, damping:
     from ..sensors.filters import mounted
 
     return np.array([mounted(row, 1 / rate_hz, resonance_hz, damping) for row in acceleration])
+
+
+def _softened(acceleration: Floats, rate_hz: float, resonance_hz: float) -> Floats:
+    """Each channel's mounting by its own peak: f (1 - 0.4 a / (a + 1000 m/s2))."""
+    peaks = np.abs(acceleration).max(axis=1)
+    resonances = resonance_hz * (1 - JOINT_SOFTENING * peaks / (peaks + JOINT_LEVEL_M_S2))
+    rows = [
+        _mounted(row[None], rate_hz, float(resonance), JOINT_DAMPING)[0]
+        for row, resonance in zip(acceleration, resonances, strict=True)
+    ]
+    return np.array(rows)
+
+
+def _relaxed(acceleration: Floats, rate_hz: float, share: float) -> Floats:
+    """a + s a / (1 + i f / f_r), Debye's relaxation, in the time domain."""
+    from scipy.signal import lfilter
+
+    decay = np.exp(-2 * np.pi * RELAXATION_HZ / rate_hz)
+    return np.asarray(acceleration + share * lfilter([1 - decay], [1.0, -decay], acceleration, axis=1))
 
 
 def _tilted(acceleration: Floats, rate_hz: float, per_decade: float) -> Floats:
@@ -164,6 +238,8 @@ def _zero_shift(shown: Floats, rate_hz: float, split: str) -> Floats:
     late = np.maximum(since, 0.0)
     if split == "development":
         decay = FAST_SHARE * np.exp(-late / FAST_S) + (1 - FAST_SHARE) * np.exp(-late / SLOW_S)
+    elif split == "calibration":
+        decay = (1 + late / CREEP_S) ** -CREEP_EXPONENT
     else:
         decay = (1 - late / HIGH_PASS_S) * np.exp(-late / HIGH_PASS_S)
     return np.asarray(np.abs(shown).max(axis=1, keepdims=True) * decay * (since >= 0))

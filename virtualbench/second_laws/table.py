@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-SPLITS = ("development", "sealed")
+SPLITS = ("development", "calibration", "sealed")
 
 
 @dataclass(frozen=True)
@@ -103,6 +103,84 @@ _DEVELOPMENT: tuple[_LawRow, ...] = (
      "Harris' Shock and Vibration Handbook, 6th ed. (2010), on zero shift; two relaxations: Lakes (2009), ch. 2"),
 )  # fmt: skip
 
+_CALIBRATION: tuple[_LawRow, ...] = (
+    ("gun.back_pressure", 0.9, 1.04, "",
+     "the air ahead is compressed, as a sound absorber lets it out of the muzzle slowly",
+     "Moran and Shapiro, Fundamentals of Engineering Thermodynamics, section 4.12; outflow: ISO 6358-1:2013"),
+    ("gun.blow_by", 0.0, 6.0, "bullet",
+     "a lip that the gas lifts: the gap grows with pressure, and the flow through it is a nozzle's",
+     "Mueller and Nau, Fluid Sealing Technology (1998), on elastic lips; flow: Saint-Venant and Wantzel (1839)"),
+    ("gun.valve_flow", 0.0, 2.0, "",
+     "a poppet that the tank's pressure throws open, so that high pressures open it sooner",
+     "Beater, Pneumatic Drives (2007), on poppet valves; flow: ISO 6358-1:2013, b = 0.25"),
+    ("gun.barrel_loss", 0.0, 40.0, "",
+     "a smooth wall in the bore and the line before it: friction falls with Reynolds' number",
+     "Blasius, Forsch. Ing.-Wes. 131 (1913); White, Fluid Mechanics, ch. 6"),
+    ("gun.sliding_friction", 0.0, 15.0, "bullet",
+     "a rubber seal that the gas presses on the bore, with the power 2/3 of its load",
+     "Schallamach, Proc. Phys. Soc. B 65 (1952) 657, load dependence of rubber friction"),
+    ("gun.heat_exchange", 0.0, 300.0, "",
+     "natural convection from wires in the tank, a film that grows with density and with the difference itself",
+     "Reynolds and Kays, Trans. ASME 80 (1958) 1160, blowdown of receivers; wires: ISO 6358-2:2013"),
+    ("gun.dead_volume", 0.0, 5.0, "",
+     "a hose that widens with pressure, and stores the gas's work in its wall",
+     "ISO 6801:1983, volumetric expansion of hoses; Moran and Shapiro, section 2.2, work of expansion"),
+    ("contact.viscous_loss", 0.0, 5.0, "tip",
+     "a ball on a linear damper, whose loss falls with speed, by the tip's material",
+     "Schaefer, Dippel and Wolf, J. Phys. I France 6 (1996) 5, Hertz's spring with a linear dashpot"),
+    ("contact.plastic_yield", 0.0, 8.0, "tip",
+     "a cavity that expands in a material whose strength grows with the rate of strain",
+     "Johnson, Contact Mechanics (1985), section 6.3; Cowper and Symonds: Jones, Structural Impact (1989), ch. 8"),
+    ("contact.layer_compliance", 0.0, 4.0, "",
+     "a thin sheet that is pressed like a bed of springs, an indentation as the root of force",
+     "Johnson, Contact Mechanics (1985), section 5.8, thin bonded layers"),
+    ("contact.plate_compliance", 0.0, 2.0, "",
+     "a point near a free edge, which slow pulses feel",
+     "Cremer, Heckl and Petersson, Structure-Borne Sound (2005), ch. 5, impedance of plates at an edge"),
+    ("contact.effective_mass", 0.0, 60.0, "",
+     "a mass in a slack joint that rubs: its push is as large as its dry friction, whatever the blow",
+     "Iwan, J. Appl. Mech. 33 (1966) 893, Jenkins' element"),
+    ("contact.tip_geometry", 0.0, 30.0, "tip",
+     "a ball whose crown is worn smoothly, by tip material",
+     "Steuermann (1939) and Johnson, Contact Mechanics (1985), section 5.3; any profile: Sneddon (1965)"),
+    ("plate.damping", -8.0, 60.0, "mode",
+     "sound that the plate radiates, most at the frequency of coincidence",
+     "Cremer, Heckl and Petersson, Structure-Borne Sound (2005), ch. 6; Leppington et al., Proc. R. Soc. A 382 (1982)"),
+    ("plate.stiffness", -8.0, 8.0, "mode",
+     "a modulus that relaxes, and grows with the logarithm of frequency",
+     "Lakes, Viscoelastic Materials (2009), ch. 3, Kramers and Kronig's relation of an even loss"),
+    ("plate.sensor_mass", 0.0, 0.3, "mode",
+     "sensors on wide blocks: short waves feel their mean over the block's area alone",
+     "Fahy and Gardonio, Sound and Structural Vibration (2007), on averages over a disc"),
+    ("plate.boundary", 0.0, 200.0, "mode",
+     "a foam under all of the plate whose stiffness grows with frequency, with its loss",
+     "Pritz, J. Sound Vib. 195 (1996) 103, fractional derivative model of foams and rubbers"),
+    ("sensor.pressure_offset", -0.1, 0.1, "",
+     "gas shut in behind the diaphragm: an error of zero that grows as it is compressed",
+     "Doebelin, Measurement Systems (2003), ch. 6, references of gauge transducers; Boyle's law"),
+    ("sensor.pressure_gain", -0.3, 0.3, "",
+     "a diaphragm that stiffens by its stretch: a gain's error with the square of pressure",
+     "Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells (1959), ch. 13"),
+    ("sensor.velocity_gain", -0.15, 0.15, "",
+     "a drag between the light barrier and the target: the same difference at all velocities",
+     "Timmerman and van der Weele, Am. J. Phys. 67 (1999) 538, linear drag"),
+    ("sensor.force_gain", -0.3, 0.3, "",
+     "a crystal that reads long pulses higher, with the logarithm of their duration",
+     "Damjanovic, Phys. Rev. B 55 (1997) R649, logarithmic frequency dependence of the piezoelectric effect"),
+    ("sensor.force_bandwidth", 0.0, 25.0, "",
+     "a converter that takes running means, three in a row",
+     "Hogenauer, IEEE Trans. Acoust. Speech Signal Process. 29 (1981) 155"),
+    ("sensor.acceleration_gain", -0.3, 0.4, "",
+     "a sensitivity with one relaxation: another one below it than above",
+     "Damjanovic et al., Appl. Phys. Lett. 78 (2001) 520, Maxwell-Wagner relaxation of ceramics"),
+    ("sensor.mount_resonance", 0.0, 5.0, "",
+     "a dry joint that softens with the level of the shock",
+     "Ibrahim and Pettit, J. Sound Vib. 279 (2005) 857, bolted joints"),
+    ("sensor.zero_shift", -0.05, 0.05, "",
+     "an offset at the shock's peak that creeps back by a power of time",
+     "Curie (1889) and von Schweidler (1907): Jonscher, Dielectric Relaxation in Solids (1983)"),
+)  # fmt: skip
+
 _SEALED: tuple[_LawRow, ...] = (
     ("gun.back_pressure", 0.9, 1.04, "",
      "the projectile drives a shock ahead of it: Rankine and Hugoniot's pressure on a piston",
@@ -184,9 +262,16 @@ _SEALED: tuple[_LawRow, ...] = (
 #: Every law by effect and split.
 LAWS: Mapping[tuple[str, str], SecondLaw] = {
     (row[0], split): SecondLaw(row[0], split, *row[1:])
-    for split, rows in zip(SPLITS, (_DEVELOPMENT, _SEALED), strict=True)
+    for split, rows in zip(SPLITS, (_DEVELOPMENT, _CALIBRATION, _SEALED), strict=True)
     for row in rows
 }
+
+
+def checked_split(split: str) -> str:
+    """The split. Raises `ValueError` for one that has no laws."""
+    if split not in SPLITS:
+        raise ValueError(f"second laws for {split!r}: expected one of {', '.join(SPLITS)}")
+    return split
 
 
 def law_of(effect: str, split: str) -> SecondLaw:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from pyroshock.validation.cases.draw import (
     total_gap,
 )
 from pyroshock.validation.cases.effect_size import changes, gap
-from pyroshock.validation.cases.record import label_of
+from pyroshock.validation.cases.record import label_of, record_case
 from pyroshock.validation.cases.scale_cause import cause_of, largest, ratio_of
 from pyroshock.validation.cases.unknowns import families
 
@@ -42,6 +43,23 @@ def test_earlier_tiers_and_kinds_keep_their_places() -> None:
     seeds = {task.seed for tier in GROUPS["causes"] for split in SPLITS for task in tasks(3, 1, [tier], split)}
     rows = sum(3 for tier in GROUPS["causes"] if not BENCHES[tier].seeds_of) * len(SPLITS)
     assert len(seeds) == rows
+
+
+@pytest.mark.parametrize(
+    ("tier", "kind"),
+    [("foreign one", "gun"), ("foreign one", "hammer"), ("foreign one", "plate"), ("one with traces", "gun")],
+)
+def test_calibration_campaigns_are_drawn_by_their_own_laws(tier: str, kind: str, tmp_path: Path) -> None:
+    case = BENCHES[tier].draw(kind, np.random.default_rng(SEED), "calibration", 0)
+    assert case.laws == "calibration"
+    label = record_case(case, tmp_path / "case", 1, name="case")
+    other = record_case(replace(case, laws="development"), tmp_path / "other", 1, name="case")
+    assert label.folder_sha256 != other.folder_sha256
+
+
+def test_split_that_there_is_not_is_told() -> None:
+    with pytest.raises(ValueError, match="'tuning': expected one of development, calibration, sealed"):
+        BENCHES["foreign one"].draw("gun", np.random.default_rng(SEED), "tuning", 0)
 
 
 @pytest.mark.parametrize(("kind", "limits"), [("gun", FULL_SCALE["gun"]), ("hammer", SMALL_GAP)])

@@ -89,7 +89,7 @@ def foreign_hammer(split: str, effects: int) -> Case:
     return draw_foreign("hammer", np.random.default_rng(7), split, effects=effects)
 
 
-@pytest.mark.parametrize("split", ["development", "sealed"])
+@pytest.mark.parametrize("split", ["development", "calibration", "sealed"])
 @pytest.mark.parametrize("effects", [1, 2])
 def test_foreign_case_has_its_gap_by_the_laws_of_its_split(effects: int, split: str) -> None:
     case = foreign_hammer(split, effects)

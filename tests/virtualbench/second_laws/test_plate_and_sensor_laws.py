@@ -52,12 +52,41 @@ def test_damping_thickness_and_supports_change_modes_as_they_say() -> None:
     assert grown == pytest.approx(2500 * MODES.frequencies_hz.size, rel=1e-6)
 
 
+def test_calibration_plate_radiates_relaxes_and_lies_on_foam() -> None:
+    f = MODES.frequencies_hz
+    added = changed_modes(MODES, SUPPORTS, {"plate.damping": 5.0}, "calibration").damping - MODES.damping
+    np.testing.assert_allclose(added, 0.5 * np.median(MODES.damping) * plate_law.radiated(f))
+    # At coincidence it is largest; far above the efficiency is 1, and the loss falls as 1 / f; far below it is linear.
+    levels = plate_law.radiated(plate_law.COINCIDENCE_HZ * np.array([0.1, 1.0, 1.001, 50.0, 100.0]))
+    np.testing.assert_allclose(levels[:3], [0.1, 1.0, 1.0], rtol=2e-3)
+    np.testing.assert_allclose(levels[3:], 1 / (1.5 * np.array([50.0, 100.0])), rtol=0.02)
+    ratio = changed_modes(MODES, SUPPORTS, {"plate.stiffness": 2.0}, "calibration").frequencies_hz / f
+    np.testing.assert_allclose(ratio, 1 + 0.02 * (1 + plate_law.PER_DECADE * np.log10(f / np.median(f))))
+    held = changed_modes(MODES, SUPPORTS, {"plate.boundary": 50.0}, "calibration")
+    np.testing.assert_allclose(held.frequencies_hz**2 - f**2, 2500 * (f / f[0]) ** plate_law.FOAM_ORDER)
+    assert np.all(held.damping > MODES.damping)
+
+
+def test_wide_block_weighs_by_its_mean_over_a_disc() -> None:
+    """The mean of J0(k r) over a disc is 2 J1(k a) / (k a): by quadrature."""
+    from scipy.special import j0
+
+    mass, f = 1e-4, MODES.frequencies_hz
+    lowered = changed_modes(MODES, SUPPORTS, {"plate.sensor_mass": mass}, "calibration").frequencies_hz
+    r = (np.arange(4000) + 0.5) / 4000 * plate_law.BLOCK_RADIUS_M
+    wavenumbers = np.sqrt(2 * np.pi * f / plate_law.BENDING_M2_S)
+    means = (j0(wavenumbers[:, None] * r) * r).sum(axis=1) / r.sum()
+    wanted = mass * means**2 * np.sum(MODES.shapes**2, axis=0)
+    np.testing.assert_allclose((f / lowered) ** 2 - 1, wanted, rtol=1e-4)
+    assert means[-1] ** 2 < 0.7
+
+
 @pytest.mark.parametrize("split", SPLITS)
 def test_small_mass_lowers_a_mode_by_its_square(split: str) -> None:
     """Rayleigh: df / f = - m phi^2 / 2, of one sensor or of both, for a low mode."""
     mass = 1e-4
     f = changed_modes(MODES, SUPPORTS, {"plate.sensor_mass": mass}, split).frequencies_hz
-    share = np.array([1.0, 1.0 if split == "development" else plate_law.SECOND_SENSOR])
+    share = np.array([1.0, plate_law.SECOND_SENSOR if split == "sealed" else 1.0])
     wanted = -mass / 2 * share @ MODES.shapes[:, :1] ** 2
     assert f[0] / MODES.frequencies_hz[0] - 1 == pytest.approx(float(wanted[0]), rel=0.1)
 
@@ -87,6 +116,10 @@ def test_sensors_without_strength_read_what_is_there_and_a_low_pass_keeps_the_im
         ("sensor.pressure_offset", 0.1, "development", law.SPAN_BAR, law.SPAN_BAR, {}),
         ("sensor.pressure_offset", 0.1, "development", 0.5, 0.5 - 0.1 * (1 - 0.5 / law.SPAN_BAR), {}),
         ("sensor.pressure_offset", 0.1, "sealed", 8 * law.FOOT_BAR, 8 * law.FOOT_BAR, {"abs": 1e-4}),
+        ("sensor.pressure_offset", 0.1, "calibration", 0.1, 0.0, {"abs": 3e-3}),
+        ("sensor.pressure_offset", 0.1, "calibration", 2.5, 2.3, {}),
+        ("sensor.pressure_gain", 0.02, "calibration", 4.0, 4 / 1.02, {}),
+        ("sensor.pressure_gain", 0.02, "calibration", 2.0, 2 / 1.005, {}),
         ("sensor.pressure_gain", 0.02, "development", law.SPAN_BAR, law.SPAN_BAR / 1.02, {}),
         ("sensor.pressure_gain", 0.02, "development", 0.04, 0.04, {"rel": 3e-4}),
         ("sensor.pressure_gain", 0.02, "sealed", 3.0, 3 / 1.02, {"rel": 1e-4}),
@@ -94,7 +127,8 @@ def test_sensors_without_strength_read_what_is_there_and_a_low_pass_keeps_the_im
     ],
 )
 def test_pressure_errs_over_its_range_as_stated(name, strength, split, bar, expected, within) -> None:
-    """A zero error is gone at full scale, or above the foot; a gain error is the stated one in the upper range."""
+    """A zero error is gone at full scale, or above the foot, or twice as large at half of the shut-in gas; a gain error
+    is the stated one in the upper range, or at its end."""
     assert law.pressure_bar(bar, {name: strength}, split) == pytest.approx(expected, **within)
 
 
@@ -149,6 +183,55 @@ def test_zero_shift_begins_at_the_peak_and_swings_through_zero_behind_a_high_pas
     shift = law.accelerations_read(rows, RATE, {"sensor.zero_shift": 0.01}, "sealed", 45e3) - rows
     assert shift[0].min() < 0
     assert shift[0].sum() == pytest.approx(0.0, abs=0.02 * np.abs(shift[0]).sum())
+
+
+def test_calibration_sensors_err_with_duration_level_and_frequency_as_they_say() -> None:
+    v = np.array([5.0, 10.0])
+    factor = law.velocity_factor(v, np.array([0.2, 0.2]), ["steel"] * 2, 0.03, "calibration", hand=False)
+    np.testing.assert_allclose((factor - 1) * v, 0.03 * law.DRAG_SHARE * law.FULL_SPEED_M_S["gun"])
+    # Of two pulses of one peak, ten times as long: 0.6 of the stated share more.
+    gain = {"sensor.force_gain": 0.05}
+    pulses = [np.hanning(n) * 1000 for n in (401, 4001)]
+    factors = [law.force_read(pulse, 1e-6, gain, "calibration", 25e3).max() / 1000 for pulse in pulses]
+    assert factors[1] - factors[0] == pytest.approx(0.05 * law.PER_DECADE, rel=1e-3)
+    time = np.arange(20480) / RATE
+    rows = np.stack([np.sin(2 * np.pi * f * time) for f in (100.0, law.RELAXATION_HZ, 20_000.0)])
+    read = law.accelerations_read(rows, RATE, {"sensor.acceleration_gain": 0.1}, "calibration", 45e3)
+    np.testing.assert_allclose(read.std(axis=1) / rows.std(axis=1), [1.1, abs(1 + 0.1 / (1 + 1j)), 1.0], rtol=7e-3)
+    # The same resonance at a higher level is lower, and raises what it shows below it.
+    rows = np.sin(2 * np.pi * 2000 * time) * np.array([[1.0], [1e5]])
+    read = law.accelerations_read(rows, RATE, {"sensor.mount_resonance": 5.0}, "calibration", 45e3)
+    shown = read[:, 4000:].std(axis=1) / rows[:, 4000:].std(axis=1)
+    np.testing.assert_allclose(shown, 1 / (1 - (2 / (9 * np.array([1.0, 1 - law.JOINT_SOFTENING]))) ** 2), rtol=0.01)
+    rows = np.zeros((1, round(0.5 * RATE)))
+    rows[0, 0] = 1.0
+    shift = law.accelerations_read(rows, RATE, {"sensor.zero_shift": 0.01}, "calibration", 45e3) - rows
+    assert shift[0, round(3 * law.CREEP_S * RATE)] == pytest.approx(0.005, rel=1e-3)
+
+
+def test_running_means_have_their_zeros() -> None:
+    """(sin x / x)^3 with x = pi f T: nothing of a period that is as long as a mean."""
+    impulse = np.zeros(4000)
+    impulse[10] = 1.0
+    read = law.force_read(impulse, 1e-6, {"sensor.force_bandwidth": 5.0}, "calibration", 25e3)
+    for frequency, wanted in ((5e3 / law.MEAN_OVER_PERIOD, 0.0), (2.5e3 / law.MEAN_OVER_PERIOD, (2 / np.pi) ** 3)):
+        level = np.abs(np.exp(-2j * np.pi * frequency * 1e-6 * np.arange(read.size)) @ read)
+        assert level == pytest.approx(wanted, abs=3e-3)
+
+
+@pytest.mark.parametrize(
+    "reading",
+    [
+        lambda: law.pressure_bar(1.0, {}, "tuning"),
+        lambda: law.velocity_factor(np.ones(1), np.ones(1), ["steel"], 0.1, "tuning", hand=True),
+        lambda: law.force_read(np.ones(3), 1e-6, {}, "tuning", 25e3),
+        lambda: law.accelerations_read(np.ones((1, 3)), RATE, {}, "tuning", 45e3),
+        lambda: changed_modes(MODES, SUPPORTS, {}, "tuning"),
+    ],
+)
+def test_split_without_laws_is_told(reading) -> None:
+    with pytest.raises(ValueError, match="'tuning': expected one of development, calibration, sealed"):
+        reading()
 
 
 def test_every_effect_has_a_law_of_its_own_for_each_split() -> None:
