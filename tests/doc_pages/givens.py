@@ -181,7 +181,7 @@ def few_models(place: Place, names: str) -> None:
     from pyroshock.app.train.cli import train
 
     (option,) = (each for each in train.params if each.name == "models")
-    place.patch.setattr(option, "default", names)
+    place.patch.setattr(option, "default", names.split(","))
 
 
 def _address(place: Place, store: str) -> str:
