@@ -28,7 +28,7 @@ from ..twin.contact_interface import ContactStage
 #: Of the probability that the first entry is right (`first_entry_probability`): intercept of the logit,
 #: what "none" adds to it and several effects at once take off, and the weight of the fraction held out. How much
 #: likelier the evidence makes the entry than the others says nothing more on the campaigns of which this was learned.
-ENTRY_INTERCEPT, ENTRY_NONE, ENTRY_SEVERAL, ENTRY_FRACTION = 1.30, 0.84, -0.75, 2.62
+ENTRY_INTERCEPT, ENTRY_NONE, ENTRY_SEVERAL, ENTRY_FRACTION = 1.16, 0.72, -0.85, 3.33
 #: Fraction held out about which the weight turns, and which stands for one that is not known.
 _USUAL_FRACTION = 0.85
 #: Less than this is left by any simulator, and more than that says no more, in tolerances.
@@ -79,13 +79,13 @@ class UnknownMap:
     ln(remaining gap) + `discrepancy` (mean discrepancy) + `beside` asinh(max(gain beside, 0) / 2); p is at most twice
     the fraction that is left held out. Without figures that are held out the evidence alone decides."""
 
-    intercept: float = -2.37
-    odds: float = 0.22
-    fraction: float = 2.08
-    left: float = 1.21
-    discrepancy: float = 2.28
-    beside: float = 0.25
-    source: str = "development campaigns of the virtual bench (docs/blind-check/development/maps.jsonl)"
+    intercept: float = -2.19
+    odds: float = 0.20
+    fraction: float = 2.88
+    left: float = 0.58
+    discrepancy: float = 2.63
+    beside: float = 0.26
+    source: str = "development and calibration campaigns of the virtual bench (docs/blind-check/development/maps.jsonl)"
 
     def __call__(self, figures: UnknownFigures) -> float:
         weights = [self.intercept, self.odds, self.fraction, self.left, self.discrepancy, self.beside]
