@@ -122,7 +122,7 @@ class Chamber:
         """At rest, tank and dead volume filled."""
         shot = self.shot
         rest = np.zeros(len(shot))
-        return np.stack([rest, rest, shot.filled_pressure_pa, _air_kg(shot, shot.tank_volume_m3, shot.dead_volume_m3)])
+        return np.stack([rest, rest, shot.filled_pressure_pa, air_kg(shot, shot.tank_volume_m3, shot.dead_volume_m3)])
 
     @cached_property
     def table(self) -> NDArray[Any]:
@@ -257,8 +257,8 @@ class TwoChambers(Chamber):
         shot = self.shot
         rest, passage = np.zeros(len(shot)), shot.tank_volume_m3 * _PASSAGE
         energy = shot.driving_pressure_pa * passage + shot.opposing_pressure_pa * shot.dead_volume_m3
-        behind = [rest, rest, energy / self.volume_m3, _air_kg(shot, passage, shot.dead_volume_m3)]
-        return np.stack([*behind, shot.driving_pressure_pa, _air_kg(shot, self.tank_m3, rest)])
+        behind = [rest, rest, energy / self.volume_m3, air_kg(shot, passage, shot.dead_volume_m3)]
+        return np.stack([*behind, shot.driving_pressure_pa, air_kg(shot, self.tank_m3, rest)])
 
     @cached_property
     def table(self) -> NDArray[Any]:
@@ -268,7 +268,7 @@ class TwoChambers(Chamber):
         return table
 
 
-def _air_kg(shot: ShotInputs, at_tank_pressure_m3: Floats, at_atmosphere_m3: Floats) -> Floats:
+def air_kg(shot: ShotInputs, at_tank_pressure_m3: Floats, at_atmosphere_m3: Floats) -> Floats:
     """Mass of gas in volumes at absolute tank pressure and at the atmosphere's, all at room temperature."""
     tank_pa = shot.tank_pressure_pa + shot.atmosphere_pa
     energy = tank_pa * at_tank_pressure_m3 + shot.atmosphere_pa * at_atmosphere_m3

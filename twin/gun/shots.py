@@ -24,6 +24,7 @@ from .shot import ATMOSPHERE_PA, GAS_CONSTANT, GunEffect, ShotInputs, nominal_sh
 
 if TYPE_CHECKING:
     from .chambers import Chamber
+    from .emptying import GasAtExit
 
 
 # A Gauss rule over s in x = L s^2, in which speed begins linearly.
@@ -97,7 +98,7 @@ class Status(IntEnum):
 class GunShots:
     """n shots: velocity at the vent holes (0 for one that does not get there), when (NaN), and `Status` of each.
 
-    `tank_pressure_pa` (n, m): gauge, at the m moments before the exit that were asked for; NaN for a shot that does not
+    `tank_pressure_pa` (n, m): gauge, at the m moments about the exit that were asked for; NaN for a shot that does not
     get there, and where a hook of an effect acts.
     """
 
@@ -120,6 +121,33 @@ class GunShots:
         return [Status(int(code)).words for code in self.status]
 
 
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """Moments (n, m) before the exit, s, at which the tank's pressure is asked for; negative: after it, through an
+    outlet of this area of flow."""
+
+    leads_s: Floats
+    outlet_area_m2: float
+
+    @property
+    def before_s(self) -> Floats:
+        return np.maximum(self.leads_s, 0.0)
+
+    @property
+    def has_later(self) -> bool:
+        return bool(np.any(self.leads_s < 0))
+
+    def take(self, rows: NDArray[np.intp]) -> Readings:
+        return replace(self, leads_s=self.leads_s[rows])
+
+    def put_later(self, law_pa: Floats, at_exit: GasAtExit, exit_s: Floats) -> None:
+        """Writes the law's pressures after the exit into those (n, m) of all moments."""
+        for column in np.flatnonzero((self.leads_s < 0).any(axis=0)):
+            after_s = np.maximum(-self.leads_s[:, column], 0.0)
+            pressures_pa = at_exit.tank_pa_after(after_s, exit_s, self.outlet_area_m2)
+            law_pa[:, column] = np.where(after_s > 0, pressures_pa, law_pa[:, column])
+
+
 def gun_velocity(
     bench: GunBench,
     tank_pressure_pa: ArrayLike,
@@ -130,6 +158,7 @@ def gun_velocity(
     travel_m: ArrayLike | None = None,
     valve_profiles: Sequence[ValveProfile | None] | None = None,
     before_exit_s: ArrayLike | None = None,
+    outlet_area_m2: float | None = None,
 ) -> GunShots:
     """Shots with gauge pressures (Pa) and masses (kg), broadcast to (n,): eq. 2.16, 2.18, and what effects do to it.
 
@@ -139,7 +168,8 @@ def gun_velocity(
     the integration may make. `valve_profiles`, n of them, say how the valve of `gun.valve_flow` is opened and closed,
     in place of that effect's opening time; None for a shot leaves that to the effect. Where the effects give no valve,
     a profile acts on one as wide as the bore that loses one dynamic head. `before_exit_s` (n, m): how long before the
-    exit the pressure of the tank is asked for. Raises `ValueError` as `muzzle_velocity`
+    exit the pressure of the tank is asked for; negative: after it, for a barrel whose vent holes and muzzle have an
+    area of flow of `outlet_area_m2` together (`emptying`). Raises `ValueError` as `muzzle_velocity`
     does, for an effect given twice and for parameters or profiles that are not one or n; `TypeError` for another
     stage's effect.
     """
@@ -154,7 +184,9 @@ def gun_velocity(
     leads = np.zeros((len(shot), 0)) if before_exit_s is None else np.asarray(before_exit_s, dtype=np.float64)
     if leads.ndim != 2 or len(leads) != len(shot):
         raise ValueError(f"before_exit_s has shape {leads.shape}: expected (n, m) for {len(shot)} shots")
-    return _fired(shot, acting, bench.efficiency, coarser, leads)
+    if np.any(leads < 0) and not (outlet_area_m2 is not None and outlet_area_m2 > 0):
+        raise ValueError(f"outlet_area_m2 = {outlet_area_m2!r}: expected a positive one for moments after the exit")
+    return _fired(shot, acting, bench.efficiency, coarser, Readings(leads, outlet_area_m2 or 0.0))
 
 
 def _with_profiles(shot: ShotInputs, profiles: Sequence[ValveProfile | None]) -> ShotInputs:
@@ -167,7 +199,7 @@ def _with_profiles(shot: ShotInputs, profiles: Sequence[ValveProfile | None]) ->
 
 
 def _fired(
-    shot: ShotInputs, effects: Sequence[GunEffect], efficiency: float, coarser: float, leads_s: Floats
+    shot: ShotInputs, effects: Sequence[GunEffect], efficiency: float, coarser: float, readings: Readings
 ) -> GunShots:
     n = len(shot)
     moving = np.zeros(n, dtype=bool)
@@ -175,52 +207,60 @@ def _fired(
         if effect.moves:
             moving |= ~effect.off(n)
     valve = np.isfinite(shot.valve_area_m2)
-    shots = _unfired(n, Status.STOPPED, leads_s)
+    shots = _unfired(n, Status.STOPPED, readings)
     simulators = ((~moving & ~valve, _closed), (moving & ~valve, _one_chamber), (valve, _two_chambers))
     for mask, simulator in simulators:
         rows = np.flatnonzero(mask)
         if rows.size:
             acting = [effect.take(rows) for effect in effects if effect.has_hooks() and not effect.off(n)[rows].all()]
-            shots.put(rows, simulator(shot.take(rows), acting, coarser, leads_s[rows]))
+            shots.put(rows, simulator(shot.take(rows), acting, coarser, readings.take(rows)))
     return replace(shots, velocity_m_s=efficiency * shots.velocity_m_s)
 
 
-def _unfired(n: int, status: Status, leads_s: Floats) -> GunShots:
-    return GunShots(np.zeros(n), np.full(n, np.nan), np.full(n, status, dtype=np.int_), np.full(leads_s.shape, np.nan))
+def _unfired(n: int, status: Status, readings: Readings) -> GunShots:
+    pressures_pa = np.full(readings.leads_s.shape, np.nan)
+    return GunShots(np.zeros(n), np.full(n, np.nan), np.full(n, status, dtype=np.int_), pressures_pa)
 
 
-def _closed(shot: ShotInputs, _: Sequence[GunEffect], __: float, leads_s: Floats) -> GunShots:
+def _closed(shot: ShotInputs, _: Sequence[GunEffect], __: float, readings: Readings) -> GunShots:
     velocity = ideal_velocity_m_s(shot)
     exited = np.flatnonzero(velocity > 0)
-    shots = _unfired(len(shot), Status.STOPPED, leads_s)
+    shots = _unfired(len(shot), Status.STOPPED, readings)
     shots.velocity_m_s[:] = velocity
     shots.status[:] = np.where(starting_force_n(shot) > 0, Status.STOPPED, Status.NOT_STARTED)
     shots.status[exited] = Status.LEFT
     if exited.size:
         leaving = shot.take(exited)
         shots.exit_time_s[exited] = travel_time_s(leaving)
-        if leads_s.size:
-            pressure = earlier_pressures_pa(leaving, leads_s[exited])
+        if readings.leads_s.size:
+            some = readings.take(exited)
+            pressure = earlier_pressures_pa(leaving, some.before_s)
+            if some.has_later:
+                from .emptying import one_gas_at_exit
+
+                growth = 1 + leaving.area_m2 * leaving.travel_m / leaving.volume_m3
+                at_exit_pa = leaving.filled_pressure_pa * growth**-leaving.polytropic_index
+                some.put_later(pressure, one_gas_at_exit(leaving, at_exit_pa), shots.exit_time_s[exited])
             shots.tank_pressure_pa[exited] = pressure - leaving.opposing_pressure_pa[:, None]
     return shots
 
 
-def _one_chamber(shot: ShotInputs, effects: Sequence[GunEffect], coarser: float, leads_s: Floats) -> GunShots:
+def _one_chamber(shot: ShotInputs, effects: Sequence[GunEffect], coarser: float, readings: Readings) -> GunShots:
     from .chambers import Chamber
 
     # Without a valve the pressure only falls: a projectile that does not start now never does.
-    shots = _unfired(len(shot), Status.NOT_STARTED, leads_s)
+    shots = _unfired(len(shot), Status.NOT_STARTED, readings)
     rows = np.flatnonzero(starting_force_n(shot) > 0)
     if rows.size:
         chamber = Chamber(shot.take(rows), [effect.take(rows) for effect in effects], coarser)
-        shots.put(rows, _shots_of_chamber(chamber, leads_s[rows]))
+        shots.put(rows, _shots_of_chamber(chamber, readings.take(rows)))
     return shots
 
 
-def _two_chambers(shot: ShotInputs, effects: Sequence[GunEffect], coarser: float, leads_s: Floats) -> GunShots:
+def _two_chambers(shot: ShotInputs, effects: Sequence[GunEffect], coarser: float, readings: Readings) -> GunShots:
     from .chambers import TwoChambers
 
-    return _shots_of_chamber(TwoChambers(shot, effects, coarser), leads_s)
+    return _shots_of_chamber(TwoChambers(shot, effects, coarser), readings)
 
 
 def _kept_back_pa(shot: ShotInputs, position_m: Floats, velocity_m_s: Floats) -> Floats:
@@ -232,10 +272,17 @@ def _kept_back_pa(shot: ShotInputs, position_m: Floats, velocity_m_s: Floats) ->
     return np.asarray(drop_pa * behind_m3 / (shot.tank_volume_m3[:, None] + behind_m3))
 
 
-def _shots_of_chamber(chamber: Chamber, leads_s: Floats) -> GunShots:
-    ends, earlier = chamber.run(leads_s)
+def _shots_of_chamber(chamber: Chamber, readings: Readings) -> GunShots:
+    ends, earlier = chamber.run(readings.before_s)
     velocity = np.where(ends.reached, ends.state[1], 0.0)
     status = np.where(ends.reached, Status.LEFT, np.where(ends.state[0] > 0, Status.STOPPED, Status.NOT_STARTED))
     law_pa = earlier[..., 0] + _kept_back_pa(chamber.shot, earlier[..., 1], earlier[..., 2])
+    if readings.has_later and (rows := np.flatnonzero(ends.reached)).size:
+        from .emptying import chamber_at_exit
+
+        later_pa = law_pa[rows]
+        at_exit = chamber_at_exit(chamber.take(rows), ends.state[:, rows])
+        readings.take(rows).put_later(later_pa, at_exit, ends.time[rows])
+        law_pa[rows] = later_pa
     gauge = np.where(ends.reached[:, None], law_pa - chamber.shot.opposing_pressure_pa[:, None], np.nan)
     return GunShots(velocity, np.where(ends.reached, ends.time, np.nan), status, gauge)

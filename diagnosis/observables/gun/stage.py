@@ -14,6 +14,7 @@ from ....array_types import Floats
 from ....signals.valve_profile import ValveProfile
 from ....twin.effects import Effect
 from ....twin.gun.bench import GunBench
+from ....twin.gun.effects.back_pressure import BackPressure
 from ....twin.gun.effects.valve_flow import ValveFlow
 from ....twin.gun.shot import GunEffect
 from ....twin.gun.shots import gun_velocity
@@ -21,8 +22,10 @@ from ....twin.sensors.chain import SensorChain
 from ...record import CampaignRecord, RunConfiguration
 from ..base import Observable, PossibleObservables, Stage, Upstream, at_rows, batched_changes, sensor_chain
 from .tank_pressure import (
+    AFTER_COLUMN,
     ASSUMED_NOISE_PA,
     CHANNEL,
+    EXIT_COLUMN,
     LAG_S,
     LASER_M,
     PressureWindows,
@@ -37,6 +40,11 @@ TOLERANCE, ASSUMED_FLOOR = 0.01, 0.01
 REGULATOR_U = 0.01
 #: Velocities that are compared within a hundredth need no more than five digits.
 _COARSER = 30.0
+#: Moments at which the tank's pressure is compared, two before the exit and one after it.
+_MOMENTS = ("before_exit_s_0", "before_exit_s_1", "before_exit_s_2")
+#: The outlet's area of flow is looked for between these shares of the bore's, and known to this share (standard
+#: deviation).
+_OUTLETS, _OUTLET_SHARE = np.geomspace(0.1, 1.5, 25), 0.3
 #: What each shot is read off with.
 READINGS = ("tank_pressure_pa", "bullet_mass_kg")
 #: Of a standard deviation: small enough for a derivative, large enough for its digits.
@@ -77,14 +85,17 @@ class GunObservables(Stage):
         self._traces = [run.tank_pressure for run in record.runs]
         self._noise_pa = reading_noise_pa(self._traces)
         self._medians = {name: self._median(values) for name, values in self._shots.items()}
+        self._bore_m2 = float(np.pi / 4 * self.bench.bore_diameter_m**2)
+        self._outlet_m2 = self._bore_m2 / 2
         self._windows = self._pressure_windows() if any(trace is not None for trace in self._traces) else None
         if self._windows is not None:
             self._ask(self._windows.before_exit_s, self._windows.scale_pa)
             shots = sum(trace is not None for trace in self._traces)
             self.assumptions = (
                 f"tank pressure: its record is compared in {shots} of {len(self._traces)} shots, just before the exit, "
-                "half a nominal transit before it, and once the tank is empty; the exit is the middle of the passage "
-                "through the laser",
+                "half a nominal transit before it, once the tank is empty, and, where it empties, after the exit "
+                "through an outlet whose area the records tell; the exit is the middle of the passage through the "
+                "laser",
             )
         self._set_pa = record.run_values("set_pressure_pa")
         self._has_regulator = bool(np.isfinite(self._set_pa).any())
@@ -94,7 +105,8 @@ class GunObservables(Stage):
                 f"tank pressure: what was set is compared with what was recorded in {np.isfinite(self._set_pa).sum()} "
                 f"shots; the regulator is taken to be right within {REGULATOR_U:.0%}",
             )
-        self._nuisances = {**self._derivatives(), **self._timing(), **self._regulator()}
+        outlet = self._outlet()  # first: it sets the area for what follows
+        self._nuisances = {**self._derivatives(), **self._timing(), **self._regulator(), **outlet}
 
     @property
     def observables(self) -> tuple[Observable, ...]:
@@ -149,7 +161,8 @@ class GunObservables(Stage):
         recorded._noise_pa, recorded._medians, recorded._shots = ASSUMED_NOISE_PA, {**self._medians}, {**self._shots}
         recorded._windows = recorded._pressure_windows()
         recorded._ask(recorded._windows.before_exit_s, recorded._windows.scale_pa)
-        items = pressure_observables(recorded._windows, ASSUMED_NOISE_PA)
+        # After the exit an area comes in that only a record tells.
+        items = pressure_observables(recorded._windows, ASSUMED_NOISE_PA)[:-1]
         variance = [item.floor**2 + item.tolerance**2 for item in items]
         return PossibleObservables(recorded.changes(sets)[:, :, 1 : 1 + len(items)], np.diag(variance))
 
@@ -160,11 +173,12 @@ class GunObservables(Stage):
         if rows.size:
             travel_m = self._medians["travel_m"][rows]
             transit_s[rows] = gun_velocity(self.bench, pressure_pa[rows], mass_kg[rows], travel_m=travel_m).exit_time_s
-        return PressureWindows.of(transit_s, pressure_pa, self._noise_pa)
+        tank_over_bore_m = self.bench.tank_volume_m3 / self._bore_m2
+        return PressureWindows.of(transit_s, pressure_pa, self._noise_pa, tank_over_bore_m)
 
     def _ask(self, before_exit_s: Floats, scale_pa: Floats) -> None:
         """Moments (C, 2) before the exit and scales (C,), for configurations and for their runs."""
-        columns = {"before_exit_s_0": before_exit_s[:, 0], "before_exit_s_1": before_exit_s[:, 1]}
+        columns = {name: before_exit_s[:, place] for place, name in enumerate(_MOMENTS)}
         for name, values in {**columns, "scale_pa": scale_pa}.items():
             self._medians[name] = values
             self._shots[name] = values[self.record.configuration_of]
@@ -195,11 +209,12 @@ class GunObservables(Stage):
     def _transducer(
         self, sensors: SensorChain, shots: Mapping[str, Floats], velocity_m_s: Floats, pressure_pa: Floats
     ) -> Floats:
-        """(n, 3): what it reads of true pressures (n, 2) before the exit, and of an empty tank."""
+        """(n, 4): what it reads of true pressures (n, 3) before the exit and after it, and of an empty tank."""
         readings_pa = np.stack([sensors.measured_pressure_pa(column) for column in pressure_pa.T], axis=1)
         empty_pa = sensors.measured_pressure_pa(np.zeros(len(velocity_m_s)))
         empty = np.where(np.isfinite(velocity_m_s), empty_pa / 1e5, np.nan)
-        return np.hstack([readings_pa / shots["scale_pa"][:, None], empty[:, None]])
+        readings = readings_pa / shots["scale_pa"][:, None]
+        return np.hstack([readings[:, :2], empty[:, None], readings[:, 2:]])
 
     def _fired(
         self,
@@ -208,7 +223,7 @@ class GunObservables(Stage):
         upstream: Upstream | None = None,
         bench: GunBench | None = None,
     ) -> tuple[Floats, Floats]:
-        """True velocities (n,) and tank pressures (n, 2) before the exit, Pa, where they are compared; NaN for a shot
+        """True velocities (n,) and tank pressures (n, 3) about the exit, Pa, where they are compared; NaN for a shot
         that stays in the barrel, or of which pressure or mass is not known.
 
         `upstream` is the true pressure of each, where it is known, `bench` another than the stage's.
@@ -217,7 +232,7 @@ class GunObservables(Stage):
         given = sensor_chain(effects).true_pressure_pa(read_pa) if upstream is None else upstream
         pressure_pa = np.asarray(given, dtype=np.float64)
         velocity_m_s = np.full(pressure_pa.shape, np.nan)
-        compared = [shots[name] for name in ("before_exit_s_0", "before_exit_s_1") if self._windows is not None]
+        compared = [shots[name] for name in _MOMENTS if self._windows is not None]
         before_exit_s = np.array(compared).reshape(len(compared), pressure_pa.size).T
         before_exit_pa = np.full(before_exit_s.shape, np.nan)
         good = (pressure_pa >= 0) & np.isfinite(pressure_pa) & (mass_kg > 0) & np.isfinite(mass_kg) & (travel_m > 0)
@@ -233,6 +248,7 @@ class GunObservables(Stage):
                 travel_m=travel_m[rows],
                 valve_profiles=self._stated_profiles(gun, shots["valve_profile"][rows]),
                 before_exit_s=before_exit_s[rows],
+                outlet_area_m2=self._outlet_m2,
             )
             velocity_m_s[rows] = np.where(fired.left, fired.velocity_m_s, np.nan)
             before_exit_pa[rows] = fired.tank_pressure_pa
@@ -285,6 +301,34 @@ class GunObservables(Stage):
         table[:, -1] = REGULATOR_U
         return {"regulator": table}
 
+    def _outlet(self) -> dict[str, Floats]:
+        """(C, d) by name: the area through which the gas leaves, which no campaign states, about that with which the
+        fall after the exit is nearest to the records, in air or in a vacuum; and how it opens. Sets that area."""
+        if self._windows is None:
+            return {}
+        measured = self.measured()
+        fall = self._median(measured[:, AFTER_COLUMN] / measured[:, EXIT_COLUMN])
+        if not np.isfinite(fall).any():
+            return {}
+        best, acting, outlet_m2 = np.inf, cast(tuple[Effect, ...], ()), self._outlet_m2
+        for surroundings in ((), (BackPressure(),)):
+            for share in _OUTLETS:
+                self._outlet_m2 = float(share) * self._bore_m2
+                shown = self._shown(surroundings, self._medians)
+                misfit = float(np.nansum((fall - shown[:, AFTER_COLUMN] / shown[:, EXIT_COLUMN]) ** 2))
+                if misfit < best:
+                    best, acting, outlet_m2 = misfit, surroundings, self._outlet_m2
+        sides = []
+        for factor in (np.exp(_OUTLET_SHARE), np.exp(-_OUTLET_SHARE)):
+            self._outlet_m2 = outlet_m2 * float(factor)
+            sides.append(self._shown(acting, self._medians))
+        self._outlet_m2 = outlet_m2
+        by_area = np.asarray((sides[0] - sides[1]) / 2)
+        velocity_m_s = self._fired(acting, self._medians)[0]
+        # Vent holes and muzzle are uncovered the sooner the faster the projectile is.
+        faster = np.nan_to_num(velocity_m_s / np.nanmedian(velocity_m_s) - 1)
+        return {"outlet": by_area, "muzzle": by_area * faster[:, None]}
+
     def _timing(self) -> dict[str, Floats]:
         """(C, d) by name: what the moment of the exit leaves of the pressures, by the transducer's lag and by where the
         laser stands, one standard deviation each and the same in all shots."""
@@ -294,7 +338,7 @@ class GunObservables(Stage):
         velocity_m_s = self._fired((), self._medians)[0]
         timing = {}
         for name, late_s in (("pressure_lag_s", np.full(len(nominal), LAG_S)), ("laser_m", LASER_M / velocity_m_s)):
-            moments = {moment: self._medians[moment] + late_s for moment in ("before_exit_s_0", "before_exit_s_1")}
+            moments = {moment: self._medians[moment] + late_s for moment in _MOMENTS}
             timing[name] = np.asarray(self._shown((), {**self._medians, **moments}) - nominal)
         return timing
 

@@ -1,9 +1,9 @@
 """What the record of the tank's pressure says of a shot beside its velocity.
 
 A tank does not lose air through a bore that brakes, a leak loses air before the projectile has moved, a dead volume
-shows itself in the first drop, and an offset of the transducer in what it reads of an empty tank. Three numbers need no
-moment at which the valve opened: the pressure just before the exit, that half a nominal transit before it, and that of
-the empty tank.
+shows itself in the first drop, an offset of the transducer in what it reads of an empty tank, and a valve in how the
+tank empties after the exit. Four numbers need no moment at which the valve opened: the pressure just before the exit,
+that half a nominal transit before it, that of the empty tank, and that some time after the exit.
 """
 
 from __future__ import annotations
@@ -22,9 +22,17 @@ CHANNEL = "tank_pressure"
 #: Of a reading of a transducer of 16 bar whose samples scatter by a quarter of a percent of that.
 ASSUMED_NOISE_PA = 1e3
 #: Names of the observables in their order.
-AT_EXIT, ON_THE_WAY, EMPTY = "pressure_at_exit", "pressure_on_the_way", "pressure_when_empty"
+AT_EXIT, ON_THE_WAY, EMPTY, AFTER = (
+    "pressure_at_exit", "pressure_on_the_way", "pressure_when_empty", "pressure_after_exit",
+)  # fmt: skip
+#: Their columns, behind that of the velocity.
+EXIT_COLUMN, AFTER_COLUMN = 1, 4
 #: One percent of the pressure before the shot counts as agreement, and so much of an empty tank's, in Pa.
 TOLERANCE, EMPTY_TOLERANCE_PA = 0.01, 500.0
+#: Agreement after the exit, where nobody states how vent holes and muzzle open as the projectile goes on.
+AFTER_TOLERANCE = 0.03
+#: The reading after the exit lies so many times later as sound needs for a bore as large as the tank, in these limits.
+_AFTER_SHARE, _SOUND_M_S, _SOONEST_S, _LATEST_S = 0.7, 343.0, 4e-3, 20e-3
 #: Readings are means over this share of the nominal transit, within these limits.
 _WINDOW_SHARE, _SHORTEST_S, _LONGEST_S = 0.05, 2e-3, 20e-3
 #: The last share of a record tells of the empty tank; emptied: less than this share of the pressure before is left, and
@@ -41,22 +49,26 @@ LAG_S, LASER_M = 1e-3, 0.03
 class PressureWindows:
     """For each of C configurations: `length_s` over which a reading is averaged, `half_transit_s` before the exit, and
     `scale_pa` by which readings are divided: the pressure before the shot, and where that is small, what the noise
-    allows to be told. NaN for a configuration whose nominal shot stays in the barrel."""
+    allows to be told. NaN for a configuration whose nominal shot stays in the barrel. `after_s`: how long after the
+    exit the last reading lies."""
 
     length_s: Floats
     half_transit_s: Floats
     scale_pa: Floats
+    after_s: float
 
     @classmethod
-    def of(cls, transit_s: Floats, pressure_pa: Floats, noise_pa: float) -> PressureWindows:
-        """`transit_s` (C,) of nominal shots, `pressure_pa` (C,) before them, `noise_pa` of a reading."""
+    def of(cls, transit_s: Floats, pressure_pa: Floats, noise_pa: float, tank_over_bore_m: float) -> PressureWindows:
+        """`transit_s` (C,) of nominal shots, `pressure_pa` (C,) before them, `noise_pa` of a reading, and the tank's
+        volume over the bore's area."""
         length = np.clip(_WINDOW_SHARE * transit_s, _SHORTEST_S, _LONGEST_S)
-        return cls(length, transit_s / 2, np.hypot(pressure_pa, noise_pa / TOLERANCE))
+        after_s = float(np.clip(_AFTER_SHARE * tank_over_bore_m / _SOUND_M_S, _SOONEST_S, _LATEST_S))
+        return cls(length, transit_s / 2, np.hypot(pressure_pa, noise_pa / TOLERANCE), after_s)
 
     @property
     def before_exit_s(self) -> Floats:
-        """(C, 2): how long before the exit the middles of the first two readings lie."""
-        return np.stack([self.length_s / 2, self.half_transit_s], axis=1)
+        """(C, 3): how long before the exit the middles of two readings lie, and that of one after it (negative)."""
+        return np.stack([self.length_s / 2, self.half_transit_s, np.full(len(self.length_s), -self.after_s)], axis=1)
 
 
 def reading_noise_pa(traces: Sequence[Series | None]) -> float:
@@ -73,10 +85,10 @@ def reading_noise_pa(traces: Sequence[Series | None]) -> float:
 def measured_pressures(
     traces: Sequence[Series | None], pressure_pa: Floats, configuration_of: Rows, windows: PressureWindows
 ) -> Floats:
-    """(R, 3) of records whose 0 s is the exit: two pressures over the scale of their configuration, and that of the
-    empty tank in Pa over 1 bar. `pressure_pa` (R,) is that before the shot. NaN where a record does not reach so far,
-    and where the tank was not emptied."""
-    table = np.full((len(traces), 3), np.nan)
+    """(R, 4) of records whose 0 s is the exit: two pressures over the scale of their configuration, that of the empty
+    tank in Pa over 1 bar, and one after the exit over the scale. `pressure_pa` (R,) is that before the shot. NaN where
+    a record does not reach so far, and where the tank was not emptied."""
+    table = np.full((len(traces), 4), np.nan)
     for row, (trace, before, c) in enumerate(zip(traces, pressure_pa, configuration_of, strict=True)):
         if trace is None:
             continue
@@ -86,7 +98,9 @@ def measured_pressures(
             if half > length:
                 table[row, 1] = _mean(trace, -half - length / 2, -half + length / 2) / scale
         table[row, 2] = _empty_pa(trace, before) / 1e5
+        table[row, 3] = _mean(trace, windows.after_s - _SHORTEST_S / 2, windows.after_s + _SHORTEST_S / 2) / scale
     table[~_emptied(pressure_pa, 1e5 * table[:, 2]), 2] = np.nan
+    table[~np.isfinite(table[:, 2]), 3] = np.nan  # a valve that shuts early keeps what nobody knows
     return table
 
 
@@ -133,10 +147,11 @@ def _grows(pressure_pa: Floats, level_pa: Floats) -> bool:
 
 
 def pressure_observables(windows: PressureWindows, noise_pa: float) -> tuple[Observable, ...]:
-    """The three columns of `measured_pressures`."""
+    """The four columns of `measured_pressures`."""
     floor = noise_pa / float(np.nanmedian(windows.scale_pa))
     return (
         Observable(AT_EXIT, "gun", CHANNEL, "1", TOLERANCE, floor),
         Observable(ON_THE_WAY, "gun", CHANNEL, "1", TOLERANCE, floor),
         Observable(EMPTY, "gun", CHANNEL, "bar", EMPTY_TOLERANCE_PA / 1e5, noise_pa / 1e5),
+        Observable(AFTER, "gun", CHANNEL, "1", AFTER_TOLERANCE, floor),
     )

@@ -19,6 +19,8 @@ from pyroshock.twin.gun.shots import gun_velocity
 from support.records.gun_campaigns import gun_record
 
 RATE_HZ = 2000.0
+TANK_OVER_BORE_M = 5.0
+OUTLET_M2 = 8e-4
 
 
 def trace_of(pressure_pa: float, rest_pa: float = 0.0, noise_pa: float = 0.0, seed: int = 0) -> Series:
@@ -31,15 +33,16 @@ def trace_of(pressure_pa: float, rest_pa: float = 0.0, noise_pa: float = 0.0, se
 
 def read(traces: Sequence[Series | None], pressure_pa: Sequence[float]) -> Floats:
     before = np.array(pressure_pa)
-    windows = PressureWindows.of(np.full(before.size, 0.1), before, 0.0)
+    windows = PressureWindows.of(np.full(before.size, 0.1), before, 0.0, TANK_OVER_BORE_M)
     return measured_pressures(traces, before, np.arange(before.size), windows)
 
 
 def test_readings_are_means_before_the_exit_and_half_a_transit_before_it() -> None:
-    at_exit, on_the_way, empty = read([trace_of(2e5)], [2e5])[0]
+    at_exit, on_the_way, empty, after = read([trace_of(2e5)], [2e5])[0]
     # The window is 5 ms long; the fall is 5 % of the level in 10 ms, and halfway at the exit.
     assert at_exit == pytest.approx(0.5 + 5 * 2.5e-3, abs=2e-3)
     assert on_the_way == pytest.approx(0.75, abs=2e-3)
+    assert after == pytest.approx(0.5 - 5 * 0.7 * TANK_OVER_BORE_M / 343.0, abs=2e-3)
     assert empty == 0.0
 
 
@@ -48,8 +51,8 @@ def test_an_offset_is_what_an_empty_tank_shows_and_a_valve_that_shuts_is_none() 
     offset = [trace_of(p + 600.0, 600.0, 50.0, seed) for seed, p in enumerate(pressure)]
     np.testing.assert_allclose(read(offset, pressure)[:, 2], 600.0 / 1e5, atol=20 / 1e5)
     shut = [trace_of(p, 0.06 * p, 50.0, seed) for seed, p in enumerate(pressure)]
-    assert np.isnan(read(shut, pressure)[:, 2]).all()
-    assert np.isnan(read([trace_of(2e5, 0.4e5)], [2e5])[0, 2])
+    assert np.isnan(read(shut, pressure)[:, 2:]).all()
+    assert np.isnan(read([trace_of(2e5, 0.4e5)], [2e5])[0, 2:]).all()
 
 
 def test_a_valve_that_shuts_on_a_rest_which_differs_from_shot_to_shot_shows_no_offset() -> None:
@@ -74,7 +77,7 @@ def test_a_record_that_begins_too_late_or_ends_too_early_has_no_reading() -> Non
 
 
 def recorded(effects: Sequence[Effect], *, seed: int = 1) -> CampaignRecord:
-    """The shots of `gun_record`, with the pressure that the twin's tank has on the way; then the tank empties."""
+    """The shots of `gun_record`, with the pressure that the twin's tank has on the way and as it empties."""
     record = gun_record(effects, seed=seed, pressures_pa=(0.4e5, 0.8e5, 1.6e5, 3.2e5), masses_kg=(0.15, 0.4, 1.0))
     assert record.gun is not None
     rng = np.random.default_rng(seed)
@@ -82,11 +85,18 @@ def recorded(effects: Sequence[Effect], *, seed: int = 1) -> CampaignRecord:
     runs = []
     for run in record.runs:
         leads = np.arange(0.3, 0.0, -1 / RATE_HZ)
+        later_s = np.concatenate([[0.0], np.geomspace(1e-3, 1.2, 60)])
         shot = gun_velocity(
-            record.gun, run.tank_pressure_pa, run.bullet_mass_kg, gun_effects, before_exit_s=leads[None, :]
+            record.gun,
+            run.tank_pressure_pa,
+            run.bullet_mass_kg,
+            gun_effects,
+            before_exit_s=np.concatenate([leads, -later_s])[None, :],
+            outlet_area_m2=OUTLET_M2,
         )
-        after = shot.tank_pressure_pa[0, -1] * np.exp(-np.arange(0, 1.2, 1 / RATE_HZ) / 0.1)
-        values = np.concatenate([shot.tank_pressure_pa[0], after])
+        pressure_pa = shot.tank_pressure_pa[0]
+        after = np.interp(np.arange(0, 1.2, 1 / RATE_HZ), later_s, pressure_pa[leads.size :])
+        values = np.concatenate([pressure_pa[: leads.size], after])
         noisy = values + 500.0 * rng.standard_normal(values.size)
         runs.append(replace(run, tank_pressure=Series(noisy, RATE_HZ, -float(leads[0]))))
     return replace(record, runs=tuple(runs))
@@ -97,14 +107,15 @@ def test_the_stage_that_shot_a_record_finds_it_and_another_does_not() -> None:
     stage = GunObservables(recorded([leak]))
     sizes = np.array([item.tolerance for item in stage.observables])
     names = [item.name for item in stage.observables]
-    assert names == ["ln_velocity", "pressure_at_exit", "pressure_on_the_way", "pressure_when_empty"]
+    readings = ["pressure_at_exit", "pressure_on_the_way", "pressure_when_empty", "pressure_after_exit"]
+    assert names == ["ln_velocity", *readings]
     explained = (stage.measured() - stage.simulated([leak])) / sizes
     assert np.sqrt(np.nanmean(explained**2, axis=0)).max() < 1.0
     nominal = stage.residuals() / sizes
     assert np.sqrt(np.nanmean(nominal**2, axis=0))[1] > 4
     moved = stage.changes([[leak]])[0][stage.record.configuration_of]
     np.testing.assert_allclose(moved, stage.simulated([leak]) - stage.simulated(), atol=1e-9)
-    assert {"pressure_lag_s", "laser_m"} <= set(stage.nuisances())
+    assert {"pressure_lag_s", "laser_m", "outlet", "muzzle"} <= set(stage.nuisances())
     assert stage.possible_channels == ()
 
 
