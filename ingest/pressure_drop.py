@@ -103,8 +103,8 @@ def pressure_drop(
     edges = _edges(begin * block, stop * block, sampling_rate_hz)
     window = _window(values, edges, sampling_rate_hz, level, hum, begin * block / sampling_rate_hz)
     fit = _fitted(window, opening)
-    rest = 0 if opening else max(2 * int(edges[-1] - edges[-2]), 16)
-    shortest = (edges[0] + rest) / sampling_rate_hz
+    rest_samples = 0 if opening else max(2 * int(edges[-1] - edges[-2]), 16)
+    shortest = (edges[0] + rest_samples) / sampling_rate_hz
     early = float(fit.of_moment[fit.moment_s < shortest].sum())
     if opening is not None and abs(fit.time_s - opening[0]) > _FARTHEST * opening[1]:
         early = 1.0  # what follows is no drop that begins when those of the other records do

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from ...array_types import Floats
 from ...ingest.gunshot import laser_channel
-from ...ingest.pressure_drop import NoDropError, PressureDrop, pressure_drop
+from ...ingest.pressure_drop import PressureDrop, pressure_drop
 from ...ingest.stored import list_channels, read_channel
 from ...ingest.velocity import NoPassageError, muzzle_velocity
 from ...signals.channel import Channel
@@ -60,16 +60,16 @@ def pressures_as_read(
         return [recorded if recorded is not None else nominal for nominal, recorded in pairs]
     slope, level = _line(pairs_pa[:, 0], pairs_pa[:, 1])
     positive = pairs_pa[:, 0] > 0
-    off = pairs_pa[positive, 1] / (level + slope * pairs_pa[positive, 0]) - 1
-    scatter = 1.4826 * float(np.median(np.abs(off))) if off.size else 0.0
+    deviations = pairs_pa[positive, 1] / (level + slope * pairs_pa[positive, 0]) - 1
+    scatter = 1.4826 * float(np.median(np.abs(deviations))) if deviations.size else 0.0
     pressures_pa: list[float | None] = []
     for place, (nominal, recorded) in enumerate(pairs):
         if recorded is not None or nominal is None:
             pressures_pa.append(recorded)
             continue
         expected_pa = float(level + slope * nominal)
-        own = (levels or {}).get(place)
-        pressures_pa.append(expected_pa if own is None else _weighed(expected_pa, scatter, *own))
+        record_level = (levels or {}).get(place)
+        pressures_pa.append(expected_pa if record_level is None else _weighed(expected_pa, scatter, *record_level))
     return pressures_pa
 
 
@@ -111,7 +111,7 @@ def read_tank_pressures(
 ) -> TankPressures:
     """Of the shots at the places `chosen`. Raises `schema.series.SeriesError` where a stored record is damaged."""
     result = TankPressures()
-    missing = any(hits[place].recorded_pressure_pa is None for place in chosen)
+    lacks_pressures = any(hits[place].recorded_pressure_pa is None for place in chosen)
     drops: list[PressureDrop] = []
     without_rest: dict[int, Series] = {}
     for place in chosen:
@@ -128,9 +128,9 @@ def read_tank_pressures(
         channel = read_channel(session, tank)
         if hit.recorded_pressure_pa is None:
             without_rest[place] = _block_means(channel, channel.start_s)
-        elif missing:
+        elif lacks_pressures:
             means = _block_means(channel, channel.start_s)
-            with suppress(NoDropError):  # averaged, a drop that was seen may be too short
+            with suppress(ValueError):  # averaged, a drop that was seen may be too short to be seen again
                 drops.append(pressure_drop(means.values, means.sampling_rate_hz))
         if exit_s is None:
             result.without_passage += 1
@@ -156,7 +156,7 @@ def _levels(without_rest: Mapping[int, Series], drops: Sequence[PressureDrop]) -
     opening = opening_s, math.hypot(spread_s, _LEAST_OPENING_S, float(np.median([drop.time_u_s for drop in drops])))
     levels = {}
     for place, means in without_rest.items():
-        with suppress(NoDropError, ValueError):  # the line through the others stands in for it
+        with suppress(ValueError):  # the line through the others stands in for it
             drop = pressure_drop(means.values, means.sampling_rate_hz, opening)
             if drop.pressure_u_pa < _LARGEST_SHARE * drop.pressure_pa:
                 levels[place] = drop.pressure_pa, drop.pressure_u_pa

@@ -233,14 +233,15 @@ def _closed(shot: ShotInputs, _: Sequence[GunEffect], __: float, readings: Readi
         leaving = shot.take(exited)
         shots.exit_time_s[exited] = travel_time_s(leaving)
         if readings.leads_s.size:
-            some = readings.take(exited)
-            pressure = earlier_pressures_pa(leaving, some.before_s)
-            if some.has_later:
+            leaving_readings = readings.take(exited)
+            pressure = earlier_pressures_pa(leaving, leaving_readings.before_s)
+            if leaving_readings.has_later:
                 from .emptying import one_gas_at_exit
 
                 growth = 1 + leaving.area_m2 * leaving.travel_m / leaving.volume_m3
                 at_exit_pa = leaving.filled_pressure_pa * growth**-leaving.polytropic_index
-                some.put_later(pressure, one_gas_at_exit(leaving, at_exit_pa), shots.exit_time_s[exited])
+                at_exit = one_gas_at_exit(leaving, at_exit_pa)
+                leaving_readings.put_later(pressure, at_exit, shots.exit_time_s[exited])
             shots.tank_pressure_pa[exited] = pressure - leaving.opposing_pressure_pa[:, None]
     return shots
 

@@ -310,14 +310,14 @@ class GunObservables(Stage):
         fall = self._median(measured[:, AFTER_COLUMN] / measured[:, EXIT_COLUMN])
         if not np.isfinite(fall).any():
             return {}
-        best, acting, outlet_m2 = np.inf, cast(tuple[Effect, ...], ()), self._outlet_m2
+        least_misfit, acting, outlet_m2 = np.inf, cast(tuple[Effect, ...], ()), self._outlet_m2
         for surroundings in ((), (BackPressure(),)):
             for share in _OUTLETS:
                 self._outlet_m2 = float(share) * self._bore_m2
                 shown = self._shown(surroundings, self._medians)
                 misfit = float(np.nansum((fall - shown[:, AFTER_COLUMN] / shown[:, EXIT_COLUMN]) ** 2))
-                if misfit < best:
-                    best, acting, outlet_m2 = misfit, surroundings, self._outlet_m2
+                if misfit < least_misfit:
+                    least_misfit, acting, outlet_m2 = misfit, surroundings, self._outlet_m2
         sides = []
         for factor in (np.exp(_OUTLET_SHARE), np.exp(-_OUTLET_SHARE)):
             self._outlet_m2 = outlet_m2 * float(factor)

@@ -80,11 +80,11 @@ def test_a_valve_that_shuts_keeps_what_is_in_the_tank() -> None:
     back = [effect("gun.back_pressure")]
     latest_s = float(gun_velocity(BENCH, PRESSURE, MASS, back).exit_time_s.max())
     shutting = f"0:0 0.001:1 {latest_s + 0.005:.4f}:1 {latest_s + 0.006:.4f}:0"
-    still, later = after(back, 0.3, 0.5, profile=shutting).T[1:]
-    np.testing.assert_allclose(still, later, atol=1e-3 * ATMOSPHERE_PA)
+    kept_pa, much_later_pa = after(back, 0.3, 0.5, profile=shutting).T[1:]
+    np.testing.assert_allclose(kept_pa, much_later_pa, atol=1e-3 * ATMOSPHERE_PA)
     slowest = int(np.argmax(gun_velocity(BENCH, PRESSURE, MASS, back).exit_time_s))
     open_pa = after(back, 0.3, profile="0:0 0.001:1")[slowest, 1]
-    assert abs(open_pa) < 0.01 * PRESSURE[slowest] < 0.1 * PRESSURE[slowest] < still[slowest]
+    assert abs(open_pa) < 0.01 * PRESSURE[slowest] < 0.1 * PRESSURE[slowest] < kept_pa[slowest]
 
 
 def test_moments_after_the_exit_need_an_outlet() -> None:
